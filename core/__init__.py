@@ -1,0 +1,1 @@
+"""The gesture model and all it needs; never imports Blender."""

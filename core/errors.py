@@ -1,0 +1,66 @@
+"""Errors a user can act on: one sentence that says what is wrong, one that says what to do."""
+
+
+class S2agError(Exception):
+    """An expected failure with a remedy.
+
+    ``kind`` is the stable name that crosses the worker protocol, ``message`` says what is wrong and ``remedy`` what
+    to do about it; both are single sentences for people.
+    """
+
+    def __init__(self, message: str, remedy: str = "", kind: str = ""):
+        super().__init__(message)
+        self.message = message
+        self.remedy = remedy
+        self.kind = kind or type(self).__name__
+
+    def __str__(self) -> str:
+        return f"{self.message} {self.remedy}".strip()
+
+
+class AudioUnreadable(S2agError):
+    """The recording is missing, empty, silent by construction or in no known format."""
+
+
+class TranscriptUnreadable(S2agError):
+    """The transcript file cannot be read or parsed."""
+
+
+class UnknownStyle(S2agError):
+    """A style expression names a speaker the checkpoint does not know."""
+
+
+class CheckpointUnreadable(S2agError):
+    """A checkpoint is missing, damaged or of another version."""
+
+
+class VectorsUnreadable(S2agError):
+    """A word-vector file cannot be read."""
+
+
+class MotionUnreadable(S2agError):
+    """A motion file cannot be read."""
+
+
+class OutputUnwritable(S2agError):
+    """The output folder is missing, read-only or full."""
+
+
+class RigUnusable(S2agError):
+    """The character or armature lacks what gestures need."""
+
+
+class BlenderUnavailable(S2agError):
+    """No Blender that could build, key or render the character."""
+
+
+class WorkerFailed(S2agError):
+    """The worker died, hung or answered with something other than the protocol."""
+
+
+class Cancelled(S2agError):
+    """The user cancelled."""
+
+
+class UsageError(S2agError):
+    """An option or a combination of options makes no sense."""

@@ -1,0 +1,110 @@
+"""Ten joints, nine edges, and every change of frame: the only module that writes a sign flip.
+
+Canonical frame (that of the TED Gesture data, reference section B.3): right-handed, x towards the character's right,
+y down, z forward, so the left arm lies at -x. A *direction* is a unit vector from an edge's parent joint to its child
+joint. Arrays end in ``(9, 3)`` for directions and ``(10, 3)`` for positions; any leading axes are kept.
+"""
+
+import numpy as np
+
+JOINTS = (
+    "spine",
+    "neck",
+    "nose",
+    "head",
+    "left_shoulder",
+    "left_elbow",
+    "left_wrist",
+    "right_shoulder",
+    "right_elbow",
+    "right_wrist",
+)
+EDGES = ((0, 1), (1, 2), (2, 3), (1, 4), (4, 5), (5, 6), (1, 7), (7, 8), (8, 9))
+EDGE_NAMES = (
+    "torso",
+    "neck",
+    "head",
+    "left_clavicle",
+    "left_upper_arm",
+    "left_forearm",
+    "right_clavicle",
+    "right_upper_arm",
+    "right_forearm",
+)
+LENGTHS = np.array([0.26, 0.18, 0.14, 0.22, 0.36, 0.33, 0.22, 0.36, 0.33], np.float32)
+FPS = 15.0
+MEAN = np.array(
+    [
+        [0.0154009, -0.9690125, -0.0884354],
+        [-0.0022264, -0.8655276, 0.4342174],
+        [-0.0035145, -0.8755367, -0.4121039],
+        [-0.9236511, 0.3061306, -0.0012415],
+        [-0.5155854, 0.8129665, 0.0871897],
+        [0.2348464, 0.1846561, 0.8091402],
+        [0.9271948, 0.2960011, -0.013189],
+        [0.5233978, 0.8092403, 0.0725451],
+        [-0.2037076, 0.1924306, 0.8196916],
+    ],
+    np.float32,
+)
+"""Mean direction of the TED Gesture training set; its rows are shorter than one (reference section B.1)."""
+
+MIRRORED_EDGES = np.array([0, 1, 2, 6, 7, 8, 3, 4, 5])
+_PARENT, _CHILD = np.array(EDGES).T
+_TO_BLENDER = np.array([[-1, 0, 0], [0, 0, -1], [0, -1, 0]], np.float32)
+_TO_Y_UP = np.array([[-1, 0, 0], [0, -1, 0], [0, 0, 1]], np.float32)
+_MIRROR = np.array([-1, 1, 1], np.float32)
+
+
+def normalize(vectors: np.ndarray) -> np.ndarray:
+    """Scale vectors along the last axis to unit length; zero vectors stay zero."""
+    vectors = np.asarray(vectors)
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors, dtype=np.result_type(vectors, np.float32)), where=length > 0)
+
+
+MEAN_UNIT = normalize(MEAN)
+"""Unit vectors along :data:`MEAN`."""
+
+
+def to_positions(directions: np.ndarray, lengths: np.ndarray = LENGTHS) -> np.ndarray:
+    """Joint positions ``(..., 10, 3)`` from directions ``(..., 9, 3)``, spine at the origin (paper eq. 11).
+
+    Directions are normalised first, so bone lengths hold whatever comes in; ``lengths`` are metres.
+    """
+    steps = normalize(directions) * np.asarray(lengths)[:, None]
+    positions = np.zeros((*steps.shape[:-2], len(JOINTS), 3), steps.dtype)
+    for edge, (parent, child) in enumerate(EDGES):
+        positions[..., child, :] = positions[..., parent, :] + steps[..., edge, :]
+    return positions
+
+
+def to_directions(positions: np.ndarray) -> np.ndarray:
+    """Unit directions ``(..., 9, 3)`` from joint positions ``(..., 10, 3)``."""
+    positions = np.asarray(positions)
+    return normalize(positions[..., _CHILD, :] - positions[..., _PARENT, :])
+
+
+def mirror(directions: np.ndarray) -> np.ndarray:
+    """The same performance by the character's mirror image: sides swapped and reflected. Its own inverse."""
+    return np.asarray(directions)[..., MIRRORED_EDGES, :] * _MIRROR
+
+
+def canonical_to_blender(vectors: np.ndarray) -> np.ndarray:
+    """Canonical to Blender (z up, character facing -y, left at +x): a proper rotation."""
+    return np.asarray(vectors) @ _TO_BLENDER.T
+
+
+def blender_to_canonical(vectors: np.ndarray) -> np.ndarray:
+    """Inverse of :func:`canonical_to_blender`."""
+    return np.asarray(vectors) @ _TO_BLENDER
+
+
+def canonical_to_y_up(vectors: np.ndarray) -> np.ndarray:
+    """Canonical to y up, z forward, left at +x (BVH, SmartBody, Trinity): half a turn about z."""
+    return np.asarray(vectors) @ _TO_Y_UP.T
+
+
+def y_up_to_canonical(vectors: np.ndarray) -> np.ndarray:
+    """Inverse of :func:`canonical_to_y_up`."""
+    return np.asarray(vectors) @ _TO_Y_UP
