@@ -1,0 +1,1 @@
+"""The directed performance corpus: captured gesture clips placed on speech."""

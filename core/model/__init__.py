@@ -1,0 +1,1 @@
+"""The Speech2AffectiveGestures network."""

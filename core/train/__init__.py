@@ -1,0 +1,1 @@
+"""Losses, data set and training loop."""
