@@ -1,0 +1,83 @@
+"""What a body does while it is not gesturing: it hangs its arms, breathes and sways, and is never frozen."""
+
+import numpy as np
+
+from . import skeleton
+
+REST = skeleton.MEAN_UNIT.copy()
+REST[[4, 5, 7, 8]] = skeleton.normalize(
+    np.array([[-0.23, 0.97, -0.02], [-0.08, 0.95, 0.30], [0.23, 0.97, -0.02], [0.08, 0.95, 0.30]], np.float32)
+)
+"""Standing at ease: the trunk as in :data:`skeleton.MEAN_UNIT`, the arms hanging with slightly bent elbows."""
+
+SETTLE_AFTER = 0.7  # seconds of silence before the hands start to sink
+SETTLE_TIME = 1.2  # seconds they take
+RAISE_TIME = 0.5  # seconds before speech in which they are handed back to the network
+
+# Per edge: how far (radians) breathing (front-back, up-down) and swaying (side, front) carry it.
+_BREATH = np.array([0.006, 0.004, 0.004, 0.012, 0.004, 0.005, 0.012, 0.004, 0.005])
+_SWAY = np.array([0.014, 0.022, 0.022, 0.006, 0.012, 0.02, 0.006, 0.012, 0.02])
+
+
+def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray | float) -> np.ndarray:
+    """Turn unit vectors ``start`` by ``share`` of the angle to ``end``; shares above one or below zero extrapolate.
+
+    Shapes broadcast; ``share`` lacks the last axis. The angle turned stays below 170 degrees.
+    """
+    cosine = np.clip((start * end).sum(-1), -1.0, 1.0)
+    angle = np.arccos(cosine)
+    across = end - cosine[..., None] * start
+    length = np.linalg.norm(across, axis=-1, keepdims=True)
+    across = np.divide(across, length, out=np.zeros_like(across), where=length > 1e-6)
+    turn = np.clip(angle * share, -2.967, 2.967)[..., None]
+    return skeleton.normalize(np.cos(turn) * start + np.sin(turn) * across)
+
+
+def settle_weight(activity: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
+    """How much of each frame belongs to rest, ``(frames,)`` in 0..1, from voice activity ``(frames,)`` in 0..1.
+
+    Pauses shorter than :data:`SETTLE_AFTER` are left to the network. The weight has a continuous slope everywhere.
+    """
+    frames = len(activity)
+    weight = np.zeros(frames)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], activity < 0.5, [0]]).astype(int)))
+    for start, end in edges.reshape(-1, 2):
+        time = np.arange(start, end)
+        sink = (time - start) / fps - SETTLE_AFTER if start else np.full(len(time), SETTLE_TIME)
+        rise = (end - time) / fps if end < frames else np.full(len(time), RAISE_TIME)
+        weight[start:end] = _smooth(sink / SETTLE_TIME) * _smooth(rise / RAISE_TIME)
+    return weight
+
+
+def idle(frames: int, fps: float = skeleton.FPS, seed: int = 0) -> np.ndarray:
+    """Offsets ``(frames, 9, 3)`` in radians to add to unit directions: breathing, and a slow sway that never repeats."""
+    rng = np.random.default_rng((seed, 0x1D1E))
+    time = np.arange(frames) / fps
+    breath = np.sin(2 * np.pi * (rng.uniform(0.22, 0.28) * time + rng.random()) + 0.3 * np.sin(2 * np.pi * 0.05 * time))
+    offsets = np.zeros((frames, 9, 3))
+    offsets[..., 1] = -breath[:, None] * _BREATH
+    offsets[..., 2] = breath[:, None] * _BREATH
+    rates = np.array([0.043, 0.071, 0.113, 0.19])
+    for axis in (0, 2):
+        phases = rng.random((4, 9)) * 0.35 + rng.random((4, 1))
+        waves = np.sin(2 * np.pi * (rates[:, None, None] * time[:, None] + phases[:, None, :]))
+        offsets[..., axis] += (waves / np.arange(1, 5)[:, None, None] ** 0.5).sum(0) * 0.5 * _SWAY
+    return offsets
+
+
+def rest(directions: np.ndarray, activity: np.ndarray, seed: int = 0, fps: float = skeleton.FPS) -> np.ndarray:
+    """Blend a performance ``(frames, 9, 3)`` into :data:`REST` where nobody speaks, and let it breathe throughout."""
+    settled = slerp(directions, REST, settle_weight(activity, fps)[:, None])
+    return skeleton.normalize(settled + idle(len(directions), fps, seed)).astype(np.float32)
+
+
+def scale(directions: np.ndarray, intensity: float) -> np.ndarray:
+    """Scale how far a performance departs from :data:`REST`: 0 is rest, 1 leaves it, above 1 exaggerates."""
+    if intensity == 1:
+        return directions
+    return slerp(np.broadcast_to(REST, directions.shape), directions, intensity).astype(np.float32)
+
+
+def _smooth(x: np.ndarray) -> np.ndarray:
+    x = np.clip(x, 0, 1)
+    return x * x * x * (x * (6 * x - 15) + 10)

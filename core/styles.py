@@ -1,0 +1,72 @@
+"""Styles: a named speaker, a blend of speakers, or a random point of the speakers' latent space (paper section 3.1.3)."""
+
+import difflib
+import re
+
+import numpy as np
+
+from .errors import UnknownStyle
+
+RANDOM = "random"
+
+
+def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
+    """Turn a style into ``{speaker index: weight}`` with weights that sum to one, or None for a random style.
+
+    ``expression`` is ``NAME``, ``NAME:0.6+NAME:0.4``, ``random``, or a mapping of names to weights. Case, hyphens and
+    underscores do not matter. Raises :class:`UnknownStyle`, which lists the nearest names.
+    """
+    pairs = _split(expression)
+    if len(pairs) == 1 and _key(pairs[0][0]) == RANDOM:
+        return None
+    known = {_key(name): index for index, name in enumerate(names)}
+    weights: dict[int, float] = {}
+    for name, weight in pairs:
+        if _key(name) not in known:
+            raise UnknownStyle(f"There is no style {name!r}.", _suggest(name, names))
+        if not (np.isfinite(weight) and weight >= 0):
+            raise UnknownStyle(f"The weight of style {name!r} is {weight:g}.", "Give weights of zero or more, as in A:0.6+B:0.4.")
+        index = known[_key(name)]
+        weights[index] = weights.get(index, 0.0) + weight
+    total = sum(weights.values())
+    if not total:
+        raise UnknownStyle("All style weights are zero.", "Give at least one style a weight above zero.")
+    return {index: weight / total for index, weight in weights.items()}
+
+
+def latent(weights: dict[int, float] | None, mean: np.ndarray, deviation: np.ndarray, seed: int, takes: int) -> np.ndarray:
+    """Latent styles ``(takes, size)`` float32 from the speakers' ``mean`` and ``deviation``, both ``(speakers, size)``.
+
+    The first take of a named style is the style itself; every further take is drawn from the speaker's distribution.
+    A random style is a draw from the normal distribution that covers all speakers. Same seed, same styles.
+    """
+    draws = np.stack([np.random.default_rng((seed, take)).standard_normal(mean.shape[1]) for take in range(takes)])
+    if weights is None:
+        return (mean.mean(0) + draws * np.hypot(mean.std(0), deviation.mean(0))).astype(np.float32)
+    share = np.zeros(len(mean))
+    share[list(weights)] = list(weights.values())
+    draws[0] = 0
+    return (share @ mean + draws * (share @ deviation)).astype(np.float32)
+
+
+def _split(expression: str | dict) -> list[tuple[str, float]]:
+    if isinstance(expression, dict):
+        return [(str(name), float(weight)) for name, weight in expression.items()] or [("", 1.0)]
+    pairs = []
+    for part in expression.split("+"):
+        name, _, weight = part.partition(":")
+        try:
+            pairs.append((name.strip(), float(weight) if weight else 1.0))
+        except ValueError:
+            raise UnknownStyle(f"{weight.strip()!r} is not a weight.", "Write styles as A:0.6+B:0.4.") from None
+    return pairs
+
+
+def _key(name: str) -> str:
+    return re.sub(r"[\s_-]+", " ", name.strip().lower())
+
+
+def _suggest(name: str, names: list[str]) -> str:
+    near = difflib.get_close_matches(_key(name), [_key(known) for known in names], n=3, cutoff=0.4)
+    listed = [known for known in names if _key(known) in near] or names
+    return f"Styles {'like it ' if near else ''}are: {', '.join(listed)}, or {RANDOM}."

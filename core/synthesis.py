@@ -1,0 +1,209 @@
+"""From a recording to motions: the one path that the command line, the worker and scripts share."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from os import PathLike
+
+import numpy as np
+
+from . import rest, skeleton, styles
+from .errors import Cancelled, UsageError
+from .motion import Motion
+
+VERSION = 1  # of the provenance written into every motion
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to make. ``audio`` is a path; give ``transcript`` (a path) or ``text``, or neither: audio alone still gestures.
+
+    ``style`` is a style expression (:func:`styles.parse`), ``takes`` how many variations, ``intensity`` how far the
+    performance departs from rest, ``pose`` unit directions ``(9, 3)`` to start from (canonical frame; natural rest if None).
+    """
+
+    audio: str | PathLike
+    transcript: str | PathLike | None = None
+    text: str | None = None
+    style: str | dict = ""
+    seed: int = 0
+    takes: int = 1
+    intensity: float = 1.0
+    mirror: bool = False
+    pose: np.ndarray | None = None
+
+    def __post_init__(self):
+        if self.transcript is not None and self.text is not None:
+            raise UsageError("Both a transcript file and a text were given.", "Give one of them.")
+        if not 1 <= self.takes <= 64:
+            raise UsageError(f"{self.takes} takes were asked for.", "Ask for 1 to 64.")
+        if not 0 <= self.intensity <= 3:
+            raise UsageError(f"Intensity {self.intensity:g} is out of range.", "Give a number from 0 to 3.")
+        if self.seed < 0:
+            raise UsageError(f"Seed {self.seed} is negative.", "Give zero or a positive whole number.")
+        if self.pose is not None and np.shape(self.pose) != (9, 3):
+            raise UsageError(f"The seed pose has shape {np.shape(self.pose)}.", "Give nine directions of three numbers.")
+
+
+@dataclass(frozen=True)
+class Result:
+    """Motions (one a take), words with times, warnings for the user, and seconds spent by stage."""
+
+    motions: list[Motion]
+    words: tuple
+    warnings: list[str] = field(default_factory=list)
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+class Session:
+    """A warm engine: loads the checkpoint and the word vectors when first needed and keeps them."""
+
+    def __init__(self, checkpoint: str | PathLike | None = None, vectors: str | PathLike | None = None, device: str = "cpu"):
+        self._paths = checkpoint, vectors
+        self._device = device
+        self._checkpoint = self._vectors = None
+
+    @property
+    def checkpoint(self):
+        """The loaded :class:`checkpoint.Checkpoint`."""
+        if self._checkpoint is None:
+            from . import checkpoint
+
+            self._checkpoint = checkpoint.load(self._paths[0], self._device)
+            self._checkpoint.generator.eval()
+        return self._checkpoint
+
+    @property
+    def vectors(self):
+        """The loaded :class:`words.WordVectors`."""
+        if self._vectors is None:
+            from .words import WordVectors
+
+            self._vectors = WordVectors.load(self._paths[1])
+        return self._vectors
+
+    def styles(self) -> list[dict]:
+        """Names and descriptions of the checkpoint's speakers."""
+        return list(self.checkpoint.speakers)
+
+    def warm_up(self) -> None:
+        """Load all that a first request would load."""
+        self.checkpoint, self.vectors  # noqa: B018
+
+    def synthesize(
+        self,
+        request: Request,
+        progress: Callable[[str, float], None] = lambda stage, value: None,
+        cancelled: Callable[[], bool] = lambda: False,
+    ) -> Result:
+        """Make ``request.takes`` motions. Same request, seed and checkpoint: the same result.
+
+        ``progress(stage, value)`` hears of stages and of 0..1 within them; ``cancelled()`` is asked often and raises
+        :class:`Cancelled`. Raises subclasses of :class:`S2agError` for everything a user can mend.
+        """
+        run = _Run(self, request, progress, cancelled)
+        return run.result()
+
+
+class _Run:
+    """One request on its way through the stages; each stage is timed and may be cancelled."""
+
+    def __init__(self, session: Session, request: Request, progress, cancelled):
+        self.session, self.request = session, request
+        self.progress, self.cancelled = progress, cancelled
+        self.seconds: dict[str, float] = {}
+
+    def stage(self, name: str, work: Callable):
+        if self.cancelled():
+            raise Cancelled("Cancelled.")
+        self.progress(name, 0.0)
+        began = time.perf_counter()
+        value = work()
+        self.seconds[name] = time.perf_counter() - began
+        self.progress(name, 1.0)
+        return value
+
+    def result(self) -> Result:
+        from . import audio, transcript, voice
+
+        request = self.request
+        checkpoint = self.stage("load model", lambda: self.session.checkpoint)
+        names = [speaker["name"] for speaker in checkpoint.speakers]
+        weights = styles.parse(request.style or names[0], names)
+        sound = self.stage("read audio", lambda: audio.load(request.audio))
+        words, warnings = self.stage("align words", lambda: transcript.resolve(sound, request.transcript, request.text))
+        vectors = self.stage("load word vectors", lambda: self.session.vectors) if words else None
+        frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
+        features = self.stage("extract MFCC", lambda: _Features(sound, words, vectors))
+        activity = self.stage("find pauses", lambda: _fit(voice.active(sound), frames))
+        latents = self._latents(weights)
+        made = self.stage("generate", lambda: self._generate(features, latents, frames))
+        meta = self._meta(audio.digest(sound), names, weights, words)
+        motions = self.stage("finish", lambda: [self._finish(made[take], activity, words, meta, take) for take in range(request.takes)])
+        return Result(motions, words, warnings, self.seconds)
+
+    def _latents(self, weights) -> np.ndarray:
+        mean, deviation = self.session.checkpoint.style_space()
+        return styles.latent(weights, mean, deviation, self.request.seed, self.request.takes)
+
+    def _generate(self, features, latents: np.ndarray, frames: int) -> np.ndarray:
+        from . import windows
+
+        config = self.session.checkpoint.config
+        start = rest.REST if self.request.pose is None else np.asarray(self.request.pose)
+        poses = np.broadcast_to(skeleton.normalize(start), (self.request.takes, config.seed_frames, 9, 3))
+        return windows.generate(
+            self.session.checkpoint.generator,
+            features.slice,
+            latents,
+            poses,
+            frames,
+            config.frames,
+            lambda value: self.progress("generate", value),
+            self.cancelled,
+        )
+
+    def _finish(self, directions: np.ndarray, activity: np.ndarray, words: tuple, meta: dict, take: int) -> Motion:
+        request = self.request
+        performed = rest.rest(directions, activity, request.seed + take)
+        motion = Motion(rest.scale(performed, request.intensity), skeleton.FPS, words, {**meta, "take": take})
+        return motion.mirrored() if request.mirror else motion
+
+    def _meta(self, digest: str, names: list[str], weights: dict[int, float] | None, words: tuple) -> dict:
+        import hashlib
+        import json
+
+        request = self.request
+        return {
+            "version": VERSION,
+            "audio": digest,
+            "transcript": hashlib.sha256(json.dumps(words).encode()).hexdigest() if words else None,
+            "style": styles.RANDOM if weights is None else {names[index]: weight for index, weight in weights.items()},
+            "seed": request.seed,
+            "intensity": request.intensity,
+            "mirror": request.mirror,
+            "checkpoint": self.session.checkpoint.hash,
+        }
+
+
+class _Features:
+    """MFCCs of the whole recording; word vectors are placed window by window, so an hour stays small."""
+
+    def __init__(self, sound: np.ndarray, words: tuple, vectors):
+        from . import audio, mfcc
+
+        self.mfcc = mfcc.temporal_features(audio.level(sound))
+        self.words, self.vectors = words, vectors
+
+    def slice(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray]:
+        """MFCCs and word vectors of pose frames ``start`` to ``stop``."""
+        from .model.timing import mfcc_slice
+        from .words import place
+
+        if self.vectors is None:
+            return self.mfcc[mfcc_slice(start, stop)], np.zeros((stop - start, 300), np.float32)
+        return self.mfcc[mfcc_slice(start, stop)], place(self.words, self.vectors, stop - start, start=start / skeleton.FPS)
+
+
+def _fit(values: np.ndarray, frames: int) -> np.ndarray:
+    return np.pad(values[:frames], (0, max(frames - len(values), 0)), mode="edge" if len(values) else "constant")

@@ -1,0 +1,82 @@
+"""Synthesis of any length: overlapping windows, each seeded with the poses in which the previous one ended."""
+
+from collections.abc import Callable
+
+import numpy as np
+import torch
+
+from . import skeleton
+from .errors import Cancelled
+
+LOOKAHEAD = 12
+"""Frames at a window's end that are thrown away, because the backward GRU has seen too little of what follows."""
+
+
+def starts(frames: int, window: int, seeds: int) -> list[int]:
+    """First frames of the windows that cover ``frames``: evenly spread, never less overlap than seeds and look-ahead."""
+    if frames <= window:
+        return [0]
+    stride = window - seeds - LOOKAHEAD
+    count = int(np.ceil((frames - window) / stride)) + 1
+    return [int(round(i * (frames - window) / (count - 1))) for i in range(count)]
+
+
+@torch.inference_mode()
+def generate(
+    generator: torch.nn.Module,
+    inputs: Callable[[int, int], tuple[np.ndarray, np.ndarray]],
+    styles: np.ndarray,
+    seed_poses: np.ndarray,
+    frames: int,
+    window: int,
+    progress: Callable[[float], None] = lambda value: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> np.ndarray:
+    """Directions ``(takes, frames, 9, 3)`` float32 for a whole utterance, all takes in one batch.
+
+    ``inputs(start, stop)`` gives the MFCCs ``(any, 40)`` and word vectors ``(stop - start, 300)`` of pose frames;
+    ``styles`` is ``(takes, size)`` and stays the same throughout; ``seed_poses`` ``(takes, seeds, 9, 3)`` are the unit
+    directions the performance starts from. The seed frames, which every window generates anew, are cross-faded with what
+    the window before made of them, so position and speed are continuous at the joins.
+    """
+    device = next(generator.parameters()).device
+    takes, seeds = seed_poses.shape[:2]
+    style = torch.from_numpy(styles).to(device)
+    out = np.empty((takes, frames, 9, 3), np.float32)
+    previous = None
+    first_frames = starts(frames, window, seeds)
+    for number, start in enumerate(first_frames):
+        if cancelled():
+            raise Cancelled("Cancelled.")
+        stop = min(start + window, frames)
+        given = seed_poses if previous is None else out[:, start : start + seeds]
+        mfcc, words = (torch.from_numpy(np.ascontiguousarray(part, np.float32)).to(device) for part in inputs(start, stop))
+        made = generator(
+            mfcc.expand(takes, *mfcc.shape), words.expand(takes, *words.shape), _seed_input(given, stop - start, device), style
+        )
+        made = made.cpu().numpy()
+        if previous is None:
+            out[:, start:stop] = made
+        else:
+            out[:, start + seeds : stop] = made[:, seeds:]
+            out[:, start : start + seeds] = _cross_fade(given, made[:, :seeds])
+        previous = start
+        progress((number + 1) / len(first_frames))
+    return out
+
+
+def _seed_input(poses: np.ndarray, frames: int, device: torch.device) -> torch.Tensor:
+    """``(takes, frames, 28)``: mean-subtracted seed directions and their mask, zeros after (reference section A.1)."""
+    takes, count = poses.shape[:2]
+    count = min(count, frames)
+    seeds = np.zeros((takes, frames, 28), np.float32)
+    seeds[:, :count, :27] = (poses[:, :count] - skeleton.MEAN).reshape(takes, count, 27)
+    seeds[:, :count, 27] = 1
+    return torch.from_numpy(seeds).to(device)
+
+
+def _cross_fade(old: np.ndarray, new: np.ndarray) -> np.ndarray:
+    count = old.shape[1]
+    share = (np.arange(count) + 1) / (count + 1)
+    share = (share * share * (3 - 2 * share)).astype(np.float32)[:, None, None]
+    return skeleton.normalize(old + share * (new - old))
