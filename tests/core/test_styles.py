@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+
+from s2ag.core import styles
+from s2ag.core.errors import UnknownStyle
+
+NAMES = ["calm lecturer", "eager storyteller", "stern"]
+
+
+def test_a_name_in_any_spelling_is_the_speaker():
+    assert styles.parse("Calm_Lecturer", NAMES) == {0: 1.0}
+    assert styles.parse("eager-storyteller", NAMES) == {1: 1.0}
+
+
+def test_blends_are_normalised_and_repeated_names_add_up():
+    assert styles.parse("calm lecturer:1+stern:3", NAMES) == {0: 0.25, 2: 0.75}
+    assert styles.parse({"stern": 2, "Stern": 2}, NAMES) == {2: 1.0}
+
+
+@pytest.mark.parametrize("expression", ["calm lecturer:0", "stern:-1", "stern:x", "stern:nan", "", "+"])
+def test_impossible_weights_are_refused(expression):
+    with pytest.raises(UnknownStyle):
+        styles.parse(expression, NAMES)
+
+
+def test_an_unknown_style_lists_the_near_ones():
+    with pytest.raises(UnknownStyle) as error:
+        styles.parse("calm lectures", NAMES)
+    assert "calm lecturer" in error.value.remedy and "stern" not in error.value.remedy
+
+
+def test_latents():
+    rng = np.random.default_rng(0)
+    mean, deviation = rng.normal(size=(3, 16)), np.full((3, 16), 0.1)
+    named = styles.latent({1: 1.0}, mean, deviation, seed=4, takes=3)
+    np.testing.assert_allclose(named[0], mean[1], atol=1e-6)
+    assert not np.allclose(named[1], named[2])
+    blend = styles.latent({0: 0.5, 1: 0.5}, mean, deviation, seed=4, takes=1)
+    np.testing.assert_allclose(blend[0], mean[:2].mean(0), atol=1e-6)
+    drawn = styles.latent(None, mean, deviation, seed=4, takes=2)
+    assert np.array_equal(drawn, styles.latent(None, mean, deviation, seed=4, takes=2))
+    assert not np.allclose(drawn, styles.latent(None, mean, deviation, seed=5, takes=2))
