@@ -1,0 +1,136 @@
+"""Any recording to 16 kHz mono float32, decoded piece by piece."""
+
+import hashlib
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from .errors import AudioUnreadable
+
+SAMPLE_RATE = 16000
+SPEECH_RMS = 0.05
+"""Active speech level after :func:`level`: -26 dB below full scale, the usual telephony reference."""
+
+_BLOCK = SAMPLE_RATE * 60
+_DECLARES_LENGTH = {"wav", "flac", "aiff", "mov,mp4,m4a,3gp,3g2,mj2"}
+"""Containers whose header states the length; elsewhere FFmpeg guesses it from the bit rate, which proves nothing."""
+
+
+def load(path: str | PathLike) -> np.ndarray:
+    """Decode the first audio stream of any audio or video file to ``(n,)`` float32 mono at 16 kHz, full scale 1.
+
+    The file is decoded packet by packet, so memory is that of the result (230 MB an hour). Damaged packets are left
+    out as a player would do. Raises :class:`AudioUnreadable` when the file is missing, a folder, empty, in no known
+    format, without an audio stream, without a single sample, or shorter than its own header says.
+    """
+    import av
+
+    path = Path(path)
+    _check(path)
+    try:
+        with av.open(str(path), metadata_errors="ignore") as container:
+            if not container.streams.audio:
+                raise AudioUnreadable(f"{path} has no sound in it.", "Choose a recording, or a video with an audio track.")
+            stream = container.streams.audio[0]
+            audio = _join(_blocks(container, stream))
+            declared = float(stream.duration * stream.time_base) if stream.duration else 0.0
+            exact = container.format.name in _DECLARES_LENGTH
+    except (av.FFmpegError, OSError, ValueError) as error:
+        raise AudioUnreadable(
+            f"{path} is not a readable recording ({_reason(error)}).", "Export it again, for instance as WAV, FLAC or MP3."
+        ) from error
+    if not len(audio):
+        raise AudioUnreadable(f"{path} holds no sound at all (zero length).", "Choose another recording.")
+    seconds = len(audio) / SAMPLE_RATE
+    if exact and declared - seconds > max(0.25, 0.02 * declared):
+        raise AudioUnreadable(
+            f"{path} is cut off: it ends after {seconds:.1f} s where its header promises {declared:.1f} s.",
+            "Copy or export it again.",
+        )
+    return audio
+
+
+def digest(audio: np.ndarray) -> str:
+    """SHA-256 (hexadecimal) of the samples as little-endian float32: names the sound whatever the file was called."""
+    return hashlib.sha256(np.ascontiguousarray(audio, "<f4")).hexdigest()
+
+
+def level(audio: np.ndarray) -> np.ndarray:
+    """The same sound with its active speech level at :data:`SPEECH_RMS`, so that a microphone's gain leaves no trace."""
+    return np.asarray(audio, np.float32) * np.float32(gain(audio))
+
+
+def gain(audio: np.ndarray) -> float:
+    """Factor that brings the active speech level to :data:`SPEECH_RMS`; 1 for silence.
+
+    Active are the 20 ms frames less than 10 dB below the mean power of all frames that are not digital silence: two
+    gates as in loudness metering (ITU-R BS.1770), both relative to the recording itself, so long pauses, digital
+    silence and quiet rooms do not count.
+    """
+    audio = np.asarray(audio, np.float32)
+    size = min(320, len(audio))
+    if not size:
+        return 1.0
+    frames = audio[: len(audio) // size * size].reshape(-1, size)
+    power = np.einsum("ij,ij->i", frames, frames) / size
+    power = power[power > 1e-6 * power.max()].astype(float)
+    if not len(power) or power.max() < 1e-14:
+        return 1.0
+    active = power[power >= 0.1 * power.mean()]
+    return SPEECH_RMS / float(np.sqrt(active.mean()))
+
+
+def _check(path: Path) -> None:
+    if path.is_dir():
+        raise AudioUnreadable(f"{path} is a folder, not a recording.", "Name a file inside it.")
+    if not path.exists():
+        raise AudioUnreadable(f"The recording {path} does not exist.", "Check the name and the folder.")
+    try:
+        with open(path, "rb") as file:
+            if not file.read(1):
+                raise AudioUnreadable(f"{path} is an empty file.", "Export or copy the recording again.")
+    except OSError as error:
+        raise AudioUnreadable(f"{path} cannot be opened: {error.strerror}.", "Check the file's permissions.") from error
+
+
+def _blocks(container, stream):
+    """Yield mono float32 pieces at 16 kHz; decoding goes on after damaged packets."""
+    import av
+
+    stream.thread_type = "AUTO"
+    resampler = av.AudioResampler(format="flt", layout="mono", rate=SAMPLE_RATE)
+    for packet in container.demux(stream):
+        try:
+            frames = packet.decode()
+        except av.InvalidDataError:
+            continue
+        for frame in frames:
+            frame.pts = None
+            for piece in resampler.resample(frame):
+                yield piece.to_ndarray()[0]
+    for piece in resampler.resample(None):
+        yield piece.to_ndarray()[0]
+
+
+def _join(pieces) -> np.ndarray:
+    """Concatenate many small pieces while holding little more than the result: full blocks are freed as they are copied."""
+    blocks, block, filled, total = [], np.empty(_BLOCK, np.float32), 0, 0
+    for piece in pieces:
+        total += len(piece)
+        while len(piece):
+            count = min(len(piece), _BLOCK - filled)
+            block[filled : filled + count] = piece[:count]
+            filled, piece = filled + count, piece[count:]
+            if filled == _BLOCK:
+                blocks.append(block)
+                block, filled = np.empty(_BLOCK, np.float32), 0
+    audio = np.empty(total, np.float32)
+    audio[total - filled :] = block[:filled]
+    for index in range(len(blocks)):
+        audio[index * _BLOCK : (index + 1) * _BLOCK], blocks[index] = blocks[index], None
+    return np.nan_to_num(audio, copy=False, posinf=0.0, neginf=0.0)
+
+
+def _reason(error: Exception) -> str:
+    return (getattr(error, "strerror", None) or str(error) or type(error).__name__).rstrip(".")
