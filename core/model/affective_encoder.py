@@ -1,0 +1,81 @@
+"""Affective encoder: two levels of spatial-temporal graph convolution (paper section 3.1.4, reference section A.6)."""
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+from .config import ModelConfig
+from .graph import PART_LINKS, PARTS, adjacency, edge_links
+from .layers import make_norm
+
+
+class GraphConvolution(nn.Module):
+    """Convolution along time into one group of channels per adjacency, then a weighted sum over neighbours."""
+
+    def __init__(self, inputs: int, outputs: int, kernel: int, matrices: torch.Tensor):
+        super().__init__()
+        self.conv = nn.Conv2d(inputs, outputs * len(matrices), (kernel, 1), padding=(kernel // 2, 0))
+        self.register_buffer("matrices", matrices, persistent=False)
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """``(B, inputs, T, V)`` to ``(B, outputs, T, V)``."""
+        x = self.conv(x).unflatten(1, (len(self.matrices), -1))
+        return torch.einsum("bkctv,kvw->bctw", x, self.matrices)
+
+
+class SpatialTemporalBlock(nn.Module):
+    """Graph convolution, a second convolution along time (and across ``node_kernel`` node indices), and a shortcut."""
+
+    def __init__(self, config: ModelConfig, inputs: int, outputs: int, node_kernel: int, matrices: torch.Tensor):
+        super().__init__()
+        self.slope = config.affect_slope
+        kernel = (config.time_kernel, node_kernel)
+        self.gcn = GraphConvolution(inputs, outputs, config.time_kernel, matrices)
+        self.tcn = nn.Sequential(
+            make_norm(config.norm, outputs, 2),
+            nn.ReLU(),
+            nn.Conv2d(outputs, outputs, kernel, padding=(kernel[0] // 2, kernel[1] // 2)),
+            make_norm(config.norm, outputs, 2),
+        )
+        self.residual = nn.Sequential(nn.Conv2d(inputs, outputs, 1), make_norm(config.norm, outputs, 2))
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """``(B, inputs, T, V)`` to ``(B, outputs, T, V)``."""
+        return functional.leaky_relu(self.tcn(self.gcn(x)) + self.residual(x), self.slope)
+
+
+class AffectiveEncoder(nn.Module):
+    """Edges, then body parts, then one feature vector a frame."""
+
+    def __init__(self, config: ModelConfig):
+        super().__init__()
+        self.slope = config.affect_slope
+        edges = adjacency(sum(map(len, PARTS)), edge_links(config.graph), config.hops[0], config.partition)
+        parts = adjacency(len(PARTS), PART_LINKS, config.hops[1], config.partition)
+        wide = config.edge_size * len(PARTS[0])
+        flat = config.part_size * len(PARTS)
+        self.st_gcn1 = SpatialTemporalBlock(config, 3, config.edge_size, config.node_kernels[0], torch.from_numpy(edges))
+        self.batch_norm1 = make_norm(config.norm, config.edge_size * sum(map(len, PARTS)))
+        self.st_gcn2 = SpatialTemporalBlock(config, wide, config.part_size, config.node_kernels[1], torch.from_numpy(parts))
+        self.batch_norm2 = make_norm(config.norm, flat)
+        self.conv3 = nn.Conv1d(flat, config.part_size, 5, padding=2)
+        self.batch_norm3 = make_norm(config.norm, config.part_size)
+        self.conv4 = nn.Conv1d(config.part_size, config.affect_size, 3, padding=1)
+        self.batch_norm4 = make_norm(config.norm, config.affect_size)
+
+    def forward(self, poses: torch.Tensor) -> torch.Tensor:
+        """Mean-subtracted directions ``(B, T, 9, 3)`` to affective features ``(B, T, affect_size)``."""
+        x = self.st_gcn1(poses.permute(0, 3, 1, 2))
+        x = self.batch_norm1(_flatten_nodes(x))
+        batch, _, frames = x.shape
+        # The edges are listed part by part, so a part's features are a reshape: feature slowest, edge fastest.
+        x = x.view(batch, -1, len(PARTS), len(PARTS[0]), frames).permute(0, 1, 3, 4, 2).flatten(1, 2)
+        x = self.batch_norm2(_flatten_nodes(self.st_gcn2(x)))
+        x = functional.leaky_relu(self.batch_norm3(self.conv3(x)), self.slope)
+        x = functional.leaky_relu(self.batch_norm4(self.conv4(x)), self.slope)
+        return x.transpose(1, 2)
+
+
+def _flatten_nodes(x: torch.Tensor) -> torch.Tensor:
+    """``(B, C, T, V)`` to ``(B, C*V, T)``, node fastest."""
+    return x.transpose(2, 3).flatten(1, 2)

@@ -1,0 +1,146 @@
+"""Everything that tells one network from another: the published code's, the paper's, and ours."""
+
+import types
+from dataclasses import asdict, dataclass, fields, replace
+
+from ..errors import UsageError
+
+
+@dataclass(frozen=True)
+class ModelConfig:
+    """Sizes and choices of generator and discriminator; the field defaults are the `default` network's.
+
+    Three ready-made settings exist: :meth:`published` has exactly the layers of the authors' code (reference section A),
+    :meth:`paper` the sizes of the paper's Table 1 and its literal wording where the code differs (reference A.11), and
+    :meth:`default` is this project's. Lengths are frames, sizes are channels. Symbols of Table 1 stand in brackets.
+    """
+
+    name: str = "default"
+    speakers: int = 1  # rows of the speaker table
+    frames: int = 0  # pose frames of a window; 0: any
+    unit_directions: bool = True  # scale the output to unit length (paper eq. 11)
+    norm: str = "layer"  # "batch", or "layer": over the channels of each frame, the same at any length and batch size
+
+    mfcc_axis: str = "time"  # what the convolutions slide along: "time", or "coefficient" as in the public code
+    mfcc_features: int = 40
+    mfcc_frames: int = 0  # 0: any number, resampled to the pose frames; the coefficient axis needs a fixed one
+    mfcc_channels: tuple[int, ...] = (64, 64, 64)
+    mfcc_kernels: tuple[int, ...] = (5, 5, 3)
+    mfcc_size: int = 32  # (Dm)
+    mfcc_slope: float = 0.3
+
+    words: int = 0  # rows of a trained word table; 0: vectors come from outside
+    word_size: int = 300
+    word_dropout: float = 0.1
+    text_channels: int = 64
+    text_levels: int = 3
+    text_kernel: int = 3
+    text_causal: bool = False  # causal convolutions see no coming word; a stroke starts before its word
+    text_dropout: float = 0.1
+    text_size: int = 32  # (Dx)
+
+    style_size: int = 16  # (Ds)
+
+    graph: str = "line"  # edges are neighbours if they share a joint; "chain": only parent and child edge
+    partition: str = "spatial"  # five column-normalised groups by hop and side; "unweighted": one 0/1 matrix
+    hops: tuple[int, int] = (2, 2)  # reach at the level of edges and at the level of body parts
+    time_kernel: int = 5
+    node_kernels: tuple[int, int] = (1, 1)  # width across node indices of each level's second convolution
+    edge_size: int = 16  # (Da1)
+    part_size: int = 16  # (Da2)
+    affect_size: int = 16  # (Da)
+    affect_slope: float = 0.01
+    seed_view: int = 32  # channels of a linear view of seed poses and seed mask for the GRU; 0: it sees neither
+
+    gru_size: int = 160  # (De)
+    gru_layers: int = 2
+    gru_dropout: float = 0.1
+    head_size: int = 96
+    head_slope: float = 0.01
+
+    discriminator_size: int = 64  # (Dd)
+    discriminator_layers: int = 1
+    discriminator_dropout: float = 0.0
+    discriminator_pool: str = "mean"  # how frames are joined: "mean", or "linear" over a fixed number
+
+    def __post_init__(self):
+        for name, known in _CHOICES.items():
+            if getattr(self, name) not in known:
+                raise UsageError(f"{name} is {getattr(self, name)!r}.", f"Use one of {', '.join(known)}.")
+        if len(self.mfcc_channels) != len(self.mfcc_kernels):
+            raise UsageError("mfcc_channels and mfcc_kernels differ in length.", "Give one kernel for each convolution.")
+        if self.mfcc_axis == "coefficient" and not (self.frames and self.mfcc_frames and self.mfcc_channels[-1] == self.frames):
+            raise UsageError(
+                "Convolutions along coefficients need fixed lengths.", "Set frames, mfcc_frames and the last mfcc_channels."
+            )
+        if self.discriminator_pool == "linear" and not self.frames:
+            raise UsageError("A linear pool needs a fixed number of frames.", "Set frames, or discriminator_pool to mean.")
+
+    @classmethod
+    def default(cls, speakers: int = 1, **changes) -> "ModelConfig":
+        """The lean network trained here: temporal MFCC differences, any length, word vectors from outside."""
+        return cls(speakers=speakers, **changes)
+
+    @classmethod
+    def paper(cls, speakers: int = 1, **changes) -> "ModelConfig":
+        """Table 1's sizes with the adjacencies as section 3.1.4 words them; 37 MFCC values, convolved along time."""
+        settings = dict(
+            name="paper", norm="batch", unit_directions=False, mfcc_features=37, mfcc_channels=(64, 64, 48, 32),
+            mfcc_kernels=(5, 5, 3, 3), text_channels=300, text_levels=4, text_kernel=2, text_causal=True, text_dropout=0.3,
+            partition="unweighted", hops=(2, 1), seed_view=0, gru_size=150, gru_layers=4, gru_dropout=0.3, head_size=75,
+            discriminator_size=150, discriminator_layers=4, discriminator_dropout=0.3,
+        )  # fmt: skip
+        return cls(**{**settings, "speakers": speakers, **changes})
+
+    @classmethod
+    def published(cls, words: int = 4, speakers: int = 1, **changes) -> "ModelConfig":
+        """The public code's network: 34 frames, 37 x 71 MFCCs, a trained word table, 5 grouped adjacencies."""
+        settings = dict(
+            name="published", frames=34, unit_directions=False, norm="batch", mfcc_axis="coefficient", mfcc_features=37,
+            mfcc_frames=71, mfcc_channels=(64, 64, 48, 34), mfcc_kernels=(5, 5, 3, 3), text_channels=300, text_levels=4,
+            text_kernel=2, text_causal=True, text_dropout=0.3, graph="chain", time_kernel=9, node_kernels=(5, 3),
+            affect_size=8, seed_view=0, gru_size=300, gru_layers=4, gru_dropout=0.3, head_size=150, discriminator_layers=4,
+            discriminator_dropout=0.3, discriminator_pool="linear",
+        )  # fmt: skip
+        return cls(**{**settings, "words": words, "speakers": speakers, **changes})
+
+    def to_dict(self) -> dict:
+        """JSON-ready settings."""
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+
+    @classmethod
+    def from_dict(cls, settings: dict) -> "ModelConfig":
+        """Inverse of :meth:`to_dict`; raises :class:`UsageError` on an unknown name or a value of the wrong kind."""
+        return build(cls, settings, "model setting")
+
+    def replace(self, **changes) -> "ModelConfig":
+        """The same settings with some changed."""
+        return replace(self, **changes)
+
+
+_CHOICES = {
+    "norm": ("batch", "layer"),
+    "mfcc_axis": ("time", "coefficient"),
+    "graph": ("line", "chain"),
+    "partition": ("spatial", "unweighted"),
+    "discriminator_pool": ("mean", "linear"),
+}
+
+
+def build(kind: type, settings: dict, what: str):
+    """A dataclass ``kind`` from JSON ``settings``; ``what`` names one setting in the :class:`UsageError` it may raise."""
+    known = {field.name: field.type for field in fields(kind)}
+    unknown = sorted(set(settings) - set(known))
+    if unknown:
+        raise UsageError(f"{unknown[0]!r} is no {what}.", f"Known are {', '.join(known)}.")
+    values = {}
+    for name, value in settings.items():
+        wanted = known[name]
+        if isinstance(wanted, types.GenericAlias):
+            values[name] = tuple(value) if isinstance(value, list | tuple) else value
+            wanted = tuple
+        else:
+            values[name] = float(value) if wanted is float and type(value) is int else value
+        if not isinstance(values[name], wanted) or (wanted in (int, float) and isinstance(value, bool)):
+            raise UsageError(f"The {what} {name!r} cannot be {value!r}.", f"It takes a {wanted.__name__}.")
+    return kind(**values)

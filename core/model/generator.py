@@ -1,0 +1,97 @@
+"""Gesture generator: four encoders, a bidirectional GRU and a head (paper section 3.1.5, reference section A.7)."""
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+from ..skeleton import EDGES, MEAN
+from .affective_encoder import AffectiveEncoder
+from .config import ModelConfig
+from .layers import make_gru, run_gru
+from .mfcc_encoder import MfccEncoder
+from .text_encoder import TextEncoder
+
+POSE = len(EDGES) * 3
+"""Numbers in one pose: nine directions."""
+
+
+class Generator(nn.Module):
+    """Voice, words, seed poses and style to directions.
+
+    Inputs of :meth:`forward` follow the configuration: `published` takes MFCCs ``(B, 37, 71)`` and word indices
+    ``(B, 34)``; all others MFCCs ``(B, Ta, features)`` and word vectors ``(B, T, 300)`` at any length.
+    """
+
+    def __init__(self, config: ModelConfig):
+        super().__init__()
+        self.config = config
+        self.audio_encoder = MfccEncoder(config)
+        self.text_encoder = TextEncoder(config)
+        self.aff_encoder = AffectiveEncoder(config)
+        self.speaker_embedding = nn.Sequential(
+            nn.Embedding(config.speakers, config.style_size), nn.Linear(config.style_size, config.style_size)
+        )
+        self.speaker_mu = nn.Linear(config.style_size, config.style_size)
+        self.speaker_log_var = nn.Linear(config.style_size, config.style_size)
+        inputs = config.affect_size + config.mfcc_size + config.text_size + config.style_size
+        if config.seed_view:
+            self.seed_view = nn.Linear(POSE + 1, config.seed_view)
+            inputs += config.seed_view + 1
+        self.gru = make_gru(inputs, config.gru_size, config.gru_layers, config.gru_dropout)
+        self.out = nn.Sequential(
+            nn.Linear(config.gru_size, config.head_size),
+            nn.LeakyReLU(config.head_slope),
+            nn.Linear(config.head_size, POSE),
+        )
+        self.register_buffer("mean", torch.from_numpy(MEAN.copy()), persistent=False)
+
+    def speaker(self, ids: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Mean and log-variance ``(B, style_size)`` of the styles of speaker ``ids`` ``(B,)`` (paper eq. 3, 4)."""
+        embedded = self.speaker_embedding(ids)
+        return self.speaker_mu(embedded), self.speaker_log_var(embedded)
+
+    @staticmethod
+    def sample_style(
+        mu: torch.Tensor, logvar: torch.Tensor, generator: torch.Generator | None = None
+    ) -> torch.Tensor:
+        """One style ``(B, style_size)`` drawn from each distribution; draw it once an utterance, not once a window."""
+        noise = torch.randn(mu.shape, generator=generator, device=mu.device, dtype=mu.dtype)
+        return mu + noise * torch.exp(0.5 * logvar)
+
+    def encode(self, mfcc: torch.Tensor, words: torch.Tensor, seeds: torch.Tensor) -> torch.Tensor:
+        """Everything but the style, ``(B, T, channels)``: affective, MFCC, text and seed features."""
+        frames = seeds.shape[1]
+        features = [self._affect(seeds), self.audio_encoder(mfcc, frames), self.text_encoder(words)]
+        if self.config.seed_view:
+            mask = seeds[..., POSE:]
+            features += [self.seed_view(seeds) * mask, mask]
+        return torch.cat(features, dim=-1)
+
+    def decode(self, features: torch.Tensor, style: torch.Tensor) -> torch.Tensor:
+        """Directions ``(B, T, 9, 3)`` from the features of :meth:`encode` and styles ``(B, style_size)``."""
+        repeated = style[:, None].expand(-1, features.shape[1], -1)
+        head = self.config.affect_size + self.config.mfcc_size + self.config.text_size
+        inputs = torch.cat([features[..., :head], repeated, features[..., head:]], dim=-1)
+        poses = self.out(run_gru(self.gru, inputs)).unflatten(-1, (len(EDGES), 3)) + self.mean
+        return functional.normalize(poses, dim=-1) if self.config.unit_directions else poses
+
+    def forward(
+        self, mfcc: torch.Tensor, words: torch.Tensor, seeds: torch.Tensor, style: torch.Tensor
+    ) -> torch.Tensor:
+        """Directions ``(B, T, 9, 3)``, seed frames included.
+
+        ``seeds`` ``(B, T, 28)``: mean-subtracted directions on the seed frames and zeros elsewhere, last channel 1 on
+        seed frames; ``style`` ``(B, style_size)``. Unit vectors where the configuration says so.
+        """
+        return self.decode(self.encode(mfcc, words, seeds), style)
+
+    def _affect(self, seeds: torch.Tensor) -> torch.Tensor:
+        poses = seeds[..., :POSE].unflatten(-1, (len(EDGES), 3))
+        if not self.config.seed_view:
+            return self.aff_encoder(poses)
+        # Frames after the last seed hold no pose, so nothing is encoded there, and nothing computed.
+        mask = seeds[..., POSE:]
+        filled = mask.amax((0, 2)).nonzero()
+        last = int(filled[-1]) + 1 if len(filled) else 1
+        affect = self.aff_encoder(poses[:, :last]) * mask[:, :last]
+        return functional.pad(affect, (0, 0, 0, seeds.shape[1] - last))
