@@ -58,6 +58,15 @@ class WorkerFailed(S2agError):
     """The worker died, hung or answered with something other than the protocol."""
 
 
+class EngineMissing(S2agError):
+    """A package that the engine needs is not installed."""
+
+    @classmethod
+    def of(cls, error: ModuleNotFoundError) -> "EngineMissing":
+        """The same news for people."""
+        return cls(f"The Python package {error.name} is not installed.", 'Install the engine with: pip install "s2ag[engine]"')
+
+
 class Cancelled(S2agError):
     """The user cancelled."""
 
