@@ -51,9 +51,10 @@ def published_features(audio: np.ndarray) -> np.ndarray:
 def temporal_features(audio: np.ndarray) -> np.ndarray:
     """``(frames, 40)`` float32 input of the default network: 14 coefficients and true differences along time.
 
-    Columns 0..13 are the coefficients at the active speech level of :func:`audio.gain` (microphone gain cancels) over a quiet room, less ``OFFSET``, divided by ``SCALE``: values are of order one.
-    Columns 14..26 are slopes of coefficients 0..12 (c0 is loudness, whose slope marks accents) and columns 27..39 the
-    slopes of those slopes; both are least-squares slopes over five frames (160 ms), scaled to order one by 3 and 6.
+    Columns 0..13 are the coefficients at the active speech level of :func:`audio.gain` (microphone gain cancels) over a
+    quiet room, less ``OFFSET`` and divided by ``SCALE``, so values are of order one. Columns 14..26 are slopes
+    of coefficients 0..12 (c0 is loudness, whose slope marks accents) and columns 27..39 the slopes of those slopes; both
+    are least-squares slopes over five frames (160 ms), scaled to order one by 3 and 6.
     """
     power = _mel_power(audio)
     power = power * np.float32(gain(audio) ** 2) + QUIET
