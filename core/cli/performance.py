@@ -1,0 +1,80 @@
+"""The part that ``synth`` and ``animate`` share: from options to motions."""
+
+import argparse
+from pathlib import Path
+
+from .progress import Progress, note
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The recording, its words, and how to perform them."""
+    parser.add_argument("audio", metavar="AUDIO", type=Path, help="recording: any audio or video file")
+    words = parser.add_mutually_exclusive_group()
+    words.add_argument(
+        "--transcript",
+        metavar="FILE",
+        type=Path,
+        help="what is said: plain text, or JSON of [word, start, end]; by default a .txt of the recording's name beside it",
+    )
+    words.add_argument("--text", metavar="WORDS", help="what is said, on the command line")
+    words.add_argument("--no-transcript", action="store_true", help="gesture from the sound alone")
+    style = "NAME, a blend NAME:0.6+NAME:0.4, or random (see: s2ag styles)"
+    parser.add_argument("--style", metavar="STYLE", default="", help=style)
+    parser.add_argument("--seed", metavar="N", type=int, default=0, help="same seed, same performance (default 0)")
+    parser.add_argument("--takes", metavar="K", type=int, default=1, help="that many variations (default 1)")
+    parser.add_argument("--intensity", metavar="X", type=float, default=1.0, help="size of the gestures (default 1)")
+    parser.add_argument("--mirror", action="store_true", help="exchange left and right")
+    add_checkpoint(parser)
+    vectors = "word vectors (FastText .bin, .kv or .vec) instead of the shipped ones"
+    parser.add_argument("--vectors", metavar="FILE", type=Path, help=vectors)
+
+
+def add_checkpoint(parser: argparse.ArgumentParser) -> None:
+    """The option that names another network."""
+    what = "trained network (.safetensors) instead of the shipped one"
+    parser.add_argument("--checkpoint", metavar="FILE", type=Path, help=what)
+
+
+def inputs(options: argparse.Namespace) -> list[Path]:
+    """Files that the command reads and must not overwrite."""
+    named = (options.audio, options.transcript, options.checkpoint, options.vectors)
+    return [path for path in named if path is not None]
+
+
+def request(options: argparse.Namespace):
+    """The :class:`Request` that the options describe; raises :class:`UsageError` for values out of range."""
+    from ..synthesis import Request
+
+    return Request(
+        audio=options.audio,
+        transcript=_transcript(options),
+        text=options.text,
+        style=options.style,
+        seed=options.seed,
+        takes=options.takes,
+        intensity=options.intensity,
+        mirror=options.mirror,
+    )
+
+
+def perform(options: argparse.Namespace, wanted):
+    """Synthesise in this process behind a progress bar; warnings become notes. Returns the :class:`Result`."""
+    from ..synthesis import Session
+
+    session = Session(options.checkpoint, options.vectors)
+    with Progress() as progress:
+        result = session.synthesize(wanted, progress)
+    for warning in result.warnings:
+        note(warning)
+    return result
+
+
+def _transcript(options: argparse.Namespace) -> Path | None:
+    """The transcript file: named, or the text file of the recording's name beside it."""
+    if options.transcript or options.text is not None or options.no_transcript:
+        return options.transcript
+    beside = options.audio.with_suffix(".txt")
+    if beside == options.audio or not beside.is_file():
+        return None
+    note(f"{beside} is taken as the transcript; --no-transcript gestures from the sound alone.")
+    return beside

@@ -1,0 +1,49 @@
+"""What the command line says on stderr: notes, the one sentence of an error, and a bar on a terminal."""
+
+import sys
+
+
+def say(sentence: str) -> None:
+    """One line on stderr, marked as ours."""
+    print(f"s2ag: {' '.join(sentence.split())}", file=sys.stderr)
+
+
+def note(sentence: str) -> None:
+    """A warning or something worth knowing; work goes on."""
+    say(f"note: {sentence}")
+
+
+class Progress:
+    """A progress bar, called with a stage and a value of 0..1 within it; silent unless stderr is a terminal.
+
+    Values that do not go forward within a stage are ignored. Use as a context manager, so that the bar is gone before
+    anything else is printed.
+    """
+
+    def __init__(self):
+        self._bar = None
+        self._stage = ""
+
+    def __enter__(self):
+        if sys.stderr is not None and sys.stderr.isatty():
+            try:
+                from tqdm import tqdm
+            except ModuleNotFoundError:  # Blender's own Python has none, and nobody watches it
+                return self
+            bar = "{desc:<20}{percentage:3.0f}% |{bar:40}| {elapsed}"
+            self._bar = tqdm(total=100, bar_format=bar, leave=False, file=sys.stderr, mininterval=0.05)
+        return self
+
+    def __exit__(self, *_):
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+
+    def __call__(self, stage: str, value: float) -> None:
+        if self._bar is None:
+            return
+        if stage != self._stage:
+            self._stage = stage
+            self._bar.reset()
+            self._bar.set_description_str(stage)
+        self._bar.update(max(100 * min(value, 1.0) - self._bar.n, 0))

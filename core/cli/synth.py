@@ -1,0 +1,36 @@
+"""``s2ag synth``: a recording to motion files, without Blender."""
+
+import argparse
+
+from . import outputs, performance
+
+SUMMARY = "make gestures for a recording and write them as motion files"
+EXAMPLE = """examples:
+  s2ag synth voice.mp3 -o voice.npz
+  s2ag synth voice.wav --text "so this is what I mean" --seed 3 --takes 4 -o take.bvh"""
+SUFFIXES = (".npz", ".bvh", ".json")
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add this command's options."""
+    performance.add_options(parser)
+    outputs.add_option(parser, SUFFIXES)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write every take to every output."""
+    wanted = performance.request(options)
+    files = outputs.plan(options.outputs, SUFFIXES, wanted.takes, performance.inputs(options))
+    result = performance.perform(options, wanted)
+    for motion, paths in zip(result.motions, files, strict=True):
+        for path in paths:
+            save(motion, path)
+    return 0
+
+
+def save(motion, path) -> None:
+    """Write a motion in the format of the path's suffix."""
+    from .. import bvh, motion_json
+
+    writers = {".npz": lambda motion, path: motion.save(path), ".bvh": bvh.save, ".json": motion_json.save}
+    writers[path.suffix.lower()](motion, path)

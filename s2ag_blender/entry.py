@@ -1,0 +1,26 @@
+"""Starts a module of this package: ``blender -b --python entry.py -- MODULE ARGUMENTS``, or the same in Python with bpy.
+
+Blender's own Python has no package called s2ag, so the tree around this file is made one, without touching ``sys.path``.
+"""
+
+import importlib
+import importlib.util
+import sys
+from pathlib import Path
+
+
+def package(name: str = "s2ag"):
+    """Import the tree around this file as the package ``name``."""
+    root = Path(__file__).resolve().parent.parent
+    spec = importlib.util.spec_from_file_location(name, root / "__init__.py", submodule_search_locations=[str(root)])
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+if __name__ == "__main__":
+    module, *arguments = sys.argv[sys.argv.index("--") + 1 :]
+    started = importlib.import_module(f"{package().__name__}.s2ag_blender.{module}")
+    if status := started.main(arguments):
+        sys.exit(status)
