@@ -60,7 +60,7 @@ class Session:
 
     def __init__(self, checkpoint: str | PathLike | None = None, vectors: str | PathLike | None = None, device: str = "cpu"):
         self._paths = checkpoint, vectors
-        self._device = device
+        self.device = device
         self._checkpoint = self._vectors = None
 
     @property
@@ -69,7 +69,7 @@ class Session:
         if self._checkpoint is None:
             from . import checkpoint
 
-            self._checkpoint = checkpoint.load(self._paths[0], self._device)
+            self._checkpoint = checkpoint.load(self._paths[0], self.device)
             self._checkpoint.generator.eval()
         return self._checkpoint
 
@@ -143,22 +143,27 @@ class _Run:
         return Result(motions, words, warnings, self.seconds)
 
     def _latents(self, weights) -> np.ndarray:
-        mean, deviation = self.session.checkpoint.style_space()
+        import torch
+
+        checkpoint = self.session.checkpoint
+        with torch.inference_mode():
+            mean, log_variance = checkpoint.generator.speaker(torch.arange(len(checkpoint.speakers), device=self.session.device))
+        mean, deviation = mean.cpu().numpy(), log_variance.mul(0.5).exp().cpu().numpy()
         return styles.latent(weights, mean, deviation, self.request.seed, self.request.takes)
 
     def _generate(self, features, latents: np.ndarray, frames: int) -> np.ndarray:
         from . import windows
 
-        config = self.session.checkpoint.config
+        window, seeds = self.session.checkpoint.window
         start = rest.REST if self.request.pose is None else np.asarray(self.request.pose)
-        poses = np.broadcast_to(skeleton.normalize(start), (self.request.takes, config.seed_frames, 9, 3))
+        poses = np.broadcast_to(skeleton.normalize(start), (self.request.takes, seeds, 9, 3)).astype(np.float32)
         return windows.generate(
             self.session.checkpoint.generator,
             features.slice,
             latents,
             poses,
             frames,
-            config.frames,
+            window,
             lambda value: self.progress("generate", value),
             self.cancelled,
         )
@@ -193,16 +198,21 @@ class _Features:
         from . import audio, mfcc
 
         self.mfcc = mfcc.temporal_features(audio.level(sound))
-        self.words, self.vectors = words, vectors
+        self.words, self.vectors = sorted(words, key=lambda word: word[1]), vectors
+        self.ends = np.maximum.accumulate([end for _, _, end in self.words])
+        self.starts = np.array([start for _, start, _ in self.words])
 
     def slice(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray]:
         """MFCCs and word vectors of pose frames ``start`` to ``stop``."""
-        from .model.timing import mfcc_slice
-        from .words import place
+        from .model.timing import mfcc_span
+        from .words import DIMENSIONS, place
 
+        first, count = mfcc_span(np.asarray(start), stop - start)
+        mfcc = self.mfcc[np.minimum(np.arange(first, first + count), len(self.mfcc) - 1)]
         if self.vectors is None:
-            return self.mfcc[mfcc_slice(start, stop)], np.zeros((stop - start, 300), np.float32)
-        return self.mfcc[mfcc_slice(start, stop)], place(self.words, self.vectors, stop - start, start=start / skeleton.FPS)
+            return mfcc, np.zeros((stop - start, DIMENSIONS), np.float32)
+        here = slice(np.searchsorted(self.ends, start / skeleton.FPS), np.searchsorted(self.starts, stop / skeleton.FPS))
+        return mfcc, place(self.words[here], self.vectors, stop - start, start=start / skeleton.FPS)
 
 
 def _fit(values: np.ndarray, frames: int) -> np.ndarray:
