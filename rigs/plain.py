@@ -1,0 +1,181 @@
+"""What retargeting knows of an armature: bones at rest, which bone moves which edge, and where its front is."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..core.errors import RigUnusable
+from ..core.skeleton import EDGE_NAMES
+from . import quaternion
+
+ARMS = ("left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")
+HANDS = ("left_hand", "right_hand")
+PARTS = (*EDGE_NAMES, *HANDS)
+"""What a bone can be mapped to: the nine edges, and the hands that only follow."""
+REMEDY = "Name the bones as a known rig does, or give the bone mapping yourself."
+
+_NEXT = {
+    "torso": ("neck", "head"),
+    "neck": ("head",),
+    "left_clavicle": ("left_upper_arm",),
+    "left_upper_arm": ("left_forearm",),
+    "left_forearm": ("left_hand",),
+    "right_clavicle": ("right_upper_arm",),
+    "right_upper_arm": ("right_forearm",),
+    "right_forearm": ("right_hand",),
+}
+_SNAP = np.cos(np.radians(25))
+
+
+@dataclass(frozen=True)
+class Bones:
+    """Bones at rest, parents before children.
+
+    ``names`` unique; ``parents`` (n,) row of the parent or -1; ``matrices`` (n, 4, 4) rest matrices in armature space
+    (bone along its own y); ``lengths`` (n,); ``inherits`` (n,) whether the bone turns with its parent.
+    """
+
+    names: tuple[str, ...]
+    parents: np.ndarray
+    matrices: np.ndarray
+    lengths: np.ndarray
+    inherits: np.ndarray = None
+
+    def __post_init__(self):
+        if any(parent >= row for row, parent in enumerate(self.parents)):
+            raise ValueError("parents must come before their children")
+        if self.inherits is None:
+            object.__setattr__(self, "inherits", np.ones(len(self.names), bool))
+
+    @property
+    def heads(self) -> np.ndarray:
+        """Where the bones start (n, 3)."""
+        return self.matrices[:, :3, 3]
+
+    @property
+    def tails(self) -> np.ndarray:
+        """Where the bones end (n, 3)."""
+        return self.heads + self.matrices[:, :3, 1] * self.lengths[:, None]
+
+    @property
+    def rest(self) -> np.ndarray:
+        """Rest orientations (n, 4) as quaternions."""
+        return quaternion.from_matrix(self.matrices[:, :3, :3])
+
+    def row(self, name: str) -> int:
+        """Row of the bone called ``name``."""
+        return self.names.index(name)
+
+    def ancestors(self, row: int) -> list[int]:
+        """Rows from the parent up to the root."""
+        found = []
+        while (row := int(self.parents[row])) >= 0:
+            found.append(row)
+        return found
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """Bones for the parts of a body: ``chains[part]`` are the bones that share its motion, lowest first.
+
+    An edge ends at the head of the next part's first bone; where that is not mapped, at the tail of its own last bone.
+    ``hips`` is only read, for where up is.
+    """
+
+    chains: dict[str, tuple[str, ...]]
+    family: str = "own mapping"
+    hips: str = ""
+    warnings: tuple[str, ...] = field(default=())
+
+    def check(self, bones: Bones) -> "Mapping":
+        """Return self, or raise :class:`RigUnusable` where a bone is unknown or an arm is missing."""
+        for part, chain in self.chains.items():
+            if part not in PARTS:
+                raise RigUnusable(f'"{part}" is no part of the body that gestures.', f"Use: {', '.join(PARTS)}.")
+            for name in chain:
+                if name not in bones.names:
+                    raise RigUnusable(f'The armature has no bone "{name}" for {spoken(part)}.', "Correct the bone mapping.")
+        require_arms(self.chains)
+        return self
+
+    def segment(self, bones: Bones, part: str) -> np.ndarray:
+        """The rest direction of ``part`` (3,) in armature space, a unit vector; raises :class:`RigUnusable` without one."""
+        chain = self.chains[part]
+        following = [self.chains[other][0] for other in _NEXT.get(part, ()) if self.chains.get(other)]
+        end = bones.heads[bones.row(following[0])] if following else bones.tails[bones.row(chain[-1])]
+        along = end - bones.heads[bones.row(chain[0])]
+        length = np.linalg.norm(along)
+        if length < 1e-9:
+            raise RigUnusable(f'Bone "{chain[0]}" of {spoken(part)} has no length.', "Correct the bone mapping.")
+        return along / length
+
+    def twist_shares(self, bones: Bones, part: str) -> np.ndarray:
+        """How much of an arm part's twist each bone of its chain adds (chain,), summing to one.
+
+        Only a chain on one straight line may share: off it, turning a later bone would move the joint below.
+        """
+        rows = [bones.row(name) for name in self.chains[part]]
+        along = self.segment(bones, part)
+        offsets = bones.heads[rows] - bones.heads[rows[0]]
+        length = bones.lengths[rows].sum()
+        if np.linalg.norm(np.cross(offsets, along), axis=-1).max() < 5e-4 * length:
+            return np.full(len(rows), 1.0 / len(rows))
+        return np.eye(len(rows))[0]
+
+
+def require_arms(chains: dict[str, tuple[str, ...]], where: str = "The armature") -> None:
+    """Raise :class:`RigUnusable` naming the arm parts that ``chains`` lacks."""
+    missing = [spoken(part) for part in ARMS if not chains.get(part)]
+    if missing:
+        raise RigUnusable(f"{where} has no bone for {_listed(missing)}.", REMEDY)
+
+
+def spoken(part: str) -> str:
+    """A part's name in a sentence: "the left upper arm"."""
+    return "the " + part.replace("_", " ")
+
+
+def _listed(items: list[str]) -> str:
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
+
+
+def character_frame(bones: Bones, mapping: Mapping) -> np.ndarray:
+    """Rows left, back, up (3, 3) of the character at rest, in armature space: a proper rotation.
+
+    Left runs from the right arm to the left arm, up from the hips to the shoulders. Both are snapped to an axis of the
+    armature that they nearly follow, because a spine leans even where the floor is level.
+    """
+    left_arm, right_arm = (bones.heads[bones.row(mapping.chains[f"{side}_upper_arm"][0])] for side in ("left", "right"))
+    chest = 0.5 * (left_arm + right_arm)
+    up = _snapped(chest - _low_point(bones, mapping))
+    left = left_arm - right_arm
+    left = left - up * (left @ up)
+    if np.linalg.norm(left) < 1e-9:
+        raise RigUnusable("The left and the right arm start at the same point.", "Correct the bone mapping.")
+    left = _snapped(left)
+    left = left - up * (left @ up)
+    left /= np.linalg.norm(left)
+    return np.stack([left, np.cross(up, left), up])
+
+
+def _low_point(bones: Bones, mapping: Mapping) -> np.ndarray:
+    """Where the trunk starts: the hips, else the lowest spine bone, else the outermost ancestor that lies elsewhere."""
+    arm = bones.row(mapping.chains["left_upper_arm"][0])
+    rows = bones.ancestors(arm)[::-1]
+    named = [mapping.hips, *mapping.chains.get("torso", ())]
+    rows = [bones.row(name) for name in named if name in bones.names] + rows
+    right = bones.row(mapping.chains["right_upper_arm"][0])
+    chest = 0.5 * (bones.heads[arm] + bones.heads[right])
+    width = np.linalg.norm(bones.heads[arm] - bones.heads[right])
+    for row in rows:
+        if np.linalg.norm(chest - bones.heads[row]) > 0.5 * width:
+            return bones.heads[row]
+    raise RigUnusable("The armature has no spine below its arms.", "Map the hips or a spine bone.")
+
+
+def _snapped(vector: np.ndarray) -> np.ndarray:
+    vector = vector / np.linalg.norm(vector)
+    axis = np.argmax(np.abs(vector))
+    if abs(vector[axis]) < _SNAP:
+        return vector
+    return np.eye(3)[axis] * np.sign(vector[axis])

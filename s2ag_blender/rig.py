@@ -1,0 +1,109 @@
+"""Reading an armature object into the numpy structures of ``rigs``, and what stands in the way of keying it."""
+
+import re
+from dataclasses import replace
+
+import bpy
+import numpy as np
+
+from ..core.errors import RigUnusable
+from ..core.skeleton import EDGE_NAMES
+from ..rigs.detect import detect
+from ..rigs.plain import ARMS, Bones, Mapping, require_arms, spoken
+
+_DRIVEN_BONE = re.compile(r'^pose\.bones\["((?:[^"\\]|\\.)*)"\]')
+
+
+def read(armature: bpy.types.Object) -> Bones:
+    """The bones of an armature object at rest, in armature space, in its own (parents first) order."""
+    bones = list(armature.data.bones)
+    rows = {bone.name: row for row, bone in enumerate(bones)}
+    return Bones(
+        tuple(rows),
+        np.array([rows[bone.parent.name] if bone.parent else -1 for bone in bones], int),
+        np.array([bone.matrix_local for bone in bones], float).reshape(-1, 4, 4),
+        np.array([bone.length for bone in bones], float),
+        np.array([bone.use_inherit_rotation for bone in bones], bool),
+    )
+
+
+def require_armature(armature: bpy.types.Object) -> None:
+    """Raise :class:`RigUnusable` unless ``armature`` is an armature object whose action may be set now."""
+    if armature is None or armature.type != "ARMATURE":
+        name = "Nothing" if armature is None else f'"{armature.name}"'
+        raise RigUnusable(f"{name} is not an armature.", "Choose the character's armature object.")
+    if armature.library is not None:
+        raise RigUnusable(f'"{armature.name}" is linked from another file.', "Make a library override of it first.")
+    if armature.mode == "EDIT":
+        raise RigUnusable(f'"{armature.name}" is in edit mode.', "Leave edit mode first.")
+    if armature.animation_data is not None and armature.animation_data.use_tweak_mode:
+        raise RigUnusable(
+            f'An NLA strip of "{armature.name}" is being edited.', "Leave tweak mode first: Tab in the NLA editor."
+        )
+
+
+def resolve_mapping(armature: bpy.types.Object, bones: Bones, mapping: Mapping | dict | None = None) -> Mapping:
+    """The mapping to use: the given one (``{part: bone or bones}``) or the detected one, without bones that are locked.
+
+    Its ``warnings`` tell of everything that keeps a part from moving as asked. Raises :class:`RigUnusable`.
+    """
+    if mapping is None:
+        mapping = detect(bones, f'Armature "{armature.name}"')
+    elif not isinstance(mapping, Mapping):
+        chains = {part: (chain,) if isinstance(chain, str) else tuple(chain) for part, chain in mapping.items()}
+        mapping = Mapping({part: chain for part, chain in chains.items() if chain})
+    mapping = _without_locked(armature, mapping.check(bones))
+    return replace(mapping, warnings=(*mapping.warnings, *_obstacles(armature, mapping)))
+
+
+def is_locked(bone: bpy.types.PoseBone) -> bool:
+    """Whether no rotation of ``bone`` may be keyed."""
+    four = bone.rotation_mode == "AXIS_ANGLE" or bone.rotation_mode == "QUATERNION"
+    return all(bone.lock_rotation) and (bone.lock_rotation_w or not (four and bone.lock_rotations_4d))
+
+
+def _without_locked(armature, mapping: Mapping) -> Mapping:
+    pose = armature.pose.bones
+    locked = [name for part in EDGE_NAMES for name in mapping.chains.get(part, ()) if is_locked(pose[name])]
+    if not locked:
+        return mapping
+    chains = {
+        part: kept
+        for part, chain in mapping.chains.items()
+        if (kept := chain if part not in EDGE_NAMES else tuple(name for name in chain if name not in locked))
+    }
+    lost = [part for part in ARMS if part not in chains]
+    if lost:
+        require_arms(chains, f'Armature "{armature.name}" with its locked bones left out')
+    warning = f"{_quoted(locked)}: rotation is locked, so it stays as it is."
+    return replace(mapping, chains=chains, warnings=(*mapping.warnings, warning))
+
+
+def _obstacles(armature, mapping: Mapping) -> list[str]:
+    pose = armature.pose.bones
+    moved = [name for part in EDGE_NAMES for name in mapping.chains.get(part, ())]
+    warnings = []
+    if armature.data.pose_position == "REST":
+        warnings.append(f'Armature "{armature.name}" shows its rest position, so motion will not be seen.')
+    constrained = [name for name in moved if any(not c.mute and c.influence > 0 for c in pose[name].constraints)]
+    if constrained:
+        warnings.append(f"{_quoted(constrained)}: constraints may override the keys; choose the rig's controls instead.")
+    driven = sorted(_driven_bones(armature).intersection(moved))
+    if driven:
+        warnings.append(f"{_quoted(driven)}: drivers override the keys; choose the rig's controls instead.")
+    for part in ARMS:
+        partly = [name for name in mapping.chains[part] if any(pose[name].lock_rotation)]
+        if partly:
+            warnings.append(f"{_quoted(partly)}: {spoken(part)} cannot point everywhere, part of its rotation is locked.")
+    return warnings
+
+
+def _driven_bones(armature) -> set[str]:
+    drivers = armature.animation_data.drivers if armature.animation_data else ()
+    paths = [driver.data_path for driver in drivers if "rotation" in driver.data_path]
+    return {bpy.utils.unescape_identifier(found[1]) for path in paths if (found := _DRIVEN_BONE.match(path))}
+
+
+def _quoted(names: list[str]) -> str:
+    shown = ", ".join(f'"{name}"' for name in names[:4])
+    return f"Bones {shown} and {len(names) - 4} more" if len(names) > 4 else f"Bone{'s' * (len(names) > 1)} {shown}"
