@@ -1,0 +1,127 @@
+"""Where somebody speaks: voice activity from band energies over a noise floor that follows the recording.
+
+It hears speech-like modulation above a steady background, so it copes with hum, hiss and rooms, but takes music or
+applause for voice: recordings are expected to hold one voice without music.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from .audio import SAMPLE_RATE
+
+RATE = 100
+"""Analysis frames a second."""
+
+_HOP = SAMPLE_RATE // RATE
+_WINDOW = 512
+_EDGES = (100, 250, 400, 600, 850, 1150, 1500, 1950, 2500, 3200, 4000)
+_BLOCK = 6000
+_FLOOR_STEP = 25
+_FLOOR_REACH = 12
+"""The floor at a moment is taken from 12 steps of 0.25 s before and after it: six seconds hold a pause or breath."""
+_DYNAMICS = 42.0
+"""Decibels under the loud parts of a recording below which nothing is voice, so that faint codec noise in silence is not."""
+_LOWEST = -110.0
+"""Band level (dB, full scale 0) below which there is nothing to hear, whatever its loudest part."""
+_MIDPOINT = 6.0
+_WIDTH = 1.2
+_ATTACK = 3
+_HANGOVER = 8
+"""Frames (of 10 ms) by which voice is extended before and after, bridging consonants and closures."""
+
+
+def frame_count(audio: np.ndarray, fps: float = 15.0) -> int:
+    """Pose frames that a recording fills: ``floor(seconds * fps)``, at least one."""
+    return max(1, int(len(audio) * fps / SAMPLE_RATE + 1e-9))
+
+
+def active(audio: np.ndarray, fps: float = 15.0) -> np.ndarray:
+    """``(frame_count,)`` float32 in 0..1: how much of each pose frame is voiced. All zero for silence."""
+    track = probability(audio)
+    bounds = np.arange(frame_count(audio, fps) + 1) * (RATE / fps)
+    total = np.concatenate([[0.0], np.cumsum(track, dtype=float)])
+    level = np.interp(bounds, np.arange(len(total)), total)
+    return np.clip(np.diff(level) / (RATE / fps), 0, 1).astype(np.float32)
+
+
+def segments(audio: np.ndarray, shortest: float = 0.1, pause: float = 0.2) -> list[tuple[float, float]]:
+    """Voiced stretches as ``(start, end)`` seconds: gaps under ``pause`` are bridged, stretches under ``shortest`` dropped."""
+    return stretches(probability(audio), shortest, pause)
+
+
+def pauses(audio: np.ndarray, shortest: float = 0.2) -> list[tuple[float, float]]:
+    """The gaps of at least ``shortest`` seconds between, before and after the voiced stretches."""
+    edges = [0.0, *(edge for segment in segments(audio, pause=shortest) for edge in segment), len(audio) / SAMPLE_RATE]
+    return [(start, end) for start, end in zip(edges[::2], edges[1::2], strict=True) if end - start >= shortest]
+
+
+def stretches(track: np.ndarray, shortest: float = 0.1, pause: float = 0.2) -> list[tuple[float, float]]:
+    """The same from a :func:`probability` track, for callers that have one."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], track >= 0.5, [0]]).astype(int))) / RATE
+    merged: list[list[float]] = []
+    for start, end in edges.reshape(-1, 2).tolist():
+        if merged and start - merged[-1][1] < pause:
+            merged[-1][1] = end
+        else:
+            merged.append([start, end])
+    return [(start, end) for start, end in merged if end - start >= shortest]
+
+
+def probability(audio: np.ndarray) -> np.ndarray:
+    """``(frames,)`` float32 in 0..1 at 100 frames a second, frame ``i`` centred on ``(i + 0.5) / 100`` seconds.
+
+    The mean over ten bands of the level above the noise floor, through a logistic curve, with hangover.
+    """
+    from scipy.ndimage import maximum_filter1d, uniform_filter1d
+
+    bands = _bands(np.asarray(audio, np.float32))
+    if not len(bands):
+        return np.zeros(0, np.float32)
+    lowest = max(_LOWEST, float(np.percentile(bands.mean(1), 98)) - _DYNAMICS)
+    above = np.maximum(bands - np.maximum(_noise_floor(bands), lowest), 0)
+    strongest = np.sort(above, axis=1)[:, above.shape[1] // 2 :].mean(1)
+    excess = uniform_filter1d((above.mean(1) + strongest) / 2, 5, mode="nearest")
+    voiced = 1 / (1 + np.exp(-(excess - _MIDPOINT) / _WIDTH))
+    voiced = np.where(voiced < 0.02, 0, voiced)
+    size = _ATTACK + _HANGOVER + 1
+    return maximum_filter1d(voiced, size, origin=size // 2 - _ATTACK, mode="constant").astype(np.float32)
+
+
+def _bands(audio: np.ndarray) -> np.ndarray:
+    """``(frames, 10)`` band levels in dB, computed in blocks."""
+    from scipy import fft
+
+    frames = len(audio) // _HOP
+    levels = np.empty((frames, len(_EDGES) - 1), np.float32)
+    window, matrix = _analysis()
+    margin = (_WINDOW - _HOP) // 2
+    for begin in range(0, frames, _BLOCK):
+        end = min(begin + _BLOCK, frames)
+        low, high = begin * _HOP - margin, (end - 1) * _HOP - margin + _WINDOW
+        piece = np.pad(audio[max(low, 0) : high], (max(-low, 0), max(high - len(audio), 0)))
+        spectrum = fft.rfft(np.lib.stride_tricks.sliding_window_view(piece, _WINDOW)[::_HOP] * window, axis=1)
+        levels[begin:end] = 10 * np.log10((spectrum.real**2 + spectrum.imag**2) @ matrix + 1e-12)
+    return levels
+
+
+def _noise_floor(bands: np.ndarray) -> np.ndarray:
+    """``(frames, bands)`` dB: a low percentile of each quarter second, then a low percentile of its neighbourhood."""
+    steps = -(-len(bands) // _FLOOR_STEP)
+    padded = np.pad(bands, ((0, steps * _FLOOR_STEP - len(bands)), (0, 0)), mode="edge")
+    quiet = np.percentile(padded.reshape(steps, _FLOOR_STEP, -1), 30, axis=1)
+    reach = np.pad(quiet, ((_FLOOR_REACH, _FLOOR_REACH), (0, 0)), mode="reflect" if steps > _FLOOR_REACH else "symmetric")
+    floor = np.percentile(np.lib.stride_tricks.sliding_window_view(reach, 2 * _FLOOR_REACH + 1, axis=0), 10, axis=-1)
+    centres = (np.arange(steps) + 0.5) * _FLOOR_STEP
+    at = np.arange(len(bands))
+    return np.stack([np.interp(at, centres, column) for column in floor.T], axis=1)
+
+
+@lru_cache(maxsize=1)
+def _analysis() -> tuple[np.ndarray, np.ndarray]:
+    """Hann window scaled so that a full-scale sine reads 0 dB, and the ``(257, 10)`` band sums."""
+    window = np.hanning(_WINDOW + 1)[:-1]
+    hertz = np.arange(_WINDOW // 2 + 1) * SAMPLE_RATE / _WINDOW
+    low, high = np.array(_EDGES[:-1]), np.array(_EDGES[1:])
+    matrix = (hertz[:, None] >= low) & (hertz[:, None] < high)
+    return (window * 2 / window.sum()).astype(np.float32), matrix.astype(np.float32)
