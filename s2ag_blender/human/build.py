@@ -1,0 +1,89 @@
+"""The character ``human``: body, clothes, hair and eyes on one of five rigs."""
+
+import bpy
+import numpy as np
+
+from .. import materials, surface
+from ..character import Character
+from ..surface import Surface
+from . import data, dress, hair, paint, rig, shape
+
+_PALETTES = {
+    "female": paint.Palette((0.56, 0.31, 0.20), (0.58, 0.20, 0.14), (0.42, 0.11, 0.09), (0.055, 0.024, 0.012), (0.16, 0.075, 0.03)),
+    "male": paint.Palette((0.50, 0.275, 0.18), (0.50, 0.18, 0.12), (0.36, 0.13, 0.10), (0.022, 0.013, 0.009), (0.07, 0.10, 0.13), 0.3),
+}
+_WARDROBE = {
+    "female": {"jumper": (0.045, 0.16, 0.19), "rib": (0.035, 0.13, 0.155), "trousers": (0.055, 0.052, 0.06)},
+    "male": {"jumper": (0.075, 0.10, 0.17), "rib": (0.06, 0.08, 0.14), "trousers": (0.10, 0.085, 0.065)},
+}
+_EYES = ("helper-l-eye", "helper-r-eye")
+_LASHES = ("helper-l-eyelashes-2", "helper-r-eyelashes-2")
+
+
+def build(rig_name: str = "default", gender: str = "female", collection=None) -> Character:
+    """Build the human into a new collection of the current scene.
+
+    ``rig_name`` is one of :data:`data.RIGS`, ``gender`` one of :data:`shape.GENDERS`. Raises :class:`RigUnusable` for an
+    unknown rig or missing body data.
+    """
+    bones, weights = rig.weights(rig_name)
+    points = shape.person(gender)
+    if collection is None:
+        collection = bpy.data.collections.new("Human")
+        bpy.context.scene.collection.children.link(collection)
+    armature = rig.armature("Human", rig_name, points, collection)
+    parts = [surface.to_object(f"Human {name}", mesh, bones, looks, collection, fine) for name, mesh, looks, fine in
+             _parts(points, weights, gender)]
+    for part in parts:
+        part.parent = armature
+        part.modifiers.new("Armature", "ARMATURE").object = armature
+    rig.relax_hands(armature, points)
+    return Character(armature, tuple(parts), collection)
+
+
+def _parts(points, weights, gender):
+    """(name, surface, materials, subdivisions) of everything the person wears and is."""
+    palette, wardrobe = _PALETTES[gender], _WARDROBE[gender]
+    tailor = dress.Tailor(points, weights)
+    yield "Skin", *_skin(tailor, palette, gender), 0
+    yield "Eyes", *_eyes(points, weights, palette), 1
+    lashes = np.concatenate([data.base_mesh().faces[name] for name in _LASHES])
+    yield "Lashes", Surface.of(points, lashes, weights), [materials.plain("Lashes", (0.01, 0.008, 0.007))], 0
+    knit = materials.plain("Jumper", wardrobe["jumper"], 0.9, specular=0.15)
+    rib = materials.plain("Rib", wardrobe["rib"], 0.9, specular=0.15)
+    yield "Jumper", tailor.jumper(), [knit, rib], 1
+    yield "Trousers", tailor.trousers(), [materials.plain("Trousers", wardrobe["trousers"], 0.85, specular=0.2)], 1
+    leather, sole = materials.plain("Shoe", (0.035, 0.022, 0.016), 0.4), materials.plain("Sole", (0.012, 0.012, 0.012), 0.8)
+    yield "Shoes", tailor.shoes(), [leather, sole], 1
+    body = np.unique(data.base_mesh().faces["body"])
+    crown = weights[body[np.argmax(points[body, 2])]]
+    cut = hair.tied_back if gender == "female" else hair.short
+    strands = materials.image("Human hair", paint.strands(palette))
+    locks = materials.painted("Hair", strands, palette.hair, 0.45, 0.35)
+    yield "Hair", cut(hair.Head.of(points), crown), [locks], 0
+
+
+def _skin(tailor, palette, gender):
+    mesh = data.base_mesh()
+    faces, uv_faces = mesh.faces["body"], mesh.uv_faces["body"]
+    shown = tailor.shown()[faces].all(1)
+    masks = paint.masks()
+    canvas = paint.Canvas(hair.Head.of(tailor.points))
+    picture = canvas.paint(palette, masks["lips"], 0.0062 if gender == "female" else 0.0085)
+    uvs = canvas.uvs(faces[shown], uv_faces[shown], masks["fingernails"])
+    skin = Surface.of(tailor.points, faces[shown], tailor.weights, 0, uvs)
+    return skin, [materials.painted("Skin", materials.image("Human skin", picture), palette.skin)]
+
+
+def _eyes(points, weights, palette):
+    """Both eyeballs with the eye image laid on from the front."""
+    mesh = data.base_mesh()
+    both = []
+    for name in _EYES:
+        faces = mesh.faces[name]
+        ball = points[np.unique(faces)]
+        middle, radius = (ball.max(0) + ball.min(0)) / 2, (ball.max(0) - ball.min(0)).max() / 2
+        uvs = ((points[faces] - middle) / radius)[..., [0, 2]] / 2 + 0.5
+        both.append(Surface.of(points, faces, weights, 0, uvs))
+    image = materials.image("Human eye", paint.eye(palette))
+    return both[0].joined(both[1]), [materials.painted("Eye", image, (0.7, 0.69, 0.67), 0.1, 0.5)]

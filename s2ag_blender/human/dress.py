@@ -1,0 +1,104 @@
+"""Clothes cut from the base mesh's wearable body (``helper-tights``): a jumper, trousers and shoes.
+
+The skin beneath is left out, so it can never poke through a sleeve, whatever the pose.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import surface
+from ..surface import Surface
+from . import data
+
+CLOTH, RIB = 0, 1
+_SHOE, _SOLE = 0, 1
+
+
+@dataclass(frozen=True)
+class Tailor:
+    """Where this body's clothes begin and end: ``points`` (19158, 3) metres, ``weights`` (19158, bones)."""
+
+    points: np.ndarray
+    weights: np.ndarray
+
+    def joint(self, name: str) -> np.ndarray:
+        return data.base_mesh().joint(f"joint-{name}", self.points)
+
+    def above_collar(self, points: np.ndarray) -> np.ndarray:
+        """Signed metres (n,) above the neckline, a plane that drops towards the throat."""
+        normal = np.array([0, -0.45, 1]) / np.hypot(0.45, 1)
+        return (points - self.joint("neck") - [0, 0, 0.004]) @ normal
+
+    def along_forearm(self, points: np.ndarray, side: str) -> np.ndarray:
+        """Position (n,) along the forearm: 0 at the elbow, 1 at the wrist; far below zero away from that arm."""
+        elbow, wrist = self.joint(f"{side}-elbow"), self.joint(f"{side}-hand")
+        axis = wrist - elbow
+        length = np.linalg.norm(axis)
+        share = (points - elbow) @ axis / length**2
+        return np.where(np.linalg.norm(points - wrist, axis=1) < 1.3 * length, share, -10.0)
+
+    def above_hem(self, points: np.ndarray) -> np.ndarray:
+        """Signed metres (n,) above the jumper's hem, over the hips."""
+        return points[:, 2] - (0.45 * self.joint("pelvis")[2] + 0.55 * self.joint("spine-4")[2])
+
+    def shown(self) -> np.ndarray:
+        """Which points (19158,) are skin that shows: the head down to inside the collar, the hands up to inside the cuffs."""
+        beside_neck = np.linalg.norm((self.points - self.joint("neck"))[:, :2], axis=1) < 0.1
+        head = self.points[:, 2] > self.joint("jaw")[2] - 0.03
+        shown = (self.above_collar(self.points) > -0.03) & (head | beside_neck)
+        for side in "lr":
+            shown |= self.along_forearm(self.points, side) > 0.78
+        return shown
+
+    def jumper(self) -> Surface:
+        """A crew-neck jumper with ribbed collar, cuffs and hem."""
+        cloth = Surface.of(self.points, data.base_mesh().faces["helper-tights"], self.weights)
+        cloth = cloth.smoothed(14).offset(0.009)
+        ends = []
+        for distance in (self.above_hem, lambda points: -self.above_collar(points), *self._wrists()):
+            cloth = surface.cut(cloth, distance(cloth.points))
+        for loop in surface.loops(cloth):
+            ends.append((loop, self._way_off(cloth.points[loop])))
+        for loop, (along, steps) in ends:
+            cloth = surface.trim(cloth, loop, along, steps, RIB)
+        return cloth
+
+    def trousers(self) -> Surface:
+        """Straight trousers; their waist stays under the jumper."""
+        cloth = Surface.of(self.points, data.base_mesh().faces["helper-tights"], self.weights)
+        cloth = cloth.smoothed(10).offset(0.005)
+        cloth = surface.cut(cloth, 0.05 - self.above_hem(cloth.points))
+        cloth = surface.cut(cloth, cloth.points[:, 2] - 0.6 * self.joint("l-ankle")[2])
+        knee = self.joint("l-knee")[2]
+        below = np.clip((knee + 0.1 - cloth.points[:, 2]) / knee, 0, 1)
+        cloth = cloth.offset(0.018 * below)
+        for loop in surface.loops(cloth):
+            if cloth.points[loop, 2].mean() < knee:
+                cloth = surface.trim(cloth, loop, np.array([0, 0, -1.0]), [(0.003, -0.002), (0.0, -0.008)], CLOTH)
+        return cloth
+
+    def shoes(self) -> Surface:
+        """Plain closed shoes with a flat sole."""
+        shoe = Surface.of(self.points, data.base_mesh().faces["helper-tights"], self.weights)
+        shoe = shoe.smoothed(4)
+        shoe = surface.cut(shoe, 1.5 * self.joint("l-ankle")[2] - shoe.points[:, 2]).offset(0.006)
+        points = shoe.points.copy()
+        points[:, 2] = np.maximum(points[:, 2], 0.0)
+        low = points[shoe.faces, 2].max(1) < 0.022
+        return Surface(points, shoe.faces, shoe.weights, np.where(low, _SOLE, _SHOE))
+
+    def _wrists(self):
+        return [lambda points, side=side: 0.9 - self.along_forearm(points, side) for side in "lr"]
+
+    def _way_off(self, ring: np.ndarray):
+        """The direction off a border loop and the profile of its rib, by which end of the jumper it is."""
+        middle = ring.mean(0)
+        if abs(middle[0]) > 0.1:
+            side = "l" if middle[0] > 0 else "r"
+            along = self.joint(f"{side}-hand") - self.joint(f"{side}-elbow")
+            return along / np.linalg.norm(along), [(0.001, 0.002), (0.018, -0.002), (0.022, -0.004), (0.02, -0.008), (0.0, -0.008)]
+        if self.above_hem(middle[None])[0] < 0.1:
+            return np.array([0, 0, -1.0]), [(0.001, 0.003), (0.03, 0.003), (0.036, 0.0), (0.034, -0.004), (0.0, -0.005)]
+        along = np.array([0, -0.35, 1]) / np.linalg.norm([0, -0.35, 1])
+        return along, [(0.001, 0.003), (0.012, -0.001), (0.016, -0.005), (0.014, -0.009), (-0.012, -0.007)]

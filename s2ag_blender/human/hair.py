@@ -1,0 +1,184 @@
+"""Hair grown from the shape of the head: a shell over the scalp whose quads run along the combing direction."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from mathutils import Vector
+from mathutils.bvhtree import BVHTree
+
+from ..surface import Surface
+from . import data
+
+_COLUMNS, _ROWS = 144, 26
+
+
+@dataclass(frozen=True)
+class Head:
+    """Landmarks of a head in metres, facing -y: heights ``top``, ``chin``, ``eye``; the ear's ``ear_low`` and ``ear_high``
+    corners (3,) on the left side; ``centre`` (3,) of the skull; ``points`` (19158, 3) of the person."""
+
+    points: np.ndarray
+    top: float
+    chin: float
+    eye: float
+    ear_low: np.ndarray
+    ear_high: np.ndarray
+    centre: np.ndarray
+
+    @classmethod
+    def of(cls, points: np.ndarray) -> "Head":
+        """Measure the head of a person's ``points`` (19158, 3)."""
+        mesh = data.base_mesh()
+        body = points[np.unique(mesh.faces["body"])]
+        chin, eye, top = mesh.joint("joint-jaw", points)[2], mesh.joint("joint-l-eye", points)[2], body[:, 2].max()
+        head = body[body[:, 2] > chin]
+        ear = head[head[:, 0] > 0.9 * head[:, 0].max()]
+        skull = head[head[:, 2] > eye + 0.03]
+        centre = np.array([0, (skull[:, 1].min() + skull[:, 1].max()) / 2, eye + 0.02])
+        return cls(points, top, chin, eye, ear.min(0), ear.max(0), centre)
+
+    @property
+    def height(self) -> float:
+        return self.top - self.chin
+
+    def hairline(self) -> np.ndarray:
+        """Points (k, 3) of the left half of the hairline, from the middle of the forehead over the ear to the nape."""
+        front = self.centre[1] - 0.5 * self.height
+        low, high, back = self.ear_low, self.ear_high, self.centre[1] + 0.45 * self.height
+        x = high[0]
+        return np.array(
+            [
+                [0.0, front, self.chin + 0.875 * self.height],
+                [0.35 * x, front, self.chin + 0.885 * self.height],
+                [0.62 * x, front + 0.014, self.chin + 0.85 * self.height],
+                [0.8 * x, front + 0.045, self.chin + 0.73 * self.height],
+                [0.9 * x, low[1] - 0.022, self.eye + 0.018],
+                [0.95 * x, low[1] - 0.010, self.eye - 0.008],
+                [0.95 * x, low[1] + 0.002, high[2] + 0.004],
+                [0.93 * x, high[1] + 0.006, high[2] - 0.004],
+                [0.85 * x, high[1] + 0.012, low[2] + 0.01],
+                [0.55 * x, back, low[2] - 0.022],
+                [0.0, back, low[2] - 0.028],
+            ]
+        )
+
+    def scalp(self) -> BVHTree:
+        """The head's surface, to cast rays against."""
+        faces = data.base_mesh().faces["body"]
+        near = self.points[faces, 2].min(1) > self.chin - 0.05
+        used, inverse = np.unique(faces[near], return_inverse=True)
+        return BVHTree.FromPolygons(self.points[used].tolist(), inverse.reshape(-1, 4).tolist())
+
+
+def cap(head: Head, crown: np.ndarray, thickness, weights: np.ndarray) -> Surface:
+    """A shell from the hairline to the ``crown`` (direction (3,) from the skull's centre) with strands combed towards it.
+
+    ``thickness(directions (..., 3), along (..., 1 at the hairline))`` gives metres above the skin. ``weights`` (bones,)
+    are those of the head.
+    """
+    pole, side, up = _frame(crown)
+    line = head.hairline() - head.centre
+    line = np.concatenate([line, line[-2:0:-1] * [-1, 1, 1]])
+    line /= np.linalg.norm(line, axis=1, keepdims=True)
+    turn = np.arctan2(line @ side, line @ up) % (2 * np.pi)
+    tilt = np.arccos(line @ pole)
+    order = np.argsort(turn)
+    around = np.linspace(0, 2 * np.pi, _COLUMNS, endpoint=False)
+    reach = _periodic(around, turn[order], tilt[order])
+    along = np.linspace(0, 1, _ROWS) ** 0.9
+    theta = 0.02 + (reach - 0.02) * along[:, None]
+    spoke = np.cos(around)[:, None] * up + np.sin(around)[:, None] * side
+    directions = np.cos(theta)[..., None] * pole + np.sin(theta)[..., None] * spoke
+    scalp = head.scalp()
+    radius = np.array([_hit(scalp, head.centre, direction) for direction in directions.reshape(-1, 3)]).reshape(theta.shape)
+    share = np.broadcast_to(along[:, None], theta.shape)
+    root = np.clip((1 - share) / 0.16, 0, 1)
+    lift = thickness(directions, share) * np.sqrt(root * (2 - root)) - 0.0012 * (1 - root)
+    points = head.centre + directions * (radius + lift + _strands(around, share) * root)[..., None]
+    return _grid(points, weights, around_repeat=6)
+
+
+def bun(head: Head, crown: np.ndarray, radius: float, weights: np.ndarray) -> Surface:
+    """A coiled knot of hair sitting where the strands of :func:`cap` meet."""
+    pole, side, up = _frame(crown)
+    around = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+    theta = np.linspace(0.03, np.pi - 0.4, 20)[:, None]
+    coil = 1 + 0.035 * np.sin(5 * around + 5.0 * theta) + 0.012 * np.sin(17 * around + 9 * theta)
+    spoke = np.cos(around)[:, None] * up + np.sin(around)[:, None] * side
+    shape = np.cos(theta)[..., None] * pole * 0.82 + np.sin(theta)[..., None] * spoke
+    start = _hit(head.scalp(), head.centre, pole)
+    return _grid(head.centre + pole * (start + 0.55 * radius) + radius * coil[..., None] * shape, weights, around_repeat=2)
+
+
+def tied_back(head: Head, weights: np.ndarray) -> Surface:
+    """Combed back into a knot."""
+    crown = np.array([0, 0.86, 0.36])
+
+    def thickness(directions, along):
+        return 0.010 + 0.008 * np.clip(directions[..., 2], 0, 1) * np.clip(1.6 * (1 - along), 0, 1)
+
+    return cap(head, crown, thickness, weights).joined(bun(head, crown, 0.036, weights))
+
+
+def short(head: Head, weights: np.ndarray) -> Surface:
+    """Short back and sides, fuller on top."""
+
+    def thickness(directions, along):
+        upward = np.clip((directions[..., 2] - 0.15) / 0.7, 0, 1)
+        forward = np.clip(-directions[..., 1], 0, 1)
+        return 0.006 + 0.014 * upward * upward * (3 - 2 * upward) + 0.008 * upward * forward
+
+    return cap(head, np.array([0, 0.45, 0.89]), thickness, weights)
+
+
+def _frame(crown):
+    pole = crown / np.linalg.norm(crown)
+    up = np.array([0, -1.0, 0]) - pole * -pole[1]
+    up /= np.linalg.norm(up)
+    return pole, np.cross(up, pole) * np.sign(np.cross(up, pole)[0]), up
+
+
+def _hit(tree, centre, direction) -> float:
+    return tree.ray_cast(Vector(centre), Vector(direction))[3] or 0.1
+
+
+def _strands(around, along):
+    """Small ridges (rows, columns) in metres that catch light like locks of hair."""
+    waves = sum(
+        np.sin(count * around[None] + phase + bend * along) / count**0.5
+        for count, phase, bend in ((11, 0.3, 1.1), (23, 1.9, -0.7), (37, 4.0, 0.9), (53, 2.2, -1.3))
+    )
+    return 0.0016 * waves
+
+
+def _periodic(at, angles, values):
+    """Smooth periodic interpolation of values over sorted angles."""
+    angles = np.concatenate([angles - 2 * np.pi, angles, angles + 2 * np.pi])
+    dense = np.interp(np.linspace(-np.pi, 3 * np.pi, 1441), angles, np.tile(values, 3))
+    kernel = np.hanning(33)
+    dense = np.convolve(np.pad(dense, 16, mode="edge"), kernel / kernel.sum(), "valid")
+    return np.interp(at, np.linspace(-np.pi, 3 * np.pi, 1441), dense)
+
+
+def _grid(points: np.ndarray, weights: np.ndarray, around_repeat: int) -> Surface:
+    """Quads over a grid (rows, columns, 3) that closes around, with a cap of triangles at its first row."""
+    rows, columns, _ = points.shape
+    index = np.arange(rows * columns).reshape(rows, columns)
+    after = np.roll(index, -1, 1)
+    quads = np.stack([index[:-1], index[1:], after[1:], after[:-1]], -1).reshape(-1, 4)
+    tip = np.full(columns, rows * columns)
+    lid = np.stack([tip, index[0], after[0], after[0]], -1)
+    u = np.arange(columns + 1) / columns * around_repeat
+    v = np.linspace(0, 1, rows)
+    left, right = (np.broadcast_to(edge, (rows - 1, columns)) for edge in (u[:-1], u[1:]))
+    low, high = (np.broadcast_to(edge[:, None], (rows - 1, columns)) for edge in (v[:-1], v[1:]))
+    uvs = np.stack([np.stack(pair, -1) for pair in ((left, low), (left, high), (right, high), (right, low))], -2)
+    lid_uvs = np.stack([np.stack([u[:-1], 0 * u[1:]], -1)] * 4, -2)
+    every = np.concatenate([points.reshape(-1, 3), points[0].mean(0, keepdims=True)])
+    return Surface(
+        every,
+        np.concatenate([quads, lid]),
+        np.repeat(weights[None].astype(np.float32), len(every), 0),
+        np.zeros(len(quads) + columns, int),
+        np.concatenate([uvs.reshape(-1, 4, 2), lid_uvs]),
+    )

@@ -1,0 +1,193 @@
+"""Painted colour: the face (lips, brows, blush, hairline), the eyes and strands of hair. Linear RGB, made of arrays."""
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from . import data
+from .hair import Head
+
+WIDTH, HEIGHT = 1024, 640
+_RAMP = 12
+"""Rows at the bottom of the skin image that hold a ramp from skin to finger nail."""
+
+
+@dataclass(frozen=True)
+class Palette:
+    """Linear RGB of one person."""
+
+    skin: tuple
+    blush: tuple
+    lips: tuple
+    hair: tuple
+    iris: tuple
+    stubble: float = 0.0
+
+
+def masks(names=("lips", "fingernails")) -> dict[str, np.ndarray]:
+    """Painted masks of the data package, sampled at every texture coordinate of the base mesh: name to (n,) in 0..1."""
+    found = {}
+    uvs = data.base_mesh().uvs
+    for name in names:
+        picture = bpy.data.images.load(str(data.folder() / "textures" / f"mpfb_{name}.jpg"))
+        width, height = picture.size
+        pixels = np.empty(width * height * picture.channels, np.float32)
+        picture.pixels.foreach_get(pixels)
+        red = pixels.reshape(height, width, -1)[..., 0]
+        column = np.clip((uvs[:, 0] * width).astype(int), 0, width - 1)
+        row = np.clip((uvs[:, 1] * height).astype(int), 0, height - 1)
+        found[name] = red[row, column]
+        bpy.data.images.remove(picture)
+    return found
+
+
+@dataclass(frozen=True)
+class Canvas:
+    """The skin image: the head unrolled around a vertical axis, chin to crown, over a ramp for the nails."""
+
+    head: Head
+
+    @property
+    def low(self) -> float:
+        return self.head.chin - 0.16
+
+    @property
+    def span(self) -> float:
+        return self.head.top + 0.01 - self.low
+
+    def azimuth(self, points: np.ndarray) -> np.ndarray:
+        """Angle (...) around the head's axis, zero at the nose, positive to the left."""
+        return np.arctan2(points[..., 0], self.head.centre[1] + 0.01 - points[..., 1])
+
+    def uvs(self, faces: np.ndarray, uv_faces: np.ndarray, nails: np.ndarray) -> np.ndarray:
+        """Texture coordinates (m, 4, 2) for skin quads: the head on the unrolled image, everything else on the ramp."""
+        points = self.head.points[faces]
+        turn = self.azimuth(points) / (2 * np.pi)
+        behind = turn.max(1, keepdims=True) - turn.min(1, keepdims=True) > 0.5
+        turn = np.where(behind & (turn < 0), turn + 1, turn)
+        rows = _RAMP + (points[..., 2] - self.low) / self.span * (HEIGHT - _RAMP)
+        on_head = (points[..., 2] > self.low) & (np.abs(points[..., 0]) < 0.16)
+        on_head = on_head.all(1, keepdims=True)
+        ramp = 0.02 + 0.96 * nails[uv_faces]
+        return np.stack([np.where(on_head, turn + 0.5, ramp), np.where(on_head, rows, _RAMP / 3) / HEIGHT], -1)
+
+    def paint(self, palette: Palette, lips: np.ndarray, brow: float) -> np.ndarray:
+        """The skin image (HEIGHT, WIDTH, 3); ``lips`` is the mask over the base mesh's texture coordinates, ``brow`` the
+        thickness of the eyebrows in metres."""
+        rng = np.random.default_rng(7)
+        z = self.low + (np.arange(HEIGHT)[:, None] - _RAMP) / (HEIGHT - _RAMP) * self.span
+        turn = (np.arange(WIDTH)[None] + 0.5) / WIDTH * 2 * np.pi - np.pi
+        colour = np.ones((HEIGHT, WIDTH, 3)) * palette.skin
+        mottle = _blurred(rng.standard_normal((HEIGHT, WIDTH)), 9)
+        colour *= 1 + 0.035 * mottle[..., None] / mottle.std()
+        for weight, tint in self._tints(turn, z, palette):
+            colour = _mix(colour, tint, weight)
+        colour = _mix(colour, palette.lips, _blurred(self._lip_image(lips), 1) * 0.85)
+        colour = _mix(colour, np.multiply(palette.hair, 0.8), self._brows(turn, z, brow, rng) * 0.9)
+        colour = _mix(colour, palette.hair, self._scalp(turn, z))
+        ramp = np.linspace(0, 1, WIDTH)[None, :, None]
+        nail = np.add(np.multiply(palette.skin, 0.75), [0.16, 0.10, 0.09])
+        colour[:_RAMP] = (1 - ramp) * palette.skin + ramp * nail
+        return colour
+
+    def _tints(self, turn, z, palette):
+        """(weight (HEIGHT, WIDTH), colour) of soft areas."""
+        mesh, points = data.base_mesh(), self.head.points
+        eye, mouth = (mesh.joint(f"joint-{name}", points) for name in ("l-eye", "mouth"))
+        eye_turn = self.azimuth(eye)
+        cheek = 0.45 * eye[2] + 0.55 * mouth[2]
+        sides = np.abs(turn)
+        yield 0.5 * _spot((sides - 1.5 * eye_turn) / 0.3, (z - cheek) / 0.018), palette.blush
+        yield 0.35 * _spot(turn / 0.11, (z - (0.62 * mouth[2] + 0.38 * eye[2])) / 0.012), palette.blush
+        yield 0.3 * _spot((sides - self.azimuth(self.head.ear_high)) / 0.2, (z - eye[2] + 0.01) / 0.04), palette.blush
+        yield 0.3 * _spot((sides - eye_turn) / 0.24, (z - eye[2] - 0.006) / 0.009), np.multiply(palette.skin, 0.45)
+        if palette.stubble:
+            jaw = _spot(turn / 1.0, (z - self.head.chin - 0.015) / 0.035) + _spot(turn / 0.3, (z - mouth[2] - 0.012) / 0.007)
+            yield palette.stubble * np.clip(jaw, 0, 1), np.multiply(palette.skin, [0.42, 0.46, 0.52])
+
+    def _lip_image(self, lips):
+        """The lip mask moved from the base mesh's own texture layout to this one."""
+        mesh = data.base_mesh()
+        faces, uv_faces = mesh.faces["body"], mesh.uv_faces["body"]
+        near = (lips[uv_faces] > 0.02).any(1)
+        uvs = self.uvs(faces[near], uv_faces[near], np.zeros(len(mesh.uvs)))
+        values = lips[uv_faces[near]]
+        image = np.zeros((HEIGHT, WIDTH))
+        step = np.linspace(0, 1, 14)
+        s, t = (grid[..., None] for grid in np.meshgrid(step, step))
+        corners = ((1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t)
+        value = sum(corner * values[:, i] for i, corner in enumerate(corners))
+        column, row = (sum(corner * uvs[:, i, axis] for i, corner in enumerate(corners)) for axis in (0, 1))
+        np.maximum.at(image, ((row * HEIGHT).astype(int), (column * WIDTH).astype(int)), value)
+        return image
+
+    def _brows(self, turn, z, thickness, rng):
+        """Eyebrows as many short strokes: coverage (HEIGHT, WIDTH) in 0..1."""
+        eye = data.base_mesh().joint("joint-l-eye", self.head.points)
+        eye_turn = self.azimuth(eye)
+        count = 420
+        along = np.repeat(rng.random(count), 2)
+        bend = np.interp(along, [0, 0.3, 0.68, 1], [0.0195, 0.0225, 0.0255, 0.0185])
+        width = thickness * np.interp(along, [0, 0.15, 0.6, 1], [0.75, 1, 0.8, 0.25])
+        across = rng.uniform(-0.5, 0.5, along.size)
+        start_turn = eye_turn * (0.42 + 1.42 * along)
+        start_z = eye[2] + bend + across * width
+        slope = np.interp(along, [0, 0.3, 1], [1.3, 0.55, -0.15]) - 0.5 * across
+        length = rng.uniform(0.004, 0.007, along.size)
+        image = np.zeros((HEIGHT, WIDTH))
+        steps = np.linspace(0, 1, 16)[:, None]
+        for side in (-1, 1):
+            columns = (side * (start_turn + steps * length / 0.085 * np.cos(slope)) / (2 * np.pi) + 0.5) * WIDTH
+            rows = _RAMP + (start_z + steps * length * np.sin(slope) - self.low) / self.span * (HEIGHT - _RAMP)
+            np.add.at(image, (rows.astype(int), columns.astype(int)), np.broadcast_to(0.32 * (1 - 0.6 * steps), rows.shape))
+        return np.clip(_blurred(image, 1), 0, 1)
+
+    def _scalp(self, turn, z):
+        """Hair colour showing through above the hairline, soft at its edge."""
+        line = self.head.hairline()
+        angle = np.abs(self.azimuth(line))
+        edge = np.interp(np.abs(turn[0]), np.maximum.accumulate(angle), line[:, 2])
+        return np.clip((z - edge[None] - 0.001) / 0.009, 0, 1) ** 1.5
+
+
+def eye(palette: Palette, size: int = 192) -> np.ndarray:
+    """An eye seen from the front (size, size, 3), the eyeball's diameter across: white, iris, pupil and a glint."""
+    grid = (np.arange(size) + 0.5) / size * 2 - 1
+    x, y = grid[None], grid[:, None]
+    radius = np.hypot(x, y)
+    angle = np.arctan2(y, x)
+    colour = np.ones((size, size, 3)) * (0.78, 0.76, 0.74)
+    colour *= (1 - 0.35 * np.clip(y, 0, 1) - 0.25 * np.clip(radius - 0.6, 0, 1))[..., None]
+    fibres = 1 + 0.22 * np.sin(31 * angle + 3 * np.sin(5 * angle)) * np.clip((radius - 0.16) / 0.2, 0, 1)
+    iris = np.multiply.outer(fibres * (0.75 + 0.9 * np.clip(0.25 - y, 0, 0.6)), palette.iris)
+    colour = _mix(colour, np.multiply(palette.iris, 0.25), np.clip((0.475 - radius) / 0.03, 0, 1))
+    colour = _mix(colour, iris, np.clip((0.42 - radius) / 0.05, 0, 1))
+    colour = _mix(colour, (0.004, 0.004, 0.005), np.clip((0.19 - radius) / 0.03, 0, 1))
+    return _mix(colour, (1, 1, 1), np.clip((0.075 - np.hypot(x + 0.14, y - 0.16)) / 0.03, 0, 1))
+
+
+def strands(palette: Palette, width: int = 512, height: int = 64) -> np.ndarray:
+    """A tile of hair (height, width, 3) that repeats sideways, strands running upwards."""
+    rng = np.random.default_rng(3)
+    noise = np.fft.irfft(np.fft.rfft(rng.standard_normal((3, width))) / (1 + np.arange(width // 2 + 1)) ** 0.25, width)
+    noise /= noise.std(1, keepdims=True)
+    along = np.linspace(0, np.pi, height)[:, None]
+    value = noise[0] * 0.6 + noise[1] * np.cos(along) * 0.5 + noise[2] * np.sin(along) * 0.5
+    return np.multiply.outer(np.clip(1 + 0.24 * value, 0.35, 1.9), palette.hair)
+
+
+def _spot(x, y):
+    return np.exp(-0.5 * (np.square(x) + np.square(y)))
+
+
+def _mix(colour, other, weight):
+    return colour + weight[..., None] * (np.asarray(other) - colour)
+
+
+def _blurred(image, radius: int):
+    """Box blur with wrap-around, twice: close to a Gaussian."""
+    for _ in range(2):
+        for axis in (0, 1):
+            image = sum(np.roll(image, step, axis) for step in range(-radius, radius + 1)) / (2 * radius + 1)
+    return image

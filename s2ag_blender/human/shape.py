@@ -1,0 +1,63 @@
+"""Who the human is: two recipes of MakeHuman shape targets, an adult woman and an adult man."""
+
+import numpy as np
+
+from ...core.errors import UsageError
+from . import data
+
+GENDERS = ("female", "male")
+_BODY = {"female": ("averagemuscle", "averageweight", 0.35), "male": ("averagemuscle", "averageweight", 0.45)}
+"""Build, and how far it leans to MakeHuman's ideal proportions."""
+
+_ANCESTRY = {
+    "female": {"caucasian": 0.5, "asian": 0.25, "african": 0.25},
+    "male": {"caucasian": 0.6, "asian": 0.15, "african": 0.25},
+}
+_FACE = {
+    "female": {
+        "head/head-oval": 0.25,
+        "head/head-age-decr": 0.2,
+        "mouth/mouth-angles-up": 0.35,
+        "mouth/mouth-upperlip-volume-incr": 0.3,
+        "mouth/mouth-lowerlip-volume-incr": 0.2,
+        "nose/nose-width2-decr": 0.3,
+        "nose/nose-scale-vert-decr": 0.2,
+        "chin/chin-width-decr": 0.2,
+        "cheek/l-cheek-bones-incr": 0.3,
+        "cheek/r-cheek-bones-incr": 0.3,
+        "eyes/l-eye-scale-incr": 0.35,
+        "eyes/r-eye-scale-incr": 0.35,
+        "eyes/l-eye-height2-incr": 0.25,
+        "eyes/r-eye-height2-incr": 0.25,
+        "torso/measure-shoulder-dist-decr": 0.15,
+    },
+    "male": {
+        "head/head-square": 0.2,
+        "mouth/mouth-angles-up": 0.3,
+        "mouth/mouth-lowerlip-volume-incr": 0.2,
+        "chin/chin-prominent-incr": 0.2,
+        "chin/chin-width-incr": 0.15,
+        "nose/nose-width2-decr": 0.2,
+        "eyes/l-eye-scale-incr": 0.3,
+        "eyes/r-eye-scale-incr": 0.3,
+        "eyes/l-eye-height2-incr": 0.25,
+        "eyes/r-eye-height2-incr": 0.25,
+    },
+}
+
+
+def person(gender: str) -> np.ndarray:
+    """Points (19158, 3) of the base mesh in the shape of a young adult: metres, z up, facing -y, soles at z = 0.
+
+    Raises :class:`UsageError` for a gender other than ``female`` or ``male``.
+    """
+    if gender not in GENDERS:
+        raise UsageError(f"The human cannot be {gender}.", f"Choose one of: {', '.join(GENDERS)}.")
+    muscle, weight, ideal = _BODY[gender]
+    build = f"{gender}-young-{muscle}-{weight}"
+    weights = {f"macrodetails/universal-{build}": 1.0, f"macrodetails/proportions/{build}-idealproportions": ideal}
+    weights |= {f"macrodetails/{origin}-{gender}-young": part for origin, part in _ANCESTRY[gender].items()}
+    points = data.to_blender(data.morph(weights | _FACE[gender]))
+    body = np.unique(data.base_mesh().faces["body"])
+    points[:, 2] -= points[body, 2].min()
+    return points

@@ -1,0 +1,196 @@
+"""Skinned surfaces as plain arrays: cut, smooth, trim and turn them into Blender meshes. Characters are made of these."""
+
+from dataclasses import dataclass, replace
+
+import bpy
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Quads over points, with bone weights.
+
+    ``points`` (n, 3) metres; ``faces`` (m, 4) rows of points, a triangle repeats its last corner; ``weights`` (n, bones)
+    float32; ``slots`` (m,) material index; ``uvs`` (m, 4, 2) or None.
+    """
+
+    points: np.ndarray
+    faces: np.ndarray
+    weights: np.ndarray
+    slots: np.ndarray
+    uvs: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, points, faces, weights, slot=0, uvs=None) -> "Surface":
+        """A surface of one material from the rows of ``points`` that ``faces`` uses."""
+        used, inverse = np.unique(faces, return_inverse=True)
+        return cls(points[used], inverse.reshape(faces.shape), weights[used], np.full(len(faces), slot), uvs)
+
+    def kept(self, mask: np.ndarray) -> "Surface":
+        """Only the faces where ``mask`` (m,) holds, and the points they use."""
+        used, inverse = np.unique(self.faces[mask], return_inverse=True)
+        uvs = None if self.uvs is None else self.uvs[mask]
+        return Surface(self.points[used], inverse.reshape(-1, 4), self.weights[used], self.slots[mask], uvs)
+
+    def joined(self, other: "Surface") -> "Surface":
+        """Both surfaces in one; texture coordinates survive only where both have them."""
+        uvs = None if self.uvs is None or other.uvs is None else np.concatenate([self.uvs, other.uvs])
+        return Surface(
+            np.concatenate([self.points, other.points]),
+            np.concatenate([self.faces, other.faces + len(self.points)]),
+            np.concatenate([self.weights, other.weights]),
+            np.concatenate([self.slots, other.slots]),
+            uvs,
+        )
+
+    def edges(self) -> np.ndarray:
+        """Directed edges (e, 2) in face order, without those of zero length."""
+        edges = np.stack([self.faces, np.roll(self.faces, -1, 1)], -1).reshape(-1, 2)
+        return edges[edges[:, 0] != edges[:, 1]]
+
+    def normals(self) -> np.ndarray:
+        """Unit normals (n, 3) at the points, weighted by area."""
+        a, b, c, d = np.moveaxis(self.points[self.faces], 1, 0)
+        across = np.cross(c - a, d - b)
+        normals = np.zeros_like(self.points)
+        for corner in range(4):
+            np.add.at(normals, self.faces[:, corner], across)
+        return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+
+    def offset(self, distance) -> "Surface":
+        """Moved along its normals by ``distance`` metres, one number or one a point."""
+        return replace(self, points=self.points + np.reshape(distance, (-1, 1)) * self.normals())
+
+    def smoothed(self, rounds: int, amount=1.0) -> "Surface":
+        """Taubin smoothing, which irons out bumps without shrinking; open borders stay. ``amount`` 0..1 a point."""
+        edges = np.unique(np.sort(self.edges(), 1), axis=0)
+        both = np.concatenate([edges, edges[:, ::-1]])
+        degree = np.bincount(both[:, 0], minlength=len(self.points))[:, None]
+        amount = np.broadcast_to(np.reshape(amount, (-1, 1)), (len(self.points), 1)).copy()
+        amount[border(self)[0]] = 0
+        points = self.points.copy()
+        for _ in range(rounds):
+            for step in (0.5, -0.52):
+                mean = np.zeros_like(points)
+                np.add.at(mean, both[:, 0], points[both[:, 1]])
+                points += step * amount * (mean / np.maximum(degree, 1) - points)
+        return replace(self, points=points)
+
+
+def border(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Directed border edges as two arrays of points: (from, to)."""
+    edges = surface.edges()
+    size = len(surface.points)
+    inside = np.isin(edges[:, 0] * size + edges[:, 1], edges[:, 1] * size + edges[:, 0])
+    return edges[~inside, 0], edges[~inside, 1]
+
+
+def loops(surface: Surface) -> list[np.ndarray]:
+    """The border's closed loops, each the points (k,) in order of the border's own direction."""
+    following = dict(zip(*(ends.tolist() for ends in border(surface)), strict=True))
+    found = []
+    while following:
+        loop = [next(iter(following))]
+        while loop[-1] in following:
+            loop.append(following.pop(loop[-1]))
+        found.append(np.array(loop[:-1]))
+    return found
+
+
+def cut(surface: Surface, distance: np.ndarray) -> Surface:
+    """Keep the part where ``distance`` (n,) is positive, with its border exactly on zero.
+
+    Points next to the zero line slide onto it along their edges, so no sliver appears and quads stay quads except where the
+    line crosses a corner. Texture coordinates are dropped.
+    """
+    distance = np.asarray(distance, float).copy()
+    edges = np.unique(np.sort(surface.edges(), 1), axis=0)
+    a, b = edges[distance[edges[:, 0]] * distance[edges[:, 1]] < 0].T
+    near, far = np.where(np.abs(distance[a]) <= np.abs(distance[b]), (a, b), (b, a))
+    share = distance[near] / (distance[near] - distance[far])
+    order = np.argsort(-share)  # the shortest way to the line is written last and wins
+    near, far, share = near[order], far[order], share[order, None]
+    points, weights = surface.points.copy(), surface.weights.copy()
+    points[near] = (1 - share) * surface.points[near] + share * surface.points[far]
+    weights[near] = (1 - share) * surface.weights[near] + share * surface.weights[far]
+    distance[near] = 0
+    outside = distance[surface.faces] < 0
+    faces, slots = surface.faces.copy(), surface.slots
+    for corner in range(4):  # one corner beyond the line: a triangle of the three others
+        rows = outside[:, corner] & (outside.sum(1) == 1)
+        faces[rows] = np.roll(surface.faces[rows], -corner - 1, 1)
+        faces[rows, 3] = faces[rows, 2]
+    positive = (distance[faces] >= 0).all(1) & (distance[faces] > 0).any(1)
+    return Surface(points, faces, weights, slots).kept(positive)
+
+
+def trim(surface: Surface, loop: np.ndarray, along: np.ndarray, steps, slot: int) -> Surface:
+    """Grow a band from a border loop: a cuff, a collar, a hem.
+
+    ``along`` (3,) is the way off the edge; each of ``steps`` is (metres along it, metres away from the loop's middle),
+    measured from the loop. The band takes material ``slot`` and the loop's weights.
+    """
+    ring = surface.points[loop]
+    away = ring - ring.mean(0)
+    away -= np.outer(away @ along, along)
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    count = len(loop)
+    fresh = len(surface.points) + np.arange(len(steps) * count).reshape(-1, count)
+    rings = np.concatenate([loop[None], fresh])
+    here, there = rings[:-1], rings[1:]
+    quads = np.stack([np.roll(here, -1, 1), here, there, np.roll(there, -1, 1)], -1).reshape(-1, 4)
+    return Surface(
+        np.concatenate([surface.points, *(ring + ahead * along + out * away for ahead, out in steps)]),
+        np.concatenate([surface.faces, quads]),
+        np.concatenate([surface.weights, *[surface.weights[loop]] * len(steps)]),
+        np.concatenate([surface.slots, np.full(len(quads), slot)]),
+    )
+
+
+def to_object(name: str, surface: Surface, bones, materials, collection, subdivisions: int = 0):
+    """A smooth-shaded mesh object with vertex groups named after ``bones``; ``subdivisions`` are applied, not kept live."""
+    corners = surface.faces.tolist()
+    corners = [face[:3] if face[2] == face[3] else face for face in corners]
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(surface.points.tolist(), [], corners)
+    for material in materials:
+        mesh.materials.append(material)
+    mesh.polygons.foreach_set("material_index", surface.slots.astype(np.int32))
+    if surface.uvs is not None:
+        layer = mesh.uv_layers.new(name="UVMap")
+        keep = np.ones(surface.faces.shape, bool)
+        keep[:, 3] = surface.faces[:, 2] != surface.faces[:, 3]
+        layer.data.foreach_set("uv", surface.uvs[keep].astype(np.float32).ravel())
+    mesh.shade_smooth()
+    item = bpy.data.objects.new(name, mesh)
+    collection.objects.link(item)
+    _weigh(item, surface.weights, bones)
+    if subdivisions:
+        _subdivide(item, subdivisions)
+    return item
+
+
+def _weigh(item, weights: np.ndarray, bones) -> None:
+    """Vertex groups; equal weights are set together, so weights are rounded to 1/512."""
+    steps = np.rint(weights * 512).astype(int)
+    for column, bone in enumerate(bones):
+        rows = np.flatnonzero(steps[:, column])
+        if not len(rows):
+            continue
+        group = item.vertex_groups.new(name=bone)
+        order = rows[np.argsort(steps[rows, column], kind="stable")]
+        values, starts = np.unique(steps[order, column], return_index=True)
+        for value, same in zip(values, np.split(order, starts[1:]), strict=True):
+            group.add(same.tolist(), value / 512, "REPLACE")
+
+
+def _subdivide(item, levels: int) -> None:
+    modifier = item.modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels = modifier.render_levels = levels
+    bpy.context.view_layer.update()
+    rough = item.data
+    fine = bpy.data.meshes.new_from_object(item.evaluated_get(bpy.context.evaluated_depsgraph_get()))
+    item.modifiers.remove(modifier)
+    item.data = fine
+    fine.name = rough.name
+    bpy.data.meshes.remove(rough)
