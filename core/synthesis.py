@@ -204,11 +204,11 @@ class _Features:
 
     def slice(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray]:
         """MFCCs and word vectors of pose frames ``start`` to ``stop``."""
-        from .model.timing import mfcc_span
+        from .model.timing import mfcc_slice
         from .words import DIMENSIONS, place
 
-        first, count = mfcc_span(np.asarray(start), stop - start)
-        mfcc = self.mfcc[np.minimum(np.arange(first, first + count), len(self.mfcc) - 1)]
+        span = mfcc_slice(start, stop)
+        mfcc = self.mfcc[np.minimum(np.arange(span.start, span.stop), len(self.mfcc) - 1)]
         if self.vectors is None:
             return mfcc, np.zeros((stop - start, DIMENSIONS), np.float32)
         here = slice(np.searchsorted(self.ends, start / skeleton.FPS), np.searchsorted(self.starts, stop / skeleton.FPS))
