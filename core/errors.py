@@ -38,6 +38,10 @@ class VectorsUnreadable(S2agError):
     """A word-vector file cannot be read."""
 
 
+class CorpusUnreadable(S2agError):
+    """A packed training corpus cannot be read."""
+
+
 class MotionUnreadable(S2agError):
     """A motion file cannot be read."""
 

@@ -31,7 +31,7 @@ class ModelConfig:
 
     words: int = 0  # rows of a trained word table; 0: vectors come from outside
     word_size: int = 300
-    word_dropout: float = 0.1
+    word_dropout: float = 0.0
     text_channels: int = 64
     text_levels: int = 3
     text_kernel: int = 3
@@ -85,9 +85,10 @@ class ModelConfig:
     def paper(cls, speakers: int = 1, **changes) -> "ModelConfig":
         """Table 1's sizes with the adjacencies as section 3.1.4 words them; 37 MFCC values, convolved along time."""
         settings = dict(
-            name="paper", norm="batch", unit_directions=False, mfcc_features=37, mfcc_channels=(64, 64, 48, 32),
-            mfcc_kernels=(5, 5, 3, 3), text_channels=300, text_levels=4, text_kernel=2, text_causal=True, text_dropout=0.3,
-            partition="unweighted", hops=(2, 1), seed_view=0, gru_size=150, gru_layers=4, gru_dropout=0.3, head_size=75,
+            name="paper", norm="batch", unit_directions=False, partition="unweighted", hops=(2, 1), seed_view=0,
+            mfcc_features=37, mfcc_channels=(64, 64, 48, 32), mfcc_kernels=(5, 5, 3, 3),
+            word_dropout=0.1, text_channels=300, text_levels=4, text_kernel=2, text_causal=True, text_dropout=0.3,
+            gru_size=150, gru_layers=4, gru_dropout=0.3, head_size=75,
             discriminator_size=150, discriminator_layers=4, discriminator_dropout=0.3,
         )  # fmt: skip
         return cls(**{**settings, "speakers": speakers, **changes})
@@ -96,11 +97,12 @@ class ModelConfig:
     def published(cls, words: int = 4, speakers: int = 1, **changes) -> "ModelConfig":
         """The public code's network: 34 frames, 37 x 71 MFCCs, a trained word table, 5 grouped adjacencies."""
         settings = dict(
-            name="published", frames=34, unit_directions=False, norm="batch", mfcc_axis="coefficient", mfcc_features=37,
-            mfcc_frames=71, mfcc_channels=(64, 64, 48, 34), mfcc_kernels=(5, 5, 3, 3), text_channels=300, text_levels=4,
-            text_kernel=2, text_causal=True, text_dropout=0.3, graph="chain", time_kernel=9, node_kernels=(5, 3),
-            affect_size=8, seed_view=0, gru_size=300, gru_layers=4, gru_dropout=0.3, head_size=150, discriminator_layers=4,
-            discriminator_dropout=0.3, discriminator_pool="linear",
+            name="published", frames=34, norm="batch", unit_directions=False, graph="chain", seed_view=0,
+            time_kernel=9, node_kernels=(5, 3), affect_size=8, mfcc_axis="coefficient", mfcc_features=37,
+            mfcc_frames=71, mfcc_channels=(64, 64, 48, 34), mfcc_kernels=(5, 5, 3, 3),
+            word_dropout=0.1, text_channels=300, text_levels=4, text_kernel=2, text_causal=True, text_dropout=0.3,
+            gru_size=300, gru_layers=4, gru_dropout=0.3, head_size=150,
+            discriminator_layers=4, discriminator_dropout=0.3, discriminator_pool="linear",
         )  # fmt: skip
         return cls(**{**settings, "words": words, "speakers": speakers, **changes})
 

@@ -51,9 +51,7 @@ class Generator(nn.Module):
         return self.speaker_mu(embedded), self.speaker_log_var(embedded)
 
     @staticmethod
-    def sample_style(
-        mu: torch.Tensor, logvar: torch.Tensor, generator: torch.Generator | None = None
-    ) -> torch.Tensor:
+    def sample_style(mu: torch.Tensor, logvar: torch.Tensor, generator: torch.Generator | None = None) -> torch.Tensor:
         """One style ``(B, style_size)`` drawn from each distribution; draw it once an utterance, not once a window."""
         noise = torch.randn(mu.shape, generator=generator, device=mu.device, dtype=mu.dtype)
         return mu + noise * torch.exp(0.5 * logvar)
@@ -75,9 +73,7 @@ class Generator(nn.Module):
         poses = self.out(run_gru(self.gru, inputs)).unflatten(-1, (len(EDGES), 3)) + self.mean
         return functional.normalize(poses, dim=-1) if self.config.unit_directions else poses
 
-    def forward(
-        self, mfcc: torch.Tensor, words: torch.Tensor, seeds: torch.Tensor, style: torch.Tensor
-    ) -> torch.Tensor:
+    def forward(self, mfcc: torch.Tensor, words: torch.Tensor, seeds: torch.Tensor, style: torch.Tensor) -> torch.Tensor:
         """Directions ``(B, T, 9, 3)``, seed frames included.
 
         ``seeds`` ``(B, T, 28)``: mean-subtracted directions on the seed frames and zeros elsewhere, last channel 1 on
