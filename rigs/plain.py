@@ -9,14 +9,15 @@ from ..core.skeleton import EDGE_NAMES
 from . import quaternion
 
 ARMS = ("left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")
-HANDS = ("left_hand", "right_hand")
-PARTS = (*EDGE_NAMES, *HANDS)
-"""What a bone can be mapped to: the nine edges, and the hands that only follow."""
+MARKS = ("left_hand", "right_hand", "crown")
+PARTS = (*EDGE_NAMES, *MARKS)
+"""What a bone can be mapped to: the nine edges, and bones that only mark where an edge ends and follow it."""
 REMEDY = "Name the bones as a known rig does, or give the bone mapping yourself."
 
 _NEXT = {
     "torso": ("neck", "head"),
     "neck": ("head",),
+    "head": ("crown",),
     "left_clavicle": ("left_upper_arm",),
     "left_upper_arm": ("left_forearm",),
     "left_forearm": ("left_hand",),
