@@ -71,10 +71,13 @@ def key(context, armature, result: dict) -> list[str]:
     from . import apply, sound
 
     settings = armature.s2ag
-    apply.apply_motion(armature, result["motions"][0], start_frame=settings.start_frame)
+    warnings = list(result.get("warnings", ()))
+    apply.apply_motion(
+        armature, result["motions"][0], start_frame=settings.start_frame, scene=context.scene, report=warnings.append
+    )
     if settings.add_sound:
-        sound.add_sound(context.scene, bpy.path.abspath(settings.audio), settings.start_frame)
-    return list(result.get("warnings", ()))
+        sound.place_sound(context.scene, bpy.path.abspath(settings.audio), settings.start_frame)
+    return warnings
 
 
 def add_character(name: str, gender: str = "female"):
