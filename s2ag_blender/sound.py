@@ -8,7 +8,7 @@ from ..core.errors import AudioUnreadable
 from . import compat
 
 
-def place_sound(scene: bpy.types.Scene, path: str | Path, start_frame: int, name: str = "") -> "bpy.types.SoundStrip":
+def add_sound(scene: bpy.types.Scene, path: str | Path, start_frame: int, name: str = "") -> "bpy.types.SoundStrip":
     """Put the sound file ``path`` into the sequencer at ``start_frame`` and let playback follow it.
 
     A strip that already plays the same file is moved there instead. Raises :class:`AudioUnreadable`.
