@@ -1,0 +1,96 @@
+"""Word times from a neural voice's phoneme durations.
+
+The voice is given text and reports phonemes; words are the runs between spaces. Its pronunciation front end sometimes
+runs function words together ("of the" becomes one run), so runs are matched to words by the length of each word's own
+pronunciation, and a run that holds several words is shared among them by that length.
+"""
+
+from dataclasses import dataclass
+
+PUNCTUATION = set(",.?!;:")
+VOWELS = set("aeiouyæɐɑɒɔəɚɛɜɝɪʊʌᵻøœ")
+STRESS, SECOND_STRESS = "ˈ", "ˌ"
+
+
+@dataclass(frozen=True)
+class Spoken:
+    """A word in samples of the voice: start and end, start and end of its most stressed vowel, stress 0, 1 or 2.
+
+    ``pause`` is the place (sample) in the middle of punctuation after it, or -1.
+    """
+
+    text: str
+    start: int
+    end: int
+    vowel: tuple[int, int]
+    stress: int
+    pause: int
+
+
+@dataclass
+class _Run:
+    tokens: list[tuple[str, int, int]]
+    pause: int = -1
+
+
+def runs(alignment: list[tuple[str, int]]) -> list[_Run]:
+    """Split ``(phoneme, samples)`` at spaces; punctuation and the marks of beginning and end belong to no run."""
+    result, at, current = [], 0, _Run([])
+    for phoneme, samples in alignment:
+        if phoneme == " " or phoneme in PUNCTUATION:
+            if current.tokens:
+                result.append(current)
+                current = _Run([])
+            if phoneme in PUNCTUATION and result:
+                result[-1].pause = at + samples // 2
+        elif phoneme not in "^$_":
+            current.tokens.append((phoneme, at, at + samples))
+        at += samples
+    return result + [current] if current.tokens else result
+
+
+def words(texts: tuple[str, ...], alignment: list[tuple[str, int]], pronounce) -> list[Spoken] | None:
+    """Place every word; ``pronounce(text) -> str`` gives a word's phonemes. None where no sensible match exists."""
+    spoken = runs(alignment)
+    expected = [max(1, sum(c.isalpha() for c in pronounce(text))) for text in texts]
+    counts = _match(expected, [sum(c.isalpha() for c, _, _ in run.tokens) for run in spoken])
+    if counts is None:
+        return None
+    result, first = [], 0
+    for run, count in zip(spoken, counts, strict=True):
+        shares = expected[first : first + count]
+        begin = 0
+        for k in range(count):
+            end = len(run.tokens) if k == count - 1 else round(len(run.tokens) * sum(shares[: k + 1]) / sum(shares))
+            tokens = run.tokens[begin : max(end, begin + 1)] or run.tokens[-1:]
+            result.append(_spoken(texts[first + k], tokens, run.pause if k == count - 1 else -1))
+            begin = max(end, begin + 1)
+        first += count
+    return result
+
+
+def _match(expected: list[int], lengths: list[int]) -> list[int] | None:
+    """How many words each run holds (1 to 3), by least total difference in length; None beyond a tenth of all."""
+    best = {0: (0.0, [])}
+    for length in lengths:
+        following: dict[int, tuple[float, list[int]]] = {}
+        for done, (cost, counts) in best.items():
+            for count in (1, 2, 3):
+                if done + count <= len(expected):
+                    total = cost + abs(length - sum(expected[done : done + count])) + 0.4 * (count - 1)
+                    if done + count not in following or total < following[done + count][0]:
+                        following[done + count] = (total, counts + [count])
+        best = following
+    cost, counts = best.get(len(expected), (float("inf"), None))
+    return counts if cost <= 2 + 0.12 * sum(expected) else None
+
+
+def _spoken(text: str, tokens: list[tuple[str, int, int]], pause: int) -> Spoken:
+    symbols = [token[0] for token in tokens]
+    stress = 2 if STRESS in symbols else 1 if SECOND_STRESS in symbols else 0
+    first = symbols.index(STRESS) if stress == 2 else symbols.index(SECOND_STRESS) if stress else 0
+    vowels = [i for i in range(first, len(tokens)) if symbols[i] in VOWELS] or [first]
+    last = vowels[0]
+    while last + 1 < len(tokens) and (symbols[last + 1] in VOWELS or symbols[last + 1] == "ː"):
+        last += 1
+    return Spoken(text, tokens[0][1], tokens[-1][2], (tokens[first][1] if stress else tokens[vowels[0]][1], tokens[last][2]), stress, pause)
