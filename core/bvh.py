@@ -12,7 +12,7 @@ import numpy as np
 
 from ..rigs import quaternion
 from ..rigs.plain import Bones, Mapping
-from ..rigs.retarget import Options, solve
+from ..rigs.retarget import NEUTRAL, Options, solve
 from . import skeleton
 from .files import whole_file
 from .motion import Motion
@@ -104,7 +104,7 @@ def _offset_text(offset: np.ndarray, unit: float) -> str:
 
 def _rest() -> np.ndarray:
     """Rest directions (9, 3), y up: the data's mean with arms stretched out to the sides."""
-    rest = skeleton.canonical_to_y_up(skeleton.MEAN_UNIT).astype(float)
+    rest = skeleton.canonical_to_y_up(NEUTRAL).astype(float)
     rest[[4, 5]], rest[[7, 8]] = [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]
     return rest
 

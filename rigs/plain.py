@@ -25,7 +25,7 @@ _NEXT = {
     "right_upper_arm": ("right_forearm",),
     "right_forearm": ("right_hand",),
 }
-_SNAP = np.cos(np.radians(25))
+_SNAP = np.cos(np.radians(20))
 
 
 @dataclass(frozen=True)

