@@ -28,7 +28,8 @@ def main(arguments: list[str] | None = None) -> int:
 
         from . import build, pack
 
-        task = build.Task(str(options.material), str(options.speech or options.out / "speech"), options.seed, options.performers)
+        speech = options.speech or options.out / "speech"
+        task = build.Task(str(options.material), str(speech), options.seed, options.performers)
         options.out.mkdir(parents=True, exist_ok=True)
         with tqdm(total=round(options.hours * 3600), unit="s", desc="corpus", unit_scale=True) as bar:
             talks = build.build(task, options.hours, options.workers, lambda seconds: bar.update(round(seconds)))

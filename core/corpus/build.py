@@ -1,9 +1,8 @@
 """Build the directed corpus: speech (cached, so resumable), performances and features, one packed file."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from multiprocessing import get_context
-from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +27,8 @@ class Talk:
     """One performance of a spoken talk, ready to be packed.
 
     ``directions`` ``(frames, 9, 3)`` at 15 fps, ``mfcc`` ``(n, 40)``, ``words`` (word, start, end), ``accents`` ``(k, 2)`` time
-    and strength, ``strokes`` ``(k,)`` times of their emphases, ``affect`` ``(3,)`` valence, arousal, dominance as ranks.
+    and strength, ``strokes`` ``(k,)`` times of their emphases, ``active`` share of frames within a gesture, ``affect``
+    ``(3,)`` valence, arousal, dominance as ranks.
     """
 
     speech: int
@@ -39,6 +39,7 @@ class Talk:
     words: list[tuple[str, float, float]]
     accents: np.ndarray
     strokes: np.ndarray
+    active: float
     affect: np.ndarray
 
 
@@ -113,10 +114,17 @@ def _talks(index: int) -> list[Talk]:
                 [(word.text, word.start, word.end) for word in speech.words],
                 np.array([[accent.time, accent.strength] for accent in accents], np.float32),
                 np.array([stroke.emphasis for stroke in strokes], np.float32),
+                _active(strokes, speech.duration),
                 speech.affect.mean(axis=0).astype(np.float32),
             )
         )
     return result
+
+
+def _active(strokes: list[planning.Stroke], duration: float) -> float:
+    time = np.arange(0, duration, 1 / skeleton.FPS)
+    within = [(time >= stroke.onset) & (time < max(stroke.rest)) for stroke in strokes]
+    return float(np.any(within, axis=0).mean()) if within else 0.0
 
 
 def _speech(task: Task, index: int) -> Speech | None:
@@ -144,7 +152,7 @@ def _library(material: str) -> list[library.Gesture]:
     return library.load(material)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _cast_member(material: str, number: int) -> tuple[planning.Vocabulary, np.ndarray]:
     performer, gestures = speakers.PERFORMERS[number], _library(material)
     return planning.Vocabulary(performer, gestures), performance.resting_pose(performer, gestures)

@@ -28,14 +28,16 @@ WORDS = {
 }
 """Order matters: the first meaning that lists a word has it."""
 
-EMPHATIC = set("very really so too only even just never always must every all no not nothing great big huge best worst".split())
+_EMPHATIC = "very really so too only even just never always must every all no not nothing great big huge best worst"
+EMPHATIC = frozenset(_EMPHATIC.split())
 """Words that carry an accent more often than their stress says."""
 
-FUNCTION = set(
+_FUNCTION = (
     "a an the of to in on at by for from with and or as is are was were be been being it its he him his she her they "
     "them their i you we us our your my me that this these those there which who whom whose than then if so but not "
-    "has have had do does did will would can could shall should may might into onto upon about".split()
+    "has have had do does did will would can could shall should may might into onto upon about"
 )
+FUNCTION = frozenset(_FUNCTION.split())
 """Words that rarely carry an accent."""
 
 MEANING = {}

@@ -44,7 +44,7 @@ MEANINGS = {
     "stop": "Stop StopForward StopLeft StopRight",
     "think": "Contemplate Think",
 }
-"""Meaning -> labels in file names. Labels that are not here (stretching, walking, scratching, a guitar) are no speech gestures."""
+"""Meaning -> labels in file names. Labels that are not here (stretching, walking, a guitar) are no speech gestures."""
 
 _LABELS = {label.lower(): meaning for meaning, labels in MEANINGS.items() for label in labels.split()}
 _NAME = re.compile(r"(?:\w+@(?P<rest>\w+?)_)?(?P<label>[A-Za-z]+?)(?P<intense>_intense)?(?P<hand>Lf|Rt|Bt)?(?P<variant>\d*)$")
@@ -108,9 +108,17 @@ def load(material: str | PathLike) -> list[Gesture]:
                 continue
             seen.add(path.stem)
             clip = clips.load(path, joints, roles, f"{family}/{path.stem}")
-            if max(clip.hands) >= 0.6 or parsed[2] == "maybe":
+            if _usable(clip, parsed[0], parsed[2]):
                 gestures.append(_describe(clip, family, *parsed[1:]))
     return gestures + [gesture.mirrored() for gesture in gestures]
+
+
+def _usable(clip: Clip, rest: str, meaning: str) -> bool:
+    """Whether the arms really move (a shrug may be all shoulders) and do not come from hands on hips, except for a few
+    large gestures that leave that pose behind at once."""
+    if rest == "Idle03" and meaning not in ("big", "thing", "there"):
+        return False
+    return max(clip.hands) >= 0.6 or meaning == "maybe"
 
 
 def _describe(clip: Clip, family: str, label: str, meaning: str, intense: bool) -> Gesture:

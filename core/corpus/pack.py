@@ -65,6 +65,7 @@ def statistics(talks: list[Talk]) -> dict:
         "hours of distinct audio": sum(len(d) for d in {t.speech: t.directions for t in talks}.values()) / skeleton.FPS / 3600,
         "words a minute": sum(len(talk.words) for talk in talks) / seconds * 60,
         "strokes a minute": sum(len(talk.strokes) for talk in talks) / seconds * 60,
+        "share of time at rest": 1 - float(np.average([t.active for t in talks], weights=[len(t.directions) for t in talks])),
         "talks by split": np.bincount([talk.split for talk in talks], minlength=3).tolist(),
         "talks by speaker": np.bincount([talk.speaker for talk in talks], minlength=len(speakers.PERFORMERS)).tolist(),
     }

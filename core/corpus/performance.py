@@ -28,6 +28,7 @@ def perform(performer: Performer, strokes: list[Stroke], speech: Speech, accents
     arms = _smooth_frames(arms, 0.055)
     body = skeleton.MEAN_UNIT + trunk
     body[:, [4, 5, 7, 8]] = arms[:, [4, 5, 7, 8]]
+    _small_beats(body, performer, speech, accents, time)
     body = skeleton.normalize(body)
     _shoulders(body, performer, speech, time)
     _head(body, performer, speech, accents, time)
@@ -75,16 +76,43 @@ def _lay(arms: np.ndarray, trunk: np.ndarray, stroke: Stroke, time: np.ndarray) 
     motion = clip.at(warp(clip, stroke, time)).astype(float)
     still = clip.directions[0].astype(float)
     strongest = np.zeros(len(time))
+    # a held hand tires
+    amplitude = stroke.amplitude * (1 - 0.2 * (1 - np.exp(-np.maximum(time - stroke.end, 0) / 1.2)))
     for arm, edges in _ARMS:
         if clip.hands[arm] <= 0.35:
+            _sympathy(arms[here], motion, arm, stroke, time)
             continue
         weight = ramp(time, stroke.onset, stroke.ready) * (1 - ramp(time, stroke.until[arm], stroke.rest[arm]))
         strongest = np.maximum(strongest, weight)
         for edge in edges:
-            shaped = rotation.slerp(still[edge], motion[:, edge], np.full(len(time), stroke.amplitude))
+            shaped = rotation.slerp(still[edge], motion[:, edge], amplitude)
             arms[here, edge] = rotation.slerp(arms[here, edge], shaped, weight)
-    share = (0.8 * stroke.amplitude * strongest)[:, None, None]
+    share = (0.8 * amplitude * strongest)[:, None, None]
     trunk[here][:, _TRUNK] += share * (motion - skeleton.MEAN_UNIT)[:, _TRUNK]
+
+
+def _sympathy(arms: np.ndarray, motion: np.ndarray, arm: int, stroke: Stroke, time: np.ndarray) -> None:
+    """The arm that has no part in a gesture follows the other a little, as its mirror image."""
+    other = 1 - arm
+    weight = ramp(time, stroke.onset, stroke.emphasis) * (1 - ramp(time, stroke.until[other], stroke.rest[other]))
+    image = skeleton.mirror(motion)
+    for edge in _ARMS[arm][1]:
+        arms[:, edge] = rotation.slerp(arms[:, edge], image[:, edge], 0.16 * stroke.amplitude * weight)
+
+
+def _small_beats(body: np.ndarray, performer: Performer, speech: Speech, accents: list[Accent], time: np.ndarray) -> None:
+    """Every stressed word that has no stroke of its own still moves the forearms, the more the higher they are held."""
+    lift = np.zeros(len(time))
+    for word, accent in zip(speech.words, accents, strict=True):
+        if word.stress < 1:
+            continue
+        size = (0.25 + accent.strength) * (0.5 + speech.affect[word.sentence][1])
+        up = ramp(time, accent.time - 0.3, accent.time - 0.1) * (1 - ramp(time, accent.time - 0.1, accent.time + 0.05))
+        down = ramp(time, accent.time - 0.1, accent.time + 0.05) * (1 - ramp(time, accent.time + 0.1, accent.time + 0.4))
+        lift += size * (up - 0.7 * down)
+    lift = _smooth(lift * performer.size * 0.065, 0.06)[:, None]
+    for edge, share in ((4, 1.0), (5, 0.85), (7, 1.0), (8, 0.85)):
+        body[:, edge] += share * lift * np.array([0.0, -1.0, 0.45])
 
 
 def _turn(body: np.ndarray, edges: tuple[int, ...], pitch=0.0, yaw=0.0, roll=0.0) -> None:
@@ -151,7 +179,8 @@ def _head(body: np.ndarray, performer: Performer, speech: Speech, accents: list[
     question = np.zeros(len(time))
     for word in speech.words:
         if word.closing == "?":
-            question = np.maximum(question, ramp(time, word.start - 0.6, word.end) * (1 - ramp(time, word.end + 0.3, word.end + 1.3)))
+            rise = ramp(time, word.start - 0.6, word.end) * (1 - ramp(time, word.end + 0.3, word.end + 1.3))
+            question = np.maximum(question, rise)
     phase = speech.index * 0.7
     slow = [np.sin(2 * np.pi * (rate * time + phase * k)) for k, rate in ((1, 0.07), (2, 0.11), (3, 0.053))]
     pitch = pitch - performer.chin + away * 3 + 0.4 * performer.drift * slow[0]
@@ -169,7 +198,7 @@ def _sway(body: np.ndarray, performer: Performer, speech: Speech, accents: list[
             pitch = pitch + 0.8 * performer.sway * accent.strength * bump
     side = np.interp(time, [a.time for a in accents], [1.0 if a.phrase % 4 < 2 else -1.0 for a in accents])
     side = _smooth(side, 0.7)
-    _turn(body, _UPPER, pitch=0.5 * pitch, yaw=1.2 * performer.sway * side, roll=0.8 * performer.sway * side)
+    _turn(body, _UPPER, pitch=0.5 * pitch, yaw=2.6 * performer.sway * side, roll=1.2 * performer.sway * side)
     _turn(body, (0, 1, 2, 3, 6), pitch=0.5 * pitch)
 
 

@@ -93,4 +93,5 @@ def _spoken(text: str, tokens: list[tuple[str, int, int]], pause: int) -> Spoken
     last = vowels[0]
     while last + 1 < len(tokens) and (symbols[last + 1] in VOWELS or symbols[last + 1] == "ː"):
         last += 1
-    return Spoken(text, tokens[0][1], tokens[-1][2], (tokens[first][1] if stress else tokens[vowels[0]][1], tokens[last][2]), stress, pause)
+    begin = tokens[first if stress else vowels[0]][1]
+    return Spoken(text, tokens[0][1], tokens[-1][2], (begin, tokens[last][2]), stress, pause)

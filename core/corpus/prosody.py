@@ -52,7 +52,8 @@ def accents(speech: Speech) -> list[Accent]:
     energy = np.clip((peaks - _running(times, peaks, content)) / 5, -1, 1)
     length = np.clip(np.log(np.maximum(vowel, 0.03) / np.maximum(_running(times, vowel, content), 0.03)), -1, 1)
     emphatic = np.array([word.text in EMPHATIC for word in words])
-    strength = 0.12 + 0.2 * content + 0.05 * (np.array([w.stress for w in words]) == 2) + 0.16 * energy + 0.12 * length + 0.14 * emphatic
+    stressed = np.array([word.stress == 2 for word in words])
+    strength = 0.12 + 0.2 * content + 0.05 * stressed + 0.16 * energy + 0.12 * length + 0.14 * emphatic
     main = np.zeros(len(words), bool)
     for number in range(phrase[-1] + 1):
         members = np.flatnonzero(phrase == number)

@@ -11,7 +11,7 @@ class Performer:
     ``gap``: least time between strokes; ``threshold``: accent strength that earns a beat; ``semantic``: how readily a
     word's meaning is shown (0 seldom, 1 always). ``size`` scales amplitude; ``height``: beats "low", "mid" or "high".
     ``tempo`` scales the speed of preparation and retraction, ``hold`` stretches holds. ``rest``: where idle hands go
-    ("sides", "front", "hips"). Posture: ``lean`` forward, ``shoulders`` up, ``chin`` up. ``nod`` on an accent, ``drift``
+    ("sides" or "front"). Posture: ``lean`` forward, ``shoulders`` up, ``chin`` up. ``nod`` on an accent, ``drift``
     and ``tilt`` of the head, ``sway`` of the trunk.
     """
 
@@ -45,7 +45,7 @@ PERFORMERS = (
     ),
     Performer(
         "eager storyteller", "Large two-handed gestures that follow the meaning of every other word, lively head.",
-        (_NEURON, _WOMAN, _BRAD2), "both", 0.9, 0.33, 0.95, 1.05, "high", 1.1, 0.8, "sides", 4, 1, 1, 5.5, 5.0, 3.0, 1.6,
+        (_NEURON, _WOMAN, _BRAD2), "both", 1.0, 0.34, 0.95, 0.97, "high", 1.05, 0.9, "sides", 4, 1, 1, 5.5, 5.0, 3.0, 1.6,
     ),
     Performer(
         "stern", "Few, sharp chops and stops with one hand, upright, chin down, hardly any sway.",
@@ -69,7 +69,7 @@ PERFORMERS = (
     ),
     Performer(
         "grand orator", "Wide and high with both arms, slow to rise, long proud holds, chin up.",
-        (_NEURON, _MAN, _WOMAN), "both", 1.5, 0.38, 0.85, 1.15, "high", 0.9, 1.6, "sides", -3, 0, 4, 4.0, 3.0, 1.0, 1.2,
+        (_NEURON, _MAN, _WOMAN), "both", 1.5, 0.38, 0.85, 1.1, "high", 0.9, 1.6, "sides", -3, 0, 4, 4.0, 3.0, 1.0, 1.2,
     ),
     Performer(
         "brisk presenter", "Right-handed, precise, at chest height, a stroke on nearly every accent.",

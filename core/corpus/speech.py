@@ -47,7 +47,8 @@ class Speech:
 
     def save(self, path: str | PathLike) -> None:
         """Write as ``.npz`` with 16-bit audio, whole or not at all."""
-        text = json.dumps({"index": self.index, "split": self.split, "words": [asdict(w) for w in self.words], "voice": self.voice})
+        words = [asdict(word) for word in self.words]
+        text = json.dumps({"index": self.index, "split": self.split, "words": words, "voice": self.voice})
         pcm = {name: np.round(getattr(self, name) * 32767).astype(np.int16) for name in ("clean", "recorded")}
         with whole_file(path) as temporary, open(temporary, "wb") as file:
             np.savez(file, **pcm, affect=self.affect, text=np.array(text))

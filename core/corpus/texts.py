@@ -64,11 +64,14 @@ def load_sentences(material: str | PathLike) -> list[Sentence]:
             text = clean(row["text"])
             words = tuple(re.findall(r"[a-z']*[a-z][a-z']*", text.lower())) if text else ()
             if 3 <= len(words) <= 32:
-                rows.append((text, tuple(word.strip("'") for word in words), [float(row[key]) for key in "VAD"], SPLITS[row["split"]]))
+                judged = [float(row[key]) for key in "VAD"]
+                rows.append((text, tuple(word.strip("'") for word in words), judged, SPLITS[row["split"]]))
     affect = np.array([row[2] for row in rows])
     # ranks, because the judgements crowd round 3; ties keep the file's order
     ranks = np.argsort(np.argsort(affect, axis=0, kind="stable"), axis=0) / max(len(rows) - 1, 1)
-    return [Sentence(text, words, tuple(map(float, rank)), split) for (text, words, _, split), rank in zip(rows, ranks, strict=True)]
+    return [
+        Sentence(text, words, tuple(map(float, rank)), split) for (text, words, _, split), rank in zip(rows, ranks, strict=True)
+    ]
 
 
 def scripts(sentences: list[Sentence], seed: int) -> list[Script]:
