@@ -35,6 +35,14 @@ class Checkpoint:
     meta: dict
     hash: str
 
+    @property
+    def window(self) -> tuple[int, int]:
+        """Pose frames of a window and seed poses at its start, as in training (34 and 4 in the public code)."""
+        if self.config.frames:
+            return self.config.frames, 4
+        settings = self.meta["training"]["settings"]
+        return settings["frames"], settings["seed_frames"]
+
 
 def save(path: str | PathLike, generator: Generator, discriminator: Discriminator | None, meta: dict, half: bool = True) -> str:
     """Write weights to ``path`` (.safetensors) and facts to the .json beside it, each whole or not at all.
