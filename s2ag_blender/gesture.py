@@ -85,10 +85,10 @@ def add_character(name: str, gender: str = "female"):
     if name == "human":
         from . import human
 
-        return human.build(gender=gender)
+        return human.build(gender=gender).armature
     from . import mannequin
 
-    return mannequin.build()
+    return mannequin.build().armature
 
 
 def _loaded(result: dict) -> dict:

@@ -147,6 +147,34 @@ def trim(surface: Surface, loop: np.ndarray, along: np.ndarray, steps, slot: int
     )
 
 
+def grid(points: np.ndarray, weights: np.ndarray, slot: int = 0, repeat: float = 1, closed: bool = False) -> Surface:
+    """A tube from ``points`` (rows, columns, 3) that closes around, its first row shut by a fan, its last too if ``closed``.
+
+    Rows run from that lid along the tube, columns clockwise as seen from the lid's outside. All points take ``weights``
+    (bones,). Texture coordinates run once along and ``repeat`` times around.
+    """
+    rows, columns, _ = points.shape
+    index = np.arange(rows * columns).reshape(rows, columns)
+    after = np.roll(index, -1, 1)
+    u = np.arange(columns + 1) / columns * repeat
+    v = np.linspace(0, 1, rows)
+    faces = [np.stack([index[:-1], index[1:], after[1:], after[:-1]], -1).reshape(-1, 4)]
+    left, right = (np.broadcast_to(edge, (rows - 1, columns)) for edge in (u[:-1], u[1:]))
+    low, high = (np.broadcast_to(edge[:, None], (rows - 1, columns)) for edge in (v[:-1], v[1:]))
+    sides = [np.stack(pair, -1) for pair in ((left, low), (left, high), (right, high), (right, low))]
+    uvs = [np.stack(sides, -2).reshape(-1, 4, 2)]
+    lids = [(index[0], after[0], points[0], 0.0)] + [(after[-1], index[-1], points[-1], 1.0)] * closed
+    every = [points.reshape(-1, 3)]
+    for here, there, ring, height in lids:
+        tip = np.full(columns, rows * columns + len(every) - 1)
+        faces.append(np.stack([tip, here, there, there], -1))
+        uvs.append(np.repeat(np.stack([u[:-1], np.full(columns, height)], -1)[:, None], 4, 1))
+        every.append(ring.mean(0, keepdims=True))
+    every, faces = np.concatenate(every), np.concatenate(faces)
+    skin = np.repeat(np.asarray(weights, np.float32)[None], len(every), 0)
+    return Surface(every, faces, skin, np.full(len(faces), slot), np.concatenate(uvs))
+
+
 def to_object(name: str, surface: Surface, bones, materials, collection, subdivisions: int = 0):
     """A smooth-shaded mesh object with vertex groups named after ``bones``; ``subdivisions`` are applied, not kept live."""
     corners = surface.faces.tolist()

@@ -6,6 +6,7 @@ import numpy as np
 from mathutils import Vector
 from mathutils.bvhtree import BVHTree
 
+from .. import surface
 from ..surface import Surface
 from . import data
 
@@ -95,7 +96,7 @@ def cap(head: Head, crown: np.ndarray, thickness, weights: np.ndarray) -> Surfac
     root = np.clip((1 - share) / 0.16, 0, 1)
     lift = thickness(directions, share) * np.sqrt(root * (2 - root)) - 0.0012 * (1 - root)
     points = head.centre + directions * (radius + lift + _strands(around, share) * root)[..., None]
-    return _grid(points, weights, around_repeat=6)
+    return surface.grid(points, weights, repeat=6)
 
 
 def bun(head: Head, crown: np.ndarray, radius: float, weights: np.ndarray) -> Surface:
@@ -107,7 +108,8 @@ def bun(head: Head, crown: np.ndarray, radius: float, weights: np.ndarray) -> Su
     spoke = np.cos(around)[:, None] * up + np.sin(around)[:, None] * side
     shape = np.cos(theta)[..., None] * pole * 0.82 + np.sin(theta)[..., None] * spoke
     start = _hit(head.scalp(), head.centre, pole)
-    return _grid(head.centre + pole * (start + 0.55 * radius) + radius * coil[..., None] * shape, weights, around_repeat=2)
+    knot = head.centre + pole * (start + 0.55 * radius) + radius * coil[..., None] * shape
+    return surface.grid(knot, weights, repeat=2)
 
 
 def tied_back(head: Head, weights: np.ndarray) -> Surface:
@@ -158,27 +160,3 @@ def _periodic(at, angles, values):
     kernel = np.hanning(33)
     dense = np.convolve(np.pad(dense, 16, mode="edge"), kernel / kernel.sum(), "valid")
     return np.interp(at, np.linspace(-np.pi, 3 * np.pi, 1441), dense)
-
-
-def _grid(points: np.ndarray, weights: np.ndarray, around_repeat: int) -> Surface:
-    """Quads over a grid (rows, columns, 3) that closes around, with a cap of triangles at its first row."""
-    rows, columns, _ = points.shape
-    index = np.arange(rows * columns).reshape(rows, columns)
-    after = np.roll(index, -1, 1)
-    quads = np.stack([index[:-1], index[1:], after[1:], after[:-1]], -1).reshape(-1, 4)
-    tip = np.full(columns, rows * columns)
-    lid = np.stack([tip, index[0], after[0], after[0]], -1)
-    u = np.arange(columns + 1) / columns * around_repeat
-    v = np.linspace(0, 1, rows)
-    left, right = (np.broadcast_to(edge, (rows - 1, columns)) for edge in (u[:-1], u[1:]))
-    low, high = (np.broadcast_to(edge[:, None], (rows - 1, columns)) for edge in (v[:-1], v[1:]))
-    uvs = np.stack([np.stack(pair, -1) for pair in ((left, low), (left, high), (right, high), (right, low))], -2)
-    lid_uvs = np.stack([np.stack([u[:-1], 0 * u[1:]], -1)] * 4, -2)
-    every = np.concatenate([points.reshape(-1, 3), points[0].mean(0, keepdims=True)])
-    return Surface(
-        every,
-        np.concatenate([quads, lid]),
-        np.repeat(weights[None].astype(np.float32), len(every), 0),
-        np.zeros(len(quads) + columns, int),
-        np.concatenate([uvs.reshape(-1, 4, 2), lid_uvs]),
-    )

@@ -1,0 +1,83 @@
+"""Bringing a character into the scene by name: human, human:RIG, mannequin, or one from a file."""
+
+from pathlib import Path
+
+import bpy
+
+from ..core.errors import RigUnusable, S2agError
+from . import human, mannequin, rig
+from .character import Character
+
+FILES = (".blend", ".fbx", ".glb", ".gltf")
+
+
+def summon(name: str, gender: str = "female", armature: str | None = None) -> tuple[Character, bool]:
+    """The character called ``name``, and whether the scene it stands in is the user's own (a ``.blend``).
+
+    ``name`` is ``human``, ``human:RIG``, ``mannequin`` or a file of :data:`FILES`; a ``.blend`` replaces everything that
+    is open, anything else joins the current scene. ``armature`` chooses one by name where a file holds several. Raises
+    :class:`RigUnusable`.
+    """
+    kind, _, rig_name = name.partition(":")
+    if kind == "human" and not Path(name).suffix:
+        return human.build(rig_name or "default", gender), False
+    if name == "mannequin":
+        return mannequin.build(), False
+    path = Path(name)
+    if path.suffix.lower() not in FILES:
+        raise RigUnusable(f"There is no character {name}.", f"Use human, human:RIG, mannequin or a {', '.join(FILES)} file.")
+    if not path.is_file():
+        raise RigUnusable(f"The character file {name} does not exist.", "Check its path.")
+    _load(path)
+    found = choose(path.name, armature)
+    return Character(found, tuple(_meshes(found))), path.suffix.lower() == ".blend"
+
+
+def choose(source: str, name: str | None = None):
+    """The scene's armature object with arms, or the one called ``name``; raises :class:`RigUnusable` with the choices."""
+    armatures = [item for item in bpy.context.scene.objects if item.type == "ARMATURE"]
+    listed = ", ".join(item.name for item in armatures)
+    if not armatures:
+        raise RigUnusable(f"{source} holds no armature.", "Give a character with a skeleton.")
+    if name:
+        named = [item for item in armatures if name in (item.name, item.data.name)]
+        if not named:
+            raise RigUnusable(f"{source} holds no armature called {name}.", f"Choose one of: {listed}.")
+        return named[0]
+    reasons, able = [], []
+    for item in armatures:
+        try:
+            rig.resolve_mapping(item, rig.read(item))
+            able.append(item)
+        except S2agError as error:
+            reasons.append(error)
+    if not able:
+        raise reasons[0] if len(reasons) == 1 else RigUnusable(f"No armature of {source} has arms: {listed}.", reasons[0].remedy)
+    if len(able) > 1:
+        names = ", ".join(item.name for item in able)
+        raise RigUnusable(f"{source} holds several characters: {names}.", "Choose one with --armature NAME.")
+    return able[0]
+
+
+def _load(path: Path) -> None:
+    """Open a ``.blend`` (its scripts do not run), or import a character without its animation."""
+    try:
+        if path.suffix.lower() == ".blend":
+            bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False, use_scripts=False)
+        elif path.suffix.lower() == ".fbx":
+            bpy.ops.import_scene.fbx(filepath=str(path), use_anim=False)
+        else:
+            bpy.ops.import_scene.gltf(filepath=str(path))
+            for item in bpy.context.scene.objects:
+                item.animation_data_clear()
+    except RuntimeError as error:
+        reason = str(error).strip().splitlines()[-1]
+        raise RigUnusable(f"{path} cannot be opened: {reason}", "Open it in this version of Blender and save it again.") from error
+
+
+def _meshes(armature):
+    """The meshes that follow an armature, by modifier or as its children."""
+    for item in bpy.context.scene.objects:
+        deformed = any(one.type == "ARMATURE" and one.object is armature for one in item.modifiers)
+        if item.type == "MESH" and (deformed or item.parent is armature):
+            yield item

@@ -1,0 +1,219 @@
+"""One take from motion to files: ``python -m s2ag.s2ag_blender.job JOB.json``, in a process of its own.
+
+The job is a JSON object: ``motions`` (``.npz`` paths; the last is the one shown), ``audio`` or null, ``character``,
+``gender``, ``armature``, ``start_frame``, ``fps`` or null, ``outputs``, ``engine`` or null, ``resolution`` or null,
+``percentage``, ``frame`` of a still or null. What happens is told as JSON lines on stdout: ``progress`` (stage, value 0..1),
+then one ``result`` or ``error`` (kind, message, remedy). Exit status 0, or 2 after an error.
+"""
+
+import contextlib
+import json
+import os
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..core import skeleton
+from ..core.errors import BlenderUnavailable, S2agError, UsageError
+from ..core.files import check_output
+from ..core.motion import Motion
+
+DEFAULT_FPS = 24
+RENDERED = (".mp4", ".png")
+
+
+@dataclass(frozen=True)
+class Job:
+    """What to do; the fields are those of the JSON."""
+
+    motions: tuple[str, ...]
+    outputs: tuple[str, ...]
+    audio: str | None = None
+    character: str = "human"
+    gender: str = "female"
+    armature: str | None = None
+    start_frame: int = 1
+    fps: float | None = None
+    engine: str | None = "workbench"
+    resolution: tuple[int, int] | None = (960, 720)
+    percentage: int = 100
+    frame: int | None = None
+
+    @classmethod
+    def read(cls, path: str | Path) -> "Job":
+        """Read a job file; raises :class:`UsageError`."""
+        try:
+            content = json.loads(Path(path).read_text("utf-8"))
+            return cls(**{key: tuple(value) if isinstance(value, list) else value for key, value in content.items()})
+        except (OSError, ValueError, TypeError, AttributeError) as error:
+            raise UsageError(f"{path} is not a job: {error}", "Let s2ag animate write it.") from error
+
+
+@dataclass
+class Voice:
+    """Tells the starter what happens, one JSON object a line."""
+
+    write: object
+    seconds: dict = field(default_factory=dict)
+
+    def say(self, event: str, **content) -> None:
+        self.write(json.dumps({"event": event, **content}) + "\n")
+
+    def progress(self, stage: str, value: float) -> None:
+        self.say("progress", stage=stage, value=round(float(value), 4))
+
+    @contextlib.contextmanager
+    def stage(self, name: str):
+        """A named part of the work: progress 0 before it, 1 after it, its time in the result."""
+        started = time.perf_counter()
+        self.progress(name, 0)
+        yield
+        self.progress(name, 1)
+        self.seconds[name] = round(self.seconds.get(name, 0) + time.perf_counter() - started, 3)
+
+
+def main(arguments: list[str]) -> int:
+    """Run the job file that ``arguments`` names; returns the exit status."""
+    with _own_stdout() as write:
+        voice = Voice(write)
+        try:
+            if len(arguments) != 1:
+                raise UsageError("A job needs one argument.", "Name the job file.")
+            _require_bpy()
+            voice.say("result", **perform(Job.read(arguments[0]), voice))
+        except S2agError as error:
+            voice.say("error", kind=error.kind, message=error.message, remedy=error.remedy)
+            return 2
+    return 0
+
+
+def perform(job: Job, voice: Voice) -> dict:
+    """Do the job in this Blender, whose open file is lost; returns the ``result`` event's content. Raises S2agError."""
+    import bpy
+
+    from . import cast, stage
+    from .sound import add_sound
+
+    for path in job.outputs:
+        check_output(path)
+    motions = [Motion.load(path) for path in job.motions]
+    if not motions:
+        raise UsageError("The job names no motion.", "Give at least one .npz file.")
+    warnings: list[str] = []
+    with voice.stage("character"):
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        character, theirs = cast.summon(job.character, job.gender, job.armature)
+        scene = bpy.context.scene
+        _set_rate(scene, job.fps if job.fps or theirs else DEFAULT_FPS)
+    with voice.stage("keyframes"):
+        span = _key(scene, character, motions, job.start_frame, warnings)
+        sound = add_sound(scene, job.audio, job.start_frame).sound if job.audio else None
+    with voice.stage("stage"):
+        if theirs:
+            stage.complete(scene, character)
+            if job.resolution:
+                scene.render.resolution_x, scene.render.resolution_y = job.resolution
+        else:
+            stage.dress(scene, character, job.resolution or (960, 720))
+    _set_range(scene, span, theirs)
+    for path in job.outputs:
+        _write(job, scene, character, Path(path), span, sound, motions[-1], voice)
+    fps = scene.render.fps / scene.render.fps_base
+    return {"outputs": list(job.outputs), "warnings": warnings, "frames": list(span), "fps": fps, "seconds": voice.seconds}
+
+
+def expressive_frame(motion: Motion) -> int:
+    """The row of ``motion`` that tells most in a still: hands high, apart from the body, and not in a hurry."""
+    joints = skeleton.canonical_to_blender(skeleton.to_positions(motion.directions))
+    hands = joints[:, [skeleton.JOINTS.index(f"{side}_wrist") for side in ("left", "right")]]
+    if len(hands) < 3:
+        return 0
+    lift = np.clip(hands[..., 2] - np.median(hands[..., 2]), -0.3, 0.3).sum(1)
+    reach = np.linalg.norm(hands[..., :2], axis=-1).sum(1)
+    speed = np.linalg.norm(np.gradient(hands, 1 / motion.fps, axis=0), axis=-1).sum(1)
+    return int(np.argmax(lift + 0.6 * reach - 0.25 * speed))
+
+
+def _key(scene, character, motions, start: int, warnings: list) -> tuple[int, int]:
+    """Key every motion into an action of its own, the last one active; returns its first and last frame."""
+    from .apply import apply_motion
+
+    for motion in motions:
+        apply_motion(character.armature, motion, start, scene=scene, report=warnings.append)
+    fps = scene.render.fps / scene.render.fps_base
+    return start, start + max(int(np.ceil((len(motions[-1].directions) - 1) * fps / motions[-1].fps - 1e-6)), 1)
+
+
+def _write(job: Job, scene, character, path: Path, span, sound, motion: Motion, voice: Voice) -> None:
+    from . import export, render
+
+    kind = path.suffix.lower()
+    with voice.stage(f"write {path.name}"), _range(scene, span):
+        if kind == ".mp4":
+            render.film(scene, path, job.engine, job.percentage, lambda share: voice.progress(f"write {path.name}", share))
+        elif kind == ".png":
+            fps = scene.render.fps / scene.render.fps_base
+            frame = span[0] + round(expressive_frame(motion) * fps / motion.fps) if job.frame is None else job.frame
+            render.still(scene, path, frame, job.engine, job.percentage)
+        else:
+            with export.portable(sound, path.parent) if sound and kind == ".blend" else contextlib.nullcontext():
+                export.export(scene, character, path)
+
+
+def _set_rate(scene, fps: float | None) -> None:
+    if fps:
+        scene.render.fps = max(round(fps), 1)
+        scene.render.fps_base = scene.render.fps / fps
+
+
+def _set_range(scene, span, theirs: bool) -> None:
+    """Our scene lasts as long as the gesture; the user's is only made longer where the gesture would be cut off."""
+    if not theirs:
+        scene.frame_start = span[0]
+        scene.frame_set(span[0])
+    scene.frame_end = max(scene.frame_end, span[1]) if theirs else span[1]
+
+
+@contextlib.contextmanager
+def _range(scene, span):
+    """Limit the scene to the gesture while it is written."""
+    before = scene.frame_start, scene.frame_end
+    scene.frame_start, scene.frame_end = span
+    try:
+        yield
+    finally:
+        scene.frame_start, scene.frame_end = before
+
+
+def _require_bpy() -> None:
+    try:
+        import bpy  # noqa: F401
+    except ImportError as error:
+        raise BlenderUnavailable(f"Blender's module bpy cannot be loaded: {error}", 'Install it: pip install "s2ag[blender]"') from error
+
+
+@contextlib.contextmanager
+def _own_stdout():
+    """Yield a function that writes to the real stdout; all else that is printed, Blender's own chatter too, goes to stderr."""
+    sys.stdout.flush()
+    real = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        with os.fdopen(os.dup(real), "w", encoding="utf-8") as stream:
+
+            def write(text: str) -> None:
+                stream.write(text)
+                stream.flush()
+
+            yield write
+    finally:
+        sys.stdout.flush()
+        os.dup2(real, 1)
+        os.close(real)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
