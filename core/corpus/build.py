@@ -129,12 +129,13 @@ def _active(strokes: list[planning.Stroke], duration: float) -> float:
 
 def _speech(task: Task, index: int) -> Speech | None:
     path = Path(task.cache) / f"{index:04d}.npz"
-    if path.exists():
-        return Speech.load(path)
-    speech = speak(_scripts(task.material, task.seed)[index], _voice(), task.seed)
-    if speech is not None:
+    if not path.exists():
+        speech = speak(_scripts(task.material, task.seed)[index], _voice(), task.seed)
+        if speech is None:
+            return None
         speech.save(path)
-    return speech
+    # always what the file holds, so that a second build gives the same corpus
+    return Speech.load(path)
 
 
 @lru_cache(maxsize=1)

@@ -88,7 +88,7 @@ def _lay(arms: np.ndarray, trunk: np.ndarray, stroke: Stroke, time: np.ndarray) 
             shaped = rotation.slerp(still[edge], motion[:, edge], amplitude)
             arms[here, edge] = rotation.slerp(arms[here, edge], shaped, weight)
     share = (0.8 * amplitude * strongest)[:, None, None]
-    trunk[here][:, _TRUNK] += share * (motion - skeleton.MEAN_UNIT)[:, _TRUNK]
+    trunk[here][:, _TRUNK] += share * (motion - still)[:, _TRUNK]
 
 
 def _sympathy(arms: np.ndarray, motion: np.ndarray, arm: int, stroke: Stroke, time: np.ndarray) -> None:
