@@ -2,12 +2,11 @@
 
 import argparse
 import json
+import os
 import sys
 from pathlib import Path
 
 from ..errors import S2agError, UsageError
-from .config import TrainConfig
-from .loop import train
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -26,6 +25,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--threads", type=int, help="CPU threads")
     parser.add_argument("--resume", action="store_true", default=None, help="continue the run in the folder")
     options = vars(parser.parse_args(arguments))
+    # On a machine with other work, threads that spin while they wait cost more than they gain; torch reads this on import.
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    from .config import TrainConfig
+    from .loop import train
+
     try:
         settings = _read(options.pop("config"))
         config = TrainConfig.from_dict({**settings, **{name: value for name, value in options.items() if value is not None}})

@@ -109,6 +109,7 @@ class Run:
     def say(self, text: str) -> None:
         """Print above the progress bar."""
         self.bar.write(text)
+        sys.stdout.flush()
 
 
 def _prepare_folder(config: TrainConfig) -> None:
