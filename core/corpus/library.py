@@ -114,9 +114,9 @@ def load(material: str | PathLike) -> list[Gesture]:
 
 
 def _usable(clip: Clip, rest: str, meaning: str) -> bool:
-    """Whether the arms really move (a shrug may be all shoulders) and do not come from hands on hips, except for a few
-    large gestures that leave that pose behind at once."""
-    if rest == "Idle03" and meaning not in ("big", "thing", "there"):
+    """Whether the arms really move (a shrug may be all shoulders) and do not come from folded arms or from hands on
+    hips, but for a few large gestures that leave the hips at once."""
+    if rest == "IdleCross01" or (rest == "Idle03" and meaning not in ("big", "thing", "there")):
         return False
     return max(clip.hands) >= 0.6 or meaning == "maybe"
 

@@ -111,7 +111,7 @@ def _small_beats(body: np.ndarray, performer: Performer, speech: Speech, accents
         down = ramp(time, accent.time - 0.1, accent.time + 0.05) * (1 - ramp(time, accent.time + 0.1, accent.time + 0.4))
         lift += size * (up - 0.7 * down)
     lift = _smooth(lift * performer.size * 0.065, 0.06)[:, None]
-    for edge, share in ((4, 1.0), (5, 0.85), (7, 1.0), (8, 0.85)):
+    for edge, share in ((4, 1.2), (5, 0.8), (7, 1.2), (8, 0.8)):
         body[:, edge] += share * lift * np.array([0.0, -1.0, 0.45])
 
 
