@@ -1,5 +1,6 @@
 """A gesture performance: unit directions over time, and where they came from."""
 
+import io
 import json
 import zipfile
 from dataclasses import dataclass, field, replace
@@ -43,14 +44,16 @@ class Motion:
 
     def save(self, path: str | PathLike) -> None:
         """Write an ``.npz`` (directions, fps, words and meta as JSON text): whole or not at all."""
-        with whole_file(path) as temporary, open(temporary, "wb") as file:
-            np.savez_compressed(
-                file,
-                directions=np.asarray(self.directions, np.float32),
-                fps=np.float64(self.fps),
-                words=np.array(json.dumps([list(word) for word in self.words])),
-                meta=np.array(json.dumps(self.meta, sort_keys=True)),
-            )
+        buffer = io.BytesIO()  # a zip file that meets a full disk complains once more when it is collected
+        np.savez_compressed(
+            buffer,
+            directions=np.asarray(self.directions, np.float32),
+            fps=np.float64(self.fps),
+            words=np.array(json.dumps([list(word) for word in self.words])),
+            meta=np.array(json.dumps(self.meta, sort_keys=True)),
+        )
+        with whole_file(path) as temporary:
+            temporary.write_bytes(buffer.getbuffer())
 
     @classmethod
     def load(cls, path: str | PathLike) -> "Motion":
@@ -67,7 +70,9 @@ class Motion:
         except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
             raise MotionUnreadable(f"{path} is not a motion file.", "Make one with: s2ag synth AUDIO -o OUT.npz") from error
         if directions.ndim != 3 or directions.shape[1:] != (9, 3) or not len(directions) or not np.isfinite(directions).all():
-            raise MotionUnreadable(f"{path} holds directions of shape {directions.shape}, not (frames, 9, 3).", "Make it again.")
+            raise MotionUnreadable(
+                f"{path} holds directions of shape {directions.shape}, not (frames, 9, 3).", "Make it again."
+            )
         return motion
 
 

@@ -124,14 +124,14 @@ class _Run:
         return value
 
     def result(self) -> Result:
-        from . import audio, transcript, voice
+        from . import audio, voice
 
         request = self.request
         checkpoint = self.stage("load model", lambda: self.session.checkpoint)
         names = [speaker["name"] for speaker in checkpoint.speakers]
         weights = styles.parse(request.style or names[0], names)
         sound = self.stage("read audio", lambda: audio.load(request.audio))
-        words, warnings = self.stage("align words", lambda: transcript.resolve(sound, request.transcript, request.text))
+        words, warnings = self.stage("align words", lambda: self._words(sound))
         vectors = self.stage("load word vectors", lambda: self.session.vectors) if words else None
         frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
         features = self.stage("extract MFCC", lambda: _Features(sound, words, vectors))
@@ -141,6 +141,16 @@ class _Run:
         meta = self._meta(audio.digest(sound), names, weights, words)
         motions = self.stage("finish", lambda: [self._finish(made[take], activity, words, meta, take) for take in range(request.takes)])
         return Result(motions, words, warnings, self.seconds)
+
+    def _words(self, sound: np.ndarray) -> tuple[tuple, list[str]]:
+        from . import transcript
+
+        def tell(value: float) -> None:
+            if self.cancelled():
+                raise Cancelled("Cancelled.")
+            self.progress("align words", value)
+
+        return transcript.resolve(sound, self.request.transcript, self.request.text, tell)
 
     def _latents(self, weights) -> np.ndarray:
         import torch

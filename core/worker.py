@@ -155,6 +155,8 @@ class Worker:
 
         def progress(stage: str, value: float) -> None:
             nonlocal last
+            if self._is_cancelled(request):
+                raise Cancelled("Cancelled.")
             if stage != last[0] or value >= last[1] + 0.01:
                 last = (stage, value)
                 self._send({"id": request, "event": "progress", "stage": stage, "value": round(float(value), 3)})

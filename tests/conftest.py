@@ -18,3 +18,19 @@ def shared():
     if not folder.is_dir():
         pytest.skip("the material folder beside the project is absent")
     return folder
+
+
+@pytest.fixture(scope="session")
+def random_checkpoint(tmp_path_factory):
+    """A network with random weights and two speakers: what it makes is worthless, how it is made is not."""
+    torch = pytest.importorskip("torch", reason="the engine is not installed")
+    from s2ag.core import checkpoint
+    from s2ag.core.model.config import ModelConfig
+    from s2ag.core.model.generator import Generator
+
+    torch.manual_seed(0)
+    path = tmp_path_factory.mktemp("checkpoint") / "random.safetensors"
+    speakers = [{"name": "calm one", "description": "small"}, {"name": "lively one", "description": "wide"}]
+    training = {"settings": {"frames": 64, "seed_frames": 10}}
+    checkpoint.save(path, Generator(ModelConfig.default(speakers=2)), None, {"speakers": speakers, "training": training})
+    return path

@@ -48,6 +48,11 @@ def main(argv: list[str] | None = None) -> int:
     except OSError as error:
         say(f"{error.filename or 'A file'} failed: {error.strerror or error}. Check the path and the free space.")
         return FAILED
+    except Exception as error:
+        if os.environ.get("S2AG_DEBUG"):
+            raise
+        say(f"this is a mistake in s2ag ({type(error).__name__}: {error}). Please report it; S2AG_DEBUG=1 shows where.")
+        return FAILED
 
 
 def _parser() -> Parser:

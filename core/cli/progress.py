@@ -1,5 +1,6 @@
 """What the command line says on stderr: notes, the one sentence of an error, and a bar on a terminal."""
 
+import shutil
 import sys
 
 
@@ -31,7 +32,10 @@ class Progress:
             except ModuleNotFoundError:  # Blender's own Python has none, and nobody watches it
                 return self
             bar = "{desc:<20}{percentage:3.0f}% |{bar:40}| {elapsed}"
-            self._bar = tqdm(total=100, bar_format=bar, leave=False, file=sys.stderr, mininterval=0.05)
+            # Some terminals claim to have no columns and rows at all; the standard library then says 80 by 24.
+            width, height = shutil.get_terminal_size()
+            looks = {"bar_format": bar, "ncols": width - 1, "nrows": height, "leave": False}
+            self._bar = tqdm(total=100, file=sys.stderr, **looks)
         return self
 
     def __exit__(self, *_):
@@ -42,8 +46,12 @@ class Progress:
     def __call__(self, stage: str, value: float) -> None:
         if self._bar is None:
             return
+        percent = int(100 * min(value, 1.0))
         if stage != self._stage:
             self._stage = stage
             self._bar.reset()
-            self._bar.set_description_str(stage)
-        self._bar.update(max(100 * min(value, 1.0) - self._bar.n, 0))
+            self._bar.set_description_str(stage, refresh=False)
+        elif percent <= self._bar.n:
+            return
+        self._bar.n = percent
+        self._bar.refresh()

@@ -65,6 +65,22 @@ def test_real_worker_restarts_after_a_kill(real):
     assert real.pid != first
 
 
+def test_real_worker_killed_in_mid_synthesis(random_checkpoint, examples):
+    params = {"audio": str(examples / "hello.flac"), "checkpoint": str(random_checkpoint)}
+    with WorkerClient() as client:
+        job = client.request("synthesize", params)
+        while not job.stage:
+            assert not job.poll()
+        os.kill(client.pid, signal.SIGKILL)
+        with pytest.raises(WorkerFailed, match="killed by signal 9"):
+            wait(job).outcome()
+        heard = []
+        result = client.call("synthesize", params, progress=lambda *said: heard.append(said))
+        assert [os.path.exists(path) for path in result["motions"]] == [True]
+        assert heard
+    assert not os.path.exists(result["motions"][0])
+
+
 def test_killed_in_mid_job_says_so_and_the_next_request_works(start):
     client = start(
         "import os, json\n"

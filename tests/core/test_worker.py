@@ -6,10 +6,13 @@ import signal
 import subprocess
 import sys
 import time
+import wave
 from pathlib import Path
 
+import numpy as np
 import pytest
 from s2ag.core import errors, protocol
+from s2ag.core.motion import Motion
 
 ROOT = Path(__file__).parents[2]
 
@@ -159,6 +162,111 @@ def test_dies_with_its_parent(tmp_path):
         time.sleep(0.02)
     os.kill(child, signal.SIGKILL)
     raise AssertionError("the worker outlived its parent")
+
+
+@pytest.fixture(scope="module")
+def busy(random_checkpoint):
+    """One warm worker for the tests that synthesise."""
+    pipe = Pipe()
+    pipe.settings = {"checkpoint": str(random_checkpoint)}
+    yield pipe
+    pipe.process.kill()
+    pipe.process.communicate()
+
+
+@pytest.fixture(scope="module")
+def long_voice(tmp_path_factory, examples):
+    """Ten minutes of speech as a recording."""
+    sound = audio_module().load(examples / "hello.flac")
+    path = tmp_path_factory.mktemp("long") / "long.wav"
+    samples = np.tile(sound, int(600 * 16000 / len(sound)))
+    with wave.open(str(path), "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(16000)
+        file.writeframes((samples * 32767).astype("<i2").tobytes())
+    return path
+
+
+def audio_module():
+    pytest.importorskip("av", reason="the engine is not installed")
+    from s2ag.core import audio
+
+    return audio
+
+
+def test_synthesis_answers_with_motions_words_and_progress(busy, examples):
+    params = {"audio": str(examples / "hello.flac"), "transcript": str(examples / "hello.txt"), "takes": 2, "seed": 3}
+    busy.say({"id": 1, "method": "synthesize", "params": {**params, **busy.settings, "style": {"calm one": 1.0}}})
+    stages = []
+    while "event" in (message := busy.hear("id")):
+        assert message["id"] == 1
+        assert 0 <= message["value"] <= 1
+        stages.append(message["stage"])
+    result = message["result"]
+    assert {"align words", "generate"} <= set(stages)
+    first, second = (Motion.load(path) for path in result["motions"])
+    assert first.directions.shape == second.directions.shape
+    assert first.meta["style"] == {"calm one": 1.0}
+    assert [tuple(word) for word in result["words"]] == list(first.words)
+    assert result["words"][0][0].lower() == "hello"
+    assert result["seconds"] == pytest.approx(sum(result["stages"].values()), abs=1e-3)
+    memory = Path(f"/proc/{busy.process.pid}/status")
+    if memory.exists():
+        (peak,) = (int(line.split()[1]) for line in memory.read_text().splitlines() if line.startswith("VmHWM"))
+        assert peak < 700_000, f"{peak / 1000:.0f} MB"
+
+
+def test_results_go_where_the_request_says(busy, examples, tmp_path):
+    params = {"audio": str(examples / "hello.flac"), "output_dir": str(tmp_path), **busy.settings}
+    busy.say({"id": 2, "method": "synthesize", "params": params})
+    assert busy.hear()["result"]["motions"] == [str(tmp_path / "hello-1.npz")]
+    assert [path.name for path in tmp_path.iterdir()] == ["hello-1.npz"]
+
+
+@pytest.mark.parametrize("stage", ["align words", "generate"])
+def test_synthesis_can_be_cancelled_while_it_runs(busy, examples, long_voice, stage, tmp_path):
+    params = {"audio": str(long_voice), "text": "hello there " * 600, "output_dir": str(tmp_path), **busy.settings}
+    if stage == "generate":
+        del params["text"]
+    busy.say({"id": stage, "method": "synthesize", "params": params})
+    while (message := busy.hear("id")).get("stage") != stage:
+        assert "event" in message
+    busy.say({"method": "cancel", "id": stage})
+    assert busy.hear("error")["error"]["kind"] == "Cancelled"
+    assert not list(tmp_path.iterdir())
+    busy.say({"id": 9, "method": "hello"})
+    assert busy.hear()["id"] == 9
+
+
+def test_errors_of_the_engine_have_kind_and_remedy(busy, tmp_path):
+    busy.say({"id": 3, "method": "synthesize", "params": {"audio": str(tmp_path / "none.wav"), **busy.settings}})
+    error = busy.hear("error")["error"]
+    assert error["kind"] == "AudioUnreadable"
+    assert "none.wav" in error["message"]
+    assert error["remedy"]
+
+
+def test_warm_hello_loads_the_network(random_checkpoint, worker):
+    worker.say({"id": 1, "method": "hello", "params": {"warm": True, "checkpoint": str(random_checkpoint)}})
+    result = worker.hear()["result"]
+    assert [style["name"] for style in result["styles"]] == ["calm one", "lively one"]
+    assert len(result["checkpoint"]["hash"]) == 64
+    maps = Path(f"/proc/{worker.process.pid}/maps")
+    if maps.exists():
+        assert "libtorch" in maps.read_text()
+
+
+def test_shutdown_during_work_ends_it_and_removes_its_files(random_checkpoint, long_voice, tmp_path):
+    pipe = Pipe(env={**os.environ, "TMPDIR": str(tmp_path)})
+    params = {"audio": str(long_voice), "checkpoint": str(random_checkpoint)}
+    pipe.say({"id": 1, "method": "synthesize", "params": params})
+    while pipe.hear("event")["stage"] != "generate":
+        pass
+    pipe.say({"method": "shutdown"})
+    assert pipe.ended() == 0
+    pipe.process.communicate()
+    assert not list(tmp_path.iterdir())
 
 
 def test_errors_cross_the_protocol_unchanged():
