@@ -67,6 +67,7 @@ class Generator(nn.Module):
 
     def decode(self, features: torch.Tensor, style: torch.Tensor) -> torch.Tensor:
         """Directions ``(B, T, 9, 3)`` from the features of :meth:`encode` and styles ``(B, style_size)``."""
+        # The style stands between text and seed features, so that the GRU's columns are in the public code's order.
         repeated = style[:, None].expand(-1, features.shape[1], -1)
         head = self.config.affect_size + self.config.mfcc_size + self.config.text_size
         inputs = torch.cat([features[..., :head], repeated, features[..., head:]], dim=-1)
