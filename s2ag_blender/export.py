@@ -36,6 +36,7 @@ def export(scene, character: Character, path: str | Path) -> None:
 
 
 def _blend(scene, character, path: Path) -> None:
+    path.unlink(missing_ok=True)  # Blender would keep the empty file beside it as a backup
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True, relative_remap=True, check_existing=False)
 
 

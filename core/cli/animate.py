@@ -30,11 +30,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--gender", choices=("female", "male"), default="female", help="of the human (default female)")
     parser.add_argument("--armature", metavar="NAME", help="which armature of the file gestures, if it has several")
     parser.add_argument("--start-frame", metavar="N", type=int, default=1, help="frame of the first key (default 1)")
-    parser.add_argument("--fps", metavar="N", type=_rate, help="frames a second of the scene (default: as in the file)")
-    engines = ("workbench", "eevee", "cycles")
-    parser.add_argument("--engine", choices=engines, default=engines[0], help="renderer (default workbench)")
-    size = "of .mp4 and .png (default 1280x720)"
-    parser.add_argument("--resolution", metavar="WxH", type=_resolution, default=[1280, 720], help=size)
+    parser.add_argument("--fps", metavar="N", type=_rate, help="frames a second of the scene (default 24, or as in a .blend)")
+    drawn = "renderer (default workbench, or the one set in a .blend)"
+    parser.add_argument("--engine", choices=("workbench", "eevee", "cycles"), help=drawn)
+    size = "of .mp4 and .png (default 960x720, or as in a .blend)"
+    parser.add_argument("--resolution", metavar="WxH", type=_resolution, help=size)
     parser.add_argument("-v", "--verbose", action="store_true", help="show what Blender says")
 
 
@@ -69,7 +69,7 @@ def _job(options: argparse.Namespace, character: str, motion: Path, paths: list[
         "start_frame": options.start_frame,
         "fps": options.fps,
         "outputs": [str(path.absolute()) for path in paths],
-        "engine": options.engine,
+        "engine": options.engine or (None if Path(character).suffix.lower() == ".blend" else "workbench"),
         "resolution": options.resolution,
     }
 

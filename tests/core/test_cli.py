@@ -351,3 +351,26 @@ def test_blender_that_is_not_there(refuse, monkeypatch, voice, out):
 def test_real_blender_answers_the_probe():
     pytest.importorskip("bpy", reason="the package bpy is not installed")
     assert blender.run("probe")["blender"].count(".") == 2
+
+
+def test_animate_makes_a_character_in_blender(capfd, random_checkpoint, voice, out):
+    pytest.importorskip("bpy", reason="the package bpy is not installed")
+    run = ["animate", voice, "--checkpoint", random_checkpoint, "--character", "mannequin", "--takes", "2", "--fps", "30"]
+    assert main([str(one) for one in [*run, "-o", out / "a.blend", "-o", out / "a.bvh"]]) == 0
+    assert files(out) == ["a-1.blend", "a-1.bvh", "a-2.blend", "a-2.bvh"]
+    assert (out / "a-1.bvh").read_text().startswith("HIERARCHY")
+    assert (out / "a-1.bvh").read_text() != (out / "a-2.bvh").read_text()
+    told = capfd.readouterr()
+    assert told.out == ""
+    assert all(line.startswith("s2ag: note: ") for line in told.err.splitlines())
+
+
+def test_character_that_cannot_gesture(capfd, random_checkpoint, voice, out, tmp_path):
+    pytest.importorskip("bpy", reason="the package bpy is not installed")
+    broken = tmp_path / "broken.blend"
+    broken.write_bytes(b"BLENDER no more")
+    run = ["animate", voice, "--checkpoint", random_checkpoint, "--character", broken, "-o", out / "a.blend"]
+    assert main([str(one) for one in run]) == 2
+    told = capfd.readouterr()
+    assert "broken.blend" in one_sentence(told.err, told.out)
+    assert not files(out)
