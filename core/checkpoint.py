@@ -10,14 +10,12 @@ import torch
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
 
+from .catalogue import DEFAULT, FORMAT, REMEDY, facts_path, read_facts
 from .errors import CheckpointUnreadable, S2agError
 from .files import whole_file
 from .model.config import ModelConfig
 from .model.discriminator import Discriminator
 from .model.generator import Generator
-
-DEFAULT = Path(__file__).parent / "assets" / "default.safetensors"
-FORMAT = 1
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,7 @@ def save(path: str | PathLike, generator: Generator, discriminator: Discriminato
         save_file(tensors, temporary)
         digest = _sha256(temporary)
     facts = {**meta, "format": FORMAT, "weights_sha256": digest, "config": generator.config.to_dict()}
-    with whole_file(_facts_path(path)) as temporary:
+    with whole_file(facts_path(path)) as temporary:
         temporary.write_text(json.dumps(facts, indent=1), encoding="utf-8")
     return digest
 
@@ -70,14 +68,14 @@ def load(path: str | PathLike | None = None, device: str = "cpu") -> Checkpoint:
     together, or where the file is of another version.
     """
     path = Path(path or DEFAULT)
-    facts = _read_facts(path)
+    facts = read_facts(path)
     try:
         digest = _sha256(path)
         tensors = load_file(path)
     except (OSError, SafetensorError) as error:
-        raise CheckpointUnreadable(f"The checkpoint {path} cannot be read: {error}.", _REMEDY) from error
+        raise CheckpointUnreadable(f"The checkpoint {path} cannot be read: {error}.", REMEDY) from error
     if facts.get("weights_sha256") != digest:
-        raise CheckpointUnreadable(f"{_facts_path(path)} describes other weights than {path.name} holds.", _REMEDY)
+        raise CheckpointUnreadable(f"{facts_path(path)} describes other weights than {path.name} holds.", REMEDY)
     try:
         config = ModelConfig.from_dict(facts["config"])
         generator = _filled(Generator(config), tensors, "generator", device)
@@ -86,27 +84,8 @@ def load(path: str | PathLike | None = None, device: str = "cpu") -> Checkpoint:
         speakers = [dict(speaker) for speaker in facts.get("speakers", [])]
     except (S2agError, KeyError, TypeError, ValueError, RuntimeError) as error:
         reason = " ".join(str(error).split())[:200]
-        raise CheckpointUnreadable(f"The checkpoint {path} does not fit this version: {reason}", _REMEDY) from error
+        raise CheckpointUnreadable(f"The checkpoint {path} does not fit this version: {reason}", REMEDY) from error
     return Checkpoint(config, generator, discriminator, speakers, facts, digest)
-
-
-_REMEDY = "Get the checkpoint again (the .safetensors file and the .json beside it), or choose another one."
-
-
-def _facts_path(path: Path) -> Path:
-    return path.with_suffix(".json")
-
-
-def _read_facts(path: Path) -> dict:
-    if not path.is_file():
-        raise CheckpointUnreadable(f"There is no checkpoint {path}.", _REMEDY)
-    try:
-        facts = json.loads(_facts_path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise CheckpointUnreadable(f"{_facts_path(path)} is missing or no JSON.", _REMEDY) from error
-    if not isinstance(facts, dict) or facts.get("format") != FORMAT:
-        raise CheckpointUnreadable(f"{_facts_path(path)} is not of format {FORMAT}.", _REMEDY)
-    return facts
 
 
 def _prefixed(prefix: str, module: torch.nn.Module, half: bool) -> dict[str, torch.Tensor]:
