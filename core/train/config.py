@@ -43,8 +43,8 @@ class TrainConfig:
     adversarial: float = 5.0
     diversity: float = 0.05
     divergence: float = 0.1
-    velocity: float = 500.0  # 0 in the paper; counters motion that shrinks to the mean
-    acceleration: float = 100.0  # 0 in the paper; counters jitter
+    velocity: float = 5000.0  # 0 in the paper; about half the Huber term's share, it teaches when to move
+    acceleration: float = 1000.0  # 0 in the paper; counters jitter
     real_label: float = 0.9  # 1 in the paper; less keeps the discriminator from certainty
 
     log_steps: int = 50
