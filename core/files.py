@@ -31,16 +31,20 @@ def whole_file(path: str | os.PathLike):
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem[:40]}.", suffix=path.suffix)
         os.close(handle)
     except OSError as error:
-        raise OutputUnwritable(f"{path} cannot be written: {error.strerror}.", "Free space or choose another folder.") from error
+        raise _refused(path, error) from error
     temporary = Path(name)
     try:
         yield temporary
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
     except OSError as error:
-        raise OutputUnwritable(f"{path} cannot be written: {error.strerror or error}.", "Free space or choose another folder.") from error
+        raise _refused(path, error) from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _refused(path: Path, error: OSError) -> OutputUnwritable:
+    return OutputUnwritable(f"{path} cannot be written: {error.strerror or error}.", "Free space or choose another folder.")
 
 
 def _umask() -> int:

@@ -33,17 +33,18 @@ def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray | float) -> np.n
     return skeleton.normalize(np.cos(turn) * start + np.sin(turn) * across)
 
 
-def settle_weight(activity: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
+def settle_weight(activity: np.ndarray, fps: float = skeleton.FPS, at_rest: bool = True) -> np.ndarray:
     """How much of each frame belongs to rest, ``(frames,)`` in 0..1, from voice activity ``(frames,)`` in 0..1.
 
-    Pauses shorter than :data:`SETTLE_AFTER` are left to the network. The weight has a continuous slope everywhere.
+    Pauses shorter than :data:`SETTLE_AFTER` are left to the network. A silence at the very start is rest from its first
+    frame if ``at_rest``, else the hands sink into it as into any other. The weight has a continuous slope everywhere.
     """
     frames = len(activity)
     weight = np.zeros(frames)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], activity < 0.5, [0]]).astype(int)))
     for start, end in edges.reshape(-1, 2):
         time = np.arange(start, end)
-        sink = (time - start) / fps - SETTLE_AFTER if start else np.full(len(time), SETTLE_TIME)
+        sink = (time - start) / fps - SETTLE_AFTER if start or not at_rest else np.full(len(time), SETTLE_TIME)
         rise = (end - time) / fps if end < frames else np.full(len(time), RAISE_TIME)
         weight[start:end] = _smooth(sink / SETTLE_TIME) * _smooth(rise / RAISE_TIME)
     return weight
@@ -65,9 +66,11 @@ def idle(frames: int, fps: float = skeleton.FPS, seed: int = 0) -> np.ndarray:
     return offsets
 
 
-def rest(directions: np.ndarray, activity: np.ndarray, seed: int = 0, fps: float = skeleton.FPS) -> np.ndarray:
+def rest(
+    directions: np.ndarray, activity: np.ndarray, seed: int = 0, fps: float = skeleton.FPS, at_rest: bool = True
+) -> np.ndarray:
     """Blend a performance ``(frames, 9, 3)`` into :data:`REST` where nobody speaks, and let it breathe throughout."""
-    settled = slerp(directions, REST, settle_weight(activity, fps)[:, None])
+    settled = slerp(directions, REST, settle_weight(activity, fps, at_rest)[:, None])
     return skeleton.normalize(settled + idle(len(directions), fps, seed)).astype(np.float32)
 
 

@@ -25,7 +25,8 @@ def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
         if _key(name) not in known:
             raise UnknownStyle(f"There is no style {name!r}.", _suggest(name, names))
         if not (np.isfinite(weight) and weight >= 0):
-            raise UnknownStyle(f"The weight of style {name!r} is {weight:g}.", "Give weights of zero or more, as in A:0.6+B:0.4.")
+            message = f"The weight of style {name!r} is {weight:g}."
+            raise UnknownStyle(message, "Give weights of zero or more, as in A:0.6+B:0.4.")
         index = known[_key(name)]
         weights[index] = weights.get(index, 0.0) + weight
     total = sum(weights.values())

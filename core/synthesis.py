@@ -139,7 +139,8 @@ class _Run:
         latents = self._latents(weights)
         made = self.stage("generate", lambda: self._generate(features, latents, frames))
         meta = self._meta(audio.digest(sound), names, weights, words)
-        motions = self.stage("finish", lambda: [self._finish(made[take], activity, words, meta, take) for take in range(request.takes)])
+        finished = (self._finish(made[take], activity, words, meta, take) for take in range(request.takes))
+        motions = self.stage("finish", lambda: list(finished))
         return Result(motions, words, warnings, self.seconds)
 
     def _words(self, sound: np.ndarray) -> tuple[tuple, list[str]]:
@@ -157,7 +158,8 @@ class _Run:
 
         checkpoint = self.session.checkpoint
         with torch.inference_mode():
-            mean, log_variance = checkpoint.generator.speaker(torch.arange(len(checkpoint.speakers), device=self.session.device))
+            every = torch.arange(len(checkpoint.speakers), device=self.session.device)
+            mean, log_variance = checkpoint.generator.speaker(every)
         mean, deviation = mean.cpu().numpy(), log_variance.mul(0.5).exp().cpu().numpy()
         return styles.latent(weights, mean, deviation, self.request.seed, self.request.takes)
 
@@ -180,7 +182,7 @@ class _Run:
 
     def _finish(self, directions: np.ndarray, activity: np.ndarray, words: tuple, meta: dict, take: int) -> Motion:
         request = self.request
-        performed = rest.rest(directions, activity, request.seed + take)
+        performed = rest.rest(directions, activity, request.seed + take, at_rest=request.pose is None)
         motion = Motion(rest.scale(performed, request.intensity), skeleton.FPS, words, {**meta, "take": take})
         return motion.mirrored() if request.mirror else motion
 

@@ -7,6 +7,7 @@ import torch
 
 from . import skeleton
 from .errors import Cancelled
+from .model.seeds import seed_input
 
 LOOKAHEAD = 12
 """Frames at a window's end that are thrown away, because the backward GRU has seen too little of what follows."""
@@ -43,36 +44,21 @@ def generate(
     takes, seeds = seed_poses.shape[:2]
     style = torch.from_numpy(styles).to(device)
     out = np.empty((takes, frames, 9, 3), np.float32)
-    previous = None
+    out[:, :seeds] = seed_poses[:, :frames]
     first_frames = starts(frames, window, seeds)
     for number, start in enumerate(first_frames):
         if cancelled():
             raise Cancelled("Cancelled.")
         stop = min(start + window, frames)
-        given = seed_poses if previous is None else out[:, start : start + seeds]
+        given = out[:, start : start + seeds].copy()
         mfcc, words = (torch.from_numpy(np.ascontiguousarray(part, np.float32)).to(device) for part in inputs(start, stop))
-        made = generator(
-            mfcc.expand(takes, *mfcc.shape), words.expand(takes, *words.shape), _seed_input(given, stop - start, device), style
-        )
+        poses = seed_input(torch.from_numpy(given).to(device), stop - start)
+        made = generator(mfcc.expand(takes, *mfcc.shape), words.expand(takes, *words.shape), poses, style)
         made = made.cpu().numpy()
-        if previous is None:
-            out[:, start:stop] = made
-        else:
-            out[:, start + seeds : stop] = made[:, seeds:]
-            out[:, start : start + seeds] = _cross_fade(given, made[:, :seeds])
-        previous = start
+        out[:, start:stop] = made
+        out[:, start : start + seeds] = _cross_fade(given, made[:, :seeds])
         progress((number + 1) / len(first_frames))
     return out
-
-
-def _seed_input(poses: np.ndarray, frames: int, device: torch.device) -> torch.Tensor:
-    """``(takes, frames, 28)``: mean-subtracted seed directions and their mask, zeros after (reference section A.1)."""
-    takes, count = poses.shape[:2]
-    count = min(count, frames)
-    seeds = np.zeros((takes, frames, 28), np.float32)
-    seeds[:, :count, :27] = (poses[:, :count] - skeleton.MEAN).reshape(takes, count, 27)
-    seeds[:, :count, 27] = 1
-    return torch.from_numpy(seeds).to(device)
 
 
 def _cross_fade(old: np.ndarray, new: np.ndarray) -> np.ndarray:

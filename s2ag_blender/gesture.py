@@ -76,7 +76,7 @@ def key(context, armature, result: dict) -> list[str]:
         armature, result["motions"][0], start_frame=settings.start_frame, scene=context.scene, report=warnings.append
     )
     if settings.add_sound:
-        sound.place_sound(context.scene, bpy.path.abspath(settings.audio), settings.start_frame)
+        sound.add_sound(context.scene, bpy.path.abspath(settings.audio), settings.start_frame)
     return warnings
 
 

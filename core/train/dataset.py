@@ -15,8 +15,9 @@ import torch
 from torch.nn import functional
 
 from ..errors import CorpusUnreadable
+from ..model.seeds import seed_input
 from ..model.timing import mfcc_slice, nearest_mfcc
-from ..skeleton import FPS, MEAN, mirror
+from ..skeleton import FPS, mirror
 from .config import TrainConfig
 
 TRAIN, VALIDATION, TEST = range(3)
@@ -108,7 +109,7 @@ class Corpus:
             words=functional.embedding(
                 torch.from_numpy(self.word_index[index].astype(np.int64)).to(self.device) % len(self.vectors), self.vectors
             ),
-            seeds=seed_input(directions, seed_frames),
+            seeds=seed_input(directions[:, :seed_frames], frames),
             directions=directions,
             speaker=torch.from_numpy(self.speaker[talks]).to(self.device),
         )
@@ -128,13 +129,6 @@ class Corpus:
             raise ValueError("its arrays do not fit each other")
         if self.meta.get("fps", FPS) != FPS:
             raise ValueError(f"it runs at {self.meta['fps']} fps, not {FPS}")
-
-
-def seed_input(directions: torch.Tensor, count: int) -> torch.Tensor:
-    """Seeds ``(B, T, 28)`` from performances ``(B, T, 9, 3)``: their first ``count`` frames, then zeros (reference A.1)."""
-    poses = (directions[:, :count] - torch.from_numpy(MEAN).to(directions)).flatten(2)
-    given = functional.pad(poses, (0, 1), value=1.0)
-    return functional.pad(given, (0, 0, 0, directions.shape[1] - count))
 
 
 def augment(batch: Batch, config: TrainConfig) -> Batch:

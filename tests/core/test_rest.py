@@ -1,5 +1,4 @@
 import numpy as np
-
 from s2ag.core import rest, skeleton
 
 FPS = skeleton.FPS

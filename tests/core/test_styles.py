@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-
 from s2ag.core import styles
 from s2ag.core.errors import UnknownStyle
 
