@@ -17,6 +17,7 @@ from pathlib import Path
 from . import protocol
 from .errors import Cancelled, EngineMissing, S2agError, UsageError
 from .files import check_output
+from .threads import share_cores
 
 GRACE = 5.0
 """Seconds that a running request gets to notice that the parent is gone."""
@@ -223,6 +224,7 @@ def _first_line(error: Exception) -> str:
 
 def main() -> int:
     """Take standard input and output for the protocol, so that no library's chatter or child process can touch them."""
+    share_cores()
     requests, replies = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from ..threads import share_cores
 from .progress import Progress, note
 
 
@@ -61,6 +62,7 @@ def perform(options: argparse.Namespace, wanted):
     """Synthesise in this process behind a progress bar; warnings become notes. Returns the :class:`Result`."""
     from ..synthesis import Session
 
+    share_cores()
     session = Session(options.checkpoint, options.vectors)
     with Progress() as progress:
         result = session.synthesize(wanted, progress)

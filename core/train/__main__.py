@@ -2,11 +2,11 @@
 
 import argparse
 import json
-import os
 import sys
 from pathlib import Path
 
 from ..errors import S2agError, UsageError
+from ..threads import share_cores
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -25,8 +25,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--threads", type=int, help="CPU threads")
     parser.add_argument("--resume", action="store_true", default=None, help="continue the run in the folder")
     options = vars(parser.parse_args(arguments))
-    # On a machine with other work, threads that spin while they wait cost more than they gain; torch reads this on import.
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    share_cores()
     from .config import TrainConfig
     from .loop import train
 
