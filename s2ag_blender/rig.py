@@ -57,9 +57,8 @@ def resolve_mapping(armature: bpy.types.Object, bones: Bones, mapping: Mapping |
 
 
 def is_locked(bone: bpy.types.PoseBone) -> bool:
-    """Whether no rotation of ``bone`` may be keyed."""
-    four = bone.rotation_mode == "AXIS_ANGLE" or bone.rotation_mode == "QUATERNION"
-    return all(bone.lock_rotation) and (bone.lock_rotation_w or not (four and bone.lock_rotations_4d))
+    """Whether no rotation of ``bone`` may be keyed; a free w alone, as new bones have it, turns nothing."""
+    return all(bone.lock_rotation)
 
 
 def _without_locked(armature, mapping: Mapping) -> Mapping:

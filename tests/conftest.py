@@ -1,8 +1,16 @@
+import os
+import tempfile
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
+
+# Blender gets an empty home of its own before anything imports bpy: packages of an extension that is installed on this
+# machine would shadow the environment's.
+_BLENDER_HOME = tempfile.TemporaryDirectory(prefix="s2ag-blender-")
+os.environ["BLENDER_USER_RESOURCES"] = _BLENDER_HOME.name
+os.environ["BLENDER_USER_EXTENSIONS"] = os.path.join(_BLENDER_HOME.name, "extensions")
 
 
 @pytest.fixture(scope="session")

@@ -1,14 +1,6 @@
-"""Blender as a module, in its own empty home, with an empty file for every test."""
-
-import os
-import tempfile
+"""Blender as a module, with an empty file for every test; its home is set in the conftest above."""
 
 import pytest
-
-# Set before the first import of bpy: packages of an extension installed on this machine would shadow the environment's.
-_HOME = tempfile.TemporaryDirectory(prefix="s2ag-blender-")
-os.environ["BLENDER_USER_RESOURCES"] = _HOME.name
-os.environ["BLENDER_USER_EXTENSIONS"] = os.path.join(_HOME.name, "extensions")
 
 try:
     import bpy
