@@ -7,6 +7,7 @@ from s2ag.core.motion import Motion
 from s2ag.rigs import quaternion
 
 bpy = pytest.importorskip("bpy")
+pytest.importorskip("pytest_benchmark")
 
 import rigging  # noqa: E402
 from s2ag.s2ag_blender import keyframes  # noqa: E402
