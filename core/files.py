@@ -20,6 +20,15 @@ def check_output(path: str | os.PathLike) -> Path:
     return path
 
 
+_PENDING: set[Path] = set()
+
+
+def abandon() -> None:
+    """Delete every file that :func:`whole_file` has not finished: the last act of a process that is told to end."""
+    for temporary in list(_PENDING):
+        temporary.unlink(missing_ok=True)
+
+
 @contextlib.contextmanager
 def whole_file(path: str | os.PathLike):
     """Yield a temporary path beside ``path`` with the same suffix; move it into place on success, delete it on failure.
@@ -33,6 +42,7 @@ def whole_file(path: str | os.PathLike):
     except OSError as error:
         raise _refused(path, error) from error
     temporary = Path(name)
+    _PENDING.add(temporary)
     try:
         yield temporary
         os.chmod(temporary, 0o666 & ~_umask())
@@ -40,6 +50,7 @@ def whole_file(path: str | os.PathLike):
     except OSError as error:
         raise _refused(path, error) from error
     finally:
+        _PENDING.discard(temporary)
         temporary.unlink(missing_ok=True)
 
 

@@ -9,6 +9,7 @@ from . import human, mannequin, rig
 from .character import Character
 
 FILES = (".blend", ".fbx", ".glb", ".gltf")
+_CLAY = (0.42, 0.36, 0.31, 1)
 
 
 def summon(name: str, gender: str = "female", armature: str | None = None) -> tuple[Character, bool]:
@@ -29,6 +30,8 @@ def summon(name: str, gender: str = "female", armature: str | None = None) -> tu
     if not path.is_file():
         raise RigUnusable(f"The character file {name} does not exist.", "Check its path.")
     _load(path)
+    if path.suffix.lower() != ".blend":
+        _forget_missing_images()
     found = choose(path.name, armature)
     return Character(found, tuple(_meshes(found))), path.suffix.lower() == ".blend"
 
@@ -52,7 +55,9 @@ def choose(source: str, name: str | None = None):
         except S2agError as error:
             reasons.append(error)
     if not able:
-        raise reasons[0] if len(reasons) == 1 else RigUnusable(f"No armature of {source} has arms: {listed}.", reasons[0].remedy)
+        if len(reasons) == 1:
+            raise reasons[0]
+        raise RigUnusable(f"No armature of {source} has arms: {listed}.", reasons[0].remedy)
     if len(able) > 1:
         names = ", ".join(item.name for item in able)
         raise RigUnusable(f"{source} holds several characters: {names}.", "Choose one with --armature NAME.")
@@ -72,7 +77,24 @@ def _load(path: Path) -> None:
                 item.animation_data_clear()
     except RuntimeError as error:
         reason = str(error).strip().splitlines()[-1]
-        raise RigUnusable(f"{path} cannot be opened: {reason}", "Open it in this version of Blender and save it again.") from error
+        raise RigUnusable(f"{path} cannot be opened: {reason}", "Save it again from a Blender of this version.") from error
+
+
+def _forget_missing_images() -> None:
+    """Give clay to materials whose pictures did not come with the character, instead of Blender's magenta."""
+    for material in bpy.data.materials:
+        nodes = material.node_tree.nodes if material.node_tree else ()
+        missing = [node for node in nodes if node.type == "TEX_IMAGE" and node.image and _is_missing(node.image)]
+        for node in missing:
+            nodes.remove(node)
+        shader = next((node for node in nodes if node.type == "BSDF_PRINCIPLED"), None)
+        if missing and shader and not shader.inputs["Base Color"].is_linked:
+            shader.inputs["Base Color"].default_value = material.diffuse_color = _CLAY
+            shader.inputs["Alpha"].default_value, material.metallic, material.roughness = 1, 0, 0.6
+
+
+def _is_missing(image) -> bool:
+    return image.source == "FILE" and not image.packed_file and not Path(bpy.path.abspath(image.filepath)).is_file()
 
 
 def _meshes(armature):

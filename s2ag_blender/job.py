@@ -9,6 +9,7 @@ then one ``result`` or ``error`` (kind, message, remedy). Exit status 0, or 2 af
 import contextlib
 import json
 import os
+import signal
 import sys
 import time
 from dataclasses import dataclass, field
@@ -18,7 +19,7 @@ import numpy as np
 
 from ..core import skeleton
 from ..core.errors import BlenderUnavailable, S2agError, UsageError
-from ..core.files import check_output
+from ..core.files import abandon, check_output
 from ..core.motion import Motion
 
 DEFAULT_FPS = 24
@@ -77,6 +78,8 @@ class Voice:
 
 def main(arguments: list[str]) -> int:
     """Run the job file that ``arguments`` names; returns the exit status."""
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, _end)
     with _own_stdout() as write:
         voice = Voice(write)
         try:
@@ -94,7 +97,7 @@ def perform(job: Job, voice: Voice) -> dict:
     """Do the job in this Blender, whose open file is lost; returns the ``result`` event's content. Raises S2agError."""
     import bpy
 
-    from . import cast, stage
+    from . import cast, render, stage
     from .sound import add_sound
 
     for path in job.outputs:
@@ -107,6 +110,8 @@ def perform(job: Job, voice: Voice) -> dict:
         bpy.ops.wm.read_factory_settings(use_empty=True)
         character, theirs = cast.summon(job.character, job.gender, job.armature)
         scene = bpy.context.scene
+        if any(Path(path).suffix.lower() in RENDERED for path in job.outputs):
+            render.require_engine(job.engine, scene)
         _set_rate(scene, job.fps if job.fps or theirs else DEFAULT_FPS)
     with voice.stage("keyframes"):
         span = _key(scene, character, motions, job.start_frame, warnings)
@@ -150,16 +155,20 @@ def _key(scene, character, motions, start: int, warnings: list) -> tuple[int, in
 def _write(job: Job, scene, character, path: Path, span, sound, motion: Motion, voice: Voice) -> None:
     from . import export, render
 
-    kind = path.suffix.lower()
-    with voice.stage(f"write {path.name}"), _range(scene, span):
-        if kind == ".mp4":
-            render.film(scene, path, job.engine, job.percentage, lambda share: voice.progress(f"write {path.name}", share))
-        elif kind == ".png":
-            fps = scene.render.fps / scene.render.fps_base
-            frame = span[0] + round(expressive_frame(motion) * fps / motion.fps) if job.frame is None else job.frame
-            render.still(scene, path, frame, job.engine, job.percentage)
-        else:
-            with export.portable(sound, path.parent) if sound and kind == ".blend" else contextlib.nullcontext():
+    kind, name = path.suffix.lower(), f"write {path.name}"
+    with voice.stage(name):
+        if kind == ".blend":
+            with export.portable(sound, path.parent) if sound else contextlib.nullcontext():
+                export.export(scene, character, path)
+            return
+        with _range(scene, span):
+            if kind == ".mp4":
+                render.film(scene, path, job.engine, job.percentage, lambda share: voice.progress(name, share))
+            elif kind == ".png":
+                fps = scene.render.fps / scene.render.fps_base
+                frame = span[0] + round(expressive_frame(motion) * fps / motion.fps) if job.frame is None else job.frame
+                render.still(scene, path, frame, job.engine, job.percentage)
+            else:
                 export.export(scene, character, path)
 
 
@@ -188,11 +197,19 @@ def _range(scene, span):
         scene.frame_start, scene.frame_end = before
 
 
+def _end(number, _frame) -> None:
+    """Leave at once and no half file behind; an exception would be swallowed by Blender's handlers."""
+    abandon()
+    os._exit(128 + number)
+
+
 def _require_bpy() -> None:
     try:
         import bpy  # noqa: F401
     except ImportError as error:
-        raise BlenderUnavailable(f"Blender's module bpy cannot be loaded: {error}", 'Install it: pip install "s2ag[blender]"') from error
+        raise BlenderUnavailable(
+            f"Blender's module bpy cannot be loaded: {error}", 'Install it: pip install "s2ag[blender]"'
+        ) from error
 
 
 @contextlib.contextmanager

@@ -39,7 +39,8 @@ def image(name: str, colours: np.ndarray):
 
 def _principled(name, roughness, metallic, specular):
     material = bpy.data.materials.new(name)
-    material.use_nodes = True
+    if not material.node_tree:  # since 5.0 every material has one
+        material.use_nodes = True
     material.roughness, material.metallic = roughness, metallic
     shader = next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
     shader.inputs["Roughness"].default_value = roughness

@@ -8,12 +8,21 @@ import bpy
 
 from ..core.errors import BlenderUnavailable, UsageError
 from ..core.files import whole_file
-from . import compat
+from . import compat, opengl
 
 ENGINES = ("workbench", "eevee", "cycles")
-_FILM_SAMPLES = {"eevee": 16, "cycles": 24}
-_STILL_SAMPLES = {"eevee": 64, "cycles": 96}
+_FILM_SAMPLES = {"eevee": 16, "cycles": 16}
+_STILL_SAMPLES = {"eevee": 32, "cycles": 48}
 _REMEDY = 'Render with the engine "cycles", which needs no OpenGL, or install a software one (Mesa: libegl1, libgl1-mesa-dri).'
+
+
+def require_engine(engine: str | None, scene) -> None:
+    """Raise :class:`UsageError` or :class:`BlenderUnavailable` unless ``engine`` (the scene's, if None) can render here."""
+    if engine is not None and engine not in ENGINES:
+        raise UsageError(f"There is no render engine {engine}.", f"Choose one of: {', '.join(ENGINES)}.")
+    name = engine or scene.render.engine.removeprefix("BLENDER_").lower()
+    if bpy.app.background and name != "cycles" and not opengl.is_available():
+        raise BlenderUnavailable(f"The engine {name} needs OpenGL, and this machine offers none.", _REMEDY)
 
 
 def film(
@@ -68,12 +77,10 @@ def still(scene, path: str | Path, frame: int, engine: str | None = "workbench",
 
 
 def _engine(scene, engine: str | None, samples: dict, antialias: str) -> None:
+    require_engine(engine, scene)
     if engine is None:
         return
-    if engine not in ENGINES:
-        raise UsageError(f"There is no render engine {engine}.", f"Choose one of: {', '.join(ENGINES)}.")
-    names = {"workbench": "BLENDER_WORKBENCH", "eevee": compat.eevee(), "cycles": "CYCLES"}
-    scene.render.engine = names[engine]
+    scene.render.engine = {"workbench": "BLENDER_WORKBENCH", "eevee": compat.eevee(), "cycles": "CYCLES"}[engine]
     if engine == "workbench":
         scene.display.render_aa = antialias
     elif engine == "eevee":

@@ -6,13 +6,13 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from . import materials
+from . import materials, rig
 from .character import Character
 
 LENS = 60.0
 """Millimetres on a 36 mm film: long enough not to swell hands that reach forward."""
 
-_LOW, _HIGH, _WIDE = 0.47, 1.09, 0.96
+_LOW, _HIGH, _WIDE = 0.47, 1.09, 1.03
 """What must be in the picture, in body heights: from mid-thigh to above a raised hand, and both arms held out."""
 
 _BACKDROP = (0.30, 0.335, 0.36)
@@ -35,19 +35,20 @@ class Place:
 
     @classmethod
     def of(cls, character: Character) -> "Place":
-        """Measure the character as it stands in the current frame; without meshes its bones count."""
+        """Measure a character whose arms can be found; without meshes its bones count."""
         bpy.context.view_layer.update()
         armature = character.armature
         frame = np.array(armature.matrix_world)
-        bones = np.array([bone.head_local for bone in armature.data.bones])
-        joints = bones @ frame[:3, :3].T + frame[:3, 3]
+        joints = {bone.name: frame[:3, :3] @ bone.head_local + frame[:3, 3] for bone in armature.data.bones}
         corners = [np.array(mesh.matrix_world) @ [*corner, 1] for mesh in character.meshes for corner in mesh.bound_box]
-        every = np.array(corners)[:, :3] if corners else joints
+        every = np.array(corners)[:, :3] if corners else np.array(list(joints.values()))
         low, high = every.min(0), every.max(0)
-        middle = joints.mean(0)
-        facing = -frame[:3, 1] * [1, 1, 0]
+        chains = rig.resolve_mapping(armature, rig.read(armature)).chains
+        left, right = (joints[chains[f"{side}_upper_arm"][0]] for side in ("left", "right"))
+        facing = np.cross(left - right, [0.0, 0.0, 1.0])
         length = np.linalg.norm(facing)
-        facing = facing / length if length > 0.5 * np.linalg.norm(frame[:3, 1]) else np.array([0.0, -1.0, 0.0])
+        facing = facing / length if length > 1e-6 else np.array([0.0, -1.0, 0.0])
+        middle = (left + right) / 2
         return cls(np.array([middle[0], middle[1], low[2]]), float(high[2] - low[2]), facing)
 
 
@@ -139,7 +140,8 @@ def _backdrop(place: Place, collection) -> None:
 def _world():
     world = bpy.data.worlds.new("World")
     world.color = (0.30, 0.33, 0.35)
-    world.use_nodes = True
+    if not world.node_tree:
+        world.use_nodes = True
     background = next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")
     background.inputs["Color"].default_value = (*world.color, 1)
     background.inputs["Strength"].default_value = 0.8

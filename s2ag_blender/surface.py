@@ -63,18 +63,30 @@ class Surface:
 
     def smoothed(self, rounds: int, amount=1.0) -> "Surface":
         """Taubin smoothing, which irons out bumps without shrinking; open borders stay. ``amount`` 0..1 a point."""
-        edges = np.unique(np.sort(self.edges(), 1), axis=0)
-        both = np.concatenate([edges, edges[:, ::-1]])
-        degree = np.bincount(both[:, 0], minlength=len(self.points))[:, None]
         amount = np.broadcast_to(np.reshape(amount, (-1, 1)), (len(self.points), 1)).copy()
         amount[border(self)[0]] = 0
         points = self.points.copy()
         for _ in range(rounds):
             for step in (0.5, -0.52):
-                mean = np.zeros_like(points)
-                np.add.at(mean, both[:, 0], points[both[:, 1]])
-                points += step * amount * (mean / np.maximum(degree, 1) - points)
+                points += step * amount * (self._around(points) - points)
         return replace(self, points=points)
+
+    def softened(self, rounds: int) -> "Surface":
+        """With weights that change gently from point to point, so that cloth bends in folds rather than steps."""
+        weights = self.weights
+        for _ in range(rounds):
+            weights = 0.5 * (weights + self._around(weights))
+        return replace(self, weights=weights)
+
+    def _around(self, values: np.ndarray) -> np.ndarray:
+        """The mean (n, k) of ``values`` (n, k) over each point's neighbours."""
+        edges = np.unique(np.sort(self.edges(), 1), axis=0)
+        both = np.concatenate([edges, edges[:, ::-1]])
+        both = both[np.argsort(both[:, 0], kind="stable")]
+        points, starts, counts = np.unique(both[:, 0], return_index=True, return_counts=True)
+        mean = values.copy()
+        mean[points] = np.add.reduceat(values[both[:, 1]], starts, axis=0) / counts[:, None]
+        return mean
 
 
 def border(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
@@ -128,7 +140,8 @@ def trim(surface: Surface, loop: np.ndarray, along: np.ndarray, steps, slot: int
     """Grow a band from a border loop: a cuff, a collar, a hem.
 
     ``along`` (3,) is the way off the edge; each of ``steps`` is (metres along it, metres away from the loop's middle),
-    measured from the loop. The band takes material ``slot`` and the loop's weights.
+    measured from the loop. The first strip keeps the material of the surface, the others take ``slot``; all take the loop's
+    weights.
     """
     ring = surface.points[loop]
     away = ring - ring.mean(0)
@@ -138,12 +151,12 @@ def trim(surface: Surface, loop: np.ndarray, along: np.ndarray, steps, slot: int
     fresh = len(surface.points) + np.arange(len(steps) * count).reshape(-1, count)
     rings = np.concatenate([loop[None], fresh])
     here, there = rings[:-1], rings[1:]
-    quads = np.stack([np.roll(here, -1, 1), here, there, np.roll(there, -1, 1)], -1).reshape(-1, 4)
+    quads = np.stack([np.roll(here, -1, 1), here, there, np.roll(there, -1, 1)], -1).reshape(-1, 4)  # strip after strip
     return Surface(
         np.concatenate([surface.points, *(ring + ahead * along + out * away for ahead, out in steps)]),
         np.concatenate([surface.faces, quads]),
         np.concatenate([surface.weights, *[surface.weights[loop]] * len(steps)]),
-        np.concatenate([surface.slots, np.full(len(quads), slot)]),
+        np.concatenate([surface.slots, np.full(count, surface.slots[0]), np.full(len(quads) - count, slot)]),
     )
 
 

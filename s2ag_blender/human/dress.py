@@ -3,7 +3,7 @@
 The skin beneath is left out, so it can never poke through a sleeve, whatever the pose.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,7 +28,7 @@ class Tailor:
     def above_collar(self, points: np.ndarray) -> np.ndarray:
         """Signed metres (n,) above the neckline, a plane that drops towards the throat."""
         normal = np.array([0, -0.45, 1]) / np.hypot(0.45, 1)
-        return (points - self.joint("neck") - [0, 0, 0.004]) @ normal
+        return (points - self.joint("neck") - [0, 0, 0.010]) @ normal
 
     def along_forearm(self, points: np.ndarray, side: str) -> np.ndarray:
         """Position (n,) along the forearm: 0 at the elbow, 1 at the wrist; far below zero away from that arm."""
@@ -54,20 +54,28 @@ class Tailor:
     def jumper(self) -> Surface:
         """A crew-neck jumper with ribbed collar, cuffs and hem."""
         cloth = Surface.of(self.points, data.base_mesh().faces["helper-tights"], self.weights)
-        cloth = cloth.smoothed(14).offset(0.009)
-        ends = []
+        cloth = cloth.softened(4).smoothed(14).offset(0.009)
         for distance in (self.above_hem, lambda points: -self.above_collar(points), *self._wrists()):
             cloth = surface.cut(cloth, distance(cloth.points))
-        for loop in surface.loops(cloth):
-            ends.append((loop, self._way_off(cloth.points[loop])))
-        for loop, (along, steps) in ends:
+        loops = surface.loops(cloth)
+        for loop in loops:
+            if abs(self.above_hem(cloth.points[loop])).max() < 1e-3:
+                cloth = self._steadied(cloth, loop)
+        for along, steps, loop in [(*self._way_off(cloth.points[loop]), loop) for loop in loops]:
             cloth = surface.trim(cloth, loop, along, steps, RIB)
         return cloth
+
+    def _steadied(self, cloth: Surface, hem: np.ndarray) -> Surface:
+        """The hem hangs as one ring: towards it, weights blend into their mean around it."""
+        near = np.clip(1 - self.above_hem(cloth.points) / 0.12, 0, 1)
+        arms = self.along_forearm(cloth.points, "l") + self.along_forearm(cloth.points, "r") > -15
+        near = np.where(arms, 0, near * near * (3 - 2 * near))[:, None].astype(np.float32)
+        return replace(cloth, weights=(1 - near) * cloth.weights + near * cloth.weights[hem].mean(0))
 
     def trousers(self) -> Surface:
         """Straight trousers; their waist stays under the jumper."""
         cloth = Surface.of(self.points, data.base_mesh().faces["helper-tights"], self.weights)
-        cloth = cloth.smoothed(10).offset(0.005)
+        cloth = cloth.softened(2).smoothed(10).offset(0.005)
         cloth = surface.cut(cloth, 0.05 - self.above_hem(cloth.points))
         cloth = surface.cut(cloth, cloth.points[:, 2] - 0.6 * self.joint("l-ankle")[2])
         knee = self.joint("l-knee")[2]
@@ -97,8 +105,23 @@ class Tailor:
         if abs(middle[0]) > 0.1:
             side = "l" if middle[0] > 0 else "r"
             along = self.joint(f"{side}-hand") - self.joint(f"{side}-elbow")
-            return along / np.linalg.norm(along), [(0.001, 0.002), (0.018, -0.002), (0.022, -0.004), (0.02, -0.008), (0.0, -0.008)]
+            return along / np.linalg.norm(along), _profile(0.020, 0.0015, -0.004)
         if self.above_hem(middle[None])[0] < 0.1:
-            return np.array([0, 0, -1.0]), [(0.001, 0.003), (0.03, 0.003), (0.036, 0.0), (0.034, -0.004), (0.0, -0.005)]
-        along = np.array([0, -0.35, 1]) / np.linalg.norm([0, -0.35, 1])
-        return along, [(0.001, 0.003), (0.012, -0.001), (0.016, -0.005), (0.014, -0.009), (-0.012, -0.007)]
+            return np.array([0, 0, -1.0]), _profile(0.036, 0.004, 0.0)
+        along = np.array([0, -0.35, 1])
+        return along / np.linalg.norm(along), _profile(0.013, -0.001, -0.011)
+
+
+def _profile(length: float, swell: float, gather: float):
+    """A rib's profile: a smooth edge to the cloth, out by ``swell``, along by ``length`` metres with ``gather`` towards the
+    end, and back inside, so that it looks thick."""
+    end = swell + gather
+    return [
+        (0.002, 0.0),
+        (0.003, swell),
+        (0.7 * length, swell + 0.5 * gather),
+        (length, end),
+        (length, end - 0.003),
+        (length - 0.004, end - 0.005),
+        (-0.01, end - 0.005),
+    ]

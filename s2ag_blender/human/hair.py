@@ -53,13 +53,14 @@ class Head:
                 [0.35 * x, front, self.chin + 0.885 * self.height],
                 [0.62 * x, front + 0.014, self.chin + 0.85 * self.height],
                 [0.8 * x, front + 0.045, self.chin + 0.73 * self.height],
-                [0.9 * x, low[1] - 0.022, self.eye + 0.018],
-                [0.95 * x, low[1] - 0.010, self.eye - 0.008],
-                [0.95 * x, low[1] + 0.002, high[2] + 0.004],
-                [0.93 * x, high[1] + 0.006, high[2] - 0.004],
-                [0.85 * x, high[1] + 0.012, low[2] + 0.01],
-                [0.55 * x, back, low[2] - 0.022],
-                [0.0, back, low[2] - 0.028],
+                [0.88 * x, low[1] - 0.024, self.eye + 0.030],
+                [0.92 * x, low[1] - 0.012, self.eye + 0.012],
+                [0.95 * x, low[1] + 0.002, high[2] + 0.006],
+                [0.95 * x, high[1] + 0.004, high[2] + 0.002],
+                [0.85 * x, high[1] + 0.014, 0.4 * high[2] + 0.6 * low[2]],
+                [0.7 * x, high[1] + 0.028, low[2] - 0.006],
+                [0.4 * x, back, low[2] - 0.026],
+                [0.0, back, low[2] - 0.030],
             ]
         )
 
@@ -93,7 +94,7 @@ def cap(head: Head, crown: np.ndarray, thickness, weights: np.ndarray) -> Surfac
     scalp = head.scalp()
     radius = np.array([_hit(scalp, head.centre, direction) for direction in directions.reshape(-1, 3)]).reshape(theta.shape)
     share = np.broadcast_to(along[:, None], theta.shape)
-    root = np.clip((1 - share) / 0.16, 0, 1)
+    root = np.clip((1 - share) / (0.16 + 0.3 * np.clip(-directions[..., 2], 0, 0.6)), 0, 1)
     lift = thickness(directions, share) * np.sqrt(root * (2 - root)) - 0.0012 * (1 - root)
     points = head.centre + directions * (radius + lift + _strands(around, share) * root)[..., None]
     return surface.grid(points, weights, repeat=6)

@@ -84,7 +84,7 @@ class Canvas:
         for weight, tint in self._tints(turn, z, palette):
             colour = _mix(colour, tint, weight)
         colour = _mix(colour, palette.lips, _blurred(self._lip_image(lips), 1) * 0.85)
-        colour = _mix(colour, np.multiply(palette.hair, 0.8), self._brows(turn, z, brow, rng) * 0.9)
+        colour = _mix(colour, np.multiply(palette.hair, 0.7), self._brows(brow, rng) * 0.92)
         colour = _mix(colour, palette.hair, self._scalp(turn, z))
         ramp = np.linspace(0, 1, WIDTH)[None, :, None]
         nail = np.add(np.multiply(palette.skin, 0.75), [0.16, 0.10, 0.09])
@@ -122,14 +122,14 @@ class Canvas:
         np.maximum.at(image, ((row * HEIGHT).astype(int), (column * WIDTH).astype(int)), value)
         return image
 
-    def _brows(self, turn, z, thickness, rng):
+    def _brows(self, thickness, rng):
         """Eyebrows as many short strokes: coverage (HEIGHT, WIDTH) in 0..1."""
         eye = data.base_mesh().joint("joint-l-eye", self.head.points)
         eye_turn = self.azimuth(eye)
-        count = 420
-        along = np.repeat(rng.random(count), 2)
-        bend = np.interp(along, [0, 0.3, 0.68, 1], [0.0195, 0.0225, 0.0255, 0.0185])
-        width = thickness * np.interp(along, [0, 0.15, 0.6, 1], [0.75, 1, 0.8, 0.25])
+        count = 900
+        along = rng.random(count) ** 0.9
+        bend = np.interp(along, [0, 0.3, 0.66, 1], [0.0215, 0.0238, 0.0255, 0.0192])
+        width = thickness * np.interp(along, [0, 0.2, 0.6, 1], [0.45, 1, 0.8, 0.2])
         across = rng.uniform(-0.5, 0.5, along.size)
         start_turn = eye_turn * (0.42 + 1.42 * along)
         start_z = eye[2] + bend + across * width
@@ -140,7 +140,7 @@ class Canvas:
         for side in (-1, 1):
             columns = (side * (start_turn + steps * length / 0.085 * np.cos(slope)) / (2 * np.pi) + 0.5) * WIDTH
             rows = _RAMP + (start_z + steps * length * np.sin(slope) - self.low) / self.span * (HEIGHT - _RAMP)
-            np.add.at(image, (rows.astype(int), columns.astype(int)), np.broadcast_to(0.32 * (1 - 0.6 * steps), rows.shape))
+            np.add.at(image, (rows.astype(int), columns.astype(int)), np.broadcast_to(0.34 * (1 - 0.6 * steps), rows.shape))
         return np.clip(_blurred(image, 1), 0, 1)
 
     def _scalp(self, turn, z):

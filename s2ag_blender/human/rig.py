@@ -1,15 +1,16 @@
 """The human's armature and skin weights, from the rig definitions of the data package."""
 
-import re
-
 import bpy
 import numpy as np
 from mathutils import Matrix, Quaternion, Vector
 
 from . import data
 
-CURL = {1: (8, 12, 8), 2: (14, 20, 12), 3: (18, 24, 14), 4: (22, 26, 16), 5: (26, 28, 16)}
-"""Degrees by which each finger's three joints bend in a relaxed hand, thumb first."""
+CURL = {1: (16, 4, 10), 2: (14, 20, 12), 3: (18, 24, 14), 4: (22, 26, 16), 5: (26, 28, 16)}
+"""Degrees by which each finger's three joints bend in a relaxed hand, thumb first; its root moves towards the index."""
+
+WRIST = 0.6
+"""Share of the angle between forearm and hand, which the base mesh bends back, that a relaxed wrist takes out."""
 
 
 def armature(name: str, rig: str, points: np.ndarray, collection):
@@ -50,30 +51,32 @@ def weights(rig: str) -> tuple[list[str], np.ndarray]:
     table = np.zeros((len(data.base_mesh().points), len(names)), np.float32)
     for column, name in enumerate(names):
         rows, values = np.array(groups[name]).T
-        table[rows.astype(int), column] = values
+        np.add.at(table[:, column], rows.astype(int), values)
     total = table.sum(1, keepdims=True)
     return names, np.divide(table, total, out=table, where=total > 0)
 
 
 def relax_hands(armature, points: np.ndarray) -> None:
-    """Bend the fingers of a rig into a hand at ease, as a pose that no gesture keys."""
+    """Straighten the wrists and bend the fingers into hands at ease, as a pose that no gesture keys."""
     mesh = data.base_mesh()
     for side in "lr":
+        elbow, wrist = (mesh.joint(f"joint-{side}-{name}", points) for name in ("elbow", "hand"))
         joint = {
             (finger, link): mesh.joint(f"joint-{side}-finger-{finger}-{link}", points)
             for finger in range(1, 6)
             for link in range(1, 5)
         }
-        knuckles = joint[5, 1] - joint[2, 1]
-        reach = joint[3, 4] - joint[3, 1]
-        palm = np.cross(reach, knuckles) * (1 if side == "l" else -1)
+        swing = Vector(joint[3, 1] - wrist).rotation_difference(Vector(wrist - elbow))
+        hand = _bone_at(armature, wrist)
+        if hand is not None:
+            _turn(hand, Quaternion().slerp(swing, WRIST))
+        palm = np.cross(joint[3, 4] - joint[3, 1], joint[5, 1] - joint[2, 1]) * (-1 if side == "l" else 1)
         for (finger, link), place in joint.items():
             bone = _bone_at(armature, place) if link < 4 else None
-            if bone is None:
-                continue
-            along = joint[finger, link + 1] - place
-            axis = np.cross(along, palm)
-            _turn(bone, axis / np.linalg.norm(axis), np.radians(CURL[finger][link - 1]))
+            if bone is not None:
+                along = joint[finger, link + 1] - place
+                axis = np.cross(along, joint[2, 1] - place if (finger, link) == (1, 1) else palm)
+                _turn(bone, Quaternion(Vector(axis).normalized(), np.radians(CURL[finger][link - 1])))
 
 
 def _bone_at(armature, place: np.ndarray):
@@ -82,8 +85,7 @@ def _bone_at(armature, place: np.ndarray):
     return near[0] if near else None
 
 
-def _turn(bone, axis: np.ndarray, angle: float) -> None:
-    """Rotate a pose bone about an axis given in armature space, in its own rotation mode."""
+def _turn(bone, turn: Quaternion) -> None:
+    """Pose a bone by a rotation given in armature space, in its own rotation mode."""
     rest = bone.bone.matrix_local.to_quaternion()
-    turned = rest.inverted() @ Quaternion(Vector(axis), angle) @ rest
-    bone.matrix_basis = Matrix.LocRotScale(None, turned, None)
+    bone.matrix_basis = Matrix.LocRotScale(None, rest.inverted() @ turn @ rest, None)

@@ -6,8 +6,17 @@ from ...core.errors import UsageError
 from . import data
 
 GENDERS = ("female", "male")
-_BODY = {"female": ("averagemuscle", "averageweight", 0.35), "male": ("averagemuscle", "averageweight", 0.45)}
-"""Build, and how far it leans to MakeHuman's ideal proportions."""
+_BODY = {
+    "female": {"averagemuscle-averageweight": 0.5, "minmuscle-averageweight": 0.2, "averagemuscle-minweight": 0.3},
+    "male": {"averagemuscle-averageweight": 0.75, "averagemuscle-minweight": 0.25},
+}
+"""Parts of MakeHuman's builds, which add up to one."""
+
+_IDEAL = {"female": 0.4, "male": 0.35}
+"""How far each leans to MakeHuman's ideal proportions."""
+
+_HANDS = {f"hands/{side}-hand-fingers-distance-decr": 0.7 for side in "lr"}
+"""Fingers closer together than the base mesh spreads them."""
 
 _ANCESTRY = {
     "female": {"caucasian": 0.5, "asian": 0.25, "african": 0.25},
@@ -17,7 +26,7 @@ _FACE = {
     "female": {
         "head/head-oval": 0.25,
         "head/head-age-decr": 0.2,
-        "mouth/mouth-angles-up": 0.35,
+        "mouth/mouth-angles-up": 0.55,
         "mouth/mouth-upperlip-volume-incr": 0.3,
         "mouth/mouth-lowerlip-volume-incr": 0.2,
         "nose/nose-width2-decr": 0.3,
@@ -29,11 +38,11 @@ _FACE = {
         "eyes/r-eye-scale-incr": 0.35,
         "eyes/l-eye-height2-incr": 0.25,
         "eyes/r-eye-height2-incr": 0.25,
-        "torso/measure-shoulder-dist-decr": 0.15,
+        "torso/measure-shoulder-dist-decr": 0.4,
     },
     "male": {
         "head/head-square": 0.2,
-        "mouth/mouth-angles-up": 0.3,
+        "mouth/mouth-angles-up": 0.5,
         "mouth/mouth-lowerlip-volume-incr": 0.2,
         "chin/chin-prominent-incr": 0.2,
         "chin/chin-width-incr": 0.15,
@@ -42,6 +51,8 @@ _FACE = {
         "eyes/r-eye-scale-incr": 0.3,
         "eyes/l-eye-height2-incr": 0.25,
         "eyes/r-eye-height2-incr": 0.25,
+        "torso/measure-shoulder-dist-decr": 0.35,
+        "neck/neck-scale-horiz-decr": 0.35,
     },
 }
 
@@ -53,9 +64,10 @@ def person(gender: str) -> np.ndarray:
     """
     if gender not in GENDERS:
         raise UsageError(f"The human cannot be {gender}.", f"Choose one of: {', '.join(GENDERS)}.")
-    muscle, weight, ideal = _BODY[gender]
-    build = f"{gender}-young-{muscle}-{weight}"
-    weights = {f"macrodetails/universal-{build}": 1.0, f"macrodetails/proportions/{build}-idealproportions": ideal}
+    weights = dict(_HANDS)
+    for build, part in _BODY[gender].items():
+        weights[f"macrodetails/universal-{gender}-young-{build}"] = part
+        weights[f"macrodetails/proportions/{gender}-young-{build}-idealproportions"] = part * _IDEAL[gender]
     weights |= {f"macrodetails/{origin}-{gender}-young": part for origin, part in _ANCESTRY[gender].items()}
     points = data.to_blender(data.morph(weights | _FACE[gender]))
     body = np.unique(data.base_mesh().faces["body"])
