@@ -99,29 +99,19 @@ class Mapping:
         require_arms(self.chains)
         return self
 
-    def segment(self, bones: Bones, part: str) -> np.ndarray:
-        """The rest direction of ``part`` (3,) in armature space, a unit vector; raises :class:`RigUnusable` without one."""
+    def segment(self, bones: Bones, part: str, place: int = 0) -> np.ndarray:
+        """Direction (3,) at rest from the head of a chain's bone to the end of its part, in armature space, a unit vector.
+
+        Raises :class:`RigUnusable` where both are the same point.
+        """
         chain = self.chains[part]
         following = [self.chains[other][0] for other in _NEXT.get(part, ()) if self.chains.get(other)]
         end = bones.heads[bones.row(following[0])] if following else bones.tails[bones.row(chain[-1])]
-        along = end - bones.heads[bones.row(chain[0])]
+        along = end - bones.heads[bones.row(chain[place])]
         length = np.linalg.norm(along)
         if length < 1e-9:
-            raise RigUnusable(f'Bone "{chain[0]}" of {spoken(part)} has no length.', "Correct the bone mapping.")
+            raise RigUnusable(f'Bone "{chain[place]}" of {spoken(part)} has no length.', "Correct the bone mapping.")
         return along / length
-
-    def twist_shares(self, bones: Bones, part: str) -> np.ndarray:
-        """How much of an arm part's twist each bone of its chain adds (chain,), summing to one.
-
-        Only a chain on one straight line may share: off it, turning a later bone would move the joint below.
-        """
-        rows = [bones.row(name) for name in self.chains[part]]
-        along = self.segment(bones, part)
-        offsets = bones.heads[rows] - bones.heads[rows[0]]
-        length = bones.lengths[rows].sum()
-        if np.linalg.norm(np.cross(offsets, along), axis=-1).max() < 5e-4 * length:
-            return np.full(len(rows), 1.0 / len(rows))
-        return np.eye(len(rows))[0]
 
 
 def require_arms(chains: dict[str, tuple[str, ...]], where: str = "The armature") -> None:

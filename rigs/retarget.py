@@ -164,16 +164,19 @@ class _Solver:
         return start
 
     def _aimed(self, part, place, start):
-        """Swing the chain's first bone until the part points along its direction; spread its twist over the chain."""
-        target = self.directions[:, skeleton.EDGE_NAMES.index(part)]
+        """Swing the chain's first bone until the part points along its direction; spread its twist evenly over the chain.
+
+        Each bone turns about the line from its own head to the part's end, so that the end stays where it is.
+        """
+        along = quaternion.rotate(start, self.mapping.segment(self.bones, part, place))
         if place == 0:
-            along = self.mapping.segment(self.bones, part)
-            start = quaternion.multiply(quaternion.swing(quaternion.rotate(start, along), target), start)
+            target = self.directions[:, skeleton.EDGE_NAMES.index(part)]
+            start, along = quaternion.multiply(quaternion.swing(along, target), start), target
             self.twist[part] = self._twist(part, start, target)
         if self.twist[part] is None:
             return start
-        shares = self.mapping.twist_shares(self.bones, part)
-        return quaternion.multiply(quaternion.about(target, self.twist[part] * shares[place]), start)
+        angle = self.twist[part] / len(self.mapping.chains[part])
+        return quaternion.multiply(quaternion.about(along, angle), start)
 
     def _twist(self, part, aimed, target):
         """Angles (frames,) that an arm part turns about its own axis, or None."""

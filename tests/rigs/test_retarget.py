@@ -176,18 +176,30 @@ def test_forward_elbows_clamp_only_backward_bends():
     assert found["left_forearm"][2] @ [0, -1, 0] > motion[2, fore, 2]
 
 
-def test_twist_is_shared_along_a_straight_chain_only():
+@pytest.mark.parametrize("aside", [0, 2], ids=["straight", "crooked"])
+def test_twist_is_shared_along_a_chain_and_its_end_stays(aside):
     whole = body("T")
+    joints = dict(whole.joints)
+    joints["left_twist"] = (np.array(joints["left_twist"][0]) + (0, aside, 0), "left_fore")
+    bones, motion = Body(joints, whole.chains).bones(), performance()
+    chains = {**whole.chains, "left_forearm": ("left_fore", "left_twist"), "left_upper_arm": ("left_upper", "left_helper")}
+    options = Options(palms=1.0)
+    heads, _ = pose(bones, solve(bones, Mapping(chains, hips="hips"), motion, options=options))
+    found = arm_directions(bones, heads)
+    for edge in ARM_EDGES:
+        wanted = skeleton.canonical_to_blender(motion[:, skeleton.EDGE_NAMES.index(edge)])
+        assert degrees(found[edge], wanted).max() < 1e-4
+
+
+def test_each_bone_of_a_chain_takes_the_same_part_of_the_twist():
+    whole, motion = body("T"), performance()
+    bones = whole.bones()
     joined = Mapping({**whole.chains, "left_forearm": ("left_fore", "left_twist")}, hips="hips")
-    np.testing.assert_allclose(joined.twist_shares(whole.bones(), "left_forearm"), [0.5, 0.5])
-    crooked = dict(whole.joints)
-    crooked["left_twist"] = (np.array(crooked["left_twist"][0]) + (0, 2, 0), "left_fore")
-    bones, motion = Body(crooked, whole.chains).bones(), performance()
-    np.testing.assert_array_equal(joined.twist_shares(bones, "left_forearm"), [1, 0])
-    for mapped in (whole.bones(), bones):
-        heads, _ = pose(mapped, solve(mapped, joined, motion, options=Options(palms=1.0)))
-        wanted = skeleton.canonical_to_blender(motion[:, 5])
-        assert degrees(arm_directions(mapped, heads)["left_forearm"], wanted).max() < 1e-4
+    stiff, single = (solve(bones, whole.mapping, motion, options=Options(palms=palms)) for palms in (0.0, 1.0))
+    shared = solve(bones, joined, motion, options=Options(palms=1.0))
+    twist = turned_degrees(*(quaternion.to_matrix(found["left_fore"]) for found in (stiff, single)))
+    np.testing.assert_allclose(turned_degrees(np.eye(3), quaternion.to_matrix(shared["left_twist"])), twist / 2, atol=1e-4)
+    assert twist.max() > 20
 
 
 def test_bones_that_do_not_inherit_rotation():
