@@ -50,12 +50,6 @@ def sequencer_strips(editor):
     return editor.strips if hasattr(editor, "strips") else editor.sequences
 
 
-def sequencer_scene(context: bpy.types.Context) -> bpy.types.Scene:
-    """The scene whose sequencer the user sees: since 5.0 a workspace may show another scene than the viewport's."""
-    workspace = getattr(context, "workspace", None)
-    return getattr(workspace, "sequencer_scene", None) or context.scene
-
-
 def strip_start(strip) -> float:
     """The scene frame of a strip's first content frame."""
     return strip.content_start if hasattr(strip, "content_start") else strip.frame_start
@@ -91,8 +85,3 @@ def set_image(settings: bpy.types.ImageFormatSettings, file_format: str = "PNG")
     if hasattr(settings, "media_type"):
         settings.media_type = "IMAGE"
     settings.file_format = file_format
-
-
-def select_bone(bone: bpy.types.PoseBone, state: bool = True) -> None:
-    """Select a bone in pose mode: since 5.0 the pose bone holds the state, before it the armature's bone."""
-    (bone if hasattr(bone, "select") else bone.bone).select = state
