@@ -67,18 +67,23 @@ def idle(frames: int, fps: float = skeleton.FPS, seed: int = 0) -> np.ndarray:
 
 
 def rest(
-    directions: np.ndarray, activity: np.ndarray, seed: int = 0, fps: float = skeleton.FPS, at_rest: bool = True
+    directions: np.ndarray,
+    activity: np.ndarray,
+    seed: int = 0,
+    pose: np.ndarray = REST,
+    at_rest: bool = True,
+    fps: float = skeleton.FPS,
 ) -> np.ndarray:
-    """Blend a performance ``(frames, 9, 3)`` into :data:`REST` where nobody speaks, and let it breathe throughout."""
-    settled = slerp(directions, REST, settle_weight(activity, fps, at_rest)[:, None])
+    """Blend a performance ``(frames, 9, 3)`` into ``pose`` where nobody speaks, and let it breathe throughout."""
+    settled = slerp(directions, pose, settle_weight(activity, fps, at_rest)[:, None])
     return skeleton.normalize(settled + idle(len(directions), fps, seed)).astype(np.float32)
 
 
-def scale(directions: np.ndarray, intensity: float) -> np.ndarray:
-    """Scale how far a performance departs from :data:`REST`: 0 is rest, 1 leaves it, above 1 exaggerates."""
+def scale(directions: np.ndarray, intensity: float, pose: np.ndarray = REST) -> np.ndarray:
+    """Scale how far a performance departs from ``pose``: 0 is rest, 1 leaves it, above 1 exaggerates."""
     if intensity == 1:
         return directions
-    return slerp(np.broadcast_to(REST, directions.shape), directions, intensity).astype(np.float32)
+    return slerp(np.broadcast_to(pose, directions.shape), directions, intensity).astype(np.float32)
 
 
 def _smooth(x: np.ndarray) -> np.ndarray:

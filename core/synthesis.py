@@ -130,6 +130,7 @@ class _Run:
         checkpoint = self.stage("load model", lambda: self.session.checkpoint)
         names = [speaker["name"] for speaker in checkpoint.speakers]
         weights = styles.parse(request.style or names[0], names)
+        self.rest = _rest_pose(checkpoint.speakers, weights)
         sound = self.stage("read audio", lambda: audio.load(request.audio))
         words, warnings = self.stage("align words", lambda: self._words(sound))
         vectors = self.stage("load word vectors", lambda: self.session.vectors) if words else None
@@ -167,7 +168,7 @@ class _Run:
         from . import windows
 
         window, seeds = self.session.checkpoint.window
-        start = rest.REST if self.request.pose is None else np.asarray(self.request.pose)
+        start = self.rest if self.request.pose is None else np.asarray(self.request.pose)
         poses = np.broadcast_to(skeleton.normalize(start), (self.request.takes, seeds, 9, 3)).astype(np.float32)
         return windows.generate(
             self.session.checkpoint.generator,
@@ -182,8 +183,9 @@ class _Run:
 
     def _finish(self, directions: np.ndarray, activity: np.ndarray, words: tuple, meta: dict, take: int) -> Motion:
         request = self.request
-        performed = rest.rest(directions, activity, request.seed + take, at_rest=request.pose is None)
-        motion = Motion(rest.scale(performed, request.intensity), skeleton.FPS, words, {**meta, "take": take})
+        performed = rest.rest(directions, activity, request.seed + take, self.rest, at_rest=request.pose is None)
+        scaled = rest.scale(performed, request.intensity, self.rest)
+        motion = Motion(scaled, skeleton.FPS, words, {**meta, "take": take})
         return motion.mirrored() if request.mirror else motion
 
     def _meta(self, digest: str, names: list[str], weights: dict[int, float] | None, words: tuple) -> dict:
@@ -225,6 +227,14 @@ class _Features:
             return mfcc, np.zeros((stop - start, DIMENSIONS), np.float32)
         here = slice(np.searchsorted(self.ends, start / skeleton.FPS), np.searchsorted(self.starts, stop / skeleton.FPS))
         return mfcc, place(self.words[here], self.vectors, stop - start, start=start / skeleton.FPS)
+
+
+def _rest_pose(speakers: list[dict], weights: dict[int, float] | None) -> np.ndarray:
+    """Where the style's speakers keep their hands when nothing is said, unit directions ``(9, 3)``."""
+    if weights is None:
+        return rest.REST
+    poses = sum(weight * np.array(speakers[index].get("rest", rest.REST)) for index, weight in weights.items())
+    return skeleton.normalize(poses).astype(np.float32)
 
 
 def _fit(values: np.ndarray, frames: int) -> np.ndarray:

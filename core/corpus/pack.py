@@ -5,13 +5,15 @@ from os import PathLike
 
 import numpy as np
 
-from .. import skeleton
+from .. import rest, skeleton
 from ..files import whole_file
 from ..mfcc import HOP
 from ..words import WordVectors, spans
 from . import speakers
 from .build import Talk
 
+QUIET_BEFORE, QUIET_AFTER = 1.5, 3.0
+"""Seconds around a stroke in which the arms may be on their way."""
 ARMS = {"forearms": (5, 8), "upper arms": (4, 7)}
 
 
@@ -30,7 +32,9 @@ def save(talks: list[Talk], path: str | PathLike, seed: int) -> None:
     meta = {
         "format": 1,
         "fps": skeleton.FPS,
-        "speakers": speakers.describe(),
+        "speakers": [
+            {**known, "rest": pose.round(4).tolist()} for known, pose in zip(speakers.describe(), rest_poses(talks), strict=True)
+        ],
         "mfcc": f"core.mfcc.temporal_features of core.audio.level, {HOP} samples at 16 kHz a frame",
         "words": vocabulary,
         "transcripts": [talk.words for talk in talks],
@@ -75,6 +79,21 @@ def statistics(talks: list[Talk]) -> dict:
         result[f"{name} 90th percentile speed"] = float(np.percentile(speed, 90))
         result[f"{name} share under 5"] = float(np.mean(speed < 5))
     return {key: round(value, 3) if isinstance(value, float) else value for key, value in result.items()}
+
+
+def rest_poses(talks: list[Talk]) -> np.ndarray:
+    """How each performer stands between gestures, unit directions ``(speakers, 9, 3)``.
+
+    The mean of all frames a while from any stroke; the natural rest pose for a performer who never pauses so long.
+    """
+    sums = np.zeros((len(speakers.PERFORMERS), 9, 3))
+    for talk in talks:
+        time = np.arange(len(talk.directions))[:, None] / skeleton.FPS - talk.strokes
+        quiet = ~((time > -QUIET_BEFORE) & (time < QUIET_AFTER)).any(1)
+        sums[talk.speaker] += talk.directions[quiet].sum(0)
+    unseen = ~sums.any((1, 2))
+    sums[unseen] = rest.REST
+    return skeleton.normalize(sums)
 
 
 def angular_speed(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:

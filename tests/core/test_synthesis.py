@@ -42,6 +42,10 @@ def angles(a, b):
     return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(-1)))
 
 
+def rest_pose(session):
+    return np.array(session.checkpoint.speakers[0]["rest"])
+
+
 def speeds(directions):
     """Degrees a second between neighbouring frames, (frames - 1, 9)."""
     return angles(directions[1:], directions[:-1]) * FPS
@@ -108,7 +112,7 @@ def test_hands_rest_in_silence_and_are_never_frozen(session, long_speech, exampl
     directions = session.synthesize(Request(long_speech)).motions[0].directions
     spoken = 2 * len(audio.load(examples / "hello.flac")) / audio.SAMPLE_RATE
     quiet = slice(int((spoken + 3) * FPS), int((spoken + 5) * FPS))
-    assert angles(directions[quiet], rest.REST)[:, [4, 5, 7, 8]].max() < 8
+    assert angles(directions[quiet], rest_pose(session))[:, [4, 5, 7, 8]].max() < 8
     assert speeds(directions).max(1).min() > 0.05
 
 
@@ -119,7 +123,8 @@ def test_a_given_pose_starts_the_performance_and_mirroring_mirrors(session, exam
         session.synthesize(Request(examples / "hello.flac", **options)).motions[0].directions
         for options in ({}, {"pose": raised}, {"mirror": True})
     )
-    assert angles(posed[0, 8], raised[8]) < angles(plain[0, 8], raised[8]) - 10
+    assert angles(posed[0, 8], raised[8]) < 8
+    assert angles(plain[0], rest_pose(session)).max() < 8
     np.testing.assert_array_equal(mirrored, skeleton.mirror(plain))
 
 
