@@ -39,7 +39,7 @@ class Job:
     start_frame: int = 1
     fps: float | None = None
     engine: str | None = "workbench"
-    resolution: tuple[int, int] | None = (960, 720)
+    resolution: tuple[int, int] | None = (960, 540)
     percentage: int = 100
     frame: int | None = None
 
@@ -122,7 +122,7 @@ def perform(job: Job, voice: Voice) -> dict:
             if job.resolution:
                 scene.render.resolution_x, scene.render.resolution_y = job.resolution
         else:
-            stage.dress(scene, character, job.resolution or (960, 720))
+            stage.dress(scene, character, job.resolution or (960, 540))
     _set_range(scene, span, theirs)
     for path in job.outputs:
         _write(job, scene, character, Path(path), span, sound, motions[-1], voice)

@@ -52,7 +52,7 @@ class Place:
         return cls(np.array([middle[0], middle[1], low[2]]), float(high[2] - low[2]), facing)
 
 
-def dress(scene, character: Character, resolution=(960, 720)) -> None:
+def dress(scene, character: Character, resolution=(960, 540)) -> None:
     """Everything a scene of our own needs: camera, three lights, backdrop, world, colours and Workbench settings."""
     place = Place.of(character)
     render = scene.render
@@ -95,7 +95,8 @@ def _camera(scene, place: Place, collection) -> None:
     film = camera.sensor_width / LENS  # the longer side of the picture at one metre
     per_metre = np.array([film * width, film * height]) / max(width, height)
     distance = max(wide / per_metre[0], tall / per_metre[1])
-    aim = place.ground + [0, 0, (_LOW + _HIGH) / 2 * place.height]
+    shown = distance * per_metre[1]  # more than asked for where the width decides: the rest goes below
+    aim = place.ground + [0, 0, max(_HIGH * place.height - shown / 2, 0.45 * shown)]
     aside = np.radians(9)
     away = np.cos(aside) * place.facing + np.sin(aside) * place.left
     item.matrix_world = _looking(aim + distance * away + [0, 0, 0.06 * place.height], aim)

@@ -10,14 +10,14 @@ from . import data, dress, hair, paint, rig, shape
 
 _PALETTES = {
     "female": paint.Palette(
-        skin=(0.56, 0.31, 0.20),
-        blush=(0.58, 0.20, 0.14),
+        skin=(0.63, 0.36, 0.25),
+        blush=(0.64, 0.24, 0.18),
         lips=(0.42, 0.11, 0.09),
         hair=(0.055, 0.024, 0.012),
         iris=(0.16, 0.075, 0.03),
     ),
     "male": paint.Palette(
-        skin=(0.50, 0.275, 0.18),
+        skin=(0.55, 0.31, 0.21),
         blush=(0.50, 0.18, 0.12),
         lips=(0.36, 0.13, 0.10),
         hair=(0.022, 0.013, 0.009),
@@ -62,8 +62,9 @@ def _parts(points, weights, gender):
     tailor = dress.Tailor(points, weights)
     yield "Skin", *_skin(tailor, palette, gender), 0
     yield "Eyes", *_eyes(points, weights, palette), 1
-    lashes = np.concatenate([data.base_mesh().faces[name] for name in _LASHES])
-    yield "Lashes", Surface.of(points, lashes, weights), [materials.plain("Lashes", (0.01, 0.008, 0.007))], 0
+    if gender == "female":
+        lashes = np.concatenate([data.base_mesh().faces[name] for name in _LASHES])
+        yield "Lashes", Surface.of(points, lashes, weights), [materials.plain("Lashes", (0.01, 0.008, 0.007))], 0
     knit = materials.plain("Jumper", wardrobe["jumper"], 0.9, specular=0.15)
     rib = materials.plain("Rib", wardrobe["rib"], 0.9, specular=0.15)
     yield "Jumper", tailor.jumper(), [knit, rib], 1
@@ -84,7 +85,7 @@ def _skin(tailor, palette, gender):
     shown = tailor.shown()[faces].all(1)
     masks = paint.masks()
     canvas = paint.Canvas(hair.Head.of(tailor.points))
-    picture = canvas.paint(palette, masks["lips"], 0.0062 if gender == "female" else 0.0085)
+    picture = canvas.paint(palette, masks["lips"], 0.0052 if gender == "female" else 0.0078)
     uvs = canvas.uvs(faces[shown], uv_faces[shown], masks["fingernails"])
     skin = Surface.of(tailor.points, faces[shown], tailor.weights, 0, uvs)
     return skin, [materials.painted("Skin", materials.image("Human skin", picture), palette.skin)]

@@ -59,18 +59,20 @@ class Tailor:
             cloth = surface.cut(cloth, distance(cloth.points))
         loops = surface.loops(cloth)
         for loop in loops:
-            if abs(self.above_hem(cloth.points[loop])).max() < 1e-3:
-                cloth = self._steadied(cloth, loop)
+            if np.abs(self.above_hem(cloth.points[loop])).max() < 1e-3:
+                cloth = self._steadied(cloth, loop, self.above_hem(cloth.points) / 0.12)
+            elif np.abs(self.above_collar(cloth.points[loop])).max() < 1e-3:
+                cloth = self._steadied(cloth, loop, -self.above_collar(cloth.points) / 0.05)
         for along, steps, loop in [(*self._way_off(cloth.points[loop]), loop) for loop in loops]:
             cloth = surface.trim(cloth, loop, along, steps, RIB)
         return cloth
 
-    def _steadied(self, cloth: Surface, hem: np.ndarray) -> Surface:
-        """The hem hangs as one ring: towards it, weights blend into their mean around it."""
-        near = np.clip(1 - self.above_hem(cloth.points) / 0.12, 0, 1)
+    def _steadied(self, cloth: Surface, loop: np.ndarray, distance: np.ndarray) -> Surface:
+        """A hem or collar moves as one ring: where ``distance`` (n,) falls from 1 to 0, weights blend into their mean on it."""
+        near = np.clip(1 - distance, 0, 1)
         arms = self.along_forearm(cloth.points, "l") + self.along_forearm(cloth.points, "r") > -15
         near = np.where(arms, 0, near * near * (3 - 2 * near))[:, None].astype(np.float32)
-        return replace(cloth, weights=(1 - near) * cloth.weights + near * cloth.weights[hem].mean(0))
+        return replace(cloth, weights=(1 - near) * cloth.weights + near * cloth.weights[loop].mean(0))
 
     def trousers(self) -> Surface:
         """Straight trousers; their waist stays under the jumper."""

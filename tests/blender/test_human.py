@@ -104,7 +104,7 @@ def test_an_arm_takes_its_sleeve_and_hand_along():
     for name, before in (("Jumper", sleeve), ("Skin", hand)):
         moved = np.linalg.norm(points_of(part(character, name)) - before, axis=1)
         assert moved[before[:, 0] > 0.35].min() > 0.05
-        assert moved[before[:, 0] < -0.2].max() < 1e-4
+        assert moved[before[:, 0] < -0.2].max() < 1e-3
 
 
 @needs_body
