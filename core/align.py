@@ -23,7 +23,7 @@ _SLOWEST = 30.0
 """Letters a voiced second: nobody speaks faster; ordinary speech has about fifteen."""
 _FEWEST = 1.5
 """Letters a voiced second, less ten seconds of grace, below which a text can only be a part of what is said."""
-_ENOUGH = 0.5
+_ENOUGH = 0.3
 """Share of the words that must be found; below, the text is taken for another one."""
 
 
@@ -35,8 +35,8 @@ def align(audio: np.ndarray, words: list[list[str]], progress=None) -> tuple[lis
     """``(start, end)`` seconds for every word, and warnings for people.
 
     ``audio`` is ``(n,)`` float32 at 16 kHz; each word is the list of words said for it (:func:`spelling.spoken`).
-    ``progress`` is called with 0..1; what it raises stops the child and is passed on. Never fails on a text that does not fit, on a
-    missing or dying aligner: such words are spread over the voiced stretches by their letters, and a warning says so.
+    ``progress`` is called with 0..1; what it raises stops the child and is passed on. Never fails on a text that does not
+    fit, on a missing or dying aligner: such words are spread over the voiced stretches by letters, and a warning says so.
     """
     if not words:
         return [], []
@@ -79,7 +79,7 @@ def _misfit(words: list[list[str]], segments: list[Span]) -> str:
     if letters < _FEWEST * (voiced - 10):
         return f"The transcript is too short for {voiced:.0f} s of speech; its words are spread over the speech."
     latin = sum(any("a" <= char <= "z" for part in word for char in part) for word in words)
-    if latin < _ENOUGH * len(words):
+    if 2 * latin < len(words):
         return "The transcript is not in Latin letters, which the aligner needs; its words are spread over the speech."
     return ""
 

@@ -7,9 +7,11 @@ samples at 16 kHz; standard output is JSON lines, ``{"progress": 0..1}`` and las
 Long recordings are followed in pieces of some 40 s, cut at pauses, because the search grows faster than linearly. How
 many words belong to a piece is not known, so its grammar is a chain of more words than fit in which every word may be the
 last: the search itself finds where the piece ends in the text. The last seconds of a piece are decoded again at the start
-of the next, from the last pause that is safely inside. A piece that does not fit is skipped with as many words as its
-voiced time is worth, and the next one may begin anywhere near that word, ever farther off with every further misfit. A
-text of which next to nothing has been found after three pieces is given up.
+of the next, from the last pause that is safely inside.
+
+A search always finds some path, so each run of eight words must score like speech. Where one does not, text and sound
+have parted: the words before it are kept, and short pieces from there and from the pauses that follow are tried with
+chains that may begin ever farther on in the text, until one fits. Words in between stay without a place.
 """
 
 import json
@@ -25,13 +27,25 @@ WHOLE = 60.0
 _MARGIN = 3.0
 _FASTEST = 6.0
 """Spoken words a second: an upper bound on what a piece can hold."""
-_SLACK = 40
-"""Words within which the place in the text is sought after a piece that did not fit; doubled with every further one."""
-_PATIENCE = 3
-_WORST = -1.85
-"""Mean log10 acoustic score a frame: natural speech with its text has -0.4 to -0.7, synthetic down to -1.7, wrong text less."""
-_SEARCHES = ({}, {"beam": 1e-60, "wbeam": 1e-40, "pbeam": 1e-60})
-"""Default beams, then wider ones; beams beyond 1e-100 lose words."""
+_PROBE = 15.0
+_STRIDE = 4.0
+_SLACK = 60
+_SLACK_MORE = 15
+"""When lost: seconds of a trial, seconds between trials, words ahead in which the first looks, and each later one more."""
+_PATIENCE = (3, 20)
+"""Trials before giving up: when nothing was ever found, and else."""
+_RUN = 8
+_WORST = -1.9
+_WORST_LOST = -1.6
+_DROP = (0.9, 0.7)
+"""Mean log10 acoustic score a frame of eight words. With its own text clean speech stays above -1.4 and speech at 10 dB of
+signal to noise above -1.7, with another text it falls below -2.1 somewhere, or -1.8 when it may begin anywhere. It varies
+by 0.6 within a recording, so what fell by more than ``_DROP`` (found in place, when lost) from the best is wrong too."""
+_BEAMS = {"default": {}, "wide": {"beam": 1e-60, "wbeam": 1e-40, "pbeam": 1e-60}}
+_ATTEMPTS = (("plain", "default"), ("plain", "wide"), ("hiss", "default"), ("denoised", "wide"))
+"""Sound and beams, tried in this order: hiss helps where digital silence or a robotic voice fits no model, noise
+reduction below some 12 dB of signal to noise. Beams beyond 1e-100 lose words."""
+_WINDOW = 512
 
 _LETTERS = {
     "tious": "SH AH S", "cious": "SH AH S", "ought": "AO T", "aught": "AO T",
@@ -54,10 +68,13 @@ _NAMES = {
 
 
 class Piece(NamedTuple):
-    """Words found in a stretch of sound: ``spans`` in seconds from its start, of as many words from word ``first`` on."""
+    """Words found in a stretch of sound: ``spans`` in seconds from its start, of as many words from word ``first`` on, and
+    the number of these that sound like their words.
+    """
 
     first: int
     spans: list
+    good: int
 
 
 def phones(word: str) -> str:
@@ -77,35 +94,39 @@ def phones(word: str) -> str:
 
 
 class Searcher:
-    """One recording against chains of words, with ever more tolerant searches."""
+    """One recording against chains of words, by several kinds of search; the kind that worked last comes first."""
 
-    def __init__(self, samples: np.ndarray):
-        self._samples = samples
+    def __init__(self, samples: np.ndarray, pauses: list):
+        self._samples, self._pauses = samples, pauses
         self._decoders = {}
-        self._order = [(noise, level) for noise in (0, 20) for level in range(len(_SEARCHES))]
+        self._attempts = list(_ATTEMPTS)
+        self._usual = -9.0
 
     def find(self, start: float, end: float, words: list[str], open_end: bool, slack: int = 0) -> Piece | None:
-        """The words heard between two moments: all of them, or with ``open_end`` the first few, from one of the first
-        ``slack`` on. None where no path or only an implausible one exists.
+        """The words between two moments: all of them, or with ``open_end`` the first few, beginning with one of the first
+        ``slack``. The best that any attempt finds; while lost, only the kind that worked last is tried. None without a path.
         """
         sound = self._samples[int(start * RATE) : int(end * RATE)]
         if len(sound) < RATE // 10 or not words:
             return None
-        hiss = np.random.default_rng(0).normal(0, 1, len(sound))
-        for noise, level in self._order:
-            noisy = np.clip(sound + noise * hiss, -32768, 32767).astype("<i2")
-            piece = self._decode(self._decoder(level), noisy, words, open_end, slack)
-            if piece is not None:
-                self._order = [(noise, level)] + [other for other in self._order if other != (noise, level)]
-                return piece
-        return None
+        pauses = [(max(low, start) - start, min(high, end) - start) for low, high in self._pauses if low < end and high > start]
+        best = None
+        for attempt in self._attempts[: 1 if slack else None]:
+            piece = self._decode(self._decoder(attempt[1]), _treated(sound, attempt[0], pauses), words, open_end, slack)
+            if piece is not None and (best is None or piece.good > best.good):
+                best, kind = piece, attempt
+                if piece.good == len(piece.spans):
+                    break
+        if best is not None and best.good:
+            self._attempts.sort(key=lambda attempt: attempt != kind)
+        return best
 
-    def _decoder(self, level: int):
-        if level not in self._decoders:
+    def _decoder(self, beams: str):
+        if beams not in self._decoders:
             from pocketsphinx import Decoder
 
-            self._decoders[level] = Decoder(lm=None, loglevel="FATAL", dither=True, seed=1, **_SEARCHES[level])
-        return self._decoders[level]
+            self._decoders[beams] = Decoder(lm=None, loglevel="FATAL", dither=True, seed=1, **_BEAMS[beams])
+        return self._decoders[beams]
 
     def _decode(self, decoder, sound, words, open_end, slack) -> Piece | None:
         for word in words:
@@ -122,68 +143,70 @@ class Searcher:
         decoder.end_utt()
         heard = [segment for segment in decoder.seg() or () if segment.word[0] not in "<[+("]
         first = _first(words, [segment.word.split("(")[0] for segment in heard], slack)
-        complete = heard and (open_end or first + len(heard) == count)
-        if not complete or _score(heard) < _WORST:
+        if not heard or not (open_end or first + len(heard) == count):
             return None
-        return Piece(first, [(segment.start_frame / 100, (segment.end_frame + 1) / 100) for segment in heard])
+        spans = [(segment.start_frame / 100, (segment.end_frame + 1) / 100) for segment in heard]
+        runs = _run_scores(spans, [segment.ascore for segment in heard])
+        usual = max(self._usual, float(np.percentile(runs, 75)))
+        bad = np.flatnonzero(runs < max(_WORST_LOST if slack else _WORST, usual - _DROP[bool(slack)]))
+        if not len(bad):
+            self._usual = usual
+            return Piece(first, spans, len(spans))
+        return Piece(first, spans, int(bad[0]) + _RUN // 4 if bad[0] else 0)
 
 
 def follow(samples: np.ndarray, words: list[str], pauses: list, tell=lambda done: None) -> list:
     """``(start, end)`` seconds or None for every spoken word (each with phones) of a recording of any length."""
     duration = len(samples) / RATE
-    voiced = _voiced_time(duration, pauses)
-    searcher, spans = Searcher(samples), [None] * len(words)
-    word, time, slack, misfits, found = 0, 0.0, 0, 0, 0
-    while word < len(words) and duration - time > 0.1:
+    searcher, spans = Searcher(samples, pauses), [None] * len(words)
+    word, time, slack, trials = 0, 0.0, 0, 0
+    while word < len(words) and duration - time > 0.1 and trials <= _PATIENCE[any(spans)]:
         tell(time / duration)
-        end = _cut(time, duration, pauses)
+        end = _cut(time, duration, pauses, _PROBE if slack else PIECE)
         final = end == duration
         window = words[word : None if final and not slack else word + slack + int((end - time) * _FASTEST)]
-        piece = searcher.find(time, end, window, open_end=not final or slack > 0, slack=slack)
-        if piece is None:
-            misfits += 1
-            if misfits >= _PATIENCE and found < 20 * misfits:
-                break
-            share = (voiced(end) - voiced(time)) / max(voiced(duration) - voiced(time), 1e-3)
-            expected = word + slack // 2 + int(share * (len(words) - word - slack // 2))
-            slack = 2 * slack or _SLACK
-            word, time = max(expected - slack // 2, word), end
-            continue
-        kept = len(piece.spans) if final else _safe(piece.spans, end - time - _MARGIN)
-        for place, (begin, stop) in enumerate(piece.spans[:kept], word + piece.first):
-            spans[place] = (time + begin, time + stop)
-        found += kept
-        if final:
+        piece = searcher.find(time, end, window, bool(slack) or not final, slack)
+        if piece is None and final and not slack:
+            piece = searcher.find(time, end, window, True)
+        fits = piece is not None and piece.good == len(piece.spans) and (not slack or piece.good >= _RUN)
+        kept = 0 if piece is None or slack and not fits else piece.good
+        if fits and not final:
+            kept = _safe(piece.spans, end - time - _MARGIN)
+        for place in range(kept):
+            spans[word + piece.first + place] = tuple(time + edge for edge in piece.spans[place])
+        if fits and final:
             break
-        following = piece.spans[kept][0] if kept < len(piece.spans) else end - time
-        word, time, slack = word + piece.first + kept, time + (piece.spans[kept - 1][1] + following) / 2, 0
+        if kept:
+            following = piece.spans[kept][0] if fits and kept < len(piece.spans) else piece.spans[kept - 1][1]
+            word, time = word + piece.first + kept, time + (piece.spans[kept - 1][1] + following) / 2
+        elif slack:
+            time = _next_start(time + _STRIDE, pauses)
+        if fits:
+            slack, trials = 0, 0
+        else:
+            slack, trials = slack + _SLACK_MORE if slack else _SLACK, trials + 1
     return spans
 
 
-def _voiced_time(duration: float, pauses: list):
-    """A function: voiced seconds before a moment."""
-    corners = [(0.0, 0.0)]
-    for start, end in pauses:
-        corners += [(start, corners[-1][1] + start - corners[-1][0]), (end, corners[-1][1] + start - corners[-1][0])]
-    corners.append((duration, corners[-1][1] + duration - corners[-1][0]))
-    times, values = zip(*corners, strict=True)
-    return lambda time: float(np.interp(time, times, values))
+def _next_start(time: float, pauses: list) -> float:
+    """Just before the next phrase begins, or soon where nobody pauses."""
+    return next((end - 0.15 for _, end in pauses if time <= end - 0.15 < time + 2 * _STRIDE), time + _STRIDE)
 
 
-def _cut(time: float, duration: float, pauses: list) -> float:
-    """The middle of the longest pause near ``time + PIECE``, or the end of the recording when that is not far."""
-    if duration - time <= WHOLE:
+def _cut(time: float, duration: float, pauses: list, length: float) -> float:
+    """The middle of the longest pause about ``length`` on, or the end of the recording when that is not far."""
+    if duration - time <= WHOLE * length / PIECE:
         return duration
-    near = [(end - start, (start + end) / 2) for start, end in pauses if abs((start + end) / 2 - time - PIECE) < PIECE / 4]
-    return max(near)[1] if near else time + PIECE
+    near = [(end - start, (start + end) / 2) for start, end in pauses if abs((start + end) / 2 - time - length) < length / 4]
+    return max(near)[1] if near else time + length
 
 
 def _safe(spans: list, before: float) -> int:
     """How many words to keep: up to the last audible gap ahead of ``before``, at least half of them."""
     gaps = [
         place
-        for place in range(len(spans) // 2, len(spans))
-        if place and spans[place][0] - spans[place - 1][1] >= 0.1 and spans[place - 1][1] <= before
+        for place in range(max(1, len(spans) // 2), len(spans))
+        if spans[place][0] - spans[place - 1][1] >= 0.1 and spans[place - 1][1] <= before
     ]
     return gaps[-1] if gaps else max(1, len(spans) * 3 // 4)
 
@@ -193,9 +216,45 @@ def _first(words: list[str], heard: list[str], slack: int) -> int:
     return next((place for place in range(max(1, slack)) if words[place : place + len(heard)] == heard), 0)
 
 
-def _score(segments) -> float:
-    frames = sum(segment.end_frame - segment.start_frame + 1 for segment in segments)
-    return sum(np.log10(max(segment.ascore, 1e-300)) for segment in segments) / frames
+def _run_scores(spans: list, scores: list) -> np.ndarray:
+    """Mean log10 score a frame of every :data:`_RUN` words in a row."""
+    length = np.cumsum([0.0, *(100 * (end - start) for start, end in spans)])
+    total = np.cumsum([0.0, *(np.log10(max(score, 1e-300)) for score in scores)])
+    size = min(_RUN, len(spans))
+    return (total[size:] - total[:-size]) / (length[size:] - length[:-size])
+
+
+def denoise(sound: np.ndarray, pauses: list) -> np.ndarray:
+    """``(n,)`` float with a Wiener filter for the mean spectrum of the pauses (seconds), if there are any."""
+    hop = _WINDOW // 4
+    padded = np.pad(sound.astype(np.float32), (_WINDOW, _WINDOW + -len(sound) % hop))
+    window = np.sqrt(np.hanning(_WINDOW + 1)[:-1]).astype(np.float32)
+    spectra = np.fft.rfft(np.lib.stride_tricks.sliding_window_view(padded, _WINDOW)[::hop] * window, axis=1)
+    centres = (np.arange(len(spectra)) * hop - _WINDOW / 2) / RATE
+    silent = np.zeros(len(spectra), bool)
+    for start, end in pauses:
+        silent |= (centres > start + 0.05) & (centres < end - 0.05)
+    if silent.sum() < 20:
+        return sound
+    power = np.abs(spectra) ** 2
+    noise = power[silent].mean(0)
+    around = np.pad(power, 1, mode="edge")
+    around = sum(around[i : i + power.shape[0], j : j + power.shape[1]] for i in range(3) for j in range(3)) / 9
+    weight = np.sqrt(np.maximum(1 - 1.5 * noise / np.maximum(around, 1e-9), 0.01))
+    pieces = np.fft.irfft(spectra * weight, axis=1) * window / 2
+    result = np.zeros(len(padded))
+    for shift in range(4):
+        part = pieces[shift::4].ravel()
+        result[shift * hop : shift * hop + len(part)] += part
+    return result[_WINDOW : _WINDOW + len(sound)]
+
+
+def _treated(sound: np.ndarray, treatment: str, pauses: list) -> np.ndarray:
+    if treatment == "hiss":
+        sound = sound + np.random.default_rng(0).normal(0, 20, len(sound))
+    elif treatment == "denoised":
+        sound = denoise(sound, pauses)
+    return np.clip(sound, -32768, 32767).astype("<i2")
 
 
 def main() -> None:

@@ -1,6 +1,7 @@
 """Any recording to 16 kHz mono float32, decoded piece by piece."""
 
 import hashlib
+import struct
 from os import PathLike
 from pathlib import Path
 
@@ -13,7 +14,9 @@ SPEECH_RMS = 0.05
 """Active speech level after :func:`level`: -26 dB below full scale, the usual telephony reference."""
 
 _BLOCK = SAMPLE_RATE * 60
-_DECLARES_LENGTH = {"wav", "flac", "aiff", "mov,mp4,m4a,3gp,3g2,mj2"}
+_STREAMED = 0x7FFFFFFF
+"""Sizes from here on are what programs write that do not know the size yet."""
+_DECLARES_LENGTH = {"flac", "aiff", "mov,mp4,m4a,3gp,3g2,mj2"}
 """Containers whose header states the length; elsewhere FFmpeg guesses it from the bit rate, which proves nothing."""
 
 
@@ -43,7 +46,8 @@ def load(path: str | PathLike) -> np.ndarray:
     if not len(audio):
         raise AudioUnreadable(f"{path} holds no sound at all (zero length).", "Choose another recording.")
     seconds = len(audio) / SAMPLE_RATE
-    if exact and declared - seconds > max(0.25, 0.02 * declared):
+    declared = max(declared if exact else 0.0, seconds / _wave_share(path))
+    if declared - seconds > max(0.25, 0.02 * declared):
         raise AudioUnreadable(
             f"{path} is cut off: it ends after {seconds:.1f} s where its header promises {declared:.1f} s.",
             "Copy or export it again.",
@@ -94,12 +98,25 @@ def _check(path: Path) -> None:
         raise AudioUnreadable(f"{path} cannot be opened: {error.strerror}.", "Check the file's permissions.") from error
 
 
+def _wave_share(path: Path) -> float:
+    """How much of the samples that a RIFF WAVE header promises is there (FFmpeg believes the file's size); 1 elsewhere."""
+    with open(path, "rb") as file:
+        riff, _, kind = struct.unpack("<4sI4s", file.read(12).ljust(12))
+        while riff == b"RIFF" and kind == b"WAVE" and len(head := file.read(8)) == 8:
+            name, size = struct.unpack("<4sI", head)
+            if name == b"data":
+                there = path.stat().st_size - file.tell()
+                return there / size if 0 < there < size < _STREAMED else 1.0
+            file.seek(size + size % 2, 1)
+    return 1.0
+
+
 def _blocks(container, stream):
-    """Yield mono float32 pieces at 16 kHz; decoding goes on after damaged packets."""
+    """Yield mono float32 pieces at 16 kHz, the mean of all channels; decoding goes on after damaged packets."""
     import av
 
     stream.thread_type = "AUTO"
-    resampler = av.AudioResampler(format="flt", layout="mono", rate=SAMPLE_RATE)
+    resampler = av.AudioResampler(format="fltp", rate=SAMPLE_RATE)
     for packet in container.demux(stream):
         try:
             frames = packet.decode()
@@ -108,9 +125,9 @@ def _blocks(container, stream):
         for frame in frames:
             frame.pts = None
             for piece in resampler.resample(frame):
-                yield piece.to_ndarray()[0]
+                yield piece.to_ndarray().mean(axis=0)
     for piece in resampler.resample(None):
-        yield piece.to_ndarray()[0]
+        yield piece.to_ndarray().mean(axis=0)
 
 
 def _join(pieces) -> np.ndarray:

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from .audio import SAMPLE_RATE
+from .audio import SAMPLE_RATE, gain
 
 RATE = 100
 """Analysis frames a second."""
@@ -23,7 +23,7 @@ _FLOOR_REACH = 12
 _DYNAMICS = 42.0
 """Decibels under the loud parts of a recording below which nothing is voice, so that faint codec noise in silence is not."""
 _LOWEST = -110.0
-"""Band level (dB, full scale 0) below which there is nothing to hear, whatever its loudest part."""
+"""Band level (dB, speech at its usual level) below which there is nothing to hear: all of digital silence."""
 _MIDPOINT = 6.0
 _WIDTH = 1.2
 _ATTACK = 3
@@ -89,17 +89,18 @@ def probability(audio: np.ndarray) -> np.ndarray:
 
 
 def _bands(audio: np.ndarray) -> np.ndarray:
-    """``(frames, 10)`` band levels in dB, computed in blocks."""
+    """``(frames, 10)`` band levels in dB at the usual speech level, computed in blocks."""
     from scipy import fft
 
     frames = len(audio) // _HOP
     levels = np.empty((frames, len(_EDGES) - 1), np.float32)
     window, matrix = _analysis()
+    matrix = matrix * np.float32(gain(audio) ** 2)
     margin = (_WINDOW - _HOP) // 2
     for begin in range(0, frames, _BLOCK):
         end = min(begin + _BLOCK, frames)
         low, high = begin * _HOP - margin, (end - 1) * _HOP - margin + _WINDOW
-        piece = np.pad(audio[max(low, 0) : high], (max(-low, 0), max(high - len(audio), 0)))
+        piece = np.pad(audio[max(low, 0) : high], (max(-low, 0), max(high - len(audio), 0)), mode="symmetric")
         spectrum = fft.rfft(np.lib.stride_tricks.sliding_window_view(piece, _WINDOW)[::_HOP] * window, axis=1)
         levels[begin:end] = 10 * np.log10((spectrum.real**2 + spectrum.imag**2) @ matrix + 1e-12)
     return levels
