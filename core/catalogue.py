@@ -30,7 +30,7 @@ def read_facts(path: Path) -> dict:
 
 
 def describe(checkpoint: str | PathLike | None = None) -> dict:
-    """``{"path", "hash", "speakers": [{"name", "description"}]}`` of a checkpoint file, by default the shipped one.
+    """``{"path", "hash", "speakers": [{"name", "description", "default"}]}`` of a checkpoint file, by default the shipped one.
 
     Raises :class:`CheckpointUnreadable`.
     """
@@ -38,7 +38,8 @@ def describe(checkpoint: str | PathLike | None = None) -> dict:
     facts = read_facts(path)
     try:
         speakers = [
-            {"name": str(one["name"]), "description": str(one.get("description", ""))} for one in facts.get("speakers", [])
+            {"name": str(one["name"]), "description": str(one.get("description", "")), "default": bool(one.get("default"))}
+            for one in facts.get("speakers", [])
         ]
     except (KeyError, TypeError, AttributeError) as error:
         raise CheckpointUnreadable(f"{facts_path(path)} does not name its speakers.", REMEDY) from error

@@ -10,6 +10,11 @@ from .errors import UnknownStyle
 RANDOM = "random"
 
 
+def default(speakers: list[dict]) -> str:
+    """Name of the speaker that performs when no style is asked for: the one marked as default, else the first."""
+    return next((speaker["name"] for speaker in speakers if speaker.get("default")), speakers[0]["name"])
+
+
 def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
     """Turn a style into ``{speaker index: weight}`` with weights that sum to one, or None for a random style.
 

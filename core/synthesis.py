@@ -129,7 +129,7 @@ class _Run:
         request = self.request
         checkpoint = self.stage("load model", lambda: self.session.checkpoint)
         names = [speaker["name"] for speaker in checkpoint.speakers]
-        weights = styles.parse(request.style or names[0], names)
+        weights = styles.parse(request.style or styles.default(checkpoint.speakers), names)
         self.rest = _rest_pose(checkpoint.speakers, weights)
         sound = self.stage("read audio", lambda: audio.load(request.audio))
         words, warnings = self.stage("align words", lambda: self._words(sound))

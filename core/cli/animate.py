@@ -33,7 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fps", metavar="N", type=_rate, help="frames a second of the scene (default 24, or as in a .blend)")
     drawn = "renderer (default workbench, or the one set in a .blend)"
     parser.add_argument("--engine", choices=("workbench", "eevee", "cycles"), help=drawn)
-    size = "of .mp4 and .png (default 960x720, or as in a .blend)"
+    size = "of .mp4 and .png (default 960x540, or as in a .blend)"
     parser.add_argument("--resolution", metavar="WxH", type=_resolution, help=size)
     parser.add_argument("-v", "--verbose", action="store_true", help="show what Blender says")
 

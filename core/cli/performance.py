@@ -19,7 +19,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     words.add_argument("--text", metavar="WORDS", help="what is said, on the command line")
     words.add_argument("--no-transcript", action="store_true", help="gesture from the sound alone")
-    style = "NAME, a blend NAME:0.6+NAME:0.4, or random (see: s2ag styles)"
+    style = "NAME, a blend NAME:0.6+NAME:0.4, or random (see: s2ag styles; default: the one marked there)"
     parser.add_argument("--style", metavar="STYLE", default="", help=style)
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="same seed, same performance (default 0)")
     parser.add_argument("--takes", metavar="K", type=int, default=1, help="that many variations (default 1)")

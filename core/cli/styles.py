@@ -27,5 +27,6 @@ def run(options: argparse.Namespace) -> int:
         return 0
     width = max(len(speaker["name"]) for speaker in speakers)
     for speaker in speakers:
-        print(f"{speaker['name']:<{width}}  {speaker['description']}".rstrip())
+        mark = " (default)" if speaker["default"] else ""
+        print(f"{speaker['name']:<{width}}  {speaker['description']}{mark}".rstrip())
     return 0

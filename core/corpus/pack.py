@@ -33,7 +33,8 @@ def save(talks: list[Talk], path: str | PathLike, seed: int) -> None:
         "format": 1,
         "fps": skeleton.FPS,
         "speakers": [
-            {**known, "rest": pose.round(4).tolist()} for known, pose in zip(speakers.describe(), rest_poses(talks), strict=True)
+            {**known, "rest": pose.round(4).tolist()}
+            for known, pose in zip(speakers.describe(), rest_poses(talks), strict=True)
         ],
         "mfcc": f"core.mfcc.temporal_features of core.audio.level, {HOP} samples at 16 kHz a frame",
         "words": vocabulary,

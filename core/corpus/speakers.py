@@ -82,6 +82,13 @@ PERFORMERS = (
 )  # fmt: skip
 
 
+DEFAULT = "eager storyteller"
+"""Who performs when the user asks for nobody in particular."""
+
+
 def describe() -> list[dict]:
-    """Names and descriptions in id order, as the data set's meta lists them."""
-    return [{"name": performer.name, "description": performer.description} for performer in PERFORMERS]
+    """Names and descriptions in id order, as the data set's meta lists them; one is marked as the default."""
+    return [
+        {"name": performer.name, "description": performer.description, "default": performer.name == DEFAULT}
+        for performer in PERFORMERS
+    ]

@@ -28,6 +28,11 @@ def test_an_unknown_style_lists_the_near_ones():
     assert "calm lecturer" in error.value.remedy and "stern" not in error.value.remedy
 
 
+def test_the_default_is_the_speaker_marked_so_or_the_first():
+    assert styles.default([{"name": "a"}, {"name": "b", "default": True}]) == "b"
+    assert styles.default([{"name": "a"}, {"name": "b"}]) == "a"
+
+
 def test_latents():
     rng = np.random.default_rng(0)
     mean, deviation = rng.normal(size=(3, 16)), np.full((3, 16), 0.1)

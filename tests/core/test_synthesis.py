@@ -43,7 +43,7 @@ def angles(a, b):
 
 
 def rest_pose(session):
-    return np.array(session.checkpoint.speakers[0]["rest"])
+    return np.array(next(speaker["rest"] for speaker in session.styles() if speaker["default"]))
 
 
 def speeds(directions):
