@@ -131,22 +131,15 @@ def _blocks(container, stream):
 
 
 def _join(pieces) -> np.ndarray:
-    """Concatenate many small pieces while holding little more than the result: full blocks are freed as they are copied."""
-    blocks, block, filled, total = [], np.empty(_BLOCK, np.float32), 0, 0
+    """Concatenate many small pieces in one buffer that grows in place, so that the peak is the result itself."""
+    audio, filled = np.empty(_BLOCK, np.float32), 0
     for piece in pieces:
-        total += len(piece)
-        while len(piece):
-            count = min(len(piece), _BLOCK - filled)
-            block[filled : filled + count] = piece[:count]
-            filled, piece = filled + count, piece[count:]
-            if filled == _BLOCK:
-                blocks.append(block)
-                block, filled = np.empty(_BLOCK, np.float32), 0
-    audio = np.empty(total, np.float32)
-    audio[total - filled :] = block[:filled]
-    for index in range(len(blocks)):
-        audio[index * _BLOCK : (index + 1) * _BLOCK], blocks[index] = blocks[index], None
-    return np.nan_to_num(audio, copy=False, posinf=0.0, neginf=0.0)
+        if filled + len(piece) > len(audio):
+            audio.resize(filled + len(piece) + _BLOCK, refcheck=False)
+        audio[filled : filled + len(piece)] = np.nan_to_num(piece, posinf=0.0, neginf=0.0)
+        filled += len(piece)
+    audio.resize(filled, refcheck=False)
+    return audio
 
 
 def _reason(error: Exception) -> str:
