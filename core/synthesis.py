@@ -127,11 +127,11 @@ class _Run:
         from . import audio, voice
 
         request = self.request
+        sound = self.stage("read audio", lambda: audio.load(request.audio))
         checkpoint = self.stage("load model", lambda: self.session.checkpoint)
         names = [speaker["name"] for speaker in checkpoint.speakers]
         weights = styles.parse(request.style or styles.default(checkpoint.speakers), names)
         self.rest = _rest_pose(checkpoint.speakers, weights)
-        sound = self.stage("read audio", lambda: audio.load(request.audio))
         words, warnings = self.stage("align words", lambda: self._words(sound))
         vectors = self.stage("load word vectors", lambda: self.session.vectors) if words else None
         frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
@@ -209,9 +209,9 @@ class _Features:
     """MFCCs of the whole recording; word vectors are placed window by window, so an hour stays small."""
 
     def __init__(self, sound: np.ndarray, words: tuple, vectors):
-        from . import audio, mfcc
+        from . import mfcc
 
-        self.mfcc = mfcc.temporal_features(audio.level(sound))
+        self.mfcc = mfcc.temporal_features(sound)
         self.words, self.vectors = sorted(words, key=lambda word: word[1]), vectors
         self.ends = np.maximum.accumulate([end for _, _, end in self.words])
         self.starts = np.array([start for _, start, _ in self.words])

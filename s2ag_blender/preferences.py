@@ -1,6 +1,10 @@
 """Where the engine runs: the Python interpreter that has torch."""
 
+from pathlib import Path
+
 import bpy
+
+_FOLDER = Path(__file__).resolve().parents[1]
 
 
 class S2AG_Preferences(bpy.types.AddonPreferences):
@@ -16,7 +20,8 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         self.layout.prop(self, "interpreter")
         column = self.layout.column(align=True)
         column.label(text="The engine runs beside Blender, never inside it. Once, in a terminal:")
-        column.label(text='python -m venv s2ag-engine && s2ag-engine/bin/pip install "s2ag[engine] @ …"')
+        column.label(text="python -m venv s2ag-engine")
+        column.label(text=f's2ag-engine/bin/pip install "{_FOLDER}[engine]"')
         column.label(text="Then choose that environment's python above.")
 
 

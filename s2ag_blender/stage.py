@@ -12,7 +12,7 @@ from .character import Character
 LENS = 60.0
 """Millimetres on a 36 mm film: long enough not to swell hands that reach forward."""
 
-_LOW, _HIGH, _WIDE = 0.47, 1.09, 1.03
+_LOW, _HIGH, _WIDE = 0.40, 1.09, 1.03
 """What must be in the picture, in body heights: from mid-thigh to above a raised hand, and both arms held out."""
 
 _BACKDROP = (0.30, 0.335, 0.36)

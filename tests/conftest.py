@@ -6,6 +6,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # as core.threads does in the worker and on the command line
+
 # Blender gets an empty home of its own before anything imports bpy: packages of an extension that is installed on this
 # machine would shadow the environment's.
 _BLENDER_HOME = tempfile.TemporaryDirectory(prefix="s2ag-blender-")
