@@ -264,7 +264,7 @@ class _Process:
         self._outbox: queue.SimpleQueue = queue.SimpleQueue()
         self._said: deque[str] = deque(maxlen=40)
         self._threads = [threading.Thread(target=work, daemon=True) for work in (self._hear, self._read_log, self._write)]
-        for thread in self._threads:
+        for thread in reversed(self._threads):  # the first one joins the second, which must have been started by then
             thread.start()
 
     @property
