@@ -41,6 +41,12 @@ class Checkpoint:
         settings = self.meta["training"]["settings"]
         return settings["frames"], settings["seed_frames"]
 
+    @property
+    def gain(self) -> float:
+        """How much smaller than the directed performances its own are, as measured in validation: 1 to 1.4."""
+        ratio = self.meta.get("training", {}).get("validation", {}).get("speed_ratio", 1.0)
+        return min(max(1 / max(ratio, 1e-3), 1.0), 1.4)
+
 
 def save(path: str | PathLike, generator: Generator, discriminator: Discriminator | None, meta: dict, half: bool = True) -> str:
     """Write weights to ``path`` (.safetensors) and facts to the .json beside it, each whole or not at all.
