@@ -1,4 +1,5 @@
 import os
+import signal
 import tempfile
 from pathlib import Path
 
@@ -13,6 +14,14 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # as core.threads does in t
 _BLENDER_HOME = tempfile.TemporaryDirectory(prefix="s2ag-blender-")
 os.environ["BLENDER_USER_RESOURCES"] = _BLENDER_HOME.name
 os.environ["BLENDER_USER_EXTENSIONS"] = os.path.join(_BLENDER_HOME.name, "extensions")
+
+
+@pytest.fixture
+def interruptible():
+    """Ctrl-C as on a terminal: a shell's background jobs, such as a test run, are started with it ignored."""
+    former = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, former)
 
 
 @pytest.fixture(scope="session")

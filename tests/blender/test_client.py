@@ -165,7 +165,7 @@ def test_worker_deaf_to_cancellation_is_killed(start, monkeypatch):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
-def test_interrupt_cancels_and_is_passed_on(start, monkeypatch):
+def test_interrupt_cancels_and_is_passed_on(start, monkeypatch, interruptible):
     monkeypatch.setattr(module, "GRACE", 0.2)
     client = start("import os, signal, time\nos.kill(os.getppid(), signal.SIGINT)\ntime.sleep(60)\n")
     with pytest.raises(KeyboardInterrupt):

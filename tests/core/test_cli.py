@@ -333,7 +333,7 @@ def test_dead_blender_shows_its_last_words(fake_blender, capsys):
 
 
 @posix
-def test_interrupt_ends_blender_and_is_status_130(fake_blender, capsys, tmp_path):
+def test_interrupt_ends_blender_and_is_status_130(fake_blender, capsys, tmp_path, interruptible):
     note = tmp_path / "pid"
     fake_blender(f'open({str(note)!r}, "w").write(str(os.getpid()))\nos.kill(os.getppid(), 2)\ntime.sleep(60)')
     assert main(["doctor"]) == 130
