@@ -87,14 +87,14 @@ def scale(directions: np.ndarray, intensity: float, pose: np.ndarray = REST) -> 
 
 
 def restore(directions: np.ndarray, gain: float, pose: np.ndarray = REST) -> np.ndarray:
-    """Give a regressed performance its size back: departures from ``pose`` grow by ``gain``, those above 110 degrees stay.
+    """Give a regressed performance its size back: small departures from ``pose`` grow by ``gain``, those above 95 degrees stay.
 
     A network that minimises an error stays nearer to the middle than people do; how much is measured on held-out speech.
     The gain sets in within the first second, so that the performance starts in the pose it was given.
     """
     onset = _smooth(np.arange(len(directions)) / skeleton.FPS)[:, None]
     angle = np.degrees(np.arccos(np.clip((directions * pose).sum(-1), -1, 1)))
-    growth = 1 + onset * (gain - 1) * (1 - _smooth((angle - 45) / (110 - 45)))
+    growth = 1 + onset * (gain - 1) * (1 - _smooth((angle - 35) / (95 - 35)))
     return slerp(np.broadcast_to(pose, directions.shape), directions, growth).astype(np.float32)
 
 

@@ -66,7 +66,7 @@ def test_intensity_scales_the_departure_from_rest():
 def test_restoring_enlarges_small_departures_and_leaves_large_ones():
     turned = away_from_rest([0.3] * 15 + [0.1, 0.2, 0.9])
     before, after = angles(turned, rest.REST)[15:], angles(rest.restore(turned, 1.25), rest.REST)[15:]
-    small, large = before < 45, before > 110
+    small, large = before < 35, before > 95
     assert small.any() and large.any()
     np.testing.assert_allclose(after[small], before[small] * 1.25, atol=0.05)
     np.testing.assert_allclose(after[large], before[large], atol=0.05)
