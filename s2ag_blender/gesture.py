@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..core.errors import UsageError
+from ..core.errors import AudioUnreadable, UsageError
 from ..core.motion import Motion
 from .client import Job, WorkerClient
 from .preferences import interpreter
@@ -76,7 +76,10 @@ def key(context, armature, result: dict) -> list[str]:
         armature, result["motions"][0], start_frame=settings.start_frame, scene=context.scene, report=warnings.append
     )
     if settings.add_sound:
-        sound.add_sound(context.scene, bpy.path.abspath(settings.audio), settings.start_frame)
+        try:
+            sound.add_sound(context.scene, bpy.path.abspath(settings.audio), settings.start_frame)
+        except AudioUnreadable as error:  # the engine reads more formats than Blender's sound system
+            warnings.append(f"The gestures are there, the sound strip is not: {error}")
     return warnings
 
 

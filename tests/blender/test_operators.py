@@ -1,10 +1,13 @@
 """The extension as a user has it: registered, its operators run, nothing broken by what fails."""
 
 import bpy
+import numpy as np
 import pytest
 import s2ag
+from s2ag.core import skeleton
 from s2ag.core.errors import WorkerFailed
-from s2ag.s2ag_blender import client, operators
+from s2ag.core.motion import Motion
+from s2ag.s2ag_blender import client, compat, gesture, operators
 
 
 @pytest.fixture
@@ -58,8 +61,8 @@ def test_a_recording_becomes_one_action_and_one_sound_strip(figure, engine, exam
     action = figure.animation_data.action
     assert [action] == list(bpy.data.actions)
     assert action.frame_range[0] == 11 and action.frame_range[1] > 300
-    strips = bpy.context.scene.sequence_editor.strips
-    assert [strip.type for strip in strips] == ["SOUND"] and round(strips[0].frame_final_start) == 11
+    strips = compat.sequencer_strips(bpy.context.scene.sequence_editor)
+    assert [strip.type for strip in strips] == ["SOUND"] and round(strips[0].frame_start) == 11
 
 
 @pytest.mark.parametrize("wrong", [{"audio": "missing.wav"}, {"style": "nobody"}])
@@ -70,4 +73,12 @@ def test_what_fails_changes_nothing(figure, engine, examples, wrong):
     with pytest.raises(RuntimeError, match=r"Choose|Check|Styles|Name"):
         bpy.ops.s2ag.generate()
     editor = bpy.context.scene.sequence_editor
-    assert not bpy.data.actions and not (editor and editor.strips)
+    assert not bpy.data.actions and not (editor and list(compat.sequencer_strips(editor)))
+
+
+def test_a_recording_that_is_gone_when_the_keys_come_still_gestures(figure, tmp_path):
+    figure.s2ag.audio = str(tmp_path / "moved away.wav")
+    motion = Motion(np.tile(skeleton.MEAN_UNIT, (30, 1, 1)))
+    warnings = gesture.key(bpy.context, figure, {"motions": [motion], "warnings": ["first"]})
+    assert figure.animation_data.action
+    assert warnings[0] == "first" and "sound strip is not" in warnings[-1]
