@@ -41,8 +41,8 @@ class Request:
             raise UsageError(f"Intensity {self.intensity:g} is out of range.", "Give a number from 0 to 3.")
         if self.seed < 0:
             raise UsageError(f"Seed {self.seed} is negative.", "Give zero or a positive whole number.")
-        if self.pose is not None and np.shape(self.pose) != (9, 3):
-            raise UsageError(f"The seed pose has shape {np.shape(self.pose)}.", "Give nine directions of three numbers.")
+        if self.pose is not None and not _is_pose(self.pose):
+            raise UsageError("The seed pose is not nine directions.", "Give nine times three numbers, no direction zero.")
 
 
 @dataclass(frozen=True)
@@ -228,6 +228,14 @@ class _Features:
             return mfcc, np.zeros((stop - start, DIMENSIONS), np.float32)
         here = slice(np.searchsorted(self.ends, start / skeleton.FPS), np.searchsorted(self.starts, stop / skeleton.FPS))
         return mfcc, place(self.words[here], self.vectors, stop - start, start=start / skeleton.FPS)
+
+
+def _is_pose(value) -> bool:
+    try:
+        pose = np.asarray(value, float)
+    except (TypeError, ValueError):
+        return False
+    return pose.shape == (9, 3) and bool(np.isfinite(pose).all()) and bool(np.linalg.norm(pose, axis=1).min() > 0)
 
 
 def _rest_pose(speakers: list[dict], weights: dict[int, float] | None) -> np.ndarray:

@@ -31,6 +31,7 @@ _PARAMETERS = {
     "takes": int,
     "intensity": (int, float),
     "mirror": bool,
+    "pose": list,
 }
 _SETTINGS = ("checkpoint", "vectors", "device")
 

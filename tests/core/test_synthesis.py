@@ -129,7 +129,8 @@ def test_a_given_pose_starts_the_performance_and_mirroring_mirrors(session, exam
 
 
 def test_impossible_requests_are_refused_in_one_sentence(session, examples):
-    for options in ({"takes": 0}, {"intensity": -1}, {"seed": -1}, {"text": "a", "transcript": "b"}, {"pose": np.zeros(3)}):
+    poses = [{"pose": np.zeros(3)}, {"pose": np.zeros((9, 3))}, {"pose": [[1, 2], [3]]}, {"pose": [["a"] * 3] * 9}]
+    for options in [{"takes": 0}, {"intensity": -1}, {"seed": -1}, {"text": "a", "transcript": "b"}, *poses]:
         with pytest.raises(UsageError):
             Request(examples / "hello.flac", **options)
     with pytest.raises(UnknownStyle):

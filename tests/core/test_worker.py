@@ -98,6 +98,7 @@ def test_empty_lines_are_no_requests(worker):
         ({"audio": "a.wav", "speed": 2}, "speed"),
         ({"audio": "a.wav", "takes": 0}, "takes"),
         ({"audio": "a.wav", "text": "a", "transcript": "b"}, "transcript"),
+        ({"audio": "a.wav", "pose": [[1, 0, 0]]}, "nine directions"),
         ([1], "object"),
     ],
 )
