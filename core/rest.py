@@ -5,7 +5,7 @@ import numpy as np
 from . import skeleton
 
 REST = skeleton.MEAN_UNIT.copy()
-REST[[4, 5, 7, 8]] = skeleton.normalize(
+REST[list(skeleton.ARM_EDGES)] = skeleton.normalize(
     np.array([[-0.23, 0.97, -0.02], [-0.08, 0.95, 0.30], [0.23, 0.97, -0.02], [0.08, 0.95, 0.30]], np.float32)
 )
 """Standing at ease: the trunk as in :data:`skeleton.MEAN_UNIT`, the arms hanging with slightly bent elbows."""
@@ -13,6 +13,8 @@ REST[[4, 5, 7, 8]] = skeleton.normalize(
 SETTLE_AFTER = 0.7  # seconds of silence before the hands start to sink
 SETTLE_TIME = 1.2  # seconds they take
 RAISE_TIME = 0.5  # seconds before speech in which they are handed back to the network
+
+_FARTHEST = np.radians(170)  # from rest; beyond it the way back would flip
 
 # Per edge: how far (radians) breathing (front-back, up-down) and swaying (side, front) carry it.
 _BREATH = np.array([0.006, 0.004, 0.004, 0.012, 0.004, 0.005, 0.012, 0.004, 0.005])
@@ -22,14 +24,12 @@ _SWAY = np.array([0.014, 0.022, 0.022, 0.006, 0.012, 0.02, 0.006, 0.012, 0.02])
 def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray | float) -> np.ndarray:
     """Turn unit vectors ``start`` by ``share`` of the angle to ``end``; shares above one or below zero extrapolate.
 
-    Shapes broadcast; ``share`` lacks the last axis. The angle turned stays below 170 degrees.
+    Shapes broadcast; ``share`` lacks the last axis. Opposite vectors have no shortest way and give some turned vector.
     """
-    cosine = np.clip((start * end).sum(-1), -1.0, 1.0)
-    angle = np.arccos(cosine)
-    across = end - cosine[..., None] * start
+    across = end - (start * end).sum(-1, keepdims=True) * start
     length = np.linalg.norm(across, axis=-1, keepdims=True)
     across = np.divide(across, length, out=np.zeros_like(across), where=length > 1e-6)
-    turn = np.clip(angle * share, -2.967, 2.967)[..., None]
+    turn = (_angle(start, end) * share)[..., None]
     return skeleton.normalize(np.cos(turn) * start + np.sin(turn) * across)
 
 
@@ -80,10 +80,11 @@ def rest(
 
 
 def scale(directions: np.ndarray, intensity: float, pose: np.ndarray = REST) -> np.ndarray:
-    """Scale how far a performance departs from ``pose``: 0 is rest, 1 leaves it, above 1 exaggerates."""
+    """Scale how far a performance departs from ``pose``: 0 is rest, 1 leaves it, above 1 exaggerates, up to 170 degrees."""
     if intensity == 1:
         return directions
-    return slerp(np.broadcast_to(pose, directions.shape), directions, intensity).astype(np.float32)
+    share = np.minimum(intensity, _FARTHEST / np.maximum(_angle(directions, pose), 1e-6))
+    return slerp(np.broadcast_to(pose, directions.shape), directions, share).astype(np.float32)
 
 
 def restore(directions: np.ndarray, gain: float, pose: np.ndarray = REST) -> np.ndarray:
@@ -93,9 +94,13 @@ def restore(directions: np.ndarray, gain: float, pose: np.ndarray = REST) -> np.
     The gain sets in within the first second, so that the performance starts in the pose it was given.
     """
     onset = _smooth(np.arange(len(directions)) / skeleton.FPS)[:, None]
-    angle = np.degrees(np.arccos(np.clip((directions * pose).sum(-1), -1, 1)))
+    angle = np.degrees(_angle(directions, pose))
     growth = 1 + onset * (gain - 1) * (1 - _smooth((angle - 35) / (95 - 35)))
     return slerp(np.broadcast_to(pose, directions.shape), directions, growth).astype(np.float32)
+
+
+def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.arccos(np.clip((a * b).sum(-1), -1.0, 1.0))
 
 
 def _smooth(x: np.ndarray) -> np.ndarray:

@@ -31,6 +31,8 @@ EDGE_NAMES = (
     "right_upper_arm",
     "right_forearm",
 )
+ARM_EDGES = (4, 5, 7, 8)
+"""Upper arm and forearm, left then right."""
 LENGTHS = np.array([0.26, 0.18, 0.14, 0.22, 0.36, 0.33, 0.22, 0.36, 0.33], np.float32)
 FPS = 15.0
 MEAN = np.array(

@@ -13,9 +13,6 @@ from .. import skeleton
 from ..motion import cubic
 from . import rotation, skm
 
-LEFT_ARM, RIGHT_ARM = slice(4, 6), slice(7, 9)
-ARM_EDGES = (4, 5, 7, 8)
-
 
 @dataclass(frozen=True)
 class Roles:
@@ -141,5 +138,6 @@ def _phases(directions: np.ndarray, fps: float, emphasis: float, stroke: float) 
 
 def _participation(directions: np.ndarray) -> tuple[float, float]:
     """How far each arm goes from where it rests, against 25 degrees, at most 1."""
-    away = [np.degrees(np.arccos(np.clip(np.sum(directions[:, e] * directions[:1, e], -1), -1, 1))).max() for e in ARM_EDGES]
+    arms = directions[:, skeleton.ARM_EDGES]
+    away = np.degrees(np.arccos(np.clip((arms * arms[:1]).sum(-1), -1, 1))).max(0)
     return float(min(1.0, max(away[:2]) / 25)), float(min(1.0, max(away[2:]) / 25))

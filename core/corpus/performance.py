@@ -27,7 +27,7 @@ def perform(performer: Performer, strokes: list[Stroke], speech: Speech, accents
         _lay(arms, trunk, stroke, time)
     arms = _smooth_frames(arms, 0.055)
     body = skeleton.MEAN_UNIT + trunk
-    body[:, [4, 5, 7, 8]] = arms[:, [4, 5, 7, 8]]
+    body[:, skeleton.ARM_EDGES] = arms[:, skeleton.ARM_EDGES]
     _small_beats(body, performer, speech, accents, time)
     body = skeleton.normalize(body)
     _shoulders(body, performer, speech, time)
@@ -45,7 +45,7 @@ def resting_pose(performer: Performer, library: list[Gesture]) -> np.ndarray:
         front = skeleton.normalize(
             np.array([[-0.22, 0.96, 0.03], [0.55, 0.18, 0.78], [0.22, 0.96, 0.03], [-0.55, 0.18, 0.78]], float)
         )
-        pose[[4, 5, 7, 8]] = rotation.slerp(pose[[4, 5, 7, 8]], front, np.array([0.75, 0.8, 0.75, 0.8]))
+        pose[list(skeleton.ARM_EDGES)] = rest.slerp(pose[list(skeleton.ARM_EDGES)], front, np.array([0.75, 0.8, 0.75, 0.8]))
     return pose
 
 
@@ -85,8 +85,8 @@ def _lay(arms: np.ndarray, trunk: np.ndarray, stroke: Stroke, time: np.ndarray) 
         weight = ramp(time, stroke.onset, stroke.ready) * (1 - ramp(time, stroke.until[arm], stroke.rest[arm]))
         strongest = np.maximum(strongest, weight)
         for edge in edges:
-            shaped = rotation.slerp(still[edge], motion[:, edge], amplitude)
-            arms[here, edge] = rotation.slerp(arms[here, edge], shaped, weight)
+            shaped = rest.slerp(still[edge], motion[:, edge], amplitude)
+            arms[here, edge] = rest.slerp(arms[here, edge], shaped, weight)
     share = (0.8 * amplitude * strongest)[:, None, None]
     trunk[here][:, _TRUNK] += share * (motion - still)[:, _TRUNK]
 
@@ -97,7 +97,7 @@ def _sympathy(arms: np.ndarray, motion: np.ndarray, arm: int, stroke: Stroke, ti
     weight = ramp(time, stroke.onset, stroke.emphasis) * (1 - ramp(time, stroke.until[other], stroke.rest[other]))
     image = skeleton.mirror(motion)
     for edge in _ARMS[arm][1]:
-        arms[:, edge] = rotation.slerp(arms[:, edge], image[:, edge], 0.16 * stroke.amplitude * weight)
+        arms[:, edge] = rest.slerp(arms[:, edge], image[:, edge], 0.16 * stroke.amplitude * weight)
 
 
 def _small_beats(body: np.ndarray, performer: Performer, speech: Speech, accents: list[Accent], time: np.ndarray) -> None:

@@ -14,7 +14,6 @@ from .trainer import Trainer
 from .validation import Validation
 
 STATE, CHECKPOINT, LOG = "training.safetensors", "checkpoint.safetensors", "log.jsonl"
-_OF_ONE_CALL = ("data", "out", "minutes", "resume", "device", "threads")
 
 
 def train(config: TrainConfig) -> dict:

@@ -4,12 +4,10 @@ import numpy as np
 import torch
 
 from ..model.generator import Generator
-from ..skeleton import FPS
+from ..skeleton import ARM_EDGES, FPS
 from . import losses
 from .config import TrainConfig
 from .dataset import VALIDATION, Batch, Corpus
-
-ARM_EDGES = (4, 5, 7, 8)
 
 
 def arm_speed(directions: torch.Tensor) -> torch.Tensor:

@@ -94,7 +94,7 @@ def wave_clip(name: str = "Set/BeatMidRt01", fps: float = 30.0) -> clips.Clip:
     time = np.arange(61) / fps
     share = performance.ramp(time, 0.4, 1.0) * (1 - performance.ramp(time, 1.3, 1.9))
     directions = np.tile(rest.REST, (len(time), 1, 1)).astype(float)
-    directions[:, 8] = rotation.slerp(directions[:, 8], np.array([-0.2, -0.2, 0.95]) / np.linalg.norm([0.2, 0.2, 0.95]), share)
+    directions[:, 8] = rest.slerp(directions[:, 8], np.array([-0.2, -0.2, 0.95]) / np.linalg.norm([0.2, 0.2, 0.95]), share)
     phases = clips._phases(directions, fps, emphasis=1.0, stroke=1.1)
     return clips.Clip(name, fps, directions.astype(np.float32), *phases, hands=(0.0, 1.0))
 
@@ -117,7 +117,7 @@ def test_quaternions_turn_like_matrices():
 
 def test_slerp_keeps_length_and_goes_on_beyond_one():
     start, end = np.array([1.0, 0, 0]), np.array([0.0, 1, 0])
-    middle = rotation.slerp(start, end, np.array([0.0, 0.5, 1.0, 1.5]))
+    middle = rest.slerp(start, end, np.array([0.0, 0.5, 1.0, 1.5]))
     np.testing.assert_allclose(np.linalg.norm(middle, axis=-1), 1)
     np.testing.assert_allclose(middle[1], [np.sqrt(0.5), np.sqrt(0.5), 0])
     np.testing.assert_allclose(middle[3], [-np.sqrt(0.5), np.sqrt(0.5), 0], atol=1e-12)
