@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import pytest
+from sounds import write_wav
 
 av = pytest.importorskip("av")
 pytest.importorskip("torch")
@@ -32,32 +33,14 @@ def minute(tmp_path_factory, examples):
     return folder
 
 
-def write_wav(path, samples):
-    import wave
-
-    with wave.open(str(path), "wb") as file:
-        file.setnchannels(1)
-        file.setsampwidth(2)
-        file.setframerate(audio.SAMPLE_RATE)
-        file.writeframes((np.clip(samples, -1, 1) * 32767).astype("<i2").tobytes())
-
-
-def test_warm_and_aligned(benchmark, minute):
+@pytest.mark.parametrize(("words", "rounds"), [("minute.json", 5), ("minute.txt", 2)], ids=["aligned", "plain text"])
+def test_warm(benchmark, minute, words, rounds):
     session = Session()
-    request = Request(minute / "minute.wav", transcript=minute / "minute.json")
+    request = Request(minute / "minute.wav", transcript=minute / words)
     session.synthesize(request)
-    result = benchmark.pedantic(session.synthesize, args=(request,), rounds=5)
+    result = benchmark.pedantic(session.synthesize, args=(request,), rounds=rounds)
     benchmark.extra_info["seconds"] = result.seconds
-    print("\nwarm, aligned:", stages(result.seconds))
-
-
-def test_warm_with_plain_text(benchmark, minute):
-    session = Session()
-    request = Request(minute / "minute.wav", transcript=minute / "minute.txt")
-    session.synthesize(request)
-    result = benchmark.pedantic(session.synthesize, args=(request,), rounds=2)
-    benchmark.extra_info["seconds"] = result.seconds
-    print("\nwarm, plain text:", stages(result.seconds))
+    print("\nwarm:", stages(result.seconds))
 
 
 def test_eight_takes_against_one_by_one(benchmark, minute):
@@ -92,8 +75,7 @@ def test_worker_memory(benchmark, minute):
 def test_an_hour(benchmark, minute, tmp_path):
     import resource
 
-    with open(tmp_path / "hour.wav", "wb"):
-        write_wav(tmp_path / "hour.wav", np.tile(audio.load(minute / "minute.wav"), 60))
+    write_wav(tmp_path / "hour.wav", np.tile(audio.load(minute / "minute.wav"), 60))
     command = [sys.executable, "-m", "s2ag", "synth", tmp_path / "hour.wav", "--no-transcript", "-o", tmp_path / "out.npz"]
     benchmark.pedantic(subprocess.run, args=(command,), kwargs={"check": True}, rounds=1)
     peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024

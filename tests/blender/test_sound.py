@@ -1,4 +1,3 @@
-import wave
 
 import bpy
 import numpy as np
@@ -6,17 +5,14 @@ import pytest
 from s2ag.core.errors import AudioUnreadable
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.sound import add_sound
+from sounds import write_wav
 
 
 @pytest.fixture
 def recording(tmp_path):
     """Two seconds of a tone."""
     path = tmp_path / "voice – naïve.wav"
-    with wave.open(str(path), "wb") as file:
-        file.setnchannels(1)
-        file.setsampwidth(2)
-        file.setframerate(16000)
-        file.writeframes((8000 * np.sin(np.arange(32000) / 20)).astype("<i2").tobytes())
+    write_wav(path, 0.25 * np.sin(np.arange(32000) / 20))
     try:
         bpy.data.sounds.remove(bpy.data.sounds.load(str(path)))
         scene = bpy.data.scenes.new("probe")

@@ -14,6 +14,7 @@ from s2ag.core.cli import blender
 from s2ag.core.cli.main import main
 from s2ag.core.errors import BlenderUnavailable
 from s2ag.core.motion import Motion
+from sounds import write_wav
 
 posix = pytest.mark.skipif(os.name == "nt", reason="needs POSIX")
 
@@ -76,12 +77,7 @@ def silent_video(path):
 
 
 def empty_wav(path):
-    import wave
-
-    with wave.open(str(path), "wb") as file:
-        file.setnchannels(1)
-        file.setsampwidth(2)
-        file.setframerate(16000)
+    write_wav(path, [])
 
 
 BAD_AUDIO = {

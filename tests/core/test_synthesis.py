@@ -1,7 +1,6 @@
-import wave
-
 import numpy as np
 import pytest
+from sounds import write_wav
 
 torch = pytest.importorskip("torch")
 
@@ -30,11 +29,7 @@ def long_speech(examples, tmp_path_factory):
     sound = audio.load(examples / "hello.flac")
     path = tmp_path_factory.mktemp("audio") / "länger.wav"
     samples = np.concatenate([sound, sound, np.zeros(6 * audio.SAMPLE_RATE, np.float32), sound])
-    with wave.open(str(path), "wb") as file:
-        file.setnchannels(1)
-        file.setsampwidth(2)
-        file.setframerate(audio.SAMPLE_RATE)
-        file.writeframes((samples * 32767).astype("<i2").tobytes())
+    write_wav(path, samples)
     return path
 
 

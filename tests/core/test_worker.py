@@ -6,13 +6,13 @@ import signal
 import subprocess
 import sys
 import time
-import wave
 from pathlib import Path
 
 import numpy as np
 import pytest
 from s2ag.core import errors, protocol
 from s2ag.core.motion import Motion
+from sounds import write_wav
 
 ROOT = Path(__file__).parents[2]
 
@@ -181,11 +181,7 @@ def long_voice(tmp_path_factory, examples):
     sound = audio_module().load(examples / "hello.flac")
     path = tmp_path_factory.mktemp("long") / "long.wav"
     samples = np.tile(sound, int(600 * 16000 / len(sound)))
-    with wave.open(str(path), "wb") as file:
-        file.setnchannels(1)
-        file.setsampwidth(2)
-        file.setframerate(16000)
-        file.writeframes((samples * 32767).astype("<i2").tobytes())
+    write_wav(path, samples)
     return path
 
 

@@ -1,0 +1,16 @@
+"""Recordings for tests."""
+
+import wave
+
+import numpy as np
+
+RATE = 16000
+
+
+def write_wav(path, samples):
+    """Write ``samples`` (any number of them, full scale 1) as 16-bit mono at 16 kHz."""
+    with wave.open(str(path), "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(RATE)
+        file.writeframes((np.clip(samples, -1, 1) * 32767).astype("<i2").tobytes())
