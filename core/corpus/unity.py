@@ -1,0 +1,139 @@
+"""Unity's text animation clips (``.anim``): curves by bone path, and a Biped's clip as joints and frames.
+
+Unity is left-handed with y up and z forward, so a body that looks along z has its left at -x. Everything that leaves this
+module is mirrored in x, as Unity's own importer does on the way in: right-handed, y up, z forward, left at +x.
+"""
+
+import re
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from . import clips, rotation, skm
+
+BIPED = clips.Roles(
+    "Bip01", "Bip01 Spine1", "Bip01 Spine2", "Bip01 Neck", "Bip01 Head",
+    ("Bip01 L Clavicle", "Bip01 L UpperArm", "Bip01 L Forearm", "Bip01 L Hand"),
+    ("Bip01 R Clavicle", "Bip01 R UpperArm", "Bip01 R Forearm", "Bip01 R Hand"),
+)  # fmt: skip
+"""3ds Max's Biped, the rig of the Rocketbox people."""
+
+_PELVIS = "Bip01 Pelvis"
+_SLOW = 1.0  # seconds: standard deviation of the smoothing that tells slow turns of the body from quick ones
+_MIRROR = np.array([-1, 1, 1])
+_MIRROR_TURN = np.array([1, -1, -1, 1])
+
+_SECTION = re.compile(r"^  m_(\w+):(.*)$", re.MULTILINE)
+_VECTOR = r"\{x:\s*(\S+),\s*y:\s*(\S+),\s*z:\s*(\S+?)(?:,\s*w:\s*(\S+?))?\}"
+_KEY = re.compile(rf"time:\s*(\S+)\s+value:\s*{_VECTOR}\s+inSlope:\s*{_VECTOR}\s+outSlope:\s*{_VECTOR}")
+_PATH = re.compile(r"^    path:(.*(?:\n      .*)*)$", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Keys of one property: ``times`` ``(k,)`` seconds; ``values`` and slopes before and after each key ``(k, n)``."""
+
+    times: np.ndarray
+    values: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """Values ``(frames, n)``: cubic Hermite between keys, held outside and where a slope is infinite (a step)."""
+        times = np.clip(times, self.times[0], self.times[-1])
+        if len(self.times) == 1:
+            return np.repeat(self.values, len(times), axis=0)
+        left = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
+        span = (self.times[left + 1] - self.times[left])[:, None]
+        t = (times - self.times[left])[:, None] / span
+        start, end = self.values[left], self.values[left + 1]
+        out, into = self.after[left] * span, self.before[left + 1] * span
+        step = ~(np.isfinite(out) & np.isfinite(into))
+        out, into = np.where(step, 0, out), np.where(step, 0, into)
+        curve = start + t * (out + t * (3 * (end - start) - 2 * out - into + t * (2 * (start - end) + out + into)))
+        return np.where(step, np.where(t < 1, start, end), curve)
+
+
+@dataclass(frozen=True)
+class Animation:
+    """A clip as its file has it (left-handed): rotation curves ``x y z w`` and position curves by bone path."""
+
+    rotations: dict[str, Curve]
+    positions: dict[str, Curve]
+    fps: float
+    duration: float
+
+
+def load(path: str | PathLike) -> Animation:
+    """Read the rotation and position curves of an ``.anim`` file; ``ValueError`` if it has none.
+
+    Unity writes one fixed layout of YAML; taking what we need from it is fifty times faster than a YAML library.
+    """
+    text = Path(path).read_text()
+    sections = list(_SECTION.finditer(text))
+    parts = {}
+    for this, following in zip(sections, [*sections[1:], None], strict=True):
+        parts[this[1]] = text[this.start(2) : following.start() if following else len(text)]
+    rotations, positions = (_curves(parts.get(name, "")) for name in ("RotationCurves", "PositionCurves"))
+    if not rotations:
+        raise ValueError(f"no rotation curves in {path}")
+    duration = max(curve.times[-1] for curve in rotations.values())
+    return Animation(rotations, positions, float(parts["SampleRate"]), float(duration))
+
+
+def _curves(section: str) -> dict[str, Curve]:
+    """Curves by path; a path comes after its keys and may be folded over lines."""
+    curves, begin = {}, 0
+    for found in _PATH.finditer(section):
+        keys = [[float(number) for number in key if number] for key in _KEY.findall(section, begin, found.start())]
+        times, numbers = np.split(np.array(keys), [1], axis=1)
+        curves[" ".join(found[1].split())] = Curve(times[:, 0], *np.split(numbers, 3, axis=1))
+        begin = found.end()
+    return curves
+
+
+def to_recording(animation: Animation) -> tuple[list[skm.Joint], skm.Recording]:
+    """The clip's bones, parents before children, and its frames, both right-handed, for :func:`skm.forward`.
+
+    The pose at the clip's start (the Biped's T pose) becomes the rest pose, where no bone is turned. A bone's name is the
+    last part of its path.
+    """
+    from scipy.spatial.transform import Rotation
+
+    times = np.arange(round(animation.duration * animation.fps) + 1) / animation.fps
+    paths = sorted(animation.rotations, key=lambda path: path.count("/"))
+    joints: list[skm.Joint] = []
+    channels = {}
+    still = {"": Rotation.identity()}  # world rotations at the start
+    for path in filter(None, paths):
+        parent, _, name = path.rpartition("/")
+        turn = Rotation.from_quat(animation.rotations[path].at(times) * _MIRROR_TURN)
+        still[path] = still[parent] * turn[0]
+        position = still[parent].apply(animation.positions[path].at(times) * _MIRROR)
+        joints.append(skm.Joint(name, paths.index(parent) - 1 if parent else -1, position[0], rotation.IDENTITY))
+        channels[name, "Quat"] = (still[parent] * turn * still[path].inv()).as_rotvec()
+        channels |= {(name, kind): (position - position[0])[:, [axis]] for axis, kind in enumerate(("XPos", "YPos", "ZPos"))}
+    return joints, skm.Recording(times, channels, {})
+
+
+def to_directions(animation: Animation, start: float, end: float) -> np.ndarray:
+    """Canonical directions ``(frames, 9, 3)`` of a Biped's clip between two times (s), at the clip's own rate.
+
+    As :func:`clips.to_directions`, but trunk, head and clavicles turn relative to the stretch's mean pose, which faces
+    forward; slow turns of the body (stepping around) are taken out, its quick ones stay.
+    """
+    from scipy.ndimage import gaussian_filter1d
+    from scipy.spatial.transform import Rotation
+
+    joints, recording = to_recording(animation)
+    part = slice(round(start * animation.fps), round(end * animation.fps) + 1)
+    turns = {joint.name: Rotation.from_rotvec(recording.channels[joint.name, "Quat"][part]) for joint in joints}
+    # the Biped's root bone stands still in the world: it gets the slow turns, and the pelvis what is left
+    heading = np.unwrap(rotation.heading(turns[_PELVIS].as_quat(scalar_first=True)))
+    slow = Rotation.from_rotvec(np.outer(gaussian_filter1d(heading, _SLOW * animation.fps, mode="nearest"), [0, 1, 0]))
+    turns[_PELVIS], turns[BIPED.root] = slow.inv() * turns[_PELVIS], slow
+    frames = {(name, "Quat"): np.vstack([turn.mean().as_rotvec(), turn.as_rotvec()]) for name, turn in turns.items()}
+    times = np.arange(1 + len(heading)) / animation.fps
+    return clips.to_directions(joints, skm.Recording(times, frames, {}), BIPED)[1:]
