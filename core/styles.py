@@ -8,6 +8,8 @@ import numpy as np
 from .errors import UnknownStyle
 
 RANDOM = "random"
+CONTROLS = ("arousal", "valence", "dominance", "rate", "hand")
+"""What can be turned up and down beside the style, -1..1 each, 0 as the speaker would; the network's order."""
 
 
 def default(speakers: list[dict]) -> str:

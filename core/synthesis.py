@@ -135,7 +135,7 @@ class _Run:
         words, warnings = self.stage("align words", lambda: self._words(sound))
         vectors = self.stage("load word vectors", lambda: self.session.vectors) if words else None
         frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
-        features = self.stage("extract MFCC", lambda: _Features(sound, words, vectors))
+        features = self.stage("extract MFCC", lambda: _Features(sound, words, vectors, self._prosody(sound, words, frames)))
         activity = self.stage("find pauses", lambda: _fit(voice.active(sound), frames))
         latents = self._latents(weights)
         made = self.stage("generate", lambda: self._generate(features, latents, frames))
@@ -153,6 +153,13 @@ class _Run:
             self.progress("align words", value)
 
         return transcript.resolve(sound, self.request.transcript, self.request.text, tell)
+
+    def _prosody(self, sound: np.ndarray, words: tuple, frames: int) -> np.ndarray | None:
+        if not self.session.checkpoint.config.prosody_features:
+            return None
+        from . import prosody
+
+        return prosody.analyse(sound, sorted(words, key=lambda word: word[1]), frames).features
 
     def _latents(self, weights) -> np.ndarray:
         import torch
@@ -207,27 +214,29 @@ class _Run:
 
 
 class _Features:
-    """MFCCs of the whole recording; word vectors are placed window by window, so an hour stays small."""
+    """MFCCs and prosody of the whole recording; word vectors are placed window by window, so an hour stays small."""
 
-    def __init__(self, sound: np.ndarray, words: tuple, vectors):
+    def __init__(self, sound: np.ndarray, words: tuple, vectors, prosody: np.ndarray | None):
         from . import mfcc
 
+        self.prosody = prosody
         self.mfcc = mfcc.temporal_features(sound)
         self.words, self.vectors = sorted(words, key=lambda word: word[1]), vectors
         self.ends = np.maximum.accumulate([end for _, _, end in self.words])
         self.starts = np.array([start for _, start, _ in self.words])
 
-    def slice(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray]:
-        """MFCCs and word vectors of pose frames ``start`` to ``stop``."""
+    def slice(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+        """MFCCs, word vectors and prosody (None without) of pose frames ``start`` to ``stop``."""
         from .model.timing import mfcc_slice
         from .words import DIMENSIONS, place
 
         span = mfcc_slice(start, stop)
         mfcc = self.mfcc[np.minimum(np.arange(span.start, span.stop), len(self.mfcc) - 1)]
+        prosody = None if self.prosody is None else self.prosody[start:stop]
         if self.vectors is None:
-            return mfcc, np.zeros((stop - start, DIMENSIONS), np.float32)
+            return mfcc, np.zeros((stop - start, DIMENSIONS), np.float32), prosody
         here = slice(np.searchsorted(self.ends, start / skeleton.FPS), np.searchsorted(self.starts, stop / skeleton.FPS))
-        return mfcc, place(self.words[here], self.vectors, stop - start, start=start / skeleton.FPS)
+        return mfcc, place(self.words[here], self.vectors, stop - start, start=start / skeleton.FPS), prosody
 
 
 def _is_pose(value) -> bool:

@@ -25,7 +25,7 @@ def starts(frames: int, window: int, seeds: int) -> list[int]:
 @torch.inference_mode()
 def generate(
     generator: torch.nn.Module,
-    inputs: Callable[[int, int], tuple[np.ndarray, np.ndarray]],
+    inputs: Callable[[int, int], tuple[np.ndarray, np.ndarray, np.ndarray | None]],
     styles: np.ndarray,
     seed_poses: np.ndarray,
     frames: int,
@@ -35,8 +35,8 @@ def generate(
 ) -> np.ndarray:
     """Directions ``(takes, frames, 9, 3)`` float32 for a whole utterance, all takes in one batch.
 
-    ``inputs(start, stop)`` gives the MFCCs ``(any, 40)`` and word vectors ``(stop - start, 300)`` of pose frames;
-    ``styles`` is ``(takes, size)`` and stays the same throughout; ``seed_poses`` ``(takes, seeds, 9, 3)`` are the unit
+    ``inputs(start, stop)`` gives the MFCCs ``(any, 40)``, word vectors ``(stop - start, 300)`` and prosody
+    ``(stop - start, features)`` of pose frames, None for a network without prosody; ``styles`` is ``(takes, size)`` and stays the same throughout; ``seed_poses`` ``(takes, seeds, 9, 3)`` are the unit
     directions the performance starts from. The seed frames, which every window generates anew, are cross-faded with what
     the window before made of them, so position and speed are continuous at the joins.
     """
@@ -51,14 +51,19 @@ def generate(
             raise Cancelled("Cancelled.")
         stop = min(start + window, frames)
         given = out[:, start : start + seeds].copy()
-        mfcc, words = (torch.from_numpy(np.ascontiguousarray(part, np.float32)).to(device) for part in inputs(start, stop))
+        mfcc, words, prosody = (_repeated(part, takes, device) for part in inputs(start, stop))
         poses = seed_input(torch.from_numpy(given).to(device), stop - start)
-        made = generator(mfcc.expand(takes, *mfcc.shape), words.expand(takes, *words.shape), poses, style)
-        made = made.cpu().numpy()
+        made = generator(mfcc, words, poses, style, prosody).cpu().numpy()
         out[:, start:stop] = made
         out[:, start : start + seeds] = _cross_fade(given, made[:, :seeds])
         progress((number + 1) / len(first_frames))
     return out
+
+
+def _repeated(part: np.ndarray | None, takes: int, device: torch.device) -> torch.Tensor | None:
+    if part is None:
+        return None
+    return torch.from_numpy(np.ascontiguousarray(part, np.float32)).to(device).expand(takes, *part.shape)
 
 
 def _cross_fade(old: np.ndarray, new: np.ndarray) -> np.ndarray:

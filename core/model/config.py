@@ -12,7 +12,7 @@ class ModelConfig:
 
     Three ready-made settings exist: :meth:`published` has exactly the layers of the authors' code (reference section A),
     :meth:`paper` the sizes of the paper's Table 1 and its literal wording where the code differs (reference A.11), and
-    :meth:`default` is this project's. Lengths are frames, sizes are channels. Symbols of Table 1 stand in brackets.
+    :meth:`default` is this project's, with prosody and controls. Lengths are frames, sizes are channels. Symbols of Table 1 stand in brackets.
     """
 
     name: str = "default"
@@ -39,7 +39,11 @@ class ModelConfig:
     text_dropout: float = 0.1
     text_size: int = 32  # (Dx)
 
+    prosody_features: int = 0  # columns of core.prosody; 0: the network hears no prosody but the MFCCs
+    prosody_size: int = 32
+
     style_size: int = 16  # (Ds)
+    controls: int = 0  # numbers that move the style along learned directions (core.styles.CONTROLS); 0: none
 
     graph: str = "line"  # edges are neighbours if they share a joint; "chain": only parent and child edge
     partition: str = "spatial"  # five column-normalised groups by hop and side; "unweighted": one 0/1 matrix
@@ -78,8 +82,12 @@ class ModelConfig:
 
     @classmethod
     def default(cls, speakers: int = 1, **changes) -> "ModelConfig":
-        """The lean network trained here: temporal MFCC differences, any length, word vectors from outside."""
-        return cls(speakers=speakers, **changes)
+        """The lean network trained here: temporal MFCC differences, prosody, controls, any length, outside word vectors."""
+        from ..prosody import FEATURES
+        from ..styles import CONTROLS
+
+        settings = dict(prosody_features=FEATURES, controls=len(CONTROLS))
+        return cls(**{**settings, "speakers": speakers, **changes})
 
     @classmethod
     def paper(cls, speakers: int = 1, **changes) -> "ModelConfig":

@@ -1,4 +1,4 @@
-"""Gesture generator: four encoders, a bidirectional GRU and a head (paper section 3.1.5, reference section A.7)."""
+"""Gesture generator: encoders, a bidirectional GRU and a head (paper section 3.1.5, reference section A.7)."""
 
 import torch
 from torch import nn
@@ -9,6 +9,7 @@ from .affective_encoder import AffectiveEncoder
 from .config import ModelConfig
 from .layers import make_gru, run_gru
 from .mfcc_encoder import MfccEncoder
+from .prosody_encoder import ProsodyEncoder
 from .text_encoder import TextEncoder
 
 POSE = len(EDGES) * 3
@@ -16,10 +17,11 @@ POSE = len(EDGES) * 3
 
 
 class Generator(nn.Module):
-    """Voice, words, seed poses and style to directions.
+    """Voice, words, prosody, seed poses and style to directions.
 
     Inputs of :meth:`forward` follow the configuration: `published` takes MFCCs ``(B, 37, 71)`` and word indices
-    ``(B, 34)``; all others MFCCs ``(B, Ta, features)`` and word vectors ``(B, T, 300)`` at any length.
+    ``(B, 34)``; all others MFCCs ``(B, Ta, features)`` and word vectors ``(B, T, 300)`` at any length. `default` also takes
+    prosody ``(B, T, prosody_features)``, and :meth:`steer` turns its styles towards moods, rates and hands.
     """
 
     def __init__(self, config: ModelConfig):
@@ -37,6 +39,11 @@ class Generator(nn.Module):
         if config.seed_view:
             self.seed_view = nn.Linear(POSE + 1, config.seed_view)
             inputs += config.seed_view + 1
+        if config.prosody_features:
+            self.prosody_encoder = ProsodyEncoder(config)
+            inputs += config.prosody_size
+        if config.controls:
+            self.controls = nn.Linear(config.controls, config.style_size, bias=False)
         self.gru = make_gru(inputs, config.gru_size, config.gru_layers, config.gru_dropout)
         self.out = nn.Sequential(
             nn.Linear(config.gru_size, config.head_size),
@@ -56,13 +63,24 @@ class Generator(nn.Module):
         noise = torch.randn(mu.shape, generator=generator, device=mu.device, dtype=mu.dtype)
         return mu + noise * torch.exp(0.5 * logvar)
 
-    def encode(self, mfcc: torch.Tensor, words: torch.Tensor, seeds: torch.Tensor) -> torch.Tensor:
-        """Everything but the style, ``(B, T, channels)``: affective, MFCC, text and seed features."""
+    def steer(self, style: torch.Tensor, controls: torch.Tensor) -> torch.Tensor:
+        """Styles ``(B, style_size)`` moved along the learned directions by ``controls`` ``(B, 5)`` in -1..1; zeros change none.
+
+        Only for networks whose configuration has controls.
+        """
+        return style + self.controls(controls)
+
+    def encode(
+        self, mfcc: torch.Tensor, words: torch.Tensor, seeds: torch.Tensor, prosody: torch.Tensor | None = None
+    ) -> torch.Tensor:
+        """Everything but the style, ``(B, T, channels)``: affective, MFCC, text, seed and prosody features."""
         frames = seeds.shape[1]
         features = [self._affect(seeds), self.audio_encoder(mfcc, frames), self.text_encoder(words)]
         if self.config.seed_view:
             mask = seeds[..., POSE:]
             features += [self.seed_view(seeds) * mask, mask]
+        if self.config.prosody_features:
+            features.append(self.prosody_encoder(prosody))
         return torch.cat(features, dim=-1)
 
     def decode(self, features: torch.Tensor, style: torch.Tensor) -> torch.Tensor:
@@ -74,13 +92,21 @@ class Generator(nn.Module):
         poses = self.out(run_gru(self.gru, inputs)).unflatten(-1, (len(EDGES), 3)) + self.mean
         return functional.normalize(poses, dim=-1) if self.config.unit_directions else poses
 
-    def forward(self, mfcc: torch.Tensor, words: torch.Tensor, seeds: torch.Tensor, style: torch.Tensor) -> torch.Tensor:
+    def forward(
+        self,
+        mfcc: torch.Tensor,
+        words: torch.Tensor,
+        seeds: torch.Tensor,
+        style: torch.Tensor,
+        prosody: torch.Tensor | None = None,
+    ) -> torch.Tensor:
         """Directions ``(B, T, 9, 3)``, seed frames included.
 
         ``seeds`` ``(B, T, 28)``: mean-subtracted directions on the seed frames and zeros elsewhere, last channel 1 on
-        seed frames; ``style`` ``(B, style_size)``. Unit vectors where the configuration says so.
+        seed frames; ``style`` ``(B, style_size)``; ``prosody`` ``(B, T, prosody_features)`` where the configuration has it.
+        Unit vectors where the configuration says so.
         """
-        return self.decode(self.encode(mfcc, words, seeds), style)
+        return self.decode(self.encode(mfcc, words, seeds, prosody), style)
 
     def _affect(self, seeds: torch.Tensor) -> torch.Tensor:
         poses = seeds[..., :POSE].unflatten(-1, (len(EDGES), 3))

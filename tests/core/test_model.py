@@ -11,6 +11,7 @@ from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.discriminator import Discriminator  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
 from s2ag.core.model.timing import mfcc_slice, nearest_mfcc  # noqa: E402
+from s2ag.core.prosody import FEATURES  # noqa: E402
 from s2ag.core.skeleton import MEAN  # noqa: E402
 
 
@@ -23,7 +24,7 @@ def default_inputs(batch=2, frames=40, seeds=10):
     given[:, :seeds, :27] = 0.1 * torch.randn(batch, seeds, 27)
     given[:, :seeds, 27] = 1
     mfcc = torch.randn(batch, mfcc_slice(0, frames).stop, 40)
-    return mfcc, 0.06 * torch.randn(batch, frames, 300), given, torch.randn(batch, 16)
+    return mfcc, 0.06 * torch.randn(batch, frames, 300), given, torch.randn(batch, 16), torch.randn(batch, frames, FEATURES)
 
 
 @pytest.fixture(scope="module")
@@ -163,10 +164,10 @@ def test_default_takes_any_length_and_gives_unit_directions(frames):
 
 
 def test_default_takes_any_mfcc_rate():
-    mfcc, words, seeds, style = default_inputs()
+    mfcc, words, seeds, style, prosody = default_inputs()
     generator = Generator(ModelConfig.default()).eval()
     for count in (20, 40, 160):
-        assert generator(torch.randn(2, count, 40), words, seeds, style).shape == (2, 40, 9, 3)
+        assert generator(torch.randn(2, count, 40), words, seeds, style, prosody).shape == (2, 40, 9, 3)
 
 
 def test_default_does_not_depend_on_its_batch():
@@ -190,10 +191,25 @@ def test_default_uses_every_input():
 
 def test_default_ignores_poses_outside_the_seed_mask():
     generator = Generator(ModelConfig.default()).eval()
-    mfcc, words, seeds, style = default_inputs()
+    mfcc, words, seeds, style, prosody = default_inputs()
     dirty = seeds.clone()
     dirty[:, 10:, :27] = 1.0
-    assert torch.equal(generator(mfcc, words, seeds, style), generator(mfcc, words, dirty, style))
+    assert torch.equal(generator(mfcc, words, seeds, style, prosody), generator(mfcc, words, dirty, style, prosody))
+
+
+def test_controls_move_the_style_and_rest_at_zero():
+    generator = Generator(ModelConfig.default(speakers=2))
+    style = torch.randn(3, 16)
+    assert torch.equal(generator.steer(style, torch.zeros(3, 5)), style)
+    once, twice = (generator.steer(style, scale * torch.eye(5)[:3]) - style for scale in (1, 2))
+    torch.testing.assert_close(twice, 2 * once)
+    assert once.abs().sum(1).min() > 0
+
+
+def test_networks_without_prosody_and_controls_have_no_weights_for_them():
+    for config in (ModelConfig(), ModelConfig.paper(), ModelConfig.published(9, 2)):
+        names = set(Generator(config).state_dict())
+        assert not [name for name in names if name.startswith(("prosody", "controls"))]
 
 
 def test_untrained_default_stands_near_the_mean_pose():

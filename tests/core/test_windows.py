@@ -8,6 +8,7 @@ from s2ag.core.errors import Cancelled  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
 from s2ag.core.model.timing import mfcc_slice  # noqa: E402
+from s2ag.core.prosody import FEATURES  # noqa: E402
 
 SEEDS, WINDOW = 10, 96
 
@@ -20,8 +21,8 @@ def generator():
 
 def inputs(start, stop):
     rng = np.random.default_rng(5)
-    mfcc, words = rng.standard_normal((2000, 40)), rng.standard_normal((960, 300))
-    return mfcc[mfcc_slice(start, stop)], words[start:stop]
+    mfcc, words, prosody = (rng.standard_normal(shape) for shape in ((2000, 40), (960, 300), (960, FEATURES)))
+    return mfcc[mfcc_slice(start, stop)], words[start:stop], prosody[start:stop]
 
 
 def run(generator, frames, takes=1, **options):
