@@ -1,4 +1,4 @@
-"""Command line of training: ``python -m s2ag.core.train --data corpus.npz --out DIR --minutes 30``."""
+"""Command line of training: ``python -m s2ag.core.train --data corpus --out DIR --minutes 30``."""
 
 import argparse
 import json
@@ -14,9 +14,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m s2ag.core.train",
         description="Train the network on a packed corpus.",
-        epilog="Example: python -m s2ag.core.train --data corpus.npz --out run --minutes 10, then again with --resume.",
+        epilog="Example: python -m s2ag.core.train --data corpus --out run --minutes 10, then again with --resume.",
     )
-    parser.add_argument("--data", help="packed corpus (.npz)")
+    parser.add_argument("--data", help="packed corpus (a folder)")
     parser.add_argument("--out", help="folder for checkpoint, training state and log")
     parser.add_argument("--config", type=Path, help="training settings as JSON; the options here come before it")
     parser.add_argument("--minutes", type=float, help="stop after so many minutes, everything saved")

@@ -7,7 +7,7 @@ from ..model.generator import Generator
 from ..skeleton import ARM_EDGES, FPS
 from . import losses
 from .config import TrainConfig
-from .dataset import VALIDATION, Batch, Corpus
+from .dataset import VALIDATION, Batch, Corpus, Windows
 
 
 def arm_speed(directions: torch.Tensor) -> torch.Tensor:
@@ -25,13 +25,13 @@ def correlation(a: torch.Tensor, b: torch.Tensor) -> float:
 
 
 class Validation:
-    """A fixed set of held-out windows, judged with each speaker's mean style and the real seed poses."""
+    """A fixed set of held-out windows, judged with each speaker's mean style, the real controls and seed poses."""
 
     def __init__(self, corpus: Corpus, config: TrainConfig):
         talks, first = corpus.spread_windows(VALIDATION, config.validation_windows, config.frames)
         self.seed_frames = config.seed_frames
         self.batches = [
-            corpus.batch(talks[rows], first[rows], config.frames, config.seed_frames)
+            corpus.batch(Windows(talks[rows], first[rows]), config.frames, config.seed_frames)
             for rows in np.array_split(np.arange(len(talks)), -(-len(talks) // config.batch))
         ]
 
@@ -40,7 +40,7 @@ class Validation:
         """Huber loss, arm speed against the real one, and how the rhythm of arm speed follows the real one.
 
         ``rhythm`` correlates generated and real arm speed frame by frame after the seeds; ``rhythm_shuffled`` is the
-        same with voice and words turned round by half a window, so the voice explains the difference between the two.
+        same with all that is heard turned round by half a window, so the voice explains the difference between the two.
         """
         generator.eval()
         results = [self._judge(generator, batch) for batch in self.batches]
@@ -49,9 +49,11 @@ class Validation:
 
     def _judge(self, generator: Generator, batch: Batch) -> dict[str, float]:
         style = generator.speaker(batch.speaker)[0]
-        made = generator(batch.mfcc, batch.words, batch.seeds, style)
-        mfcc, words = (x.roll(x.shape[1] // 2, dims=1) for x in (batch.mfcc, batch.words))
-        shuffled = generator(mfcc, words, batch.seeds, style)
+        if generator.config.controls:
+            style = generator.steer(style, batch.controls)
+        made = generator(batch.mfcc, batch.words, batch.seeds, style, batch.prosody)
+        mfcc, words, prosody = (x.roll(x.shape[1] // 2, dims=1) for x in (batch.mfcc, batch.words, batch.prosody))
+        shuffled = generator(mfcc, words, batch.seeds, style, prosody)
         real, right, wrong = (arm_speed(x[:, self.seed_frames :]) for x in (batch.directions, made, shuffled))
         return {
             "huber": float(losses.huber(made, batch.directions)),

@@ -2,6 +2,7 @@
 
 import json
 import math
+import shutil
 
 import numpy as np
 import pytest
@@ -9,17 +10,22 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from s2ag.core import checkpoint, skeleton  # noqa: E402
-from s2ag.core.errors import CheckpointUnreadable, CorpusUnreadable, UsageError  # noqa: E402
+from s2ag.core.errors import CheckpointUnreadable, CorpusUnreadable, OutputUnwritable, UsageError  # noqa: E402
+from s2ag.core.model.seeds import seed_input  # noqa: E402
 from s2ag.core.model.timing import nearest_mfcc  # noqa: E402
 from s2ag.core.train import losses  # noqa: E402
 from s2ag.core.train.__main__ import main  # noqa: E402
 from s2ag.core.train.config import TrainConfig  # noqa: E402
-from s2ag.core.train.dataset import TRAIN, VALIDATION, Corpus, augment  # noqa: E402
+from s2ag.core.train.dataset import TRAIN, VALIDATION, Corpus, Windows, disturb, draw  # noqa: E402
 from s2ag.core.train.loop import CHECKPOINT, LOG, STATE, train  # noqa: E402
+from s2ag.core.train.storage import save_arrays  # noqa: E402
 from s2ag.core.train.validation import arm_speed, correlation  # noqa: E402
-from toy_corpus import toy_arrays, write_toy_corpus  # noqa: E402
+from toy_corpus import META, PROSODY, toy_arrays, write_toy_corpus  # noqa: E402
 
-SMALL = {"gru_size": 32, "gru_layers": 1, "head_size": 32, "mfcc_channels": [16, 16, 16], "text_channels": 16}
+SMALL = {
+    "gru_size": 32, "gru_layers": 1, "head_size": 32, "mfcc_channels": [16, 16, 16], "text_channels": 16,
+    "prosody_features": PROSODY, "prosody_size": 8,
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -32,7 +38,7 @@ def one_thread():
 
 @pytest.fixture
 def settings(tmp_path):
-    data = write_toy_corpus(tmp_path / "corpus.npz")
+    data = write_toy_corpus(tmp_path / "corpus")
     return dict(
         data=str(data), out=str(tmp_path / "run"), model_settings=SMALL, batch=8, frames=48, steps=3, threads=1,
         discriminator_frames=32, generator_rate=3e-3, diversity_share=0.25, log_steps=1, validate_steps=2,
@@ -80,18 +86,27 @@ def test_diversity_rewards_distance_per_style():
     assert losses.diversity(made, other, style, style).item() == -1000
 
 
+def toy(talks, frames):
+    arrays = toy_arrays(talks=talks, frames=frames)
+    return arrays, Corpus(arrays, META)
+
+
 def test_windows_are_cuts_of_their_talk():
-    arrays = toy_arrays(talks=3, frames=60)
-    corpus = Corpus(arrays)
-    batch = corpus.batch(np.array([0, 1]), np.array([7, 20]), 40, 10)
-    for row, (talk, first) in enumerate([(0, 7), (1, 20)]):
+    arrays, corpus = toy(talks=3, frames=60)
+    assert arrays["recording"].tolist() == [0, 0, 1]
+    batch = corpus.batch(Windows(np.array([1, 2]), np.array([7, 20])), 40, 10)
+    for row, (talk, first) in enumerate([(1, 7), (2, 20)]):
+        recording = talk // 2
         real = arrays["directions"][talk * 60 + first : talk * 60 + first + 40].astype(np.float32)
         np.testing.assert_allclose(batch.directions[row].numpy(), real, atol=2e-3)
-        heard = arrays["mfcc_starts"][talk] + nearest_mfcc(first)
+        heard = arrays["mfcc_starts"][recording] + nearest_mfcc(first)
         np.testing.assert_array_equal(batch.mfcc[row].numpy(), arrays["mfcc"][heard : heard + 83].astype(np.float32))
-        spoken = arrays["word_index"][talk * 60 + first : talk * 60 + first + 40]
+        here = slice(recording * 60 + first, recording * 60 + first + 40)
+        spoken = arrays["word_index"][here]
         wanted = np.where(spoken[:, None] >= 0, arrays["vectors"][spoken], 0).astype(np.float32)
         np.testing.assert_array_equal(batch.words[row].numpy(), wanted)
+        np.testing.assert_array_equal(batch.prosody[row].numpy(), arrays["prosody"][here].astype(np.float32))
+        np.testing.assert_array_equal(batch.controls[row].numpy(), arrays["controls"][talk])
         assert int(batch.speaker[row]) == talk % 2
     np.testing.assert_allclose(batch.directions.norm(dim=-1).numpy(), 1, atol=1e-6)
     seeds = batch.seeds.numpy()
@@ -102,53 +117,111 @@ def test_windows_are_cuts_of_their_talk():
 
 
 def test_windows_stay_inside_talks_of_their_split():
-    corpus = Corpus(toy_arrays(talks=4, frames=60))
+    _, corpus = toy(talks=5, frames=60)
     talks, first = corpus.random_windows(np.random.default_rng(0), 500, 48)
-    assert set(talks) == {0, 1, 2} and set(first) == set(range(13))
+    assert set(talks) == {0, 1, 2, 3} and set(first) == set(range(13))
     held, first = corpus.spread_windows(VALIDATION, 5, 48)
-    assert set(held) == {3} and first.tolist() == [0, 3, 6, 9, 12]
+    assert set(held) == {4} and first.tolist() == [0, 3, 6, 9, 12]
     with pytest.raises(CorpusUnreadable, match="61 frames"):
         corpus.window_starts(TRAIN, 61)
 
 
-def test_integer_directions_and_mirrored_windows():
+def test_a_mirrored_window_is_gestured_with_the_other_hand():
     arrays = toy_arrays(talks=2, frames=60)
-    real = arrays["directions"].astype(np.float32)
-    arrays["directions"] = np.round(real * 127).astype(np.int8)
-    corpus = Corpus(arrays)
-    talks, first = np.array([0, 0]), np.array([0, 0])
-    batch = corpus.batch(talks, first, 48, 10, flip=np.array([False, True]))
-    np.testing.assert_allclose(batch.directions[0].numpy(), real[:48], atol=0.01)
+    arrays["controls"][0] = (0.1, 0.2, 0.3, 0.4, 0.5)
+    corpus = Corpus(arrays, META)
+    windows = Windows(np.array([0, 0]), np.array([5, 5]), flip=np.array([False, True]))
+    batch = corpus.batch(windows, 48, 10)
     np.testing.assert_allclose(batch.directions[1].numpy(), skeleton.mirror(batch.directions[0].numpy()), atol=1e-6)
+    np.testing.assert_allclose(batch.seeds[1, :10, :27], seed_input(batch.directions[1:], 48)[0, :10, :27])
+    torch.testing.assert_close(batch.controls[0], torch.tensor([0.1, 0.2, 0.3, 0.4, 0.5]))
+    torch.testing.assert_close(batch.controls[1], torch.tensor([0.1, 0.2, 0.3, 0.4, -0.5]))
+    assert arrays["controls"][0, 4] == np.float32(0.5)
 
 
-def test_augmentation_drops_whole_windows():
-    corpus = Corpus(toy_arrays(talks=4, frames=60))
-    talks, first = corpus.random_windows(np.random.default_rng(0), 400, 48)
-    batch = corpus.batch(talks, first, 48, 10)
+def test_windows_without_words_have_the_prosody_of_sound_alone():
+    arrays, corpus = toy(talks=2, frames=60)
+    windows = Windows(np.array([0, 1]), np.array([3, 3]), wordless=np.array([False, True]), seedless=np.array([True, False]))
+    batch = corpus.batch(windows, 40, 10)
+    assert batch.words[0].any() and not batch.words[1].any()
+    np.testing.assert_array_equal(batch.prosody[0].numpy(), arrays["prosody"][3:43].astype(np.float32))
+    np.testing.assert_array_equal(batch.prosody[1].numpy(), arrays["prosody_plain"][3:43].astype(np.float32))
+    assert not batch.seeds[0].any() and batch.seeds[1].any()
+
+
+def test_chances_decide_over_whole_windows():
+    _, corpus = toy(talks=4, frames=60)
+    config = TrainConfig(batch=2000, frames=48, word_drop=0.25, seed_drop=0.5)
+    windows = draw(corpus, config, np.random.default_rng(0))
+    assert windows.wordless.mean() == pytest.approx(0.25, abs=0.05) and windows.seedless.mean() == pytest.approx(0.5, abs=0.05)
+    assert not windows.flip.any()
+    assert draw(corpus, TrainConfig(batch=50, frames=48, mirror=1.0), np.random.default_rng(0)).flip.all()
+
+
+def test_noise_leaves_performances_and_empty_seeds_alone():
+    _, corpus = toy(talks=4, frames=60)
+    batch = corpus.batch(Windows(np.array([0, 1]), np.array([0, 4])), 48, 10)
     torch.manual_seed(0)
-    changed = augment(batch, TrainConfig(word_drop=0.25, seed_drop=0.5))
-    silent = float((changed.words.abs().sum((1, 2)) == 0).float().mean())
-    unseeded = float((changed.seeds[..., 27].sum(1) == 0).float().mean())
-    assert silent == pytest.approx(0.25, abs=0.07) and unseeded == pytest.approx(0.5, abs=0.08)
-    assert not changed.seeds[:, 10:].any() and not torch.equal(changed.mfcc, batch.mfcc)
-    torch.testing.assert_close(changed.directions, batch.directions)
+    changed = disturb(batch, TrainConfig())
+    assert not torch.equal(changed.mfcc, batch.mfcc) and not torch.equal(changed.seeds, batch.seeds)
+    assert torch.equal(changed.seeds[..., 27], batch.seeds[..., 27]) and not changed.seeds[:, 10:].any()
+    assert torch.equal(changed.directions, batch.directions) and torch.equal(changed.words, batch.words)
 
 
-@pytest.mark.parametrize("name", ["starts", "word_index", "speaker"])
+@pytest.mark.parametrize("name", ["starts", "word_index", "speaker", "recording", "frame_starts"])
 def test_arrays_that_do_not_fit_are_refused(tmp_path, name):
     arrays = toy_arrays(talks=2, frames=60)
     arrays[name] = arrays[name] + 100
-    np.savez(tmp_path / "corpus.npz", **arrays)
+    save_arrays(tmp_path / "corpus", arrays, META)
     with pytest.raises(CorpusUnreadable, match="do not fit"):
-        Corpus.load(tmp_path / "corpus.npz")
+        Corpus.load(tmp_path / "corpus")
 
 
-def test_other_files_are_no_corpus(tmp_path):
-    (tmp_path / "text.npz").write_text("hello")
-    for path in (tmp_path / "text.npz", tmp_path / "absent.npz"):
-        with pytest.raises(CorpusUnreadable):
-            Corpus.load(path)
+def cut_short(folder):
+    path = folder / "directions.npy"
+    path.write_bytes(path.read_bytes()[:-500])
+
+
+@pytest.mark.parametrize(
+    ("damage", "says"),
+    [
+        (lambda folder: shutil.rmtree(folder), "No such file"),
+        (lambda folder: (folder / "prosody.npy").unlink(), "prosody.npy is missing"),
+        (lambda folder: (folder / "mfcc.npy").write_text("hello"), "not a packed corpus"),
+        (lambda folder: (folder / "speaker.npy").write_bytes(b""), "not a packed corpus"),
+        (lambda folder: (folder / "meta.json").write_text("{"), "not a packed corpus"),
+        (lambda folder: (folder / "meta.json").write_text(json.dumps({**META, "format": 1})), "format 2"),
+        (lambda folder: (folder / "meta.json").write_text(json.dumps({**META, "fps": 30})), "30 fps"),
+        (lambda folder: (folder / "meta.json").write_text('{"format": 2}'), "speakers"),
+        (cut_short, "not a packed corpus"),
+    ],
+)
+def test_damaged_folders_are_no_corpus(tmp_path, damage, says):
+    folder = write_toy_corpus(tmp_path / "corpus", talks=2, frames=60)
+    Corpus.load(folder)
+    damage(folder)
+    with pytest.raises(CorpusUnreadable, match=says) as caught:
+        Corpus.load(folder)
+    assert "s2ag.core.corpus" in caught.value.remedy
+
+
+def test_a_corpus_is_written_whole_or_not_at_all(tmp_path):
+    folder = write_toy_corpus(tmp_path / "corpus", talks=2, frames=60)
+    with pytest.raises(ValueError):
+        save_arrays(folder, {"directions": np.array([object()])}, META)
+    assert Corpus.load(folder).starts[-1] == 120
+    write_toy_corpus(folder, talks=2, frames=80)
+    assert Corpus.load(folder).starts[-1] == 160
+    assert [path.name for path in tmp_path.iterdir()] == ["corpus"]
+
+
+def test_a_corpus_replaces_nothing_else(tmp_path):
+    (tmp_path / "thesis.txt").write_text("precious")
+    with pytest.raises(OutputUnwritable, match="something else"):
+        write_toy_corpus(tmp_path)
+    with pytest.raises(OutputUnwritable):
+        write_toy_corpus(tmp_path / "absent" / "corpus")
+    assert (tmp_path / "thesis.txt").read_text() == "precious"
 
 
 def test_arm_speed_is_in_degrees_a_second():
@@ -175,7 +248,7 @@ def test_training_learns_to_follow_the_voice(settings, tmp_path, one_thread):
     loaded = checkpoint.load(settings["out"] + "/" + CHECKPOINT)
     assert [speaker["name"] for speaker in loaded.speakers] == ["small", "large"]
     assert loaded.meta["training"]["steps"] == 60 and loaded.meta["training"]["validation"] == figures
-    assert loaded.meta["features"] == {"mfcc": "toy", "fps": 15}
+    assert loaded.meta["features"] == {"mfcc": "toy", "fps": 15, "prosody": "", "controls": ""}
 
 
 @pytest.mark.parametrize("model", ["default", "paper"])
