@@ -36,9 +36,10 @@ def generate(
     """Directions ``(takes, frames, 9, 3)`` float32 for a whole utterance, all takes in one batch.
 
     ``inputs(start, stop)`` gives the MFCCs ``(any, 40)``, word vectors ``(stop - start, 300)`` and prosody
-    ``(stop - start, features)`` of pose frames, None for a network without prosody; ``styles`` is ``(takes, size)`` and stays the same throughout; ``seed_poses`` ``(takes, seeds, 9, 3)`` are the unit
-    directions the performance starts from. The seed frames, which every window generates anew, are cross-faded with what
-    the window before made of them, so position and speed are continuous at the joins.
+    ``(stop - start, features)`` of pose frames, None for a network without prosody; ``styles`` is ``(takes, size)`` and
+    stays the same throughout; ``seed_poses`` ``(takes, seeds, 9, 3)`` are the unit directions the performance starts from.
+    The seed frames, which every window generates anew, are cross-faded with what the window before made of them, so
+    position and speed are continuous at the joins.
     """
     device = next(generator.parameters()).device
     takes, seeds = seed_poses.shape[:2]

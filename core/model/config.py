@@ -12,7 +12,8 @@ class ModelConfig:
 
     Three ready-made settings exist: :meth:`published` has exactly the layers of the authors' code (reference section A),
     :meth:`paper` the sizes of the paper's Table 1 and its literal wording where the code differs (reference A.11), and
-    :meth:`default` is this project's, with prosody and controls. Lengths are frames, sizes are channels. Symbols of Table 1 stand in brackets.
+    :meth:`default` is this project's, with prosody and controls. Lengths are frames, sizes are channels. Symbols of
+    Table 1 stand in brackets.
     """
 
     name: str = "default"
