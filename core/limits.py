@@ -1,0 +1,288 @@
+"""What no body can do: elbows that bend backwards, hands inside the trunk, arms out of their sockets, wrists in one place.
+
+Everything is read from unit directions ``(..., 9, 3)`` in the canonical frame (x right, y down, z forward).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import rest, skeleton
+
+STRAIGHT = 12.0
+"""Degrees of bend below which the plane of an arm says nothing, so that the arm counts as straight."""
+FOLDED = 155.0
+"""Degrees of bend at which the forearm meets the upper arm."""
+_RAISED = np.array([0.0, 90.0, 105.0, 140.0])
+_OUTWARD = np.array([75.0, 100.0, 100.0, 180.0])
+_INWARD = np.array([130.0, 130.0, 130.0, 180.0])
+"""Degrees that the plane of a bent arm turns outwards and inwards, by degrees of the upper arm from hanging."""
+
+WIDTH, DEPTH = 0.15, 0.11
+"""Half-axes of the trunk in metres, below shoulders 0.2 m from the middle."""
+TOUCH = 0.02
+"""Largest penetration that still counts as touching."""
+APART = 0.05
+"""Metres between two wrists whose forearms do not pass through each other."""
+
+_SIDES = ((4, 5, -1.0), (7, 8, 1.0))  # upper arm, forearm, where outward lies on x
+_CONES = {0: 45.0, 3: 60.0, 6: 60.0, 4: 118.0, 7: 118.0}  # edges and the degrees that they can turn from their middles
+_MIDDLES = skeleton.MEAN_UNIT.astype(float)
+_MIDDLES[[4, 7]] = skeleton.normalize(np.array([[-0.55, 0.3, 0.78], [0.55, 0.3, 0.78]]))
+_GRID = np.linspace(0, 1, 21)[1:] ** 1.5
+_ATTEMPTS = 4
+_REACH = 5
+"""Frames over which a correction is spread to either side, twice: once held, once eased."""
+
+
+def backward_elbows(directions: np.ndarray) -> np.ndarray:
+    """Which elbows ``(..., 2)``, left and right, bend as no elbow bends.
+
+    The front of a hanging arm is carried along by the smallest rotation that raises the arm. Seen along the upper arm, a
+    bent forearm lies within what the humerus turns: 75 degrees outwards (100 with a raised arm) and 130 inwards. That is
+    about ten more than textbooks of anatomy allow, so what is flagged is wrong. Above 140 degrees, where the front means
+    little, and in arms that are straight within 12 degrees nothing is flagged. Of 34,000 arms in captured gestures 0.05 % are,
+    all of one performer who overstretches an elbow.
+    """
+    return np.stack([_elbow_excess(directions, side) > 0 for side in (0, 1)], axis=-1)
+
+
+def penetration(directions: np.ndarray) -> np.ndarray:
+    """Deepest intrusion of wrists and mid-forearms into the trunk ``(...)``: 0 outside, 1 on the trunk's axis.
+
+    The trunk is an upright elliptic cylinder (half-axes 0.15 and 0.11 m) from 0.3 m under the spine joint to below the neck.
+    """
+    return _depth(directions).max(axis=-1)
+
+
+def wrist_distance(directions: np.ndarray) -> np.ndarray:
+    """Metres ``(...)`` from wrist to wrist."""
+    positions = skeleton.to_positions(directions)
+    return np.linalg.norm(positions[..., 6, :] - positions[..., 9, :], axis=-1)
+
+
+def keep_human(directions: np.ndarray) -> np.ndarray:
+    """Directions ``(frames, 9, 3)`` at 15 fps without anything that no body can do, float32, smooth in time.
+
+    Where something is wrong, the edges concerned go part of the way to a pose that is possible, with a weight that rises
+    and falls within two thirds of a second. Afterwards no elbow bends backwards, penetration is below :data:`TOUCH` and
+    wrists are :data:`APART`. All other frames stay as they are, and so does the whole motion if nothing is wrong.
+    """
+    kept = _unit(directions)
+    for rule in _RULES:
+        kept = _obey(kept, rule)
+    return kept
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """``wrong(directions, slack)`` says which frames break it; ``edges`` then move to ``goal(directions)``.
+
+    ``slack`` 0 asks for the limits as they are, 1 for a little more than they demand. ``goal`` gives ``(..., edges, 3)``
+    and must break no rule itself.
+    """
+
+    edges: tuple[int, ...]
+    wrong: Callable[[np.ndarray, float], np.ndarray]
+    goal: Callable[[np.ndarray], np.ndarray]
+
+
+def _obey(directions: np.ndarray, rule: _Rule) -> np.ndarray:
+    """Move the rule's edges towards its goal just so far, and for just so long, that no frame breaks it."""
+    result, need = directions, np.zeros(len(directions))
+    bad = np.flatnonzero(rule.wrong(result, 0.0))
+    if not bad.size:
+        return result
+    goal = rule.goal(directions)
+    attempt = 0
+    while (need[bad] < 1).any():
+        # A grid does not see what lies between its points: frames that resist go all the way in the end.
+        share = _share_needed(directions[bad], goal[bad], rule) if attempt < _ATTEMPTS else 1.0
+        need[bad] = np.clip(np.maximum(need[bad] + 1e-3, share), 0, 1)
+        result = _moved(directions, goal, _envelope(need), rule.edges)
+        bad = np.flatnonzero(rule.wrong(result, 0.0))
+        attempt += 1
+    return result
+
+
+def _share_needed(directions: np.ndarray, goal: np.ndarray, rule: _Rule) -> np.ndarray:
+    """Smallest share ``(frames,)`` of the way to the goal after which the rule is kept all the way on."""
+    count = len(directions)
+    tried = np.repeat(directions, len(_GRID), axis=0)
+    tried = _moved(tried, np.repeat(goal, len(_GRID), axis=0), np.tile(_GRID, count), rule.edges)
+    wrong = rule.wrong(tried, 1.0).reshape(count, len(_GRID))
+    last = len(_GRID) - 1 - np.argmax(wrong[:, ::-1], axis=1)
+    share = np.where(wrong.any(axis=1), _GRID[np.minimum(last + 1, len(_GRID) - 1)], _GRID[0])
+    # Opposite the goal the way there turns round from one frame to the next; those who go all the way do not show it.
+    turn = np.degrees(_angle(directions[:, rule.edges], goal)).max(axis=1)
+    return np.maximum(share, _ease((turn - 130) / 40))
+
+
+def _moved(directions: np.ndarray, goal: np.ndarray, share: np.ndarray, edges: tuple[int, ...]) -> np.ndarray:
+    """``directions`` with ``edges`` turned by ``share`` ``(frames,)`` towards ``goal``; where the share is 0, untouched."""
+    here = np.flatnonzero(share)
+    result = directions.copy()
+    start = directions[np.ix_(here, edges)].astype(float)
+    result[np.ix_(here, edges)] = rest.slerp(start, goal[here], share[here, None])
+    return result
+
+
+def _envelope(need: np.ndarray) -> np.ndarray:
+    """A smooth curve ``(frames,)`` that is nowhere below ``need``: the largest of the neighbours, then their mean."""
+    width = 2 * _REACH + 1
+    held = np.lib.stride_tricks.sliding_window_view(np.pad(need, 2 * _REACH, mode="edge"), width).max(axis=-1)
+    kernel = np.hanning(width + 2)[1:-1]
+    return np.minimum(np.convolve(held, kernel / kernel.sum(), mode="valid"), 1.0)
+
+
+def _outside(edge: int) -> _Rule:
+    """An edge farther from its middle than its cone allows goes back towards the middle."""
+
+    def wrong(directions: np.ndarray, slack: float) -> np.ndarray:
+        return np.degrees(_angle(directions[..., edge, :], _MIDDLES[edge])) > _CONES[edge] - slack
+
+    return _Rule((edge,), wrong, lambda directions: np.broadcast_to(_MIDDLES[edge], (*directions.shape[:-2], 1, 3)))
+
+
+def _bends(side: int) -> _Rule:
+    """A forearm that bends backwards goes towards a comfortable bend of the same upper arm."""
+    upper, fore, _ = _SIDES[side]
+
+    def wrong(directions: np.ndarray, slack: float) -> np.ndarray:
+        return _elbow_wrong(directions, side, slack)
+
+    def goal(directions: np.ndarray) -> np.ndarray:
+        # A hand before the chest, carried from the middle of the shoulder's range: unlike the front of a hanging arm, this
+        # changes slowly with the arm everywhere.
+        along, front, inner = _arm_frame(directions, side)
+        turn = _turn(_carried(_MIDDLES[upper], _before_chest(side), along), front, inner)
+        inward, outward = _limits(along)
+        return _bent(along, front, inner, np.clip(turn, 20 - outward, inward - 20))[..., None, :]
+
+    return _Rule((fore,), wrong, goal)
+
+
+def _leaves_trunk(sides: tuple[int, ...]) -> _Rule:
+    """Arms that are in the trunk or in each other go forward and outward, at about the height where they are."""
+    edges = tuple(edge for side in sides for edge in _SIDES[side][:2])
+
+    def wrong(directions: np.ndarray, slack: float) -> np.ndarray:
+        depth = _depth(directions)
+        result = np.zeros(directions.shape[:-2], bool)
+        for side in sides:
+            result |= (depth[..., side] >= TOUCH * (1 - 0.4 * slack)) | _elbow_wrong(directions, side, slack)
+            result |= _outside(_SIDES[side][0]).wrong(directions, slack)
+        if len(sides) == 2:
+            result |= wrist_distance(directions) < APART * (1 + 0.1 * slack)
+        return result
+
+    def goal(directions: np.ndarray) -> np.ndarray:
+        result = []
+        for upper, fore, outward in (_SIDES[side] for side in sides):
+            low = 0.8 * directions[..., upper, 1].astype(float)
+            result.append(_level(low, 0.5 * outward))
+            # The forearm no lower than the upper arm: that is a bend every elbow can do.
+            result.append(_level(np.minimum(low, 0.8 * directions[..., fore, 1]), 0.25 * outward))
+        return np.stack(result, axis=-2)
+
+    return _Rule(edges, wrong, goal)
+
+
+def _level(y: np.ndarray, x: float) -> np.ndarray:
+    """Unit directions ``(..., 3)`` of height ``y`` that look forward and ``x`` (-1..1) to the right."""
+    flat = np.sqrt(1 - y * y)
+    return np.stack([flat * x, y, flat * np.sqrt(1 - x * x)], axis=-1)
+
+
+def _elbow_wrong(directions: np.ndarray, side: int, slack: float) -> np.ndarray:
+    """Whether an elbow ``(...)`` bends backwards or is folded into itself; slack makes both stricter by two degrees."""
+    upper, fore, _ = _SIDES[side]
+    bend = np.degrees(_angle(directions[..., upper, :], directions[..., fore, :]))
+    return (_elbow_excess(directions, side, 2 * slack) > 0) | (bend > FOLDED - 2 * slack)
+
+
+def _elbow_excess(directions: np.ndarray, side: int, slack: float = 0.0) -> np.ndarray:
+    """Degrees ``(...)`` by which an elbow bends outside its sector; 0 for one inside it or straight."""
+    upper, fore, _ = _SIDES[side]
+    along, front, inner = _arm_frame(directions, side)
+    lower = directions[..., fore, :].astype(float)
+    bend = np.degrees(_angle(along, lower))
+    turn = _turn(lower, front, inner)
+    inward, outward = _limits(along)
+    excess = np.maximum(turn - inward + slack, -outward + slack - turn)
+    # where the sector is the whole circle there is nothing to exceed
+    return np.where((bend > STRAIGHT - slack) & (inward + outward < 359), np.maximum(excess, 0), 0.0)
+
+
+def _arm_frame(directions: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Along the upper arm, its front and its inner side, unit and orthogonal, each ``(..., 3)``."""
+    upper, _, outward = _SIDES[side]
+    along = directions[..., upper, :].astype(float)
+    front = _carried(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]), along)
+    return along, front, np.cross(along, front) * -outward
+
+
+def _carried(start: np.ndarray, vector: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """``vector`` ``(3,)`` turned by the smallest rotation from unit ``start`` ``(3,)`` to ``end`` ``(..., 3)``.
+
+    Opposite vectors have none; any will do there.
+    """
+    length = np.maximum(1 + (end @ start)[..., None], 1e-6)
+    along = vector @ start
+    return vector + 2 * along * end - (along + (end @ vector)[..., None]) / length * (start + end)
+
+
+def _before_chest(side: int) -> np.ndarray:
+    """The forearm ``(3,)`` of an arm in the middle of its range, comfortably bent."""
+    return _bent(*_arm_frame(_MIDDLES, side), np.array(30.0))
+
+
+def _bent(along: np.ndarray, front: np.ndarray, inner: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Forearms ``(..., 3)`` bent by 60 degrees and turned inwards by ``turn`` ``(...)`` degrees."""
+    turn = np.radians(turn)[..., None]
+    return 0.5 * along + np.sqrt(0.75) * (np.cos(turn) * front + np.sin(turn) * inner)
+
+
+def _turn(fore: np.ndarray, front: np.ndarray, inner: np.ndarray) -> np.ndarray:
+    """Degrees ``(...)`` from an arm's front inwards to where its forearm bends."""
+    return np.degrees(np.arctan2((fore * inner).sum(-1), (fore * front).sum(-1)))
+
+
+def _limits(along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Degrees inwards and outwards ``(...)`` that the plane of an arm can turn."""
+    raised = np.degrees(np.arccos(np.clip(along[..., 1], -1, 1)))
+    return np.interp(raised, _RAISED, _INWARD), np.interp(raised, _RAISED, _OUTWARD)
+
+
+def _depth(directions: np.ndarray) -> np.ndarray:
+    """Intrusion of each arm into the trunk ``(..., 2)``, as :func:`penetration`."""
+    points = skeleton.to_positions(directions)
+    wrists, elbows = points[..., [6, 9], :], points[..., [5, 8], :]
+    probes = np.stack([wrists, 0.5 * (elbows + wrists)], axis=-2) - points[..., None, :1, :]
+    neck = points[..., None, None, 1, :]
+    from_axis = probes - 0.5 * neck
+    radius = np.hypot(from_axis[..., 0] / WIDTH, from_axis[..., 2] / DEPTH)
+    inside = (probes[..., 1] < 0.3) & (probes[..., 1] > neck[..., 1] + 0.04)
+    return np.where(inside, np.clip(1 - radius, 0, 1), 0).max(axis=-1)
+
+
+def _unit(directions: np.ndarray) -> np.ndarray:
+    """``directions`` in float32 and of unit length; those that have been so stay as they are to the bit."""
+    directions = np.asarray(directions, np.float32)
+    length = np.linalg.norm(directions, axis=-1, keepdims=True)
+    if np.abs(length - 1).max(initial=0) < 1e-5:
+        return directions
+    return np.where(length > 1e-6, skeleton.normalize(directions), skeleton.MEAN_UNIT).astype(np.float32)
+
+
+def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.arccos(np.clip((a * b).sum(-1), -1.0, 1.0))
+
+
+def _ease(x: np.ndarray) -> np.ndarray:
+    x = np.clip(x, 0, 1)
+    return x * x * (3 - 2 * x)
+
+
+_RULES = (*map(_outside, _CONES), _bends(0), _bends(1), _leaves_trunk((0,)), _leaves_trunk((1,)), _leaves_trunk((0, 1)))
