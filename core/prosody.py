@@ -32,15 +32,17 @@ _BUMP = 0.06  # seconds: width of the bump that marks an accent
 _NEAR, _FAR = 1.2, 8.0  # seconds: neighbourhoods for "louder than around it" and for a speaker's present manner
 _LOWEST, _HIGHEST = 65.0, 500.0  # Hz
 
-_FUNCTION = frozenset(
+_FUNCTION = (
     "a an the of to in on at by for from with and or as is are was were be been being it its he him his she her they them "
     "their i you we us our your my me that this these those there which who whom whose than then if so but not has have had "
     "do does did will would can could shall should may might into onto upon about it's i'm that's he's she's they're i'd "
-    "i'll you'd we'd he'd a an some any no nor".split()
+    "i'll you'd we'd he'd some any no nor"
 )
-_EMPHATIC = frozenset(
-    "very really so too only even just never always must every all no not nothing great big huge best worst".split()
-)
+FUNCTION = frozenset(_FUNCTION.split())
+"""Words that rarely carry an accent."""
+_EMPHATIC = "very really so too only even just never always must every all no not nothing great big huge best worst"
+EMPHATIC = frozenset(_EMPHATIC.split())
+"""Words that carry an accent more often than their kind says."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +176,7 @@ def _word_units(tracks: _Tracks, words) -> tuple[np.ndarray, ...]:
         pitches[k] = tracks.pitch[max(peak - 5, 0) : peak + 6].max()
         lengths[k] = (end - start) / (0.09 + 0.055 * len(text))
         plain = text.lower().strip(".,;:!?\"'")
-        weights[k] = (plain not in _FUNCTION) + 0.7 * (plain in _EMPHATIC)
+        weights[k] = (plain not in FUNCTION) + 0.7 * (plain in EMPHATIC)
     order = np.argsort(times, kind="stable")
     return times[order], levels[order], pitches[order], lengths[order], weights[order], order
 
@@ -259,12 +261,14 @@ def _features(tracks: _Tracks, phrases: np.ndarray, accents: tuple[Accent, ...],
 def _manner(tracks: _Tracks, counted: np.ndarray) -> list[np.ndarray]:
     """Register, pitch range, dynamics and brightness of the last and next seconds, from voiced frames."""
     weight = _slow(counted.astype(float)) + 1e-3
+    sure = weight / (weight + 0.03)
     pitch = _slow(tracks.pitch * counted) / weight
     level = _slow(tracks.level * counted) / weight
     spread = np.sqrt(np.maximum(_slow(tracks.pitch**2 * counted) / weight - pitch**2, 0))
     dynamics = np.sqrt(np.maximum(_slow(tracks.level**2 * counted) / weight - level**2, 0))
     bright = _slow(tracks.bright * counted) / weight
-    return [2 * tracks.register + pitch / 6, (spread - 2.5) / 1.5, (dynamics - 8) / 2, (bright + 6) / 6]
+    values = 2 * tracks.register + pitch / 6, (spread - 2.5) / 1.5, (dynamics - 8) / 2, (bright + 6) / 6
+    return [sure * value for value in values]
 
 
 def _rate(tracks: _Tracks) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Build the directed corpus: speech (cached, so resumable), performances and features, one packed file."""
+"""Build the directed corpus: speech (cached, so resumable), features, and every talk performed by several performers."""
 
 from dataclasses import dataclass
 from functools import cache, lru_cache
@@ -7,9 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import skeleton
-from . import library, performance, planning, prosody, speakers, texts
-from .speech import Speaker, Speech, speak
+from .. import prosody, skeleton
+from ..styles import CONTROLS
+from ..words import WordVectors
+from . import idling, library, performance, planning, speakers, speech
+from .lexicon import Lexicon
+from .scene import Scene
+from .speech import Speech
+
+UNSTEERED = 0.4
+"""Share of performances in which every control is zero."""
+_STEERED = 0.45
+"""Chance of each control to be drawn in the others."""
+_JITTER = 0.015
+"""Standard deviation (s) of word times as the network gets them: an aligner's error."""
 
 
 @dataclass(frozen=True)
@@ -23,43 +34,60 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Talk:
-    """One performance of a spoken talk, ready to be packed.
+class Performance:
+    """One performer's motion for a talk: ``directions`` ``(frames, 9, 3)`` at 15 fps, ``controls`` ``(5,)``, ``strokes``
+    ``(k,)`` times of their emphases, ``active`` share of frames within a gesture."""
 
-    ``directions`` ``(frames, 9, 3)`` at 15 fps, ``mfcc`` ``(n, 40)``, ``words`` (word, start, end), ``accents`` ``(k, 2)`` time
-    and strength, ``strokes`` ``(k,)`` times of their emphases, ``active`` share of frames within a gesture, ``affect``
-    ``(3,)`` valence, arousal, dominance as ranks.
-    """
-
-    speech: int
-    split: int
     speaker: int
+    controls: np.ndarray
     directions: np.ndarray
-    mfcc: np.ndarray
-    words: list[tuple[str, float, float]]
-    accents: np.ndarray
     strokes: np.ndarray
     active: float
+
+
+@dataclass(frozen=True)
+class Talk:
+    """A recording's features and its performances, ready to be packed.
+
+    ``mfcc`` ``(n, 40)``; ``prosody`` and ``plain`` ``(frames, K)`` with words and from sound alone; ``words`` (word, start,
+    end); ``accents`` ``(k, 3)`` time, strength, main; ``affect`` ``(3,)`` valence, arousal, dominance as ranks.
+    """
+
+    index: int
+    split: int
+    kind: str
+    mfcc: np.ndarray
+    prosody: np.ndarray
+    plain: np.ndarray
+    words: list[tuple[str, float, float]]
+    accents: np.ndarray
     affect: np.ndarray
+    performances: list[Performance]
+
+    @property
+    def frames(self) -> int:
+        """Pose frames of the recording."""
+        return len(self.prosody)
 
 
 def build(task: Task, hours: float, workers: int, progress=lambda seconds: None) -> list[Talk]:
-    """Performances of about ``hours`` in a fixed order; ``progress`` is told the seconds of each finished talk.
+    """Talks of about ``hours`` of distinct speech in a fixed order; ``progress`` is told the seconds of each finished one.
 
     Speech found in the cache is used as it is: a build that was stopped goes on, and a larger one only adds.
     ``FileNotFoundError`` if material is missing.
     """
     Path(task.cache).mkdir(parents=True, exist_ok=True)
-    count = len(_scripts(task.material, task.seed))
+    count = speech.count(task.material, task.seed)
     talks: list[Talk] = []
     seconds = 0.0
     # spawn: the voice's own threads do not survive a fork
     with get_context("spawn").Pool(workers, _begin, (task,)) as pool:
-        for result in pool.imap(_talks, range(count)):
-            talks += result
-            added = sum(len(talk.directions) for talk in result) / skeleton.FPS
-            seconds += added
-            progress(added)
+        for talk in pool.imap(_talk, range(count)):
+            if talk is None:
+                continue
+            talks.append(talk)
+            seconds += talk.frames / skeleton.FPS
+            progress(talk.frames / skeleton.FPS)
             if seconds >= hours * 3600:
                 break
         pool.terminate()
@@ -69,11 +97,18 @@ def build(task: Task, hours: float, workers: int, progress=lambda seconds: None)
 def cast(index: int, each: int) -> list[int]:
     """Ids of the performers of talk ``index``: an even round in which partners change."""
     count = len(speakers.PERFORMERS)
-    first = index * 3 % count
-    step = 1 + (index // count) % (count - 1)
-    if each == 2:
-        return [first, (first + step) % count]
-    return [(first + k) % count for k in range(min(each, count))]
+    order = np.random.default_rng(index // count).permutation(count)
+    first = index % count
+    return [int(order[(first + k * (count // max(each, 1))) % count]) for k in range(min(each, count))]
+
+
+def draw_controls(index: int, number: int, seed: int) -> np.ndarray:
+    """What the director asks of performer ``number`` in talk ``index``, ``(5,)`` in -1..1."""
+    random = np.random.default_rng((seed, index, number))
+    if random.random() < UNSTEERED:
+        return np.zeros(len(CONTROLS), np.float32)
+    values = random.uniform(-1, 1, len(CONTROLS))
+    return np.where(random.random(len(CONTROLS)) < _STEERED, values, 0).astype(np.float32)
 
 
 def features(audio: np.ndarray) -> np.ndarray:
@@ -92,33 +127,45 @@ def _begin(task: Task) -> None:
     _task = task
 
 
-def _talks(index: int) -> list[Talk]:
-    """All performances of one script; an empty list if it could not be spoken."""
-    speech = _speech(_task, index)
-    if speech is None:
-        return []
-    accents = prosody.accents(speech)
-    mfcc = features(speech.recorded)
-    result = []
-    for number in cast(index, _task.performers_each):
-        performer = speakers.PERFORMERS[number]
-        vocabulary, ease = _cast_member(_task.material, number)
-        strokes = planning.plan(performer, vocabulary, speech, accents)
-        result.append(
-            Talk(
-                index,
-                speech.split,
-                number,
-                performance.perform(performer, strokes, speech, accents, ease),
-                mfcc,
-                [(word.text, word.start, word.end) for word in speech.words],
-                np.array([[accent.time, accent.strength] for accent in accents], np.float32),
-                np.array([stroke.emphasis for stroke in strokes], np.float32),
-                _active(strokes, speech.duration),
-                speech.affect.mean(axis=0).astype(np.float32),
-            )
-        )
-    return result
+def _talk(index: int) -> Talk | None:
+    """Talk ``index`` with its performances; None if it could not be spoken."""
+    spoken = _speech(_task, index)
+    if spoken is None:
+        return None
+    scene = Scene.of(spoken)
+    frames = len(scene.prosody.features)
+    words = [(word.text, word.start, word.end) for word in spoken.words]
+    return Talk(
+        index,
+        spoken.split,
+        spoken.voice.get("kind", ""),
+        features(spoken.recorded),
+        prosody.analyse(spoken.recorded, _jittered(words, index), frames).features.astype(np.float16),
+        prosody.analyse(spoken.recorded, (), frames).features.astype(np.float16),
+        words,
+        np.array([[accent.time, accent.strength, accent.main] for accent in scene.accents], np.float32).reshape(-1, 3),
+        spoken.affect.mean(axis=0).astype(np.float32),
+        [_performance(scene, number) for number in cast(index, _task.performers_each)],
+    )
+
+
+def _performance(scene: Scene, number: int) -> Performance:
+    index = scene.speech.index
+    controls = draw_controls(index, number, _task.seed)
+    scene = Scene(scene.speech, scene.prosody, controls)
+    performer = speakers.PERFORMERS[number].handed(controls[4])
+    strokes = planning.plan(_vocabulary(_task.material, performer), scene)
+    texture = _idling(_task.material).texture(
+        len(scene.prosody.features), index * 64 + number, 0.3 + 0.3 * performer.sway, 0.2 + 0.15 * performer.drift, arms=0.5
+    )
+    directions = performance.perform(performer, strokes, scene, performance.resting_pose(performer), texture)
+    emphases = np.array([stroke.emphasis for stroke in strokes], np.float32)
+    return Performance(number, controls, directions, emphases, _active(strokes, scene.speech.duration))
+
+
+def _jittered(words: list[tuple[str, float, float]], index: int) -> list[tuple[str, float, float]]:
+    shifts = np.random.default_rng((7, index)).normal(0, _JITTER, (len(words), 2))
+    return [(text, start + a, max(end + b, start + a + 0.03)) for (text, start, end), (a, b) in zip(words, shifts, strict=True)]
 
 
 def _active(strokes: list[planning.Stroke], duration: float) -> float:
@@ -130,22 +177,12 @@ def _active(strokes: list[planning.Stroke], duration: float) -> float:
 def _speech(task: Task, index: int) -> Speech | None:
     path = Path(task.cache) / f"{index:04d}.npz"
     if not path.exists():
-        speech = speak(_scripts(task.material, task.seed)[index], _voice(), task.seed)
-        if speech is None:
+        spoken = speech.make(task.material, index, task.seed)
+        if spoken is None:
             return None
-        speech.save(path)
+        spoken.save(path)
     # always what the file holds, so that a second build gives the same corpus
     return Speech.load(path)
-
-
-@lru_cache(maxsize=1)
-def _voice() -> Speaker:
-    return Speaker()
-
-
-@lru_cache(maxsize=1)
-def _scripts(material: str, seed: int) -> list[texts.Script]:
-    return texts.scripts(texts.load_sentences(material), seed)
 
 
 @lru_cache(maxsize=1)
@@ -153,7 +190,16 @@ def _library(material: str) -> list[library.Gesture]:
     return library.load(material)
 
 
+@lru_cache(maxsize=1)
+def _idling(material: str) -> idling.Idling:
+    return idling.load(material)
+
+
+@lru_cache(maxsize=1)
+def _lexicon() -> Lexicon:
+    return Lexicon(WordVectors.load().vectors)
+
+
 @cache
-def _cast_member(material: str, number: int) -> tuple[planning.Vocabulary, np.ndarray]:
-    performer, gestures = speakers.PERFORMERS[number], _library(material)
-    return planning.Vocabulary(performer, gestures), performance.resting_pose(performer, gestures)
+def _vocabulary(material: str, performer: speakers.Performer) -> planning.Vocabulary:
+    return planning.Vocabulary(performer, _library(material), _lexicon())

@@ -72,6 +72,14 @@ class Gesture:
         return self.clip.name
 
     @cached_property
+    def bend(self) -> float:
+        """How far the working elbows are bent at the emphasis, degrees; the straighter arm of two."""
+        pose = self.clip.at(np.array([self.clip.emphasis]))[0]
+        cosine = (pose[[4, 7]] * pose[[5, 8]]).sum(-1)
+        working = [side == self.hand or self.hand == "both" for side in ("left", "right")]
+        return float(np.degrees(np.arccos(np.clip(cosine, -1, 1)))[working].min())
+
+    @cached_property
     def hand(self) -> str:
         """``"left"``, ``"right"`` or ``"both"``: which arms take a real part."""
         left, right = self.clip.hands

@@ -1,97 +1,128 @@
-"""The packed data set that training reads, and what is worth knowing about it."""
+"""The packed corpus that training reads, and what is worth knowing about it."""
 
-import json
 from os import PathLike
 
 import numpy as np
 
-from .. import rest, skeleton
-from ..files import whole_file
+from .. import prosody, rest, skeleton
 from ..mfcc import HOP
+from ..styles import CONTROLS
+from ..train.storage import FORMAT, save_arrays
 from ..words import WordVectors, spans
 from . import speakers
-from .build import Talk
+from .build import Performance, Talk
 
 QUIET_BEFORE, QUIET_AFTER = 1.5, 3.0
 """Seconds around a stroke in which the arms may be on their way."""
 ARMS = {"forearms": (5, 8), "upper arms": (4, 7)}
 
 
-def save(talks: list[Talk], path: str | PathLike, seed: int) -> None:
-    """Write ``corpus.npz`` (uncompressed): all talks along time.
+def save(talks: list[Talk], folder: str | PathLike, seed: int) -> dict:
+    """Write the corpus ``folder`` (:mod:`train.storage` describes it) and return its statistics.
 
-    ``directions`` float16 ``(N, 9, 3)`` at 15 fps, ``mfcc`` float16 ``(M, 40)``, ``word_index`` int32 ``(N,)`` rows of
-    ``vectors`` float16 ``(W, 300)`` or -1, ``starts`` and ``mfcc_starts`` ``(talks + 1,)``, ``speaker``, ``split`` (0 train,
-    1 validation, 2 test) and ``speech`` (same number: same audio) ``(talks,)``, ``affect`` ``(talks, 3)``; ``accents``
-    ``(A, 2)`` and ``strokes`` ``(S,)`` with their own starts, for evaluation; ``meta`` JSON. ``ValueError`` for no talks.
+    Beyond what training needs: ``accents`` ``(A, 3)`` time, strength, main, and ``affect`` ``(R, 3)`` of every recording;
+    ``strokes`` ``(S,)`` of every performance; all with their own starts. ``ValueError`` for no talks.
     """
     if not talks:
         raise ValueError("no talks to pack")
     vocabulary = sorted({word for talk in talks for word, _, _ in talk.words})
     row = {word: number for number, word in enumerate(vocabulary)}
+    performances = [performance for talk in talks for performance in talk.performances]
+    owner = [number for number, talk in enumerate(talks) for _ in talk.performances]
+    figures = statistics(talks)
     meta = {
-        "format": 1,
+        "format": FORMAT,
         "fps": skeleton.FPS,
         "speakers": [
             {**known, "rest": pose.round(4).tolist()}
-            for known, pose in zip(speakers.describe(), rest_poses(talks), strict=True)
+            for known, pose in zip(speakers.describe(), rest_poses(performances), strict=True)
         ],
+        "controls": list(CONTROLS),
+        "prosody": list(prosody.NAMES),
         "mfcc": f"core.mfcc.temporal_features of core.audio.level, {HOP} samples at 16 kHz a frame",
         "words": vocabulary,
-        "transcripts": [talk.words for talk in talks],
+        "recordings": [{"speech": f"{talk.index:04d}.npz", "kind": talk.kind, "words": talk.words} for talk in talks],
         "seed": seed,
-        "statistics": statistics(talks),
+        "statistics": figures,
     }
+    vectors = WordVectors.load().vectors(vocabulary) if vocabulary else np.zeros((1, 300))
     arrays = {
-        "directions": np.concatenate([talk.directions for talk in talks]).astype(np.float16),
         "mfcc": np.concatenate([talk.mfcc for talk in talks]),
-        "word_index": np.concatenate([_rows(talk, row) for talk in talks]),
-        "vectors": WordVectors.load().vectors(vocabulary).astype(np.float16),
-        "starts": _starts(talk.directions for talk in talks),
         "mfcc_starts": _starts(talk.mfcc for talk in talks),
+        "frame_starts": _starts(talk.prosody for talk in talks),
+        "word_index": np.concatenate([_rows(talk, row) for talk in talks]),
+        "vectors": vectors.astype(np.float16),
+        "prosody": np.concatenate([talk.prosody for talk in talks]),
+        "prosody_plain": np.concatenate([talk.plain for talk in talks]),
+        "affect": np.array([talk.affect for talk in talks], np.float32),
         "accents": np.concatenate([talk.accents for talk in talks]),
         "accent_starts": _starts(talk.accents for talk in talks),
-        "strokes": np.concatenate([talk.strokes for talk in talks]),
-        "stroke_starts": _starts(talk.strokes for talk in talks),
-        "affect": np.array([talk.affect for talk in talks]),
-        **{name: np.array([getattr(talk, name) for talk in talks], np.int32) for name in ("speaker", "split", "speech")},
-        "meta": np.array(json.dumps(meta)),
+        "directions": np.concatenate([p.directions for p in performances]).astype(np.float16),
+        "starts": _starts(p.directions for p in performances),
+        "recording": np.array(owner, np.int64),
+        "speaker": np.array([p.speaker for p in performances], np.int64),
+        "split": np.array([talks[number].split for number in owner], np.int64),
+        "controls": np.array([p.controls for p in performances], np.float32),
+        "strokes": np.concatenate([p.strokes for p in performances]),
+        "stroke_starts": _starts(p.strokes for p in performances),
     }
-    with whole_file(path) as temporary, open(temporary, "wb") as file:
-        np.savez(file, **arrays)
+    save_arrays(folder, arrays, meta)
+    return figures
 
 
 def statistics(talks: list[Talk]) -> dict:
-    """Hours, words, strokes a minute, share of frames at rest, angular speeds of the arms (degrees a second), splits."""
-    seconds = sum(len(talk.directions) for talk in talks) / skeleton.FPS
+    """Hours, words, voices, strokes a minute, share of frames at rest, arm speeds (degrees a second), splits, speakers."""
+    performances = [performance for talk in talks for performance in talk.performances]
+    lengths = np.array([len(p.directions) for p in performances])
+    hours = lengths.sum() / skeleton.FPS / 3600
+    heard = sum(talk.frames for talk in talks) / skeleton.FPS / 3600
+    kinds: dict[str, float] = {}
+    for talk in talks:
+        kinds[talk.kind] = kinds.get(talk.kind, 0.0) + talk.frames / skeleton.FPS / 3600
     result = {
-        "talks": len(talks),
-        "hours": seconds / 3600,
-        "hours of distinct audio": sum(len(d) for d in {t.speech: t.directions for t in talks}.values()) / skeleton.FPS / 3600,
-        "words a minute": sum(len(talk.words) for talk in talks) / seconds * 60,
-        "strokes a minute": sum(len(talk.strokes) for talk in talks) / seconds * 60,
-        "share of time at rest": 1 - float(np.average([t.active for t in talks], weights=[len(t.directions) for t in talks])),
-        "talks by split": np.bincount([talk.split for talk in talks], minlength=3).tolist(),
-        "talks by speaker": np.bincount([talk.speaker for talk in talks], minlength=len(speakers.PERFORMERS)).tolist(),
+        "recordings": len(talks),
+        "hours of speech": heard,
+        "hours by voice": {kind: round(value, 3) for kind, value in sorted(kinds.items())},
+        "performances": len(performances),
+        "hours of performances": hours,
+        "words a minute": sum(len(talk.words) for talk in talks) / heard / 60,
+        "strokes a minute": sum(len(p.strokes) for p in performances) / hours / 60,
+        "share of strokes on main accents": _on_main(talks),
+        "share of time at rest": 1 - float(np.average([p.active for p in performances], weights=lengths)),
+        "recordings by split": np.bincount([talk.split for talk in talks], minlength=3).tolist(),
+        "performances by speaker": np.bincount([p.speaker for p in performances], minlength=len(speakers.PERFORMERS)).tolist(),
     }
     for name, edges in ARMS.items():
-        speed = np.concatenate([angular_speed(talk.directions)[:, edges].ravel() for talk in talks])
+        speed = np.concatenate([angular_speed(p.directions)[:, edges].ravel() for p in performances])
         result[f"{name} median speed"] = float(np.median(speed))
         result[f"{name} 90th percentile speed"] = float(np.percentile(speed, 90))
         result[f"{name} share under 5"] = float(np.mean(speed < 5))
     return {key: round(value, 3) if isinstance(value, float) else value for key, value in result.items()}
 
 
-def rest_poses(talks: list[Talk]) -> np.ndarray:
-    """How each performer stands between gestures, unit directions ``(speakers, 9, 3)``.
+def _on_main(talks: list[Talk]) -> float:
+    """Share of planned strokes within 0.15 s of a main accent."""
+    hits, count = 0, 0
+    for talk in talks:
+        mains = np.append(talk.accents[talk.accents[:, 2] > 0, 0], 1e9)
+        for performance in talk.performances:
+            hits += int((np.abs(performance.strokes[:, None] - mains).min(1) < 0.15).sum())
+            count += len(performance.strokes)
+    return hits / max(count, 1)
+
+
+def rest_poses(performances: list[Performance]) -> np.ndarray:
+    """How each performer stands between gestures when nothing is asked for, unit directions ``(speakers, 9, 3)``.
 
     The mean of all frames a while from any stroke; the natural rest pose for a performer who never pauses so long.
     """
     sums = np.zeros((len(speakers.PERFORMERS), 9, 3))
-    for talk in talks:
-        time = np.arange(len(talk.directions))[:, None] / skeleton.FPS - talk.strokes
+    for performance in performances:
+        if performance.controls.any():
+            continue
+        time = np.arange(len(performance.directions))[:, None] / skeleton.FPS - performance.strokes
         quiet = ~((time > -QUIET_BEFORE) & (time < QUIET_AFTER)).any(1)
-        sums[talk.speaker] += talk.directions[quiet].sum(0)
+        sums[performance.speaker] += performance.directions[quiet].sum(0)
     unseen = ~sums.any((1, 2))
     sums[unseen] = rest.REST
     return skeleton.normalize(sums)
@@ -105,7 +136,7 @@ def angular_speed(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarr
 
 
 def _rows(talk: Talk, row: dict[str, int]) -> np.ndarray:
-    number = spans(talk.words, len(talk.directions), skeleton.FPS)
+    number = spans(talk.words, talk.frames, skeleton.FPS)
     table = np.array([row[word] for word, _, _ in talk.words] + [-1], np.int32)
     return table[number]
 

@@ -12,11 +12,11 @@ from functools import cached_property
 import numpy as np
 
 from .. import skeleton
-from . import lexicon
+from ..prosody import Accent
+from .lexicon import Lexicon
 from .library import Gesture
-from .prosody import Accent
+from .scene import Scene
 from .speakers import Performer
-from .speech import Speech
 
 LEAD = 0.04
 """Seconds by which a stroke's emphasis precedes the accent's energy peak."""
@@ -35,6 +35,9 @@ _FIRST = 1.0
 _HEIGHTS = {"low": (-0.4, -0.32, -0.24), "mid": (-0.3, -0.2, -0.05), "high": (-0.18, -0.02, 0.2)}
 """Where the wrist of a beat is for weak, middling and strong accents: metres above the spine joint."""
 
+_STRONG = (0.52, 0.68)
+"""Strengths from which an accent is middling and strong."""
+
 
 @dataclass(frozen=True)
 class Stroke:
@@ -44,7 +47,6 @@ class Stroke:
     """
 
     gesture: Gesture
-    word: int
     onset: float
     ready: float
     emphasis: float
@@ -56,10 +58,10 @@ class Stroke:
 
 
 class Vocabulary:
-    """The gestures of one performer, by meaning, most liked first."""
+    """The gestures of one performer, by meaning, most liked first, and what words mean to him."""
 
-    def __init__(self, performer: Performer, library: list[Gesture]):
-        self.performer = performer
+    def __init__(self, performer: Performer, library: list[Gesture], lexicon: Lexicon):
+        self.performer, self.lexicon = performer, lexicon
         self._by_meaning: dict[str, list[Gesture]] = {}
         for gesture in sorted(library, key=self._dislike):
             self._by_meaning.setdefault(gesture.meaning, []).append(gesture)
@@ -70,35 +72,43 @@ class Vocabulary:
         other = {"left": "right", "right": "left", "both": ""}[performer.hand]
         wrong_hand = 2 if gesture.hand == other else 0 if gesture.hand == performer.hand else 1
         unfit = gesture.intense and performer.size < 1
-        return (unfit, order >= 9, wrong_hand, order, _hash(performer.name, gesture.name))
+        # a gesture and its mirror image are liked equally, so that the other hand does the same
+        return (unfit, order >= 9, wrong_hand, order, _hash(performer.name, gesture.name.rstrip("~")), gesture.name)
 
     def meanings(self) -> set[str]:
         """What can be shown."""
         return set(self._by_meaning)
 
-    def choose(self, meaning: str, word: str) -> Gesture:
-        """The performer's gesture for a word: one of at most three for its meaning, always the same for the same word."""
-        options = self._by_meaning[meaning][:3]
-        return options[_hash(self.performer.name, word) % len(options)]
+    def meaning(self, word: str) -> str | None:
+        """What this performer shows for a word: the same meanings are always, or never, shown."""
+        meaning = self.lexicon.meaning(word)
+        shown = meaning in self._by_meaning and _hash(self.performer.name, meaning) % 100 < 100 * self.performer.semantic
+        return meaning if shown else None
 
-    def beat(self, strength: float, position: int) -> Gesture:
-        """A beat by the accent's strength and its position since the hands went up; repeats vary in a fixed round."""
-        round_ = self._beats[int(strength > 0.48) + int(strength > 0.62)]
-        return round_[position % len(round_)]
+    def choose(self, meaning: str, strength: float) -> Gesture:
+        """The gesture for a meaning: of the two best liked, the larger one for a strong accent."""
+        options = sorted(self._by_meaning[meaning][:2], key=lambda gesture: gesture.size)
+        return options[-1 if strength > _STRONG[1] else 0]
+
+    def beat(self, strength: float, rising: bool) -> Gesture:
+        """A beat by the accent's strength and by whether the voice is high or low there."""
+        round_ = self._beats[int(strength > _STRONG[0]) + int(strength > _STRONG[1])]
+        return round_[int(rising) % len(round_)]
 
     @cached_property
     def _beats(self) -> list[list[Gesture]]:
-        """Four beats each for weak, middling and strong accents: of fitting height, one hand first, then both."""
+        """Two beats each for weak, middling and strong accents: of fitting height, one hand first, then both."""
         performer = self.performer
         pool = self._by_meaning["beat"] + self._by_meaning["list"] + self._by_meaning["offer"]
         rounds = []
         for level in range(3):
             wanted = _HEIGHTS[performer.height][level]
-            hand = "both" if level == 2 and performer.name != "stern" else performer.hand if level < 1 else None
+            hand = "both" if level == 2 and not performer.one_handed else performer.hand if level < 1 else None
 
             def unfit(gesture: Gesture, wanted=wanted, hand=hand) -> float:
-                intense, strange, wrong_hand, order, _ = self._dislike(gesture)
+                intense, strange, wrong_hand, order, *_ = self._dislike(gesture)
                 wrong = 0.2 * (hand is not None and gesture.hand != hand) + 0.08 * wrong_hand
+                wrong += 0.006 * max(50 - gesture.bend, 0)  # outstretched arms are no beats
                 return abs(gesture.height - wanted) + wrong + 0.5 * intense + 0.15 * strange + 0.03 * min(order, 3)
 
             taken: list[Gesture] = []
@@ -106,67 +116,65 @@ class Vocabulary:
                 same = (gesture.label.rstrip("0123456789"), gesture.family, gesture.hand == "both" or gesture.hand)
                 if all(same != (g.label.rstrip("0123456789"), g.family, g.hand == "both" or g.hand) for g in taken):
                     taken.append(gesture)
-                if len(taken) == 4:
+                if len(taken) == 2:
                     break
             rounds.append(taken)
         return rounds
 
 
-def plan(performer: Performer, vocabulary: Vocabulary, speech: Speech, accents: list[Accent]) -> list[Stroke]:
+def plan(vocabulary: Vocabulary, scene: Scene) -> list[Stroke]:
     """Strokes in order of time for one performance."""
-    chosen = _select(performer, vocabulary, speech, accents)
+    performer = vocabulary.performer
     strokes: list[Stroke] = []
-    position = 0
-    for k in chosen:
-        accent, word = accents[k], speech.words[k]
-        arousal = float(speech.affect[word.sentence][1])
-        near = bool(strokes) and _holds(performer, speech, strokes[-1], k, accent.time)
-        position = position + 1 if near else 0
-        meaning = _meaning(performer, vocabulary, word.text, accent)
-        gesture = vocabulary.choose(meaning, word.text) if meaning else vocabulary.beat(accent.strength, position)
-        amplitude = performer.size * (0.68 + 0.42 * arousal) * (0.8 + 0.35 * accent.strength)
-        strokes.append(_schedule(performer, gesture, k, accent.time - LEAD, arousal, min(amplitude, 1.3), near))
-    return _hand_over(performer, strokes, speech.duration)
+    last = None
+    for accent in _select(vocabulary, scene):
+        arousal = scene.arousal(accent)
+        near = last is not None and _holds(performer, scene, last, accent)
+        meaning = _meaning(vocabulary, scene, accent)
+        if meaning:
+            gesture = vocabulary.choose(meaning, accent.strength)
+        else:
+            gesture = vocabulary.beat(accent.strength, scene.pitch(accent) > 0)
+        amplitude = performer.size * (0.6 + 0.55 * arousal) * (0.82 + 0.3 * accent.strength)
+        amplitude *= 1 + 0.22 * scene.openness
+        strokes.append(_schedule(performer, gesture, accent, arousal, float(np.clip(amplitude, 0.25, 1.12)), near))
+        last = accent
+    return _hand_over(strokes)
 
 
-def _holds(performer: Performer, speech: Speech, last: Stroke, word: int, time: float) -> bool:
-    """Whether the hands stay up from the last stroke to this word: it is near, and no long silence lies between."""
-    between = speech.words[last.word : word + 1]
-    silence = max((b.start - a.end for a, b in zip(between, between[1:], strict=False)), default=0.0)
-    return time - last.emphasis < 1.4 + KEEP_UP * performer.hold and silence < LONG_SILENCE
+def _holds(performer: Performer, scene: Scene, last: Accent, accent: Accent) -> bool:
+    """Whether the hands stay up from the last stroke to this one: it is near, and no long silence lies between."""
+    return accent.time - last.time < 1.4 + KEEP_UP * performer.hold and scene.silence(last.time, accent.time) < LONG_SILENCE
 
 
-def _meaning(performer: Performer, vocabulary: Vocabulary, word: str, accent: Accent) -> str | None:
-    """The meaning a word claims: if known, in the vocabulary, and accented enough for this performer."""
-    meaning = lexicon.meaning(word)
-    known = meaning in vocabulary.meanings()
-    # the same word is always (or never) one that this performer shows
-    willing = _hash(performer.name, "willing", word) % 100 < 100 * performer.semantic
-    return meaning if known and willing and accent.strength > 0.1 else None
+def _meaning(vocabulary: Vocabulary, scene: Scene, accent: Accent) -> str | None:
+    """The meaning that an accented word claims, if this performer shows it."""
+    word = scene.word(accent)
+    return vocabulary.meaning(word.text) if word is not None and accent.strength > 0.1 else None
 
 
-def _select(performer: Performer, vocabulary: Vocabulary, speech: Speech, accents: list[Accent]) -> list[int]:
-    """Indices of words that get a stroke: strongest first, none nearer than the performer's gap to one already taken."""
+def _select(vocabulary: Vocabulary, scene: Scene) -> list[Accent]:
+    """Accents that get a stroke: main ones first, then by strength, none nearer than the performer's gap to another."""
+    performer = vocabulary.performer
     scores = []
-    for k, (word, accent) in enumerate(zip(speech.words, accents, strict=True)):
-        arousal = float(speech.affect[word.sentence][1])
-        threshold = performer.threshold + 0.1 * (0.5 - arousal)
-        score = accent.strength + (0.34 if _meaning(performer, vocabulary, word.text, accent) else 0)
+    for accent in scene.accents:
+        lively = scene.arousal(accent) - 0.5
+        threshold = performer.threshold - 0.16 * lively - 0.17 * scene.rate
+        score = accent.strength + (0.2 if _meaning(vocabulary, scene, accent) else 0)
         if score > threshold:
-            scores.append((-score, k, performer.gap * (1.25 - 0.5 * arousal)))
-    taken: list[int] = []
-    for _, k, gap in sorted(scores):
-        if accents[k].time > _FIRST and all(abs(accents[k].time - accents[j].time) >= gap for j in taken):
-            taken.append(k)
-    return sorted(taken)
+            gap = performer.gap * (1 - 0.5 * lively) * (1 - 0.4 * scene.rate)
+            scores.append((-score - 0.3 * accent.main, accent, gap))
+    taken: list[Accent] = []
+    for _, accent, gap in sorted(scores, key=lambda item: item[0]):
+        if accent.time > _FIRST and all(abs(accent.time - other.time) >= gap for other in taken):
+            taken.append(accent)
+    return sorted(taken, key=lambda accent: accent.time)
 
 
-def _schedule(
-    performer: Performer, gesture: Gesture, word: int, at: float, arousal: float, amplitude: float, near: bool
-) -> Stroke:
-    """Phases around the emphasis ``at`` from the clip's own timing, the performer's tempo and the arousal."""
-    clip = gesture.clip
-    tempo = performer.tempo * (0.85 + 0.35 * arousal)
+def _schedule(performer: Performer, gesture: Gesture, accent: Accent, arousal: float, amplitude: float, near: bool) -> Stroke:
+    """Phases around the accent from the clip's own timing, the performer's tempo and the arousal."""
+    clip, at = gesture.clip, accent.time - LEAD
+    tempo = performer.tempo * (0.8 + 0.45 * arousal)
     lift = max((clip.ready - clip.onset) / tempo, 0.3)
     stroke = float(np.clip((clip.emphasis - clip.ready) / tempo, 0.2, 0.55))
     after = float(np.clip((clip.end - clip.emphasis) / tempo, 0.1, 0.4))
@@ -176,12 +184,10 @@ def _schedule(
     lift = max(lift, 0.3 + 0.5 * gesture.size * amplitude - stroke)
     sink = max(sink, 0.5 + 0.6 * gesture.size * amplitude)
     ready, end = at - stroke, at + after
-    return Stroke(
-        gesture, word, max(ready - lift, 0.0), ready, at, end, (end + hold,) * 2, (end + hold + sink,) * 2, amplitude, near
-    )
+    return Stroke(gesture, max(ready - lift, 0.0), ready, at, end, (end + hold,) * 2, (end + hold + sink,) * 2, amplitude, near)
 
 
-def _hand_over(performer: Performer, strokes: list[Stroke], duration: float) -> list[Stroke]:
+def _hand_over(strokes: list[Stroke]) -> list[Stroke]:
     """Fit neighbours together: a preparation starts after the last stroke has landed, and an arm that is soon needed
     again holds until the next preparation instead of sinking."""
     for k in range(1, len(strokes)):
