@@ -155,9 +155,9 @@ def _performance(scene: Scene, number: int) -> Performance:
     scene = Scene(scene.speech, scene.prosody, controls)
     performer = speakers.PERFORMERS[number].handed(controls[4])
     strokes = planning.plan(_vocabulary(_task.material, performer), scene)
-    texture = _idling(_task.material).texture(
-        len(scene.prosody.features), index * 64 + number, 0.3 + 0.3 * performer.sway, 0.2 + 0.15 * performer.drift, arms=0.5
-    )
+    time = np.arange(len(scene.prosody.features)) / skeleton.FPS
+    trunk, head = 0.3 + 0.3 * performer.sway, 0.2 + 0.15 * performer.drift
+    texture = _idling(_task.material).texture(len(time), index * 64 + number, trunk, head, 0.6, scene.speaking(time))
     directions = performance.perform(performer, strokes, scene, performance.resting_pose(performer), texture)
     emphases = np.array([stroke.emphasis for stroke in strokes], np.float32)
     return Performance(number, controls, directions, emphases, _active(strokes, scene.speech.duration))

@@ -14,6 +14,9 @@ _ARMS = ((0, (4, 5)), (1, (7, 8)))
 _SHARES = ((0, 0.8), (1, 0.8), (2, 0.8), (3, 0.45), (6, 0.45))
 """How much of a clip's own trunk, head and shoulder motion is kept: shoulders less, or reaching across lifts them."""
 
+_UPPER_ARM = 1.15
+"""Upper arms take a larger part than in these clips: narrating people's turn at a median of 8.5 degrees a second."""
+
 
 def perform(performer: Performer, strokes: list[Stroke], scene: Scene, ease: np.ndarray, texture: np.ndarray) -> np.ndarray:
     """Directions ``(frames, 9, 3)`` float32 of one performance at 15 fps.
@@ -78,7 +81,7 @@ def _lay(arms: np.ndarray, trunk: np.ndarray, stroke: Stroke, time: np.ndarray) 
         weight = ramp(time, stroke.onset, stroke.ready) * (1 - ramp(time, stroke.until[arm], stroke.rest[arm]))
         strongest = np.maximum(strongest, weight)
         for edge in edges:
-            shaped = rest.slerp(still[edge], motion[:, edge], amplitude)
+            shaped = rest.slerp(still[edge], motion[:, edge], amplitude * (_UPPER_ARM if edge in (4, 7) else 1))
             arms[here, edge] = rest.slerp(arms[here, edge], shaped, weight)
     for edge, share in _SHARES:
         trunk[here, edge] += (share * amplitude * strongest)[:, None] * (motion - still)[:, edge]

@@ -44,7 +44,7 @@ class Scene:
         """Valence, arousal, dominance ``(..., 3)`` at seconds ``time``: ranks about 0..1, -0.3..1.3 under controls."""
         starts, felt = self._felt
         heard = np.stack([np.interp(time, starts, column) for column in felt.T], axis=-1)
-        return 0.5 + _HEARD * (heard - 0.5) + STEER * self.controls[:3]
+        return 0.5 + _HEARD * (heard - 0.5) + STEER * self.controls[[1, 0, 2]]
 
     def arousal(self, accent: Accent) -> float:
         """Arousal when an accent is spoken."""
@@ -76,7 +76,7 @@ class Scene:
     @property
     def openness(self) -> float:
         """How open and large the controls make the body, about -1..1: valence opens it, dominance spreads it."""
-        return float(0.5 * self.controls[0] + 0.5 * self.controls[2])
+        return float(0.5 * self.controls[1] + 0.5 * self.controls[2])
 
     @property
     def rate(self) -> float:
