@@ -10,10 +10,9 @@ import numpy as np
 from .. import prosody, skeleton
 from ..styles import CONTROLS
 from ..words import WordVectors
-from . import idling, library, performance, planning, speakers, speech
+from . import idling, library, performance, planning, speakers, speech, speech_cache
 from .lexicon import Lexicon
 from .scene import Scene
-from .speech import Speech
 
 UNSTEERED = 0.4
 """Share of performances in which every control is zero."""
@@ -77,7 +76,7 @@ def build(task: Task, hours: float, workers: int, progress=lambda seconds: None)
     ``FileNotFoundError`` if material is missing.
     """
     Path(task.cache).mkdir(parents=True, exist_ok=True)
-    count = speech.count(task.material, task.seed)
+    count = len(speech.talks(task.material, task.seed))
     talks: list[Talk] = []
     seconds = 0.0
     # spawn: the voice's own threads do not survive a fork
@@ -129,7 +128,7 @@ def _begin(task: Task) -> None:
 
 def _talk(index: int) -> Talk | None:
     """Talk ``index`` with its performances; None if it could not be spoken."""
-    spoken = _speech(_task, index)
+    spoken = speech_cache.obtain(_task.material, _task.cache, index, _task.seed)
     if spoken is None:
         return None
     scene = Scene.of(spoken)
@@ -172,17 +171,6 @@ def _active(strokes: list[planning.Stroke], duration: float) -> float:
     time = np.arange(0, duration, 1 / skeleton.FPS)
     within = [(time >= stroke.onset) & (time < max(stroke.rest)) for stroke in strokes]
     return float(np.any(within, axis=0).mean()) if within else 0.0
-
-
-def _speech(task: Task, index: int) -> Speech | None:
-    path = Path(task.cache) / f"{index:04d}.npz"
-    if not path.exists():
-        spoken = speech.make(task.material, index, task.seed)
-        if spoken is None:
-            return None
-        spoken.save(path)
-    # always what the file holds, so that a second build gives the same corpus
-    return Speech.load(path)
 
 
 @lru_cache(maxsize=1)
