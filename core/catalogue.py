@@ -4,6 +4,7 @@ import json
 from os import PathLike
 from pathlib import Path
 
+from . import styles
 from .errors import CheckpointUnreadable
 
 DEFAULT = Path(__file__).parent / "assets" / "default.safetensors"
@@ -30,7 +31,8 @@ def read_facts(path: Path) -> dict:
 
 
 def describe(checkpoint: str | PathLike | None = None) -> dict:
-    """``{"path", "hash", "speakers": [{"name", "description", "default"}]}`` of a checkpoint file, by default the shipped one.
+    """Path, hash, ``"speakers": [{"name", "description", "default"}]`` and ``"controls": [{"name", "description"}]`` of a
+    checkpoint file, by default the shipped one.
 
     Raises :class:`CheckpointUnreadable`.
     """
@@ -41,6 +43,7 @@ def describe(checkpoint: str | PathLike | None = None) -> dict:
             {"name": str(one["name"]), "description": str(one.get("description", "")), "default": bool(one.get("default"))}
             for one in facts.get("speakers", [])
         ]
-    except (KeyError, TypeError, AttributeError) as error:
-        raise CheckpointUnreadable(f"{facts_path(path)} does not name its speakers.", REMEDY) from error
-    return {"path": str(path), "hash": str(facts.get("weights_sha256", "")), "speakers": speakers}
+        controls = styles.described(int(facts.get("config", {}).get("controls", 0)))
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise CheckpointUnreadable(f"{facts_path(path)} does not describe its speakers and controls.", REMEDY) from error
+    return {"path": str(path), "hash": str(facts.get("weights_sha256", "")), "speakers": speakers, "controls": controls}

@@ -1,15 +1,27 @@
-"""Styles: a named speaker, a blend of speakers, or a random point of the speakers' latent space (paper section 3.1.3)."""
+"""Styles: a named speaker, a blend of speakers, or a random point of the speakers' latent space (paper section 3.1.3).
+
+Controls move the style along directions of that space that the network has learned.
+"""
 
 import difflib
 import re
 
 import numpy as np
 
-from .errors import UnknownStyle
+from .errors import UnknownStyle, UsageError
 
 RANDOM = "random"
 CONTROLS = ("arousal", "valence", "dominance", "rate", "hand")
 """What can be turned up and down beside the style, -1..1 each, 0 as the speaker would; the network's order."""
+AFFECTS = CONTROLS[:3]
+EXPLAINED = {
+    "arousal": "-1 sleepy: small, slow and low gestures; 1 excited: large, fast, frequent and high ones",
+    "valence": "-1 displeased: closed, arms near the body; 1 pleased: open, arms away from it",
+    "dominance": "-1 timid: narrow and held back; 1 in command: broad and upright",
+    "rate": "-1 rests through most accents; 1 gestures on nearly every accent",
+    "hand": "-1 prefers the left hand; 1 the right; 0 is the performer's own habit",
+}
+"""One line on what the ends of each control mean."""
 
 
 def default(speakers: list[dict]) -> str:
@@ -40,6 +52,28 @@ def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
     if not total:
         raise UnknownStyle("All style weights are zero.", "Give at least one style a weight above zero.")
     return {index: weight / total for index, weight in weights.items()}
+
+
+def controls(affect: dict[str, float], rate: float = 0.0, hand: float = 0.0) -> np.ndarray:
+    """Control values ``(5,)`` float32 in the order of :data:`CONTROLS`; ``affect`` may name any of :data:`AFFECTS`.
+
+    Raises :class:`UsageError` for an unknown name and for what is no number from -1 to 1.
+    """
+    unknown = [name for name in affect if name not in AFFECTS]
+    if unknown:
+        raise UsageError(f"There is no affect {unknown[0]!r}.", f"Affects are {', '.join(AFFECTS)}.")
+    values = {**affect, "rate": rate, "hand": hand}
+    for name, value in values.items():
+        number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+        if not (number and -1 <= value <= 1):
+            shown = f"{value:g}" if number else repr(value)
+            raise UsageError(f"The control {name} cannot be {shown}.", "Give a number from -1 to 1; 0 changes nothing.")
+    return np.array([values.get(name, 0.0) for name in CONTROLS], np.float32)
+
+
+def described(count: int) -> list[dict]:
+    """``{"name", "description"}`` of the first ``count`` controls: what a checkpoint with so many can do."""
+    return [{"name": name, "description": EXPLAINED[name]} for name in CONTROLS[:count]]
 
 
 def latent(weights: dict[int, float] | None, mean: np.ndarray, deviation: np.ndarray, seed: int, takes: int) -> np.ndarray:

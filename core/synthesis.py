@@ -7,7 +7,7 @@ from os import PathLike
 
 import numpy as np
 
-from . import rest, skeleton, styles
+from . import limits, rest, skeleton, styles
 from .errors import Cancelled, UsageError
 from .motion import Motion
 
@@ -19,7 +19,9 @@ class Request:
     """What to make. ``audio`` is a path; give ``transcript`` (a path) or ``text``, or neither: audio alone still gestures.
 
     ``style`` is a style expression (:func:`styles.parse`), ``takes`` how many variations, ``intensity`` how far the
-    performance departs from rest, ``pose`` unit directions ``(9, 3)`` to start from (canonical frame; natural rest if None).
+    performance departs from rest. ``affect`` (any of :data:`styles.AFFECTS`), ``rate`` and ``hand`` steer the style, -1..1
+    each, 0 as the speaker would. ``mirror`` exchanges left and right of the finished performance. ``pose`` are unit
+    directions ``(9, 3)`` to start from (canonical frame; natural rest if None).
     """
 
     audio: str | PathLike
@@ -29,6 +31,9 @@ class Request:
     seed: int = 0
     takes: int = 1
     intensity: float = 1.0
+    affect: dict[str, float] = field(default_factory=dict)
+    rate: float = 0.0
+    hand: float = 0.0
     mirror: bool = False
     pose: np.ndarray | None = None
 
@@ -43,6 +48,12 @@ class Request:
             raise UsageError(f"Seed {self.seed} is negative.", "Give zero or a positive whole number.")
         if self.pose is not None and not _is_pose(self.pose):
             raise UsageError("The seed pose is not nine directions.", "Give nine times three numbers, no direction zero.")
+        styles.controls(self.affect, self.rate, self.hand)
+
+    @property
+    def controls(self) -> np.ndarray:
+        """Affect, rate and hand ``(5,)`` in the order of :data:`styles.CONTROLS`."""
+        return styles.controls(self.affect, self.rate, self.hand)
 
 
 @dataclass(frozen=True)
@@ -129,6 +140,7 @@ class _Run:
         request = self.request
         sound = self.stage("read audio", lambda: audio.load(request.audio))
         checkpoint = self.stage("load model", lambda: self.session.checkpoint)
+        self._check_controls()
         names = [speaker["name"] for speaker in checkpoint.speakers]
         weights = styles.parse(request.style or styles.default(checkpoint.speakers), names)
         self.rest = _rest_pose(checkpoint.speakers, weights)
@@ -161,7 +173,13 @@ class _Run:
 
         return prosody.analyse(sound, sorted(words, key=lambda word: word[1]), frames).features
 
+    def _check_controls(self) -> None:
+        if self.request.controls.any() and not self.session.checkpoint.config.controls:
+            named = next(name for name, value in zip(styles.CONTROLS, self.request.controls, strict=True) if value)
+            raise UsageError(f"This checkpoint has no control of {named}.", "Leave it at 0, or choose one with controls.")
+
     def _latents(self, weights) -> np.ndarray:
+        """Styles ``(takes, size)``, one a take, each steered by the controls."""
         import torch
 
         checkpoint = self.session.checkpoint
@@ -169,7 +187,12 @@ class _Run:
             every = torch.arange(len(checkpoint.speakers), device=self.session.device)
             mean, log_variance = checkpoint.generator.speaker(every)
         mean, deviation = mean.cpu().numpy(), log_variance.mul(0.5).exp().cpu().numpy()
-        return styles.latent(weights, mean, deviation, self.request.seed, self.request.takes)
+        drawn = styles.latent(weights, mean, deviation, self.request.seed, self.request.takes)
+        if not self.request.controls.any():
+            return drawn
+        with torch.inference_mode():
+            style, controls = (torch.from_numpy(part).to(self.session.device) for part in (drawn, self.request.controls))
+            return checkpoint.generator.steer(style, controls.expand(len(style), -1)).cpu().numpy()
 
     def _generate(self, features, latents: np.ndarray, frames: int) -> np.ndarray:
         from . import windows
@@ -193,7 +216,7 @@ class _Run:
         directions = rest.restore(directions, self.session.checkpoint.gain, self.rest)
         performed = rest.rest(directions, activity, request.seed + take, self.rest, at_rest=request.pose is None)
         scaled = rest.scale(performed, request.intensity, self.rest)
-        motion = Motion(scaled, skeleton.FPS, words, {**meta, "take": take})
+        motion = Motion(limits.keep_human(scaled), skeleton.FPS, words, {**meta, "take": take})
         return motion.mirrored() if request.mirror else motion
 
     def _meta(self, digest: str, names: list[str], weights: dict[int, float] | None, words: tuple) -> dict:
@@ -208,6 +231,9 @@ class _Run:
             "style": styles.RANDOM if weights is None else {names[index]: weight for index, weight in weights.items()},
             "seed": request.seed,
             "intensity": request.intensity,
+            "affect": {name: float(value) for name, value in request.affect.items()},
+            "rate": float(request.rate),
+            "hand": float(request.hand),
             "mirror": request.mirror,
             "checkpoint": self.session.checkpoint.hash,
         }

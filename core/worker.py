@@ -30,6 +30,9 @@ _PARAMETERS = {
     "seed": int,
     "takes": int,
     "intensity": (int, float),
+    "affect": dict,
+    "rate": (int, float),
+    "hand": (int, float),
     "mirror": bool,
     "pose": list,
 }
@@ -135,7 +138,8 @@ class Worker:
         except S2agError as error:
             answer["checkpoint"] = None
             answer["warning"] = str(error)
-        answer["styles"] = answer["checkpoint"]["speakers"] if answer["checkpoint"] else []
+        known = answer["checkpoint"] or {"speakers": [], "controls": []}
+        answer["styles"], answer["controls"] = known["speakers"], known["controls"]
         if params.get("warm"):
             self._open(params).warm_up()
         return answer
@@ -143,7 +147,8 @@ class Worker:
     def _styles(self, request, params: dict) -> dict:
         from . import catalogue
 
-        return {"styles": catalogue.describe(params.get("checkpoint"))["speakers"]}
+        known = catalogue.describe(params.get("checkpoint"))
+        return {"styles": known["speakers"], "controls": known["controls"]}
 
     def _synthesize(self, request, params: dict) -> dict:
         from .synthesis import Request

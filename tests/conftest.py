@@ -42,14 +42,26 @@ def shared():
 @pytest.fixture(scope="session")
 def random_checkpoint(tmp_path_factory):
     """A network with random weights and two speakers: what it makes is worthless, how it is made is not."""
+    return save_random_network(tmp_path_factory.mktemp("checkpoint") / "random.safetensors")
+
+
+@pytest.fixture(scope="session")
+def plain_checkpoint(tmp_path_factory):
+    """The same without controls and prosody, as the first checkpoint was."""
+    path = tmp_path_factory.mktemp("plain") / "plain.safetensors"
+    return save_random_network(path, controls=0, prosody_features=0)
+
+
+def save_random_network(path, **changes):
+    """Save a network of random weights to ``path`` and return the path."""
     torch = pytest.importorskip("torch", reason="the engine is not installed")
     from s2ag.core import checkpoint
     from s2ag.core.model.config import ModelConfig
     from s2ag.core.model.generator import Generator
 
     torch.manual_seed(0)
-    path = tmp_path_factory.mktemp("checkpoint") / "random.safetensors"
     speakers = [{"name": "calm one", "description": "small"}, {"name": "lively one", "description": "wide"}]
     training = {"settings": {"frames": 64, "seed_frames": 10}}
-    checkpoint.save(path, Generator(ModelConfig.default(speakers=2)), None, {"speakers": speakers, "training": training})
+    network = Generator(ModelConfig.default(speakers=2, **changes))
+    checkpoint.save(path, network, None, {"speakers": speakers, "training": training})
     return path

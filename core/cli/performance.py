@@ -24,10 +24,19 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="same seed, same performance (default 0)")
     parser.add_argument("--takes", metavar="K", type=int, default=1, help="that many variations (default 1)")
     parser.add_argument("--intensity", metavar="X", type=float, default=1.0, help="size of the gestures (default 1)")
+    _add_controls(parser)
     parser.add_argument("--mirror", action="store_true", help="exchange left and right")
     add_checkpoint(parser)
     vectors = "word vectors (FastText .bin, .kv or .vec) instead of the shipped ones"
     parser.add_argument("--vectors", metavar="FILE", type=Path, help=vectors)
+
+
+def _add_controls(parser: argparse.ArgumentParser) -> None:
+    affect = "arousal, valence or dominance from -1 to 1, as in arousal=0.8; several with commas (see: s2ag styles)"
+    parser.add_argument("--affect", metavar="NAME=X", type=_affect, action="extend", default=[], help=affect)
+    parser.add_argument("--rate", metavar="X", type=float, default=0.0, help="-1 fewer gestures, 1 more (default 0)")
+    hand = "left, right, or from -1 (left) to 1 (right); default 0: as the performer does"
+    parser.add_argument("--hand", metavar="SIDE", type=_hand, default=0.0, help=hand)
 
 
 def add_checkpoint(parser: argparse.ArgumentParser) -> None:
@@ -54,6 +63,9 @@ def request(options: argparse.Namespace):
         seed=options.seed,
         takes=options.takes,
         intensity=options.intensity,
+        affect=dict(options.affect),
+        rate=options.rate,
+        hand=options.hand,
         mirror=options.mirror,
     )
 
@@ -69,6 +81,25 @@ def perform(options: argparse.Namespace, wanted):
     for warning in result.warnings:
         note(warning)
     return result
+
+
+def _affect(text: str) -> list[tuple[str, float]]:
+    """Names and values of ``NAME=X`` or ``NAME=X,NAME=X``."""
+    pairs = []
+    for part in text.split(","):
+        name, _, value = part.partition("=")
+        try:
+            pairs.append((name.strip().lower(), float(value)))
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{part!r} is not NAME=X, as in arousal=0.8") from None
+    return pairs
+
+
+def _hand(text: str) -> float:
+    try:
+        return {"left": -1.0, "right": 1.0}.get(text.strip().lower()) or float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not left, right or a number from -1 to 1") from None
 
 
 def _transcript(options: argparse.Namespace) -> Path | None:

@@ -1,11 +1,12 @@
-"""``s2ag styles``: whose manners a checkpoint knows."""
+"""``s2ag styles``: whose manners a checkpoint knows, and what can be turned up and down in them."""
 
 import argparse
 import json
 
+from ..styles import AFFECTS
 from . import performance
 
-SUMMARY = "list the styles that a checkpoint knows"
+SUMMARY = "list the styles and controls that a checkpoint knows"
 EXAMPLE = """examples:
   s2ag styles
   s2ag styles --json"""
@@ -21,12 +22,24 @@ def run(options: argparse.Namespace) -> int:
     """Print names and descriptions."""
     from ..catalogue import describe
 
-    speakers = describe(options.checkpoint)["speakers"]
+    known = describe(options.checkpoint)
+    speakers, controls = known["speakers"], known["controls"]
     if options.json:
-        print(json.dumps(speakers, indent=2))
+        print(json.dumps({"styles": speakers, "controls": controls}, indent=2))
         return 0
-    width = max(len(speaker["name"]) for speaker in speakers)
-    for speaker in speakers:
-        mark = " (default)" if speaker["default"] else ""
-        print(f"{speaker['name']:<{width}}  {speaker['description']}{mark}".rstrip())
+    _table([(one["name"], one["description"] + (" (default)" if one["default"] else "")) for one in speakers])
+    if controls:
+        print("\nControls, from -1 to 1; 0 is as the performer would:")
+        _table([(_option(one["name"]), one["description"]) for one in controls])
     return 0
+
+
+def _table(rows: list[tuple[str, str]]) -> None:
+    width = max((len(name) for name, _ in rows), default=0)
+    for name, description in rows:
+        print(f"{name:<{width}}  {description}".rstrip())
+
+
+def _option(control: str) -> str:
+    """How the control is set on the command line."""
+    return f"--affect {control}=X" if control in AFFECTS else f"--{control} X"

@@ -120,6 +120,14 @@ def test_unknown_style_lists_the_near_ones(refuse, random_checkpoint, voice, out
         (["-o", "OUT/a.npz", "--seed", "x"], "seed"),
         (["-o", "OUT/a.npz", "--intensity", "-2"], "ntensity"),
         (["-o", "OUT/a.npz", "--intensity", "nan"], "ntensity"),
+        (["-o", "OUT/a.npz", "--affect", "joy=0.5"], "arousal, valence, dominance"),
+        (["-o", "OUT/a.npz", "--affect", "arousal=2"], "arousal cannot be 2"),
+        (["-o", "OUT/a.npz", "--affect", "arousal"], "NAME=X"),
+        (["-o", "OUT/a.npz", "--affect", "valence=0.5,arousal=much"], "arousal=much"),
+        (["-o", "OUT/a.npz", "--rate", "1.5"], "rate cannot be 1.5"),
+        (["-o", "OUT/a.npz", "--rate", "nan"], "rate"),
+        (["-o", "OUT/a.npz", "--hand", "third"], "third"),
+        (["-o", "OUT/a.npz", "--hand", "-3"], "hand cannot be -3"),
         (["-o", "OUT/a.npz", "--checkpoint", "none.safetensors"], "none.safetensors"),
         ([], "-o"),
     ],
@@ -207,11 +215,36 @@ def test_same_command_same_motion(random_checkpoint, voice, out):
     np.testing.assert_array_equal(Motion.load(out / "a.npz").directions, Motion.load(out / "b.npz").directions)
 
 
-def test_styles_lists_the_speakers(capsys, random_checkpoint):
-    assert main(["styles", "--checkpoint", str(random_checkpoint)]) == 0
+def test_styles_lists_the_speakers_and_controls(capsys, random_checkpoint, plain_checkpoint):
+    assert main(["styles", "--checkpoint", str(plain_checkpoint)]) == 0
     assert capsys.readouterr().out.splitlines() == ["calm one    small", "lively one  wide"]
+    assert main(["styles", "--checkpoint", str(random_checkpoint)]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("calm one    small\nlively one  wide\n\n")
+    assert all(option in told for option in ("--affect arousal=X", "--affect dominance=X", "--rate X", "--hand X"))
     assert main(["styles", "--json", "--checkpoint", str(random_checkpoint)]) == 0
-    assert [style["name"] for style in json.loads(capsys.readouterr().out)] == ["calm one", "lively one"]
+    known = json.loads(capsys.readouterr().out)
+    assert [style["name"] for style in known["styles"]] == ["calm one", "lively one"]
+    assert [control["name"] for control in known["controls"]] == ["arousal", "valence", "dominance", "rate", "hand"]
+    assert main(["styles", "--json", "--checkpoint", str(plain_checkpoint)]) == 0
+    assert json.loads(capsys.readouterr().out)["controls"] == []
+
+
+def test_controls_are_written_into_the_motion(random_checkpoint, voice, out):
+    run = ["synth", str(voice), "--checkpoint", str(random_checkpoint), "-o", str(out / "a.npz")]
+    assert (
+        main([*run, "--affect", "arousal=0.8,Valence=-0.25", "--affect", "dominance=0.1", "--hand", "left", "--rate", "-1"])
+        == 0
+    )
+    meta = Motion.load(out / "a.npz").meta
+    assert meta["affect"] == {"arousal": 0.8, "valence": -0.25, "dominance": 0.1}
+    assert (meta["hand"], meta["rate"]) == (-1, -1)
+
+
+def test_controls_of_a_checkpoint_without_them(refuse, plain_checkpoint, voice, out):
+    for control in (["--affect", "arousal=0.5"], ["--rate", "1"], ["--hand", "right"]):
+        assert "no control of" in refuse("synth", voice, "--checkpoint", plain_checkpoint, *control, "-o", out / "a.npz")
+    assert not files(out)
 
 
 def test_doctor_reports_every_part(capsys):

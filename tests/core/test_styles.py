@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from s2ag.core import styles
-from s2ag.core.errors import UnknownStyle
+from s2ag.core.errors import UnknownStyle, UsageError
 
 NAMES = ["calm lecturer", "eager storyteller", "stern"]
 
@@ -44,3 +44,43 @@ def test_latents():
     drawn = styles.latent(None, mean, deviation, seed=4, takes=2)
     assert np.array_equal(drawn, styles.latent(None, mean, deviation, seed=4, takes=2))
     assert not np.allclose(drawn, styles.latent(None, mean, deviation, seed=5, takes=2))
+
+
+def test_controls_stand_in_the_networks_order():
+    values = styles.controls({"dominance": -0.5, "arousal": 1}, rate=0.25, hand=-1)
+    assert values.dtype == np.float32
+    assert dict(zip(styles.CONTROLS, values.tolist(), strict=True)) == {
+        "arousal": 1, "valence": 0, "dominance": -0.5, "rate": 0.25, "hand": -1
+    }  # fmt: skip
+    assert not styles.controls({}).any()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ({"joy": 0.5},),
+        ({"rate": 0.5},),
+        ({"arousal": 1.01},),
+        ({"arousal": float("nan")},),
+        ({"arousal": "high"},),
+        ({"arousal": True},),
+        ({"arousal": None},),
+        ({}, -2),
+        ({}, 0, float("inf")),
+    ],
+)
+def test_impossible_controls_are_refused(wrong):
+    with pytest.raises(UsageError) as error:
+        styles.controls(*wrong)
+    assert error.value.remedy
+
+
+def test_an_unknown_affect_lists_the_known():
+    with pytest.raises(UsageError, match="'joy'") as error:
+        styles.controls({"joy": 0.5})
+    assert all(name in error.value.remedy for name in styles.AFFECTS)
+
+
+def test_every_control_is_explained():
+    assert [one["name"] for one in styles.described(len(styles.CONTROLS))] == list(styles.CONTROLS)
+    assert all(one["description"] for one in styles.described(5)) and styles.described(0) == []

@@ -56,7 +56,7 @@ def test_hello_tells_version_and_loads_nothing_heavy(worker):
     result = worker.hear()["result"]
     assert result["protocol"] == protocol.VERSION
     assert result["version"].count(".") == 2
-    assert isinstance(result["styles"], list)
+    assert isinstance(result["styles"], list) and isinstance(result["controls"], list)
     maps = Path(f"/proc/{worker.process.pid}/maps")
     if maps.exists():
         assert "libtorch" not in maps.read_text()
@@ -97,6 +97,11 @@ def test_empty_lines_are_no_requests(worker):
         ({"audio": "a.wav", "seed": True}, "seed"),
         ({"audio": "a.wav", "speed": 2}, "speed"),
         ({"audio": "a.wav", "takes": 0}, "takes"),
+        ({"audio": "a.wav", "affect": [0.5]}, "affect"),
+        ({"audio": "a.wav", "affect": {"joy": 1}}, "joy"),
+        ({"audio": "a.wav", "affect": {"arousal": "high"}}, "arousal"),
+        ({"audio": "a.wav", "rate": 7}, "rate"),
+        ({"audio": "a.wav", "hand": "left"}, "hand"),
         ({"audio": "a.wav", "text": "a", "transcript": "b"}, "transcript"),
         ({"audio": "a.wav", "pose": [[1, 0, 0]]}, "nine directions"),
         ([1], "object"),
@@ -194,7 +199,8 @@ def audio_module():
 
 def test_synthesis_answers_with_motions_words_and_progress(busy, examples):
     params = {"audio": str(examples / "hello.flac"), "transcript": str(examples / "hello.txt"), "takes": 2, "seed": 3}
-    busy.say({"id": 1, "method": "synthesize", "params": {**params, **busy.settings, "style": {"calm one": 1.0}}})
+    wishes = {"style": {"calm one": 1.0}, "affect": {"arousal": 0.5}, "rate": -1, "hand": 0.25}
+    busy.say({"id": 1, "method": "synthesize", "params": {**params, **busy.settings, **wishes}})
     stages = []
     while "event" in (message := busy.hear("id")):
         assert message["id"] == 1
@@ -204,7 +210,7 @@ def test_synthesis_answers_with_motions_words_and_progress(busy, examples):
     assert {"align words", "generate"} <= set(stages)
     first, second = (Motion.load(path) for path in result["motions"])
     assert first.directions.shape == second.directions.shape
-    assert first.meta["style"] == {"calm one": 1.0}
+    assert {name: first.meta[name] for name in wishes} == wishes
     assert [tuple(word) for word in result["words"]] == list(first.words)
     assert result["words"][0][0].lower() == "hello"
     assert result["seconds"] == pytest.approx(sum(result["stages"].values()), abs=1e-3)
@@ -249,6 +255,7 @@ def test_warm_hello_loads_the_network(random_checkpoint, worker):
     result = worker.hear()["result"]
     assert [style["name"] for style in result["styles"]] == ["calm one", "lively one"]
     assert len(result["checkpoint"]["hash"]) == 64
+    assert [control["name"] for control in result["controls"]] == ["arousal", "valence", "dominance", "rate", "hand"]
     maps = Path(f"/proc/{worker.process.pid}/maps")
     if maps.exists():
         assert "libtorch" in maps.read_text()
