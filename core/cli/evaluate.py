@@ -1,0 +1,96 @@
+"""``s2ag evaluate``: are a checkpoint's gestures worth keeping? Figures, pictures and films on held-out speech."""
+
+import argparse
+import json
+import shlex
+import sys
+import tempfile
+from pathlib import Path
+
+from ..errors import AudioUnreadable, EngineMissing, UsageError
+from ..threads import share_cores
+from . import blender, performance
+from .progress import Progress, note
+
+SUMMARY = "measure a checkpoint's gestures on held-out speech and write a report"
+EXAMPLE = """examples:
+  s2ag evaluate --data corpus --speech corpus/speech --report report
+  s2ag evaluate --data corpus --speech corpus/speech --material PATH --compare old.safetensors --films --report report"""
+EXAMPLE_RECORDING = Path(__file__).parents[2] / "examples" / "hello.flac"
+MOST_TALKS = 1000
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add this command's options."""
+    parser.add_argument("--data", metavar="FOLDER", type=Path, required=True, help="directed corpus with a test split")
+    parser.add_argument("--speech", metavar="FOLDER", type=Path, required=True, help="the speech it was built with")
+    parser.add_argument("--report", metavar="DIR", type=Path, required=True, help="folder for the report")
+    performance.add_checkpoint(parser)
+    parser.add_argument("--compare", metavar="FILE", type=Path, help="another checkpoint to stand beside")
+    clips = "folder with smartbody/: the captured clips that motion is held against"
+    parser.add_argument("--material", metavar="FOLDER", type=Path, help=clips)
+    people = "a person's recording, with its text as .txt beside it; several times for several (default: the shipped example)"
+    parser.add_argument("--human", metavar="FILE", type=Path, action="append", help=people)
+    parser.add_argument("--talks", metavar="N", type=int, default=40, help="performances of the test split (default 40)")
+    films = "also film a talk, as generated and as directed, and the recordings"
+    parser.add_argument("--films", action="store_true", help=films)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Evaluate, write the report, film."""
+    if not 1 <= options.talks <= MOST_TALKS:
+        raise UsageError(f"{options.talks} talks were asked for.", f"Ask for 1 to {MOST_TALKS}.")
+    people = options.human if options.human is not None else [EXAMPLE_RECORDING] * EXAMPLE_RECORDING.is_file()
+    for path in people:
+        if not path.is_file():
+            raise AudioUnreadable(f"The recording {path} does not exist.", "Check the name and the folder.")
+    if options.films:
+        blender.command("job")  # complain now, not after the measuring
+    _need_matplotlib()
+    share_cores()
+    from ..evaluate import folder, report
+
+    place = folder.prepare(options.report)
+    setting = report.Setting(
+        options.data, options.speech, options.checkpoint, options.compare, options.material, people, options.talks
+    )
+    with Progress() as progress:
+        outcome = report.evaluate(setting, progress)
+        outcome.report["command"] = shlex.join(["s2ag", *sys.argv[1:]])
+        folder.write(outcome, place, progress)
+        if options.films:
+            _films(outcome, place, progress)
+    missed = [key for key, verdict in outcome.report["verdicts"].items() if verdict["reached"] is False]
+    note(f"{place / 'report.md'} is written; {len(missed)} goals are missed{': ' if missed else ''}{', '.join(missed)}.")
+    return 0
+
+
+def _films(outcome, place: Path, progress) -> None:
+    """Films of the first talk, as generated and as directed, and of every recording, with a mannequin."""
+    from ..evaluate.folder import file_name
+    from ..evaluate.studio import write_wave
+    from ..motion import Motion
+
+    shown = {"generated": outcome.made[0], "directed": outcome.directed[0]}
+    films = {f"{file_name(case.talk.name)}-{kind}": case for kind, case in shown.items()}
+    films |= {file_name(case.talk.name): case for case in outcome.people}
+    (place / "films").mkdir(exist_ok=True)
+    for name, case in films.items():
+        with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
+            motion, audio, job = (Path(folder) / f"film.{suffix}" for suffix in ("npz", "wav", "json"))
+            Motion(case.directions, words=case.talk.words).save(motion)
+            write_wave(case.talk.audio, audio)
+            film = str((place / "films" / f"{name}.mp4").absolute())
+            wanted = {"motions": [str(motion)], "audio": str(audio), "character": "mannequin", "outputs": [film]}
+            job.write_text(json.dumps(wanted), "utf-8")
+            done = blender.run("job", str(job), progress=lambda stage, value, name=name: progress(f"{name}: {stage}", value))
+        for warning in done.get("warnings", ()):
+            note(warning)
+
+
+def _need_matplotlib() -> None:
+    try:
+        import matplotlib  # noqa: F401
+    except ModuleNotFoundError as error:
+        message = "The Python package matplotlib is not installed."
+        raise EngineMissing(message, 'Install it with: pip install "s2ag[corpus]"') from error
