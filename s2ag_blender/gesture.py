@@ -4,6 +4,7 @@ import bpy
 
 from ..core.errors import AudioUnreadable, UsageError
 from ..core.motion import Motion
+from ..core.styles import AFFECTS
 from .client import Job, WorkerClient
 from .preferences import interpreter
 
@@ -35,6 +36,9 @@ def request(settings) -> dict:
         "style": settings.style,
         "seed": settings.seed,
         "intensity": settings.intensity,
+        "affect": {name: _slider(settings, name) for name in AFFECTS},
+        "rate": _slider(settings, "rate"),
+        "hand": _slider(settings, "hand"),
         "mirror": settings.mirror,
     }
     if settings.transcript:
@@ -92,6 +96,11 @@ def add_character(name: str, gender: str = "female"):
     from . import mannequin
 
     return mannequin.build().armature
+
+
+def _slider(settings, name: str) -> float:
+    """A slider's value as it was set: Blender keeps 0.8 as 0.800000012."""
+    return round(getattr(settings, name), 4)
 
 
 def _loaded(result: dict) -> dict:

@@ -2,7 +2,8 @@
 
 import bpy
 
-from . import operators
+from ..core.styles import AFFECTS
+from . import operators, properties
 
 
 class S2AG_PT_gestures(bpy.types.Panel):
@@ -28,14 +29,33 @@ class S2AG_PT_gestures(bpy.types.Panel):
         column.prop(settings, "audio")
         column.prop(settings, "transcript")
         column.prop(settings, "style")
+        self._draw_affect(layout, settings)
         column = layout.column(align=True)
-        column.prop(settings, "intensity", slider=True)
         column.prop(settings, "seed")
         column.prop(settings, "start_frame")
         column = layout.column(heading="Options")
         column.prop(settings, "mirror")
         column.prop(settings, "add_sound")
         self._draw_run(layout)
+
+    @staticmethod
+    def _draw_affect(layout, settings):
+        header, body = layout.panel("s2ag_affect")
+        header.label(text="Affect")
+        if body is None:
+            return
+        known = properties.control_names()
+        affect, gestures = body.column(align=True), body.column(align=True)
+        for name in AFFECTS:
+            affect.prop(settings, name, slider=True)
+        gestures.prop(settings, "intensity", slider=True)
+        steered = gestures.column(align=True)
+        for name in ("rate", "hand"):
+            steered.prop(settings, name, slider=True)
+        # Greyed, not locked: whoever opens a file whose sliders are set must be able to set them back.
+        affect.active = steered.active = bool(known)
+        if not known:
+            body.label(text="This checkpoint has intensity only", icon="INFO")
 
     @staticmethod
     def _draw_run(layout):

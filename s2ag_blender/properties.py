@@ -1,21 +1,44 @@
 """What the animator set for a character, kept on its object and saved with the file."""
 
-import json
-from pathlib import Path
+import functools
 
 import bpy
+
+from ..core import catalogue
+from ..core.errors import CheckpointUnreadable
+from ..core.styles import EXPLAINED
 
 
 def style_names() -> list[str]:
     """Names of the shipped checkpoint's speakers, read from its metadata without torch."""
-    metadata = Path(__file__).resolve().parents[1] / "core" / "assets" / "default.json"
-    if not metadata.is_file():
-        return []
-    return [speaker["name"] for speaker in json.loads(metadata.read_text("utf-8"))["speakers"]]
+    return [speaker["name"] for speaker in _known()["speakers"]]
+
+
+def control_names() -> list[str]:
+    """Names of the controls that the shipped checkpoint has; none for one that was trained without."""
+    return [control["name"] for control in _known()["controls"]]
+
+
+def _known() -> dict:
+    facts = catalogue.facts_path(catalogue.DEFAULT)
+    return _described(facts.stat().st_mtime_ns if facts.is_file() else 0)
+
+
+@functools.lru_cache(maxsize=1)
+def _described(written: int) -> dict:
+    """The shipped checkpoint as its JSON, ``written`` then, describes it; the panel asks at every redraw."""
+    try:
+        return catalogue.describe()
+    except CheckpointUnreadable:
+        return {"speakers": [], "controls": []}
 
 
 def _search_styles(self, context, text: str):
     return [name for name in [*style_names(), "random"] if text.lower() in name.lower()]
+
+
+def _control(name: str, label: str):
+    return bpy.props.FloatProperty(name=label, description=EXPLAINED[name], min=-1.0, max=1.0, step=5, precision=2)
 
 
 class S2AG_Settings(bpy.types.PropertyGroup):
@@ -37,6 +60,11 @@ class S2AG_Settings(bpy.types.PropertyGroup):
     intensity: bpy.props.FloatProperty(
         name="Intensity", description="How far gestures depart from rest", default=1.0, min=0.0, max=3.0, soft_max=1.5
     )
+    arousal: _control("arousal", "Arousal")
+    valence: _control("valence", "Valence")
+    dominance: _control("dominance", "Dominance")
+    rate: _control("rate", "Rate")
+    hand: _control("hand", "Hand")
     mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right")
     start_frame: bpy.props.IntProperty(name="Start Frame", description="Frame on which the recording starts", default=1)
     add_sound: bpy.props.BoolProperty(name="Sound Strip", description="Put the recording into the sequencer", default=True)

@@ -4,10 +4,10 @@ import bpy
 import numpy as np
 import pytest
 import s2ag
-from s2ag.core import skeleton
-from s2ag.core.errors import WorkerFailed
+from s2ag.core import catalogue, skeleton, styles
+from s2ag.core.errors import UsageError, WorkerFailed
 from s2ag.core.motion import Motion
-from s2ag.s2ag_blender import client, compat, gesture, operators
+from s2ag.s2ag_blender import client, compat, gesture, keyframes, operators, panel, properties
 
 
 @pytest.fixture
@@ -82,3 +82,106 @@ def test_a_recording_that_is_gone_when_the_keys_come_still_gestures(figure, tmp_
     warnings = gesture.key(bpy.context, figure, {"motions": [motion], "warnings": ["first"]})
     assert figure.animation_data.action
     assert warnings[0] == "first" and "sound strip is not" in warnings[-1]
+
+
+class Sheet:
+    """A layout that notes what is drawn on it; properties that do not exist cannot be drawn."""
+
+    def __init__(self, drawn=None, above=()):
+        self.drawn = [] if drawn is None else drawn
+        self.above, self.active = above, True
+
+    def column(self, **_):
+        return Sheet(self.drawn, (*self.above, self))
+
+    row = column
+
+    def panel(self, name, default_closed=False):
+        return self.column(), self.column()
+
+    def prop(self, settings, name, **_):
+        assert name in settings.bl_rna.properties
+        self.drawn.append((name, self))
+
+    def label(self, text="", icon=""):
+        self.drawn.append((text, self))
+
+    def operator(self, name, **_):
+        self.drawn.append((name, self))
+
+
+def drawn(armature):
+    """What the panel shows: ``{property, operator or text: whether it is active}``."""
+    sheet = Sheet()
+
+    class Panel:
+        layout = sheet
+        _draw_affect = staticmethod(panel.S2AG_PT_gestures._draw_affect)
+        _draw_run = staticmethod(panel.S2AG_PT_gestures._draw_run)
+
+    panel.S2AG_PT_gestures.draw(Panel(), bpy.context)
+    return {what: all(layout.active for layout in (*where.above, where)) for what, where in sheet.drawn}
+
+
+@pytest.fixture
+def shipped(monkeypatch):
+    """Makes a checkpoint the shipped one."""
+
+    def make(path):
+        monkeypatch.setattr(catalogue, "DEFAULT", path)
+        properties._described.cache_clear()
+
+    yield make
+    properties._described.cache_clear()
+
+
+def test_sliders_of_a_checkpoint_with_controls(figure, shipped, random_checkpoint):
+    shipped(random_checkpoint)
+    assert properties.control_names() == list(styles.CONTROLS) and properties.style_names() == ["calm one", "lively one"]
+    shown = drawn(figure)
+    assert all(shown[name] for name in (*styles.CONTROLS, "intensity", "s2ag.generate"))
+
+
+def test_sliders_are_grey_with_the_reason_where_the_checkpoint_has_none(figure, shipped, plain_checkpoint):
+    shipped(plain_checkpoint)
+    shown = drawn(figure)
+    assert not any(shown[name] for name in styles.CONTROLS)
+    assert shown["intensity"] and any("checkpoint" in text for text in shown)
+
+
+def test_a_missing_checkpoint_does_not_break_the_panel(figure, shipped, tmp_path):
+    shipped(tmp_path / "none.safetensors")
+    assert properties.style_names() == [] and not drawn(figure)["arousal"]
+
+
+def test_sliders_are_saved_with_the_character(figure, tmp_path):
+    figure.s2ag.arousal, figure.s2ag.hand, figure.s2ag.rate = 0.8, -2.0, 0.25
+    path, name = str(tmp_path / "scene.blend"), figure.name
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    kept = bpy.data.objects[name].s2ag
+    kept.audio = "voice.wav"
+    told = gesture.request(kept)
+    assert told["affect"] == {"arousal": 0.8, "valence": 0.0, "dominance": 0.0}
+    assert (told["hand"], told["rate"]) == (-1.0, 0.25)  # sliders end at -1
+    assert all(kept.bl_rna.properties[name].description for name in styles.CONTROLS)
+
+
+def test_sliders_reach_the_action(figure, engine, examples, random_checkpoint):
+    figure.s2ag.audio = str(examples / "hello.flac")
+    figure.s2ag.valence, figure.s2ag.rate = -0.5, 1.0
+    params = {**gesture.request(figure.s2ag), "checkpoint": str(random_checkpoint)}
+    result = gesture._loaded(gesture.engine(bpy.context).call("synthesize", params))
+    gesture.key(bpy.context, figure, result)
+    told = keyframes.provenance(figure.animation_data.action)
+    assert told["affect"] == {"arousal": 0.0, "valence": -0.5, "dominance": 0.0}
+    assert (told["rate"], told["hand"]) == (1.0, 0.0)
+
+
+def test_sliders_that_the_checkpoint_lacks_are_an_error_that_changes_nothing(figure, engine, examples, plain_checkpoint):
+    figure.s2ag.audio = str(examples / "hello.flac")
+    figure.s2ag.arousal = 0.5
+    params = {**gesture.request(figure.s2ag), "checkpoint": str(plain_checkpoint)}
+    with pytest.raises(UsageError, match="no control of arousal"):
+        gesture.engine(bpy.context).call("synthesize", params)
+    assert not bpy.data.actions
