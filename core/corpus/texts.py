@@ -14,6 +14,7 @@ import numpy as np
 
 SPLITS = {"train": 0, "dev": 1, "test": 2}
 _REPLACE = str.maketrans({"’": "'", "‘": "'", "“": "", "”": "", '"': "", "–": ", ", "—": ", ", "…": ".", "-": " "})
+_WORD = re.compile(r"[a-z']*[a-z][a-z']*")
 _WORDS_A_SECOND = 2.55
 """Over a whole talk, pauses included; only for cutting talks to length."""
 
@@ -62,7 +63,7 @@ def load_sentences(material: str | PathLike) -> list[Sentence]:
     with open(Path(material) / "emobank" / "emobank.csv", newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
             text = clean(row["text"])
-            words = tuple(re.findall(r"[a-z']*[a-z][a-z']*", text.lower())) if text else ()
+            words = tuple(_WORD.findall(text.lower())) if text else ()
             if 3 <= len(words) <= 32:
                 judged = [float(row[key]) for key in "VAD"]
                 rows.append((text, tuple(word.strip("'") for word in words), judged, SPLITS[row["split"]]))
@@ -72,6 +73,11 @@ def load_sentences(material: str | PathLike) -> list[Sentence]:
     return [
         Sentence(text, words, tuple(map(float, rank)), split) for (text, words, _, split), rank in zip(rows, ranks, strict=True)
     ]
+
+
+def closings(text: str) -> list[str]:
+    """The punctuation mark after each word of a cleaned sentence, or ""."""
+    return [mark if mark.strip() else "" for mark in (text[m.end() : m.end() + 1] for m in _WORD.finditer(text.lower()))]
 
 
 def scripts(sentences: list[Sentence], seed: int) -> list[Script]:
