@@ -122,7 +122,7 @@ def _talking(material: str | PathLike) -> np.ndarray:
 def _shift(directions: np.ndarray, fps: float) -> np.ndarray:
     """Turns away from the line between a shift's first and last pose."""
     turns = _at_15(between(directions[:1], directions), fps)
-    turns -= np.linspace(0, 1, len(turns))[:, None, None] * turns[-1]
+    turns -= turns[0] + np.linspace(0, 1, len(turns))[:, None, None] * (turns[-1] - turns[0])
     # the captured head looks down at its feet
     turns[:, _HEAD] *= 0.5
     return turns

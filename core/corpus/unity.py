@@ -67,20 +67,24 @@ class Animation:
 
 
 def load(path: str | PathLike) -> Animation:
-    """Read the rotation and position curves of an ``.anim`` file; ``ValueError`` if it has none.
+    """Read the rotation and position curves of an ``.anim`` file; ``ValueError`` if it is none or damaged.
 
     Unity writes one fixed layout of YAML; taking what we need from it is fifty times faster than a YAML library.
     """
     text = Path(path).read_text()
     sections = list(_SECTION.finditer(text))
-    parts = {}
-    for this, following in zip(sections, [*sections[1:], None], strict=True):
-        parts[this[1]] = text[this.start(2) : following.start() if following else len(text)]
-    rotations, positions = (_curves(parts.get(name, "")) for name in ("RotationCurves", "PositionCurves"))
-    if not rotations:
-        raise ValueError(f"no rotation curves in {path}")
-    duration = max(curve.times[-1] for curve in rotations.values())
-    return Animation(rotations, positions, float(parts["SampleRate"]), float(duration))
+    ends = [following.start() for following in sections[1:]] + [len(text)]
+    parts = {section[1]: text[section.start(2) : end] for section, end in zip(sections, ends, strict=False)}
+    try:
+        rotations, positions = _curves(parts["RotationCurves"]), _curves(parts["PositionCurves"])
+        duration = max(curve.times[-1] for curve in rotations.values())
+        fps = float(parts["SampleRate"])
+    except (KeyError, ValueError, IndexError) as error:
+        raise ValueError(f"{path} is no whole Unity animation of bones") from error
+    homeless = [bone for bone in rotations if bone not in positions or bone.rpartition("/")[0] not in {"", *rotations}]
+    if homeless:
+        raise ValueError(f"{path}: no position or no parent for {homeless[0]!r}")
+    return Animation(rotations, positions, fps, float(duration))
 
 
 def _curves(section: str) -> dict[str, Curve]:
@@ -103,16 +107,16 @@ def to_recording(animation: Animation) -> tuple[list[skm.Joint], skm.Recording]:
     from scipy.spatial.transform import Rotation
 
     times = np.arange(round(animation.duration * animation.fps) + 1) / animation.fps
-    paths = sorted(animation.rotations, key=lambda path: path.count("/"))
+    paths = sorted(filter(None, animation.rotations), key=lambda path: path.count("/"))
     joints: list[skm.Joint] = []
     channels = {}
     still = {"": Rotation.identity()}  # world rotations at the start
-    for path in filter(None, paths):
+    for path in paths:
         parent, _, name = path.rpartition("/")
         turn = Rotation.from_quat(animation.rotations[path].at(times) * _MIRROR_TURN)
         still[path] = still[parent] * turn[0]
         position = still[parent].apply(animation.positions[path].at(times) * _MIRROR)
-        joints.append(skm.Joint(name, paths.index(parent) - 1 if parent else -1, position[0], rotation.IDENTITY))
+        joints.append(skm.Joint(name, paths.index(parent) if parent else -1, position[0], rotation.IDENTITY))
         channels[name, "Quat"] = (still[parent] * turn * still[path].inv()).as_rotvec()
         channels |= {(name, kind): (position - position[0])[:, [axis]] for axis, kind in enumerate(("XPos", "YPos", "ZPos"))}
     return joints, skm.Recording(times, channels, {})
@@ -131,7 +135,7 @@ def to_directions(animation: Animation, start: float, end: float) -> np.ndarray:
     part = slice(round(start * animation.fps), round(end * animation.fps) + 1)
     turns = {joint.name: Rotation.from_rotvec(recording.channels[joint.name, "Quat"][part]) for joint in joints}
     # the Biped's root bone stands still in the world: it gets the slow turns, and the pelvis what is left
-    heading = np.unwrap(rotation.heading(turns[_PELVIS].as_quat(scalar_first=True)))
+    heading = np.unwrap(rotation.heading(turns[_PELVIS].as_quat()[:, [3, 0, 1, 2]]))
     slow = Rotation.from_rotvec(np.outer(gaussian_filter1d(heading, _SLOW * animation.fps, mode="nearest"), [0, 1, 0]))
     turns[_PELVIS], turns[BIPED.root] = slow.inv() * turns[_PELVIS], slow
     frames = {(name, "Quat"): np.vstack([turn.mean().as_rotvec(), turn.as_rotvec()]) for name, turn in turns.items()}
