@@ -55,6 +55,20 @@ def test_a_recording_becomes_unit_directions_of_its_length(hello, examples):
     assert set(hello.seconds) >= {"read audio", "align words", "extract MFCC", "generate"}
 
 
+def test_performances_of_one_recording_in_one_batch_are_those_made_singly(session, hello, examples):
+    recording = {"audio": examples / "hello.flac", "transcript": examples / "hello.txt"}
+    names = [speaker["name"] for speaker in session.styles()]
+    requests = [Request(**recording, takes=3, seed=7), Request(**recording, style=names[-1], pose=skeleton.MEAN, mirror=True)]
+    together = session.synthesize_all(requests)
+    assert [len(result.motions) for result in together] == [3, 1]
+    singly = [*hello.motions, *session.synthesize(requests[1]).motions]
+    for one, other in zip([motion for result in together for motion in result.motions], singly, strict=True):
+        np.testing.assert_allclose(one.directions, other.directions, atol=2e-4)
+        assert one.meta == other.meta and one.words == other.words
+    with pytest.raises(UsageError, match="one recording"):
+        session.synthesize_all([requests[0], Request(examples / "hello.flac", text="other words")])
+
+
 def test_same_request_same_bytes_and_other_seeds_and_takes_differ(session, hello, examples):
     again = session.synthesize(Request(examples / "hello.flac", transcript=examples / "hello.txt", takes=3, seed=7))
     for first, second in zip(hello.motions, again.motions, strict=True):
