@@ -1,63 +1,51 @@
-"""Figures that need performances made for them: variety, who is who, arousal, and the affect slider."""
+"""Figures that compare performances: variety, who is who, arousal, and the affect slider."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
+from .. import skeleton
 from . import figures, identity, kinematics
-from .studio import Studio, Wish
-from .talks import Corpus, Talk
+from .talks import TEST, Corpus
 
 EXCERPT = 24.0
 """Seconds of a talk by which a speaker must be known."""
-TAKES = 4
-SLIDER = (-1.0, 0.0, 1.0)
-
-Progress = Callable[[float], None]
 
 
-def takes(studio: Studio, talks: Sequence[Talk], progress: Progress) -> dict[str, float]:
-    """``takes_apart``: degrees between the arms of variations of one speaker on the same speech."""
-    found = []
-    for number, talk in enumerate(talks):
-        (motions,) = studio.perform(talk, [Wish(studio.known(talk.style), takes=TAKES)])
-        found.append(figures.apart(motions))
-        progress((number + 1) / len(talks))
-    return {"takes_apart": float(np.mean(found))}
+def takes(motions: Sequence[np.ndarray]) -> dict[str, float]:
+    """``takes_apart``: degrees between the arms of variations ``(takes, frames, 9, 3)``, one array a talk."""
+    return {"takes_apart": _mean([figures.apart(variations) for variations in motions])}
 
 
-def speakers(studio: Studio, talks: Sequence[Talk], progress: Progress) -> dict[str, float]:
-    """``speakers_apart``: degrees between the arms of all speakers on the same speech. ``told_apart``: how many times more
-    often than by chance a classifier trained on two thirds of the talks names the speaker of the others."""
-    names = studio.names
-    rows, apart = [], []
-    for number, talk in enumerate(talks):
-        made = [motions[0] for motions in studio.perform(talk.cut(EXCERPT), [Wish(name) for name in names])]
-        apart.append(figures.apart(np.stack(made)))
-        rows.append([identity.features(motion) for motion in made])
-        progress((number + 1) / len(talks))
-    known = -(-2 * len(talks) // 3)
-    result = {"speakers_apart": float(np.mean(apart))}
-    if len(names) > 1 and 2 <= known < len(talks):
-        train, test = np.concatenate(rows[:known]), np.concatenate(rows[known:])
-        who = np.arange(len(names))
-        share = identity.accuracy(train, np.tile(who, known), test, np.tile(who, len(talks) - known))
-        result |= {"told_apart": share * len(names), "told_apart_share": share}
-    return result
+def speakers(motions: Sequence[np.ndarray]) -> dict[str, float]:
+    """Of all speakers' performances ``(speakers, frames, 9, 3)`` of the same talks, one array a talk.
+
+    ``speakers_apart``: degrees between their arms at the same time. ``told_apart``: how many times more often than by
+    chance a classifier that was trained on two thirds of the talks names the speaker of the others.
+    """
+    count, known = len(motions[0]), -(-2 * len(motions) // 3)
+    result = {"speakers_apart": _mean([figures.apart(performances) for performances in motions])}
+    if count < 2 or not 2 <= known < len(motions):
+        return result
+    rows = [np.stack([identity.features(motion) for motion in performances]) for performances in motions]
+    train, test = np.concatenate(rows[:known]), np.concatenate(rows[known:])
+    who = np.arange(count)
+    share = identity.accuracy(train, np.tile(who, known), test, np.tile(who, len(rows) - known))
+    return {**result, "told_apart": share * count, "told_apart_share": share}
 
 
 def directed_speakers(corpus: Corpus, train_each: int = 8, test_each: int = 4) -> dict[str, float]:
     """The same of directed performances: trained on those of the training split, tested on the test split.
 
-    Here every performance has a speech of its own, which makes it a little harder.
+    Here every performance may have a speech and controls of its own, which makes it a little harder.
     """
     arrays = corpus.arrays
     rows: dict[bool, list] = {True: [], False: []}
     for speaker in range(len(corpus.speakers)):
-        for held_out, count in ((False, train_each), (True, test_each)):
-            mine = np.flatnonzero((arrays["speaker"] == speaker) & ((arrays["split"] == 2) == held_out))
-            for number in mine[np.unique(np.linspace(0, len(mine) - 1, min(count, len(mine))).astype(int))]:
-                motion = corpus.performance(number)[: int(EXCERPT * 15)]
+        for held_out, most in ((False, train_each), (True, test_each)):
+            mine = np.flatnonzero((arrays["speaker"] == speaker) & ((arrays["split"] == TEST) == held_out))
+            for number in _spread(mine, most):
+                motion = corpus.performance(number)[: int(EXCERPT * skeleton.FPS)]
                 rows[held_out].append((speaker, identity.features(motion)))
     result = {"speakers_apart": _directed_apart(corpus)}
     train, test = ([np.array(column) for column in zip(*rows[held_out], strict=True)] for held_out in (False, True))
@@ -67,18 +55,14 @@ def directed_speakers(corpus: Corpus, train_each: int = 8, test_each: int = 4) -
     return result
 
 
-def arousal(studio: Studio, talks: Sequence[Talk], styles: Sequence[str], progress: Progress) -> dict[str, float | dict]:
-    """Correlation of acted arousal with motion energy over talks that one style performs; the least of the styles."""
-    energy = []
-    for number, talk in enumerate(talks):
-        made = studio.perform(talk, [Wish(style) for style in styles])
-        energy.append([kinematics.arm_speed(motions[0]).mean() for motions in made])
-        progress((number + 1) / len(talks))
-    acted = [talk.affect[1] for talk in talks]
-    found = {style: figures.correlations(acted, column) for style, column in zip(styles, np.transpose(energy), strict=True)}
-    least = min(rank for rank, _ in found.values())
+def arousal(acted: Sequence[float], energy: dict[str, Sequence[float]]) -> dict[str, float | dict]:
+    """Correlation of the talks' acted arousal with the motion energy of one style's performances; the least of all styles.
+
+    ``energy``: by style, mean arm speed of every talk.
+    """
+    found = {style: figures.correlations(acted, values) for style, values in energy.items()}
     return {
-        "arousal_spearman": least,
+        "arousal_spearman": min(rank for rank, _ in found.values()),
         "arousal_pearson": min(linear for _, linear in found.values()),
         "arousal_by_style": {style: list(pair) for style, pair in found.items()},
     }
@@ -87,8 +71,7 @@ def arousal(studio: Studio, talks: Sequence[Talk], styles: Sequence[str], progre
 def directed_arousal(corpus: Corpus, most: int = 600) -> dict[str, float]:
     """The same of directed performances without controls, energies compared within each speaker."""
     arrays = corpus.arrays
-    plain = np.flatnonzero(np.abs(arrays["controls"]).max(axis=1) < 1e-3)
-    chosen = plain[np.unique(np.linspace(0, len(plain) - 1, min(most, len(plain))).astype(int))] if len(plain) else plain
+    chosen = _spread(np.flatnonzero(_plain(corpus) & corpus.acted()[arrays["recording"]]), most)
     if not len(chosen):
         return {}
     energy = np.log([kinematics.arm_speed(corpus.performance(number)).mean() + 1 for number in chosen])
@@ -101,26 +84,36 @@ def directed_arousal(corpus: Corpus, most: int = 600) -> dict[str, float]:
     return {"arousal_spearman": rank, "arousal_pearson": linear}
 
 
-def slider(studio: Studio, talks: Sequence[Talk], progress: Progress) -> dict[str, float]:
-    """Motion energy with the arousal slider at its ends against its middle, on the same speech and style."""
-    if not studio.steerable:
-        return {}
-    wishes = [Wish(studio.known(""), controls={"arousal": value}) for value in SLIDER]
-    energy = []
-    for number, talk in enumerate(talks):
-        energy.append([kinematics.arm_speed(motions[0]).mean() for motions in studio.perform(talk.cut(EXCERPT), wishes)])
-        progress((number + 1) / len(talks))
-    low, middle, high = np.mean(energy, axis=0)
-    return {"slider_low": float(low / middle), "slider_high": float(high / middle)}
+def slider(low: Sequence[np.ndarray], middle: Sequence[np.ndarray], high: Sequence[np.ndarray]) -> dict[str, float]:
+    """Motion energy with the arousal slider at its ends against its middle: the same talks, ``(frames, 9, 3)`` each."""
+    below, zero, above = (_mean([kinematics.arm_speed(motion).mean() for motion in part]) for part in (low, middle, high))
+    return {"slider_low": below / max(zero, 1e-9), "slider_high": above / max(zero, 1e-9)}
 
 
 def _directed_apart(corpus: Corpus) -> float:
     """Mean angle between the arms of different speakers' performances of the same test recording, without controls."""
     arrays = corpus.arrays
-    plain = (arrays["split"] == 2) & (np.abs(arrays["controls"]).max(axis=1) < 1e-3)
+    plain = _plain(corpus) & (arrays["split"] == TEST)
     apart = []
-    for recording in np.unique(arrays["recording"][plain]):
+    for recording in np.unique(arrays["recording"][plain])[:12]:
         numbers = np.flatnonzero(plain & (arrays["recording"] == recording))
-        if len(numbers) > 1:
-            apart.append(figures.apart(np.stack([corpus.performance(number) for number in numbers])))
-    return float(np.mean(apart)) if apart else float("nan")
+        _, first = np.unique(arrays["speaker"][numbers], return_index=True)
+        if len(first) > 1:
+            apart.append(figures.apart(np.stack([corpus.performance(number) for number in numbers[first]])))
+    return _mean(apart)
+
+
+def _plain(corpus: Corpus) -> np.ndarray:
+    """Which performances have no controls."""
+    return np.abs(corpus.arrays["controls"]).max(axis=1) < 1e-3
+
+
+def _spread(numbers: np.ndarray, most: int) -> np.ndarray:
+    """At most so many of ``numbers``, evenly spread."""
+    return (
+        numbers[np.unique(np.linspace(0, len(numbers) - 1, min(most, len(numbers))).astype(int))] if len(numbers) else numbers
+    )
+
+
+def _mean(values: Sequence[float]) -> float:
+    return float(np.mean(values)) if len(values) else float("nan")

@@ -9,14 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from .. import skeleton
-from . import experiments, figures, goals, strokes
+from . import experiments, figures, goals, kinematics, strokes
 from .measure import Case, measure
 from .studio import Studio, Wish
 from .talks import Corpus, Talk, human
 
 VERSION = 1
 FEW = 12
-"""Recordings on which all speakers perform."""
+"""Talks that are performed in several takes, and recordings on which all speakers perform."""
+TAKES = 3
 STYLES = 3
 """Styles that perform all talks for the correlation with arousal, and every human recording."""
 _PARTS = {"forearms": (5, 8), "upper_arms": (4, 7), "clavicles": (3, 6), "head": (1, 2), "torso": (0,)}
@@ -59,9 +60,9 @@ def evaluate(setting: Setting, progress: Progress = lambda stage, value: None) -
         judges = {"this": _Judge(setting.checkpoint, folder, progress)}
         if setting.compare:
             judges["compare"] = _Judge(setting.compare, folder, lambda stage, value: progress(f"compare: {stage}", value))
-        made = {name: judge.cases(talks) for name, judge in judges.items()}
+        judged = {name: judge.judge(talks) for name, judge in judges.items()}
         spoken = {name: [judge.human(talk) for talk in people] for name, judge in judges.items()}
-        columns = {name: judge.column(made[name], corpus) for name, judge in judges.items()}
+    columns = {name: column for name, (_, column) in judged.items()}
     directed = [Case(talk, talk.directed, talk.rest) for talk in talks]
     columns["directed"] = {
         **measure(directed),
@@ -83,7 +84,7 @@ def evaluate(setting: Setting, progress: Progress = lambda stage, value: None) -
         "verdicts": goals.verdicts(columns["this"], columns.get("compare"), columns["directed"]),
         "human": {talk.name: _recording(spoken, row) for row, talk in enumerate(people)},
     }
-    return Outcome(report, made["this"], directed, [cases[0] for cases in spoken["this"]])
+    return Outcome(report, judged["this"][0], directed, [cases[0] for cases in spoken["this"]])
 
 
 def reference(material: str | PathLike) -> dict:
@@ -105,47 +106,60 @@ class _Judge:
 
     def __init__(self, checkpoint: Path | None, folder: str, progress: Progress):
         self.studio = Studio(checkpoint, folder)
+        self.studio.session.warm_up()  # complains before anything long
         self.progress = progress
-
-    def stage(self, name: str) -> Callable[[float], None]:
-        self.progress(name, 0.0)
-        return lambda value: self.progress(name, value)
 
     def facts(self) -> dict:
         checkpoint = self.studio.session.checkpoint
         return {"hash": checkpoint.hash, "speakers": len(checkpoint.speakers), "steerable": self.studio.steerable}
 
-    def case(self, talk: Talk, style: str, motion: np.ndarray) -> Case:
-        return Case(talk, motion, self.studio.rest(style), tuple(self.studio.joins(len(motion))))
-
-    def cases(self, talks: Sequence[Talk]) -> list[Case]:
-        """Every talk by its own speaker and with its own controls."""
-        tell, result = self.stage("perform talks"), []
+    def judge(self, talks: Sequence[Talk]) -> tuple[list[Case], dict]:
+        """Cases of all talks, each by its own speaker with its own controls, and the column of figures."""
+        cases, variations, acted = [], [], []
+        energy: dict[str, list[float]] = {style: [] for style in self.styles()}
+        heard = set()
         for number, talk in enumerate(talks):
-            style = self.studio.known(talk.style)
-            (motions,) = self.studio.perform(talk, [Wish(style, controls=talk.controls or {})])
-            result.append(self.case(talk, style, motions[0]))
-            tell((number + 1) / len(talks))
-        return result
+            self.progress("perform talks", number / len(talks))
+            style, new = self.studio.known(talk.style), talk.recording not in heard and talk.affect is not None
+            heard.add(talk.recording)
+            wishes = [Wish(style, takes=TAKES if number < FEW else 1, controls=talk.controls or {})]
+            motions, *others = self.studio.perform(talk, wishes + [Wish(name) for name in energy if new])
+            cases.append(self.case(talk, style, motions[0]))
+            variations += [motions] if number < FEW else []
+            if new:
+                acted.append(talk.affect[1])
+                for values, (motion,) in zip(energy.values(), others, strict=True):
+                    values.append(kinematics.arm_speed(motion).mean())
+        column = {
+            **measure(cases, self.studio.seed_frames),
+            **experiments.takes(variations),
+            **(experiments.arousal(acted, energy) if acted else {}),
+            **self.excerpts(list({talk.recording: talk for talk in talks}.values())[:FEW]),
+        }
+        return cases, column
+
+    def excerpts(self, talks: Sequence[Talk]) -> dict:
+        """Figures of the beginnings of some recordings by all speakers, and by one with the arousal slider moved."""
+        names, made = self.studio.names, []
+        ends = [Wish(self.studio.known(""), controls={"arousal": value}) for value in (-1.0, 0.0, 1.0)]
+        wishes = [Wish(name) for name in names] + ends * self.studio.steerable
+        for number, talk in enumerate(talks):
+            self.progress("speakers", number / len(talks))
+            motions = self.studio.perform(talk.cut(experiments.EXCERPT), wishes)
+            made.append(np.stack([motion for (motion,) in motions]))
+        column = experiments.speakers([motions[: len(names)] for motions in made])
+        if self.studio.steerable:
+            column |= experiments.slider(*([motions[len(names) + end] for motions in made] for end in range(3)))
+        return column
 
     def human(self, talk: Talk) -> list[Case]:
         """A person's recording by several styles, the default first."""
         names = list(dict.fromkeys([self.studio.known(""), *self.styles()]))
         made = self.studio.perform(talk, [Wish(name) for name in names])
-        return [self.case(talk, name, motions[0]) for name, motions in zip(names, made, strict=True)]
+        return [self.case(talk, name, motion) for name, (motion,) in zip(names, made, strict=True)]
 
-    def column(self, cases: Sequence[Case], corpus: Corpus) -> dict:
-        talks = [case.talk for case in cases]
-        distinct = list({talk.name.split()[0]: talk for talk in talks}.values())
-        few = distinct[:FEW]
-        studio = self.studio
-        return {
-            **measure(cases, studio.seed_frames),
-            **experiments.takes(studio, few[:8], self.stage("takes")),
-            **experiments.speakers(studio, few, self.stage("speakers")),
-            **experiments.arousal(studio, distinct, self.styles(), self.stage("arousal")),
-            **experiments.slider(studio, few, self.stage("slider")),
-        }
+    def case(self, talk: Talk, style: str, motion: np.ndarray) -> Case:
+        return Case(talk, motion, self.studio.rest(style), tuple(self.studio.joins(len(motion))))
 
     def styles(self) -> list[str]:
         """Some styles, spread evenly over the checkpoint's speakers."""

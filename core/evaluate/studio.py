@@ -64,14 +64,12 @@ class Studio:
     def perform(self, talk: Talk, wishes: Sequence[Wish]) -> list[np.ndarray]:
         """Directions ``(takes, frames, 9, 3)`` for every wish."""
         audio, transcript = self._files(talk)
-        made = []
-        for wish in wishes:
-            request = Request(
-                audio, transcript, style=wish.style, seed=wish.seed, takes=wish.takes, **self._controls(wish.controls)
-            )
-            motions = self.session.synthesize(request).motions
-            made.append(np.stack([motion.directions for motion in motions]))
-        return made
+        requests = [
+            Request(audio, transcript, style=wish.style, seed=wish.seed, takes=wish.takes, **self._controls(wish.controls))
+            for wish in wishes
+        ]
+        results = self.session.synthesize_all(requests)
+        return [np.stack([motion.directions for motion in result.motions]) for result in results]
 
     def _controls(self, controls: dict[str, float]) -> dict:
         """Arguments of a :class:`Request`; nothing for a checkpoint without controls."""

@@ -17,14 +17,15 @@ _NEEDED = ("affect", "accents", "accent_starts", "strokes", "stroke_starts")
 
 @dataclass(frozen=True)
 class Talk:
-    """A recording and what is known of it.
+    """A recording and what is known of it. ``recording`` is the same for performances of the same speech.
 
     ``audio`` ``(n,)`` float32 at 16 kHz; ``words`` (text, start, end); ``accents`` ``(a, 3)`` time, strength, main;
-    ``style`` the speaker's name; ``controls`` by name. Of a directed performance also ``affect`` ``(3,)`` as acted (ranks,
-    0..1), ``directed`` ``(frames, 9, 3)`` with its ``strokes`` ``(s,)`` and ``rest`` ``(9, 3)``; else None.
+    ``style`` the speaker's name; ``controls`` by name; ``affect`` ``(3,)`` as acted (ranks, 0..1), None for people. Of a
+    directed performance also ``directed`` ``(frames, 9, 3)`` with its ``strokes`` ``(s,)`` and ``rest`` ``(9, 3)``.
     """
 
     name: str
+    recording: str
     audio: np.ndarray
     words: tuple[tuple[str, float, float], ...]
     accents: np.ndarray
@@ -86,6 +87,10 @@ class Corpus:
         starts = self.arrays["starts"]
         return skeleton.normalize(self.arrays["directions"][starts[number] : starts[number + 1]].astype(np.float32))
 
+    def acted(self) -> np.ndarray:
+        """Which recordings ``(R,)`` were spoken with an annotated affect; people's own are not."""
+        return np.array([not str(known.get("kind", "")).startswith("human") for known in self.meta["recordings"]])
+
     def chosen(self, count: int) -> list[int]:
         """So many test performances: as many recordings as possible, speakers in turn; always the same ones."""
         arrays = self.arrays
@@ -110,13 +115,14 @@ class Corpus:
             message = f"The speech {path} is missing or damaged."
             raise CorpusUnreadable(message, "Name the folder that the corpus was built with.") from error
         return Talk(
-            f"{Path(known['speech']).stem} {self.speakers[speaker]['name']}",
+            f"{path.stem} {self.speakers[speaker]['name']}",
+            path.stem,
             speech.recorded,
             tuple((str(word), float(start), float(end)) for word, start, end in known["words"]),
             self._part("accents", "accent_starts", recording),
             self.speakers[speaker]["name"],
             dict(zip(styles.CONTROLS, arrays["controls"][number].tolist(), strict=True)),
-            np.array(arrays["affect"][recording]),
+            np.array(arrays["affect"][recording]) if self.acted()[recording] else None,
             self.performance(number),
             self._part("strokes", "stroke_starts", number),
             self.rest(speaker),
@@ -136,4 +142,4 @@ def human(path: str | PathLike) -> Talk:
     text = path.with_suffix(".txt")
     words, _ = transcript.resolve(sound, text if text.is_file() else None)
     accents = [(accent.time, accent.strength, accent.main) for accent in prosody.analyse(sound, words).accents]
-    return Talk(path.stem, sound, words, np.array(accents, float).reshape(-1, 3))
+    return Talk(path.stem, path.stem, sound, words, np.array(accents, float).reshape(-1, 3))
