@@ -18,7 +18,7 @@ _FARTHEST = np.radians(170)  # from rest; beyond it the way back would flip
 
 # Per edge: how far (radians) breathing (front-back, up-down) and swaying (side, front) carry it.
 _BREATH = np.array([0.006, 0.004, 0.004, 0.012, 0.004, 0.005, 0.012, 0.004, 0.005])
-_SWAY = np.array([0.014, 0.022, 0.022, 0.006, 0.012, 0.02, 0.006, 0.012, 0.02])
+_SWAY = np.array([0.020, 0.030, 0.036, 0.009, 0.026, 0.030, 0.009, 0.026, 0.030])  # as captured people who wait
 
 
 def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray | float) -> np.ndarray:

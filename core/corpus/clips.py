@@ -14,6 +14,9 @@ from ..motion import cubic
 from . import rotation, skm
 
 
+_MARKED = 0.3  # of the hands' way: where they have gone less far, the emphasis mark is a leftover
+
+
 @dataclass(frozen=True)
 class Roles:
     """Names, in one family of skeletons, of the joints that become ours."""
@@ -120,6 +123,9 @@ def _phases(directions: np.ndarray, fps: float, emphasis: float, stroke: float) 
     away = np.linalg.norm(points - points[:1], axis=-1).max(axis=1)
     last = len(away) - 1
     peak = int(np.clip(round(emphasis * fps), 2, last - 2))
+    if away[max(peak - 2, 0) : peak + 3].max() < _MARKED * away.max():
+        # nobody set this mark: strokes land about 0.2 s after the hands have got nearly as far as they go
+        peak = min(int(np.argmax(away >= 0.95 * away.max())) + round(0.2 * fps), last - 2)
     reach = away[max(peak - 2, 0) : peak + 3].max()
 
     def before(share: float) -> int:
