@@ -13,7 +13,6 @@ from .. import skeleton
 from ..motion import cubic
 from . import rotation, skm
 
-
 _MARKED = 0.3  # of the hands' way: where they have gone less far, the emphasis mark is a leftover
 
 
