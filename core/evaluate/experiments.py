@@ -11,6 +11,9 @@ from .talks import TEST, Corpus
 EXCERPT = 24.0
 """Seconds of a talk by which a speaker must be known."""
 
+ENOUGH_TALKS = 4
+"""By which a correlation can be judged."""
+
 
 def takes(motions: Sequence[np.ndarray]) -> dict[str, float]:
     """``takes_apart``: degrees between the arms of variations ``(takes, frames, 9, 3)``, one array a talk."""
@@ -58,8 +61,10 @@ def directed_speakers(corpus: Corpus, train_each: int = 8, test_each: int = 4) -
 def arousal(acted: Sequence[float], energy: dict[str, Sequence[float]]) -> dict[str, float | dict]:
     """Correlation of the talks' acted arousal with the motion energy of one style's performances; the least of all styles.
 
-    ``energy``: by style, mean arm speed of every talk.
+    ``energy``: by style, mean arm speed of every talk. Nothing for fewer talks than :data:`ENOUGH_TALKS`.
     """
+    if len(acted) < ENOUGH_TALKS:
+        return {}
     found = {style: figures.correlations(acted, values) for style, values in energy.items()}
     return {
         "arousal_spearman": min(rank for rank, _ in found.values()),

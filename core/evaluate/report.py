@@ -133,7 +133,7 @@ class _Judge:
         column = {
             **measure(cases, self.studio.seed_frames),
             **experiments.takes(variations),
-            **(experiments.arousal(acted, energy) if acted else {}),
+            **experiments.arousal(acted, energy),
             **self.excerpts(list({talk.recording: talk for talk in talks}.values())[:FEW]),
         }
         return cases, column

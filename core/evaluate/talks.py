@@ -114,6 +114,10 @@ class Corpus:
         except (OSError, ValueError, KeyError) as error:
             message = f"The speech {path} is missing or damaged."
             raise CorpusUnreadable(message, "Name the folder that the corpus was built with.") from error
+        directed = self.performance(number)
+        if abs(len(directed) - speech.duration * skeleton.FPS) > 2:
+            message = f"The speech {path} is not what the corpus was directed to: it has another length."
+            raise CorpusUnreadable(message, "Name the folder that the corpus was built with.")
         return Talk(
             f"{path.stem} {self.speakers[speaker]['name']}",
             path.stem,
@@ -123,7 +127,7 @@ class Corpus:
             self.speakers[speaker]["name"],
             dict(zip(styles.CONTROLS, arrays["controls"][number].tolist(), strict=True)),
             np.array(arrays["affect"][recording]) if self.acted()[recording] else None,
-            self.performance(number),
+            directed,
             self._part("strokes", "stroke_starts", number),
             self.rest(speaker),
         )

@@ -1,6 +1,7 @@
 """``s2ag evaluate`` from a corpus folder to the report's files."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -104,6 +105,11 @@ def test_what_is_missing_is_named(corpus_folders, tmp_path):
     with pytest.raises(CorpusUnreadable, match="no folder of speech"):
         Corpus(folder, tmp_path / "nowhere")
     with pytest.raises(CorpusUnreadable, match=r"speech .*0\.npz is missing"):
+        Corpus(folder, tmp_path).talk(0)
+    for path in speech.glob("*.npz"):
+        talk = Speech.load(path)
+        replace(talk, clean=talk.clean[:-16000]).save(tmp_path / path.name)
+    with pytest.raises(CorpusUnreadable, match="another length"):
         Corpus(folder, tmp_path).talk(0)
     arrays = talk_arrays()
     meta = json.loads((folder / "meta.json").read_text())
