@@ -18,9 +18,22 @@ class GraphConvolution(nn.Module):
         self.register_buffer("matrices", matrices, persistent=False)
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """``(B, inputs, T, V)`` to ``(B, outputs, T, V)``."""
-        x = self.conv(x).unflatten(1, (len(self.matrices), -1))
-        return torch.einsum("bkctv,kvw->bctw", x, self.matrices)
+        """``(B, inputs, V, T)`` to ``(B, outputs, V, T)``."""
+        # Both steps are linear, so their weights are joined first: one dense convolution instead of many large channels.
+        groups, nodes = len(self.matrices), x.shape[2]
+        weight = self.conv.weight.squeeze(-1).unflatten(0, (groups, -1))
+        weight = torch.einsum("koit,kvw->owivt", weight, self.matrices).flatten(0, 1).flatten(1, 2)
+        bias = torch.einsum("ko,kvw->ow", self.conv.bias.unflatten(0, (groups, -1)), self.matrices).flatten()
+        x = functional.conv1d(x.flatten(1, 2), weight, bias, padding=self.conv.padding[0])
+        return x.unflatten(1, (-1, nodes))
+
+
+class NodeConvolution(nn.Conv2d):
+    """Convolution along time and across node indices, its kernel ``(time, nodes)``, its input ``(B, C, V, T)``."""
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """``(B, C, V, T)`` to the same shape."""
+        return functional.conv2d(x, self.weight.transpose(2, 3), self.bias, padding=self.padding[::-1])
 
 
 class SpatialTemporalBlock(nn.Module):
@@ -34,13 +47,13 @@ class SpatialTemporalBlock(nn.Module):
         self.tcn = nn.Sequential(
             make_norm(config.norm, outputs, 2),
             nn.ReLU(),
-            nn.Conv2d(outputs, outputs, kernel, padding=(kernel[0] // 2, kernel[1] // 2)),
+            NodeConvolution(outputs, outputs, kernel, padding=(kernel[0] // 2, kernel[1] // 2)),
             make_norm(config.norm, outputs, 2),
         )
         self.residual = nn.Sequential(nn.Conv2d(inputs, outputs, 1), make_norm(config.norm, outputs, 2))
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """``(B, inputs, T, V)`` to ``(B, outputs, T, V)``."""
+        """``(B, inputs, V, T)`` to ``(B, outputs, V, T)``."""
         return functional.leaky_relu(self.tcn(self.gcn(x)) + self.residual(x), self.slope)
 
 
@@ -65,17 +78,11 @@ class AffectiveEncoder(nn.Module):
 
     def forward(self, poses: torch.Tensor) -> torch.Tensor:
         """Mean-subtracted directions ``(B, T, 9, 3)`` to affective features ``(B, T, affect_size)``."""
-        x = self.st_gcn1(poses.permute(0, 3, 1, 2))
-        x = self.batch_norm1(_flatten_nodes(x))
-        batch, _, frames = x.shape
+        x = self.st_gcn1(poses.permute(0, 3, 2, 1).contiguous())
+        x = self.batch_norm1(x.flatten(1, 2))
         # The edges are listed part by part, so a part's features are a reshape: feature slowest, edge fastest.
-        x = x.view(batch, -1, len(PARTS), len(PARTS[0]), frames).permute(0, 1, 3, 4, 2).flatten(1, 2)
-        x = self.batch_norm2(_flatten_nodes(self.st_gcn2(x)))
+        x = x.unflatten(1, (-1, len(PARTS), len(PARTS[0]))).transpose(2, 3).flatten(1, 2)
+        x = self.batch_norm2(self.st_gcn2(x).flatten(1, 2))
         x = functional.leaky_relu(self.batch_norm3(self.conv3(x)), self.slope)
         x = functional.leaky_relu(self.batch_norm4(self.conv4(x)), self.slope)
         return x.transpose(1, 2)
-
-
-def _flatten_nodes(x: torch.Tensor) -> torch.Tensor:
-    """``(B, C, T, V)`` to ``(B, C*V, T)``, node fastest."""
-    return x.transpose(2, 3).flatten(1, 2)

@@ -5,6 +5,7 @@ from torch import nn
 from torch.nn import functional
 
 from .config import ModelConfig
+from .dropout import Dropout
 from .layers import WeightNormConv1d
 
 
@@ -15,7 +16,7 @@ class TemporalBlock(nn.Module):
         super().__init__()
         self.conv1 = WeightNormConv1d(config.text_channels, config.text_kernel, dilation, config.text_causal)
         self.conv2 = WeightNormConv1d(config.text_channels, config.text_kernel, dilation, config.text_causal)
-        self.dropout = nn.Dropout(config.text_dropout)
+        self.dropout = Dropout(config.text_dropout)
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         """``(B, C, T)`` to the same shape."""
@@ -51,7 +52,7 @@ class TextEncoder(nn.Module):
             self.embedding = nn.Embedding(config.words, config.word_size)
             nn.init.normal_(self.embedding.weight, std=config.word_size**-0.5)
         self.has_table = bool(config.words)
-        self.dropout = nn.Dropout(config.word_dropout)
+        self.dropout = Dropout(config.word_dropout)
         narrow = config.text_channels != config.word_size
         self.projection = nn.Linear(config.word_size, config.text_channels) if narrow else nn.Identity()
         self.tcn = TemporalNetwork(config)

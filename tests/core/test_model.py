@@ -6,10 +6,12 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from s2ag.core.errors import UsageError  # noqa: E402
-from s2ag.core.model import graph  # noqa: E402
+from s2ag.core.model import graph, recurrent  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.discriminator import Discriminator  # noqa: E402
+from s2ag.core.model.dropout import Dropout  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
+from s2ag.core.model.layers import ChannelNorm  # noqa: E402
 from s2ag.core.model.timing import mfcc_slice, nearest_mfcc  # noqa: E402
 from s2ag.core.prosody import FEATURES  # noqa: E402
 from s2ag.core.skeleton import MEAN  # noqa: E402
@@ -153,7 +155,62 @@ def test_graph_convolution_sums_over_neighbours():
     with torch.no_grad():
         layer.conv.weight.fill_(1.0)
         layer.conv.bias.zero_()
-    assert layer(torch.tensor([1.0, 10.0, 100.0]).view(1, 1, 1, 3)).flatten().tolist() == [111, 11, 101]
+    assert layer(torch.tensor([1.0, 10.0, 100.0]).view(1, 1, 3, 1)).flatten().tolist() == [111, 11, 101]
+
+
+def gradients(module, x, weights, forward):
+    module.zero_grad()
+    x = x.clone().requires_grad_()
+    made = forward(x)
+    (made * weights).sum().backward()
+    return [made.detach(), x.grad, *(p.grad.clone() for p in module.parameters())]
+
+
+@pytest.mark.parametrize("layers", [1, 2])
+def test_the_written_out_gru_has_the_values_and_gradients_of_torchs(layers):
+    torch.manual_seed(0)
+    gru = torch.nn.GRU(19, 7, layers, batch_first=True, bidirectional=True).double()
+    x, weights = torch.randn(3, 11, 19).double(), torch.randn(3, 11, 14).double()
+    ours = gradients(gru, x, weights, lambda x: torch.cat(recurrent.bidirectional(gru, x), -1))
+    theirs = gradients(gru, x, weights, lambda x: gru(x)[0])
+    for a, b in zip(ours, theirs, strict=True):
+        torch.testing.assert_close(a, b)
+
+
+def test_the_written_out_gru_keeps_its_state_exact_at_low_precision():
+    torch.manual_seed(0)
+    gru = torch.nn.GRU(19, 7, 2, batch_first=True, bidirectional=True)
+    x, weights = torch.randn(3, 11, 19), torch.randn(3, 11, 14)
+
+    def low(x):
+        with torch.autocast("cpu", torch.bfloat16):
+            return torch.cat(recurrent.bidirectional(gru, x), -1)
+
+    made, *rest = gradients(gru, x, weights, low)
+    assert made.dtype == torch.float32
+    for a, b in zip([made, *rest], gradients(gru, x, weights, lambda x: gru(x)[0]), strict=True):
+        assert a.dtype == b.dtype and (a - b).norm() < 0.02 * b.norm()
+
+
+def test_channel_norm_is_layer_norm_over_axis_1():
+    torch.manual_seed(0)
+    norm = ChannelNorm(6).double()
+    torch.nn.init.normal_(norm.weight), torch.nn.init.normal_(norm.bias)
+    x, weights = torch.randn(2, 6, 5, 3).double() + 2, torch.randn(2, 6, 5, 3).double()
+    layer_norm = torch.nn.functional.layer_norm
+    theirs = gradients(norm, x, weights, lambda x: layer_norm(x.movedim(1, -1), (6,), norm.weight, norm.bias).movedim(-1, 1))
+    for a, b in zip(gradients(norm, x, weights, norm), theirs, strict=True):
+        torch.testing.assert_close(a, b)
+
+
+def test_dropout_keeps_the_mean_and_drops_the_share():
+    torch.manual_seed(0)
+    layer, x = Dropout(0.25), torch.ones(999, 103)
+    made = layer(x)
+    assert float((made == 0).float().mean()) == pytest.approx(0.25, abs=0.01)
+    assert float(made.mean()) == pytest.approx(1, abs=0.01) and float(made.max()) == pytest.approx(4 / 3)
+    assert (made == 0).float().mean(0).std() < 0.03
+    assert layer.eval()(x) is x
 
 
 @pytest.mark.parametrize("frames", [1, 34, 97])

@@ -1,0 +1,101 @@
+"""GRUs trained on a CPU: the arithmetic of ``torch.nn.GRU`` with its gradient written out.
+
+PyTorch unrolls a GRU into some thirty small operations a frame there, and its backward pass multiplies matrices once a
+frame for every weight. Here the frame's own work is a dozen operations, there and back, and each weight's gradient is one
+large product over all frames. Under autocast only those large products are of low precision, the state never is.
+"""
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+from .dropout import dropout
+
+_WEIGHTS = ("weight_ih", "weight_hh", "bias_ih", "bias_hh")
+_ALIGNED = 16
+"""Odd numbers of inputs halve the speed of matrix products, so they are padded to a multiple of this."""
+
+
+def bidirectional(gru: nn.GRU, x: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    """Forward and backward outputs ``(B, T, size)`` of a batch-first bidirectional ``gru`` over ``x`` ``(B, T, inputs)``."""
+    low = torch.get_autocast_dtype("cpu") if torch.is_autocast_enabled("cpu") else gru.weight_ih_l0.dtype
+    rest = -x.shape[-1] % _ALIGNED
+    x = functional.pad(x.transpose(0, 1), (0, rest))
+    outputs: list[torch.Tensor] = []
+    for layer in range(gru.num_layers):
+        if layer:
+            x = torch.cat(outputs, dim=-1)
+            x = dropout(x, gru.dropout) if gru.training and gru.dropout else x
+        x = x.to(low)
+        outputs = []
+        for end in ("", "_reverse"):
+            weight_ih, weight_hh, bias_ih, bias_hh = (getattr(gru, f"{name}_l{layer}{end}") for name in _WEIGHTS)
+            weight_ih = functional.pad(weight_ih, (0, 0 if layer else rest))
+            outputs.append(_Scan.apply(x, weight_ih, weight_hh, bias_ih, bias_hh, bool(end)))
+    ahead, back = outputs
+    return ahead.transpose(0, 1), back.transpose(0, 1)
+
+
+class _Scan(torch.autograd.Function):
+    """One layer in one direction, time first: ``(T, B, inputs)`` to ``(T, B, size)``. Gates are ordered r, z, n.
+
+    Large products are of the input's type; all else is of the weights'.
+    """
+
+    @staticmethod
+    def forward(ctx, x, weight_ih, weight_hh, bias_ih, bias_hh, reverse):
+        with torch.autocast("cpu", enabled=False):
+            size, (frames, batch, _) = weight_hh.shape[1], x.shape
+            bias = torch.cat([bias_ih[: 2 * size] + bias_hh[: 2 * size], bias_ih[2 * size :]])
+            rz, n = (_input(x, *part) for part in zip(*(w.split([2 * size, size]) for w in (weight_ih, bias)), strict=True))
+            heard = torch.empty_like(n)  # what the state contributes to n, before r gates it
+            states = n.new_zeros(frames + 1, batch, size)
+            before, after = (states[1:], states[:-1]) if reverse else (states[:-1], states[1:])
+            weight_rz, weight_n = (part.t().contiguous() for part in weight_hh.split([2 * size, size]))
+            steps = _frames(rz, rz[..., :size], rz[..., size:], n, heard, before, after)
+            for gates, r, z, new, inner, old, state in reversed(steps) if reverse else steps:
+                gates.addmm_(old, weight_rz).sigmoid_()
+                torch.addmm(bias_hh[2 * size :], old, weight_n, out=inner)
+                new.addcmul_(r, inner).tanh_()
+                torch.lerp(new, old, z, out=state)
+        ctx.save_for_backward(x, weight_ih, weight_hh, rz, n, heard, states)
+        ctx.reverse = reverse
+        return after
+
+    @staticmethod
+    def backward(ctx, grad):
+        x, weight_ih, weight_hh, rz, n, heard, states = ctx.saved_tensors
+        frames, batch, size = n.shape
+        before = states[1:] if ctx.reverse else states[:-1]
+        r, z = rz.split(size, dim=-1)
+        # What a change of the state does to each gate before its nonlinearity, all frames at once.
+        slope_n = (1 - n * n).mul_(1 - z)
+        slope_r = (1 - r).mul_(r).mul_(heard).mul_(slope_n)
+        slope_z = (1 - z).mul_(z).mul_(before - n)
+        grads, gates = grad.clone(memory_format=torch.contiguous_format), torch.empty(frames, batch, 3 * size, dtype=n.dtype)
+        parts = gates.split(size, dim=-1)
+        steps = _frames(grads, z, gates, *parts, slope_r, slope_z, slope_n * r)
+        following = None
+        for step in steps if ctx.reverse else reversed(steps):
+            if following is not None:
+                step[0].addcmul_(following[0], following[1]).addmm_(following[2], weight_hh)
+            for part, slope in zip(step[3:6], step[6:], strict=True):
+                torch.mul(step[0], slope, out=part)
+            following = step
+        flat = gates.flatten(0, 1)
+        low = flat.to(x.dtype)
+        grad_weight_hh, grad_bias_hh = (low.t() @ before.flatten(0, 1).to(x.dtype)).to(n.dtype), flat.sum(0)
+        torch.mul(grads, slope_n, out=parts[2])
+        low[:, 2 * size :] = flat[:, 2 * size :]
+        grad_weight_ih, grad_bias_ih = (low.t() @ x.flatten(0, 1)).to(n.dtype), flat.sum(0)
+        grad_x = (low @ weight_ih.to(x.dtype)).view_as(x) if ctx.needs_input_grad[0] else None
+        return grad_x, grad_weight_ih, grad_weight_hh, grad_bias_ih, grad_bias_hh, None
+
+
+def _input(x: torch.Tensor, weight: torch.Tensor, bias: torch.Tensor) -> torch.Tensor:
+    """What the input contributes to some gates in all frames, ``(T, B, gates)``."""
+    return torch.addmm(bias.to(x.dtype), x.flatten(0, 1), weight.to(x.dtype).t()).to(weight.dtype).unflatten(0, x.shape[:2])
+
+
+def _frames(*parts: torch.Tensor) -> list[tuple[torch.Tensor, ...]]:
+    return list(zip(*(part.unbind(0) for part in parts), strict=True))
