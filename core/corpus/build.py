@@ -156,7 +156,7 @@ def _performance(scene: Scene, number: int) -> Performance:
     strokes = planning.plan(_vocabulary(_task.material, performer), scene)
     time = np.arange(len(scene.prosody.features)) / skeleton.FPS
     trunk, head = 0.3 + 0.3 * performer.sway, 0.2 + 0.15 * performer.drift
-    texture = _idling(_task.material).texture(len(time), index * 64 + number, trunk, head, 0.6, scene.speaking(time))
+    texture = _idling(_task.material).texture(len(time), index * 64 + number, trunk, head, 0.8, scene.speaking(time))
     directions = performance.perform(performer, strokes, scene, performance.resting_pose(performer), texture)
     emphases = np.array([stroke.emphasis for stroke in strokes], np.float32)
     return Performance(number, controls, directions, emphases, _active(strokes, scene.speech.duration))

@@ -159,7 +159,7 @@ def _select(vocabulary: Vocabulary, scene: Scene) -> list[Accent]:
     scores = []
     for accent in scene.accents:
         lively = scene.arousal(accent) - 0.5
-        threshold = performer.threshold - 0.16 * lively - 0.17 * scene.rate
+        threshold = performer.threshold - 0.03 - 0.16 * lively - 0.17 * scene.rate
         score = accent.strength + (0.2 if _meaning(vocabulary, scene, accent) else 0)
         if score > threshold:
             gap = performer.gap * (1 - 0.5 * lively) * (1 - 0.4 * scene.rate)
