@@ -26,10 +26,10 @@ class Scene:
 
     @classmethod
     def of(cls, speech: Speech, controls: np.ndarray | None = None) -> "Scene":
-        """The scene of a talk as it was spoken, without microphone or noise."""
+        """The scene of a talk as it was recorded: performers go by what a network will hear, or it could not learn why."""
         words = [(word.text, word.start, word.end) for word in speech.words]
         frames = int(speech.duration * 15)
-        return cls(speech, analyse(speech.clean, words, frames), np.zeros(len(CONTROLS)) if controls is None else controls)
+        return cls(speech, analyse(speech.recorded, words, frames), np.zeros(len(CONTROLS)) if controls is None else controls)
 
     @property
     def accents(self) -> tuple[Accent, ...]:
