@@ -54,7 +54,7 @@ class Case:
     @cached_property
     def silence(self) -> tuple[np.ndarray, np.ndarray]:
         """Frames in which rest may be expected, and frames of speech."""
-        return figures.pause_frames(self.talk.words, len(self.directions))
+        return figures.pause_frames(self.talk.spoken, len(self.directions))
 
 
 def measure(cases: Sequence[Case], width: int = 10, seed: int = 0) -> dict:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import prosody, skeleton, styles
+from .. import prosody, skeleton, styles, voice
 from ..audio import SAMPLE_RATE
 from ..errors import CorpusUnreadable
 
@@ -40,6 +40,11 @@ class Talk:
     def main(self) -> np.ndarray:
         """Times of the phrases' main accents."""
         return self.accents[self.accents[:, 2] > 0.5, 0]
+
+    @cached_property
+    def spoken(self) -> tuple[tuple[str, float, float], ...]:
+        """The words, or where they are unknown the voiced stretches, with times."""
+        return self.words or tuple(("", start, end) for start, end in voice.segments(self.audio))
 
     def cut(self, seconds: float) -> "Talk":
         """The first so many seconds."""

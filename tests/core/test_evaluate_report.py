@@ -131,7 +131,12 @@ def test_the_studio_performs_as_a_user_would(corpus_folders, random_checkpoint, 
 def test_people_are_aligned_and_their_accents_found(examples):
     talk = human(examples / "hello.flac")
     assert talk.words[0][0] == "Hello" and 3 <= len(talk.main) < len(talk.accents)
-    assert talk.directed is None and talk.affect is None
+    assert talk.directed is None and talk.affect is None and talk.spoken == talk.words
+    unknown = replace(talk, words=())
+    covered = sum(end - start for _, start, end in unknown.spoken)
+    assert 0.5 < covered / (len(talk.audio) / audio.SAMPLE_RATE) < 1 and unknown.spoken[0][1] == pytest.approx(
+        talk.words[0][1], abs=0.3
+    )
 
 
 def test_a_report_is_written(corpus_folders, random_checkpoint, examples, tmp_path, monkeypatch, capsys):
