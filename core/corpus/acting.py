@@ -90,7 +90,7 @@ def deliver(voice: Voice, affect: np.ndarray, random: np.random.Generator) -> De
 
 
 def act(audio: np.ndarray, words: list[Spoken], delivery: Delivery) -> np.ndarray:
-    """The sentence ``(n,)`` at 16 kHz with pitch, range, formants, accents, effort and loudness of ``delivery``, in its time."""
+    """The sentence ``(n,)`` at 16 kHz with pitch, range, formants, accents, effort and loudness of ``delivery``; times stay."""
     bumps = accents(len(audio), words)
     audio = revoice(audio, delivery.pitch, delivery.range, delivery.formants, delivery.rise * bumps)
     audio = tilt(audio * 10 ** (delivery.accent * bumps / 20), delivery.tilt)

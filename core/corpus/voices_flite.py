@@ -61,6 +61,8 @@ class Flite:
     def say(self, sentence: Sentence, manner) -> tuple[np.ndarray, list[Spoken]] | None:
         """Audio at 16 kHz and placed words; None where Flite reads the text as other words."""
         flite = self._library
+        # its noise comes from the C library's generator: every sentence starts anew, so a talk can be made again
+        ctypes.CDLL(None).srand(1)
         flite.feat_set_float(self._features, b"duration_stretch", 1 / manner.tempo)
         utterance = flite.flite_synth_text(sentence.text.encode(), self._voice)
         if not utterance:
