@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..prosody import RATE, Accent, Prosody, analyse
+from ..skeleton import FPS
 from ..styles import CONTROLS
 from .curves import smooth
 from .speech import Speech, Word
@@ -28,7 +29,7 @@ class Scene:
     def of(cls, speech: Speech, controls: np.ndarray | None = None) -> "Scene":
         """The scene of a talk as it was recorded: performers go by what a network will hear, or it could not learn why."""
         words = [(word.text, word.start, word.end) for word in speech.words]
-        frames = int(speech.duration * 15)
+        frames = int(speech.duration * FPS)
         return cls(speech, analyse(speech.recorded, words, frames), np.zeros(len(CONTROLS)) if controls is None else controls)
 
     @property
