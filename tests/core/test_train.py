@@ -1,8 +1,11 @@
-"""Training: losses against hand-computed values, windows against the corpus, and runs that learn, stop and continue."""
+"""Training: losses against hand-computed values, and runs that learn, stop, continue and share their work."""
 
 import json
 import math
-import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,17 +13,14 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from s2ag.core import checkpoint, skeleton  # noqa: E402
-from s2ag.core.errors import CheckpointUnreadable, CorpusUnreadable, OutputUnwritable, UsageError  # noqa: E402
-from s2ag.core.model.seeds import seed_input  # noqa: E402
-from s2ag.core.model.timing import nearest_mfcc  # noqa: E402
+from s2ag.core.errors import CheckpointUnreadable, UsageError  # noqa: E402
 from s2ag.core.train import losses  # noqa: E402
 from s2ag.core.train.__main__ import main  # noqa: E402
 from s2ag.core.train.config import TrainConfig  # noqa: E402
-from s2ag.core.train.dataset import TRAIN, VALIDATION, Corpus, Windows, disturb, draw  # noqa: E402
+from s2ag.core.train.health import Watch  # noqa: E402
 from s2ag.core.train.loop import CHECKPOINT, LOG, STATE, train  # noqa: E402
-from s2ag.core.train.storage import save_arrays  # noqa: E402
 from s2ag.core.train.validation import arm_speed, correlation  # noqa: E402
-from toy_corpus import META, PROSODY, toy_arrays, write_toy_corpus  # noqa: E402
+from toy_corpus import PROSODY, write_toy_corpus  # noqa: E402
 
 SMALL = {
     "gru_size": 32, "gru_layers": 1, "head_size": 32, "mfcc_channels": [16, 16, 16], "text_channels": 16,
@@ -57,6 +57,36 @@ def test_motion_compares_differences():
     assert losses.motion(moving, still, 2).item() == pytest.approx(0.0125, rel=1e-4)
 
 
+def test_arms_may_count_more():
+    made, real = torch.zeros(1, 3, 9, 3), torch.zeros(1, 3, 9, 3)
+    made[..., 0, 0], made[..., 5, 0] = 0.3, 0.3
+    once = 3 * 0.25 / made.numel()
+    assert losses.huber(made, real).item() == pytest.approx(2 * once)
+    assert losses.huber(made, real, arm_weight=4).item() == pytest.approx(5 * once)
+    still = losses.motion(made, real, 1, arm_weight=4)
+    made[:, 1, 5, 0] = 0.35
+    assert still == 0 and losses.motion(made, real, 1, 4).item() == pytest.approx(4 * 2 * 0.0125 / 54, rel=1e-4)
+
+
+def test_arm_positions_are_those_of_forward_kinematics():
+    directions = skeleton.normalize(np.random.default_rng(0).normal(size=(2, 5, 9, 3)))
+    joints = [skeleton.JOINTS.index(name) for name in ("left_elbow", "left_wrist", "right_elbow", "right_wrist")]
+    made = losses.arm_positions(torch.from_numpy(3 * directions))
+    np.testing.assert_allclose(made.numpy(), skeleton.to_positions(directions)[..., joints, :], atol=1e-6)
+
+
+def test_reach_judges_places_and_displacements():
+    directions = torch.from_numpy(np.tile(skeleton.MEAN_UNIT, (1, 4, 1, 1)))
+    assert losses.reach(directions, directions) == 0
+    lifted = directions.clone()
+    lifted[..., 5, :] = torch.tensor([0.0, -1.0, 0.0])
+    apart = losses.arm_positions(lifted) - losses.arm_positions(directions)
+    assert apart[..., [0, 2, 3], :].abs().max() == 0
+    assert losses.reach(lifted, directions).item() == pytest.approx(losses.huber(apart, 0 * apart).item(), rel=1e-5)
+    moving = torch.cat([directions[:, :2], lifted[:, 2:]], dim=1)
+    assert losses.reach(moving, directions) > 2 * losses.reach(lifted, directions)
+
+
 def test_adversarial_losses():
     real, made = torch.tensor([[0.9], [0.8]]), torch.tensor([[0.2], [0.4]])
     assert losses.adversarial(made).item() == pytest.approx(-(math.log(0.2) + math.log(0.4)) / 2)
@@ -86,144 +116,6 @@ def test_diversity_rewards_distance_per_style():
     assert losses.diversity(made, other, style, style).item() == -1000
 
 
-def toy(talks, frames):
-    arrays = toy_arrays(talks=talks, frames=frames)
-    return arrays, Corpus(arrays, META)
-
-
-def test_windows_are_cuts_of_their_talk():
-    arrays, corpus = toy(talks=3, frames=60)
-    assert arrays["recording"].tolist() == [0, 0, 1]
-    batch = corpus.batch(Windows(np.array([1, 2]), np.array([7, 20])), 40, 10)
-    for row, (talk, first) in enumerate([(1, 7), (2, 20)]):
-        recording = talk // 2
-        real = arrays["directions"][talk * 60 + first : talk * 60 + first + 40].astype(np.float32)
-        np.testing.assert_allclose(batch.directions[row].numpy(), real, atol=2e-3)
-        heard = arrays["mfcc_starts"][recording] + nearest_mfcc(first)
-        np.testing.assert_array_equal(batch.mfcc[row].numpy(), arrays["mfcc"][heard : heard + 83].astype(np.float32))
-        here = slice(recording * 60 + first, recording * 60 + first + 40)
-        spoken = arrays["word_index"][here]
-        wanted = np.where(spoken[:, None] >= 0, arrays["vectors"][spoken], 0).astype(np.float32)
-        np.testing.assert_array_equal(batch.words[row].numpy(), wanted)
-        np.testing.assert_array_equal(batch.prosody[row].numpy(), arrays["prosody"][here].astype(np.float32))
-        np.testing.assert_array_equal(batch.controls[row].numpy(), arrays["controls"][talk])
-        assert int(batch.speaker[row]) == talk % 2
-    np.testing.assert_allclose(batch.directions.norm(dim=-1).numpy(), 1, atol=1e-6)
-    seeds = batch.seeds.numpy()
-    assert (seeds[:, :10, 27] == 1).all() and not seeds[:, 10:].any()
-    np.testing.assert_allclose(
-        seeds[:, :10, :27].reshape(2, 10, 9, 3) + skeleton.MEAN, batch.directions[:, :10].numpy(), atol=1e-6
-    )
-
-
-def test_windows_stay_inside_talks_of_their_split():
-    _, corpus = toy(talks=5, frames=60)
-    talks, first = corpus.random_windows(np.random.default_rng(0), 500, 48)
-    assert set(talks) == {0, 1, 2, 3} and set(first) == set(range(13))
-    held, first = corpus.spread_windows(VALIDATION, 5, 48)
-    assert set(held) == {4} and first.tolist() == [0, 3, 6, 9, 12]
-    with pytest.raises(CorpusUnreadable, match="61 frames"):
-        corpus.window_starts(TRAIN, 61)
-
-
-def test_a_mirrored_window_is_gestured_with_the_other_hand():
-    arrays = toy_arrays(talks=2, frames=60)
-    arrays["controls"][0] = (0.1, 0.2, 0.3, 0.4, 0.5)
-    corpus = Corpus(arrays, META)
-    windows = Windows(np.array([0, 0]), np.array([5, 5]), flip=np.array([False, True]))
-    batch = corpus.batch(windows, 48, 10)
-    np.testing.assert_allclose(batch.directions[1].numpy(), skeleton.mirror(batch.directions[0].numpy()), atol=1e-6)
-    np.testing.assert_allclose(batch.seeds[1, :10, :27], seed_input(batch.directions[1:], 48)[0, :10, :27])
-    torch.testing.assert_close(batch.controls[0], torch.tensor([0.1, 0.2, 0.3, 0.4, 0.5]))
-    torch.testing.assert_close(batch.controls[1], torch.tensor([0.1, 0.2, 0.3, 0.4, -0.5]))
-    assert arrays["controls"][0, 4] == np.float32(0.5)
-
-
-def test_windows_without_words_have_the_prosody_of_sound_alone():
-    arrays, corpus = toy(talks=2, frames=60)
-    windows = Windows(np.array([0, 1]), np.array([3, 3]), wordless=np.array([False, True]), seedless=np.array([True, False]))
-    batch = corpus.batch(windows, 40, 10)
-    assert batch.words[0].any() and not batch.words[1].any()
-    np.testing.assert_array_equal(batch.prosody[0].numpy(), arrays["prosody"][3:43].astype(np.float32))
-    np.testing.assert_array_equal(batch.prosody[1].numpy(), arrays["prosody_plain"][3:43].astype(np.float32))
-    assert not batch.seeds[0].any() and batch.seeds[1].any()
-
-
-def test_chances_decide_over_whole_windows():
-    _, corpus = toy(talks=4, frames=60)
-    config = TrainConfig(batch=2000, frames=48, word_drop=0.25, seed_drop=0.5)
-    windows = draw(corpus, config, np.random.default_rng(0))
-    assert windows.wordless.mean() == pytest.approx(0.25, abs=0.05) and windows.seedless.mean() == pytest.approx(0.5, abs=0.05)
-    assert not windows.flip.any()
-    assert draw(corpus, TrainConfig(batch=50, frames=48, mirror=1.0), np.random.default_rng(0)).flip.all()
-
-
-def test_noise_leaves_performances_and_empty_seeds_alone():
-    _, corpus = toy(talks=4, frames=60)
-    batch = corpus.batch(Windows(np.array([0, 1]), np.array([0, 4])), 48, 10)
-    torch.manual_seed(0)
-    changed = disturb(batch, TrainConfig())
-    assert not torch.equal(changed.mfcc, batch.mfcc) and not torch.equal(changed.seeds, batch.seeds)
-    assert torch.equal(changed.seeds[..., 27], batch.seeds[..., 27]) and not changed.seeds[:, 10:].any()
-    assert torch.equal(changed.directions, batch.directions) and torch.equal(changed.words, batch.words)
-
-
-@pytest.mark.parametrize("name", ["starts", "word_index", "speaker", "recording", "frame_starts"])
-def test_arrays_that_do_not_fit_are_refused(tmp_path, name):
-    arrays = toy_arrays(talks=2, frames=60)
-    arrays[name] = arrays[name] + 100
-    save_arrays(tmp_path / "corpus", arrays, META)
-    with pytest.raises(CorpusUnreadable, match="do not fit"):
-        Corpus.load(tmp_path / "corpus")
-
-
-def cut_short(folder):
-    path = folder / "directions.npy"
-    path.write_bytes(path.read_bytes()[:-500])
-
-
-@pytest.mark.parametrize(
-    ("damage", "says"),
-    [
-        (lambda folder: shutil.rmtree(folder), "No such file"),
-        (lambda folder: (folder / "prosody.npy").unlink(), "prosody.npy is missing"),
-        (lambda folder: (folder / "mfcc.npy").write_text("hello"), "not a packed corpus"),
-        (lambda folder: (folder / "speaker.npy").write_bytes(b""), "not a packed corpus"),
-        (lambda folder: (folder / "meta.json").write_text("{"), "not a packed corpus"),
-        (lambda folder: (folder / "meta.json").write_text(json.dumps({**META, "format": 1})), "format 2"),
-        (lambda folder: (folder / "meta.json").write_text(json.dumps({**META, "fps": 30})), "30 fps"),
-        (lambda folder: (folder / "meta.json").write_text('{"format": 2}'), "speakers"),
-        (cut_short, "not a packed corpus"),
-    ],
-)
-def test_damaged_folders_are_no_corpus(tmp_path, damage, says):
-    folder = write_toy_corpus(tmp_path / "corpus", talks=2, frames=60)
-    Corpus.load(folder)
-    damage(folder)
-    with pytest.raises(CorpusUnreadable, match=says) as caught:
-        Corpus.load(folder)
-    assert "s2ag.core.corpus" in caught.value.remedy
-
-
-def test_a_corpus_is_written_whole_or_not_at_all(tmp_path):
-    folder = write_toy_corpus(tmp_path / "corpus", talks=2, frames=60)
-    with pytest.raises(ValueError):
-        save_arrays(folder, {"directions": np.array([object()])}, META)
-    assert Corpus.load(folder).starts[-1] == 120
-    write_toy_corpus(folder, talks=2, frames=80)
-    assert Corpus.load(folder).starts[-1] == 160
-    assert [path.name for path in tmp_path.iterdir()] == ["corpus"]
-
-
-def test_a_corpus_replaces_nothing_else(tmp_path):
-    (tmp_path / "thesis.txt").write_text("precious")
-    with pytest.raises(OutputUnwritable, match="something else"):
-        write_toy_corpus(tmp_path)
-    with pytest.raises(OutputUnwritable):
-        write_toy_corpus(tmp_path / "absent" / "corpus")
-    assert (tmp_path / "thesis.txt").read_text() == "precious"
-
-
 def test_arm_speed_is_in_degrees_a_second():
     angle = torch.deg2rad(6.0 * torch.arange(5))
     directions = torch.zeros(1, 5, 9, 3)
@@ -238,6 +130,18 @@ def test_correlation():
     assert correlation(a, torch.tensor([[3.0, 2.0, 1.0], [4.0, 4.0, 4.0]])) == pytest.approx(-0.5)
 
 
+def test_the_watch_warns_once_of_a_discriminator_that_wins_or_is_dead():
+    watch = Watch()
+    wins = {"right_real": 0.99, "right_made": 0.93, "judged_real": 0.9, "judged_made": 0.1}
+    fair = {"right_real": 0.7, "right_made": 0.6, "judged_real": 0.6, "judged_made": 0.4}
+    dead = {"right_real": 1.0, "right_made": 0.0, "judged_real": 0.551, "judged_made": 0.55}
+    assert not watch.look(wins, 150) and not watch.look(fair, 50) and not watch.look(wins, 150)
+    assert [news[:27] for news in watch.look(wins, 50)] == ["The discriminator is right "]
+    assert not watch.look(wins, 500) and not watch.look(dead, 199)
+    assert "no longer tells" in watch.look(dead, 1)[0]
+    assert not watch.look(dead, 500)
+
+
 def test_training_learns_to_follow_the_voice(settings, tmp_path, one_thread):
     figures = train(TrainConfig.from_dict({**settings, "steps": 60, "log_steps": 10, "validate_steps": 60}))
     lines = [json.loads(line) for line in (tmp_path / "run" / LOG).read_text().splitlines()]
@@ -245,6 +149,9 @@ def test_training_learns_to_follow_the_voice(settings, tmp_path, one_thread):
     assert huber[-1] < 0.5 * huber[0]
     assert figures["rhythm"] > figures["rhythm_shuffled"] + 0.3
     assert 0.5 < figures["speed_ratio"] < 1.5
+    logged = {"windows_per_second", "frames_per_second", "outside", "generator_gradient", "discriminator_gradient"}
+    assert (logged | {"judged_real", "judged_made", "right_real", "right_made"}) <= lines[0].keys()
+    assert 0 <= lines[0]["outside"] < 1 and lines[0]["frames_per_second"] > 0
     loaded = checkpoint.load(settings["out"] + "/" + CHECKPOINT)
     assert [speaker["name"] for speaker in loaded.speakers] == ["small", "large"]
     assert loaded.meta["training"]["steps"] == 60 and loaded.meta["training"]["validation"] == figures
@@ -303,8 +210,63 @@ def test_command_line(settings, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    "change", [{"model": "published"}, {"seed_frames": 48}, {"batch": 0}, {"model_settings": {"words": 9}}]
+    ("change", "says"),
+    [
+        ({"model": "published"}, "default or paper"),
+        ({"seed_frames": 48}, "seed_frames"),
+        ({"batch": 0}, "batch"),
+        ({"device": "tpu"}, "cpu, cuda, mps"),
+        ({"precision": "int4"}, "bf16-mixed"),
+        ({"model_settings": {"words": 9}}, "word vectors"),
+        ({"model_settings": {"prosody_features": PROSODY + 1}}, f'"prosody_features": {PROSODY}'),
+        ({"model_settings": {**SMALL, "controls": 2}}, '"controls": 5'),
+    ],
 )
-def test_bad_settings_are_refused(settings, change):
-    with pytest.raises(UsageError):
+def test_bad_settings_are_refused(settings, tmp_path, change, says):
+    with pytest.raises(UsageError, match=says):
         train(TrainConfig.from_dict({**settings, **change}))
+    assert not (tmp_path / "run" / STATE).exists()
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU")
+def test_an_absent_device_is_named(settings):
+    with pytest.raises(UsageError, match="no cuda device"):
+        train(TrainConfig.from_dict({**settings, "device": "cuda"}))
+
+
+def test_all_switches_train_at_low_precision(settings, one_thread):
+    switches = {"precision": "bf16-mixed", "wrist": 100.0, "arm_weight": 2.0, "mirror": 0.5, "discriminator_frames": 0}
+    figures = train(TrainConfig.from_dict({**settings, **switches}))
+    tensors = torch_tensors(f"{settings['out']}/{STATE}")
+    assert all(value.isfinite().all() for value in tensors.values()) and math.isfinite(figures["huber"])
+    assert {value.dtype for name, value in tensors.items() if name.startswith("generator")} == {torch.float32}
+    assert tensors["generator/controls.weight"].shape == (16, 5)
+
+
+def test_a_told_end_finishes_the_step_and_saves(settings):
+    command = [sys.executable, "-m", "s2ag.core.train", "--config", settings["out"] + ".json"]
+    Path(command[-1]).write_text(json.dumps({**settings, "steps": 10**6}))
+    run = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert run.stdout.readline().startswith("step 1")
+    run.send_signal(signal.SIGTERM)
+    said, _ = run.communicate(timeout=60)
+    assert run.returncode == 0 and "everything is saved" in said
+    facts = json.loads((Path(settings["out"]) / CHECKPOINT).with_suffix(".json").read_text())
+    lines = [json.loads(line) for line in (Path(settings["out"]) / LOG).read_text().splitlines()]
+    assert 0 < facts["training"]["steps"] == max(line["step"] for line in lines if "huber" in line) < 10**6
+
+
+def test_two_processes_share_their_work(settings, tmp_path):
+    """Each learns from windows of its own, and both hold the same weights bit for bit."""
+    script = Path(__file__).parents[1] / "helpers" / "every_rank.py"
+    command = [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node", "2", str(script)]
+    run = subprocess.run([*command, json.dumps({**settings, "batch": 4})], capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+    one, two = (torch_tensors(f"{settings['out']}/{rank}.safetensors") for rank in (0, 1))
+    assert not torch.equal(one.pop("windows"), two.pop("windows"))
+    assert one.keys() == two.keys() and all(torch.equal(one[name], two[name]) for name in one)
+    lines = [json.loads(line) for line in (tmp_path / "run" / LOG).read_text().splitlines()]
+    assert [line["step"] for line in lines if "huber" in line] == [1, 2, 3]
+    assert all(math.isfinite(value) for line in lines for value in line.values())
+    facts = checkpoint.load(settings["out"] + "/" + CHECKPOINT).meta["training"]
+    assert (facts["steps"], facts["processes"]) == (3, 2)
