@@ -85,7 +85,8 @@ def _page(report: dict, pictured: list[str]) -> list[str]:
     lines += ["", "Arousal and motion energy by style (rank, linear): "]
     lines += [f"- {style}: {rank:.2f}, {linear:.2f}" for style, (rank, linear) in styles.items()]
     for name, recording in report["human"].items():
-        lines += ["", f"## Recording of a person: {name}", "", *goals.table(recording)]
+        lines += ["", f"## Recording of a person: {name}", "", "By the default style and some others, together.", ""]
+        lines += goals.table(recording)
     return [*lines, "", "## Pictures", "", *(f"![{name}]({name})" for name in pictured)]
 
 

@@ -2,7 +2,7 @@
 
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
@@ -54,7 +54,7 @@ def evaluate(setting: Setting, progress: Progress = lambda stage, value: None) -
     """Perform and measure; raises subclasses of :class:`S2agError` for what is missing or damaged."""
     corpus = Corpus(setting.corpus, setting.speech)
     talks = [corpus.talk(number) for number in corpus.chosen(setting.talks)]
-    people = [human(path) for path in setting.humans]
+    people = _people(setting.humans)
     real = reference(setting.material) if setting.material else None
     with tempfile.TemporaryDirectory(prefix="s2ag-evaluate-") as folder:
         judges = {"this": _Judge(setting.checkpoint, folder, progress)}
@@ -82,7 +82,7 @@ def evaluate(setting: Setting, progress: Progress = lambda stage, value: None) -
         "real clips": real,
         "columns": columns,
         "verdicts": goals.verdicts(columns["this"], columns.get("compare"), columns["directed"]),
-        "human": {talk.name: _recording(spoken, row) for row, talk in enumerate(people)},
+        "human": {talk.name: _recording(spoken, row, real) for row, talk in enumerate(people)},
     }
     return Outcome(report, judged["this"][0], directed, [cases[0] for cases in spoken["this"]])
 
@@ -167,6 +167,14 @@ class _Judge:
         return [names[row] for row in np.unique(np.linspace(0, len(names) - 1, STYLES).astype(int))]
 
 
+def _people(paths: Sequence[Path]) -> list[Talk]:
+    """Human recordings under names of their own."""
+    talks = [human(path) for path in paths]
+    names = [talk.name for talk in talks]
+    unlike = len(set(names)) == len(names)
+    return talks if unlike else [replace(talk, name=f"{talk.name} {row + 1}") for row, talk in enumerate(talks)]
+
+
 def _mean_pose(talk: Talk) -> Case:
     return Case(talk, np.tile(skeleton.MEAN_UNIT, (len(talk.directed), 1, 1)), skeleton.MEAN_UNIT)
 
@@ -182,8 +190,10 @@ def _against(column: dict, real: dict | None) -> None:
     column["smoothness_ratio"] = column["jerk_per_speed"] / real["jerk_per_speed"]
 
 
-def _recording(spoken: dict[str, list[list[Case]]], row: int) -> dict[str, dict]:
+def _recording(spoken: dict[str, list[list[Case]]], row: int, real: dict | None) -> dict[str, dict]:
     """Columns of one human recording, all its styles together."""
     columns = {name: measure(cases[row]) for name, cases in spoken.items()}
+    for column in columns.values():
+        _against(column, real)
     shuffled = columns["this"].pop("shuffled")
     return {**columns, "shuffled": shuffled}
