@@ -16,7 +16,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, required=True, help="folder of the packed corpus")
     parser.add_argument("--speech", type=Path, help="folder of the cached speech (default: beside OUT)")
     parser.add_argument("--hours", type=float, default=10.5, help="hours of distinct speech (default: 10.5)")
-    parser.add_argument("--performers", type=int, default=3, help="performers of every talk (default: 3)")
+    parser.add_argument("--performers", type=int, default=4, help="performers of every talk (default: 4)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one a core)")
     options = parser.parse_args(arguments)

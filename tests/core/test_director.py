@@ -223,7 +223,7 @@ def test_the_packed_corpus_is_what_training_reads(tmp_path):
 
 @needs_material
 def test_a_tiny_corpus_is_built_from_the_command(tmp_path):
-    """One talk in the cache, three performers; a second run gives the same motion."""
+    """One talk in the cache, four performers; a second run gives the same motion."""
     from s2ag.core.corpus.__main__ import main
 
     (tmp_path / "speech").mkdir()
@@ -232,7 +232,7 @@ def test_a_tiny_corpus_is_built_from_the_command(tmp_path):
     assert main(command) == 0
     first = np.load(tmp_path / "corpus" / "directions.npy")
     meta = json.loads((tmp_path / "corpus" / "meta.json").read_text())
-    assert len(np.load(tmp_path / "corpus" / "speaker.npy")) == 3 and meta["recordings"][0]["speech"] == "0000.npz"
+    assert len(np.load(tmp_path / "corpus" / "speaker.npy")) == 4 and meta["recordings"][0]["speech"] == "0000.npz"
     assert np.degrees(np.abs(idling.between(first[:1].astype(float), first.astype(float)))).max() > 20, "nobody gestured"
     assert main(command) == 0
     np.testing.assert_array_equal(np.load(tmp_path / "corpus" / "directions.npy"), first)
