@@ -24,6 +24,6 @@ class Discriminator(nn.Module):
 
     def forward(self, directions: torch.Tensor) -> torch.Tensor:
         """Probability ``(B, 1)`` that ``directions`` ``(B, T, 9, 3)`` were performed, not generated (paper eq. 14)."""
-        scores = self.out(run_gru(self.gru, self.aff_encoder(directions - self.mean))).squeeze(-1)
+        scores = self.out(run_gru(self.gru, self.aff_encoder(directions - self.mean))).squeeze(-1).float()
         scores = self.out2(scores) if self.out2 is not None else scores.mean(1, keepdim=True)
-        return torch.sigmoid(scores)
+        return torch.sigmoid(scores.float())

@@ -89,7 +89,10 @@ class Generator(nn.Module):
         repeated = style[:, None].expand(-1, features.shape[1], -1)
         head = self.config.affect_size + self.config.mfcc_size + self.config.text_size
         inputs = torch.cat([features[..., :head], repeated, features[..., head:]], dim=-1)
-        poses = self.out(run_gru(self.gru, inputs)).unflatten(-1, (len(EDGES), 3)) + self.mean
+        hidden = run_gru(self.gru, inputs)
+        # Poses differ little from frame to frame, so the head is exact at any precision of training.
+        with torch.autocast(hidden.device.type, enabled=False):
+            poses = self.out(hidden.float()).unflatten(-1, (len(EDGES), 3)) + self.mean
         return functional.normalize(poses, dim=-1) if self.config.unit_directions else poses
 
     def forward(
