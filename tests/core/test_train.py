@@ -234,6 +234,12 @@ def test_an_absent_device_is_named(settings):
         train(TrainConfig.from_dict({**settings, "device": "cuda"}))
 
 
+def test_a_missing_fabric_is_named(settings, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "lightning_fabric", None)
+    assert main(["--data", settings["data"], "--out", settings["out"]]) == 2
+    assert "s2ag[train]" in capsys.readouterr().err
+
+
 def test_all_switches_train_at_low_precision(settings, one_thread):
     switches = {"precision": "bf16-mixed", "wrist": 100.0, "arm_weight": 2.0, "mirror": 0.5, "discriminator_frames": 0}
     figures = train(TrainConfig.from_dict({**settings, **switches}))
