@@ -4,11 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from captured import wave_clip
 from s2ag.core import rest, skeleton
 from s2ag.core.corpus import (
     acting,
-    clips,
-    curves,
     library,
     phonemes,
     recording,
@@ -59,16 +58,6 @@ relax time: 0.03
 @pytest.fixture(scope="module")
 def captured() -> list[library.Gesture]:
     return library.load(MATERIAL)
-
-
-def wave_clip(name: str = "Set/BeatMidRt01", fps: float = 30.0) -> clips.Clip:
-    """A right forearm raised forward between 0.5 and 1 s, held, and lowered from 1.3 s on."""
-    time = np.arange(61) / fps
-    share = curves.ramp(time, 0.4, 1.0) * (1 - curves.ramp(time, 1.3, 1.9))
-    directions = np.tile(rest.REST, (len(time), 1, 1)).astype(float)
-    directions[:, 8] = rest.slerp(directions[:, 8], np.array([-0.2, -0.2, 0.95]) / np.linalg.norm([0.2, 0.2, 0.95]), share)
-    phases = clips._phases(directions, fps, emphasis=1.0, stroke=1.1)
-    return clips.Clip(name, fps, directions.astype(np.float32), *phases, hands=(0.0, 1.0))
 
 
 def test_quaternions_turn_like_matrices():

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from captured import wave_clip
 from s2ag.core import limits, rest, skeleton
-from s2ag.core.corpus import build, clips, curves, idling, lexicon, library, pack, performance, planning, speakers
+from s2ag.core.corpus import build, idling, lexicon, library, pack, performance, planning, speakers
 from s2ag.core.corpus.scene import Scene
 from s2ag.core.corpus.speech import Speech, Word
 from s2ag.core.train.dataset import Corpus
@@ -35,16 +36,6 @@ def small_speech(sentences: int = 3, arousal: float = 0.6) -> Speech:
         at += 2.0
     audio = np.concatenate(pieces).astype(np.float32)
     return Speech(3, 0, audio, audio, tuple(words), np.tile([0.5, arousal, 0.5], (sentences, 1)), {"kind": "noise"})
-
-
-def wave_clip(name: str = "Set/BeatMidRt01", fps: float = 30.0) -> clips.Clip:
-    """A right forearm raised forward between 0.5 and 1 s, held, and lowered from 1.3 s on."""
-    time = np.arange(61) / fps
-    share = curves.ramp(time, 0.4, 1.0) * (1 - curves.ramp(time, 1.3, 1.9))
-    directions = np.tile(rest.REST, (len(time), 1, 1)).astype(float)
-    directions[:, 8] = rest.slerp(directions[:, 8], np.array([-0.2, -0.2, 0.95]) / np.linalg.norm([0.2, 0.2, 0.95]), share)
-    phases = clips._phases(directions, fps, emphasis=1.0, stroke=1.1)
-    return clips.Clip(name, fps, directions.astype(np.float32), *phases, hands=(0.0, 1.0))
 
 
 def small_library() -> list[library.Gesture]:
