@@ -19,6 +19,9 @@ _FARTHEST = np.radians(170)  # from rest; beyond it the way back would flip
 # Per edge: how far (radians) breathing (front-back, up-down) and swaying (side, front) carry it.
 _BREATH = np.array([0.006, 0.004, 0.004, 0.012, 0.004, 0.005, 0.012, 0.004, 0.005])
 _SWAY = np.array([0.020, 0.030, 0.036, 0.009, 0.026, 0.030, 0.009, 0.026, 0.030])  # as captured people who wait
+# A talker's trunk and head move more and faster than those of one who waits; arms are the network's.
+_LIFE = np.array([0.026, 0.024, 0.028, 0.024, 0, 0, 0.024, 0, 0])
+_SWAY_RATES, _LIFE_RATES = (0.043, 0.071, 0.113, 0.19), (0.13, 0.21, 0.31)  # Hz
 
 
 def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray | float) -> np.ndarray:
@@ -50,20 +53,29 @@ def settle_weight(activity: np.ndarray, fps: float = skeleton.FPS, at_rest: bool
     return weight
 
 
-def idle(frames: int, fps: float = skeleton.FPS, seed: int = 0) -> np.ndarray:
-    """Offsets ``(frames, 9, 3)`` in radians to add to unit directions: breathing, and a slow sway that never repeats."""
+def idle(frames: int, fps: float = skeleton.FPS, seed: int = 0, talking: np.ndarray | float = 0.0) -> np.ndarray:
+    """Offsets ``(frames, 9, 3)`` in radians to add to unit directions: breathing, and a slow sway that never repeats.
+
+    ``talking``, ``(frames,)`` or a number in 0..1, adds the livelier trunk and head of somebody who speaks.
+    """
     rng = np.random.default_rng((seed, 0x1D1E))
     time = np.arange(frames) / fps
     breath = np.sin(2 * np.pi * (rng.uniform(0.22, 0.28) * time + rng.random()) + 0.3 * np.sin(2 * np.pi * 0.05 * time))
     offsets = np.zeros((frames, 9, 3))
     offsets[..., 1] = -breath[:, None] * _BREATH
     offsets[..., 2] = breath[:, None] * _BREATH
-    rates = np.array([0.043, 0.071, 0.113, 0.19])
+    talking = np.broadcast_to(talking, (frames,))[:, None]
     for axis in (0, 2):
-        phases = rng.random((4, 9)) * 0.35 + rng.random((4, 1))
-        waves = np.sin(2 * np.pi * (rates[:, None, None] * time[:, None] + phases[:, None, :]))
-        offsets[..., axis] += (waves / np.arange(1, 5)[:, None, None] ** 0.5).sum(0) * 0.5 * _SWAY
+        offsets[..., axis] += 0.5 * _SWAY * _waves(time, _SWAY_RATES, rng) + talking * _LIFE * _waves(time, _LIFE_RATES, rng)
     return offsets
+
+
+def _waves(time: np.ndarray, rates: tuple[float, ...], rng: np.random.Generator) -> np.ndarray:
+    """A sum of slow sines for each of nine edges ``(frames, 9)``, the parts of one body nearly in step."""
+    rates = np.array(rates)[:, None]
+    phases = rng.random((len(rates), 9)) * 0.35 + rng.random((len(rates), 1))
+    waves = np.sin(2 * np.pi * (rates[..., None] * time[:, None] + phases[:, None, :]))
+    return (waves / np.sqrt(np.arange(1, len(rates) + 1))[:, None, None]).sum(0)
 
 
 def rest(
@@ -74,9 +86,12 @@ def rest(
     at_rest: bool = True,
     fps: float = skeleton.FPS,
 ) -> np.ndarray:
-    """Blend a performance ``(frames, 9, 3)`` into ``pose`` where nobody speaks, and let it breathe throughout."""
+    """Blend a performance ``(frames, 9, 3)`` into ``pose`` where nobody speaks, and let it breathe and sway throughout."""
+    from scipy.ndimage import gaussian_filter1d
+
     settled = slerp(directions, pose, settle_weight(activity, fps, at_rest)[:, None])
-    return skeleton.normalize(settled + idle(len(directions), fps, seed)).astype(np.float32)
+    talking = gaussian_filter1d(np.asarray(activity, float), 0.5 * fps, mode="nearest")
+    return skeleton.normalize(settled + idle(len(directions), fps, seed, talking)).astype(np.float32)
 
 
 def scale(directions: np.ndarray, intensity: float, pose: np.ndarray = REST) -> np.ndarray:
@@ -87,10 +102,10 @@ def scale(directions: np.ndarray, intensity: float, pose: np.ndarray = REST) -> 
     return slerp(np.broadcast_to(pose, directions.shape), directions, share).astype(np.float32)
 
 
-def restore(directions: np.ndarray, gain: float, pose: np.ndarray = REST) -> np.ndarray:
+def restore(directions: np.ndarray, gain: np.ndarray | float, pose: np.ndarray = REST) -> np.ndarray:
     """Give a regressed performance its size back: small departures from ``pose`` grow by ``gain``, those above 95 degrees stay.
 
-    A network that minimises an error stays nearer to the middle than people do; how much is measured on held-out speech.
+    ``gain`` is a number, or ``(9,)`` with one for every edge. A network that minimises an error stays nearer to the middle than people do; how much is measured on held-out speech.
     The gain sets in within the first second, so that the performance starts in the pose it was given.
     """
     onset = _smooth(np.arange(len(directions)) / skeleton.FPS)[:, None]

@@ -11,6 +11,8 @@ import numpy as np
 from .errors import UnknownStyle, UsageError
 
 RANDOM = "random"
+TAKE_SPREAD, TAKE_WISHES = 1.5, 0.3
+"""Takes are there to choose from: how much wider than in training their latents are drawn, and their controls vary."""
 CONTROLS = ("arousal", "valence", "dominance", "rate", "hand")
 """What can be turned up and down beside the style, -1..1 each, 0 as the speaker would; the network's order."""
 AFFECTS = CONTROLS[:3]
@@ -79,7 +81,8 @@ def described(count: int) -> list[dict]:
 def latent(weights: dict[int, float] | None, mean: np.ndarray, deviation: np.ndarray, seed: int, takes: int) -> np.ndarray:
     """Latent styles ``(takes, size)`` float32 from the speakers' ``mean`` and ``deviation``, both ``(speakers, size)``.
 
-    The first take of a named style is the style itself; every further take is drawn from the speaker's distribution.
+    The first take of a named style is the style itself; every further take is drawn from the speaker's distribution,
+    widened by :data:`TAKE_SPREAD`.
     A random style is a draw from the normal distribution that covers all speakers. Same seed, same styles.
     """
     draws = np.stack([np.random.default_rng((seed, take)).standard_normal(mean.shape[1]) for take in range(takes)])
@@ -88,7 +91,15 @@ def latent(weights: dict[int, float] | None, mean: np.ndarray, deviation: np.nda
     share = np.zeros(len(mean))
     share[list(weights)] = list(weights.values())
     draws[0] = 0
-    return (share @ mean + draws * (share @ deviation)).astype(np.float32)
+    return (share @ mean + TAKE_SPREAD * draws * (share @ deviation)).astype(np.float32)
+
+
+def vary(controls: np.ndarray, seed: int, takes: int) -> np.ndarray:
+    """Controls ``(takes, 5)`` float32 of every take: the first as asked, the others a little different but for the hand."""
+    wishes = np.stack([np.random.default_rng((seed, take, 5)).standard_normal(len(CONTROLS)) for take in range(takes)])
+    wishes[0] = 0
+    wishes[:, CONTROLS.index("hand")] = 0
+    return np.clip(controls + TAKE_WISHES * wishes, -1, 1).astype(np.float32)
 
 
 def _split(expression: str | dict) -> list[tuple[str, float]]:

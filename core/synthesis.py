@@ -225,7 +225,7 @@ class _Run:
             raise UsageError(f"This checkpoint has no control of {named}.", "Leave it at 0, or choose one with controls.")
 
     def _latents(self, weights) -> np.ndarray:
-        """Styles ``(takes, size)``, one a take, each steered by the controls."""
+        """Styles ``(takes, size)``, one a take, each steered by the controls; takes after the first vary them a little."""
         import torch
 
         checkpoint = self.session.checkpoint
@@ -234,11 +234,12 @@ class _Run:
             mean, log_variance = checkpoint.generator.speaker(every)
         mean, deviation = mean.cpu().numpy(), log_variance.mul(0.5).exp().cpu().numpy()
         drawn = styles.latent(weights, mean, deviation, self.request.seed, self.request.takes)
-        if not self.request.controls.any():
+        if not checkpoint.config.controls:
             return drawn
+        wishes = styles.vary(self.request.controls, self.request.seed, self.request.takes)
         with torch.inference_mode():
-            style, controls = (torch.from_numpy(part).to(self.session.device) for part in (drawn, self.request.controls))
-            return checkpoint.generator.steer(style, controls.expand(len(style), -1)).cpu().numpy()
+            style, controls = (torch.from_numpy(part).to(self.session.device) for part in (drawn, wishes))
+            return checkpoint.generator.steer(style, controls).cpu().numpy()
 
     def _finish(self, directions: np.ndarray, activity: np.ndarray, words: tuple, meta: dict, take: int) -> Motion:
         request = self.request

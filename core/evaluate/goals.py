@@ -73,15 +73,15 @@ def _narration(value: float) -> Goal:
     return Goal(0.75 * value, 1.25 * value)
 
 
-_HIGHER, _LOWER = Goal(better="higher"), Goal(better="lower")
+_HIGHER = Goal(better="higher")
 _LIKE_DIRECTED = Goal(0.75, 1.25, of_directed=True)
 
 ROWS = (
     Row("main_accent", "strokes within 0.15 s of a main accent", _percent, Goal(0.8, of_directed=True)),
     Row("main_accent_gain", "... times those of the motion shifted in time", _plain, Goal(2.5)),
-    Row("main_accent_distance", "median way from stroke to main accent", _seconds, _LOWER),
-    Row("accent_alignment", "accents answered by a stroke (0 to 1)", _plain, _HIGHER),
-    Row("beat_align", "beat alignment of speed minima (0 to 1)", _plain, _HIGHER),
+    Row("main_accent_distance", "median way from stroke to main accent", _seconds, Goal(high=1.25, of_directed=True)),
+    Row("accent_alignment", "accents answered by a stroke (0 to 1)", _plain, Goal(0.8, of_directed=True)),
+    Row("beat_align", "beat alignment of speed minima (0 to 1)", _plain, Goal(0.95, of_directed=True)),
     Row("strokes_a_minute", "strokes a minute", _plain, _LIKE_DIRECTED),
     Row("forearm_median", "forearm speed, median (degrees/s)", _plain, _narration(11)),
     Row("forearm_p90", "forearm speed, 90th percentile", _plain, _narration(95)),

@@ -38,12 +38,20 @@ def latents(session, voice, **options):
 @pytest.mark.parametrize("control", [{"affect": {name: 1.0}} for name in styles.AFFECTS] + [{"rate": 1.0}, {"hand": 1.0}])
 def test_a_control_changes_the_motion_and_its_sign_turns_the_change_round(session, voice, control):
     opposite = {name: {key: -1.0 for key in value} if name == "affect" else -1.0 for name, value in control.items()}
-    plain, there, back = (latents(session, voice, takes=3, **options) for options in ({}, control, opposite))
+    plain, there, back = (latents(session, voice, **options) for options in ({}, control, opposite))
     assert np.abs(there - plain).max() > 0.05
     np.testing.assert_allclose(there - plain, plain - back, atol=1e-6)
-    np.testing.assert_allclose(there - plain, np.tile((there - plain)[:1], (3, 1)), atol=1e-6)
     moved = perform(session, voice, **control)[0].directions - perform(session, voice)[0].directions
     assert np.abs(moved).max() > 1e-3
+
+
+def test_takes_after_the_first_vary_what_is_asked_but_never_the_hand():
+    asked = np.array([0.5, 0, 0, 0.9, -1], np.float32)
+    wishes = styles.vary(asked, seed=3, takes=6)
+    np.testing.assert_array_equal(wishes[0], asked)
+    np.testing.assert_array_equal(wishes[:, 4], -1)
+    assert np.abs(wishes[1:, :4] - asked[:4]).max(1).min() > 0.02 and np.abs(wishes).max() <= 1
+    np.testing.assert_array_equal(wishes[:3], styles.vary(asked, seed=3, takes=3))
 
 
 def test_each_control_has_a_direction_of_its_own(session, voice):

@@ -273,6 +273,6 @@ def test_two_processes_share_their_work(settings, tmp_path):
     assert one.keys() == two.keys() and all(torch.equal(one[name], two[name]) for name in one)
     lines = [json.loads(line) for line in (tmp_path / "run" / LOG).read_text().splitlines()]
     assert [line["step"] for line in lines if "huber" in line] == [1, 2, 3]
-    assert all(math.isfinite(value) for line in lines for value in line.values())
+    assert all(np.isfinite(value).all() for line in lines for value in line.values())
     facts = checkpoint.load(settings["out"] + "/" + CHECKPOINT).meta["training"]
     assert (facts["steps"], facts["processes"]) == (3, 2)
