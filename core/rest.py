@@ -105,8 +105,9 @@ def scale(directions: np.ndarray, intensity: float, pose: np.ndarray = REST) -> 
 def restore(directions: np.ndarray, gain: np.ndarray | float, pose: np.ndarray = REST) -> np.ndarray:
     """Give a regressed performance its size back: small departures from ``pose`` grow by ``gain``, those above 95 degrees stay.
 
-    ``gain`` is a number, or ``(9,)`` with one for every edge. A network that minimises an error stays nearer to the middle than people do; how much is measured on held-out speech.
-    The gain sets in within the first second, so that the performance starts in the pose it was given.
+    ``gain`` is a number, or ``(9,)`` with one for every edge. A network that minimises an error stays nearer to the middle
+    than people do; how much is measured on held-out speech. The gain sets in within the first second, so that the
+    performance starts in the pose it was given.
     """
     onset = _smooth(np.arange(len(directions)) / skeleton.FPS)[:, None]
     angle = np.degrees(_angle(directions, pose))
