@@ -14,6 +14,7 @@ SETTLE_AFTER = 0.7  # seconds of silence before the hands start to sink
 SETTLE_TIME = 1.2  # seconds they take
 RAISE_TIME = 0.5  # seconds before speech in which they are handed back to the network
 
+_NEIGHBOUR = 0.06  # brings jerk at a given speed to that of captured gestures
 _FARTHEST = np.radians(170)  # from rest; beyond it the way back would flip
 
 # Per edge: how far (radians) breathing (front-back, up-down) and swaying (side, front) carry it.
@@ -113,6 +114,13 @@ def restore(directions: np.ndarray, gain: np.ndarray | float, pose: np.ndarray =
     angle = np.degrees(_angle(directions, pose))
     growth = 1 + onset * (gain - 1) * (1 - _smooth((angle - 35) / (95 - 35)))
     return slerp(np.broadcast_to(pose, directions.shape), directions, growth).astype(np.float32)
+
+
+def soften(directions: np.ndarray) -> np.ndarray:
+    """Take the tremble out of ``(frames, 9, 3)``: a little of each frame's neighbours is mixed in; ends stay."""
+    ends = np.concatenate([directions[:1], directions, directions[-1:]])
+    mixed = (1 - 2 * _NEIGHBOUR) * directions + _NEIGHBOUR * (ends[:-2] + ends[2:])
+    return skeleton.normalize(mixed).astype(np.float32)
 
 
 def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 from .errors import UnknownStyle, UsageError
 
 RANDOM = "random"
-TAKE_SPREAD, TAKE_WISHES = 1.5, 0.3
+TAKE_SPREAD, TAKE_WISHES = 1.5, 0.6
 """Takes are there to choose from: how much wider than in training their latents are drawn, and their controls vary."""
 CONTROLS = ("arousal", "valence", "dominance", "rate", "hand")
 """What can be turned up and down beside the style, -1..1 each, 0 as the speaker would; the network's order."""

@@ -243,7 +243,7 @@ class _Run:
 
     def _finish(self, directions: np.ndarray, activity: np.ndarray, words: tuple, meta: dict, take: int) -> Motion:
         request = self.request
-        directions = rest.restore(directions, self.session.checkpoint.gain, self.rest)
+        directions = rest.restore(rest.soften(directions), self.session.checkpoint.gain, self.rest)
         performed = rest.rest(directions, activity, request.seed + take, self.rest, at_rest=request.pose is None)
         scaled = rest.scale(performed, request.intensity, self.rest)
         motion = Motion(limits.keep_human(scaled), skeleton.FPS, words, {**meta, "take": take})
