@@ -95,7 +95,7 @@ ROWS = (
     Row("energy_head", "... neck and head", _plain, _LIKE_DIRECTED),
     Row("energy_torso", "... torso", _plain, _LIKE_DIRECTED),
     Row("jerk_ratio", "jerk of the wrists in gestures to real clips", _plain, Goal(0.7, 1.3)),
-    Row("smoothness_ratio", "... for the same speed", _plain, Goal(0.7, 1.3)),
+    Row("smoothness_ratio", "... for the same speed", _plain, _LIKE_DIRECTED),
     Row("pause_speed", "arm speed in pauses over 1.5 s (degrees/s)", _plain, Goal(high=1.25, of_directed=True)),
     Row("speech_speed", "arm speed in speech", _plain, _LIKE_DIRECTED),
     Row("pause_at_rest", "hands at rest in pauses", _percent, Goal(0.9, of_directed=True)),
