@@ -11,8 +11,8 @@ import numpy as np
 from .errors import UnknownStyle, UsageError
 
 RANDOM = "random"
-TAKE_SPREAD, TAKE_WISHES = 1.5, 0.6
-"""Takes are there to choose from: how much wider than in training their latents are drawn, and their controls vary."""
+TAKE_SPREAD, TAKE_WISHES = 0.4, 0.6
+"""Takes are there to choose from: how far they go, as a share of the way between speakers, and how much their controls vary."""
 CONTROLS = ("arousal", "valence", "dominance", "rate", "hand")
 """What can be turned up and down beside the style, -1..1 each, 0 as the speaker would; the network's order."""
 AFFECTS = CONTROLS[:3]
@@ -82,7 +82,7 @@ def latent(weights: dict[int, float] | None, mean: np.ndarray, deviation: np.nda
     """Latent styles ``(takes, size)`` float32 from the speakers' ``mean`` and ``deviation``, both ``(speakers, size)``.
 
     The first take of a named style is the style itself; every further take is drawn from the speaker's distribution,
-    widened by :data:`TAKE_SPREAD`.
+    which is widened, because it tells how sure the network is of a speaker rather than how far one may vary.
     A random style is a draw from the normal distribution that covers all speakers. Same seed, same styles.
     """
     draws = np.stack([np.random.default_rng((seed, take)).standard_normal(mean.shape[1]) for take in range(takes)])
@@ -91,7 +91,7 @@ def latent(weights: dict[int, float] | None, mean: np.ndarray, deviation: np.nda
     share = np.zeros(len(mean))
     share[list(weights)] = list(weights.values())
     draws[0] = 0
-    return (share @ mean + TAKE_SPREAD * draws * (share @ deviation)).astype(np.float32)
+    return (share @ mean + draws * np.hypot(share @ deviation, TAKE_SPREAD * mean.std(0))).astype(np.float32)
 
 
 def vary(controls: np.ndarray, seed: int, takes: int) -> np.ndarray:
