@@ -5,6 +5,7 @@ from os import PathLike
 import numpy as np
 
 from .. import prosody, rest, skeleton
+from ..evaluate.kinematics import FOREARMS, UPPER_ARMS, angular_speed
 from ..mfcc import HOP
 from ..styles import CONTROLS
 from ..train.storage import FORMAT, save_arrays
@@ -14,7 +15,7 @@ from .build import Performance, Talk
 
 QUIET_BEFORE, QUIET_AFTER = 1.5, 3.0
 """Seconds around a stroke in which the arms may be on their way."""
-ARMS = {"forearms": (5, 8), "upper arms": (4, 7)}
+ARMS = {"forearms": FOREARMS, "upper arms": UPPER_ARMS}
 
 
 def save(talks: list[Talk], folder: str | PathLike, seed: int) -> dict:
@@ -126,13 +127,6 @@ def rest_poses(performances: list[Performance]) -> np.ndarray:
     unseen = ~sums.any((1, 2))
     sums[unseen] = rest.REST
     return skeleton.normalize(sums)
-
-
-def angular_speed(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
-    """Degrees a second ``(frames - 1, 9)`` of every edge of ``(frames, 9, 3)``."""
-    # the chord is exact near zero, where an arc cosine is not
-    chord = np.linalg.norm(np.diff(np.asarray(directions, float), axis=0), axis=-1)
-    return np.degrees(2 * np.arcsin(np.clip(chord / 2, 0, 1))) * fps
 
 
 def _rows(talk: Talk, row: dict[str, int]) -> np.ndarray:

@@ -12,6 +12,7 @@ from s2ag.core import limits, rest, skeleton
 from s2ag.core.corpus import build, idling, lexicon, library, pack, performance, planning, speakers
 from s2ag.core.corpus.scene import Scene
 from s2ag.core.corpus.speech import Speech, Word
+from s2ag.core.evaluate import kinematics
 from s2ag.core.train.dataset import Corpus
 
 MATERIAL = Path(__file__).parents[2].parent / "shared" / "data"
@@ -119,7 +120,7 @@ def test_controls_of_arousal_and_rate_do_what_they_say(scene, gestures, control,
         controls[control] = value
         steered = replace(scene, controls=controls)
         counts.append(len(planning.plan(vocabulary(performer, gestures), steered)))
-        speeds.append(pack.angular_speed(perform(performer, gestures, steered))[:, [5, 8]].mean())
+        speeds.append(kinematics.angular_speed(perform(performer, gestures, steered))[:, [5, 8]].mean())
     if more == "speed":
         assert speeds[0] < speeds[1] < speeds[2]
     assert counts[0] <= counts[1] <= counts[2] and (counts[0] < counts[2] or more == "speed")
@@ -140,7 +141,7 @@ def test_a_performance_moves_on_accents_and_rests(scene, gestures):
     body = perform(performer, gestures, scene)
     assert body.shape == (int(scene.speech.duration * 15), 9, 3) and body.dtype == np.float32
     np.testing.assert_allclose(np.linalg.norm(body, axis=-1), 1, atol=1e-5)
-    speed = pack.angular_speed(body)
+    speed = kinematics.angular_speed(body)
     assert speed.max() < 700
     before = np.concatenate([speed[int((s.emphasis - 0.4) * 15) : int(s.emphasis * 15), [5, 8]].ravel() for s in strokes])
     assert before.mean() > 4 * speed[-15:, [5, 8]].mean()
