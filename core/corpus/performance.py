@@ -28,7 +28,7 @@ def perform(performer: Performer, strokes: list[Stroke], scene: Scene, ease: np.
     arms = np.tile(ease.astype(float), (frames, 1, 1))
     trunk = np.zeros((frames, 9, 3))
     for stroke in strokes:
-        _lay(arms, trunk, stroke, time)
+        _lay(arms, trunk, stroke, time, ease if performer.rest == "front" else None)
     arms = smooth(arms, 0.05)
     body = skeleton.MEAN_UNIT + trunk
     body[:, skeleton.ARM_EDGES] = arms[:, skeleton.ARM_EDGES]
@@ -62,8 +62,11 @@ def warp(clip: Clip, stroke: Stroke, time: np.ndarray) -> np.ndarray:
     return PchipInterpolator(given, wanted)(np.clip(time, given[0], given[-1]))
 
 
-def _lay(arms: np.ndarray, trunk: np.ndarray, stroke: Stroke, time: np.ndarray) -> None:
-    """Lay one gesture over what is there: arms by weight along the great circle, trunk and head added."""
+def _lay(arms: np.ndarray, trunk: np.ndarray, stroke: Stroke, time: np.ndarray, ease: np.ndarray | None) -> None:
+    """Lay one gesture over what is there: arms by weight along the great circle, trunk and head added.
+
+    ``ease``: where the arms rest if they do not hang as they do in the clips; the gesture then starts from there.
+    """
     clip = stroke.gesture.clip
     here = slice(*np.searchsorted(time, [stroke.onset, max(stroke.rest)]))
     time = time[here]
@@ -78,13 +81,28 @@ def _lay(arms: np.ndarray, trunk: np.ndarray, stroke: Stroke, time: np.ndarray) 
         if clip.hands[arm] <= 0.35:
             _sympathy(arms[here], motion, arm, stroke, time)
             continue
+        raised = _raised(clip, motion, edges)
         weight = ramp(time, stroke.onset, stroke.ready) * (1 - ramp(time, stroke.until[arm], stroke.rest[arm]))
         strongest = np.maximum(strongest, weight)
         for edge in edges:
-            shaped = rest.slerp(still[edge], motion[:, edge], amplitude * (_UPPER_ARM if edge in (4, 7) else 1))
+            size = amplitude * (_UPPER_ARM if edge in (4, 7) else 1)
+            if ease is None:
+                shaped = rest.slerp(still[edge], motion[:, edge], size)
+            else:
+                shaped = rest.slerp(np.broadcast_to(ease[edge], motion[:, edge].shape), motion[:, edge], size * raised)
             arms[here, edge] = rest.slerp(arms[here, edge], shaped, weight)
     for edge, share in _SHARES:
         trunk[here, edge] += (share * amplitude * strongest)[:, None] * (motion - still)[:, edge]
+
+
+def _raised(clip: Clip, motion: np.ndarray, edges: tuple[int, int]) -> np.ndarray:
+    """How far an arm is up ``(frames,)``: 0 where it hangs as at the clip's start, 1 from half of its farthest way on."""
+
+    def away(directions: np.ndarray) -> np.ndarray:
+        cosine = (directions[:, edges] * clip.directions[0, list(edges)]).sum(-1)
+        return np.arccos(np.clip(cosine, -1, 1)).max(-1)
+
+    return ramp(away(motion), 0.0, 0.5 * float(away(clip.directions).max()))
 
 
 def _sympathy(arms: np.ndarray, motion: np.ndarray, arm: int, stroke: Stroke, time: np.ndarray) -> None:

@@ -35,6 +35,9 @@ _FIRST = 1.0
 _HEIGHTS = {"low": (-0.4, -0.32, -0.24), "mid": (-0.3, -0.2, -0.05), "high": (-0.18, -0.02, 0.2)}
 """Where the wrist of a beat is for weak, middling and strong accents: metres above the spine joint."""
 
+_CLASP = -0.22
+"""The same for the lowest beats of those whose hands rest before the belly: they rise from there."""
+
 _STRONG = (0.52, 0.68)
 """Strengths from which an accent is middling and strong."""
 
@@ -73,6 +76,7 @@ class Vocabulary:
         wrong_hand = 2 if gesture.hand == other else 0 if gesture.hand == performer.hand else 1
         unfit = gesture.intense and performer.size < 1
         # a gesture and its mirror image are liked equally, so that the other hand does the same
+        unfit = unfit or (performer.rest == "front" and gesture.height < _CLASP - 0.06)
         return (unfit, order >= 9, wrong_hand, order, _hash(performer.name, gesture.name.rstrip("~")), gesture.name)
 
     def meanings(self) -> set[str]:
@@ -102,7 +106,7 @@ class Vocabulary:
         pool = self._by_meaning["beat"] + self._by_meaning["list"] + self._by_meaning["offer"]
         rounds = []
         for level in range(3):
-            wanted = _HEIGHTS[performer.height][level]
+            wanted = max(_HEIGHTS[performer.height][level], (_CLASP + 0.06 * level) if performer.rest == "front" else -1.0)
             hand = "both" if level == 2 and not performer.one_handed else performer.hand if level < 1 else None
 
             def unfit(gesture: Gesture, wanted=wanted, hand=hand) -> float:
