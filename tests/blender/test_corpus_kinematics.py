@@ -1,13 +1,14 @@
 """Blender's own importers against our reading of the captured material: BVH skeleton and FBX person."""
 
 import bpy
-import matrices
 import numpy as np
 import pytest
 from mathutils import Matrix
 from s2ag.core import skeleton
 from s2ag.core.corpus import idling, library, skm, unity
-from scipy.spatial.transform import Rotation
+
+Rotation = pytest.importorskip("scipy.spatial.transform", reason="the engine's packages are not beside this Blender").Rotation
+import matrices  # noqa: E402 (needs scipy)
 
 FAMILY = "PNGestures"
 KINDS = ("XPos", "YPos", "ZPos", "Quat")
