@@ -5,51 +5,15 @@ prefix (``mixamorig:``, ``Bip01 ``, ``Armature_``). A bone counts only if it han
 control or a helper that happens to share a name does not.
 """
 
-import functools
-import json
 import re
 from dataclasses import dataclass
-from importlib import resources
 
 from ..core.errors import RigUnusable
 from ..core.skeleton import EDGE_NAMES
+from .family import LINES, Family, families
 from .plain import ARMS, REMEDY, Bones, Mapping, require_arms, spoken
 
-SIDES = ("left", "right")
-ARM_PARTS = ("clavicle", "upper_arm", "forearm", "hand")
 _SEPARATORS = re.compile(r"[\s_.\-:|]+")
-
-
-@dataclass(frozen=True)
-class Family:
-    """The bone names of one kind of rig: ``chains`` as in :class:`Mapping`, in the rig's own spelling."""
-
-    key: str
-    name: str
-    hips: str
-    chains: dict[str, tuple[str, ...]]
-
-    @property
-    def size(self) -> int:
-        """How many bones it names."""
-        return 1 + sum(map(len, self.chains.values()))
-
-    @classmethod
-    def parse(cls, key: str, data: dict) -> "Family":
-        """Build one from its JSON: ``name``, ``sides`` (left, right), ``hips``, ``torso``, ``neck``, ``head``, ``arm``."""
-        chains = {part: tuple(data[part]) for part in ("torso", "neck", "head")}
-        for side, spelt in zip(SIDES, data["sides"], strict=True):
-            for part in ARM_PARTS:
-                chains[f"{side}_{part}"] = tuple(name.replace("{side}", spelt) for name in data["arm"][part])
-        return cls(key, data["name"], data["hips"], chains)
-
-
-@functools.cache
-def families() -> tuple[Family, ...]:
-    """All known families, by file name."""
-    folder = resources.files(__package__) / "families"
-    files = sorted((entry for entry in folder.iterdir() if entry.name.endswith(".json")), key=lambda entry: entry.name)
-    return tuple(Family.parse(entry.name[:-5], json.loads(entry.read_text("utf-8"))) for entry in files)
 
 
 def detect(bones: Bones, where: str = "The armature") -> Mapping:
@@ -85,10 +49,10 @@ class _Match:
 
     @property
     def rank(self) -> tuple:
-        """Complete arms first, then the number of bones explained, then how little of the family is missing."""
+        """Complete arms first, then controls, the number of bones explained, and how little of the family is missing."""
         arms = sum(part in self.chains for part in ARMS)
         count = sum(map(len, self.chains.values())) + bool(self.hips)
-        return arms, count - 2 * self.strays, count / self.family.size, -len(self.prefix), self.prefix
+        return arms, self.family.controls, count - 2 * self.strays, count / self.family.size, -len(self.prefix), self.prefix
 
 
 class _Rig:
@@ -109,9 +73,8 @@ class _Rig:
 
     def _match(self, family: Family, prefix: str) -> _Match:
         chains, strays = {}, 0
-        hips = self.rows.get(prefix + plain_name(family.hips))
-        lines = [("torso", "neck", "head")] + [tuple(f"{side}_{part}" for part in ARM_PARTS) for side in SIDES]
-        for line in lines:
+        hips = self.rows.get(prefix + plain_name(family.hips)) if family.hips else None
+        for line in LINES:
             above = hips
             for part in line:
                 chain = []
@@ -119,7 +82,8 @@ class _Rig:
                     row = self.rows.get(prefix + plain_name(name))
                     if row is None:
                         continue
-                    if above is not None and above not in self.bones.ancestors(row):
+                    free = part in family.loose and not chain
+                    if above is not None and not free and above not in self.bones.ancestors(row):
                         strays += 1
                         continue
                     chain.append(self.bones.names[row])

@@ -7,6 +7,7 @@ import rigging
 from bodies import ARM_EDGES, degrees, performance
 from s2ag.core import skeleton
 from s2ag.core.motion import Motion
+from s2ag.rigs.family import families
 from s2ag.rigs.plain import character_frame
 from s2ag.s2ag_blender import rig
 from s2ag.s2ag_blender.apply import apply_motion
@@ -46,14 +47,40 @@ def only_armature():
 
 @pytest.mark.skipif(bpy.app.version < (5, 0), reason="Blender's module before 5.0 hangs or crashes at exit once Rigify was on")
 def test_rigify_metarig():
-    import addon_utils
-
-    addon_utils.enable("rigify")
+    bpy.ops.preferences.addon_enable(module="rigify")
     bpy.ops.object.armature_human_metarig_add()
     mapping, worst = gesture(bpy.context.object)
     assert mapping.family == "rigify_metarig" and mapping.warnings == ()
     assert mapping.chains["torso"] == ("spine.001", "spine.002", "spine.003")
     assert worst < 0.01
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 0), reason="Blender's module before 5.0 hangs or crashes at exit once Rigify was on")
+def test_rigify_control_rig():
+    bpy.ops.preferences.addon_enable(module="rigify")
+    bpy.ops.object.armature_human_metarig_add()
+    metarig = bpy.context.object
+    bpy.ops.pose.rigify_generate()
+    item = next(item for item in bpy.data.objects if item.type == "ARMATURE" and item != metarig)
+    bones = rig.read(item)
+    found = rig.resolve_mapping(item, bones)
+    assert found.family == "rigify_controls" and found.hips == "torso"
+    assert found.chains["torso"] == ("spine_fk.002", "spine_fk.003") and found.chains["head"] == ("head",)
+    assert found.chains["right_upper_arm"] == ("upper_arm_fk.R",) and set(found.chains) >= set(skeleton.EDGE_NAMES)
+    for switch in next(family for family in families() if family.key == "rigify_controls").switches:
+        assert isinstance(item.pose.bones[switch.bone].path_resolve(switch.path), float)
+    # What the torso bones of the family move, and what they leave alone.
+    pose, moved = item.pose.bones, {}
+    for name in ("DEF-spine", "DEF-spine.003"):
+        moved[name] = pose[name].matrix.copy()
+    for name in found.chains["torso"]:
+        pose[name].rotation_mode, pose[name].rotation_quaternion = "QUATERNION", (0.995, 0.0998, 0, 0)
+    bpy.context.view_layer.update()
+    angles = {
+        name: np.degrees(before.to_quaternion().rotation_difference(pose[name].matrix.to_quaternion()).angle)
+        for name, before in moved.items()
+    }
+    assert angles["DEF-spine"] < 0.1 and angles["DEF-spine.003"] > 20
 
 
 @pytest.mark.parametrize("name", ["Male_Adult_01", "Female_Adult_01"])
@@ -78,13 +105,15 @@ def test_mesh2motion_human(shared):
         pytest.skip(f"{path.name} is absent")
     with bpy.data.libraries.load(str(path)) as (source, target):
         target.objects = source.objects
-    for item in target.objects:
-        bpy.context.collection.objects.link(item)
+    for thing in target.objects:
+        bpy.context.collection.objects.link(thing)
     item = only_armature()
-    told = rig.resolve_mapping(item, rig.read(item)).warnings
-    assert any("constraints may override" in sentence for sentence in told)
-    for bone in item.pose.bones:
-        for constraint in list(bone.constraints):
-            bone.constraints.remove(constraint)
+    found = rig.resolve_mapping(item, rig.read(item))
+    assert found.family == "mesh2motion_controls"
+    assert any("constraints may override" in sentence and "DRV_forearm_L" in sentence for sentence in found.warnings)
+    for switch in next(family for family in families() if family.key == found.family).switches:
+        bone = item.pose.bones[switch.bone]
+        constraint, value = bone.path_resolve(switch.path.rpartition(".")[0]), switch.path.rpartition(".")[2]
+        setattr(constraint, value, switch.value)
     mapping, worst = gesture(item)
-    assert mapping.family == "unreal" and worst < 0.01
+    assert mapping.chains["left_forearm"] == ("DRV_forearm_L",) and worst < 0.01

@@ -1,5 +1,6 @@
 import importlib.util
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,8 @@ import pytest
 from bodies import body
 from s2ag.core.errors import RigUnusable
 from s2ag.core.skeleton import EDGE_NAMES
-from s2ag.rigs.detect import ARM_PARTS, Family, detect, families
+from s2ag.rigs.detect import detect
+from s2ag.rigs.family import ARM_PARTS, EXTRAS, KEYS, LINES, Family, families
 from s2ag.rigs.plain import ARMS, PARTS, Bones
 
 FOLDER = Path(importlib.util.find_spec("s2ag.rigs.detect").origin).parent / "families"
@@ -33,8 +35,7 @@ def armature(parents: dict) -> Bones:
 def parents_of(family: Family, prefix: str = "") -> dict:
     """A whole rig of a family as ``{name: parent}``, with a root above and fingers below."""
     parents = {"Scene Root": "", prefix + family.hips: "Scene Root"}
-    lines = [("torso", "neck", "head")] + [tuple(f"{side}_{part}" for part in ARM_PARTS) for side in ("left", "right")]
-    for line in lines:
+    for line in LINES:
         above = prefix + (family.hips if line[0] == "torso" else family.chains["torso"][-1])
         for name in (name for part in line for name in family.chains[part]):
             parents[prefix + name] = above
@@ -46,13 +47,45 @@ def parents_of(family: Family, prefix: str = "") -> dict:
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("*.json")), ids=lambda path: path.stem)
 def test_family_files_are_complete(path):
     data = json.loads(path.read_text("utf-8"))
-    assert set(data) == {"name", "sides", "hips", "torso", "neck", "head", "arm"}
-    assert set(data["arm"]) == set(ARM_PARTS) and len(data["sides"]) == 2
-    assert all("{side}" in name for chain in data["arm"].values() for name in chain)
+    assert KEYS <= set(data) <= KEYS | EXTRAS and set(data["arm"]) == set(ARM_PARTS)
     family = Family.parse(path.stem, data)
     names = [family.hips, *(name for chain in family.chains.values() for name in chain)]
-    assert len(set(names)) == len(names) == family.size
+    assert len(set(names)) == len(names) == family.size and all(names)
     assert all(family.chains[part] for part in EDGE_NAMES) and set(family.chains) <= set(PARTS)
+    for part in ARM_PARTS:
+        left, right = (family.chains[f"{side}_{part}"] for side in ("left", "right"))
+        assert len(left) == len(right) and not set(left) & set(right)
+    assert family.controls == bool(family.switches)
+    assert {switch.bone for switch in family.switches}.isdisjoint({family.hips, *family.chains["torso"]})
+
+
+@pytest.mark.parametrize(
+    "change, told",
+    [
+        ({"tail": ["Tail"]}, "unknown keys ['tail']"),
+        ({"neck": None}, "missing keys ['neck']"),
+        ({"sides": ["L", "L"]}, "two sides of different spelling"),
+        ({"torso": ["Hips"]}, "named twice"),
+        ({"loose": ["legs"]}, "cannot be loose"),
+        ({"switches": [{"bone": "arm"}]}, "a switch has bone, path and value"),
+        ({"arm": {"clavicle": [], "upper_arm": ["Arm"], "forearm": ["{side}Fore"], "hand": []}}, "lacks {side}"),
+        ({"arm": {"clavicle": [], "upper_arm": [], "forearm": ["{side}Fore"], "hand": []}}, "upper_arm needs a bone"),
+    ],
+)
+def test_wrong_family_files_are_refused_in_a_sentence(change, told):
+    data = json.loads((FOLDER / "mixamo.json").read_text("utf-8")) | change
+    with pytest.raises(ValueError, match=re.escape(told)):
+        Family.parse("wrong", {key: value for key, value in data.items() if value is not None})
+
+
+def test_controls_win_over_the_bones_they_move():
+    both = {family.key: family for family in families()}
+    parents = parents_of(both["rigify_deform"]) | parents_of(both["rigify_controls"])
+    assert detect(armature(parents)).family == "rigify_controls"
+    parents = parents_of(both["unreal"]) | parents_of(both["mesh2motion_controls"])
+    assert detect(armature(parents)).family == "mesh2motion_controls"
+    without = {name: above for name, above in parents.items() if "DRV_forearm" not in name and "DRV_hand" not in name}
+    assert detect(armature(without)).family == "unreal"
 
 
 @pytest.mark.parametrize("prefix", ["", "mixamorig7:", "Armature|Bip01 ", "CHAR_"])
