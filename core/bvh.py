@@ -11,8 +11,9 @@ import os
 import numpy as np
 
 from ..rigs import quaternion
+from ..rigs.goals import NEUTRAL, Options
 from ..rigs.plain import Bones, Mapping
-from ..rigs.retarget import NEUTRAL, Options, solve
+from ..rigs.retarget import solve
 from . import skeleton
 from .files import whole_file
 from .motion import Motion

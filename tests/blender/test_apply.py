@@ -9,7 +9,7 @@ from s2ag.core import skeleton
 from s2ag.core.errors import RigUnusable, UsageError
 from s2ag.core.motion import Motion
 from s2ag.rigs import quaternion
-from s2ag.rigs.retarget import NEUTRAL, Options, head_turn, torso_turn
+from s2ag.rigs.goals import NEUTRAL, Options, head_turn, torso_turn
 from s2ag.s2ag_blender import compat, keyframes
 from s2ag.s2ag_blender.apply import apply_motion, scene_fps
 

@@ -4,8 +4,9 @@ from bodies import ARM_EDGES, BACKWARDS, Y_UP, Body, body, degrees, performance,
 from s2ag.core import skeleton
 from s2ag.core.errors import RigUnusable
 from s2ag.rigs import arms, quaternion
+from s2ag.rigs.goals import NEUTRAL, Options, head_turn, torso_turn
 from s2ag.rigs.plain import Mapping, character_frame
-from s2ag.rigs.retarget import NEUTRAL, Options, head_turn, solve, torso_turn
+from s2ag.rigs.retarget import solve
 
 ENDS = {"upper_arm": "fore", "forearm": "hand"}
 STARTS = {"upper_arm": "upper", "forearm": "fore"}

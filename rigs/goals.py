@@ -1,0 +1,215 @@
+"""Where each part of a character should be, for every solver.
+
+D of a bone is its rotation away from rest in armature space. Upper arms and forearms point where the motion says, and
+hands follow; torso, neck, head and clavicles add the motion's departure from the data's mean to the character's own
+posture, because the data's mean is a person's posture and not the character's.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core import skeleton
+from . import arms, quaternion
+from .plain import ARMS, Bones, Mapping, character_frame
+
+SIDES = {"left": 1.0, "right": -1.0}
+NEUTRAL = skeleton.normalize(skeleton.MEAN_UNIT + skeleton.mirror(skeleton.MEAN_UNIT))
+"""The data's mean without its slight difference of sides (9, 3), so that a mirrored motion is a mirrored pose."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a motion is laid onto a character.
+
+    ``torso``, ``head`` and ``clavicle`` scale the relative parts (1 = as the data moves). ``aimed`` names the edges that
+    end up exactly along their direction. ``hinges`` turns upper arms so that elbows bend about their own hinge;
+    ``palms`` (0..1) lets forearms turn the palm inwards and down; ``forward_elbows`` forbids elbows to bend
+    backwards, at the price of those directions.
+    """
+
+    torso: float = 1.0
+    head: float = 1.0
+    clavicle: float = 0.6
+    aimed: frozenset[str] = frozenset(ARMS)
+    hinges: bool = True
+    palms: float = 0.4
+    forward_elbows: bool = False
+
+
+@dataclass(frozen=True)
+class Role:
+    """A bone's place in its part: the ``place``-th of the chain, after which ``share`` (0..1] of the part's turn is done."""
+
+    part: str
+    place: int
+    share: float
+
+
+def turn(primary: np.ndarray, secondary: np.ndarray, to_primary: np.ndarray, to_secondary: np.ndarray) -> np.ndarray:
+    """Rotation that carries unit ``primary`` onto ``to_primary`` and, as far as that allows, ``secondary`` towards its goal.
+
+    The second part fades out where a secondary vector is short or lies along its primary.
+    """
+    lean = quaternion.swing(primary, to_primary)
+    carried = quaternion.rotate(lean, secondary)
+    seen = np.minimum(
+        np.linalg.norm(np.cross(to_primary, carried), axis=-1), np.linalg.norm(np.cross(to_primary, to_secondary), axis=-1)
+    )
+    angle = arms.angle_about(to_primary, carried, to_secondary) * arms.fade(seen, 0.05, 0.3)
+    return quaternion.multiply(quaternion.about(to_primary, angle), lean)
+
+
+def torso_turn(directions: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    """Rotation (frames, 4) of the torso from the mean pose: the spine's lean, and its twist from the line of the shoulders."""
+
+    def line(pose):
+        return skeleton.normalize(pose[..., 3, :] - pose[..., 6, :])
+
+    return turn(mean[0], line(mean), directions[:, 0], line(directions))
+
+
+def head_turn(directions: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    """Rotation (frames, 4) of the head from the mean pose.
+
+    Neck to nose and nose to crown lie in the head's plane of symmetry and lean apart: their sum is its up, their
+    difference, at right angles to it, its front. One edge alone could not tell turning from tilting.
+    """
+
+    def up(pose):
+        return skeleton.normalize(pose[..., 1, :] + pose[..., 2, :])
+
+    def front(pose):
+        return pose[..., 1, :] - pose[..., 2, :]
+
+    return turn(up(mean), front(mean), up(directions), front(directions))
+
+
+class Goals:
+    """What a motion asks of a character's bones.
+
+    ``frame`` (3, 3) the character's left, back and up; ``directions`` (frames, 9, 3) and ``mean`` (9, 3) in armature
+    space; ``roles`` ``{row: Role}`` the bones that are given a rotation; ``relative`` ``{part: (rotation away from the
+    mean (frames, 4), seen from the torso, and the fraction to carry out)}``.
+    """
+
+    def __init__(
+        self, bones: Bones, mapping: Mapping, directions: np.ndarray, fps: float = skeleton.FPS, options: Options | None = None
+    ):
+        """Take ``directions`` (frames, 9, 3) in the canonical frame. Raises :class:`RigUnusable` for an unusable mapping."""
+        self.bones, self.mapping, self.fps, self.options = bones, mapping.check(bones), fps, options or Options()
+        self.frame = character_frame(bones, mapping)
+        self.directions = skeleton.normalize(self._to_armature(directions))
+        self.mean = skeleton.normalize(self._to_armature(NEUTRAL))
+        self.roles = {
+            bones.row(name): Role(part, place, (place + 1) / len(chain))
+            for part, chain in mapping.chains.items()
+            if part in skeleton.EDGE_NAMES
+            for place, name in enumerate(chain)
+        }
+        self.relative = self._relative_turns()
+        if self.options.forward_elbows:
+            self._bring_elbows_forward()
+
+    def walk(self) -> "Walk":
+        """A new pass over the bones."""
+        return Walk(self)
+
+    def still(self) -> np.ndarray:
+        """D (frames, 4) of a bone that rests."""
+        return np.tile(quaternion.IDENTITY, (len(self.directions), 1))
+
+    def target(self, part: str) -> np.ndarray:
+        """Directions (frames, 3) that an edge should have, in armature space."""
+        return self.directions[:, skeleton.EDGE_NAMES.index(part)]
+
+    def _to_armature(self, canonical):
+        left, back, up = self.frame
+        facing = skeleton.canonical_to_blender(np.asarray(canonical, float))
+        return facing[..., :1] * left + facing[..., 1:2] * back + facing[..., 2:] * up
+
+    def _relative_turns(self) -> dict[str, tuple[np.ndarray, float]]:
+        torso = torso_turn(self.directions, self.mean)
+        inverse = quaternion.conjugate(torso)
+        head = quaternion.multiply(inverse, head_turn(self.directions, self.mean))
+        head_share = 0.5 if "head" in self.mapping.chains else 1.0
+        turns = {
+            "torso": (torso, self.options.torso),
+            "neck": (head, self.options.head * head_share),
+            "head": (head, self.options.head),
+        }
+        for side in SIDES:
+            edge = skeleton.EDGE_NAMES.index(f"{side}_clavicle")
+            seen = quaternion.rotate(inverse, self.directions[:, edge])
+            turns[f"{side}_clavicle"] = (quaternion.swing(self.mean[edge], seen), self.options.clavicle)
+        return turns
+
+    def _bring_elbows_forward(self):
+        torso = quaternion.multiply(self.still(), self.relative["torso"][0])
+        for side, sign in SIDES.items():
+            upper, fore = (skeleton.EDGE_NAMES.index(f"{side}_{part}") for part in ("upper_arm", "forearm"))
+            outward, forward = (quaternion.rotate(torso, axis) for axis in (sign * self.frame[0], -self.frame[1]))
+            self.directions[:, fore] = arms.forward_elbows(
+                self.directions[:, upper], self.directions[:, fore], outward, forward, sign
+            )
+
+
+class Walk:
+    """One pass over the bones of :class:`Goals`, each after what it hangs on. A solver says how each bone comes to it."""
+
+    def __init__(self, goals: Goals):
+        self.goals = goals
+        self.base = {}  # part -> D of what its chain hangs on
+        self.twist = {}  # arm part -> turn about its own axis (frames,), shared by its chain
+
+    def turn(
+        self, row: int, start: np.ndarray, base: np.ndarray | None = None, segment: np.ndarray | None = None
+    ) -> np.ndarray:
+        """D (frames, 4) that the bone in ``row`` should have.
+
+        ``start`` (frames, 4) is the D it would have if its own rotation were none; ``base`` the D that a relative part
+        is counted from (``start``, if None); ``segment`` (3,) or (frames, 3) runs from its head to the end of its part
+        in its own rest frame seen from the armature (the mapping's, if None).
+        """
+        role = self.goals.roles[row]
+        part, options = role.part, self.goals.options
+        if part in self.goals.relative:
+            # The head hangs on what the neck hangs on: its turn is counted from the torso.
+            base = self.base.setdefault("neck" if part == "head" else part, start if base is None else base)
+            rotation, strength = self.goals.relative[part]
+            start = quaternion.multiply(base, quaternion.power(rotation, strength * role.share))
+        if part in options.aimed:
+            return self._aimed(role, start, segment)
+        return start
+
+    def _aimed(self, role: Role, start, segment):
+        """Swing the chain's first bone until the part points along its direction; spread its twist evenly over the chain.
+
+        Each bone turns about the line from its own head to the part's end, so that the end stays where it is.
+        """
+        part, mapping, bones = role.part, self.goals.mapping, self.goals.bones
+        along = quaternion.rotate(start, mapping.segment(bones, part, role.place) if segment is None else segment)
+        if role.place == 0:
+            target = self.goals.target(part)
+            start, along = quaternion.multiply(quaternion.swing(along, target), start), target
+            self.twist[part] = self._twist(part, start, target)
+        if self.twist[part] is None:
+            return start
+        angle = self.twist[part] / len(mapping.chains[part])
+        return quaternion.multiply(quaternion.about(along, angle), start)
+
+    def _twist(self, part, aimed, target):
+        """Angles (frames,) that an arm part turns about its own axis, or None."""
+        goals, options = self.goals, self.goals.options
+        bones, mapping, (left, back, up) = goals.bones, goals.mapping, goals.frame
+        side = part.split("_")[0]
+        if part.endswith("_upper_arm") and options.hinges:
+            segments = (mapping.segment(bones, f"{side}_{name}") for name in ("upper_arm", "forearm"))
+            hinge = quaternion.rotate(aimed, arms.rest_hinge(*segments, -back, up))
+            return arms.upper_arm_turn(hinge, target, goals.target(f"{side}_forearm"), SIDES[side], goals.fps)
+        if part.endswith("_forearm") and options.palms:
+            # Thumbs point forwards at rest, whether the arms are out or down; the palm is a quarter turn from there.
+            along = mapping.segment(bones, part)
+            palm = SIDES[side] * arms.rest_hinge(along, along, -back, up)
+            return arms.palm_turn(quaternion.rotate(aimed, palm), target, -SIDES[side] * left, up, options.palms)
+        return None
