@@ -7,12 +7,15 @@ import numpy as np
 from ..core.errors import RigUnusable
 from ..core.skeleton import EDGE_NAMES
 from . import quaternion
+from .family import Switch
 
 ARMS = ("left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")
 MARKS = ("left_hand", "right_hand", "crown")
-PARTS = (*EDGE_NAMES, *MARKS)
-"""What a bone can be mapped to: the nine edges, and bones that only mark where an edge ends and follow it."""
-REMEDY = "Name the bones as a known rig does, or give the bone mapping yourself."
+TWISTS = tuple(f"{part}_twist" for part in ARMS)
+PARTS = (*EDGE_NAMES, *MARKS, *TWISTS)
+"""What a bone can be mapped to: the nine edges, bones that only mark where an edge ends and follow it, and bones beside an
+arm's chain that carry nothing but a share of its twist."""
+REMEDY = "Fill in a bone map: s2ag rig CHARACTER --save map.json writes what was found, --map map.json uses it."
 
 _NEXT = {
     "torso": ("neck", "head"),
@@ -33,7 +36,8 @@ class Bones:
     """Bones at rest, parents before children.
 
     ``names`` unique; ``parents`` (n,) row of the parent or -1; ``matrices`` (n, 4, 4) rest matrices in armature space
-    (bone along its own y); ``lengths`` (n,); ``inherits`` (n,) whether the bone turns with its parent.
+    (bone along its own y); ``lengths`` (n,); ``inherits`` (n,) whether the bone turns with its parent; ``driven`` (n,)
+    whether a constraint or a driver rules how it turns.
     """
 
     names: tuple[str, ...]
@@ -41,12 +45,15 @@ class Bones:
     matrices: np.ndarray
     lengths: np.ndarray
     inherits: np.ndarray = None
+    driven: np.ndarray = None
 
     def __post_init__(self):
         if any(parent >= row for row, parent in enumerate(self.parents)):
             raise ValueError("parents must come before their children")
         if self.inherits is None:
             object.__setattr__(self, "inherits", np.ones(len(self.names), bool))
+        if self.driven is None:
+            object.__setattr__(self, "driven", np.zeros(len(self.names), bool))
 
     @property
     def heads(self) -> np.ndarray:
@@ -76,17 +83,33 @@ class Bones:
 
 
 @dataclass(frozen=True)
+class Finding:
+    """Which bones were found for a part of the body and how: by ``name``, ``position`` or ``map``; "" where none was.
+
+    ``note`` is a remark for people: why there is none, or what is unusual.
+    """
+
+    part: str
+    bones: tuple[str, ...] = ()
+    how: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True)
 class Mapping:
     """Bones for the parts of a body: ``chains[part]`` are the bones that share its motion, lowest first.
 
     An edge ends at the head of the next part's first bone; where that is not mapped, at the tail of its own last bone.
-    ``hips`` is only read, for where up is.
+    ``hips`` is only read, for where up is. ``switches`` let the rig follow these bones; ``findings`` tell how they were
+    found.
     """
 
     chains: dict[str, tuple[str, ...]]
     family: str = "own mapping"
     hips: str = ""
     warnings: tuple[str, ...] = field(default=())
+    switches: tuple[Switch, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
     def check(self, bones: Bones) -> "Mapping":
         """Return self, or raise :class:`RigUnusable` where a bone is unknown or an arm is missing."""
@@ -118,7 +141,7 @@ def require_arms(chains: dict[str, tuple[str, ...]], where: str = "The armature"
     """Raise :class:`RigUnusable` naming the arm parts that ``chains`` lacks."""
     missing = [spoken(part) for part in ARMS if not chains.get(part)]
     if missing:
-        raise RigUnusable(f"{where} has no bone for {_listed(missing)}.", REMEDY)
+        raise RigUnusable(f"{where} has no bone for {listed(missing)}.", REMEDY)
 
 
 def spoken(part: str) -> str:
@@ -126,7 +149,8 @@ def spoken(part: str) -> str:
     return "the " + part.replace("_", " ")
 
 
-def _listed(items: list[str]) -> str:
+def listed(items: list[str]) -> str:
+    """Items in a sentence: "a, b and c"."""
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
 
 

@@ -9,282 +9,270 @@ from itertools import combinations
 
 import numpy as np
 
+from . import names
+from .limbs import Limb, Limbs, Tree
 from .plain import Bones
 
-MIRRORED = 0.08
-"""How far, in limb lengths, a joint may be from the mirror image of its partner."""
-HEAD_HEIGHT = 0.45
+HEAD_HEIGHT = 0.5
 """In arm lengths above the shoulders: joints higher than this lie inside the head."""
 TRUNK_DEPTH = 1.3
 """In arm lengths below the shoulders: joints lower than this carry more than a trunk."""
-MEAN_SHOULDER = 0.33
-"""Half the distance between the shoulders of a person, in arm lengths."""
-MEAN_RATIO = 1.08
-"""Upper arm to forearm of a person."""
-
-
-@dataclass(frozen=True)
-class Limbs:
-    """Two mirrored limbs below the bone ``root``: rows ``paths`` (2, joints), parents first, and unit ``normal`` (3,).
-
-    ``normal`` points from the second to the first. ``length`` is measured along the joints.
-    """
-
-    root: int
-    paths: tuple[tuple[int, ...], tuple[int, ...]]
-    normal: np.ndarray
-    length: float
+TRUNK_LENGTHS = 0.3, 2.0
+"""Shoulders above thighs, in arm lengths: less or more is no trunk between arms and legs."""
+RAISED = 0.6
+"""Share of an arm's length by which no wrist lies above its shoulder at rest; antlers and fingers do."""
+STRANGE = 1.2
+"""From this strangeness of its lengths on, a limb is no arm."""
 
 
 @dataclass(frozen=True)
 class Shape:
     """What was found: ``chains`` as in :class:`.plain.Mapping`, ``hips`` ("" where unknown), ``legs`` the two thighs.
 
-    ``sure`` tells whether left and right follow from the feet, not from the usual orientation of an armature.
+    ``told`` says by what left is known from right: ``names``, ``feet``, or ``axes`` where it is only taken for granted.
+    ``front`` (3,) is where the feet point, None where that cannot be seen.
     """
 
     chains: dict[str, tuple[str, ...]]
     hips: str
     legs: tuple[str, ...]
-    sure: bool
+    told: str
+    front: np.ndarray | None
 
 
 def find_body(bones: Bones) -> Shape | None:
     """The body of an armature, or None where no two mirrored arms hang on one upright trunk."""
-    tree = _Tree(bones)
-    pairs = tree.pairs()
-    if not pairs:
-        return None
-    found = [shape for arms in pairs if (shape := _Body(tree, arms, pairs).shape()) is not None]
+    tree = Tree(bones)
+    limbs = tree.limbs()
+    found = [rated for arms in limbs if (rated := _Body(tree, arms, limbs).rated()) is not None]
     return max(found, key=lambda item: item[0])[1] if found else None
 
 
-class _Tree:
-    """Children, reach and mirrored limbs of an armature."""
+def on_four_legs(bones: Bones, upper_arms: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """The uppermost bones of the front legs where an armature stands on four, else ().
 
-    def __init__(self, bones: Bones):
-        self.bones, self.heads = bones, bones.heads
-        self.children = [[] for _ in bones.names]
-        for row, parent in enumerate(bones.parents):
-            if parent >= 0:
-                self.children[parent].append(row)
-        self.reach = np.zeros(len(bones.names))  # the longest way down along heads
-        for row in reversed(range(len(bones.names))):
-            if self.children[row]:
-                self.reach[row] = max(self.step(row, child) + self.reach[child] for child in self.children[row])
+    With ``upper_arms`` only limbs that these bones belong to are looked at.
+    """
+    tree = Tree(bones)
+    limbs = tree.limbs()
+    for front in limbs:
+        rows = front.paths[0] + front.paths[1]
+        if all(bones.row(name) in rows for name in upper_arms):
+            body = _Body(tree, front, limbs)
+            if body.legs is not None and front.length > 0.4 * body.legs.length and body.is_quadruped():
+                return tuple(bones.names[path[0]] for path in front.paths)
+    return ()
 
-    def step(self, above: int, below: int) -> float:
-        """Distance between two heads."""
-        return float(np.linalg.norm(self.heads[below] - self.heads[above]))
 
-    def path(self, row: int) -> list[int]:
-        """The longest way down from a bone, itself first."""
-        rows = [row]
-        while self.children[row]:
-            row = max(self.children[row], key=lambda child: self.step(rows[-1], child) + self.reach[child])
-            rows.append(row)
-        return rows
-
-    def pairs(self) -> list[Limbs]:
-        """All mirrored limbs of at least three joints below one bone, the longest pair of each bone's children first."""
-        found = []
-        for root, children in enumerate(self.children):
-            limbs = [child for child in children if self.reach[child] > 0]
-            for a, b in combinations(limbs, 2):
-                if (pair := self._pair(root, self.path(a), self.path(b))) is not None:
-                    found.append(pair)
-        longest = max((pair.length for pair in found), default=0.0)
-        return sorted((pair for pair in found if pair.length > 0.3 * longest), key=lambda pair: -pair.length)
-
-    def _pair(self, root, a, b) -> Limbs | None:
-        """The longest mirrored beginning of two ways down: what one hand holds does not hide the arm."""
-        for count in range(min(len(a), len(b)), 2, -1):
-            first, second = self.heads[a[:count]], self.heads[b[:count]]
-            length = float(np.linalg.norm(np.diff(first, axis=0), axis=1).sum())
-            apart = first - second
-            normal = apart.sum(0)
-            size = np.linalg.norm(normal)
-            if size < 1e-9 * max(length, 1e-9) or length < 1e-9:
-                continue
-            normal = normal / size
-            across = apart - np.outer(apart @ normal, normal)
-            middle = 0.5 * (first + second) @ normal
-            if max(np.abs(across).max(), np.ptp(middle)) < MIRRORED * length and (apart[-1] @ normal) > MIRRORED * length:
-                return Limbs(root, (tuple(a[:count]), tuple(b[:count])), normal, length)
-        return None
+def feet_front(bones: Bones, upper_arms: tuple[str, str]) -> np.ndarray | None:
+    """Where the feet point (3,), for arms that begin with the two bones ``upper_arms``; None where that cannot be seen."""
+    tree = Tree(bones)
+    limbs = tree.limbs()
+    for arms in limbs:
+        if all(bones.row(name) in arms.paths[0] + arms.paths[1] for name in upper_arms):
+            body = _Body(tree, arms, limbs)
+            return body.front() if body.measure() else None
+    return None
 
 
 class _Body:
-    """One guess of which pair the arms are."""
+    """One guess of which limbs are the arms."""
 
-    def __init__(self, tree: _Tree, arms: Limbs, pairs: list[Limbs]):
+    def __init__(self, tree: Tree, arms: Limbs, limbs: list[Limbs]):
         self.tree, self.bones, self.heads, self.arms = tree, tree.bones, tree.heads, arms
         self.trunk = [*reversed(tree.bones.ancestors(arms.root)), arms.root]
-        others = [pair for pair in pairs if not set(pair.paths[0] + pair.paths[1]) & self._arm_rows()]
-        others = [pair for pair in others if abs(pair.normal @ arms.normal) > 0.9 and pair.length > 0.6 * arms.length]
-        below = [pair for pair in others if pair.root in self.trunk]
-        self.legs = max(below, key=lambda pair: pair.length, default=None)
-        self.is_lower = bool(others) and not below
+        self.below = self._lower_limbs(limbs)
+        self.legs = self.below[0] if self.below else None
 
-    def _arm_rows(self):
-        return set(self.arms.paths[0] + self.arms.paths[1])
-
-    def shape(self):
-        """A rank and the :class:`Shape`, or None where this cannot be a body."""
-        joints = self._arm_joints(self.arms.paths[0])
-        if joints is None or self.is_lower:
+    def rated(self) -> tuple[tuple, Shape] | None:
+        """The :class:`Shape` with what makes it likely, or None where this cannot be a body."""
+        if not self.measure() or not self._is_upright():
             return None
-        shoulder, elbow, wrist = joints
-        path = self.arms.paths[0]
-        self.scale = self.tree.step(path[shoulder], path[elbow]) + self._distance(path, elbow, wrist)
-        self.chest = 0.5 * sum(self.heads[side[shoulder]] for side in self.arms.paths)
-        up = self._up()
-        if up is None:
-            return None
-        self.up = up
-        head = self._head_chain()
-        if not head:
-            return None
+        upward = self._upward_chain()
         rows, neck = self._split_trunk()
-        left, sure = self._left()
-        sides = self.arms.paths if left @ self.arms.normal > 0 else self.arms.paths[::-1]
-        chains = {"torso": rows[1:], "neck": neck + head[:-1], "head": head[-1:]}
-        for side, path in zip(("left", "right"), sides, strict=True):
-            chains[f"{side}_clavicle"] = list(path[:shoulder])
-            chains[f"{side}_upper_arm"] = [path[shoulder]]
-            chains[f"{side}_forearm"] = [path[elbow]]
-            chains[f"{side}_hand"] = [path[wrist]] if wrist < len(path) else []
-        names = self.bones.names
-        chains = {part: tuple(names[row] for row in chain) for part, chain in chains.items() if chain}
-        legs = tuple(names[path[0]] for path in self.legs.paths) if self.legs else ()
-        rank = (self.legs is not None, self._fingers(self.arms.paths[0]) is not None, self.arms.length)
-        return rank, Shape(chains, names[rows[0]] if rows else "", legs, sure)
+        if not neck + upward or not (self.legs or self._is_bust(rows)):
+            return None
+        front = self.front()
+        left, told = self._left(front)
+        limbs = self.limbs if left @ self.arms.normal > 0 else self.limbs[::-1]
+        above = neck + upward
+        chains = {"torso": rows[1:], "neck": above[:-1], "head": above[-1:]}
+        for side, limb in zip(("left", "right"), limbs, strict=True):
+            chains |= {f"{side}_{part}": chain for part, chain in limb.parts().items()}
+        spelt = {part: tuple(self.bones.names[row] for row in chain) for part, chain in chains.items() if chain}
+        legs = tuple(self.bones.names[path[0]] for path in self.legs.paths) if self.legs else ()
+        shape = Shape(spelt, self.bones.names[rows[0]] if rows else "", legs, told, front)
+        return (self.legs is not None, -self._oddity(front)), shape
 
-    def _distance(self, path, elbow, wrist):
-        end = self.heads[path[wrist]] if wrist < len(path) else self.bones.tails[path[-1]]
-        return float(np.linalg.norm(end - self.heads[path[elbow]]))
-
-    def _fingers(self, path) -> int | None:
-        """Place in the path of the first bone that branches into three or more, not counting helpers along the limb."""
-        for place, row in enumerate(path[:-1]):
-            along = self.heads[path[place + 1]] - self.heads[row]
-            if sum(not self._helps(child, row, along) for child in self.tree.children[row]) >= 3:
-                return place
-        return None
-
-    def _helps(self, child, row, along) -> bool:
-        """Whether a childless bone starts on the line ``along`` below ``row``, as twist bones do."""
-        if self.tree.children[child]:
+    def measure(self) -> bool:
+        """Find the arms' joints, the chest and where up is; False where these are no arms."""
+        self.limbs = [Limb.of(self.tree, path, self.arms) for path in self.arms.paths]
+        if None in self.limbs or max(limb.strangeness for limb in self.limbs) > STRANGE:
             return False
-        offset, length = self.heads[child] - self.heads[row], np.linalg.norm(along)
-        t = offset @ along / max(length**2, 1e-18)
-        return -0.05 <= t <= 0.95 and np.linalg.norm(offset - t * along) < 0.1 * length
-
-    def _arm_joints(self, path):
-        """Places (shoulder, elbow, wrist) in an arm's path that are most like a person's; the wrist may be the last tail."""
-        points = [*self.heads[list(path)]]
-        hand = self._fingers(path)
-        if hand is None and not self.tree.children[path[-1]]:
-            points.append(self.bones.tails[path[-1]])
-        ends = [hand] if hand is not None and hand >= 2 else range(2, len(points))
-        plane = self.heads[self.arms.paths[0][0]] + self.heads[self.arms.paths[1][0]]
-        tries = [
-            (self._strangeness(np.array(points), 0.5 * plane, (s, e, w)), (s, e, w))
-            for w in ends
-            for e in range(1, w)
-            for s in range(e)
-        ]
-        cost, best = min(tries, default=(np.inf, None))
-        return best if cost < 1.2 else None
-
-    def _strangeness(self, points, plane, places) -> float:
-        """How far an arm with joints at ``places`` of ``points`` is from a person's; 0 is perfect."""
-        s, e, w = places
-        upper, fore = (np.linalg.norm(points[b] - points[a]) for a, b in ((s, e), (e, w)))
-        size = upper + fore
-        if min(upper, fore) < 1e-3 * max(size, 1e-9) or s > 3:
-            return np.inf
-        out = abs((points[s] - plane) @ self.arms.normal) / size
-        bend = 0.0
-        for start, end in ((s, e), (e, w)):
-            along = (points[end] - points[start]) / np.linalg.norm(points[end] - points[start])
-            for point in points[start + 1 : end]:
-                offset = point - points[start]
-                bend += float(np.linalg.norm(offset - (offset @ along) * along)) / size
-        spare = 0.02 * abs(len(points) - 1 - w)
-        return abs(np.log(upper / fore / MEAN_RATIO)) + abs(out - MEAN_SHOULDER) + 4 * bend + spare
-
-    def _up(self):
-        """Unit vector (3,) from the trunk's lower end to the shoulders, or None where legs do not point away from it."""
-        low = self.heads[self.legs.root] if self.legs else None
-        if low is None or np.linalg.norm(self.chest - low) < 0.2 * self.scale:
-            lower = [row for row in self.trunk if np.linalg.norm(self.chest - self.heads[row]) > 0.2 * self.scale]
-            if not lower:
-                return None
-            low = self.heads[lower[0]]
+        self.scale = float(np.mean([limb.length for limb in self.limbs]))
+        self.chest = np.mean([limb.points[0] for limb in self.limbs], 0)
+        low = np.mean([self.heads[path[0]] for path in self.legs.paths], 0) if self.legs else self._trunk_start()
+        if low is None:
+            return False
         up = self.chest - low
         up = up - (up @ self.arms.normal) * self.arms.normal
-        if np.linalg.norm(up) < 0.2 * self.scale:
-            return None
-        up = up / np.linalg.norm(up)
+        self.trunk_length = float(np.linalg.norm(up)) / self.scale
+        if not TRUNK_LENGTHS[0] < self.trunk_length < TRUNK_LENGTHS[1] * (1 if self.legs else 2):
+            return False
+        self.up = up / np.linalg.norm(up)
+        return True
+
+    def is_quadruped(self) -> bool:
+        """Whether arms and legs point the same way, at right angles to the trunk."""
+        front, hind = (np.mean([self._along(path) for path in pair.paths], 0) for pair in (self.arms, self.legs))
+        trunk = self.heads[self.arms.root] - self.heads[self.legs.root]
+        trunk = trunk - (trunk @ self.arms.normal) * self.arms.normal
+        size = np.linalg.norm(front) * np.linalg.norm(hind)
+        reach = np.linalg.norm(trunk) * np.linalg.norm(hind)
+        return bool(size > 0 and reach > 0 and front @ hind > 0.7 * size and abs(trunk @ hind) < 0.6 * reach)
+
+    def front(self) -> np.ndarray | None:
+        """Where the feet point (3,), level and of unit length; None where there are none or they disagree."""
+        for pair in self.below:
+            toes = [self._toe(path) for path in pair.paths]
+            if any(toe is None for toe in toes):
+                continue
+            first, second = toes
+            mirrored = second - 2 * (second @ self.arms.normal) * self.arms.normal
+            forward = first + second
+            forward = forward - (forward @ self.arms.normal) * self.arms.normal
+            if first @ mirrored > 0.9 and np.linalg.norm(forward) > 1.0:
+                return forward / np.linalg.norm(forward)
+        return None
+
+    def _lower_limbs(self, limbs: list[Limbs]) -> list[Limbs]:
+        """Limbs that hang on the trunk below these arms and lie about the same plane, the longest first."""
+        ours = set(self.arms.paths[0] + self.arms.paths[1])
+        found = []
+        for pair in limbs:
+            joins = [row for row in (pair.root, *self.bones.ancestors(pair.root)) if row in self.trunk]
+            high = joins and joins[0] == self.arms.root and pair.root != self.arms.root
+            if not joins or high or ours & set(pair.paths[0] + pair.paths[1]):
+                continue
+            if abs(pair.normal @ self.arms.normal) > 0.9 and pair.length > 0.5 * self.arms.length:
+                found.append(pair)
+        start = np.mean([self.heads[path[0]] for path in self.arms.paths], 0)
+
+        def is_lower(pair):
+            top = np.mean([self.heads[path[0]] for path in pair.paths], 0)
+            return np.linalg.norm(top - start) > 0.3 * self.arms.length
+
+        return [pair for pair in found if is_lower(pair)]
+
+    def _along(self, path) -> np.ndarray:
+        """From a limb's first joint to its farthest (3,)."""
+        start = self.heads[path[0]]
+        far = max(path, key=lambda row: np.linalg.norm(self.heads[row] - start))
+        return self.heads[far] - start
+
+    def _is_upright(self) -> bool:
+        """Whether legs point away from the trunk and no arm points up along it."""
         if self.legs:
-            path = list(self.legs.paths[0])
-            straight = max(path, key=lambda row: self.tree.step(path[0], row))
-            down = self.heads[straight] - self.heads[path[0]]
-            if down @ up > -0.7 * np.linalg.norm(down):
-                return None
-        return up
+            for path in self.legs.paths:
+                down = self._along(path)
+                if down @ self.up > -0.7 * np.linalg.norm(down):
+                    return False
+        return all((limb.points[2] - limb.points[0]) @ self.up < RAISED * limb.length for limb in self.limbs)
+
+    def _is_bust(self, rows) -> bool:
+        """Whether what has no legs may still be a person: a spine, nothing tall above it, no third limb beside the neck."""
+        others = [child for child in self.tree.children[self.arms.root] if child not in self._arm_rows()]
+        long = [child for child in others if self.tree.reach[child] > 0.5 * self.scale]
+        below = self.tree.below(self.arms.root) - self._arm_rows()
+        tall = max((self._height(row) for row in below), default=0.0)
+        return len(rows) > 1 and len(long) < 2 and tall < 1.0
+
+    def _arm_rows(self) -> set[int]:
+        return set().union(*(self.tree.below(path[0]) | {path[0]} for path in self.arms.paths))
+
+    def _trunk_start(self) -> np.ndarray | None:
+        """Where a trunk without legs starts: the lowest of its bones that is no longer below the body."""
+        for row in self.trunk:
+            distance = np.linalg.norm(self.chest - self.heads[row]) / self.scale
+            if TRUNK_LENGTHS[0] < distance < TRUNK_DEPTH:
+                return self.heads[row]
+        return None
 
     def _height(self, row) -> float:
         return float((self.heads[row] - self.chest) @ self.up) / self.scale
 
-    def _split_trunk(self):
+    def _split_trunk(self) -> tuple[list[int], list[int]]:
         """Rows from the hips to the chest, and what of the trunk is already neck because it starts at the shoulders."""
-        rows = self.trunk[self.trunk.index(self.legs.root) :] if self.legs else self.trunk
-        rows = [row for row in rows if -TRUNK_DEPTH < self._height(row)]
-        neck = [row for row in rows if self._height(row) > -0.02]
+        rows = self.trunk
+        if self.legs:
+            roots = (self.legs.root, *self.bones.ancestors(self.legs.root))
+            rows = rows[rows.index(next(row for row in roots if row in rows)) :]
+        rows = [row for row in rows if self._height(row) > -TRUNK_DEPTH] if not self.legs else rows
+        neck = [row for row in rows[1:] if self._height(row) > 0.02]
         return [row for row in rows if row not in neck], neck
 
-    def _head_chain(self) -> list[int]:
+    def _upward_chain(self) -> list[int]:
         """Rows from the first bone above the arms' bone to the head."""
         rows, row = [], self.arms.root
         while True:
             upward = [child for child in self.tree.children[row] if self._goes_up(child, row)]
             if not upward or (rows and self._has_face(row)):
                 return rows
-            row = max(upward, key=lambda child: (self.tree.reach[child], self._height(child)))
+            row = max(upward, key=lambda child: (len(self.tree.below(child)), self._height(child)))
             rows.append(row)
 
     def _goes_up(self, child, row) -> bool:
-        if child in self._arm_rows():
+        """Whether a bone goes on with neck and head: near the middle, steeply above what it hangs on, not in the head."""
+        if child in self.arms.paths[0] + self.arms.paths[1]:
             return False
-        height, middle = self._height(child), (self.heads[child] - self.chest) @ self.arms.normal
-        start = self._height(row) + 0.02
-        return max(start, -0.15) < height < HEAD_HEIGHT and abs(middle) < 0.05 * self.scale
+        step, middle = self.heads[child] - self.heads[row], (self.heads[child] - self.chest) @ self.arms.normal
+        steep = row == self.arms.root or step @ self.up > 0.6 * np.linalg.norm(step)
+        low = max(self._height(row) + 0.02, -0.15)
+        return steep and low < self._height(child) < HEAD_HEIGHT and abs(middle) < 0.05 * self.scale
 
     def _has_face(self, row) -> bool:
         """Whether two children lie mirrored, as eyes and ears do."""
-        heads = [self.heads[child] for child in self.tree.children[row]]
-        for a, b in combinations(heads, 2):
+        for a, b in combinations([self.heads[child] for child in self.tree.children[row]], 2):
             apart = a - b
-            sideways = apart @ self.arms.normal
-            if abs(sideways) > 0.02 * self.scale and np.linalg.norm(apart) < 1.1 * abs(sideways):
+            sideways = abs(apart @ self.arms.normal)
+            if sideways > 0.02 * self.scale and np.linalg.norm(apart) < 1.1 * sideways:
                 return True
         return False
 
-    def _left(self):
-        """A vector to the character's left and whether the feet tell it; else +x, as Blender, glTF and FBX have it."""
-        if self.legs:
-            toes = []
-            for path in self.legs.paths:
-                points = self.heads[list(path)]
-                # The ankle is the lowest joint but the toes, which lie in front of it.
-                if len(path) >= 4 and (points[-1] - points[-2]) @ self.up < 0.05 * self.scale:
-                    toes.append(points[-1] - points[-2])
-            if len(toes) == 2:
-                front = sum(toe - (toe @ self.up) * self.up for toe in toes)
-                if np.linalg.norm(front) > 0.6 * sum(np.linalg.norm(toe) for toe in toes):
-                    left = np.cross(self.up, front)
-                    if abs(left @ self.arms.normal) > 0.5 * np.linalg.norm(left):
-                        return left, True
-        return np.eye(3)[0] if abs(self.arms.normal[0]) > 0.1 else np.eye(3)[np.argmax(np.abs(self.arms.normal))], False
+    def _oddity(self, front) -> float:
+        """How unlike a person's arms these are: 0 is best. Fingers speak for arms, starting behind the back for wings."""
+        strange = float(np.mean([limb.strangeness for limb in self.limbs]))
+        behind = 0.0
+        if front is not None:
+            points = np.concatenate([limb.points for limb in self.limbs])
+            behind = max(0.0, float(np.mean((self.heads[self.trunk[-1]] - points) @ front)) / self.scale - 0.1)
+        driven = float(np.mean([self.bones.driven[limb.rows[0]] for limb in self.limbs]))
+        return strange + 2 * behind + driven + 0.4 * (not all(limb.has_fingers for limb in self.limbs))
+
+    def _left(self, front) -> tuple[np.ndarray, str]:
+        """A vector to the character's left, and what tells it: names, feet, or +x, as Blender, glTF and FBX have it."""
+        first, second = self.arms.paths
+        votes = sum(names.side(self.bones.names[a], self.bones.names[b]) for a, b in zip(first, second, strict=False))
+        if votes:
+            return np.sign(votes) * self.arms.normal, "names"
+        if front is not None:
+            return np.cross(self.up, front), "feet"
+        axis = 0 if abs(self.arms.normal[0]) > 0.1 else int(np.argmax(np.abs(self.arms.normal)))
+        return np.eye(3)[axis], "axes"
+
+    def _toe(self, path) -> np.ndarray | None:
+        """From the ankle to the toes (3,), level and of unit length; None where a limb does not end in a foot."""
+        points = [*self.heads[list(path)]]
+        if not self.tree.children[path[-1]]:
+            points.append(self.bones.tails[path[-1]])
+        steps = np.diff(points, axis=0)
+        sizes = np.linalg.norm(steps, axis=1)
+        down = [place for place, step in enumerate(steps) if step @ self.up < -0.7 * max(sizes[place], 1e-9 * self.scale)]
+        if not down or down[-1] == len(steps) - 1 or down[-1] == 0:
+            return None
+        heads = self.heads[list(path)]
+        ankle = points[down[-1] + 1]
+        toe = (heads[-1] if down[-1] + 1 < len(heads) - 1 else points[-1]) - ankle
+        level = toe - (toe @ self.up) * self.up
+        size = np.linalg.norm(level)
+        return level / size if size > max(0.5 * np.linalg.norm(toe), 0.03 * self.scale) else None

@@ -1,0 +1,201 @@
+"""Mirrored limbs of an armature and the joints of an arm, from positions alone."""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from .plain import Bones
+
+MIRRORED = 0.08
+"""How far, in limb lengths, a joint may be from the mirror image of its partner."""
+CROWD = 60
+"""Of more children than these only those with the longest reach are held against one another."""
+MEAN_SHOULDER = 0.33
+"""Half the distance between the shoulders of a person, in arm lengths."""
+MEAN_RATIO = 1.08
+"""Upper arm to forearm of a person."""
+ON_LINE = 0.08
+"""How far from the line between two joints, in its lengths, a bone may start and still lie on it."""
+
+
+@dataclass(frozen=True)
+class Limbs:
+    """Two mirrored limbs below the bone ``root``: rows ``paths`` (2, joints), parents first, and unit ``normal`` (3,).
+
+    ``normal`` points from the second to the first. ``length`` is measured along the joints.
+    """
+
+    root: int
+    paths: tuple[tuple[int, ...], tuple[int, ...]]
+    normal: np.ndarray
+    length: float
+
+
+class Tree:
+    """Children, reach and mirrored limbs of an armature.
+
+    ``reach`` (n,) is the longest way down along heads, ``mass`` (n,) all ways down together: a hand has more of it than
+    a sleeve.
+    """
+
+    def __init__(self, bones: Bones):
+        self.bones, self.heads = bones, bones.heads
+        self.children = [[] for _ in bones.names]
+        for row, parent in enumerate(bones.parents):
+            if parent >= 0:
+                self.children[parent].append(row)
+        self.reach, self.mass = np.zeros(len(bones.names)), np.zeros(len(bones.names))
+        for row in reversed(range(len(bones.names))):
+            steps = [(self.step(row, child), child) for child in self.children[row]]
+            self.reach[row] = max((step + self.reach[child] for step, child in steps), default=0.0)
+            self.mass[row] = sum(step + self.mass[child] for step, child in steps)
+
+    def step(self, above: int, below: int) -> float:
+        """Distance between two heads."""
+        return float(np.linalg.norm(self.heads[below] - self.heads[above]))
+
+    def below(self, row: int) -> set[int]:
+        """All rows below one."""
+        found, todo = set(), [*self.children[row]]
+        while todo:
+            child = todo.pop()
+            found.add(child)
+            todo += self.children[child]
+        return found
+
+    def path(self, row: int) -> list[int]:
+        """The way down from a bone that has most below it, itself first."""
+        rows = [row]
+        while self.children[row]:
+            row = max(self.children[row], key=lambda child: self.step(rows[-1], child) + self.mass[child])
+            rows.append(row)
+        return rows
+
+    def limbs(self) -> list[Limbs]:
+        """All mirrored limbs of at least three joints below one bone, the longest first."""
+        found = []
+        for root, children in enumerate(self.children):
+            able = sorted((child for child in children if self.reach[child] > 0), key=lambda child: -self.reach[child])
+            paths = [self.path(child) for child in able[:CROWD]]
+            for a, b in combinations(paths, 2):
+                if (pair := self._pair(root, a, b)) is not None:
+                    found.append(pair)
+        longest = max((pair.length for pair in found), default=0.0)
+        return sorted((pair for pair in found if pair.length > 0.2 * longest), key=lambda pair: -pair.length)
+
+    def _pair(self, root: int, a: list[int], b: list[int]) -> Limbs | None:
+        """The longest mirrored beginning of two ways down: what one hand holds does not hide the arm."""
+        for count in range(min(len(a), len(b)), 1, -1):
+            first, second = self.heads[a[:count]], self.heads[b[:count]]
+            length = float(np.linalg.norm(np.diff(first, axis=0), axis=1).sum())
+            apart = first - second
+            normal = apart.sum(0)
+            size = np.linalg.norm(normal)
+            if size < 1e-9 * max(length, 1e-9) or length < 1e-9:
+                continue
+            normal = normal / size
+            across = apart - np.outer(apart @ normal, normal)
+            middle = 0.5 * (first + second) @ normal
+            if max(np.abs(across).max(), np.ptp(middle)) < MIRRORED * length and (apart[-1] @ normal) > MIRRORED * length:
+                return Limbs(root, (tuple(a[:count]), tuple(b[:count])), normal, length)
+        return None
+
+
+@dataclass(frozen=True)
+class Limb:
+    """An arm: ``rows`` of its bones from the collar to the hand or finger, ``places`` of shoulder, elbow and wrist in them.
+
+    ``points`` (3, 3) are those joints; the wrist may be the tail of the last row. ``strangeness`` is 0 for the proportions
+    of a person.
+    """
+
+    rows: tuple[int, ...]
+    places: tuple[int, int, int]
+    points: np.ndarray
+    strangeness: float
+    has_fingers: bool
+    inline: tuple[tuple[int, ...], tuple[int, ...]]
+
+    @property
+    def length(self) -> float:
+        """From shoulder over elbow to wrist."""
+        return float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
+
+    @classmethod
+    def of(cls, tree: Tree, path: tuple[int, ...], pair: Limbs) -> "Limb | None":
+        """The joints in ``path`` that are most like those of an arm, None where there are none."""
+        points = [*tree.heads[list(path)]]
+        if not tree.children[path[-1]]:
+            points.append(tree.bones.tails[path[-1]])
+        points = np.array(points)
+        hands = {place for place, row in enumerate(path) if branches(tree, path, place) >= 3}
+        middle = 0.5 * (tree.heads[pair.paths[0][0]] + tree.heads[pair.paths[1][0]])
+        tries = []
+        for wrist in range(2, len(points)):
+            for elbow in range(1, wrist):
+                for shoulder in range(min(elbow, 4)):
+                    places = shoulder, elbow, wrist
+                    cost = strangeness(points, abs(float((points[shoulder] - middle) @ pair.normal)), places)
+                    tries.append((cost - 0.4 * (wrist in hands), places))
+        cost, places = min(tries, default=(np.inf, None))
+        if not np.isfinite(cost):
+            return None
+        fingered = places[2] in hands
+        inline = tuple(
+            tuple(row for row in path[start + 1 : end] if 0.03 < share(tree, row, points[start], points[end]) < 0.97)
+            for start, end in zip(places, places[1:], strict=False)
+        )
+        return cls(tuple(path), places, points[list(places)], cost + 0.4 * fingered, fingered, inline)
+
+    def parts(self) -> dict[str, list[int]]:
+        """Rows by arm part. Bones on the line within a part belong to it, so that it can twist along its length."""
+        shoulder, elbow, wrist = self.places
+        return {
+            "clavicle": list(self.rows[:shoulder]),
+            "upper_arm": [self.rows[shoulder], *self.inline[0]],
+            "forearm": [self.rows[elbow], *self.inline[1]],
+            "hand": list(self.rows[wrist : wrist + 1]),
+        }
+
+
+def branches(tree: Tree, path: tuple[int, ...], place: int) -> int:
+    """Into how many ways a bone of a limb branches, not counting helpers along the limb."""
+    row = path[place]
+    count = 0
+    for child in tree.children[row]:
+        along = tree.heads[path[place + 1]] if place + 1 < len(path) else tree.bones.tails[row]
+        helper = not tree.children[child] and -0.05 <= share(tree, child, tree.heads[row], along) <= 0.95
+        count += not helper
+    return count
+
+
+def share(tree: Tree, row: int, start: np.ndarray, end: np.ndarray) -> float:
+    """Where on the way from ``start`` to ``end`` (0..1) a bone starts; nan where it does not start on that line."""
+    along = end - start
+    length = np.linalg.norm(along)
+    if length < 1e-12:
+        return np.nan
+    offset = tree.heads[row] - start
+    at = float(offset @ along) / length**2
+    return at if np.linalg.norm(offset - at * along) < ON_LINE * length else np.nan
+
+
+def strangeness(points: np.ndarray, out: float, places: tuple[int, int, int]) -> float:
+    """How far an arm with joints at ``places`` of ``points`` (n, 3) is from a person's; 0 is perfect.
+
+    ``out`` is how far the shoulder lies from the body's middle.
+    """
+    shoulder, elbow, wrist = places
+    upper, fore = (np.linalg.norm(points[b] - points[a]) for a, b in ((shoulder, elbow), (elbow, wrist)))
+    size = upper + fore
+    if min(upper, fore) < 1e-3 * max(size, 1e-9):
+        return np.inf
+    bend = 0.0
+    for start, end in ((shoulder, elbow), (elbow, wrist)):
+        along = (points[end] - points[start]) / np.linalg.norm(points[end] - points[start])
+        for point in points[start + 1 : end]:
+            offset = point - points[start]
+            bend += float(np.linalg.norm(offset - (offset @ along) * along)) / size
+    spare = 0.02 * (len(points) - 1 - wrist)
+    return abs(np.log(upper / fore / MEAN_RATIO)) + abs(out / size - MEAN_SHOULDER) + 4 * bend + spare
