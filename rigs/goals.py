@@ -5,12 +5,13 @@ hands follow; torso, neck, head and clavicles add the motion's departure from th
 posture, because the data's mean is a person's posture and not the character's.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..core import skeleton
-from . import arms, quaternion
+from . import arms, fingers, limits, proportions, quaternion, spread
 from .plain import ARMS, Bones, Mapping, character_frame
 
 SIDES = {"left": 1.0, "right": -1.0}
@@ -22,18 +23,26 @@ NEUTRAL = skeleton.normalize(skeleton.MEAN_UNIT + skeleton.mirror(skeleton.MEAN_
 class Options:
     """How a motion is laid onto a character.
 
-    ``torso``, ``head`` and ``clavicle`` scale the relative parts (1 = as the data moves). ``aimed`` names the edges that
-    end up exactly along their direction. ``hinges`` turns upper arms so that elbows bend about their own hinge;
-    ``palms`` (0..1) lets forearms turn the palm inwards and down; ``forward_elbows`` forbids elbows to bend
-    backwards, at the price of those directions.
+    ``torso``, ``head`` and ``clavicle`` scale the relative parts (1 = as the data moves); ``neck`` is the share of the
+    head's turn that the neck takes on. ``aimed`` names the edges that end up exactly along their direction. ``hinges``
+    turns upper arms so that elbows bend about their own hinge; ``palms`` (0..1) lets forearms turn the palm inwards and
+    down; ``fingers`` (0..1) bends fingers that are straight at rest into hands at ease.
+
+    ``clear_body`` (0..1) moves arms out of a body that is broader than the performer's, ``limits`` keeps clavicles and the
+    turn of upper arms and forearms within a human range, ``forward_elbows`` forbids elbows to bend backwards. The first
+    and the last do so at the price of the directions concerned; nothing changes where nothing is wrong.
     """
 
     torso: float = 1.0
     head: float = 1.0
+    neck: float = 0.5
     clavicle: float = 0.6
     aimed: frozenset[str] = frozenset(ARMS)
     hinges: bool = True
     palms: float = 0.4
+    fingers: float = 1.0
+    clear_body: float = 1.0
+    limits: bool = True
     forward_elbows: bool = False
 
 
@@ -94,22 +103,37 @@ class Goals:
     """
 
     def __init__(
-        self, bones: Bones, mapping: Mapping, directions: np.ndarray, fps: float = skeleton.FPS, options: Options | None = None
+        self,
+        bones: Bones,
+        mapping: Mapping,
+        directions: np.ndarray,
+        fps: float = skeleton.FPS,
+        options: Options | None = None,
+        *,
+        girth: proportions.Girth | None = None,
+        free: Collection[str] | None = None,
     ):
-        """Take ``directions`` (frames, 9, 3) in the canonical frame. Raises :class:`RigUnusable` for an unusable mapping."""
+        """Take ``directions`` (frames, 9, 3) in the canonical frame. Raises :class:`RigUnusable` for an unusable mapping.
+
+        ``girth`` is the trunk's shape (guessed from the bones, if None), ``free`` the bones beside the mapped edges that
+        may be turned: twist bones, hands, fingers (all, if None).
+        """
         self.bones, self.mapping, self.fps, self.options = bones, mapping.check(bones), fps, options or Options()
+        self.free = None if free is None else frozenset(free)
         self.frame = character_frame(bones, mapping)
         self.directions = skeleton.normalize(self._to_armature(directions))
         self.mean = skeleton.normalize(self._to_armature(NEUTRAL))
         self.roles = {
-            bones.row(name): Role(part, place, (place + 1) / len(chain))
+            bones.row(name): Role(part, place, float(share))
             for part, chain in mapping.chains.items()
             if part in skeleton.EDGE_NAMES
-            for place, name in enumerate(chain)
+            for place, (name, share) in enumerate(zip(chain, spread.shares(bones, mapping, part), strict=True))
         }
         self.relative = self._relative_turns()
         if self.options.forward_elbows:
             self._bring_elbows_forward()
+        if self.options.clear_body > 0:
+            self._clear_body(girth)
 
     def walk(self) -> "Walk":
         """A new pass over the bones."""
@@ -123,6 +147,34 @@ class Goals:
         """Directions (frames, 3) that an edge should have, in armature space."""
         return self.directions[:, skeleton.EDGE_NAMES.index(part)]
 
+    def may_turn(self, bone: str) -> bool:
+        """Whether a bone beside the mapped edges may be given a rotation."""
+        return self.free is None or bone in self.free
+
+    def winds(self, part: str) -> bool:
+        """Whether a part is a forearm that twists from the elbow to the wrist, by bones beside it and the hand."""
+        chains = self.mapping.chains
+        hand = chains.get(part.replace("_forearm", "_hand"), ())
+        return bool(
+            part.endswith("_forearm")
+            and len(chains[part]) == 1
+            and hand
+            and self.may_turn(hand[0])
+            and self.bones.inherits[self.bones.row(hand[0])]
+            and self.bones.row(chains[part][0]) in self.bones.ancestors(self.bones.row(hand[0]))
+            and any(map(self.may_turn, chains.get(f"{part}_twist", ())))
+        )
+
+    def twist_share(self, part: str, place: int) -> float:
+        """Share (0..1) of an arm part's twist that is done after the ``place``-th bone of its chain."""
+        return 0.0 if self.winds(part) else (place + 1) / len(self.mapping.chains[part])
+
+    def extras(self) -> dict[str, np.ndarray]:
+        """Constant rotations ``{bone: (1, 4)}`` in the bones' own rest spaces, for hands at ease."""
+        usable = None if self.free is None else np.array([name in self.free for name in self.bones.names])
+        found = fingers.relaxed(self.bones, self.mapping, self.options.fingers, usable)
+        return {bone: rotation[None] for bone, rotation in found.items()}
+
     def _to_armature(self, canonical):
         left, back, up = self.frame
         facing = skeleton.canonical_to_blender(np.asarray(canonical, float))
@@ -132,17 +184,34 @@ class Goals:
         torso = torso_turn(self.directions, self.mean)
         inverse = quaternion.conjugate(torso)
         head = quaternion.multiply(inverse, head_turn(self.directions, self.mean))
-        head_share = 0.5 if "head" in self.mapping.chains else 1.0
+        head_share = self.options.neck if "head" in self.mapping.chains else 1.0
         turns = {
             "torso": (torso, self.options.torso),
             "neck": (head, self.options.head * head_share),
             "head": (head, self.options.head),
         }
-        for side in SIDES:
+        for side, sign in SIDES.items():
             edge = skeleton.EDGE_NAMES.index(f"{side}_clavicle")
             seen = quaternion.rotate(inverse, self.directions[:, edge])
-            turns[f"{side}_clavicle"] = (quaternion.swing(self.mean[edge], seen), self.options.clavicle)
+            swing = quaternion.swing(self.mean[edge], seen)
+            if self.options.limits:
+                swing = limits.clavicle(swing, self.frame, sign, self.options.clavicle)
+            turns[f"{side}_clavicle"] = (swing, self.options.clavicle)
         return turns
+
+    def _clear_body(self, girth):
+        """Move arms out of the trunk, where the shoulders and the chest will be."""
+        chains, still = self.mapping.chains, self.still()
+        done = {
+            part: quaternion.power(*self.relative[part]) if part in chains else still
+            for part in ("torso", "left_clavicle", "right_clavicle")
+        }
+        girth = proportions.guess(self.bones, self.mapping) if girth is None else girth
+        placed = proportions.Placed(self.bones, self.mapping)
+        clavicles = {side: done[f"{side}_clavicle"] for side in SIDES}
+        self.directions = proportions.clear(
+            girth, placed, self.directions, done["torso"], clavicles, self.fps, self.options.clear_body
+        )
 
     def _bring_elbows_forward(self):
         torso = quaternion.multiply(self.still(), self.relative["torso"][0])
@@ -183,7 +252,7 @@ class Walk:
         return start
 
     def _aimed(self, role: Role, start, segment):
-        """Swing the chain's first bone until the part points along its direction; spread its twist evenly over the chain.
+        """Swing the chain's first bone until the part points along its direction; spread its twist over the chain.
 
         Each bone turns about the line from its own head to the part's end, so that the end stays where it is.
         """
@@ -195,8 +264,10 @@ class Walk:
             self.twist[part] = self._twist(part, start, target)
         if self.twist[part] is None:
             return start
-        angle = self.twist[part] / len(mapping.chains[part])
-        return quaternion.multiply(quaternion.about(along, angle), start)
+        share = self.goals.twist_share(part, role.place)
+        if role.place:
+            share -= self.goals.twist_share(part, role.place - 1)
+        return quaternion.multiply(quaternion.about(along, share * self.twist[part]), start)
 
     def _twist(self, part, aimed, target):
         """Angles (frames,) that an arm part turns about its own axis, or None."""
@@ -206,10 +277,15 @@ class Walk:
         if part.endswith("_upper_arm") and options.hinges:
             segments = (mapping.segment(bones, f"{side}_{name}") for name in ("upper_arm", "forearm"))
             hinge = quaternion.rotate(aimed, arms.rest_hinge(*segments, -back, up))
-            return arms.upper_arm_turn(hinge, target, goals.target(f"{side}_forearm"), SIDES[side], goals.fps)
+            angle = arms.upper_arm_turn(hinge, target, goals.target(f"{side}_forearm"), SIDES[side], goals.fps)
+            return SIDES[side] * limits.soft(SIDES[side] * angle, limits.UPPER_ARM) if options.limits else angle
         if part.endswith("_forearm") and options.palms:
-            # Thumbs point forwards at rest, whether the arms are out or down; the palm is a quarter turn from there.
             along = mapping.segment(bones, part)
-            palm = SIDES[side] * arms.rest_hinge(along, along, -back, up)
-            return arms.palm_turn(quaternion.rotate(aimed, palm), target, -SIDES[side] * left, up, options.palms)
+            palm = fingers.palm(bones, mapping, side)
+            if palm is None or np.linalg.norm(np.cross(along, palm)) < 0.5:
+                # Thumbs point forwards at rest, whether the arms are out or down; the palm is a quarter turn from there.
+                palm = SIDES[side] * arms.rest_hinge(along, along, -back, up)
+            palm = skeleton.normalize(palm - along * (along @ palm))
+            angle = arms.palm_turn(quaternion.rotate(aimed, palm), target, -SIDES[side] * left, up, options.palms)
+            return limits.soft(angle, limits.FOREARM) if options.limits else angle
         return None

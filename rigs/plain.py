@@ -122,15 +122,18 @@ class Mapping:
         require_arms(self.chains)
         return self
 
+    def end(self, bones: Bones, part: str) -> np.ndarray:
+        """Where a part ends at rest (3,), in armature space."""
+        following = [self.chains[other][0] for other in _NEXT.get(part, ()) if self.chains.get(other)]
+        return bones.heads[bones.row(following[0])] if following else bones.tails[bones.row(self.chains[part][-1])]
+
     def segment(self, bones: Bones, part: str, place: int = 0) -> np.ndarray:
         """Direction (3,) at rest from the head of a chain's bone to the end of its part, in armature space, a unit vector.
 
         Raises :class:`RigUnusable` where both are the same point.
         """
         chain = self.chains[part]
-        following = [self.chains[other][0] for other in _NEXT.get(part, ()) if self.chains.get(other)]
-        end = bones.heads[bones.row(following[0])] if following else bones.tails[bones.row(chain[-1])]
-        along = end - bones.heads[bones.row(chain[place])]
+        along = self.end(bones, part) - bones.heads[bones.row(chain[place])]
         length = np.linalg.norm(along)
         if length < 1e-9:
             raise RigUnusable(f'Bone "{chain[place]}" of {spoken(part)} has no length.', "Correct the bone mapping.")

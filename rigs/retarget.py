@@ -7,7 +7,7 @@ and rolls.
 import numpy as np
 
 from ..core import skeleton
-from . import quaternion
+from . import quaternion, twist
 from .goals import Goals, Options
 from .plain import Bones, Mapping
 
@@ -37,4 +37,4 @@ def rotations(goals: Goals) -> dict[str, np.ndarray]:
         local = quaternion.multiply(quaternion.conjugate(start), goal)
         basis = quaternion.multiply(quaternion.conjugate(rest[row]), quaternion.multiply(local, rest[row]))
         result[bones.names[row]] = quaternion.continuous(basis)
-    return result
+    return result | twist.rotations(goals, walk)
