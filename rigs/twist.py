@@ -13,7 +13,7 @@ SIDES = ("left", "right")
 
 
 def rotations(goals: Goals, walk: Walk) -> dict[str, np.ndarray]:
-    """Rotations ``{bone: (frames, 4)}`` of twist bones and hands in their own rest spaces, after ``walk`` went over the arms."""
+    """Rotations ``{bone: (frames, 4)}`` of twist bones and hands in their own rest spaces, once ``walk`` has the arms."""
     result = {}
     for side in SIDES:
         for name in ("upper_arm", "forearm"):
