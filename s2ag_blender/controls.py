@@ -1,0 +1,274 @@
+"""Rotations of a control rig's bones, found by measuring: how far constraints, drivers and switches let them go.
+
+D of a bone is its rotation away from the rig's own rest, evaluated without animation. Where a bone comes to lie without
+its own rotation is first predicted, from a trial turn of each bone that shows which others ride on it, then measured on
+a private copy and corrected top down: ``M^-1 S M`` for the remaining turn S of a bone whose orientation is M. Where the
+prediction holds, as on most rigs, one evaluation a frame confirms it; else the next pass is exact one level further.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import bpy
+import numpy as np
+
+from ..core import skeleton
+from ..rigs import quaternion, twist
+from ..rigs.family import LINES, SIDES
+from ..rigs.goals import Goals, Walk
+from ..rigs.plain import Bones, Mapping, spoken
+from . import keyframes
+from .standin import StandIn, stand_in, upright
+
+SETTLED = np.radians(0.03)
+PASSES = 8
+TRIAL = quaternion.about(np.array([1.0, 2.0, 3.0]) / np.sqrt(14), np.radians(20.0))
+"""A small turn about no axis that any rig is built on."""
+SIMILAR, DEAD = np.radians(2.0), 0.02
+WORTH_TELLING = 1.0
+"""Degrees by which an arm may miss its direction before it is told."""
+
+
+@dataclass(frozen=True)
+class Take:
+    """A motion to lay onto a rig: ``directions`` (frames, 9, 3), canonical, at ``fps``, and the scene ``frames`` (frames,)."""
+
+    directions: np.ndarray
+    fps: float
+    frames: np.ndarray
+
+
+@dataclass(frozen=True)
+class Control:
+    """A bone that is turned. ``tip`` is the bone at whose head (or own tail) its part ends; the rest are places in the list.
+
+    ``rides`` is the bone that carries it, by ``share`` of that one's turn, ``base`` the one a relative turn is counted
+    from, ``copies`` the one whose turn it takes over; -1 for none. ``gain`` is how much of its own rotation it carries out.
+    """
+
+    name: str
+    row: int
+    part: str
+    tip: str = ""
+    rides: int = -1
+    share: float = 1.0
+    base: int = -1
+    copies: int = -1
+    gain: float = 1.0
+
+
+def solve(
+    armature: bpy.types.Object,
+    bones: Bones,
+    mapping: Mapping,
+    motion: Take,
+    keys: Take,
+    *,
+    scene: bpy.types.Scene,
+    ask: Callable[[Bones, Take], Goals],
+    values: dict[str, float] | None = None,
+    tell: Callable[[str], None] = print,
+) -> dict[str, np.ndarray]:
+    """Rotations ``{bone: (keys, 4)}``: measured at the frames of ``motion`` and carried over to those of ``keys``.
+
+    ``ask`` says what a take asks of bones; ``values`` are the settings that the rig will have. Bones that do not get where
+    they should are told. Nothing in the file changes. Raises :class:`RigUnusable` for an unusable mapping.
+    """
+    watched = [name for chain in mapping.chains.values() for name in chain]
+    with stand_in(armature, scene, watched, values) as rig:
+        rest = rig.as_bones(bones)
+        solver = Solver(rig, ask(rest, motion))
+        predicted, solved = solver.predict(solver.goals.walk()), solver.run(motion.frames)
+        walk = ask(rest, keys).walk()
+        wanted = solver.predict(walk)
+    for sentence in solver.shortfalls():
+        tell(sentence)
+    result = twist.rotations(walk.goals, walk)
+    for index, control in enumerate(solver.controls):
+        # What measuring added to the prediction is smooth where the motion itself is not.
+        change = quaternion.multiply(quaternion.conjugate(predicted[index]), solved[index])
+        change = between(quaternion.continuous(change), motion.frames, keys.frames)
+        result[control.name] = quaternion.continuous(quaternion.multiply(wanted[index], change))
+    return result
+
+
+def between(rotations: np.ndarray, frames: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Rotations ``(frames, 4)`` given at ascending ``frames``, at others ``(n,)``; beyond the ends, those at the ends."""
+    place = np.interp(at, frames, np.arange(len(frames)))
+    index = np.minimum(place.astype(int), max(len(frames) - 2, 0))
+    after = np.minimum(index + 1, len(frames) - 1)
+    return quaternion.slerp(rotations[index], rotations[after], (place - index))
+
+
+class Solver:
+    """One motion on one private copy of a rig. Arrays of bones come first, then frames."""
+
+    def __init__(self, rig: StandIn, goals: Goals):
+        self.rig, self.goals, self.frames = rig, goals, len(goals.directions)
+        self.rest = goals.bones.rest
+        self.controls = self._learn(_controls(goals))
+        self.missed = {}
+
+    def predict(self, walk: Walk) -> np.ndarray:
+        """Rotations (bones, frames, 4) by what the trial turns showed."""
+        still = np.tile(walk.goals.still(), (len(self.controls), 1, 1))
+        return self._step(walk, still, still, [None] * len(self.controls))
+
+    def run(self, frames: np.ndarray) -> np.ndarray:
+        """Rotations (bones, frames, 4) measured to be right at scene ``frames``, or as near as the rig allows."""
+        basis = self.predict(self.goals.walk())
+        turned, along = np.zeros_like(basis), np.zeros((*basis.shape[:2], 3))
+        before = np.full(basis.shape[:2], np.inf)
+        failed, fallback = np.zeros(basis.shape[:2], int), basis.copy()
+        active = np.arange(self.frames)
+        for _ in range(PASSES):
+            for frame in active:
+                turned[:, frame], along[:, frame] = self._measure(basis[:, frame], frames[frame])
+            segments = quaternion.rotate(quaternion.conjugate(turned), along)
+            wanted = self._step(self.goals.walk(), basis, turned, segments)
+            left = angle(quaternion.multiply(quaternion.conjugate(basis), wanted))
+            failing = (left > SETTLED) & (left > 0.8 * before)
+            fallback = np.where((failing & (failed == 0))[..., None], basis, fallback)
+            failed = np.where(failing, failed + 1, np.where(left > SETTLED, 0, failed))
+            stuck = failed > 1
+            basis = np.where(stuck[..., None], fallback, np.where((left > SETTLED)[..., None], wanted, basis))
+            before = left
+            active = np.flatnonzero(((left > SETTLED) & ~stuck).any(0))
+            if not len(active):
+                break
+        self._note(along)
+        return basis
+
+    def shortfalls(self) -> list[str]:
+        """A sentence for each bone that stays off, which :meth:`run` found out."""
+        sentences = []
+        for control in self.controls:
+            if control.gain < DEAD:
+                sentences.append(f'Bone "{control.name}" does not follow its keys: a constraint or a driver holds it.')
+            elif control.name in self.missed:
+                sentences.append(
+                    f'Bone "{control.name}" is up to {self.missed[control.name]:.0f} degrees off the direction of '
+                    f"{spoken(control.part)}: a constraint, a driver or a lock holds it back."
+                )
+        return sentences
+
+    def _step(self, walk, basis, turned, segments) -> np.ndarray:
+        """Rotations (bones, frames, 4) that ought to reach the goals, given that ``basis`` led to ``turned``."""
+        expected, result = [], []
+        for index, control in enumerate(self.controls):
+            rest = self.rest[control.row]
+            own = _seen(rest, basis[index])
+            arrived = turned[index]
+            if control.rides >= 0:
+                before, after = (quaternion.power(turns[control.rides], control.share) for turns in (turned, expected))
+                arrived = quaternion.multiply(quaternion.multiply(after, quaternion.conjugate(before)), arrived)
+            start = quaternion.multiply(arrived, quaternion.conjugate(own))
+            if control.gain != 1.0:  # its own turn cannot be told from what it rides on
+                start = after if control.rides >= 0 else walk.goals.still()
+            if control.copies >= 0:
+                goal = expected[control.copies]
+            else:
+                base = expected[control.base] if control.base >= 0 else None
+                goal = walk.turn(control.row, start, base, segments[index])
+            turn = _seen(quaternion.conjugate(rest), quaternion.multiply(quaternion.conjugate(arrived), goal))
+            turn = quaternion.power(turn, 1.0 / control.gain if control.gain >= DEAD else 0.0)
+            wanted = keyframes.held(self.rig.item.pose.bones[control.name], quaternion.multiply(basis[index], turn))
+            made = quaternion.power(quaternion.multiply(quaternion.conjugate(basis[index]), wanted), control.gain)
+            expected.append(quaternion.multiply(arrived, _seen(rest, made)))
+            result.append(wanted)
+        return np.array(result)
+
+    def _measure(self, rotations: np.ndarray, frame: float | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """D (bones, 4) and the directions (bones, 3) from heads to the ends of parts, with ``rotations`` (bones, 4)."""
+        names = [control.name for control in self.controls]
+        self.rig.pose(dict(zip(names, rotations, strict=True)), frame)
+        matrices = self.rig.matrices(names)
+        turned = quaternion.multiply(
+            quaternion.from_matrix(upright(matrices[:, :3, :3])),
+            quaternion.conjugate(self.rest[[control.row for control in self.controls]]),
+        )
+        return turned, skeleton.normalize(self._ends() - matrices[:, :3, 3])
+
+    def _ends(self) -> np.ndarray:
+        heads = self.rig.matrices([control.tip or control.name for control in self.controls])[:, :3, 3]
+        last = [self.goals.mapping.chains[control.part][-1] for control in self.controls]
+        own = np.array([not control.tip for control in self.controls])
+        return np.where(own[:, None], self.rig.tails(last), heads)
+
+    def _learn(self, controls: list[Control]) -> list[Control]:
+        """Find by a trial turn of each bone which others it carries, and how much of it the bone itself makes."""
+        self.controls = controls
+        shares = np.zeros((len(controls), len(controls)))
+        gains = []
+        for index, control in enumerate(controls):
+            rotations = np.tile(quaternion.IDENTITY, (len(controls), 1))
+            rotations[index] = _seen(quaternion.conjugate(self.rest[control.row]), TRIAL)
+            turned, _ = self._measure(rotations)
+            own = turned[index]
+            gains.append(_gain(float(angle(own) / angle(TRIAL))))
+            if gains[-1] > 0.2:
+                share = np.round(angle(turned) / angle(own), 2)
+                difference = angle(quaternion.multiply(quaternion.conjugate(quaternion.power(own, share)), turned))
+                shares[index] = np.where(difference < SIMILAR, share, 0.0)
+        self._measure(np.tile(quaternion.IDENTITY, (len(controls), 1)))
+        learnt = []
+        for index, control in enumerate(controls):
+            above = np.flatnonzero(shares[:index, index] > 0.05)
+            rides = int(above[-1]) if len(above) else -1
+            learnt.append(replace(control, rides=rides, share=shares[rides, index], gain=gains[index]))
+        # A hand that rides on its forearm needs no keys; hands come last, so no place in the list changes.
+        return [control for control in learnt if control.copies < 0 or (control.rides, control.share) != (control.copies, 1.0)]
+
+    def _note(self, along: np.ndarray) -> None:
+        for index, control in enumerate(self.controls):
+            if control.part in self.goals.options.aimed and self.goals.mapping.chains[control.part][0] == control.name:
+                target = self.goals.target(control.part)
+                cross = np.linalg.norm(np.cross(along[index], target), axis=-1)
+                off = np.degrees(np.arctan2(cross, np.sum(along[index] * target, -1))).max()
+                if off > WORTH_TELLING:
+                    self.missed[control.name] = off
+
+
+def angle(q: np.ndarray) -> np.ndarray:
+    """How far rotations (..., 4) turn, in radians."""
+    return 2.0 * np.arctan2(np.linalg.norm(q[..., 1:], axis=-1), np.abs(q[..., 0]))
+
+
+def _gain(measured: float) -> float:
+    """How much of its own rotation a bone carries out, by a trial; too little to divide by is nothing or a fifth."""
+    if abs(measured - 1.0) < 0.05:
+        return 1.0
+    return 0.0 if measured < DEAD else max(measured, 0.2)
+
+
+def _seen(rest: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """A rotation in a bone's rest frame, seen from the armature."""
+    return quaternion.multiply(rest, quaternion.multiply(rotation, quaternion.conjugate(rest)))
+
+
+def _controls(goals: Goals) -> list[Control]:
+    """The bones to turn, each after those that may carry it; hands turn as their forearms do."""
+    bones, chains, controls, places = goals.bones, goals.mapping.chains, [], {}
+    for part in (part for line in LINES for part in line):
+        for name in chains.get(part, ()):
+            row = bones.row(name)
+            if row in goals.roles:
+                places[name] = len(controls)
+                base = _base(goals, part, places)
+                controls.append(Control(name, row, part, goals.mapping.tip(part), base=base))
+    for side in SIDES:
+        for name in chains.get(f"{side}_hand", ())[:1]:
+            if bones.row(name) not in goals.roles:
+                forearm = places[chains[f"{side}_forearm"][-1]]
+                controls.append(Control(name, bones.row(name), f"{side}_hand", copies=forearm))
+    return controls
+
+
+def _base(goals: Goals, part: str, places: dict[str, int]) -> int:
+    """What a relative part is counted from: the torso's bone that it hangs on, by its parents or as the last one."""
+    torso = [name for name in goals.mapping.chains.get("torso", ()) if name in places]
+    if part == "torso" or part not in goals.relative or not torso:
+        return -1
+    bones = goals.bones
+    above = {bones.names[row] for row in bones.ancestors(bones.row(goals.mapping.chains[part][0]))}
+    return places[([name for name in torso if name in above] or torso)[-1]]
