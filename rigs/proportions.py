@@ -22,8 +22,8 @@ TOUCH = 0.02
 """How far, in arm lengths, a sleeve may sink into a coat before it counts."""
 EASE = 0.3
 """Seconds in which a correction comes and in which it goes."""
-_SLICES = 14
-_FILLED = 12
+_SLICES = 12
+_FILLED = 10
 """Points that a slice of a measured trunk needs before its size is believed."""
 _ANGLES = np.radians(np.arange(0.0, 91.0, 5.0))
 _UPPER = ((0.75, 0.8), (1.0, 1.0))
@@ -81,23 +81,23 @@ def guess(bones: Bones, mapping: Mapping) -> Girth:
 
 
 def measure(bones: Bones, mapping: Mapping, points: np.ndarray) -> Girth:
-    """The trunk whose surface ``points`` ``(n, 3)`` show, in armature space; what they do not show is guessed."""
+    """The trunk whose surface ``points`` ``(n, 3)`` show, in armature space; slices without enough points are like their
+    neighbours."""
     place, usual = Placed(bones, mapping), guess(bones, mapping)
     seen = (np.asarray(points, float).reshape(-1, 3) - place.origin) @ place.frame.T
     edges = np.linspace(usual.heights[0], usual.heights[-1], _SLICES + 1)
-    heights, middles, halves = 0.5 * (edges[1:] + edges[:-1]), [], []
-    for low, high, height in zip(edges[:-1], edges[1:], heights, strict=True):
+    heights, found = 0.5 * (edges[1:] + edges[:-1]), {}
+    for place, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
         here = seen[(seen[:, 2] >= low) & (seen[:, 2] < high), :2]
-        if len(here) < _FILLED:
-            middle, half = usual._at(np.array(height))
-        else:
+        if len(here) >= _FILLED:
             # A point or two may stand out: a buckle, a strap.
-            ends = np.percentile(here, [2.0, 98.0], axis=0)
-            middle, half = 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
-            middle[0] = 0.0 if abs(middle[0]) < 0.15 * half[0] else middle[0]
-        middles.append(middle)
-        halves.append(np.maximum(half, 1e-6))
-    return Girth(heights, np.array(middles), np.array(halves), usual.waist)
+            least, most = np.percentile(here, [2.0, 98.0], axis=0)
+            found[place] = *(0.5 * (least + most)), *(0.5 * (most - least))
+    if len(found) < 2:
+        return usual
+    rows = heights[list(found)]
+    columns = np.stack([np.interp(heights, rows, column) for column in zip(*found.values(), strict=True)], -1)
+    return Girth(heights, columns[:, :2], np.maximum(columns[:, 2:], 1e-6), usual.waist)
 
 
 class Placed:
@@ -174,10 +174,11 @@ def clear(
         edges = [skeleton.EDGE_NAMES.index(f"{side}_{part}") for part in ("upper_arm", "forearm")]
         seen = [quaternion.rotate(inverse, directions[:, edge]) @ placed.frame.T for edge in edges]
         arm = _Arm(girth, placed, side, sign, _turn_in(placed.frame, torso), clavicles.get(side))
-        for place, new in enumerate(arm.free(seen, fps, strength)):
+        for edge, old, new in zip(edges, seen, arm.free(*seen, fps), strict=True):
             if new is not None:
                 result = result.copy() if result is directions else result
-                result[:, edges[place]] = quaternion.rotate(torso, new @ placed.frame)
+                new = _towards(old, new, strength * _apart(old, new))
+                result[:, edge] = quaternion.rotate(torso, new @ placed.frame)
     return result
 
 
@@ -195,19 +196,18 @@ class _Arm:
         if clavicle is not None:
             self.shoulder = root + quaternion.rotate(_turn_in(placed.frame, clavicle), shoulder - root)
 
-    def free(self, seen, fps, strength):
+    def free(self, upper, fore, fps):
         """New unit directions (frames, 3) of upper arm and forearm, each None where it stays as it is."""
-        upper, fore = seen
         shoulder = np.broadcast_to(self.shoulder, upper.shape)
         points = [(share * self.upper, thick * RADII["elbow"]) for share, thick in _UPPER]
-        new_upper = self._swung(shoulder, upper, points, fps, strength)
+        new_upper = self._swung(shoulder, upper, points, fps)
         elbow = shoulder + self.upper * (upper if new_upper is None else new_upper)
         middle = 0.5 * (RADII["elbow"] + RADII["wrist"])
         points = [(0.5 * self.fore, middle), (self.fore, RADII["wrist"])]
         points += [(self.fore + share * self.hand, RADII["hand"]) for share in (0.5, 1.0)]
-        return new_upper, self._swung(elbow, fore, points, fps, strength)
+        return new_upper, self._swung(elbow, fore, points, fps)
 
-    def _swung(self, start, along, points, fps, strength):
+    def _swung(self, start, along, points, fps):
         """``along`` (frames, 3) turned level outwards, just so far that all ``points`` on it are free; None if they are."""
         reach, radius = (np.array(column) for column in zip(*points, strict=True))
         radius = (radius - TOUCH) * self.size
@@ -220,9 +220,9 @@ class _Arm:
         turned = along
         for _ in range(_PASSES):
             need[bad] = np.maximum(need[bad], self._needed(start[bad], along[bad], way[bad], reach, radius, bad))
-            turned = _towards(along, way, strength * _envelope(need, max(1, round(0.5 * EASE * fps))))
+            turned = _towards(along, way, _envelope(need, max(1, round(0.5 * EASE * fps))))
             bad = np.flatnonzero(self._depth(start, turned, reach, radius) > 1e-3 * self.size)
-            if not bad.size or strength < 1:
+            if not bad.size:
                 break
             need[bad] += np.radians(3)
         return turned
@@ -267,11 +267,15 @@ def _turn_in(frame: np.ndarray, rotation: np.ndarray) -> np.ndarray:
 
 def _towards(along: np.ndarray, way: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Unit vectors turned by ``angle`` (frames,) towards ``way``, not beyond it."""
-    sine = np.linalg.norm(np.cross(along, way), axis=-1)
-    apart = np.arctan2(sine, np.sum(along * way, -1))
-    axis = np.cross(along, way) / np.maximum(sine, 1e-9)[:, None]
-    axis = np.where(sine[:, None] > 1e-6, axis, quaternion.perpendicular(along))
-    return quaternion.rotate(quaternion.about(axis, np.minimum(angle, apart)), along)
+    axis = np.cross(along, way)
+    sine = np.linalg.norm(axis, axis=-1, keepdims=True)
+    axis = np.where(sine > 1e-6, axis / np.maximum(sine, 1e-9), quaternion.perpendicular(along))
+    return quaternion.rotate(quaternion.about(axis, np.minimum(angle, _apart(along, way))), along)
+
+
+def _apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Angles (frames,) between unit vectors."""
+    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, -1))
 
 
 def _envelope(need: np.ndarray, reach: int) -> np.ndarray:
