@@ -257,7 +257,7 @@ def test_a_slanted_character_keeps_its_own_frame():
         ({"left_forearm": (), "right_upper_arm": ()}, "no bone for the left forearm and the right upper arm"),
         ({"head": ("haed",)}, 'no bone "haed"'),
         ({"tail": ("head",)}, '"tail" is no part'),
-        ({"left_hand": ("left_fore",)}, "has no length"),
+        ({"left_hand": ("left_fore",)}, "the left forearm and the left hand"),
     ],
 )
 def test_unusable_mappings_say_what_is_wrong(change, words):
@@ -272,3 +272,13 @@ def test_only_arms_are_needed():
     bones, motion = whole.bones(), performance()
     rotations = solve(bones, Mapping(chains), motion)
     assert set(rotations) == {"left_upper", "left_fore", "right_upper", "right_fore"}
+
+
+@pytest.mark.parametrize("bend", [-12.0, -2.0, 0.0, 2.0, 12.0, 60.0])
+def test_an_arm_that_is_overstretched_at_rest_still_bends_forwards(bend):
+    """Modellers straighten arms by eye; only a bend that is plainly meant says where the hinge is."""
+    out, forward, up = np.array([1.0, 0, 0]), np.array([0.0, -1, 0]), np.array([0.0, 0, 1])
+    fore = np.cos(np.radians(bend)) * out + np.sin(np.radians(bend)) * forward
+    assert degrees(arms.rest_hinge(out, fore, forward, up), np.cross(out, forward)) < 1e-6
+    down = np.cos(np.radians(40)) * out - np.sin(np.radians(40)) * up
+    assert degrees(arms.rest_hinge(out, down, forward, up), np.cross(out, -up)) < 1e-6
