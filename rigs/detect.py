@@ -4,6 +4,8 @@ A map that the character brings along goes before names, names before positions.
 position where the body found that way has the same arms.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..core.errors import RigUnusable
@@ -12,7 +14,7 @@ from . import limbs
 from .family import SIDES, TRUNK_PARTS, families
 from .names import Match, Names, missing_reason, rival
 from .plain import ARMS, PARTS, REMEDY, TWISTS, Bones, Finding, Mapping, listed, require_arms, spoken
-from .topology import Shape, feet_front, find_body, on_four_legs
+from .topology import Shape, Stance, find_body, stance
 
 BY_POSITION = "found by position"
 _ARM = ("clavicle", "upper_arm", "upper_arm_twist", "forearm", "forearm_twist", "hand")
@@ -54,7 +56,8 @@ def twist_bones(bones: Bones, chains: dict[str, tuple[str, ...]]) -> dict[str, t
             continue
         start, end = (bones.heads[bones.row(names[0])] for names in (chain, ends))
         rows = [child for name in chain for child in tree.children[bones.row(name)]]
-        places = {row: limbs.share(tree, row, start, end) for row in rows if not tree.children[row]}
+        rows = [row for row in rows if not tree.children[row] and not bones.driven[row]]
+        places = {row: limbs.share(tree, row, start, end) for row in rows}
         rows = [row for row, at in places.items() if 0.05 < at < 0.95 and bones.names[row] not in taken]
         if rows:
             found[part] = tuple(bones.names[row] for row in sorted(rows, key=places.get))
@@ -88,20 +91,22 @@ class _Survey:
         if not self._complete():
             return self._refusal()
         shoulders = tuple(self._first(f"{side}_upper_arm") for side in SIDES)
-        if front_legs := on_four_legs(self.bones, shoulders):
-            return self._four_legged(front_legs)
+        standing = stance(self.bones, shoulders)
+        if standing.front_legs:
+            return self._four_legged(standing.front_legs)
         if not self.family_controls:
             chains = {part: finding.bones for part, finding in self.parts.items()}
             self._take(twist_bones(self.bones, chains), "", "position")
-        self._check_sides(shape, shoulders)
+            self._leave_carriers(standing.legs)
+        self._check_sides(shape, standing, shoulders)
         return None
 
     def mapping(self) -> Mapping:
         """All that was found."""
-        chains = {part: self.parts[part].bones for part in PARTS if part in self.parts}
+        chains = {part: self.parts[part].bones for part in PARTS if part in self.parts and self.parts[part].bones}
         rows = [row for row in ROWS if row in self.parts or row not in TWISTS]
         findings = [self.parts.get(row) or Finding(row, note=self._why_not(row)) for row in rows]
-        absent = [spoken(part) for part in EDGE_NAMES if part not in chains and part not in ARMS]
+        absent = [spoken(part) for part in EDGE_NAMES if part not in self.parts and part not in ARMS]
         told = [f"{self.where} has no bone for {', '.join(absent)}: these stay at rest."] if absent else []
         return Mapping(
             chains, self.family or BY_POSITION, self._first("hips"), (*told, *self.warnings), self.switches, tuple(findings)
@@ -144,7 +149,8 @@ class _Survey:
         self._take(shape.chains, shape.hips, "position")
 
     def _first(self, part: str) -> str:
-        return self.parts[part].bones[0] if part in self.parts else ""
+        found = self.parts.get(part)
+        return found.bones[0] if found and found.bones else ""
 
     def _complete(self) -> bool:
         return all(part in self.parts for part in ARMS)
@@ -154,7 +160,20 @@ class _Survey:
             return reason
         return "no bone lies where it should be" if self._complete() else "nothing is called so or lies where it should be"
 
-    def _check_sides(self, shape: Shape | None, shoulders: tuple[str, str]) -> None:
+    def _leave_carriers(self, legs: tuple[str, ...]) -> None:
+        """Take spine bones that carry the legs out of the torso, and neck bones that carry the arms out of the neck."""
+        arms = [self._first(f"{side}_{part}") for side in SIDES for part in ("clavicle", "upper_arm")]
+        for part, limbs_below, told in (("torso", legs, "the legs"), ("neck", arms, "the arms")):
+            rows = {row for name in limbs_below if name for row in self.bones.ancestors(self.bones.row(name))}
+            found = self.parts.get(part)
+            carriers = [name for name in found.bones if self.bones.row(name) in rows] if found else []
+            if carriers:
+                kept = tuple(name for name in found.bones if name not in carriers)
+                names = listed([f'"{name}"' for name in carriers])
+                note = f"{names} carr{'y' if len(carriers) > 1 else 'ies'} {told} and stay{'s' * (len(carriers) == 1)} at rest"
+                self.parts[part] = replace(found, bones=kept, how=found.how if kept else "", note=note)
+
+    def _check_sides(self, shape: Shape | None, standing: Stance, shoulders: tuple[str, str]) -> None:
         """Warn where left and right are only taken for granted, or feet and names disagree about them."""
         ours = shape is not None and self._first("left_upper_arm") in shape.chains["left_upper_arm"]
         if ours and shape.told == "axes" and self.parts["left_upper_arm"].how == "position":
@@ -162,14 +181,11 @@ class _Survey:
                 f"{self.where} does not tell left from right by names or feet: its left is taken to be at +x. "
                 "Exchange the sides in a map if it gestures behind its back."
             )
-        front = None if self.family_controls else feet_front(self.bones, shoulders)
-        if front is None:
+        if standing.front is None or "hips" not in self.parts:
             return
         left, right = (self.bones.heads[self.bones.row(name)] for name in shoulders)
-        low = self.bones.heads[self.bones.row(self._first("hips"))] if "hips" in self.parts else None
-        if low is None:
-            return
-        expected = np.cross(0.5 * (left + right) - low, front)
+        low = self.bones.heads[self.bones.row(self._first("hips"))]
+        expected = np.cross(0.5 * (left + right) - low, standing.front)
         apart = left - right
         if expected @ apart < -0.5 * np.linalg.norm(expected) * np.linalg.norm(apart):
             self.warnings.append(
@@ -179,7 +195,7 @@ class _Survey:
 
     def _refusal(self) -> RigUnusable:
         """Why arms are missing."""
-        if front_legs := on_four_legs(self.bones):
+        if front_legs := stance(self.bones).front_legs:
             return self._four_legged(front_legs)
         if any(part in self.parts for part in ARMS):
             try:

@@ -25,6 +25,8 @@ _LEFT = {"l", "left", "lft", "lf", "左", "izq", "izquierdo", "izquierda", "gauc
 _LEFT |= {"esq", "esquerda", "esquerdo", "лев", "левая", "левый"}
 _RIGHT = {"r", "right", "rgt", "rt", "右", "der", "derecho", "derecha", "droite", "droit", "rechts", "dx", "destra", "destro"}
 _RIGHT |= {"dir", "direita", "direito", "прав", "правая", "правый"}
+TIPS = {"tip", "end", "leaf", "nub", "top", "site", "endsite", "headtop"}
+"""Words that mark a bone without a joint of its own."""
 
 
 def plain_name(name: str) -> str:

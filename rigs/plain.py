@@ -1,6 +1,7 @@
 """What retargeting knows of an armature: bones at rest, which bone moves which edge, and where its front is."""
 
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 
 import numpy as np
 
@@ -112,20 +113,31 @@ class Mapping:
     findings: tuple[Finding, ...] = ()
 
     def check(self, bones: Bones) -> "Mapping":
-        """Return self, or raise :class:`RigUnusable` where a bone is unknown or an arm is missing."""
-        for part, chain in self.chains.items():
-            if part not in PARTS:
+        """Return self, or raise :class:`RigUnusable` where a bone is unknown or named twice, or an arm is missing."""
+        owners: dict[str, str] = {}
+        for part, chain in {**self.chains, "hips": (self.hips,) if self.hips else ()}.items():
+            if part not in (*PARTS, "hips"):
                 raise RigUnusable(f'"{part}" is no part of the body that gestures.', f"Use: {', '.join(PARTS)}.")
             for name in chain:
                 if name not in bones.names:
-                    raise RigUnusable(f'The armature has no bone "{name}" for {spoken(part)}.', "Correct the bone mapping.")
+                    near = get_close_matches(name, bones.names, 1)
+                    hint = f'Did you mean "{near[0]}"?' if near else "Correct the bone map."
+                    raise RigUnusable(f'The armature has no bone "{name}" for {spoken(part)}.', hint)
+                if name in owners:
+                    parts = f"{spoken(owners[name])} and {spoken(part)}"
+                    raise RigUnusable(f'The bone "{name}" is to be {parts}.', "Keep it in one part of the bone map.")
+                owners[name] = part
         require_arms(self.chains)
         return self
 
+    def tip(self, part: str) -> str:
+        """The bone at whose head a part ends, or "" where it ends with its own last bone."""
+        return next((self.chains[other][0] for other in _NEXT.get(part, ()) if self.chains.get(other)), "")
+
     def end(self, bones: Bones, part: str) -> np.ndarray:
         """Where a part ends at rest (3,), in armature space."""
-        following = [self.chains[other][0] for other in _NEXT.get(part, ()) if self.chains.get(other)]
-        return bones.heads[bones.row(following[0])] if following else bones.tails[bones.row(self.chains[part][-1])]
+        tip = self.tip(part)
+        return bones.heads[bones.row(tip)] if tip else bones.tails[bones.row(self.chains[part][-1])]
 
     def segment(self, bones: Bones, part: str, place: int = 0) -> np.ndarray:
         """Direction (3,) at rest from the head of a chain's bone to the end of its part, in armature space, a unit vector.

@@ -40,6 +40,18 @@ class Shape:
     front: np.ndarray | None
 
 
+@dataclass(frozen=True)
+class Stance:
+    """What arms stand on: ``legs``, the two thighs; ``front`` (3,) where the feet point, None where that cannot be seen.
+
+    ``front_legs`` are the uppermost bones of limbs that are no arms because the armature stands on four legs.
+    """
+
+    legs: tuple[str, ...] = ()
+    front: np.ndarray | None = None
+    front_legs: tuple[str, ...] = ()
+
+
 def find_body(bones: Bones) -> Shape | None:
     """The body of an armature, or None where no two mirrored arms hang on one upright trunk."""
     tree = Tree(bones)
@@ -48,31 +60,26 @@ def find_body(bones: Bones) -> Shape | None:
     return max(found, key=lambda item: item[0])[1] if found else None
 
 
-def on_four_legs(bones: Bones, upper_arms: tuple[str, ...] = ()) -> tuple[str, ...]:
-    """The uppermost bones of the front legs where an armature stands on four, else ().
-
-    With ``upper_arms`` only limbs that these bones belong to are looked at.
-    """
+def stance(bones: Bones, upper_arms: tuple[str, ...] = ()) -> Stance:
+    """How an armature stands whose arms begin with the bones ``upper_arms``, or begin anywhere where none are given."""
     tree = Tree(bones)
     limbs = tree.limbs()
-    for front in limbs:
-        rows = front.paths[0] + front.paths[1]
-        if all(bones.row(name) in rows for name in upper_arms):
-            body = _Body(tree, front, limbs)
-            if body.legs is not None and front.length > 0.4 * body.legs.length and body.is_quadruped():
-                return tuple(bones.names[path[0]] for path in front.paths)
-    return ()
+    points = [bones.heads[bones.row(name)] for name in upper_arms]
 
+    def begins_there(pair):
+        joints = tree.heads[list(pair.paths[0] + pair.paths[1])]
+        return all(np.linalg.norm(joints - point, axis=1).min() < 0.02 * pair.length for point in points)
 
-def feet_front(bones: Bones, upper_arms: tuple[str, str]) -> np.ndarray | None:
-    """Where the feet point (3,), for arms that begin with the two bones ``upper_arms``; None where that cannot be seen."""
-    tree = Tree(bones)
-    limbs = tree.limbs()
-    for arms in limbs:
-        if all(bones.row(name) in arms.paths[0] + arms.paths[1] for name in upper_arms):
-            body = _Body(tree, arms, limbs)
-            return body.front() if body.measure() else None
-    return None
+    found = Stance()
+    for pair in filter(begins_there, limbs):
+        body = _Body(tree, pair, limbs)
+        if body.legs is None:
+            continue
+        if pair.length > 0.4 * body.legs.length and body.is_quadruped():
+            return Stance(front_legs=tuple(bones.names[path[0]] for path in pair.paths))
+        if points and not found.legs and body.measure():
+            found = Stance(tuple(bones.names[path[0]] for path in body.legs.paths), body.front())
+    return found
 
 
 class _Body:
@@ -180,12 +187,13 @@ class _Body:
         return all((limb.points[2] - limb.points[0]) @ self.up < RAISED * limb.length for limb in self.limbs)
 
     def _is_bust(self, rows) -> bool:
-        """Whether what has no legs may still be a person: a spine, nothing tall above it, no third limb beside the neck."""
+        """Whether what has no legs may be a person: an upright spine, nothing tall on it, no third limb beside the neck."""
         others = [child for child in self.tree.children[self.arms.root] if child not in self._arm_rows()]
         long = [child for child in others if self.tree.reach[child] > 0.5 * self.scale]
         below = self.tree.below(self.arms.root) - self._arm_rows()
         tall = max((self._height(row) for row in below), default=0.0)
-        return len(rows) > 1 and len(long) < 2 and tall < 1.0
+        vertical = max(self.up[1], self.up[2])
+        return len(rows) > 1 and len(long) < 2 and tall < 1.0 and vertical > 0.8
 
     def _arm_rows(self) -> set[int]:
         return set().union(*(self.tree.below(path[0]) | {path[0]} for path in self.arms.paths))
@@ -223,21 +231,25 @@ class _Body:
 
     def _goes_up(self, child, row) -> bool:
         """Whether a bone goes on with neck and head: near the middle, steeply above what it hangs on, not in the head."""
-        if child in self.arms.paths[0] + self.arms.paths[1]:
+        if child in self.arms.paths[0] + self.arms.paths[1] or names.words(self.bones.names[child]) & names.TIPS:
             return False
         step, middle = self.heads[child] - self.heads[row], (self.heads[child] - self.chest) @ self.arms.normal
+        beside = [(self.heads[one] - self.chest) @ self.arms.normal for one in (child, *self.tree.below(child))]
+        if abs(np.mean(beside)) > 0.1 * self.scale or any(self._are_mirrored(child, one) for one in self.tree.children[row]):
+            return False
         steep = row == self.arms.root or step @ self.up > 0.6 * np.linalg.norm(step)
         low = max(self._height(row) + 0.02, -0.15)
         return steep and low < self._height(child) < HEAD_HEIGHT and abs(middle) < 0.05 * self.scale
 
     def _has_face(self, row) -> bool:
         """Whether two children lie mirrored, as eyes and ears do."""
-        for a, b in combinations([self.heads[child] for child in self.tree.children[row]], 2):
-            apart = a - b
-            sideways = abs(apart @ self.arms.normal)
-            if sideways > 0.02 * self.scale and np.linalg.norm(apart) < 1.1 * sideways:
-                return True
-        return False
+        return any(self._are_mirrored(a, b) for a, b in combinations(self.tree.children[row], 2))
+
+    def _are_mirrored(self, a, b) -> bool:
+        """Whether two bones start opposite each other, left and right of the middle."""
+        apart = self.heads[a] - self.heads[b]
+        sideways = abs(apart @ self.arms.normal)
+        return bool(sideways > 0.02 * self.scale and np.linalg.norm(apart) < 1.1 * sideways)
 
     def _oddity(self, front) -> float:
         """How unlike a person's arms these are: 0 is best. Fingers speak for arms, starting behind the back for wings."""

@@ -8,6 +8,7 @@ from bodies import ARM_EDGES, degrees, performance
 from s2ag.core import skeleton
 from s2ag.core.motion import Motion
 from s2ag.rigs.family import families
+from s2ag.rigs.goals import Options
 from s2ag.rigs.plain import character_frame
 from s2ag.s2ag_blender import rig
 from s2ag.s2ag_blender.apply import apply_motion
@@ -19,7 +20,7 @@ def gesture(item, motion=None):
     bones = rig.read(item)
     mapping = rig.resolve_mapping(item, bones)
     frame = character_frame(bones, mapping)
-    apply_motion(item, motion, 1)
+    apply_motion(item, motion, 1, options=Options(clear_body=0.0, limits=False))
     chains, worst = mapping.chains, 0.0
     ends = {"upper_arm": "forearm", "forearm": "hand"}
     pairs = {
