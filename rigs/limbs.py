@@ -142,6 +142,8 @@ class Limb:
         if not np.isfinite(cost):
             return None
         fingered = places[2] in hands
+        if not fingered and is_strand(points[places[0] :]):
+            return None
         inline = tuple(
             tuple(row for row in path[start + 1 : end] if 0.03 < share(tree, row, points[start], points[end]) < 0.97)
             for start, end in zip(places, places[1:], strict=False)
@@ -168,6 +170,12 @@ def branches(tree: Tree, path: tuple[int, ...], place: int) -> int:
         helper = not tree.children[child] and -0.05 <= share(tree, child, tree.heads[row], along) <= 0.95
         count += not helper
     return count
+
+
+def is_strand(points: np.ndarray) -> bool:
+    """Whether joints (n, 3) follow each other as evenly as those of hair, tails and cloth, and no arm's."""
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return len(steps) > 4 and steps[:-1].std() < 0.1 * steps[:-1].mean()
 
 
 def share(tree: Tree, row: int, start: np.ndarray, end: np.ndarray) -> float:

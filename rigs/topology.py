@@ -274,17 +274,26 @@ class _Body:
 
     def _toe(self, path) -> np.ndarray | None:
         """From the ankle to the toes (3,), level and of unit length; None where a limb does not end in a foot."""
-        points = [*self.heads[list(path)]]
-        if not self.tree.children[path[-1]]:
-            points.append(self.bones.tails[path[-1]])
-        steps = np.diff(points, axis=0)
+        heads = self.heads[list(path)]
+        steps = np.diff(heads, axis=0)
         sizes = np.linalg.norm(steps, axis=1)
         down = [place for place, step in enumerate(steps) if step @ self.up < -0.7 * max(sizes[place], 1e-9 * self.scale)]
-        if not down or down[-1] == len(steps) - 1 or down[-1] == 0:
+        if not down or down[-1] == 0:
             return None
-        heads = self.heads[list(path)]
-        ankle = points[down[-1] + 1]
-        toe = (heads[-1] if down[-1] + 1 < len(heads) - 1 else points[-1]) - ankle
+        ankle = down[-1] + 1
+        if ankle + 1 < len(path):
+            toe = heads[-1] - heads[ankle]
+        elif not self.tree.children[path[-1]] and self._points_along(path):
+            toe = self.bones.tails[path[-1]] - heads[-1]
+        else:
+            return None
         level = toe - (toe @ self.up) * self.up
         size = np.linalg.norm(level)
         return level / size if size > max(0.5 * np.linalg.norm(toe), 0.03 * self.scale) else None
+
+    def _points_along(self, path) -> bool:
+        """Whether the bones of a limb point at one another, so that the last one's tail tells something, too."""
+        steps = np.diff(self.heads[list(path)], axis=0)
+        along = (self.bones.tails - self.heads)[list(path[:-1])]
+        sizes = np.linalg.norm(steps, axis=1) * np.linalg.norm(along, axis=1)
+        return bool(len(steps) and np.all(np.sum(steps * along, -1) > 0.8 * sizes))
