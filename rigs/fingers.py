@@ -11,7 +11,7 @@ from . import quaternion
 from .plain import Bones, Mapping, character_frame
 
 SIDES = {"left": 1.0, "right": -1.0}
-RELAXED = {"index": np.array([16.0, 26.0, 14.0]), "little": np.array([28.0, 36.0, 20.0]), "thumb": np.array([9.0, 8.0, 12.0])}
+RELAXED = {"index": np.array([10.0, 19.0, 10.0]), "little": np.array([20.0, 28.0, 14.0]), "thumb": np.array([7.0, 6.0, 9.0])}
 """Degrees by which the joints of a straight finger bend in a hand at ease, from the knuckle on; other fingers lie between."""
 STRAIGHT, CURLED = 25.0, 60.0
 """Degrees that a finger bends at rest: up to the first it is straight, from the second on it is left as it is."""
@@ -38,14 +38,13 @@ class Hand:
 def find(bones: Bones, mapping: Mapping, side: str, usable: np.ndarray | None = None) -> Hand | None:
     """The hand of the arm on ``side``, or None where three to five chains of two to four bones cannot be found below it.
 
-    ``usable`` (n,) says which bones may be turned; others are looked through, as in control rigs.
+    ``usable`` (n,) says which bones may be turned; others are looked through. Where nothing hangs on the mapped hand, as
+    in control rigs, another bone that starts at the wrist will do.
     """
-    row = _hand_row(bones, mapping, side)
-    if row is None:
-        return None
     usable = np.ones(len(bones.names), bool) if usable is None else usable
-    chains, length = _chains(bones, row, usable)
-    if not 3 <= len(chains) <= 5 or length <= 0:
+    found = ((row, *_chains(bones, row, usable)) for row in _hand_rows(bones, mapping, side))
+    row, chains, length = next((hand for hand in found if 3 <= len(hand[1]) <= 5), (None, (), 0.0))
+    if row is None:
         return None
     thumb = _thumb(bones, row, chains, length)
     fingers = [chain for place, chain in enumerate(chains) if place != thumb]
@@ -76,15 +75,24 @@ def relaxed(bones: Bones, mapping: Mapping, strength: float = 1.0, usable: np.nd
     return found
 
 
-def palm(bones: Bones, mapping: Mapping, side: str) -> np.ndarray | None:
+def palm(bones: Bones, mapping: Mapping, side: str, usable: np.ndarray | None = None) -> np.ndarray | None:
     """Unit normal (3,) out of the palm of a hand at rest, in armature space, or None where its fingers are not known."""
-    hand = find(bones, mapping, side)
+    hand = find(bones, mapping, side, usable)
+    if hand is None and usable is not None:
+        hand = find(bones, mapping, side)
     return None if hand is None else hand.palm
 
 
-def _hand_row(bones: Bones, mapping: Mapping, side: str) -> int | None:
+def _hand_rows(bones: Bones, mapping: Mapping, side: str) -> list[int]:
+    """The mapped hand and then the other bones that start where it does."""
     chain = mapping.chains.get(f"{side}_hand")
-    return bones.row(chain[-1]) if chain else None
+    if not chain:
+        return []
+    hand, elbow = bones.row(chain[-1]), bones.row(mapping.chains[f"{side}_forearm"][0])
+    heads = bones.heads
+    near = 0.02 * np.linalg.norm(heads[hand] - heads[elbow])
+    others = np.flatnonzero(np.linalg.norm(heads - heads[hand], axis=-1) < near)
+    return [hand, *(int(row) for row in others if row != hand)]
 
 
 def _chains(bones: Bones, hand: int, usable: np.ndarray) -> tuple[list[tuple[int, ...]], float]:

@@ -151,6 +151,10 @@ class Goals:
         """Whether a bone beside the mapped edges may be given a rotation."""
         return self.free is None or bone in self.free
 
+    def usable(self) -> np.ndarray | None:
+        """:meth:`may_turn` for every bone (n,), None where all may."""
+        return None if self.free is None else np.array([name in self.free for name in self.bones.names])
+
     def winds(self, part: str) -> bool:
         """Whether a part is a forearm that twists from the elbow to the wrist, by bones beside it and the hand."""
         chains = self.mapping.chains
@@ -171,8 +175,7 @@ class Goals:
 
     def extras(self) -> dict[str, np.ndarray]:
         """Constant rotations ``{bone: (1, 4)}`` in the bones' own rest spaces, for hands at ease."""
-        usable = None if self.free is None else np.array([name in self.free for name in self.bones.names])
-        found = fingers.relaxed(self.bones, self.mapping, self.options.fingers, usable)
+        found = fingers.relaxed(self.bones, self.mapping, self.options.fingers, self.usable())
         return {bone: rotation[None] for bone, rotation in found.items()}
 
     def _to_armature(self, canonical):
@@ -281,7 +284,7 @@ class Walk:
             return SIDES[side] * limits.soft(SIDES[side] * angle, limits.UPPER_ARM) if options.limits else angle
         if part.endswith("_forearm") and options.palms:
             along = mapping.segment(bones, part)
-            palm = fingers.palm(bones, mapping, side)
+            palm = fingers.palm(bones, mapping, side, goals.usable())
             if palm is None or np.linalg.norm(np.cross(along, palm)) < 0.5:
                 # Thumbs point forwards at rest, whether the arms are out or down; the palm is a quarter turn from there.
                 palm = SIDES[side] * arms.rest_hinge(along, along, -back, up)

@@ -116,6 +116,19 @@ def test_bones_that_may_not_be_turned_are_looked_through():
     assert not any("mechanism" in name for name in found)
 
 
+def test_fingers_on_another_bone_at_the_wrist():
+    """A control at the wrist has no fingers of its own: they hang on the bone that it moves."""
+    whole = with_hands()
+    bones = whole.bones()
+    names = (*bones.names, "control")
+    hand = bones.row("left_hand")
+    parents = np.append(bones.parents, bones.row("left_fore"))
+    bones = Bones(names, parents, np.append(bones.matrices, bones.matrices[hand : hand + 1], 0), np.append(bones.lengths, 8.0))
+    whole.chains["left_hand"] = ("control",)
+    found = fingers.find(bones, whole.mapping, "left")
+    assert found.row == hand and len(found.fingers) == 4 and len(found.thumb) == 4
+
+
 def test_a_body_without_fingers_or_hands():
     assert fingers.relaxed(body().bones(), body().mapping) == {}
     whole = with_hands()
