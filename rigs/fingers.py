@@ -15,6 +15,8 @@ RELAXED = {"index": np.array([10.0, 19.0, 10.0]), "little": np.array([20.0, 28.0
 """Degrees by which the joints of a straight finger bend in a hand at ease, from the knuckle on; other fingers lie between."""
 STRAIGHT, CURLED = 25.0, 60.0
 """Degrees that a finger bends at rest: up to the first it is straight, from the second on it is left as it is."""
+SPREAD, MOST_CLOSED = 32.0, 20.0
+"""Degrees between a thumb and the fingers at ease, and the most by which a thumb that is spread wider is closed."""
 _PALM_SHARE = 0.38
 """Bones that start nearer to the wrist than this share of the hand's length lie in the palm, save the thumb's."""
 
@@ -185,9 +187,13 @@ def _bends(bones: Bones, hand: Hand):
         wanted = (1 - share) * RELAXED["index"] + share * RELAXED["little"]
         yield chain, _remaining(bones, chain, wanted, axis), axis
     if hand.thumb:
-        # A thumb closes towards the fingers more than towards the palm.
-        axis = _unit(np.cross(_direction(bones, hand.thumb), _unit(0.6 * hand.palm - 0.8 * hand.across)))
-        yield hand.thumb, _remaining(bones, hand.thumb, RELAXED["thumb"], axis), axis
+        # A thumb closes towards the fingers more than towards the palm, and all the more where it is spread at rest.
+        thumb = _direction(bones, hand.thumb)
+        axis = _unit(np.cross(thumb, _unit(0.6 * hand.palm - 0.8 * hand.across)))
+        wanted = _remaining(bones, hand.thumb, RELAXED["thumb"], axis)
+        along = _unit(np.sum([_direction(bones, chain) for chain in hand.fingers], axis=0))
+        wanted[0] += np.clip(np.degrees(np.arccos(np.clip(thumb @ along, -1, 1))) - SPREAD, 0.0, MOST_CLOSED)
+        yield hand.thumb, wanted, axis
 
 
 def _remaining(bones: Bones, chain: tuple[int, ...], wanted: np.ndarray, axis: np.ndarray) -> np.ndarray:
