@@ -25,7 +25,9 @@ EASE = 0.3
 _SLICES = 12
 _FILLED = 10
 """Points that a slice of a measured trunk needs before its size is believed."""
-_ANGLES = np.radians(np.arange(0.0, 91.0, 5.0))
+MOST = np.radians(80.0)
+"""Largest correction of a direction."""
+_HALVINGS = 8
 _UPPER = ((0.75, 0.8), (1.0, 1.0))
 """Points of an upper arm that must be free: share of its length, and of the elbow's thickness."""
 _PASSES = 3
@@ -186,7 +188,8 @@ class _Arm:
     """One arm beside the trunk, everything seen from the chest."""
 
     def __init__(self, girth, placed, side, sign, torso, clavicle):
-        self.girth, self.sign, self.torso = girth, sign, torso
+        self.girth, self.sign = girth, sign
+        self.carry = np.swapaxes(quaternion.to_matrix(torso), -1, -2)  # for row vectors
         self.upper, self.fore, self.hand = placed.lengths[side]
         self.size = self.upper + self.fore
         shoulder = placed.shoulders[side]
@@ -229,33 +232,27 @@ class _Arm:
 
     def _way(self, start, along, reach, fps):
         """Where outwards lies for each frame (frames, 3), without sudden turns."""
-        way = self.girth.outward(self._in_trunk(start + reach * along), self.sign)
+        way = self.girth.outward(self._in_trunk((start + reach * along)[:, None])[:, 0], self.sign)
         way = _smooth(way, max(1, round(EASE * fps)))
         return way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
 
     def _needed(self, start, along, way, reach, radius, frames):
-        """Smallest angle (frames,) towards ``way`` from which on all is free, or the one that leaves least inside."""
-        deep = np.stack(
-            [self._depth(start, _towards(along, way, np.full(len(along), a)), reach, radius, frames) for a in _ANGLES], -1
-        )
-        inside = deep > 0
-        free = ~inside
-        first = np.where(free.any(-1), np.argmax(free, -1), np.argmin(deep, -1))
-        before = np.maximum(first - 1, 0)
-        rows = np.arange(len(deep))
-        a, b = deep[rows, before], deep[rows, first]
-        share = np.where((a > 0) & (b <= 0), a / np.maximum(a - b, 1e-12), 1.0)
-        return _ANGLES[before] + share * (_ANGLES[first] - _ANGLES[before])
+        """Smallest angle (frames,) towards ``way`` after which all is free, by halving; the largest where nothing helps."""
+        low, high = np.zeros(len(along)), np.full(len(along), MOST)
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            inside = self._depth(start, _towards(along, way, middle), reach, radius, frames) > 0
+            low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+        return high
 
     def _depth(self, start, along, reach, radius, frames=slice(None)):
         points = start[:, None] + reach[:, None] * along[:, None]
         return self.girth.depth(self._in_trunk(points, frames), radius).max(-1)
 
     def _in_trunk(self, points, frames=slice(None)):
-        """Points seen from the chest as a bending trunk carries them: at the waist and below it stays as it is at rest."""
-        torso = self.torso[frames]
+        """Points (frames, n, 3) as a bending trunk carries them: seen from the chest; from the waist down as at rest."""
         pivot = np.array([0.0, 0.0, 0.5 * self.girth.waist])
-        below = pivot + quaternion.rotate(torso[:, None] if points.ndim == 3 else torso, points - pivot)
+        below = pivot + np.matmul(points - pivot, self.carry[frames])
         share = np.clip(points[..., 2:] / self.girth.waist, 0.0, 1.0)
         return points + share * (below - points)
 
@@ -266,16 +263,18 @@ def _turn_in(frame: np.ndarray, rotation: np.ndarray) -> np.ndarray:
 
 
 def _towards(along: np.ndarray, way: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Unit vectors turned by ``angle`` (frames,) towards ``way``, not beyond it."""
-    axis = np.cross(along, way)
-    sine = np.linalg.norm(axis, axis=-1, keepdims=True)
-    axis = np.where(sine > 1e-6, axis / np.maximum(sine, 1e-9), quaternion.perpendicular(along))
-    return quaternion.rotate(quaternion.about(axis, np.minimum(angle, _apart(along, way))), along)
+    """Unit vectors turned by ``angle`` (frames,) towards unit ``way``, not beyond it."""
+    cosine = np.sum(along * way, -1, keepdims=True)
+    side = way - cosine * along
+    sine = np.sqrt(np.sum(side * side, -1, keepdims=True))
+    side = np.where(sine > 1e-6, side / np.maximum(sine, 1e-9), quaternion.perpendicular(along))
+    angle = np.minimum(angle[:, None], np.arctan2(sine, cosine))
+    return np.cos(angle) * along + np.sin(angle) * side
 
 
 def _apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Angles (frames,) between unit vectors."""
-    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, -1))
+    return 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(a - b, axis=-1), 0.0, 1.0))
 
 
 def _envelope(need: np.ndarray, reach: int) -> np.ndarray:
