@@ -76,7 +76,7 @@ class _Survey:
 
     def run(self) -> RigUnusable | None:
         """Find all that can be found; returns what makes the armature unusable, or None."""
-        found = self._matches(ARMS)
+        found = self._matches()
         best = found[-1] if found else None
         if self.known is not None and not (best and best.family.controls and best.arms == len(ARMS)):
             self.family, self.label = self.known.family, self.known.family
@@ -112,9 +112,14 @@ class _Survey:
             chains, self.family or BY_POSITION, self._first("hips"), (*told, *self.warnings), self.switches, tuple(findings)
         )
 
-    def _matches(self, parts: tuple[str, ...]) -> list[Match]:
+    def _matches(self) -> list[Match]:
+        """What names explain, the best last: sets of bones with arms, or if none has both, any that explain a few bones."""
         rig = Names(self.bones)
-        return sorted((match for family in families() for match in rig.matches(family, parts)), key=lambda one: one.rank)
+        for parts in (ARMS, (*ARMS, *TRUNK_PARTS)):
+            found = sorted((one for family in families() for one in rig.matches(family, parts)), key=lambda one: one.rank)
+            if found and found[-1].arms == len(ARMS):
+                return found
+        return [one for one in found if one.count >= _SOME]
 
     def _take(self, chains: dict, hips: str, how: str) -> None:
         """Add what is not known yet, of bones that have no part yet."""
@@ -131,7 +136,7 @@ class _Survey:
         self.reasons = {part: missing_reason(self.bones, best, part) for part in PARTS}
         self._take(best.chains, best.hips, "name")
         arm = self._first("left_upper_arm")
-        copies = [one for one in others if one.copy and one.merit[:3] == best.merit[:3] and not best.copy]
+        copies = [one for one in others if one.copy and one.merit[:4] == best.merit[:4] and not best.copy]
         if copies and arm:
             twin = copies[-1].chains["left_upper_arm"][0]
             self.warnings.append(f'{self.where} has its arms twice: "{arm}" gestures, its copy "{twin}" stays at rest.')
@@ -202,10 +207,6 @@ class _Survey:
                 require_arms({part: True for part in self.parts}, f"{self.where} looks like {self.label} but")
             except RigUnusable as error:
                 return error
-        trunk = self._matches(TRUNK_PARTS)
-        if trunk and len(trunk[-1].chains) > 1:
-            self._take(trunk[-1].chains, trunk[-1].hips, "name")
-            self.reasons = {part: missing_reason(self.bones, trunk[-1], part) for part in PARTS}
         return RigUnusable(f"{self.where} has no bones that look like arms: {_ALL_ARMS} are missing.", REMEDY)
 
     def _four_legged(self, front_legs: tuple[str, ...]) -> RigUnusable:
@@ -222,4 +223,6 @@ class _Survey:
         return RigUnusable(message, f"Remove one set, or choose: {REMEDY[0].lower()}{REMEDY[1:]}")
 
 
+_SOME = 3
+"""Fewer bones than these may have the names of a family by chance."""
 _ALL_ARMS = listed([spoken(part) for part in ARMS])

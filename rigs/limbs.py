@@ -64,6 +64,13 @@ class Tree:
             todo += self.children[child]
         return found
 
+    def points_along(self, path) -> bool:
+        """Whether the bones of a limb point at one another, so that the last one's tail tells something, too."""
+        steps = np.diff(self.heads[list(path)], axis=0)
+        along = (self.bones.tails - self.heads)[list(path[:-1])]
+        sizes = np.linalg.norm(steps, axis=1) * np.linalg.norm(along, axis=1)
+        return bool(len(steps) and np.all(np.sum(steps * along, -1) > 0.8 * sizes))
+
     def path(self, row: int) -> list[int]:
         """The way down from a bone that has most below it, itself first."""
         rows = [row]
@@ -122,34 +129,6 @@ class Limb:
         """From shoulder over elbow to wrist."""
         return float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
 
-    @classmethod
-    def of(cls, tree: Tree, path: tuple[int, ...], pair: Limbs) -> "Limb | None":
-        """The joints in ``path`` that are most like those of an arm, None where there are none."""
-        points = [*tree.heads[list(path)]]
-        if not tree.children[path[-1]]:
-            points.append(tree.bones.tails[path[-1]])
-        points = np.array(points)
-        hands = {place for place, row in enumerate(path) if branches(tree, path, place) >= 3}
-        middle = 0.5 * (tree.heads[pair.paths[0][0]] + tree.heads[pair.paths[1][0]])
-        tries = []
-        for wrist in range(2, len(points)):
-            for elbow in range(1, wrist):
-                for shoulder in range(min(elbow, 4)):
-                    places = shoulder, elbow, wrist
-                    cost = strangeness(points, abs(float((points[shoulder] - middle) @ pair.normal)), places)
-                    tries.append((cost - 0.4 * (wrist in hands), places))
-        cost, places = min(tries, default=(np.inf, None))
-        if not np.isfinite(cost):
-            return None
-        fingered = places[2] in hands
-        if not fingered and is_strand(points[places[0] :]):
-            return None
-        inline = tuple(
-            tuple(row for row in path[start + 1 : end] if 0.03 < share(tree, row, points[start], points[end]) < 0.97)
-            for start, end in zip(places, places[1:], strict=False)
-        )
-        return cls(tuple(path), places, points[list(places)], cost + 0.4 * fingered, fingered, inline)
-
     def parts(self) -> dict[str, list[int]]:
         """Rows by arm part. Bones on the line within a part belong to it, so that it can twist along its length."""
         shoulder, elbow, wrist = self.places
@@ -159,6 +138,41 @@ class Limb:
             "forearm": [self.rows[elbow], *self.inline[1]],
             "hand": list(self.rows[wrist : wrist + 1]),
         }
+
+
+def arms_of(tree: Tree, pair: Limbs) -> tuple[Limb, Limb] | None:
+    """The two limbs with the joints that are most like those of arms, the same places on both sides; None without any."""
+    tails = all(not tree.children[path[-1]] and (len(path) < 3 or tree.points_along(path)) for path in pair.paths)
+    points = [tree.heads[list(path)] for path in pair.paths]
+    if tails:
+        points = [np.append(heads, tree.bones.tails[[path[-1]]], 0) for heads, path in zip(points, pair.paths, strict=True)]
+    hands = {place for place in range(len(pair.paths[0])) if min(branches(tree, path, place) for path in pair.paths) >= 3}
+    middle = 0.5 * (points[0][0] + points[1][0])
+    tries = []
+    for wrist in range(2, len(points[0])):
+        for elbow in range(1, wrist):
+            for shoulder in range(min(elbow, 4)):
+                places = shoulder, elbow, wrist
+                outward = [abs(float((side[shoulder] - middle) @ pair.normal)) for side in points]
+                costs = [strangeness(side, out, places) for side, out in zip(points, outward, strict=True)]
+                tries.append((float(np.mean(costs)) - 0.4 * (wrist in hands), places))
+    cost, places = min(tries, default=(np.inf, None))
+    if not np.isfinite(cost):
+        return None
+    fingered = places[2] in hands
+    if not fingered and is_strand(tree.heads[list(pair.paths[0])]):
+        return None
+    # Feathers and sleeves branch off at one joint after the other, fingers at the hand alone.
+    clearly = fingered and len(hands) == 1
+    limbs = []
+    for path, side in zip(pair.paths, points, strict=True):
+        spans = zip(places, places[1:], strict=False)
+        inline = tuple(
+            tuple(row for row in path[start + 1 : end] if 0.03 < share(tree, row, side[start], side[end]) < 0.97)
+            for start, end in spans
+        )
+        limbs.append(Limb(path, places, side[list(places)], cost + 0.4 * fingered, clearly, inline))
+    return limbs[0], limbs[1]
 
 
 def branches(tree: Tree, path: tuple[int, ...], place: int) -> int:
@@ -175,7 +189,7 @@ def branches(tree: Tree, path: tuple[int, ...], place: int) -> int:
 def is_strand(points: np.ndarray) -> bool:
     """Whether joints (n, 3) follow each other as evenly as those of hair, tails and cloth, and no arm's."""
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    return len(steps) > 4 and steps[:-1].std() < 0.1 * steps[:-1].mean()
+    return len(steps) > 5 and steps.std() < 0.1 * steps.mean()
 
 
 def share(tree: Tree, row: int, start: np.ndarray, end: np.ndarray) -> float:
@@ -205,5 +219,5 @@ def strangeness(points: np.ndarray, out: float, places: tuple[int, int, int]) ->
         for point in points[start + 1 : end]:
             offset = point - points[start]
             bend += float(np.linalg.norm(offset - (offset @ along) * along)) / size
-    spare = 0.02 * (len(points) - 1 - wrist)
+    spare = 0.05 * (len(points) - 1 - wrist)
     return abs(np.log(upper / fore / MEAN_RATIO)) + abs(out / size - MEAN_SHOULDER) + 4 * bend + spare

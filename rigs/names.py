@@ -68,10 +68,15 @@ class Match:
         return sum(part in self.chains for part in ARMS)
 
     @property
+    def count(self) -> int:
+        """How many of the family's bones it explains."""
+        return bool(self.hips) + sum(len(chain) for part, chain in self.chains.items() if part in self.family.chains)
+
+    @property
     def merit(self) -> tuple:
         """Complete arms first, then controls, the number of bones explained, and how little of the family is missing."""
-        count = bool(self.hips) + sum(len(chain) for part, chain in self.chains.items() if part in self.family.chains)
-        return self.arms, self.family.controls, count - 2 * self.strays, count / self.family.size
+        whole = self.arms == len(ARMS)
+        return whole, whole and self.family.controls, self.count - 2 * self.strays, self.arms, self.count / self.family.size
 
     @property
     def choice(self) -> tuple:
@@ -161,7 +166,7 @@ class Names:
 def rival(best: Match, others: list[Match]) -> tuple[str, Match] | None:
     """An arm part for which ``others`` hold a bone as good as that of ``best``, and which; None where the choice is clear."""
     for other in others:
-        if other.merit[:3] < best.merit[:3] or other.choice != best.choice or other.arms < len(ARMS):
+        if other.merit[:4] < best.merit[:4] or other.choice != best.choice or other.arms < len(ARMS):
             continue
         for part in ARMS:
             if other.chains[part][0] not in sum(best.chains.values(), ()):

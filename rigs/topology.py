@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 
 from . import names
-from .limbs import Limb, Limbs, Tree
+from .limbs import Limbs, Tree, arms_of
 from .plain import Bones
 
 HEAD_HEIGHT = 0.5
@@ -90,6 +90,8 @@ class _Body:
         self.trunk = [*reversed(tree.bones.ancestors(arms.root)), arms.root]
         self.below = self._lower_limbs(limbs)
         self.legs = self.below[0] if self.below else None
+        others = [pair for pair in limbs if pair.length > 0.6 * arms.length]
+        self.is_askew = any(abs(pair.normal @ arms.normal) < 0.9 for pair in others)
 
     def rated(self) -> tuple[tuple, Shape] | None:
         """The :class:`Shape` with what makes it likely, or None where this cannot be a body."""
@@ -113,8 +115,8 @@ class _Body:
 
     def measure(self) -> bool:
         """Find the arms' joints, the chest and where up is; False where these are no arms."""
-        self.limbs = [Limb.of(self.tree, path, self.arms) for path in self.arms.paths]
-        if None in self.limbs or max(limb.strangeness for limb in self.limbs) > STRANGE:
+        self.limbs = arms_of(self.tree, self.arms)
+        if self.limbs is None or self.limbs[0].strangeness > STRANGE:
             return False
         self.scale = float(np.mean([limb.length for limb in self.limbs]))
         self.chest = np.mean([limb.points[0] for limb in self.limbs], 0)
@@ -141,7 +143,8 @@ class _Body:
     def front(self) -> np.ndarray | None:
         """Where the feet point (3,), level and of unit length; None where there are none or they disagree."""
         for pair in self.below:
-            toes = [self._toe(path) for path in pair.paths]
+            up = -sum(self._along(path) for path in pair.paths)
+            toes = [self._toe(path, up / np.linalg.norm(up)) for path in pair.paths]
             if any(toe is None for toe in toes):
                 continue
             first, second = toes
@@ -193,7 +196,7 @@ class _Body:
         below = self.tree.below(self.arms.root) - self._arm_rows()
         tall = max((self._height(row) for row in below), default=0.0)
         vertical = max(self.up[1], self.up[2])
-        return len(rows) > 1 and len(long) < 2 and tall < 1.0 and vertical > 0.8
+        return not self.is_askew and len(rows) > 1 and len(long) < 2 and tall < 1.0 and vertical > 0.8
 
     def _arm_rows(self) -> set[int]:
         return set().union(*(self.tree.below(path[0]) | {path[0]} for path in self.arms.paths))
@@ -253,13 +256,12 @@ class _Body:
 
     def _oddity(self, front) -> float:
         """How unlike a person's arms these are: 0 is best. Fingers speak for arms, starting behind the back for wings."""
-        strange = float(np.mean([limb.strangeness for limb in self.limbs]))
         behind = 0.0
         if front is not None:
             points = np.concatenate([limb.points for limb in self.limbs])
             behind = max(0.0, float(np.mean((self.heads[self.trunk[-1]] - points) @ front)) / self.scale - 0.1)
         driven = float(np.mean([self.bones.driven[limb.rows[0]] for limb in self.limbs]))
-        return strange + 2 * behind + driven + 0.4 * (not all(limb.has_fingers for limb in self.limbs))
+        return self.limbs[0].strangeness + 4 * behind + driven + 0.4 * (not self.limbs[0].has_fingers)
 
     def _left(self, front) -> tuple[np.ndarray, str]:
         """A vector to the character's left, and what tells it: names, feet, or +x, as Blender, glTF and FBX have it."""
@@ -272,28 +274,21 @@ class _Body:
         axis = 0 if abs(self.arms.normal[0]) > 0.1 else int(np.argmax(np.abs(self.arms.normal)))
         return np.eye(3)[axis], "axes"
 
-    def _toe(self, path) -> np.ndarray | None:
+    def _toe(self, path, up) -> np.ndarray | None:
         """From the ankle to the toes (3,), level and of unit length; None where a limb does not end in a foot."""
         heads = self.heads[list(path)]
         steps = np.diff(heads, axis=0)
         sizes = np.linalg.norm(steps, axis=1)
-        down = [place for place, step in enumerate(steps) if step @ self.up < -0.7 * max(sizes[place], 1e-9 * self.scale)]
+        down = [place for place, step in enumerate(steps) if step @ up < -0.7 * max(sizes[place], 1e-9 * self.scale)]
         if not down or down[-1] == 0:
             return None
         ankle = down[-1] + 1
         if ankle + 1 < len(path):
             toe = heads[-1] - heads[ankle]
-        elif not self.tree.children[path[-1]] and self._points_along(path):
+        elif not self.tree.children[path[-1]] and self.tree.points_along(path):
             toe = self.bones.tails[path[-1]] - heads[-1]
         else:
             return None
-        level = toe - (toe @ self.up) * self.up
+        level = toe - (toe @ up) * up
         size = np.linalg.norm(level)
         return level / size if size > max(0.5 * np.linalg.norm(toe), 0.03 * self.scale) else None
-
-    def _points_along(self, path) -> bool:
-        """Whether the bones of a limb point at one another, so that the last one's tail tells something, too."""
-        steps = np.diff(self.heads[list(path)], axis=0)
-        along = (self.bones.tails - self.heads)[list(path[:-1])]
-        sizes = np.linalg.norm(steps, axis=1) * np.linalg.norm(along, axis=1)
-        return bool(len(steps) and np.all(np.sum(steps * along, -1) > 0.8 * sizes))

@@ -215,7 +215,11 @@ def hand(below: str = "") -> Body:
 
 def spider() -> Body:
     """Four pairs of legs on one body."""
-    joints = {"root": (np.zeros(3), None), "body": (np.array((0, 0, 0.3)), "root"), "abdomen": (np.array((0, 0.3, 0.3)), "body")}
+    joints = {
+        "root": (np.zeros(3), None),
+        "body": (np.array((0, 0, 0.3)), "root"),
+        "abdomen": (np.array((0, 0.3, 0.3)), "body"),
+    }
     joints["head"] = (np.array((0, -0.2, 0.32)), "body")
     for side, sign in SIGN.items():
         for pair in range(4):
