@@ -68,7 +68,7 @@ class _Survey:
     """One look at an armature; ``run`` fills ``parts``, a :class:`Finding` for each part that was found."""
 
     def __init__(self, bones: Bones, where: str, known: Mapping | None):
-        self.bones, self.where, self.known = bones, where, known
+        self.bones, self.where, self.known, self.tree = bones, where, known, limbs.Tree(bones)
         self.parts: dict[str, Finding] = {}
         self.reasons: dict[str, str] = {}
         self.warnings: list[str] = []
@@ -85,13 +85,13 @@ class _Survey:
             if best.arms == len(ARMS) and (clash := rival(best, found[:-1])):
                 return self._ambiguous(best, *clash)
             self._take_match(best, found[:-1])
-        shape = None if self.family_controls else find_body(self.bones)
+        shape = None if self.family_controls else find_body(self.bones, self.tree)
         if shape is not None:
             self._take_shape(shape)
         if not self._complete():
             return self._refusal()
         shoulders = tuple(self._first(f"{side}_upper_arm") for side in SIDES)
-        standing = stance(self.bones, shoulders)
+        standing = stance(self.bones, shoulders, self.tree)
         if standing.front_legs:
             return self._four_legged(standing.front_legs)
         if not self.family_controls:
@@ -200,7 +200,7 @@ class _Survey:
 
     def _refusal(self) -> RigUnusable:
         """Why arms are missing."""
-        if front_legs := stance(self.bones).front_legs:
+        if front_legs := stance(self.bones, tree=self.tree).front_legs:
             return self._four_legged(front_legs)
         if any(part in self.parts for part in ARMS):
             try:

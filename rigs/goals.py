@@ -112,15 +112,17 @@ class Goals:
         *,
         girth: proportions.Girth | None = None,
         free: Collection[str] | None = None,
+        frame: np.ndarray | None = None,
     ):
         """Take ``directions`` (frames, 9, 3) in the canonical frame. Raises :class:`RigUnusable` for an unusable mapping.
 
         ``girth`` is the trunk's shape (guessed from the bones, if None), ``free`` the bones beside the mapped edges that
-        may be turned: twist bones, hands, fingers (all, if None).
+        may be turned: twist bones, hands, fingers (all, if None). ``frame`` is the character's, where ``bones`` stand in
+        another pose than the one it is read from.
         """
         self.bones, self.mapping, self.fps, self.options = bones, mapping.check(bones), fps, options or Options()
         self.free = None if free is None else frozenset(free)
-        self.frame = character_frame(bones, mapping)
+        self.frame = character_frame(bones, mapping) if frame is None else frame
         self.directions = skeleton.normalize(self._to_armature(directions))
         self.mean = skeleton.normalize(self._to_armature(NEUTRAL))
         self.roles = {

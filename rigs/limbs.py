@@ -1,5 +1,7 @@
 """Mirrored limbs of an armature and the joints of an arm, from positions alone."""
 
+import functools
+import math
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -9,6 +11,8 @@ from .plain import Bones
 
 MIRRORED = 0.08
 """How far, in limb lengths, a joint may be from the mirror image of its partner."""
+TINY = 0.2
+"""Limbs shorter than this share of the longest are fingers and faces, not arms and legs."""
 CROWD = 60
 """Of more children than these only those with the longest reach are held against one another."""
 MEAN_SHOULDER = 0.33
@@ -79,17 +83,21 @@ class Tree:
             rows.append(row)
         return rows
 
+    @functools.cached_property
     def limbs(self) -> list[Limbs]:
-        """All mirrored limbs of at least three joints below one bone, the longest first."""
-        found = []
+        """All mirrored limbs of at least two joints below one bone, the longest first; no tiny ones."""
+        tries = []
         for root, children in enumerate(self.children):
             able = sorted((child for child in children if self.reach[child] > 0), key=lambda child: -self.reach[child])
-            paths = [self.path(child) for child in able[:CROWD]]
-            for a, b in combinations(paths, 2):
-                if (pair := self._pair(root, a, b)) is not None:
-                    found.append(pair)
-        longest = max((pair.length for pair in found), default=0.0)
-        return sorted((pair for pair in found if pair.length > 0.2 * longest), key=lambda pair: -pair.length)
+            tries += [(min(self.reach[a], self.reach[b]), root, a, b) for a, b in combinations(able[:CROWD], 2)]
+        found, longest = [], 0.0
+        for reach, root, a, b in sorted(tries, reverse=True):
+            if reach <= TINY * longest:
+                break
+            if (pair := self._pair(root, self.path(a), self.path(b))) is not None:
+                found.append(pair)
+                longest = max(longest, pair.length)
+        return sorted((pair for pair in found if pair.length > TINY * longest), key=lambda pair: -pair.length)
 
     def _pair(self, root: int, a: list[int], b: list[int]) -> Limbs | None:
         """The longest mirrored beginning of two ways down: what one hand holds does not hide the arm."""
@@ -148,15 +156,17 @@ def arms_of(tree: Tree, pair: Limbs) -> tuple[Limb, Limb] | None:
         points = [np.append(heads, tree.bones.tails[[path[-1]]], 0) for heads, path in zip(points, pair.paths, strict=True)]
     hands = {place for place in range(len(pair.paths[0])) if min(branches(tree, path, place) for path in pair.paths) >= 3}
     middle = 0.5 * (points[0][0] + points[1][0])
-    tries = []
+    best = np.inf, (0, 0, 0)
     for wrist in range(2, len(points[0])):
         for elbow in range(1, wrist):
             for shoulder in range(min(elbow, 4)):
                 places = shoulder, elbow, wrist
                 outward = [abs(float((side[shoulder] - middle) @ pair.normal)) for side in points]
-                costs = [strangeness(side, out, places) for side, out in zip(points, outward, strict=True)]
-                tries.append((float(np.mean(costs)) - 0.4 * (wrist in hands), places))
-    cost, places = min(tries, default=(np.inf, None))
+                first = strangeness(points[0], outward[0], places)
+                if 0.5 * first - 0.4 < best[0]:
+                    cost = 0.5 * (first + strangeness(points[1], outward[1], places)) - 0.4 * (wrist in hands)
+                    best = min(best, (cost, places))
+    cost, places = best
     if not np.isfinite(cost):
         return None
     fingered = places[2] in hands
@@ -209,15 +219,16 @@ def strangeness(points: np.ndarray, out: float, places: tuple[int, int, int]) ->
     ``out`` is how far the shoulder lies from the body's middle.
     """
     shoulder, elbow, wrist = places
-    upper, fore = (np.linalg.norm(points[b] - points[a]) for a, b in ((shoulder, elbow), (elbow, wrist)))
-    size = upper + fore
-    if min(upper, fore) < 1e-3 * max(size, 1e-9):
-        return np.inf
+    upper, fore = points[elbow] - points[shoulder], points[wrist] - points[elbow]
+    lengths = math.sqrt(upper @ upper), math.sqrt(fore @ fore)
+    size = sum(lengths)
+    if min(lengths) < 1e-3 * max(size, 1e-9):
+        return math.inf
     bend = 0.0
-    for start, end in ((shoulder, elbow), (elbow, wrist)):
-        along = (points[end] - points[start]) / np.linalg.norm(points[end] - points[start])
-        for point in points[start + 1 : end]:
-            offset = point - points[start]
-            bend += float(np.linalg.norm(offset - (offset @ along) * along)) / size
+    for start, end, along, length in ((shoulder, elbow, upper, lengths[0]), (elbow, wrist, fore, lengths[1])):
+        if end > start + 1:
+            offsets = points[start + 1 : end] - points[start]
+            aside = offsets - np.outer(offsets @ along, along) / length**2
+            bend += float(np.sqrt((aside * aside).sum(1)).sum()) / size
     spare = 0.05 * (len(points) - 1 - wrist)
-    return abs(np.log(upper / fore / MEAN_RATIO)) + abs(out / size - MEAN_SHOULDER) + 4 * bend + spare
+    return abs(math.log(lengths[0] / lengths[1] / MEAN_RATIO)) + abs(out / size - MEAN_SHOULDER) + 4 * bend + spare

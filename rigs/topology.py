@@ -52,18 +52,16 @@ class Stance:
     front_legs: tuple[str, ...] = ()
 
 
-def find_body(bones: Bones) -> Shape | None:
+def find_body(bones: Bones, tree: Tree | None = None) -> Shape | None:
     """The body of an armature, or None where no two mirrored arms hang on one upright trunk."""
-    tree = Tree(bones)
-    limbs = tree.limbs()
-    found = [rated for arms in limbs if (rated := _Body(tree, arms, limbs).rated()) is not None]
+    tree = tree or Tree(bones)
+    found = [rated for arms in tree.limbs if (rated := _Body(tree, arms).rated()) is not None]
     return max(found, key=lambda item: item[0])[1] if found else None
 
 
-def stance(bones: Bones, upper_arms: tuple[str, ...] = ()) -> Stance:
+def stance(bones: Bones, upper_arms: tuple[str, ...] = (), tree: Tree | None = None) -> Stance:
     """How an armature stands whose arms begin with the bones ``upper_arms``, or begin anywhere where none are given."""
-    tree = Tree(bones)
-    limbs = tree.limbs()
+    tree = tree or Tree(bones)
     points = [bones.heads[bones.row(name)] for name in upper_arms]
 
     def begins_there(pair):
@@ -71,8 +69,8 @@ def stance(bones: Bones, upper_arms: tuple[str, ...] = ()) -> Stance:
         return all(np.linalg.norm(joints - point, axis=1).min() < 0.02 * pair.length for point in points)
 
     found = Stance()
-    for pair in filter(begins_there, limbs):
-        body = _Body(tree, pair, limbs)
+    for pair in filter(begins_there, tree.limbs):
+        body = _Body(tree, pair)
         if body.legs is None:
             continue
         if pair.length > 0.4 * body.legs.length and body.is_quadruped():
@@ -85,12 +83,12 @@ def stance(bones: Bones, upper_arms: tuple[str, ...] = ()) -> Stance:
 class _Body:
     """One guess of which limbs are the arms."""
 
-    def __init__(self, tree: Tree, arms: Limbs, limbs: list[Limbs]):
+    def __init__(self, tree: Tree, arms: Limbs):
         self.tree, self.bones, self.heads, self.arms = tree, tree.bones, tree.heads, arms
         self.trunk = [*reversed(tree.bones.ancestors(arms.root)), arms.root]
-        self.below = self._lower_limbs(limbs)
+        self.below = self._lower_limbs()
         self.legs = self.below[0] if self.below else None
-        others = [pair for pair in limbs if pair.length > 0.6 * arms.length]
+        others = [pair for pair in tree.limbs if pair.length > 0.6 * arms.length]
         self.is_askew = any(abs(pair.normal @ arms.normal) < 0.9 for pair in others)
 
     def rated(self) -> tuple[tuple, Shape] | None:
@@ -155,11 +153,11 @@ class _Body:
                 return forward / np.linalg.norm(forward)
         return None
 
-    def _lower_limbs(self, limbs: list[Limbs]) -> list[Limbs]:
+    def _lower_limbs(self) -> list[Limbs]:
         """Limbs that hang on the trunk below these arms and lie about the same plane, the longest first."""
         ours = set(self.arms.paths[0] + self.arms.paths[1])
         found = []
-        for pair in limbs:
+        for pair in self.tree.limbs:
             joins = [row for row in (pair.root, *self.bones.ancestors(pair.root)) if row in self.trunk]
             high = joins and joins[0] == self.arms.root and pair.root != self.arms.root
             if not joins or high or ours & set(pair.paths[0] + pair.paths[1]):
