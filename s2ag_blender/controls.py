@@ -21,7 +21,8 @@ from . import keyframes
 from .standin import StandIn, stand_in, upright
 
 SETTLED = np.radians(0.03)
-PASSES = 8
+PASSES, TRIES = 20, 3
+"""Evaluations of a frame, at most; and steps of a bone that lead nowhere."""
 TRIAL = quaternion.about(np.array([1.0, 2.0, 3.0]) / np.sqrt(14), np.radians(20.0))
 """A small turn about no axis that any rig is built on."""
 SIMILAR, DEAD = np.radians(2.0), 0.02
@@ -75,7 +76,7 @@ def solve(
     they should are told. Nothing in the file changes. Raises :class:`RigUnusable` for an unusable mapping.
     """
     watched = [name for chain in mapping.chains.values() for name in chain]
-    with stand_in(armature, scene, watched, values) as rig:
+    with stand_in(armature, scene, watched, values, frame=float(motion.frames[0])) as rig:
         rest = rig.as_bones(bones)
         solver = Solver(rig, ask(rest, motion))
         predicted, solved = solver.predict(solver.goals.walk()), solver.run(motion.frames)
@@ -85,10 +86,10 @@ def solve(
         tell(sentence)
     result = twist.rotations(walk.goals, walk)
     for index, control in enumerate(solver.controls):
-        # What measuring added to the prediction is smooth where the motion itself is not.
-        change = quaternion.multiply(quaternion.conjugate(predicted[index]), solved[index])
+        # What measuring added to the prediction lies before the bone's own turn: it is what the bone hangs on.
+        change = quaternion.multiply(solved[index], quaternion.conjugate(predicted[index]))
         change = between(quaternion.continuous(change), motion.frames, keys.frames)
-        result[control.name] = quaternion.continuous(quaternion.multiply(wanted[index], change))
+        result[control.name] = quaternion.continuous(quaternion.multiply(change, wanted[index]))
     return result
 
 
@@ -107,37 +108,71 @@ class Solver:
         self.rig, self.goals, self.frames = rig, goals, len(goals.directions)
         self.rest = goals.bones.rest
         self.controls = self._learn(_controls(goals))
+        self.carriers = _carriers(self.controls)
         self.missed = {}
 
     def predict(self, walk: Walk) -> np.ndarray:
         """Rotations (bones, frames, 4) by what the trial turns showed."""
         still = np.tile(walk.goals.still(), (len(self.controls), 1, 1))
-        return self._step(walk, still, still, [None] * len(self.controls))
+        return self._step(walk, still, still, [None] * len(self.controls), still, np.ones(still.shape[:2]))[0]
 
     def run(self, frames: np.ndarray) -> np.ndarray:
         """Rotations (bones, frames, 4) measured to be right at scene ``frames``, or as near as the rig allows."""
         basis = self.predict(self.goals.walk())
         turned, along = np.zeros_like(basis), np.zeros((*basis.shape[:2], 3))
-        before = np.full(basis.shape[:2], np.inf)
-        failed, fallback = np.zeros(basis.shape[:2], int), basis.copy()
-        active = np.arange(self.frames)
-        for _ in range(PASSES):
+        nearest, best = np.full(basis.shape[:2], np.inf), basis.copy()
+        failed, active = np.zeros(basis.shape[:2], int), np.arange(self.frames)
+        tilt, made, former = np.tile(quaternion.IDENTITY, (*basis.shape[:2], 1)), np.zeros_like(basis), turned
+        quiet = np.zeros(basis.shape[:2], bool)
+        for last in [False] * PASSES + [True]:
             for frame in active:
                 turned[:, frame], along[:, frame] = self._measure(basis[:, frame], frames[frame])
+            if last:
+                break
+            tilt = np.where(quiet[..., None], self._retilted(tilt, made, former, turned), tilt)
+            # A bone that does not answer as expected takes smaller steps, and in the end stays where it came nearest.
+            ease = np.where(failed < TRIES, 0.5**failed, 0.0)
             segments = quaternion.rotate(quaternion.conjugate(turned), along)
-            wanted = self._step(self.goals.walk(), basis, turned, segments)
-            left = angle(quaternion.multiply(quaternion.conjugate(basis), wanted))
-            failing = (left > SETTLED) & (left > 0.8 * before)
-            fallback = np.where((failing & (failed == 0))[..., None], basis, fallback)
-            failed = np.where(failing, failed + 1, np.where(left > SETTLED, 0, failed))
-            stuck = failed > 1
-            basis = np.where(stuck[..., None], fallback, np.where((left > SETTLED)[..., None], wanted, basis))
-            before = left
-            active = np.flatnonzero(((left > SETTLED) & ~stuck).any(0))
+            wanted, left = self._step(self.goals.walk(), basis, turned, segments, tilt, ease)
+            # What a bone does is its own only where nothing that may carry it moved at the same time.
+            nearest = np.where(quiet, nearest, np.inf)
+            failed += quiet & (left > SETTLED) & (left > 0.8 * nearest) & (failed < TRIES)
+            best = np.where((left < nearest)[..., None], basis, best)
+            nearest = np.minimum(nearest, left)
+            following = np.where((left > SETTLED)[..., None], wanted, basis)
+            following = np.where((failed >= TRIES)[..., None], best, following)
+            moving = (np.abs(following - basis) > 1e-7).any(-1)
+            quiet, active = self.carriers @ moving == 0, np.flatnonzero(moving.any(0))
+            made, former, basis = quaternion.multiply(quaternion.conjugate(basis), following), turned.copy(), following
             if not len(active):
                 break
         self._note(along)
         return basis
+
+    def _retilted(self, tilt, made, former, turned) -> np.ndarray:
+        """How each bone's answers lie to its own turns (bones, frames, 4), by one turn ``made`` and what came of it.
+
+        A constraint after a bone's own rotation turns the axis about which it answers.
+        """
+        result = tilt.copy()
+        for index, control in enumerate(self.controls):
+            rest = self.rest[control.row]
+            arrived = self._carried(control, former, turned, former[index])
+            answer = quaternion.multiply(quaternion.conjugate(arrived), turned[index])
+            answer = _seen(quaternion.conjugate(rest), answer)
+            thought = _tilted(tilt[index], made[index])
+            clear = (angle(made[index]) > SIMILAR) & (angle(answer) > SIMILAR)
+            change = quaternion.swing(_axis(thought), _axis(answer))
+            known = clear & (angle(change) > SIMILAR)
+            result[index] = np.where(known[:, None], quaternion.multiply(change, tilt[index]), tilt[index])
+        return result
+
+    def _carried(self, control: Control, before, after, turned: np.ndarray) -> np.ndarray:
+        """Where a bone comes to be from ``turned`` (frames, 4) when the others go from ``before`` to ``after``."""
+        if control.rides < 0:
+            return turned
+        before, after = (quaternion.power(turns[control.rides], control.share) for turns in (before, after))
+        return quaternion.multiply(quaternion.multiply(after, quaternion.conjugate(before)), turned)
 
     def shortfalls(self) -> list[str]:
         """A sentence for each bone that stays off, which :meth:`run` found out."""
@@ -152,19 +187,20 @@ class Solver:
                 )
         return sentences
 
-    def _step(self, walk, basis, turned, segments) -> np.ndarray:
-        """Rotations (bones, frames, 4) that ought to reach the goals, given that ``basis`` led to ``turned``."""
-        expected, result = [], []
+    def _step(self, walk, basis, turned, segments, tilt, ease) -> tuple[np.ndarray, np.ndarray]:
+        """Rotations (bones, frames, 4) that ought to reach the goals, given that ``basis`` led to ``turned``.
+
+        And the angles (bones, frames) that they lie from there; of each step ``ease`` (bones, frames) is carried out.
+        """
+        expected, result, left = [], [], []
         for index, control in enumerate(self.controls):
             rest = self.rest[control.row]
-            own = _seen(rest, basis[index])
-            arrived = turned[index]
-            if control.rides >= 0:
-                before, after = (quaternion.power(turns[control.rides], control.share) for turns in (turned, expected))
-                arrived = quaternion.multiply(quaternion.multiply(after, quaternion.conjugate(before)), arrived)
-            start = quaternion.multiply(arrived, quaternion.conjugate(own))
+            arrived = self._carried(control, turned, expected, turned[index])
+            start = quaternion.multiply(arrived, quaternion.conjugate(_seen(rest, basis[index])))
             if control.gain != 1.0:  # its own turn cannot be told from what it rides on
-                start = after if control.rides >= 0 else walk.goals.still()
+                start = walk.goals.still()
+                if control.rides >= 0:
+                    start = quaternion.power(expected[control.rides], control.share)
             if control.copies >= 0:
                 goal = expected[control.copies]
             else:
@@ -172,11 +208,21 @@ class Solver:
                 goal = walk.turn(control.row, start, base, segments[index])
             turn = _seen(quaternion.conjugate(rest), quaternion.multiply(quaternion.conjugate(arrived), goal))
             turn = quaternion.power(turn, 1.0 / control.gain if control.gain >= DEAD else 0.0)
-            wanted = keyframes.held(self.rig.item.pose.bones[control.name], quaternion.multiply(basis[index], turn))
-            made = quaternion.power(quaternion.multiply(quaternion.conjugate(basis[index]), wanted), control.gain)
-            expected.append(quaternion.multiply(arrived, _seen(rest, made)))
-            result.append(wanted)
-        return np.array(result)
+            turn = _tilted(quaternion.conjugate(tilt[index]), turn)
+            turn = self._allowed(control, basis[index], turn)
+            left.append(angle(turn))
+            turn = quaternion.power(turn, ease[index])
+            answer = quaternion.power(_tilted(tilt[index], turn), control.gain)
+            expected.append(quaternion.multiply(arrived, _seen(rest, answer)))
+            result.append(quaternion.multiply(basis[index], turn))
+        return np.array(result), np.array(left)
+
+    def _allowed(self, control: Control, basis: np.ndarray, turn: np.ndarray) -> np.ndarray:
+        """As much of a ``turn`` (frames, 4) of a bone as its locked channels let through."""
+        bone = self.rig.item.pose.bones[control.name]
+        if not any(bone.lock_rotation):
+            return turn
+        return quaternion.multiply(quaternion.conjugate(basis), keyframes.held(bone, quaternion.multiply(basis, turn)))
 
     def _measure(self, rotations: np.ndarray, frame: float | None = None) -> tuple[np.ndarray, np.ndarray]:
         """D (bones, 4) and the directions (bones, 3) from heads to the ends of parts, with ``rotations`` (bones, 4)."""
@@ -234,6 +280,18 @@ def angle(q: np.ndarray) -> np.ndarray:
     return 2.0 * np.arctan2(np.linalg.norm(q[..., 1:], axis=-1), np.abs(q[..., 0]))
 
 
+def _tilted(tilt: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Turns (frames, 4) about axes that are themselves turned."""
+    return np.concatenate([turn[..., :1], quaternion.rotate(tilt, turn[..., 1:])], -1)
+
+
+def _axis(turn: np.ndarray) -> np.ndarray:
+    """Unit axes (frames, 3) of rotations, each the short way round."""
+    vector = np.where(turn[..., :1] < 0, -turn[..., 1:], turn[..., 1:])
+    length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    return np.where(length > 1e-9, vector / np.maximum(length, 1e-9), [0.0, 1.0, 0.0])
+
+
 def _gain(measured: float) -> float:
     """How much of its own rotation a bone carries out, by a trial; too little to divide by is nothing or a fifth."""
     if abs(measured - 1.0) < 0.05:
@@ -262,6 +320,15 @@ def _controls(goals: Goals) -> list[Control]:
                 forearm = places[chains[f"{side}_forearm"][-1]]
                 controls.append(Control(name, bones.row(name), f"{side}_hand", copies=forearm))
     return controls
+
+
+def _carriers(controls: list[Control]) -> np.ndarray:
+    """Which controls (n, n) may carry each: those before it of the trunk and of its own side."""
+    sides = [control.part.split("_")[0] for control in controls]
+    return np.array(
+        [[j < i and (other == side or other not in SIDES) for j, other in enumerate(sides)] for i, side in enumerate(sides)],
+        int,
+    )
 
 
 def _base(goals: Goals, part: str, places: dict[str, int]) -> int:

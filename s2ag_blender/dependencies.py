@@ -83,16 +83,17 @@ def trim(armature: bpy.types.Object, bones: Sequence[str]) -> None:
 
 def between(copy: bpy.types.Object, armature: bpy.types.Object) -> list[bpy.types.Object]:
     """The objects that ``copy``, a copy of ``armature``, depends on and that depend on ``armature`` in turn."""
-    leads = {}
+    return [item for item in reached(copy) if item not in (copy, armature) and armature in reached(item)]
 
-    def search(item) -> bool:
-        if item not in leads:
-            leads[item] = False  # ends circles
-            leads[item] = any([other == armature or search(other) for other in _references(item)])
-        return leads[item]
 
-    search(copy)
-    return [item for item, found in leads.items() if found and item not in (copy, armature)]
+def reached(item: bpy.types.Object) -> set[bpy.types.Object]:
+    """An object and all that it depends on through constraints, drivers and parents."""
+    found, waiting = set(), [item]
+    while waiting:
+        if (one := waiting.pop()) not in found:
+            found.add(one)
+            waiting += _references(one)
+    return found
 
 
 def redirect(item: bpy.types.Object, copies: dict[bpy.types.Object, bpy.types.Object]) -> None:
@@ -118,16 +119,11 @@ def set_value(item: bpy.types.Object, path: str, value: float) -> None:
         setattr(item.path_resolve(owner), name, value)
 
 
-def moves_by_itself(depsgraph: bpy.types.Depsgraph, still: bpy.types.Object) -> bool:
-    """Whether anything that is evaluated changes with time; ``still`` has no animation that counts."""
-    for found in depsgraph.ids:
-        datablock = found.original
-        animation = getattr(datablock, "animation_data", None)
-        if animation is not None and datablock != still and (animation.action or len(animation.nla_tracks)):
-            return True
-        if any("frame" in curve.driver.expression for curve in drivers(datablock)):
-            return True
-    return False
+def moves_by_itself(depsgraph: bpy.types.Depsgraph, item: bpy.types.Object) -> bool:
+    """Whether anything that ``item``, which has no action itself, depends on changes with time."""
+    if any(isinstance(found.original, bpy.types.Action) for found in depsgraph.ids):
+        return True
+    return any("frame" in curve.driver.expression for other in reached(item) for curve in drivers(other))
 
 
 def _bends(constraint) -> bool:

@@ -113,16 +113,9 @@ def _unlocked(finding: Finding, chains: dict) -> Finding:
 
 def _obstacles(armature, mapping: Mapping) -> list[str]:
     pose = armature.pose.bones
-    moved = [name for part in EDGE_NAMES for name in mapping.chains.get(part, ())]
     warnings = []
     if armature.data.pose_position == "REST":
         warnings.append(f'Armature "{armature.name}" shows its rest position, so motion will not be seen.')
-    constrained = [name for name in moved if any(not c.mute and c.influence > 0 for c in pose[name].constraints)]
-    if constrained:
-        warnings.append(f"{_quoted(constrained)}: constraints may override the keys; choose the rig's controls instead.")
-    driven = sorted(_driven_bones(armature).intersection(moved))
-    if driven:
-        warnings.append(f"{_quoted(driven)}: drivers override the keys; choose the rig's controls instead.")
     for part in ARMS:
         partly = [name for name in mapping.chains[part] if any(pose[name].lock_rotation)]
         if partly:

@@ -9,7 +9,7 @@ import numpy as np
 from ..core.skeleton import EDGE_NAMES
 from ..rigs import retarget
 from ..rigs.goals import Goals, Options
-from ..rigs.plain import ARMS, Bones, Mapping
+from ..rigs.plain import ARMS, Bones, Mapping, character_frame
 from . import controls, dependencies, girth, hands
 from .controls import Take
 
@@ -48,8 +48,10 @@ def solve(
     why = entangled(armature, bones, mapping, values)
     trunk, free = girth.read(armature, bones, mapping), hands.free_bones(armature)
 
+    frame = character_frame(bones, mapping.check(bones))
+
     def ask(rest: Bones, take: Take) -> Goals:
-        return Goals(rest, mapping, take.directions, take.fps, options, girth=trunk, free=free)
+        return Goals(rest, mapping, take.directions, take.fps, options, girth=trunk, free=free, frame=frame)
 
     goals = ask(bones, keys)
     if why:

@@ -64,11 +64,16 @@ def upright(matrices: np.ndarray) -> np.ndarray:
 
 @contextlib.contextmanager
 def stand_in(
-    armature: bpy.types.Object, scene: bpy.types.Scene, bones: Sequence[str], values: dict[str, float] | None = None
+    armature: bpy.types.Object,
+    scene: bpy.types.Scene,
+    bones: Sequence[str],
+    values: dict[str, float] | None = None,
+    frame: float | None = None,
 ) -> Iterator[StandIn]:
     """A :class:`StandIn` for ``armature``, of use for measuring ``bones``; gone with all that it needed afterwards.
 
-    ``values`` are settings of the copy, by data path from the object.
+    ``values`` are settings of the copy, by data path from the object; ``frame`` is when it stands there (the scene's, if
+    None).
     """
     made = []
     with _silence():
@@ -83,11 +88,11 @@ def stand_in(
             dependencies.trim(item, bones)
             stage = _keep(bpy.data.scenes.new(f"{armature.name} measured"), made)
             stage.render.fps, stage.render.fps_base = scene.render.fps, scene.render.fps_base
-            stage.frame_current = scene.frame_current
             for copy in copies.values():
                 copy.hide_viewport = False
                 stage.collection.objects.link(copy)
-            stage.view_layers[0].update()
+            frame = scene.frame_current_final if frame is None else frame
+            stage.frame_set(int(frame // 1), subframe=frame % 1)
             yield StandIn(item, stage, dependencies.moves_by_itself(stage.view_layers[0].depsgraph, item))
         finally:
             _remove(made)

@@ -240,16 +240,12 @@ def test_a_wholly_locked_arm_is_refused_and_a_partly_locked_one_told():
         apply_motion(item, motion, mapping=whole.chains, options=EXACT)
 
 
-def test_constraints_drivers_and_rest_position_are_told():
+def test_rest_position_is_told():
     whole, motion, told = body(), Motion(performance(5)), []
     item = rigging.make_armature(whole)
-    item.pose.bones["left_fore"].constraints.new("LIMIT_ROTATION")
-    item.pose.bones["right_fore"].rotation_mode = "XYZ"
-    item.pose.bones["right_fore"].driver_add("rotation_euler", 0)
     item.data.pose_position = "REST"
-    apply_motion(item, motion, mapping=whole.chains, report=told.append, options=EXACT)
-    text = " ".join(told)
-    assert '"left_fore": constraints' in text and '"right_fore": drivers' in text and "rest position" in text
+    apply_motion(item, motion, mapping=whole.chains, report=told.append)
+    assert "rest position" in " ".join(told)
 
 
 def test_unusable_objects_are_refused_and_left_alone():
