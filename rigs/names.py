@@ -128,7 +128,8 @@ class Names:
             upper = search.chains.get(part.removesuffix("_twist"))
             rows = [self._row(prefix, name, copy, None) for name in names] if upper else []
             above = self.bones.row(upper[0]) if upper else -1
-            chain = tuple(self.bones.names[row] for row in rows if row is not None and above in self.bones.ancestors(row))
+            free = [row for row in rows if row is not None and not self.bones.driven[row]]
+            chain = tuple(self.bones.names[row] for row in free if above in self.bones.ancestors(row))
             if chain:
                 search.chains[part] = chain
         driven = sum(bool(self.bones.driven[self.bones.row(search.chains[part][0])]) for part in ARMS if part in search.chains)

@@ -1,5 +1,6 @@
 """Bringing a character into the scene by name: human, human:RIG, mannequin, or one from a file."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -24,9 +25,9 @@ def summon(
     """
     kind, _, rig_name = name.partition(":")
     if kind == "human" and not Path(name).suffix:
-        return human.build(rig_name or "default", gender), False
+        return replace(human.build(rig_name or "default", gender), mapping=mapping), False
     if name == "mannequin":
-        return mannequin.build(), False
+        return replace(mannequin.build(), mapping=mapping), False
     path = Path(name)
     if path.suffix.lower() not in FILES:
         raise RigUnusable(f"There is no character {name}.", f"Use human, human:RIG, mannequin or a {', '.join(FILES)} file.")
@@ -36,7 +37,7 @@ def summon(
     if path.suffix.lower() != ".blend":
         _forget_missing_images()
     found = choose(path.name, armature, mapping)
-    return Character(found, tuple(_meshes(found))), path.suffix.lower() == ".blend"
+    return Character(found, tuple(_meshes(found)), mapping=mapping), path.suffix.lower() == ".blend"
 
 
 def choose(source: str, name: str | None = None, mapping: Mapping | None = None):

@@ -1,10 +1,10 @@
 """One take from motion to files: ``python -m s2ag.s2ag_blender.job JOB.json``, in a process of its own.
 
 The job is a JSON object: ``motions`` (``.npz`` paths; the last is the one shown), ``audio`` or null, ``character``,
-``gender``, ``armature``, ``map`` (a bone map's path) or null, ``start_frame``, ``fps`` or null, ``outputs``,
-``engine`` or null, ``resolution`` or null,
-``percentage``, ``frame`` of a still or null. What happens is told as JSON lines on stdout: ``progress`` (stage, value 0..1),
-then one ``result`` or ``error`` (kind, message, remedy). Exit status 0, or 2 after an error.
+``gender``, ``armature``, ``map`` (a bone map's path) or null, ``start_frame``, ``fps`` or null, ``outputs``, ``engine`` or
+null, ``resolution`` or null, ``percentage``, ``frame`` of a still or null. What happens is told as JSON lines on stdout:
+``progress`` (stage, value 0..1), then one ``result`` or ``error`` (kind, message, remedy). Exit status 0, or 2 after an
+error.
 """
 
 import contextlib
@@ -118,7 +118,7 @@ def perform(job: Job, voice: Voice) -> dict:
             render.require_engine(job.engine, scene)
         _set_rate(scene, job.fps if job.fps or theirs else DEFAULT_FPS)
     with voice.stage("keyframes"):
-        span = _key(scene, character, motions, job.start_frame, mapping, warnings)
+        span = _key(scene, character, motions, job.start_frame, warnings)
         sound = add_sound(scene, job.audio, job.start_frame).sound if job.audio else None
     with voice.stage("stage"):
         if theirs:
@@ -146,12 +146,12 @@ def expressive_frame(motion: Motion) -> int:
     return int(np.argmax(lift + 0.6 * reach - 0.25 * speed))
 
 
-def _key(scene, character, motions, start: int, mapping, warnings: list) -> tuple[int, int]:
+def _key(scene, character, motions, start: int, warnings: list) -> tuple[int, int]:
     """Key every motion into an action of its own, the last one active; returns its first and last frame."""
     from .apply import apply_motion
 
     for motion in motions:
-        apply_motion(character.armature, motion, start, scene=scene, mapping=mapping, report=warnings.append)
+        apply_motion(character.armature, motion, start, scene=scene, mapping=character.mapping, report=warnings.append)
     fps = scene.render.fps / scene.render.fps_base
     return start, start + max(int(np.ceil((len(motions[-1].directions) - 1) * fps / motions[-1].fps - 1e-6)), 1)
 
