@@ -122,6 +122,7 @@ class Goals:
         """
         self.bones, self.mapping, self.fps, self.options = bones, mapping.check(bones), fps, options or Options()
         self.free = None if free is None else frozenset(free)
+        self._palms = {}
         self.frame = character_frame(bones, mapping) if frame is None else frame
         self.directions = skeleton.normalize(self._to_armature(directions))
         self.mean = skeleton.normalize(self._to_armature(NEUTRAL))
@@ -156,6 +157,17 @@ class Goals:
     def usable(self) -> np.ndarray | None:
         """:meth:`may_turn` for every bone (n,), None where all may."""
         return None if self.free is None else np.array([name in self.free for name in self.bones.names])
+
+    def palm(self, side: str) -> np.ndarray:
+        """Unit normal (3,) out of a palm at rest, at right angles to the forearm, in armature space."""
+        if side not in self._palms:
+            along = self.mapping.segment(self.bones, f"{side}_forearm")
+            palm = fingers.palm(self.bones, self.mapping, side, self.usable())
+            if palm is None or np.linalg.norm(np.cross(along, palm)) < 0.5:
+                # Thumbs point forwards at rest, whether the arms are out or down; the palm is a quarter turn from there.
+                palm = SIDES[side] * arms.rest_hinge(along, along, -self.frame[1], self.frame[2])
+            self._palms[side] = skeleton.normalize(palm - along * (along @ palm))
+        return self._palms[side]
 
     def winds(self, part: str) -> bool:
         """Whether a part is a forearm that twists from the elbow to the wrist, by bones beside it and the hand."""
@@ -285,12 +297,7 @@ class Walk:
             angle = arms.upper_arm_turn(hinge, target, goals.target(f"{side}_forearm"), SIDES[side], goals.fps)
             return SIDES[side] * limits.soft(SIDES[side] * angle, limits.UPPER_ARM) if options.limits else angle
         if part.endswith("_forearm") and options.palms:
-            along = mapping.segment(bones, part)
-            palm = fingers.palm(bones, mapping, side, goals.usable())
-            if palm is None or np.linalg.norm(np.cross(along, palm)) < 0.5:
-                # Thumbs point forwards at rest, whether the arms are out or down; the palm is a quarter turn from there.
-                palm = SIDES[side] * arms.rest_hinge(along, along, -back, up)
-            palm = skeleton.normalize(palm - along * (along @ palm))
+            palm = goals.palm(side)
             angle = arms.palm_turn(quaternion.rotate(aimed, palm), target, -SIDES[side] * left, up, options.palms)
             return limits.soft(angle, limits.FOREARM) if options.limits else angle
         return None
