@@ -59,8 +59,8 @@ def apply_motion(
     interpolation = "LINEAR" if step == 1 else "BEZIER"
     name = name or f"{armature.name} gesture"
     action, slot = keyframes.write_action(name, armature, found.rotations, keys.frames, interpolation, found.values)
-    former = {path: armature.path_resolve(path) for path in found.values}
-    keyframes.stamp(action, motion.meta | ({"former": former} if former else {}))
+    keyframes.stamp(action, motion.meta)
+    keyframes.remember(action, armature)
     if strip:
         _push(armature, action, slot, int(start))
     else:
@@ -69,9 +69,9 @@ def apply_motion(
 
 
 def take_off(armature: bpy.types.Object, action: bpy.types.Action) -> None:
-    """Take a keyed motion off ``armature`` again, and give the rig back the settings that it had before.
+    """Take a keyed motion off ``armature`` again, and give the rig back the pose and the settings that it had before.
 
-    Blender itself leaves a setting at its last value when an action goes. The action stays in the file.
+    Blender itself leaves everything at its last value when an action goes. The action stays in the file.
     """
     animation = armature.animation_data
     if animation is not None:
@@ -82,7 +82,7 @@ def take_off(armature: bpy.types.Object, action: bpy.types.Action) -> None:
                 animation.nla_tracks.remove(track)
         if animation.action == action:
             animation.action = None
-    for path, value in (keyframes.provenance(action) or {}).get("former", {}).items():
+    for path, value in keyframes.former(action).items():
         dependencies.set_value(armature, path, value)
     armature.update_tag()
 

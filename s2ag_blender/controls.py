@@ -6,7 +6,7 @@ a private copy and corrected top down: ``M^-1 S M`` for the remaining turn S of 
 prediction holds, as on most rigs, one evaluation a frame confirms it; else the next pass is exact one level further.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import bpy
@@ -68,17 +68,19 @@ def solve(
     scene: bpy.types.Scene,
     ask: Callable[[Bones, Take], Goals],
     values: dict[str, float] | None = None,
+    hands: Collection[str] = (),
     tell: Callable[[str], None] = print,
 ) -> dict[str, np.ndarray]:
     """Rotations ``{bone: (keys, 4)}``: measured at the frames of ``motion`` and carried over to those of ``keys``.
 
-    ``ask`` says what a take asks of bones; ``values`` are the settings that the rig will have. Bones that do not get where
-    they should are told. Nothing in the file changes. Raises :class:`RigUnusable` for an unusable mapping.
+    ``ask`` says what a take asks of bones; ``values`` are the settings that the rig will have; ``hands`` may be made to
+    follow their forearms where they do not by themselves. Bones that do not get where they should are told, and those
+    that do not answer at all get no keys. Nothing in the file changes. Raises :class:`RigUnusable` for an unusable mapping.
     """
     watched = [name for chain in mapping.chains.values() for name in chain]
     with stand_in(armature, scene, watched, values, frame=float(motion.frames[0])) as rig:
         rest = rig.as_bones(bones)
-        solver = Solver(rig, ask(rest, motion))
+        solver = Solver(rig, ask(rest, motion), hands)
         predicted, solved = solver.predict(solver.goals.walk()), solver.run(motion.frames)
         walk = ask(rest, keys).walk()
         wanted = solver.predict(walk)
@@ -86,6 +88,8 @@ def solve(
         tell(sentence)
     result = twist.rotations(walk.goals, walk)
     for index, control in enumerate(solver.controls):
+        if control.gain < DEAD:
+            continue
         # What measuring added to the prediction lies before the bone's own turn: it is what the bone hangs on.
         change = quaternion.multiply(solved[index], quaternion.conjugate(predicted[index]))
         change = between(quaternion.continuous(change), motion.frames, keys.frames)
@@ -104,10 +108,10 @@ def between(rotations: np.ndarray, frames: np.ndarray, at: np.ndarray) -> np.nda
 class Solver:
     """One motion on one private copy of a rig. Arrays of bones come first, then frames."""
 
-    def __init__(self, rig: StandIn, goals: Goals):
+    def __init__(self, rig: StandIn, goals: Goals, hands: Collection[str] = ()):
         self.rig, self.goals, self.frames = rig, goals, len(goals.directions)
         self.rest = goals.bones.rest
-        self.controls = self._learn(_controls(goals))
+        self.controls = self._learn(_controls(goals, hands))
         self.carriers = _carriers(self.controls)
         self.missed = {}
 
@@ -179,7 +183,7 @@ class Solver:
         sentences = []
         for control in self.controls:
             if control.gain < DEAD:
-                sentences.append(f'Bone "{control.name}" does not follow its keys: a constraint or a driver holds it.')
+                sentences.append(f'Bone "{control.name}" stays as it is: a constraint or a driver holds it.')
             elif control.name in self.missed:
                 sentences.append(
                     f'Bone "{control.name}" is up to {self.missed[control.name]:.0f} degrees off the direction of '
@@ -304,7 +308,7 @@ def _seen(rest: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     return quaternion.multiply(rest, quaternion.multiply(rotation, quaternion.conjugate(rest)))
 
 
-def _controls(goals: Goals) -> list[Control]:
+def _controls(goals: Goals, hands: Collection[str]) -> list[Control]:
     """The bones to turn, each after those that may carry it; hands turn as their forearms do."""
     bones, chains, controls, places = goals.bones, goals.mapping.chains, [], {}
     for part in (part for line in LINES for part in line):
@@ -316,7 +320,7 @@ def _controls(goals: Goals) -> list[Control]:
                 controls.append(Control(name, row, part, goals.mapping.tip(part), base=base))
     for side in SIDES:
         for name in chains.get(f"{side}_hand", ())[:1]:
-            if bones.row(name) not in goals.roles:
+            if bones.row(name) not in goals.roles and name in hands:
                 forearm = places[chains[f"{side}_forearm"][-1]]
                 controls.append(Control(name, bones.row(name), f"{side}_hand", copies=forearm))
     return controls

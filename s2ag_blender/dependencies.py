@@ -107,10 +107,11 @@ def redirect(item: bpy.types.Object, copies: dict[bpy.types.Object, bpy.types.Ob
             setattr(holder, name, copies[target])
 
 
-def set_value(item: bpy.types.Object, path: str, value: float) -> None:
+def set_value(item: bpy.types.Object, path: str, value: float | list[float]) -> None:
     """Set the property at a data path of an object. Raises :class:`ValueError` where there is none."""
     former = item.path_resolve(path)
-    value = type(former)(value)
+    if not isinstance(value, list):
+        value = type(former)(value)
     if path.endswith('"]'):
         owner, _, key = path[:-2].rpartition('["')
         item.path_resolve(owner)[bpy.utils.unescape_identifier(key)] = value

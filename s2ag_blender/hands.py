@@ -8,20 +8,22 @@ _REST = 1e-4
 """Largest departure of a rotation from none that still counts as rest."""
 
 
-def free_bones(armature: bpy.types.Object) -> set[str]:
+def free_bones(armature: bpy.types.Object, ruled: bool = False) -> set[str]:
     """Names of bones that rest, or that only this package's actions have keyed, and that nothing else turns.
 
-    A bone that the user posed or keyed, that is locked, or that a constraint or a driver rules is left to them.
+    A bone that the user posed or keyed, that is locked, or that a constraint or a driver rules is left to them; the last
+    two are not, if ``ruled``.
     """
     ours, theirs = _keyed(armature)
-    theirs |= {dependencies.bone_of(curve.data_path) for curve in dependencies.drivers(armature)}
-    theirs |= set(dependencies.pulled(armature))
+    if not ruled:
+        theirs |= {dependencies.bone_of(curve.data_path) for curve in dependencies.drivers(armature)}
+        theirs |= set(dependencies.pulled(armature))
     return {
         bone.name
         for bone in armature.pose.bones
         if bone.name not in theirs
         and not any(bone.lock_rotation)
-        and not any(one.influence > 0 and not one.mute for one in bone.constraints)
+        and (ruled or not any(one.influence > 0 and not one.mute for one in bone.constraints))
         and (bone.name in ours or _rests(bone))
     }
 

@@ -11,7 +11,8 @@ from ..rigs import quaternion
 from . import compat
 
 PROVENANCE = "s2ag"
-"""Name of the custom property of an action that holds its provenance as JSON text."""
+FORMER = "s2ag_former"
+"""Names of the custom properties of an action that hold, as JSON text, its provenance and what its keys replaced."""
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,18 @@ def provenance(action: bpy.types.Action) -> dict | None:
     """What :func:`stamp` stored, or None if this package did not make the action."""
     text = action.get(PROVENANCE)
     return None if text is None else json.loads(text)
+
+
+def remember(action: bpy.types.Action, armature: bpy.types.Object) -> None:
+    """Store what ``armature`` has now of all that ``action`` keys."""
+    values = {path: armature.path_resolve(path) for path in {curve.data_path for curve in compat.curves(action)}}
+    plain = {path: list(value) if hasattr(value, "__len__") else value for path, value in values.items()}
+    action[FORMER] = json.dumps(plain, sort_keys=True)
+
+
+def former(action: bpy.types.Action) -> dict:
+    """What :func:`remember` stored: values by data path."""
+    return json.loads(action.get(FORMER, "{}"))
 
 
 def _key_style(count: int, interpolation: str) -> dict[str, np.ndarray]:

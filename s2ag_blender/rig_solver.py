@@ -55,7 +55,10 @@ def solve(
 
     goals = ask(bones, keys)
     if why:
-        rotations = controls.solve(armature, bones, mapping, motion, keys, scene=scene, ask=ask, values=values, tell=tell)
+        followers = hands.free_bones(armature, ruled=True)
+        rotations = controls.solve(
+            armature, bones, mapping, motion, keys, scene=scene, ask=ask, values=values, hands=followers, tell=tell
+        )
     else:
         rotations = retarget.rotations(goals)
     return Solution(goals.extras() | rotations, values, why)
