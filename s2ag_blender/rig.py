@@ -23,7 +23,8 @@ def read(armature: bpy.types.Object) -> Bones:
     """The bones of an armature object at rest, in armature space, in its own (parents first) order."""
     bones = list(armature.data.bones)
     rows = {bone.name: row for row, bone in enumerate(bones)}
-    ruled = _driven_bones(armature).union(bone.name for bone in armature.pose.bones if any(map(_turns, bone.constraints)))
+    posed = armature.pose.bones if armature.pose else ()  # a new armature has no pose yet
+    ruled = _driven_bones(armature).union(bone.name for bone in posed if any(map(_turns, bone.constraints)))
     return Bones(
         tuple(rows),
         np.array([rows[bone.parent.name] if bone.parent else -1 for bone in bones], int),

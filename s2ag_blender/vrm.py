@@ -71,7 +71,8 @@ def _older(data, extension) -> dict[str, str]:
 def _bone(data, node) -> str:
     """The name of an existing bone that a node of the map means, by its name or by its mark; "" for none."""
     for key in ("bone_name", "value"):
-        if (name := _member(node, key)) in data.bones:
+        name = _member(node, key)
+        if isinstance(name, str) and name in data.bones:
             return name
     mark = _member(node, "bone_uuid")
     for bone in data.bones if mark else ():
@@ -92,4 +93,4 @@ def _member(holder, key: str):
         return None
     if isinstance(holder, bpy.types.bpy_struct):
         return getattr(holder, key, None)
-    return holder.get(key)
+    return holder.get(key) if hasattr(holder, "get") else None
