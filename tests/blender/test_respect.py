@@ -75,8 +75,11 @@ def snapshot(item) -> dict:
     }
 
 
-def test_the_file_is_the_same_but_for_one_action(rigged):
+@pytest.mark.parametrize("mode", ["OBJECT", "POSE"])
+def test_the_file_is_the_same_but_for_one_action(mode, rigged):
     whole, item = rigged
+    bpy.context.view_layer.objects.active = item
+    bpy.ops.object.mode_set(mode=mode)
     scene = bpy.context.scene
     scene.frame_set(7, subframe=0.25)
     item.pose.bones["left_hand"].rotation_mode = "ZXY"
