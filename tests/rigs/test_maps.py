@@ -2,14 +2,15 @@
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 import skeletons
 from s2ag.core.errors import OutputUnwritable, RigUnusable
 from s2ag.rigs import maps
 from s2ag.rigs.detect import ROWS, detect
-from s2ag.rigs.family import families
-from s2ag.rigs.plain import Finding, Mapping
+from s2ag.rigs.family import Switch, families
+from s2ag.rigs.plain import ARMS, Finding, Mapping
 
 FAMILIES = {family.key: family for family in families()}
 
@@ -124,3 +125,10 @@ def test_the_table_lines_up_whatever_the_letters():
         "head  Head   name",
         "neck  -      missing   no bone is called so",
     ]
+
+
+def test_the_documented_map_is_one():
+    text = (Path(__file__).parents[2] / "docs" / "rigs.md").read_text("utf-8")
+    mapping = maps.parse(json.loads(text.split("```json")[1].split("```")[0]))
+    assert set(ARMS) <= set(mapping.chains) and mapping.chains["left_upper_arm_twist"] == ("arm_roll_l",)
+    assert mapping.switches == (Switch("hand_ik_l", '["ik_fk"]', 1.0),)
