@@ -132,7 +132,8 @@ class _Survey:
         """Take what names explain."""
         self.label = self.label or best.family.name
         self.family = self.family or best.family.key
-        self.switches, self.family_controls = best.family.switches, best.family.controls
+        if best.arms == len(ARMS):
+            self.switches, self.family_controls = best.family.switches, best.family.controls
         self.reasons = {part: missing_reason(self.bones, best, part) for part in PARTS}
         self._take(best.chains, best.hips, "name")
         arm = self._first("left_upper_arm")
