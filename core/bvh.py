@@ -11,8 +11,9 @@ import os
 import numpy as np
 
 from ..rigs import quaternion
+from ..rigs.goals import NEUTRAL, Options
 from ..rigs.plain import Bones, Mapping
-from ..rigs.retarget import NEUTRAL, Options, solve
+from ..rigs.retarget import solve
 from . import skeleton
 from .files import whole_file
 from .motion import Motion
@@ -137,7 +138,7 @@ def _angles(motion: Motion) -> np.ndarray:
     """Euler angles (frames, joints, 3) as x, y, z in radians."""
     chains = {edge: (joint,) for edge, joint in JOINT_OF_EDGE.items()}
     chains |= {"left_hand": ("LeftHand",), "right_hand": ("RightHand",), "crown": (_CROWN,)}
-    options = Options(clavicle=1.0, aimed=frozenset(skeleton.EDGE_NAMES), palms=0.0)
+    options = Options(clavicle=1.0, aimed=frozenset(skeleton.EDGE_NAMES), palms=0.0, clear_body=0.0, limits=False)
     rotations = solve(_bones(), Mapping(chains, hips="Hips"), motion.directions, motion.fps, options)
     still = np.zeros((len(motion.directions), 3))
     return np.stack([quaternion.to_euler(rotations[name], _ORDER) if name in rotations else still for name, _, _ in _JOINTS], 1)

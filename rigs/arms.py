@@ -9,6 +9,8 @@ from . import quaternion
 
 STRAIGHT, BENT = np.radians(15), np.radians(30)
 """Below the first bend the plane of an arm is noise; above the second it is trusted in full."""
+SLIGHT = np.radians([5.0, 25.0])
+"""Bends at rest: below the first the plane of an arm says nothing of its hinge, above the second all."""
 INWARD = np.radians(40)
 """Middle of the range that an upper arm can turn through, counted inwards from a hinge that bends forwards."""
 RESPONSE = 0.08
@@ -31,13 +33,23 @@ def angle_about(axis: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndar
 
 
 def rest_hinge(upper: np.ndarray, fore: np.ndarray, forward: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Axis (3,) about which the elbow bends at rest; from the bend itself, or a forward bend where the arm is straight."""
-    normal = np.cross(upper, fore)
-    if np.linalg.norm(normal) < np.sin(np.radians(3)):
-        normal = np.cross(upper, forward)
-    if np.linalg.norm(normal) < 0.1:
-        normal = np.cross(upper, up)
-    return normal / np.linalg.norm(normal)
+    """Axis (3,) about which the elbow bends at rest: that of its own bend, or of a forward bend where the arm is straight.
+
+    Where a modeller stretched an arm a little too far, its bend is the wrong way round: such a slight one counts the less,
+    and not at all against a forward bend.
+    """
+    own = np.cross(upper, fore)
+    bend = np.arctan2(np.linalg.norm(own), upper @ fore)
+    usual = np.cross(upper, forward)
+    if np.linalg.norm(usual) < 0.1:
+        usual = np.cross(upper, up)
+    usual = usual / np.linalg.norm(usual)
+    if bend < np.radians(3) or (own @ usual < 0 and bend < SLIGHT[1]):
+        return usual
+    share = fade(bend, *SLIGHT)
+    hinge = share * own / np.linalg.norm(own) + (1.0 - share) * usual
+    hinge = hinge - upper * (upper @ hinge)
+    return hinge / np.linalg.norm(hinge)
 
 
 def upper_arm_turn(hinge: np.ndarray, upper: np.ndarray, fore: np.ndarray, inward: float, fps: float) -> np.ndarray:

@@ -1,18 +1,22 @@
 """What retargeting knows of an armature: bones at rest, which bone moves which edge, and where its front is."""
 
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 
 import numpy as np
 
 from ..core.errors import RigUnusable
 from ..core.skeleton import EDGE_NAMES
 from . import quaternion
+from .family import Switch
 
 ARMS = ("left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")
 MARKS = ("left_hand", "right_hand", "crown")
-PARTS = (*EDGE_NAMES, *MARKS)
-"""What a bone can be mapped to: the nine edges, and bones that only mark where an edge ends and follow it."""
-REMEDY = "Name the bones as a known rig does, or give the bone mapping yourself."
+TWISTS = tuple(f"{part}_twist" for part in ARMS)
+PARTS = (*EDGE_NAMES, *MARKS, *TWISTS)
+"""What a bone can be mapped to: the nine edges, bones that only mark where an edge ends and follow it, and bones beside an
+arm's chain that carry nothing but a share of its twist."""
+REMEDY = "Fill in a bone map: s2ag rig CHARACTER --save map.json writes what was found, --map map.json uses it."
 
 _NEXT = {
     "torso": ("neck", "head"),
@@ -33,7 +37,8 @@ class Bones:
     """Bones at rest, parents before children.
 
     ``names`` unique; ``parents`` (n,) row of the parent or -1; ``matrices`` (n, 4, 4) rest matrices in armature space
-    (bone along its own y); ``lengths`` (n,); ``inherits`` (n,) whether the bone turns with its parent.
+    (bone along its own y); ``lengths`` (n,); ``inherits`` (n,) whether the bone turns with its parent; ``driven`` (n,)
+    whether a constraint or a driver rules how it turns.
     """
 
     names: tuple[str, ...]
@@ -41,12 +46,15 @@ class Bones:
     matrices: np.ndarray
     lengths: np.ndarray
     inherits: np.ndarray = None
+    driven: np.ndarray = None
 
     def __post_init__(self):
         if any(parent >= row for row, parent in enumerate(self.parents)):
             raise ValueError("parents must come before their children")
         if self.inherits is None:
             object.__setattr__(self, "inherits", np.ones(len(self.names), bool))
+        if self.driven is None:
+            object.__setattr__(self, "driven", np.zeros(len(self.names), bool))
 
     @property
     def heads(self) -> np.ndarray:
@@ -76,28 +84,60 @@ class Bones:
 
 
 @dataclass(frozen=True)
+class Finding:
+    """Which bones were found for a part of the body and how: by ``name``, ``position`` or ``map``; "" where none was.
+
+    ``note`` is a remark for people: why there is none, or what is unusual.
+    """
+
+    part: str
+    bones: tuple[str, ...] = ()
+    how: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True)
 class Mapping:
     """Bones for the parts of a body: ``chains[part]`` are the bones that share its motion, lowest first.
 
     An edge ends at the head of the next part's first bone; where that is not mapped, at the tail of its own last bone.
-    ``hips`` is only read, for where up is.
+    ``hips`` is only read, for where up is. ``switches`` let the rig follow these bones; ``findings`` tell how they were
+    found.
     """
 
     chains: dict[str, tuple[str, ...]]
     family: str = "own mapping"
     hips: str = ""
     warnings: tuple[str, ...] = field(default=())
+    switches: tuple[Switch, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
     def check(self, bones: Bones) -> "Mapping":
-        """Return self, or raise :class:`RigUnusable` where a bone is unknown or an arm is missing."""
-        for part, chain in self.chains.items():
-            if part not in PARTS:
+        """Return self, or raise :class:`RigUnusable` where a bone is unknown or named twice, or an arm is missing."""
+        owners: dict[str, str] = {}
+        for part, chain in {**self.chains, "hips": (self.hips,) if self.hips else ()}.items():
+            if part not in (*PARTS, "hips"):
                 raise RigUnusable(f'"{part}" is no part of the body that gestures.', f"Use: {', '.join(PARTS)}.")
             for name in chain:
                 if name not in bones.names:
-                    raise RigUnusable(f'The armature has no bone "{name}" for {spoken(part)}.', "Correct the bone mapping.")
+                    near = get_close_matches(name, bones.names, 1)
+                    hint = f'Did you mean "{near[0]}"?' if near else "Correct the bone map."
+                    raise RigUnusable(f'The armature has no bone "{name}" for {spoken(part)}.', hint)
+                if name in owners:
+                    parts = f"{spoken(owners[name])} and {spoken(part)}"
+                    raise RigUnusable(f'The bone "{name}" is to be {parts}.', "Keep it in one part of the bone map.")
+                owners[name] = part
         require_arms(self.chains)
         return self
+
+    def tip(self, part: str) -> str:
+        """The bone at whose head a part ends, or "" where it ends with its own last bone."""
+        return next((self.chains[other][0] for other in _NEXT.get(part, ()) if self.chains.get(other)), "")
+
+    def end(self, bones: Bones, part: str) -> np.ndarray:
+        """Where a part ends at rest (3,), in armature space."""
+        tip = self.tip(part)
+        return bones.heads[bones.row(tip)] if tip else bones.tails[bones.row(self.chains[part][-1])]
 
     def segment(self, bones: Bones, part: str, place: int = 0) -> np.ndarray:
         """Direction (3,) at rest from the head of a chain's bone to the end of its part, in armature space, a unit vector.
@@ -105,9 +145,7 @@ class Mapping:
         Raises :class:`RigUnusable` where both are the same point.
         """
         chain = self.chains[part]
-        following = [self.chains[other][0] for other in _NEXT.get(part, ()) if self.chains.get(other)]
-        end = bones.heads[bones.row(following[0])] if following else bones.tails[bones.row(chain[-1])]
-        along = end - bones.heads[bones.row(chain[place])]
+        along = self.end(bones, part) - bones.heads[bones.row(chain[place])]
         length = np.linalg.norm(along)
         if length < 1e-9:
             raise RigUnusable(f'Bone "{chain[place]}" of {spoken(part)} has no length.', "Correct the bone mapping.")
@@ -118,7 +156,7 @@ def require_arms(chains: dict[str, tuple[str, ...]], where: str = "The armature"
     """Raise :class:`RigUnusable` naming the arm parts that ``chains`` lacks."""
     missing = [spoken(part) for part in ARMS if not chains.get(part)]
     if missing:
-        raise RigUnusable(f"{where} has no bone for {_listed(missing)}.", REMEDY)
+        raise RigUnusable(f"{where} has no bone for {listed(missing)}.", REMEDY)
 
 
 def spoken(part: str) -> str:
@@ -126,7 +164,8 @@ def spoken(part: str) -> str:
     return "the " + part.replace("_", " ")
 
 
-def _listed(items: list[str]) -> str:
+def listed(items: list[str]) -> str:
+    """Items in a sentence: "a, b and c"."""
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
 
 

@@ -8,9 +8,10 @@ import numpy as np
 
 from ..core.errors import UsageError
 from ..core.motion import Motion, cubic
+from ..rigs.goals import Options
 from ..rigs.plain import Mapping
-from ..rigs.retarget import Options, solve
-from . import compat, keyframes, rig
+from . import compat, dependencies, keyframes, rig, rig_solver
+from .controls import Take
 
 _LOG = logging.getLogger(__name__)
 
@@ -35,30 +36,55 @@ def apply_motion(
     and the active action stays. ``mapping`` is ``{part: bone or bones}``, detected if None. Everything that keeps a
     part from moving as asked is told to ``report``, one sentence each (the log, if None).
 
-    Only adds data: other actions, the rest pose, transforms and rotation modes stay as they are. Raises
-    :class:`RigUnusable` or :class:`UsageError` before anything is changed.
+    Only adds data: other actions, the rest pose, transforms and rotation modes stay as they are. A setting that the rig
+    needs to follow its bones, such as a switch from IK to FK, is keyed in the action; :func:`take_off` puts it back.
+    Raises :class:`RigUnusable` or :class:`UsageError` before anything is changed.
     """
     if step < 1 or int(step) != step:
         raise UsageError(f"A key every {step} frames is not possible.", "Use a whole number of at least 1.")
     rig.require_armature(armature)
-    scene = scene or bpy.context.scene
+    scene, tell = scene or bpy.context.scene, report or _LOG.warning
     bones = rig.read(armature)
     mapping = rig.resolve_mapping(armature, bones, mapping)
     for warning in mapping.warnings:
-        (report or _LOG.warning)(warning)
+        tell(warning)
 
     start = scene.frame_start if start_frame is None else start_frame
     offsets, directions, rate = at_scene_frames(motion, scene_fps(scene), int(step))
-    rotations = solve(bones, mapping, directions, rate, options)
+    keys = Take(directions, rate, start + offsets)
+    given = start + np.arange(len(motion.directions)) * (scene_fps(scene) / motion.fps)
+    whole = Take(motion.directions, motion.fps, given)
+    found = rig_solver.solve(armature, bones, mapping, whole, keys, scene=scene, options=options, tell=tell)
+
     interpolation = "LINEAR" if step == 1 else "BEZIER"
     name = name or f"{armature.name} gesture"
-    action, slot = keyframes.write_action(name, armature, rotations, start + offsets, interpolation)
+    action, slot = keyframes.write_action(name, armature, found.rotations, keys.frames, interpolation, found.values)
     keyframes.stamp(action, motion.meta)
+    keyframes.remember(action, armature)
     if strip:
         _push(armature, action, slot, int(start))
     else:
         _activate(armature, action, slot)
     return action
+
+
+def take_off(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+    """Take a keyed motion off ``armature`` again, and give the rig back the pose and the settings that it had before.
+
+    Blender itself leaves everything at its last value when an action goes. The action stays in the file.
+    """
+    animation = armature.animation_data
+    if animation is not None:
+        for track in list(animation.nla_tracks):
+            for strip in [strip for strip in track.strips if strip.action == action]:
+                track.strips.remove(strip)
+            if not len(track.strips) and track.name == action.name:
+                animation.nla_tracks.remove(track)
+        if animation.action == action:
+            animation.action = None
+    for path, value in keyframes.former(action).items():
+        dependencies.set_value(armature, path, value)
+    armature.update_tag()
 
 
 def scene_fps(scene: bpy.types.Scene) -> float:

@@ -1,10 +1,12 @@
 """Bringing a character into the scene by name: human, human:RIG, mannequin, or one from a file."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
 
-from ..core.errors import RigUnusable, S2agError
+from ..core.errors import RigUnusable
+from ..rigs.plain import Mapping
 from . import human, mannequin, rig
 from .character import Character
 
@@ -12,18 +14,20 @@ FILES = (".blend", ".fbx", ".glb", ".gltf")
 _CLAY = (0.42, 0.36, 0.31, 1)
 
 
-def summon(name: str, gender: str = "female", armature: str | None = None) -> tuple[Character, bool]:
+def summon(
+    name: str, gender: str = "female", armature: str | None = None, mapping: Mapping | None = None
+) -> tuple[Character, bool]:
     """The character called ``name``, and whether the scene it stands in is the user's own (a ``.blend``).
 
     ``name`` is ``human``, ``human:RIG``, ``mannequin`` or a file of :data:`FILES`; a ``.blend`` replaces everything that
-    is open, anything else joins the current scene. ``armature`` chooses one by name where a file holds several. Raises
-    :class:`RigUnusable`.
+    is open, anything else joins the current scene. ``armature`` chooses one by name where a file holds several, else the
+    only one that ``mapping`` fits, or whose bones are recognised where there is none. Raises :class:`RigUnusable`.
     """
     kind, _, rig_name = name.partition(":")
     if kind == "human" and not Path(name).suffix:
-        return human.build(rig_name or "default", gender), False
+        return replace(human.build(rig_name or "default", gender), mapping=mapping), False
     if name == "mannequin":
-        return mannequin.build(), False
+        return replace(mannequin.build(), mapping=mapping), False
     path = Path(name)
     if path.suffix.lower() not in FILES:
         raise RigUnusable(f"There is no character {name}.", f"Use human, human:RIG, mannequin or a {', '.join(FILES)} file.")
@@ -32,12 +36,15 @@ def summon(name: str, gender: str = "female", armature: str | None = None) -> tu
     _load(path)
     if path.suffix.lower() != ".blend":
         _forget_missing_images()
-    found = choose(path.name, armature)
-    return Character(found, tuple(_meshes(found))), path.suffix.lower() == ".blend"
+    found = choose(path.name, armature, mapping)
+    return Character(found, tuple(_meshes(found)), mapping=mapping), path.suffix.lower() == ".blend"
 
 
-def choose(source: str, name: str | None = None):
-    """The scene's armature object with arms, or the one called ``name``; raises :class:`RigUnusable` with the choices."""
+def choose(source: str, name: str | None = None, mapping: Mapping | None = None):
+    """The scene's armature object with arms, or the one called ``name``; raises :class:`RigUnusable` with the choices.
+
+    One that stands alone is returned even without arms: whoever asked says what it lacks.
+    """
     armatures = [item for item in bpy.context.scene.objects if item.type == "ARMATURE"]
     listed = ", ".join(item.name for item in armatures)
     if not armatures:
@@ -47,17 +54,12 @@ def choose(source: str, name: str | None = None):
         if not named:
             raise RigUnusable(f"{source} holds no armature called {name}.", f"Choose one of: {listed}.")
         return named[0]
-    reasons, able = [], []
-    for item in armatures:
-        try:
-            rig.resolve_mapping(item, rig.read(item))
-            able.append(item)
-        except S2agError as error:
-            reasons.append(error)
+    if len(armatures) == 1:
+        return armatures[0]
+    looks = [(item, rig.survey(item, mapping)[1]) for item in armatures]
+    able = [item for item, refusal in looks if refusal is None]
     if not able:
-        if len(reasons) == 1:
-            raise reasons[0]
-        raise RigUnusable(f"No armature of {source} has arms: {listed}.", reasons[0].remedy)
+        raise RigUnusable(f"No armature of {source} has arms: {listed}.", f"See one with --armature NAME. {looks[0][1].remedy}")
     if len(able) > 1:
         names = ", ".join(item.name for item in able)
         raise RigUnusable(f"{source} holds several characters: {names}.", "Choose one with --armature NAME.")

@@ -85,3 +85,17 @@ def set_image(settings: bpy.types.ImageFormatSettings, file_format: str = "PNG")
     if hasattr(settings, "media_type"):
         settings.media_type = "IMAGE"
     settings.file_format = file_format
+
+
+def stored(datablock, name: str):
+    """What an add-on keeps on a datablock or bone: its registered properties, else their plain data, else None.
+
+    Since 5.0 registered properties are kept apart from the user's own, out of sight where the add-on is not installed.
+    """
+    if (registered := getattr(datablock, name, None)) is not None:
+        return registered
+    if name in datablock:
+        return datablock[name]
+    if not hasattr(datablock, "bl_system_properties_get"):
+        return None
+    return (datablock.bl_system_properties_get() or {}).get(name)

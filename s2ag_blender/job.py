@@ -1,9 +1,10 @@
 """One take from motion to files: ``python -m s2ag.s2ag_blender.job JOB.json``, in a process of its own.
 
 The job is a JSON object: ``motions`` (``.npz`` paths; the last is the one shown), ``audio`` or null, ``character``,
-``gender``, ``armature``, ``start_frame``, ``fps`` or null, ``outputs``, ``engine`` or null, ``resolution`` or null,
-``percentage``, ``frame`` of a still or null. What happens is told as JSON lines on stdout: ``progress`` (stage, value 0..1),
-then one ``result`` or ``error`` (kind, message, remedy). Exit status 0, or 2 after an error.
+``gender``, ``armature``, ``map`` (a bone map's path) or null, ``start_frame``, ``fps`` or null, ``outputs``, ``engine`` or
+null, ``resolution`` or null, ``percentage``, ``frame`` of a still or null. What happens is told as JSON lines on stdout:
+``progress`` (stage, value 0..1), then one ``result`` or ``error`` (kind, message, remedy). Exit status 0, or 2 after an
+error.
 """
 
 import contextlib
@@ -36,6 +37,7 @@ class Job:
     character: str = "human"
     gender: str = "female"
     armature: str | None = None
+    map: str | None = None
     start_frame: int = 1
     fps: float | None = None
     engine: str | None = "workbench"
@@ -80,12 +82,12 @@ def main(arguments: list[str]) -> int:
     """Run the job file that ``arguments`` names; returns the exit status."""
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _end)
-    with _own_stdout() as write:
+    with own_stdout() as write:
         voice = Voice(write)
         try:
             if len(arguments) != 1:
                 raise UsageError("A job needs one argument.", "Name the job file.")
-            _require_bpy()
+            require_bpy()
             voice.say("result", **perform(Job.read(arguments[0]), voice))
         except S2agError as error:
             voice.say("error", kind=error.kind, message=error.message, remedy=error.remedy)
@@ -97,6 +99,7 @@ def perform(job: Job, voice: Voice) -> dict:
     """Do the job in this Blender, whose open file is lost; returns the ``result`` event's content. Raises S2agError."""
     import bpy
 
+    from ..rigs import maps
     from . import cast, render, stage
     from .sound import add_sound
 
@@ -105,10 +108,11 @@ def perform(job: Job, voice: Voice) -> dict:
     motions = [Motion.load(path) for path in job.motions]
     if not motions:
         raise UsageError("The job names no motion.", "Give at least one .npz file.")
+    mapping = maps.load(job.map) if job.map else None
     warnings: list[str] = []
     with voice.stage("character"):
         bpy.ops.wm.read_factory_settings(use_empty=True)
-        character, theirs = cast.summon(job.character, job.gender, job.armature)
+        character, theirs = cast.summon(job.character, job.gender, job.armature, mapping)
         scene = bpy.context.scene
         if any(Path(path).suffix.lower() in RENDERED for path in job.outputs):
             render.require_engine(job.engine, scene)
@@ -147,7 +151,7 @@ def _key(scene, character, motions, start: int, warnings: list) -> tuple[int, in
     from .apply import apply_motion
 
     for motion in motions:
-        apply_motion(character.armature, motion, start, scene=scene, report=warnings.append)
+        apply_motion(character.armature, motion, start, scene=scene, mapping=character.mapping, report=warnings.append)
     fps = scene.render.fps / scene.render.fps_base
     return start, start + max(int(np.ceil((len(motions[-1].directions) - 1) * fps / motions[-1].fps - 1e-6)), 1)
 
@@ -203,7 +207,7 @@ def _end(number, _frame) -> None:
     os._exit(128 + number)
 
 
-def _require_bpy() -> None:
+def require_bpy() -> None:
     try:
         import bpy  # noqa: F401
     except ImportError as error:
@@ -213,7 +217,7 @@ def _require_bpy() -> None:
 
 
 @contextlib.contextmanager
-def _own_stdout():
+def own_stdout():
     """Yield a function that writes to the real stdout; all else that is printed, Blender's own chatter too, goes to stderr."""
     sys.stdout.flush()
     real = os.dup(1)

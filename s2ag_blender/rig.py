@@ -9,21 +9,29 @@ import numpy as np
 from ..core.errors import RigUnusable
 from ..core.skeleton import EDGE_NAMES
 from ..rigs.detect import detect
-from ..rigs.plain import ARMS, Bones, Mapping, require_arms, spoken
+from ..rigs.detect import survey as detect_all
+from ..rigs.plain import ARMS, TWISTS, Bones, Finding, Mapping, require_arms, spoken
+from . import vrm
 
 _DRIVEN_BONE = re.compile(r'^pose\.bones\["((?:[^"\\]|\\.)*)"\]')
+
+_IDLE = ("LIMIT_", "COPY_LOCATION", "COPY_SCALE", "MAINTAIN_VOLUME", "FLOOR", "SHRINKWRAP", "FOLLOW_PATH")
+"""Beginnings of the types of constraints that do not turn a bone."""
 
 
 def read(armature: bpy.types.Object) -> Bones:
     """The bones of an armature object at rest, in armature space, in its own (parents first) order."""
     bones = list(armature.data.bones)
     rows = {bone.name: row for row, bone in enumerate(bones)}
+    posed = armature.pose.bones if armature.pose else ()  # a new armature has no pose yet
+    ruled = _driven_bones(armature).union(bone.name for bone in posed if any(map(_turns, bone.constraints)))
     return Bones(
         tuple(rows),
         np.array([rows[bone.parent.name] if bone.parent else -1 for bone in bones], int),
         np.array([bone.matrix_local for bone in bones], float).reshape(-1, 4, 4),
         np.array([bone.length for bone in bones], float),
         np.array([bone.use_inherit_rotation for bone in bones], bool),
+        np.array([name in ruled for name in rows], bool),
     )
 
 
@@ -42,13 +50,29 @@ def require_armature(armature: bpy.types.Object) -> None:
         )
 
 
+def survey(armature: bpy.types.Object, mapping: Mapping | None = None) -> tuple[Mapping, RigUnusable | None]:
+    """What is known of an armature, and why that is not enough, or None; changes and raises nothing."""
+    bones = read(armature)
+    if mapping is None:
+        mapping, refusal = detect_all(bones, f'Armature "{armature.name}"', vrm.humanoid(armature))
+        if refusal is not None:
+            return mapping, refusal
+    try:
+        return resolve_mapping(armature, bones, mapping), None
+    except RigUnusable as error:
+        known = set(bones.names)
+        strange = [replace(one, how="", note="no such bone") for one in mapping.findings if not known.issuperset(one.bones)]
+        named = {one.part: one for one in strange}
+        return replace(mapping, findings=tuple(named.get(one.part, one) for one in mapping.findings)), error
+
+
 def resolve_mapping(armature: bpy.types.Object, bones: Bones, mapping: Mapping | dict | None = None) -> Mapping:
     """The mapping to use: the given one (``{part: bone or bones}``) or the detected one, without bones that are locked.
 
     Its ``warnings`` tell of everything that keeps a part from moving as asked. Raises :class:`RigUnusable`.
     """
     if mapping is None:
-        mapping = detect(bones, f'Armature "{armature.name}"')
+        mapping = detect(bones, f'Armature "{armature.name}"', vrm.humanoid(armature))
     elif not isinstance(mapping, Mapping):
         chains = {part: (chain,) if isinstance(chain, str) else tuple(chain) for part, chain in mapping.items()}
         mapping = Mapping({part: chain for part, chain in chains.items() if chain})
@@ -62,39 +86,47 @@ def is_locked(bone: bpy.types.PoseBone) -> bool:
 
 
 def _without_locked(armature, mapping: Mapping) -> Mapping:
-    pose = armature.pose.bones
-    locked = [name for part in EDGE_NAMES for name in mapping.chains.get(part, ()) if is_locked(pose[name])]
+    pose, moved = armature.pose.bones, (*EDGE_NAMES, *TWISTS)
+    locked = [name for part in moved for name in mapping.chains.get(part, ()) if is_locked(pose[name])]
     if not locked:
         return mapping
     chains = {
         part: kept
         for part, chain in mapping.chains.items()
-        if (kept := chain if part not in EDGE_NAMES else tuple(name for name in chain if name not in locked))
+        if (kept := chain if part not in moved else tuple(name for name in chain if name not in locked))
     }
     lost = [part for part in ARMS if part not in chains]
     if lost:
         require_arms(chains, f'Armature "{armature.name}" with its locked bones left out')
-    warning = f"{_quoted(locked)}: rotation is locked, so it stays as it is."
-    return replace(mapping, chains=chains, warnings=(*mapping.warnings, warning))
+    findings = tuple(_unlocked(one, chains) if one.part in moved else one for one in mapping.findings)
+    warnings = (*mapping.warnings, f"{_quoted(locked)}: rotation is locked, so it stays as it is.")
+    return replace(mapping, chains=chains, warnings=warnings, findings=findings)
+
+
+def _unlocked(finding: Finding, chains: dict) -> Finding:
+    """The finding without bones that are no longer in ``chains``, which its note tells."""
+    kept = chains.get(finding.part, ())
+    if kept == finding.bones:
+        return finding
+    note = f"{_quoted([name for name in finding.bones if name not in kept])}: rotation is locked"
+    return replace(finding, bones=kept, how=finding.how if kept else "", note=note)
 
 
 def _obstacles(armature, mapping: Mapping) -> list[str]:
     pose = armature.pose.bones
-    moved = [name for part in EDGE_NAMES for name in mapping.chains.get(part, ())]
     warnings = []
     if armature.data.pose_position == "REST":
         warnings.append(f'Armature "{armature.name}" shows its rest position, so motion will not be seen.')
-    constrained = [name for name in moved if any(not c.mute and c.influence > 0 for c in pose[name].constraints)]
-    if constrained:
-        warnings.append(f"{_quoted(constrained)}: constraints may override the keys; choose the rig's controls instead.")
-    driven = sorted(_driven_bones(armature).intersection(moved))
-    if driven:
-        warnings.append(f"{_quoted(driven)}: drivers override the keys; choose the rig's controls instead.")
     for part in ARMS:
         partly = [name for name in mapping.chains[part] if any(pose[name].lock_rotation)]
         if partly:
             warnings.append(f"{_quoted(partly)}: {spoken(part)} cannot point everywhere, part of its rotation is locked.")
     return warnings
+
+
+def _turns(constraint) -> bool:
+    """Whether a constraint rules how its bone turns; limits only bound it, and some only move it."""
+    return not constraint.mute and constraint.influence > 0 and not constraint.type.startswith(_IDLE)
 
 
 def _driven_bones(armature) -> set[str]:

@@ -43,7 +43,7 @@ class Place:
         corners = [np.array(mesh.matrix_world) @ [*corner, 1] for mesh in character.meshes for corner in mesh.bound_box]
         every = np.array(corners)[:, :3] if corners else np.array(list(joints.values()))
         low, high = every.min(0), every.max(0)
-        chains = rig.resolve_mapping(armature, rig.read(armature)).chains
+        chains = rig.resolve_mapping(armature, rig.read(armature), character.mapping).chains
         left, right = (joints[chains[f"{side}_upper_arm"][0]] for side in ("left", "right"))
         facing = np.cross(left - right, [0.0, 0.0, 1.0])
         length = np.linalg.norm(facing)

@@ -5,8 +5,8 @@ import json
 import tempfile
 from pathlib import Path
 
-from ..errors import RigUnusable, UsageError
-from . import blender, outputs, performance
+from ...rigs import maps
+from . import blender, character, outputs, performance
 from .progress import Progress, note
 
 SUMMARY = "make a character gesture to a recording"
@@ -14,21 +14,14 @@ EXAMPLE = """examples:
   s2ag animate voice.mp3 --character human -o talk.mp4
   s2ag animate voice.wav --character hero.blend --armature Rig --style calm -o hero-talks.blend -o hero-talks.fbx"""
 SUFFIXES = (".blend", ".bvh", ".fbx", ".glb", ".mp4", ".png")
-CHARACTER_SUFFIXES = (".blend", ".fbx", ".glb", ".gltf")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     performance.add_options(parser)
     outputs.add_option(parser, SUFFIXES)
-    parser.add_argument(
-        "--character",
-        metavar="WHO",
-        default="human",
-        help="human, human:RIG, mannequin, or a .blend, .fbx or .glb file (default human)",
-    )
-    parser.add_argument("--gender", choices=("female", "male"), default="female", help="of the human (default female)")
-    parser.add_argument("--armature", metavar="NAME", help="which armature of the file gestures, if it has several")
+    parser.add_argument("--character", metavar="WHO", default="human", help=f"{character.WHO} (default human)")
+    character.add_options(parser)
     parser.add_argument("--start-frame", metavar="N", type=int, default=1, help="frame of the first key (default 1)")
     parser.add_argument("--fps", metavar="N", type=_rate, help="frames a second of the scene (default 24, or as in a .blend)")
     drawn = "renderer (default workbench, or the one set in a .blend)"
@@ -40,17 +33,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Synthesise here, then key, render and export each take in Blender."""
-    character = _character(options.character)
+    who = character.checked(options.character)
+    if options.map:
+        maps.load(options.map)  # complain now, not after the synthesis
     wanted = performance.request(options)
-    files = outputs.plan(options.outputs, SUFFIXES, wanted.takes, [*performance.inputs(options), Path(character)])
-    blender.command("job")  # complain now, not after the synthesis
+    inputs = [*performance.inputs(options), Path(who), *filter(None, [options.map])]
+    files = outputs.plan(options.outputs, SUFFIXES, wanted.takes, inputs)
+    blender.command("job")
     result = performance.perform(options, wanted)
     with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
         for take, (motion, paths) in enumerate(zip(result.motions, files, strict=True)):
             path = Path(folder) / f"{take}.npz"
             motion.save(path)
             job = Path(folder) / f"{take}.json"
-            job.write_text(json.dumps(_job(options, character, path, paths)), "utf-8")
+            job.write_text(json.dumps(_job(options, who, path, paths)), "utf-8")
             with Progress() as progress:
                 done = blender.run("job", str(job), progress=progress, talk="all" if options.verbose else "last")
             for warning in done.get("warnings", ()):
@@ -58,34 +54,21 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _job(options: argparse.Namespace, character: str, motion: Path, paths: list[Path]) -> dict:
+def _job(options: argparse.Namespace, who: str, motion: Path, paths: list[Path]) -> dict:
     """What Blender has to do for one take; all paths absolute."""
     return {
         "motions": [str(motion)],
         "audio": str(options.audio.absolute()),
-        "character": character,
+        "character": who,
         "gender": options.gender,
         "armature": options.armature,
+        "map": str(options.map.absolute()) if options.map else None,
         "start_frame": options.start_frame,
         "fps": options.fps,
         "outputs": [str(path.absolute()) for path in paths],
-        "engine": options.engine or (None if Path(character).suffix.lower() == ".blend" else "workbench"),
+        "engine": options.engine or (None if Path(who).suffix.lower() == ".blend" else "workbench"),
         "resolution": options.resolution,
     }
-
-
-def _character(name: str) -> str:
-    """The character as the job wants it; raises for a file that is missing or of an unknown kind."""
-    if name in ("human", "mannequin") or (name.startswith("human:") and not Path(name).suffix):
-        return name
-    path = Path(name).absolute()
-    if path.suffix.lower() not in CHARACTER_SUFFIXES:
-        raise UsageError(
-            f"There is no character {name!r}.", f"Use human, human:RIG, mannequin or a {', '.join(CHARACTER_SUFFIXES)} file."
-        )
-    if not path.is_file():
-        raise RigUnusable(f"The character file {name} does not exist.", "Check its path.")
-    return str(path)
 
 
 def _rate(text: str) -> float:

@@ -1,15 +1,16 @@
 import math
+from dataclasses import replace
 
 import bpy
 import numpy as np
 import pytest
 import rigging
-from bodies import ARM_EDGES, BACKWARDS, Y_UP, body, degrees, performance, turned_degrees
+from bodies import ARM_EDGES, BACKWARDS, Y_UP, Body, body, degrees, performance, turned_degrees
 from s2ag.core import skeleton
 from s2ag.core.errors import RigUnusable, UsageError
 from s2ag.core.motion import Motion
 from s2ag.rigs import quaternion
-from s2ag.rigs.retarget import NEUTRAL, Options, head_turn, torso_turn
+from s2ag.rigs.goals import NEUTRAL, Options, head_turn, torso_turn
 from s2ag.s2ag_blender import compat, keyframes
 from s2ag.s2ag_blender.apply import apply_motion, scene_fps
 
@@ -18,6 +19,8 @@ PAIRS = {
     for side in ("left", "right")
     for part, start, end in (("upper_arm", "upper", "fore"), ("forearm", "fore", "hand"))
 }
+EXACT = Options(clear_body=0.0, limits=False)
+"""Random performances go where no human does; here every direction must be reached."""
 MODES = ("QUATERNION", "XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", "AXIS_ANGLE")
 
 
@@ -39,7 +42,7 @@ def test_arms_of_the_evaluated_pose_point_where_the_motion_says(rest, frame, rec
     whole, motion = body(rest).turned(frame), Motion(performance(size=1.5))
     item = rigging.make_armature(whole, seed=3)
     item.rotation_euler, item.scale, item.location = (0.3, -0.4, 1.0), (0.01,) * 3, (1, 2, 3)
-    apply_motion(item, motion, 1, mapping=whole.chains)
+    apply_motion(item, motion, 1, mapping=whole.chains, options=EXACT)
     error = worst_arm_error(item, motion, frame)
     record_property("degrees", error)
     assert error < 0.01
@@ -51,7 +54,7 @@ def test_every_rotation_mode(mode):
     item = rigging.make_armature(whole)
     for bone in item.pose.bones:
         bone.rotation_mode = mode
-    action = apply_motion(item, motion, 1, mapping=whole.chains)
+    action = apply_motion(item, motion, 1, mapping=whole.chains, options=EXACT)
     assert worst_arm_error(item, motion) < 0.01
     assert {bone.rotation_mode for bone in item.pose.bones} == {mode}
     name = {"QUATERNION": "rotation_quaternion", "AXIS_ANGLE": "rotation_axis_angle"}.get(mode, "rotation_euler")
@@ -63,7 +66,7 @@ def test_mixed_modes_and_helper_bones_stay_without_keys():
     item = rigging.make_armature(whole)
     for bone, mode in zip(item.pose.bones, MODES * 3, strict=False):
         bone.rotation_mode = mode
-    action = apply_motion(item, motion, 1, mapping=whole.chains)
+    action = apply_motion(item, motion, 1, mapping=whole.chains, options=EXACT)
     assert worst_arm_error(item, motion) < 0.01
     keyed = {name for part, (name, *rest) in whole.chains.items() for name in (name, *rest) if not part.endswith("hand")}
     assert {curve.group.name for curve in compat.curves(action)} == keyed
@@ -72,7 +75,7 @@ def test_mixed_modes_and_helper_bones_stay_without_keys():
 def test_chest_and_head_turn_as_the_motion_departs_from_neutral(record_property):
     whole, motion = body("T"), Motion(performance())
     item = rigging.make_armature(whole)
-    apply_motion(item, motion, 1, mapping=whole.chains)
+    apply_motion(item, motion, 1, mapping=whole.chains, options=EXACT)
     moved, neutral = rigging.in_blender(rigging.scene_motion(motion)), rigging.in_blender(NEUTRAL)
     frames = range(0, len(moved), 11)
     for bone, turn in (("spine3", torso_turn), ("head", head_turn)):
@@ -85,7 +88,7 @@ def test_chest_and_head_turn_as_the_motion_departs_from_neutral(record_property)
 def test_clavicles_take_their_share_of_the_swing():
     whole, motion = body("T"), Motion(performance())
     item = rigging.make_armature(whole)
-    apply_motion(item, motion, 1, mapping=whole.chains, options=Options(clavicle=1.0))
+    apply_motion(item, motion, 1, mapping=whole.chains, options=replace(EXACT, clavicle=1.0))
     moved, neutral = rigging.in_blender(rigging.scene_motion(motion)), rigging.in_blender(NEUTRAL)
     frames = range(0, len(moved), 11)
     for edge, bone in ((3, "left_clavicle"), (6, "right_clavicle")):
@@ -117,7 +120,7 @@ def test_keys_are_linear_and_marked_as_generated():
 def test_a_key_every_few_frames_stays_close():
     whole, motion = body(), Motion(performance(60, size=0.3))
     item = rigging.make_armature(whole)
-    action = apply_motion(item, motion, 1, mapping=whole.chains, step=3)
+    action = apply_motion(item, motion, 1, mapping=whole.chains, step=3, options=EXACT)
     curve = compat.curves(action)[0]
     assert np.diff([point.co.x for point in curve.keyframe_points]).tolist() == [3] * (len(curve.keyframe_points) - 1)
     assert {point.interpolation for point in curve.keyframe_points} == {"BEZIER"}
@@ -129,7 +132,7 @@ def test_a_key_every_few_frames_stays_close():
 def test_one_frame():
     whole, motion = body(), Motion(performance(1))
     item = rigging.make_armature(whole)
-    action = apply_motion(item, motion, 5, mapping=whole.chains)
+    action = apply_motion(item, motion, 5, mapping=whole.chains, options=EXACT)
     assert tuple(action.frame_range) == (5, 5)
     assert all(len(curve.keyframe_points) == 1 for curve in compat.curves(action))
 
@@ -139,7 +142,7 @@ def test_names_with_quotes_and_other_alphabets():
     names = {"left_upper": 'upper "L" \\ arm', "left_fore": "左ひじ", "right_upper": "плечо.R", "head": "tête]"}
     item = rigging.make_armature(whole, rename=names)
     chains = {part: tuple(names.get(name, name) for name in chain) for part, chain in whole.chains.items()}
-    apply_motion(item, motion, 1, mapping=chains)
+    apply_motion(item, motion, 1, mapping=chains, options=EXACT)
     pairs = {"left_upper_arm": (names["left_upper"], names["left_fore"]), "left_forearm": (names["left_fore"], "left_hand")}
     found = rigging.directions(item, pairs, [1, 11, 21])
     wanted = rigging.scene_motion(motion)[[0, 10, 20]]
@@ -157,7 +160,7 @@ def test_nothing_else_changes():
     former = item.animation_data.action
     before = [np.array(item.matrix_world), {b.name: np.array(b.matrix_local) for b in item.data.bones}]
     keys = [[tuple(point.co) for point in curve.keyframe_points] for curve in compat.curves(former)]
-    action = apply_motion(item, motion, 1, mapping=whole.chains)
+    action = apply_motion(item, motion, 1, mapping=whole.chains, options=EXACT)
 
     assert item.animation_data.action == action != former
     assert former.use_fake_user
@@ -182,7 +185,7 @@ def test_as_an_nla_strip_the_active_action_stays():
     item = rigging.make_armature(whole)
     item.keyframe_insert("location", frame=1)
     former = item.animation_data.action
-    action = apply_motion(item, motion, 12, mapping=whole.chains, strip=True)
+    action = apply_motion(item, motion, 12, mapping=whole.chains, strip=True, options=EXACT)
     assert item.animation_data.action == former
     (track,) = item.animation_data.nla_tracks
     assert track.strips[0].action == action and track.strips[0].frame_start == 12
@@ -195,7 +198,7 @@ def test_as_an_nla_strip_the_active_action_stays():
 def test_again_makes_a_second_action():
     whole, motion = body(), Motion(performance(5))
     item = rigging.make_armature(whole)
-    first, second = (apply_motion(item, motion, mapping=whole.chains) for _ in range(2))
+    first, second = (apply_motion(item, motion, mapping=whole.chains, options=EXACT) for _ in range(2))
     assert first != second == item.animation_data.action and first.use_fake_user
 
 
@@ -210,7 +213,7 @@ def test_locked_channels_get_no_curves():
     pose["spine3"].lock_rotation = (False, False, True)
     pose["left_clavicle"].lock_rotations_4d = False
     pose["left_clavicle"].lock_rotation = (False, True, True)
-    action = apply_motion(item, motion, 1, mapping=whole.chains, report=told.append)
+    action = apply_motion(item, motion, 1, mapping=whole.chains, report=told.append, options=EXACT)
     keyed = {}
     for curve in compat.curves(action):
         keyed.setdefault(curve.group.name, []).append(curve.array_index)
@@ -230,23 +233,19 @@ def test_a_wholly_locked_arm_is_refused_and_a_partly_locked_one_told():
     whole, motion, told = body(), Motion(performance(5)), []
     item = rigging.make_armature(whole)
     item.pose.bones["left_fore"].lock_rotation = (True, False, True)
-    apply_motion(item, motion, mapping=whole.chains, report=told.append)
+    apply_motion(item, motion, mapping=whole.chains, report=told.append, options=EXACT)
     assert any("the left forearm cannot point everywhere" in sentence for sentence in told)
     item.pose.bones["left_fore"].lock_rotation = (True, True, True)
     with pytest.raises(RigUnusable, match="no bone for the left forearm"):
-        apply_motion(item, motion, mapping=whole.chains)
+        apply_motion(item, motion, mapping=whole.chains, options=EXACT)
 
 
-def test_constraints_drivers_and_rest_position_are_told():
+def test_rest_position_is_told():
     whole, motion, told = body(), Motion(performance(5)), []
     item = rigging.make_armature(whole)
-    item.pose.bones["left_fore"].constraints.new("LIMIT_ROTATION")
-    item.pose.bones["right_fore"].rotation_mode = "XYZ"
-    item.pose.bones["right_fore"].driver_add("rotation_euler", 0)
     item.data.pose_position = "REST"
     apply_motion(item, motion, mapping=whole.chains, report=told.append)
-    text = " ".join(told)
-    assert '"left_fore": constraints' in text and '"right_fore": drivers' in text and "rest position" in text
+    assert "rest position" in " ".join(told)
 
 
 def test_unusable_objects_are_refused_and_left_alone():
@@ -257,14 +256,15 @@ def test_unusable_objects_are_refused_and_left_alone():
         apply_motion(empty, motion)
     with pytest.raises(RigUnusable, match="not an armature"):
         apply_motion(None, motion)
-    with pytest.raises(RigUnusable, match="no bones that look like arms"):
-        apply_motion(item, motion)
+    trunk = Body({name: joint for name, joint in whole.joints.items() if "_" not in name}, {})
+    with pytest.raises(RigUnusable, match="arm"):
+        apply_motion(rigging.make_armature(trunk, "Post"), motion)
     with pytest.raises(UsageError):
-        apply_motion(item, motion, mapping=whole.chains, step=0)
+        apply_motion(item, motion, mapping=whole.chains, step=0, options=EXACT)
     bpy.context.view_layer.objects.active = item
     bpy.ops.object.mode_set(mode="EDIT")
     with pytest.raises(RigUnusable, match="edit mode"):
-        apply_motion(item, motion, mapping=whole.chains)
+        apply_motion(item, motion, mapping=whole.chains, options=EXACT)
     bpy.ops.object.mode_set(mode="OBJECT")
     assert len(bpy.data.actions) == 0 and item.animation_data is None
 
@@ -272,14 +272,14 @@ def test_unusable_objects_are_refused_and_left_alone():
 def test_tweak_mode_is_refused():
     whole, motion = body(), Motion(performance(5))
     item = rigging.make_armature(whole)
-    apply_motion(item, motion, mapping=whole.chains, strip=True)
+    apply_motion(item, motion, mapping=whole.chains, strip=True, options=EXACT)
     track = item.animation_data.nla_tracks[0]
     item.animation_data.nla_tracks.active, track.strips[0].select, track.select = track, True, True
     item.animation_data.use_tweak_mode = True
     if not item.animation_data.use_tweak_mode:
         pytest.skip("this Blender enters tweak mode only from the editor")
     with pytest.raises(RigUnusable, match="tweak mode"):
-        apply_motion(item, motion, mapping=whole.chains)
+        apply_motion(item, motion, mapping=whole.chains, options=EXACT)
 
 
 def test_linked_armatures_need_an_override_and_work_with_one(tmp_path):
@@ -291,10 +291,10 @@ def test_linked_armatures_need_an_override_and_work_with_one(tmp_path):
         target.objects = source.objects
     (linked,) = target.objects
     with pytest.raises(RigUnusable, match="library override"):
-        apply_motion(linked, motion, mapping=whole.chains)
+        apply_motion(linked, motion, mapping=whole.chains, options=EXACT)
     bpy.context.collection.objects.link(linked)
     item = linked.override_create(remap_local_usages=True)
-    apply_motion(item, motion, 1, mapping=whole.chains)
+    apply_motion(item, motion, 1, mapping=whole.chains, options=EXACT)
     assert worst_arm_error(item, motion) < 0.01
     saved = tmp_path / "scene.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(saved))
@@ -306,5 +306,5 @@ def test_an_object_scaled_unevenly_and_mirrored_keeps_its_own_left():
     whole, motion = body(), Motion(performance(20))
     item = rigging.make_armature(whole)
     item.scale, item.rotation_euler = (-1, 2, 0.5), (math.pi / 2, 0, 0.3)
-    apply_motion(item, motion, 1, mapping=whole.chains)
+    apply_motion(item, motion, 1, mapping=whole.chains, options=EXACT)
     assert worst_arm_error(item, motion) < 0.01

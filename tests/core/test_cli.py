@@ -258,7 +258,7 @@ def test_doctor_reports_every_part(capsys):
     assert all(check["remedy"] for check in report["checks"] if not check["ok"])
 
 
-@pytest.mark.parametrize("command", ["", "synth", "animate", "styles", "doctor"])
+@pytest.mark.parametrize("command", ["", "synth", "animate", "rig", "styles", "doctor"])
 def test_help_has_an_example(capsys, command):
     assert main([*command.split(), "--help"]) == 0
     assert f"  s2ag {command}".rstrip() in capsys.readouterr().out.split("example")[1]

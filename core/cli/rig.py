@@ -1,0 +1,53 @@
+"""``s2ag rig``: which bone of a character is which part of its body, as a table and as a map to edit."""
+
+import argparse
+import json
+import tempfile
+from pathlib import Path
+
+from ...rigs import maps
+from ..errors import RigUnusable
+from ..files import check_output
+from . import blender, character
+from .progress import note
+
+SUMMARY = "show which bones of a character would gesture"
+EXAMPLE = """examples:
+  s2ag rig hero.blend
+  s2ag rig hero.blend --save hero.json     then edit hero.json, and
+  s2ag rig hero.blend --map hero.json      checks it, as does
+  s2ag animate voice.mp3 --character hero.blend --map hero.json -o talk.mp4"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add this command's options."""
+    parser.add_argument("character", metavar="CHARACTER", help=character.WHO)
+    character.add_options(parser)
+    parser.add_argument("--save", metavar="FILE", type=Path, help="write what was found as a bone map (JSON)")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the table of joints, save the map, and fail where an arm is missing."""
+    job = {
+        "character": character.checked(options.character),
+        "gender": options.gender,
+        "armature": options.armature,
+        "map": str(options.map.absolute()) if options.map else None,
+    }
+    if options.map:
+        maps.load(options.map)
+    if options.save:
+        check_output(options.save)
+    with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
+        path = Path(folder) / "survey.json"
+        path.write_text(json.dumps(job), "utf-8")
+        told = blender.run("survey", str(path))
+    print(f"{told['armature']}: {told['family']}, {told['bones']} bones\n\n{told['table']}")
+    for warning in told["warnings"]:
+        note(warning)
+    if options.save:
+        maps.save(options.save, maps.parse(told["map"]), told["armature"])
+        note(f"{options.save} holds what was found.")
+    if told["refusal"]:
+        raise RigUnusable(told["refusal"]["message"], told["refusal"]["remedy"])
+    return 0

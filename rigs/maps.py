@@ -1,0 +1,154 @@
+"""Bone maps as JSON files that people read, edit and share, and findings as a table.
+
+A map names the bones of each part, lowest first; ``[]`` leaves a part at rest::
+
+    {
+      "map": 1,
+      "armature": "Hero",
+      "family": "mixamo",
+      "hips": ["Hips"],
+      "torso": ["Spine", "Spine1", "Spine2"],
+      "left_upper_arm": ["LeftArm"],
+      "switches": [{"bone": "Hand_IK.L", "path": "[\"ik_fk\"]", "value": 1.0}]
+    }
+
+``armature``, ``family`` and ``comment`` are for people; ``switches`` are set while the rig gestures.
+"""
+
+import json
+import unicodedata
+from difflib import get_close_matches
+from os import PathLike
+from pathlib import Path
+
+from ..core.errors import RigUnusable
+from ..core.files import whole_file
+from .detect import ROWS
+from .family import Switch
+from .plain import Finding, Mapping, spoken
+
+VERSION = 1
+NOTES = ("armature", "family", "comment")
+REMEDY = "s2ag rig CHARACTER --save map.json writes a map to start from."
+
+
+def load(path: str | PathLike) -> Mapping:
+    """Read a map. Raises :class:`RigUnusable` with the first thing that is wrong with the file."""
+    path = Path(path)
+    try:
+        text = path.read_text("utf-8-sig")
+    except FileNotFoundError:
+        raise RigUnusable(f"The bone map {path} does not exist.", f"Check its path; {REMEDY}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise RigUnusable(f"The bone map {path} cannot be read: {error}.", "Save it as a text file in UTF-8.") from error
+    try:
+        data = json.loads(text, object_pairs_hook=_once)
+    except json.JSONDecodeError as error:
+        where = f"line {error.lineno}, column {error.colno}"
+        raise RigUnusable(f"The bone map {path} is no JSON: {error.msg} at {where}.", "Correct that line.") from error
+    except ValueError as error:
+        raise RigUnusable(f"The bone map {path} names {error} twice.", "Keep one of the two lines.") from error
+    return parse(data, f"The bone map {path}")
+
+
+def save(path: str | PathLike, mapping: Mapping, armature: str = "") -> None:
+    """Write a map that :func:`load` reads again, whole or not at all; parts without bones are ``[]``.
+
+    Raises :class:`OutputUnwritable`.
+    """
+    with whole_file(path) as temporary:
+        temporary.write_text(dump(mapping, armature), "utf-8")
+
+
+def dump(mapping: Mapping, armature: str = "") -> str:
+    """A map as JSON text, one part a line."""
+    chains = {"hips": (mapping.hips,) if mapping.hips else ()} | mapping.chains
+    shown = [row for row in (*ROWS, "crown") if row in chains or row in _ALWAYS]
+    switches = [{"bone": one.bone, "path": one.path, "value": one.value} for one in mapping.switches]
+    entries = {"map": VERSION, "armature": armature, "family": mapping.family}
+    entries |= {row: list(chains.get(row, ())) for row in shown}
+    lines = [f"  {json.dumps(key)}: {json.dumps(value, ensure_ascii=False)}" for key, value in entries.items()]
+    if switches:
+        rows = ",\n".join(f"    {json.dumps(switch, ensure_ascii=False)}" for switch in switches)
+        lines.append(f'  "switches": [\n{rows}\n  ]')
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def parse(data: object, where: str = "The bone map") -> Mapping:
+    """The mapping that a map's JSON describes. Raises :class:`RigUnusable` with the first thing that is wrong."""
+    if not isinstance(data, dict):
+        raise RigUnusable(f"{where} is no JSON object of parts and bones.", REMEDY)
+    if data.get("map", VERSION) != VERSION:
+        raise RigUnusable(f"{where} is of version {data['map']!r}.", f"This program reads version {VERSION}.")
+    allowed = ("map", *NOTES, *ROWS, "crown", "switches")
+    for key in data:
+        if key not in allowed:
+            near = get_close_matches(key, allowed, 1)
+            hint = f'Did you mean "{near[0]}"?' if near else f"Use: {', '.join((*ROWS, 'crown'))}."
+            raise RigUnusable(f'{where} has a part "{key}", which no body has.', hint)
+    chains = {row: _chain(data[row], row, where) for row in (*ROWS, "crown") if row in data}
+    chains = {row: chain for row, chain in chains.items() if chain}
+    owners: dict[str, str] = {}
+    for row, name in ((row, name) for row, chain in chains.items() for name in chain):
+        if name in owners:
+            raise RigUnusable(f'{where} uses "{name}" for {spoken(owners[name])} and {spoken(row)}.', "Keep it in one part.")
+        owners[name] = row
+    hips = chains.pop("hips", ())
+    if len(hips) > 1:
+        raise RigUnusable(f"{where} names {len(hips)} bones for the hips.", "Name one.")
+    findings = [Finding(row, chains.get(row, hips if row == "hips" else ()), "map") for row in ROWS]
+    findings = [one if one.bones else Finding(one.part, note="left out by the map") for one in findings]
+    findings = tuple(one for one in findings if one.bones or one.part in _ALWAYS)
+    switches = _switches(data.get("switches", []), where)
+    family = data.get("family") or "own mapping"
+    if not isinstance(family, str):
+        raise RigUnusable(f"{where} has a family that is no text.", "Remove the line.")
+    return Mapping(chains, family, "".join(hips), switches=switches, findings=findings)
+
+
+def table(mapping: Mapping) -> str:
+    """What was found for every part as lines of text: part, bones, how, and a note."""
+    rows = [("PART", "BONES", "FOUND BY", "")]
+    for one in mapping.findings:
+        rows.append((one.part.replace("_", " "), ", ".join(one.bones) or "-", one.how or "missing", one.note))
+    widths = [max(_width(row[column]) for row in rows) for column in range(3)]
+    return "\n".join(
+        "  ".join(cell + " " * (wide - _width(cell)) for cell, wide in zip(row, [*widths, 0], strict=True)).rstrip()
+        for row in rows
+    )
+
+
+_ALWAYS = frozenset(row for row in ROWS if not row.endswith("_twist"))
+
+
+def _once(pairs: list[tuple[str, object]]) -> dict:
+    """An object of JSON; of two equal keys Python would silently keep the last."""
+    found: dict = {}
+    for key, value in pairs:
+        if key in found:
+            raise ValueError(json.dumps(key, ensure_ascii=False))
+        found[key] = value
+    return found
+
+
+def _chain(value: object, row: str, where: str) -> tuple[str, ...]:
+    """A bone or a list of bones; nothing for null, "" and []."""
+    chain = [value] if isinstance(value, str) else value
+    if chain is None:
+        return ()
+    if not isinstance(chain, list) or not all(isinstance(name, str) for name in chain):
+        raise RigUnusable(f"{where} has no bone names for {spoken(row)}.", 'Write a list, as in ["Spine", "Spine1"], or [].')
+    return tuple(name for name in chain if name)
+
+
+def _switches(value: object, where: str) -> tuple[Switch, ...]:
+    try:
+        return tuple(Switch(str(entry["bone"]), str(entry["path"]), float(entry["value"])) for entry in value)
+    except (TypeError, KeyError, ValueError):
+        remedy = 'Write them as [{"bone": "Hand_IK", "path": "[\\"ik_fk\\"]", "value": 1.0}].'
+        raise RigUnusable(f"{where} has switches without bone, path and value.", remedy) from None
+
+
+def _width(text: str) -> int:
+    """Columns that a text takes on a terminal: two for Chinese, Japanese and Korean letters."""
+    return sum(1 + (unicodedata.east_asian_width(letter) in "WF") for letter in text)
