@@ -42,23 +42,49 @@ def apply_motion(
         raise UsageError(f"A key every {step} frames is not possible.", "Use a whole number of at least 1.")
     rig.require_armature(armature)
     scene = scene or bpy.context.scene
-    bones = rig.read(armature)
-    mapping = rig.resolve_mapping(armature, bones, mapping)
-    for warning in mapping.warnings:
-        (report or _LOG.warning)(warning)
-
     start = scene.frame_start if start_frame is None else start_frame
-    offsets, directions, rate = at_scene_frames(motion, scene_fps(scene), int(step))
-    rotations = solve(bones, mapping, directions, rate, options)
+    frames, rotations = pose_keys(
+        armature, motion, start, scene=scene, mapping=mapping, options=options, step=int(step), report=report
+    )
     interpolation = "LINEAR" if step == 1 else "BEZIER"
     name = name or f"{armature.name} gesture"
-    action, slot = keyframes.write_action(name, armature, rotations, start + offsets, interpolation)
+    action, slot = keyframes.write_action(name, armature, rotations, frames, interpolation)
     keyframes.stamp(action, motion.meta)
     if strip:
         _push(armature, action, slot, int(start))
     else:
         _activate(armature, action, slot)
     return action
+
+
+def pose_keys(
+    armature: bpy.types.Object,
+    motion: Motion,
+    start: float,
+    *,
+    scene: bpy.types.Scene,
+    mapping: Mapping | dict | None = None,
+    options: Options | None = None,
+    step: int = 1,
+    first: float = -np.inf,
+    last: float = np.inf,
+    report: Callable[[str], None] | None = None,
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Scene frames ``(keys,)`` and rotations ``{bone: (keys, 4)}`` at them for ``motion`` starting at frame ``start``.
+
+    Only frames from ``first`` to ``last`` are made. Changes nothing. Raises :class:`RigUnusable` for an unusable rig and
+    :class:`UsageError` where the motion has no frame in that range.
+    """
+    bones = rig.read(armature)
+    mapping = rig.resolve_mapping(armature, bones, mapping)
+    for warning in mapping.warnings:
+        (report or _LOG.warning)(warning)
+    offsets, directions, rate = at_scene_frames(motion, scene_fps(scene), step)
+    frames = start + offsets
+    inside = (frames >= first) & (frames <= last)
+    if not inside.any():
+        raise UsageError("The recording has no frame in the chosen range.", "Choose another range or start frame.")
+    return frames[inside], solve(bones, mapping, directions[inside], rate, options)
 
 
 def scene_fps(scene: bpy.types.Scene) -> float:

@@ -17,6 +17,41 @@ def new_action(name: str, datablock: bpy.types.ID):
     return action, slot, strip.channelbag(slot, ensure=True)
 
 
+def copy_action(action: bpy.types.Action, slot, name: str):
+    """A copy of an action under a new name, as :func:`new_action` gives one: ``(action, slot or None, bag)``.
+
+    The slot of the copy is the one of the same identifier; without one that has curves, it gets one of its own.
+    """
+    copy = action.copy()
+    copy.name = name
+    copy.asset_clear()
+    if not hasattr(copy, "slots"):
+        return copy, None, copy
+    twin = copy.slots.get(slot.identifier) if slot is not None else None
+    twin = twin or copy.slots.new(id_type="OBJECT", name="Gestures")
+    layer = copy.layers[0] if copy.layers else copy.layers.new("Layer")
+    strip = layer.strips[0] if layer.strips else layer.strips.new(type="KEYFRAME")
+    return copy, twin, strip.channelbag(twin, ensure=True)
+
+
+def bag(action: bpy.types.Action):
+    """What holds the curves and groups of an action that this package made."""
+    if not hasattr(action, "slots"):
+        return action
+    return action.layers[0].strips[0].channelbag(action.slots[0], ensure=True)
+
+
+def first_slot(action: bpy.types.Action, name: str = ""):
+    """The slot of an action for the object called ``name``, else its first; None where there are none."""
+    slots = getattr(action, "slots", ())
+    return next((slot for slot in slots if slot.name_display == name), slots[0] if slots else None)
+
+
+def active_slot(datablock: bpy.types.ID):
+    """The slot that ``datablock`` plays of its active action, or None."""
+    return getattr(datablock.animation_data, "action_slot", None)
+
+
 def assign_action(datablock: bpy.types.ID, action: bpy.types.Action, slot=None) -> None:
     """Make ``action`` the active action of ``datablock``, through ``slot`` where there are slots."""
     animation = datablock.animation_data_create()
@@ -48,6 +83,20 @@ def curves(action: bpy.types.Action, slot=None) -> list:
 def sequencer_strips(editor):
     """The top-level strips of a sequence editor."""
     return editor.strips if hasattr(editor, "strips") else editor.sequences
+
+
+def sound_strips(scene: bpy.types.Scene) -> list:
+    """All sound strips of a scene's sequencer, also those within meta strips; none without a sequencer."""
+    editor = scene.sequence_editor
+    if editor is None:
+        return []
+    strips = editor.strips_all if hasattr(editor, "strips_all") else editor.sequences_all
+    return [strip for strip in strips if strip.type == "SOUND"]
+
+
+def visible_start(strip) -> float:
+    """The scene frame of a strip's first visible frame."""
+    return strip.left_handle if hasattr(strip, "left_handle") else strip.frame_final_start
 
 
 def strip_start(strip) -> float:
