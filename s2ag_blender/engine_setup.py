@@ -23,8 +23,8 @@ from .client import module_command
 
 PYTHONS = (3, 11), (3, 14)
 """First version of Python that the engine's packages are made for, first that they are not."""
-SPACE = 1.5e9
-"""Bytes that the environment needs, at least; with CUDA it is several times as much."""
+SPACE = 2e9
+"""Bytes that the environment and its making need; with CUDA it is several times as much."""
 CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 """Where PyTorch's builds without CUDA are, which are a tenth in size and all that the engine uses."""
 STALE = 3600.0
