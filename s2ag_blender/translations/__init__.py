@@ -1,0 +1,36 @@
+"""The extension's words in other languages, given to Blender, which picks by the language of the preferences."""
+
+import bpy
+
+from ...core.errors import S2agError
+from . import de_de
+
+_NAME = "s2ag"
+LANGUAGES = {"de_DE": de_de.TABLE}
+"""Locale -> table of a whole language: ``{message: translation}``."""
+
+
+def told(text: str, **values) -> str:
+    """A sentence for the user in the user's language; ``values`` fill its ``{names}``."""
+    text = bpy.app.translations.pgettext_rpt(text)
+    return text.format(**values) if values else text
+
+
+def told_error(error: S2agError) -> str:
+    """An error and its remedy in one line, in the user's language."""
+    return f"{told(error.message)} {told(error.remedy)}".strip()
+
+
+def register() -> None:
+    """Give every table to Blender."""
+    tables = {}
+    for locale, table in LANGUAGES.items():
+        # Names of operators have a context of their own in Blender.
+        pairs = {(context, message): text for message, text in table.items() for context in ("*", "Operator")}
+        tables[locale] = pairs
+    bpy.app.translations.register(_NAME, tables)
+
+
+def unregister() -> None:
+    """Take the tables back."""
+    bpy.app.translations.unregister(_NAME)

@@ -1,0 +1,3 @@
+"""German."""
+
+TABLE: dict[str, str] = {}
