@@ -1,6 +1,7 @@
 """What the panel offers to choose from: styles of the checkpoint, sound strips of the scene."""
 
 import functools
+import textwrap
 from pathlib import Path
 
 import bpy
@@ -13,6 +14,7 @@ from . import compat
 WRITTEN = "__written__"
 """Stands for a style that is neither a name nor random, such as a blend written by hand."""
 NOBODY = "__nobody__"
+"""Stands for no second style."""
 
 
 def style_names(checkpoint: str = "") -> list[str]:
@@ -50,15 +52,26 @@ def description(settings) -> str:
 def expression(settings) -> str:
     """The style to ask the engine for: what is written, with the second style blended in where there is one."""
     first, share = settings.style, round(settings.style_mix, 4)
-    if not blends(settings) or not share:
+    if not (settings.style_second and share and can_blend(settings)):
         return first
     first = first or _default(settings.checkpoint)
     return f"{first}:{1 - share:g}+{settings.style_second}:{share:g}"
 
 
-def blends(settings) -> bool:
-    """Whether a second style is blended in: only a single named style can be."""
-    return bool(settings.style_second) and settings.style != RANDOM and not set(settings.style) & set(":+")
+def is_written(settings) -> bool:
+    """Whether the style is an expression rather than a name."""
+    return bool(set(settings.style) & set(":+"))
+
+
+def can_blend(settings) -> bool:
+    """Whether a second style may be blended in: only a single named style can be."""
+    return settings.style != RANDOM and not is_written(settings)
+
+
+@functools.lru_cache(maxsize=32)
+def wrapped(text: str, width: int = 44) -> list[str]:
+    """A sentence in lines that fit the sidebar."""
+    return textwrap.wrap(text, width)
 
 
 def style_items(settings, context) -> list:
@@ -99,7 +112,7 @@ def set_style(settings, number: int) -> None:
     names = [*style_names(settings.checkpoint), RANDOM]
     if number < len(names):
         settings.style = names[number]
-    elif not set(settings.style) & set(":+"):
+    elif not is_written(settings):
         settings.style = f"{settings.style or _default(settings.checkpoint)}:1"
 
 
@@ -122,6 +135,13 @@ def search_styles(settings, context, text: str) -> list[str]:
 def search_strips(settings, context, text: str) -> list[str]:
     """Names of the scene's sound strips that contain ``text``."""
     return [strip.name for strip in compat.sound_strips(context.scene) if text.lower() in strip.name.lower()]
+
+
+def search_bones(item, context, text: str) -> list[str]:
+    """What the field of a part may become: what is written up to the last comma, and any bone's name after it."""
+    before, comma, last = text.rpartition(",")
+    names = [bone.name for bone in item.id_data.data.bones if last.strip().lower() in bone.name.lower()]
+    return [f"{before}{comma} {name}".strip() for name in names[:50]]
 
 
 def live_switched(context) -> None:

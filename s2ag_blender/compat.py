@@ -34,11 +34,21 @@ def copy_action(action: bpy.types.Action, slot, name: str):
     return copy, twin, strip.channelbag(twin, ensure=True)
 
 
-def bag(action: bpy.types.Action):
-    """What holds the curves and groups of an action that this package made."""
+def bag(action: bpy.types.Action, slot=None):
+    """What holds the curves and groups of an action's slot (of its first one, if None)."""
     if not hasattr(action, "slots"):
         return action
-    return action.layers[0].strips[0].channelbag(action.slots[0], ensure=True)
+    return action.layers[0].strips[0].channelbag(slot or action.slots[0], ensure=True)
+
+
+def slot_name(slot) -> str:
+    """What a slot is found again by; empty where there are no slots."""
+    return slot.identifier if slot is not None else ""
+
+
+def find_slot(action: bpy.types.Action, name: str):
+    """The slot of an action that :func:`slot_name` told of, or None."""
+    return action.slots.get(name) if name and hasattr(action, "slots") else None
 
 
 def first_slot(action: bpy.types.Action, name: str = ""):

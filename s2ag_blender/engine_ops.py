@@ -15,11 +15,10 @@ def set_up(context, plan: engine_setup.Plan | None = None, progress=None) -> dic
     """
     run = begin(context, plan)
     try:
-        found = run.wait(progress)
+        return run.wait(progress)
     finally:
         STATE.work = None
-    _finished(run)
-    return found
+        _finished(run)
 
 
 def begin(context, plan: engine_setup.Plan | None = None) -> engine_run.Setup:

@@ -1,9 +1,11 @@
 """The work on the engine's environment while it runs: polled, never waited for, ended at once when cancelled."""
 
 import contextlib
+import itertools
 import json
 import os
 import queue
+import shutil
 import signal
 import subprocess
 import threading
@@ -18,7 +20,9 @@ from .engine_setup import Plan, SetupFailed
 PAUSE = 0.05
 """Seconds between looks while waiting."""
 LOGS = 10
-"""Logs that are kept."""
+"""Logs of a kind that are kept."""
+FULL = 1e7
+"""Bytes below which a disk counts as full when something failed."""
 
 _CHECK = "Try the engine"
 
@@ -202,7 +206,9 @@ class Setup:
             self._finish(read_facts(list(self._said)))
             return
         if self._program.code:
-            raise SetupFailed(*engine_pip.explain(list(self._said), self.plan.source))
+            # What makes the environment keeps the reason to itself.
+            full = ["No space left on device"] if shutil.disk_usage(self.plan.environment).free < FULL else []
+            raise SetupFailed(*engine_pip.explain([*full, *self._said], self.plan.source))
         self._said.clear()
         self._steps.pop(0)
         self.stage, self.value, self.line = (self._listener.stage if len(self._steps) == 2 else _CHECK), 0.0, ""
@@ -267,5 +273,5 @@ def new_log(folder: Path, kind: str) -> Path:
     for old in sorted(folder.glob(f"{kind}-*.log"))[: 1 - LOGS]:
         old.unlink(missing_ok=True)
     stem = f"{kind}-{time.strftime('%Y%m%d-%H%M%S')}"
-    taken = len(list(folder.glob(f"{stem}*.log")))
-    return folder / (f"{stem}-{taken}.log" if taken else f"{stem}.log")
+    names = (folder / f"{stem}{f'-{number}' if number else ''}.log" for number in itertools.count())
+    return next(name for name in names if not name.exists())

@@ -63,7 +63,8 @@ def write_action(
     Curves are grouped by bone and marked as generated; nothing is assigned yet.
     """
     action, slot, bag = compat.new_action(name, armature)
-    write_channels(bag, [channels(armature.pose.bones[bone], values) for bone, values in rotations.items()], frames, interpolation)
+    keyed = [channels(armature.pose.bones[bone], values) for bone, values in rotations.items()]
+    write_channels(bag, keyed, frames, interpolation)
     set_range(action, frames)
     return action, slot
 

@@ -31,6 +31,11 @@ def _switched(settings, context) -> None:
     takes.show(settings.id_data)
 
 
+def _kept(take, context) -> None:
+    if take.action is not None and take.keep:
+        take.action.use_fake_user = True
+
+
 def _remapped(item, context) -> None:
     from . import readiness
 
@@ -55,6 +60,8 @@ class S2AG_BoneChoice(bpy.types.PropertyGroup):
     bones: bpy.props.StringProperty(
         name="Bones",
         description="Bones that carry this part, from the lowest to the highest, with commas between; empty leaves it out",
+        search=choices.search_bones,
+        search_options={"SUGGESTION"},
         override=EDITABLE,
         update=_remapped,
     )
@@ -65,7 +72,7 @@ class S2AG_Take(bpy.types.PropertyGroup):
 
     action: bpy.props.PointerProperty(type=bpy.types.Action, name="Action", override=EDITABLE)
     keep: bpy.props.BoolProperty(
-        name="Keep", description="Spare this take when the others are deleted", override=EDITABLE
+        name="Keep", description="Spare this take when the others are deleted", override=EDITABLE, update=_kept
     )
     run: bpy.props.IntProperty(description="Takes of one press of the button share this number", override=EDITABLE)
 
@@ -265,7 +272,12 @@ class S2AG_Settings(bpy.types.PropertyGroup):
     clavicle_strength: _share("Clavicles", "How much the shoulders take part", 0.6, update=_changed)
     palms: _share("Palms", "How far forearms turn the palms inwards and down", 0.4, 1.0, update=_changed)
     key_step: bpy.props.IntProperty(
-        name="Key Every", description="Frames between keys; more are easier to edit", default=1, min=1, max=12, override=EDITABLE
+        name="Key Every",
+        description="Frames between keys; more are easier to edit",
+        default=1,
+        min=1,
+        max=12,
+        override=EDITABLE,
     )
     parts: bpy.props.EnumProperty(
         name="Parts",

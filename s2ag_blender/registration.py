@@ -2,7 +2,21 @@
 
 import bpy
 
-from . import command, drop, engine_ops, operators, panel, preferences, presets, properties, translations
+from . import (
+    command,
+    drop,
+    engine_ops,
+    gesture,
+    handlers,
+    operators,
+    panel,
+    preferences,
+    presets,
+    properties,
+    subpanels,
+    take_ops,
+    translations,
+)
 
 CLASSES = (
     preferences.S2AG_Preferences,
@@ -14,12 +28,18 @@ CLASSES = (
     operators.S2AG_OT_cancel,
     operators.S2AG_OT_add_human,
     operators.S2AG_OT_add_mannequin,
+    operators.S2AG_OT_remove_markers,
+    operators.S2AG_OT_edit_bone_map,
+    operators.S2AG_OT_reset_bone_map,
+    operators.S2AG_OT_export,
+    *take_ops.CLASSES,
     panel.S2AG_PT_gestures,
+    *subpanels.CLASSES,
     *engine_ops.CLASSES,
     *presets.CLASSES,
     *drop.CLASSES,
 )
-SYSTEMS = (translations, presets, command)
+SYSTEMS = (translations, presets, command, handlers)
 """Modules with parts of Blender that are no classes: tables of words, folders of presets, commands."""
 
 
@@ -27,7 +47,8 @@ def register():
     """Register every class and the per-character settings."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    bpy.types.Object.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Settings)
+    bpy.types.Object.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Settings, override={"LIBRARY_OVERRIDABLE"})
+    bpy.types.WindowManager.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Session)
     bpy.types.VIEW3D_MT_armature_add.append(panel.draw_add_menu)
     for system in SYSTEMS:
         system.register()
@@ -36,10 +57,11 @@ def register():
 def unregister():
     """Undo :func:`register` and stop the engine."""
     engine_ops.stop()
-    operators.stop_engine()
     for system in reversed(SYSTEMS):
         system.unregister()
+    gesture.stop_engine()
     bpy.types.VIEW3D_MT_armature_add.remove(panel.draw_add_menu)
+    del bpy.types.WindowManager.s2ag
     del bpy.types.Object.s2ag
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
