@@ -127,8 +127,7 @@ def _idle(cls) -> bool:
 
 
 class S2AG_OT_engine_setup(_EngineWork, bpy.types.Operator):
-    """Make a Python environment for the engine in the extension's own folder, with the command shown below. An environment
-    that is there is replaced when the new one works"""
+    """Make the engine's Python environment in the extension's folder with the command shown; a former one goes once it works"""
 
     bl_idname = "s2ag.engine_setup"
     bl_label = "Set Up Engine"

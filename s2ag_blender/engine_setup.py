@@ -14,7 +14,6 @@ import subprocess
 import sys
 import threading
 import time
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -106,6 +105,8 @@ class Plan:
 
 def requirements() -> list[str]:
     """What the engine needs, as pyproject.toml says it."""
+    import tomllib  # not at the start of every Blender
+
     project = tomllib.loads((_ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     return project["dependencies"] + project["optional-dependencies"]["engine"]
 
@@ -189,15 +190,17 @@ def discard(path: Path) -> None:
     shutil.rmtree(path, ignore_errors=True)
 
 
-def tidy(folder: Path, keep: Path) -> None:
-    """Delete other environments than ``keep``, in a thread of its own; one that another Blender is making is left alone."""
+def tidy(folder: Path, keep: Path) -> threading.Thread:
+    """Delete other environments than ``keep``, in the thread that is returned; one that another Blender makes is left alone."""
 
     def work():
         for path in _environments(folder):
             if path != keep and ((path / "engine.json").is_file() or time.time() - _worked_on(path) > STALE):
                 discard(path)
 
-    threading.Thread(target=work, name="s2ag tidy").start()
+    thread = threading.Thread(target=work, name="s2ag tidy")
+    thread.start()
+    return thread
 
 
 def clean_environment(place: Path, wheels: Path | None) -> dict:
@@ -244,7 +247,9 @@ def _number(path: Path) -> int:
 
 
 def _worked_on(path: Path) -> float:
-    try:
-        return (path / "building").stat().st_mtime
-    except OSError:
-        return 0.0
+    """When a half-made environment was last seen growing; the one who makes it touches ``building``."""
+    times = [0.0]
+    for place in (path, path / "building"):
+        with contextlib.suppress(OSError):
+            times.append(place.stat().st_mtime)
+    return max(times)

@@ -1,13 +1,15 @@
 """The extension's words in other languages, given to Blender, which picks by the language of the preferences."""
 
+import json
+from pathlib import Path
+
 import bpy
 
 from ...core.errors import S2agError
-from . import de_de
 
 _NAME = "s2ag"
-LANGUAGES = {"de_DE": de_de.TABLE}
-"""Locale -> table of a whole language: ``{message: translation}``."""
+LANGUAGES = {path.stem: json.loads(path.read_text("utf-8")) for path in Path(__file__).parent.glob("*.json")}
+"""Locale -> table of a whole language: ``{message: translation}``, a JSON file each."""
 
 
 def told(text: str, **values) -> str:

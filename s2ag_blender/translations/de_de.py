@@ -1,3 +1,0 @@
-"""German."""
-
-TABLE: dict[str, str] = {}
