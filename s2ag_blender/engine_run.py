@@ -124,6 +124,8 @@ class Setup:
         self._said: deque[str] = deque(maxlen=200)
         self._looked = 0.0
         self._temporary = plan.environment / "temporary"
+        self.cleaner: threading.Thread | None = None
+        """Deletes what is of no more use, once the set-up ended."""
         try:
             (plan.environment.parent / "logs").mkdir(parents=True, exist_ok=True)
             self.log = new_log(plan.environment.parent / "logs", "setup")
@@ -226,7 +228,7 @@ class Setup:
         self._write("The engine works.")
         self._log.close()
         self.result = facts
-        engine_setup.tidy(place.parent, keep=place)
+        self.cleaner = engine_setup.tidy(place.parent, keep=place)
 
     def _fail(self, error: Exception) -> None:
         if isinstance(error, OSError):

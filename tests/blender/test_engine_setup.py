@@ -99,12 +99,11 @@ def test_repair_replaces_it_only_when_the_new_one_works(extension, model, packag
     assert bpy.ops.s2ag.open_log() == {"FINISHED"}
     assert "No matching distribution" in bpy.data.texts[told.value.log.name].as_string()
 
-    second = made(extension, packages)
+    setup = engine_run.Setup(engine_setup.plan(extension, wheels=str(packages)))
+    setup.wait()
+    second = engine_setup.environment(extension)
     assert second.folder != first.folder
-    for _ in range(100):
-        if not first.folder.exists():
-            break
-        time.sleep(0.05)
+    setup.cleaner.join()
     assert not first.folder.exists() and engine_setup.environment(extension).folder == second.folder
 
 
