@@ -23,14 +23,10 @@ FAILED, INTERRUPTED = 2, 130
 
 def main(arguments: list[str]) -> int:
     """Run a verb and return its exit code: 0, 2 after an error that was told in one sentence, 130 after Ctrl-C."""
-    # Blender's own handler would set a flag that nobody here looks at.
-    former = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        if arguments[:1] == ["setup"]:
-            return _setup(arguments[1:])
-        if not arguments or arguments[0] in ("-h", "--help"):
-            print("In Blender also: s2ag setup, which makes the engine's Python environment (s2ag setup --help)\n", flush=True)
-        return _verb(arguments or ["--help"])
+        # Blender's own handler would set a flag that nobody here looks at.
+        with _handling(signal.SIGINT, signal.default_int_handler):
+            return _run(arguments)
     except S2agError as error:
         _say(str(error) if not isinstance(error, Cancelled) else "cancelled.")
         return FAILED
@@ -39,8 +35,24 @@ def main(arguments: list[str]) -> int:
         return INTERRUPTED
     except SystemExit as leaving:  # --help and wrong options
         return int(leaving.code or 0)
+
+
+def _run(arguments: list[str]) -> int:
+    if arguments[:1] == ["setup"]:
+        return _setup(arguments[1:])
+    if not arguments or arguments[0] in ("-h", "--help"):
+        print("In Blender also: s2ag setup, which makes the engine's Python environment (s2ag setup --help)\n", flush=True)
+    return _verb(arguments or ["--help"])
+
+
+@contextlib.contextmanager
+def _handling(number: int, handler):
+    """Handle a signal differently for a while."""
+    former = signal.signal(number, handler)
+    try:
+        yield
     finally:
-        signal.signal(signal.SIGINT, former)
+        signal.signal(number, signal.SIG_DFL if former is None else former)  # Blender's is not Python's to give back
 
 
 def _verb(arguments: list[str]) -> int:
@@ -50,13 +62,10 @@ def _verb(arguments: list[str]) -> int:
     if bpy.app.binary_path:
         variables["S2AG_BLENDER"] = bpy.app.binary_path
     process = subprocess.Popen([python, "-P", str(_ENTRY), "--", "core.cli.main", *arguments], env=variables)
-    former = signal.signal(signal.SIGTERM, lambda *_: process.terminate())
-    try:
+    with _handling(signal.SIGTERM, lambda *_: process.terminate()):
         while True:
             with contextlib.suppress(KeyboardInterrupt):
                 return process.wait()
-    finally:
-        signal.signal(signal.SIGTERM, former)
 
 
 def _setup(arguments: list[str]) -> int:

@@ -52,9 +52,10 @@ _MISSING = re.compile(r"No matching distribution found for (\S+)")
 
 @dataclass
 class Listener:
-    """Follows pip's lines: ``stage`` for people, ``file`` and ``size`` of what is being fetched, ``packages`` to install."""
+    """Follows pip's lines: ``stage`` for people with its ``names``, ``file`` and ``size`` of what is fetched, ``packages``."""
 
     stage: str = "Look for packages"
+    names: dict = field(default_factory=dict)
     file: str = ""
     size: float = 0.0
     packages: list[str] = field(default_factory=list)
@@ -65,9 +66,9 @@ class Listener:
             self.file, number, unit = found.groups()
             self.size = float(number) * _UNITS[unit.lower()] if number else 0.0
             if not self.file.endswith(".metadata"):
-                self.stage = f"Fetch {package(self.file)}"
+                self.stage, self.names = "Fetch {package}", {"package": package(self.file)}
         elif found := _INSTALL.match(line):
-            self.stage, self.file = "Install packages", ""
+            self.stage, self.names, self.file = "Install packages", {}, ""
             self.packages = [name.strip() for name in found.group(1).split(",")]
 
     def value(self, temporary: Path, installed: Path) -> float:

@@ -80,7 +80,7 @@ class Check:
     """Asks an interpreter what it has for the engine; ``result`` are the facts once :meth:`poll` returned True."""
 
     def __init__(self, python: str | os.PathLike):
-        self.stage, self.value, self.line = _CHECK, 0.0, ""
+        self.stage, self.names, self.value, self.line = _CHECK, {}, 0.0, ""
         self.result: dict | None = None
         self.error: S2agError | None = None
         self._said: deque[str] = deque(maxlen=40)
@@ -109,15 +109,15 @@ class Check:
 
 
 class Setup:
-    """Makes the environment of a :class:`Plan`. ``stage``, ``value`` (0..1 within it) and ``line`` are current after
-    :meth:`poll`; when that returned True, ``result`` has the facts of a working engine or ``error`` says why not.
+    """Makes the environment of a :class:`Plan`. ``stage`` with its ``names``, ``value`` (0..1 within it) and ``line`` are current
+    after :meth:`poll`; when that returned True, ``result`` has the facts of a working engine or ``error`` says why not.
 
     Raises :class:`SetupFailed` at once where the folder cannot be written to.
     """
 
     def __init__(self, plan: Plan):
         self.plan = plan
-        self.stage, self.value, self.line = "Make the environment", 0.0, ""
+        self.stage, self.names, self.value, self.line = "Make the environment", {}, 0.0, ""
         self.result: dict | None = None
         self.error: S2agError | None = None
         self._listener = engine_pip.Listener()
@@ -165,7 +165,7 @@ class Setup:
         try:
             while not self.poll():
                 if progress:
-                    progress(self.stage, self.value)
+                    progress(self.stage.format(**self.names), self.value)
                 time.sleep(PAUSE)
         except BaseException:
             self.cancel()
@@ -200,8 +200,11 @@ class Setup:
         (self.plan.environment / "building").touch()
         if filling:
             packages = next(self.plan.environment.glob("[Ll]ib/**/site-packages"), self.plan.environment)
-            self.stage = self._listener.stage
-            self.value = self._listener.value(self._temporary, packages)
+            value = self._listener.value(self._temporary, packages)
+            stage = self._listener.stage, self._listener.names
+            # pip moves folders about while it installs, but for people there is only forward.
+            self.value = max(value, self.value) if stage == (self.stage, self.names) else value
+            self.stage, self.names = stage
 
     def _end_step(self) -> None:
         if len(self._steps) == 1:
@@ -213,7 +216,8 @@ class Setup:
             raise SetupFailed(*engine_pip.explain([*full, *self._said], self.plan.source))
         self._said.clear()
         self._steps.pop(0)
-        self.stage, self.value, self.line = (self._listener.stage if len(self._steps) == 2 else _CHECK), 0.0, ""
+        self.stage, self.names = (self._listener.stage if len(self._steps) == 2 else _CHECK), {}
+        self.value, self.line = 0.0, ""
         self._begin()
 
     def _finish(self, facts: dict) -> None:

@@ -234,7 +234,7 @@ def _row(column, name: str, value: str) -> None:
 
 def _draw_work(layout) -> None:
     row = layout.row(align=True)
-    row.progress(factor=STATE.work.value, text=told(STATE.work.stage))
+    row.progress(factor=STATE.work.value, text=told(STATE.work.stage, **STATE.work.names))
     row.operator("s2ag.engine_cancel", text="", icon="X")
     layout.label(text=STATE.work.line[:_WIDTH], translate=False)
 

@@ -255,9 +255,9 @@ def test_stages_follow_pip():
     heard = engine_pip.Listener()
     heard.hear("Collecting torch<2.14,>=2.4")
     heard.hear("  Downloading torch-2.13.0-cp311-cp311-manylinux_2_28_x86_64.whl (196.0 MB)")
-    assert (heard.stage, heard.size) == ("Fetch torch 2.13.0", 196e6)
+    assert (heard.stage.format(**heard.names), heard.size) == ("Fetch torch 2.13.0", 196e6)
     heard.hear("  Downloading numpy-2.4.6-cp311-cp311-manylinux.whl.metadata (60 kB)")
-    assert heard.stage == "Fetch torch 2.13.0"
+    assert heard.names == {"package": "torch 2.13.0"}
     heard.hear("Installing collected packages: mpmath, torch")
     assert heard.stage == "Install packages" and heard.packages == ["mpmath", "torch"]
 

@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 import string
 from pathlib import Path
 
@@ -14,10 +15,11 @@ from s2ag.s2ag_blender import registration, translations
 FOLDER = Path(__file__).resolve().parents[2] / "s2ag_blender"
 PRESETS = FOLDER.parent / "presets"
 SHOWN = {"text", "heading"}
-TOLD = {"told": 0, "pgettext_rpt": 0, "pgettext_iface": 0}
+TOLD = {"told": 0, "_row": 1, "pgettext_rpt": 0, "pgettext_iface": 0}
 REFUSED = {"report": 1, "poll_message_set": 0}
 """Calls whose text Blender does not translate by itself, with the place of the text among the arguments."""
-NAMES = {"S2AG", "PyTorch", "Checkpoint", "Version", "Dominance", "Name", "Start", "Registry"}
+SENTENCE = re.compile(r"[A-Z][a-z']+ [\w'{}-]+ .*[^.;,(]$")
+NAMES = {"S2AG", "PyTorch", "Version", "Take", "Takes", "Wheels", "BVH", "FBX", "GLB"}
 """What may be the same in German."""
 
 
@@ -80,6 +82,10 @@ def properties(cls):
     return [rna.properties[name] for name in declared if not rna.properties[name].is_hidden]
 
 
+def described(cls):
+    return getattr(bpy.ops.s2ag, cls.bl_idname.partition(".")[2]).get_rna_type().description
+
+
 def texts_of_classes():
     """Labels, descriptions, tabs and properties with their choices."""
     for cls in registration.CLASSES:
@@ -87,7 +93,7 @@ def texts_of_classes():
             yield getattr(cls, "bl_label", "")
             yield getattr(cls, "bl_category", "")
             if issubclass(cls, bpy.types.Operator):
-                yield cls.bl_rna.description
+                yield described(cls)
         for prop in properties(cls):
             yield from (prop.name if prop.name != prop.identifier else "", prop.description)
             if prop.type == "ENUM":
@@ -95,8 +101,28 @@ def texts_of_classes():
                     yield from (item.name, item.description)
 
 
+def texts_of_reasons():
+    """Sentences that functions return or keep under a name, to be told by their callers, and the names of stages."""
+    for _, tree in trees():
+        for node in ast.walk(tree):
+            if isinstance(node, (ast.Return, ast.Assign)) and node.value is not None:
+                yield from (text for text in literals(node.value) if SENTENCE.match(text))
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+            if any(ast.unparse(target).endswith("stage") for target in targets):
+                yield from literals(node.value)
+            if isinstance(node, ast.Assign) and isinstance(node.value, ast.Tuple):
+                parts = node.targets[0].elts if isinstance(node.targets[0], ast.Tuple) else node.value.elts
+                for target, value in zip(parts, node.value.elts, strict=False):
+                    if ast.unparse(target).endswith("stage"):
+                        yield from literals(value)
+    engine = ast.parse((FOLDER.parent / "core" / "synthesis.py").read_text("utf-8"))
+    for node in ast.walk(engine):
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("self.stage", "self.progress") and node.args:
+            yield from literals(node.args[0])
+
+
 def wanted():
-    found = {*texts_of_calls(), *texts_of_classes()}
+    found = {*texts_of_calls(), *texts_of_classes(), *texts_of_reasons()}
     found |= {bpy.path.display_name(path.name, title_case=False) for path in PRESETS.rglob("*.py")}
     return {text for text in found if any(letter.isalpha() for letter in text)}
 
@@ -131,7 +157,7 @@ def test_the_scan_sees_what_is_there(extension):
 
 def test_descriptions_are_one_line_without_a_full_stop(extension):
     for cls in registration.CLASSES:
-        texts = [cls.bl_rna.description] if issubclass(cls, bpy.types.Operator) else []
+        texts = [described(cls)] if issubclass(cls, bpy.types.Operator) else []
         texts += [prop.description for prop in properties(cls)]
         for text in texts:
             assert "\n" not in text and not text.endswith("."), f"{cls.__name__}: {text!r}"
