@@ -68,8 +68,9 @@ class S2AG_BoneChoice(bpy.types.PropertyGroup):
 
 
 class S2AG_Take(bpy.types.PropertyGroup):
-    """One take of a character; all else about it stands on its action."""
+    """One take of a character; all else about it stands on its action. ``name`` is its number, never used twice."""
 
+    title: bpy.props.StringProperty(name="Title", description="What this take is called", override=EDITABLE)
     action: bpy.props.PointerProperty(type=bpy.types.Action, name="Action", override=EDITABLE)
     keep: bpy.props.BoolProperty(
         name="Keep", description="Spare this take when the others are deleted", override=EDITABLE, update=_kept

@@ -30,10 +30,10 @@ class S2AG_UL_takes(bpy.types.UIList):
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
         row = layout.row(align=True)
         if item.action is None:
-            row.label(text=item.name, icon="ERROR", translate=False)
+            row.label(text=item.title, icon="ERROR", translate=False)
             row.label(text="Its action is gone")
             return
-        row.prop(item, "name", text="", emboss=False, icon="ACTION")
+        row.prop(item, "title", text="", emboss=False, icon="ACTION")
         row.prop(item, "keep", text="", emboss=False, icon="FAKE_USER_ON" if item.keep else "FAKE_USER_OFF")
 
 

@@ -10,9 +10,10 @@ def add(armature: bpy.types.Object, actions: list[bpy.types.Action]) -> None:
     settings = armature.s2ag
     run = 1 + max((take.run for take in settings.takes), default=0)
     first = len(settings.takes)
-    for action in actions:
+    for number, action in enumerate(actions):
         take = settings.takes.add()
-        take.name, take.action, take.run = title(action), action, run
+        # A library override finds its own items again by their names, so no two may have the same.
+        take.name, take.title, take.action, take.run = f"{run}.{number}", title(action), action, run
     settings.active_take = first  # shows it
 
 
