@@ -115,6 +115,7 @@ class _EngineWork:
     def _refuse(self, error: S2agError):
         STATE.error = error
         errors_log.save(error)
+        _redraw()
         self.report({"ERROR"}, told_error(error))
         return {"CANCELLED"}
 

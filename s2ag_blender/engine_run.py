@@ -109,8 +109,8 @@ class Check:
 
 
 class Setup:
-    """Makes the environment of a :class:`Plan`. ``stage`` with its ``names``, ``value`` (0..1 within it) and ``line`` are current
-    after :meth:`poll`; when that returned True, ``result`` has the facts of a working engine or ``error`` says why not.
+    """Makes the environment of a :class:`Plan`. ``stage`` with its ``names``, ``value`` (0..1 within it) and ``line`` are
+    current after :meth:`poll`; when that returned True, ``result`` has the facts of a working engine or ``error`` says why not.
 
     Raises :class:`SetupFailed` at once where the folder cannot be written to.
     """

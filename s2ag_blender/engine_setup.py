@@ -169,10 +169,10 @@ def find_python(named: str = "", check: bool = True) -> str:
     for candidate in filter(None, map(shutil.which, names)):
         if not check or not _fault(candidate):
             return candidate
+    version = ".".join(map(str, sys.version_info[:2]))
+    because = f"; Blender's own is {version}." if own else ", and Blender's own cannot make environments."
     raise SetupFailed(
-        f"No Python from 3.11 to 3.13 is here; Blender's own is {'.'.join(map(str, sys.version_info[:2]))}"
-        f"{'' if own else ' and cannot make environments'}.",
-        "Install one (with venv), or choose it in the preferences.",
+        f"No Python from 3.11 to 3.13 is here{because}", "Install one (with venv), or choose it in the preferences."
     )
 
 

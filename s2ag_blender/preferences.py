@@ -223,11 +223,11 @@ def _draw_found(column) -> None:
     _row(column, "Checkpoint", f"{known.get('checkpoint', '')}  {known.get('hash', '')[:12]}")
     _row(column, "Device", known.get("device", ""))
     if own:
-        _row(column, "Made", f"{known.get('made', '')}, {known.get('source', '')}")
+        _row(column, "Made", f"{made.facts.get('made', '')}, {made.facts.get('source', '')}")
 
 
 def _row(column, name: str, value: str) -> None:
-    row = column.split(factor=0.2)
+    row = column.split(factor=0.25)
     row.label(text=name)
     row.label(text=value, translate=False)
 
@@ -242,7 +242,8 @@ def _draw_work(layout) -> None:
 def _draw_error(layout) -> None:
     box = layout.box().column(align=True)
     _wrapped(box, told_error(STATE.error), icon="ERROR")
-    box.operator("s2ag.open_log", icon="TEXT")
+    if getattr(STATE.error, "log", None):
+        box.operator("s2ag.open_log", icon="TEXT")
 
 
 def _wrapped(column, text: str, icon: str = "NONE") -> None:

@@ -8,6 +8,7 @@ from bl_ui.utils import PresetPanel
 
 from .translations import told
 
+LABEL = "Gesture Presets"
 FOLDER = "s2ag/character"
 """Below ``presets`` in every place where Blender looks for presets."""
 CHARACTER = "person = bpy.context.object"
@@ -57,7 +58,7 @@ class S2AG_OT_preset_add(AddPresetBase, bpy.types.Operator):
 
 
 class S2AG_PT_presets(PresetPanel, bpy.types.Panel):
-    bl_label = "Gesture Presets"
+    bl_label = LABEL
     preset_subdir = FOLDER
     preset_operator = "script.execute_preset"
     preset_add_operator = "s2ag.preset_add"
@@ -68,6 +69,7 @@ CLASSES = (S2AG_OT_preset_add, S2AG_PT_presets)
 
 def register() -> None:
     """Let Blender find the shipped presets."""
+    S2AG_PT_presets.bl_label = LABEL  # Blender makes it the name of the last preset that was used
     bpy.utils.register_preset_path(_ROOT)
 
 

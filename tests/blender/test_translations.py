@@ -10,7 +10,7 @@ import bpy
 import pytest
 import s2ag
 from s2ag.core import errors
-from s2ag.s2ag_blender import registration, translations
+from s2ag.s2ag_blender import engine_pip, registration, translations
 
 FOLDER = Path(__file__).resolve().parents[2] / "s2ag_blender"
 PRESETS = FOLDER.parent / "presets"
@@ -148,6 +148,57 @@ def test_translations_keep_their_places_and_differ(locale):
         assert places(text) == places(translated), text
         assert translated.strip() and (translated != text or text in NAMES), text
         assert text.endswith(".") == translated.endswith("."), text
+
+
+def template(node):
+    """An error's text as the table has it: a hole for each name or number."""
+    if isinstance(node, ast.JoinedStr):
+        return ["".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)]
+    if isinstance(node, ast.IfExp):
+        return template(node.body) + template(node.orelse)
+    return literals(node)
+
+
+def texts_of_errors():
+    """Message and remedy of every error that can reach Blender."""
+    kinds = {name for name, value in vars(errors).items() if isinstance(value, type) and issubclass(value, errors.S2agError)}
+    for path in (path for folder in ("core", "rigs", "s2ag_blender") for path in (FOLDER.parent / folder).rglob("*.py")):
+        if {"cli", "corpus", "train", "evaluate", "model", "job.py", "vectors_build.py"} & set(path.parts):
+            continue  # these run in other processes, for other people
+        tree = ast.parse(path.read_text("utf-8"))
+        named = {}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+                named.setdefault(node.targets[0].id, []).extend(template(node.value))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in kinds | {
+                "SetupFailed",
+                "cls",
+                "_lose",
+            }:
+                for argument in node.args[:2]:
+                    yield from named.get(argument.id, []) if isinstance(argument, ast.Name) else template(argument)
+    for _, message, remedy in engine_pip._FAULTS:
+        yield from (message, remedy)
+
+
+@pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
+def test_every_error_has_a_translation(locale):
+    said = {text for text in texts_of_errors() if sum(letter.isalpha() for letter in text) > 7}
+    table = translations.errors(locale)
+    missing = sorted(said - set(table))
+    assert not missing, "\n" + json.dumps(missing, indent=1, ensure_ascii=False)
+    for text, translated in table.items():
+        assert text.count("{}") == translated.count("{}") and text.endswith(".") == translated.endswith("."), text
+
+
+def test_errors_are_told_in_german_with_their_names():
+    told = translations.sentence("de_DE", "The recording /a {b} c.wav does not exist.")
+    assert told == "Die Aufnahme /a {b} c.wav gibt es nicht."
+    assert translations.sentence("de_DE", "Nobody thought of this.") == "Nobody thought of this."
+    message, remedy = engine_pip.explain(["ERROR: No matching distribution found for av>=12"], "the package registry")
+    assert translations.sentence("de_DE", message).startswith("av>=12 gibt es")
+    assert translations.sentence("de_DE", remedy) != remedy
 
 
 def test_the_scan_sees_what_is_there(extension):
