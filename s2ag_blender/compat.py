@@ -2,6 +2,9 @@
 
 import bpy
 
+RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
+"""Options of a path property that may start with "//"."""
+
 
 def new_action(name: str, datablock: bpy.types.ID):
     """A new action for ``datablock`` and what its curves and groups go into: ``(action, slot or None, bag)``.

@@ -14,7 +14,23 @@ from ..core.errors import AudioUnreadable, S2agError, UsageError
 from ..core.motion import Motion
 from ..rigs.plain import PARTS as BODY_PARTS
 from ..rigs.retarget import Options
-from . import apply, compat, gesture, keyframes, layers, markers, mixing, posing, readiness, recall, rig, sound, sources, takes
+from . import (
+    apply,
+    choices,
+    compat,
+    gesture,
+    keyframes,
+    layers,
+    markers,
+    mixing,
+    posing,
+    readiness,
+    recall,
+    rig,
+    sound,
+    sources,
+    takes,
+)
 from .translations import told
 
 _PARTS = {
@@ -55,6 +71,7 @@ class Plan:
     options: Options = field(default_factory=Options)
     pose: dict[str, np.ndarray] = field(default_factory=dict)
     draft: bool = False
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -86,6 +103,7 @@ def plan(
     voice = sources.voice(settings, scene)
     params = {**gesture.request(settings, voice.path), **({"takes": 1} if draft else {}), **changes}
     params = {name: value for name, value in params.items() if value is not None}
+    warnings = _without_controls(params, settings)
     mapping = readiness.chosen(settings)
     bones = rig.read(armature)
     resolved = rig.resolve_mapping(armature, bones, mapping)
@@ -104,7 +122,16 @@ def plan(
         options(settings),
         pose,
         draft,
+        warnings,
     )
+
+
+def _without_controls(params: dict, settings) -> tuple[str, ...]:
+    """Take sliders that the checkpoint does not know from the engine's parameters; tells if any was set."""
+    if choices.control_names(settings.checkpoint):
+        return ()
+    asked = [*params.pop("affect", {}).values(), params.pop("rate", 0), params.pop("hand", 0)]
+    return (told("This checkpoint has intensity only: the other sliders were left out."),) if any(asked) else ()
 
 
 def options(settings) -> Options:
@@ -132,7 +159,7 @@ def finish(planned: Plan, result: dict) -> Outcome:
         raise S2agError(f"The character {planned.armature.name} is gone.", "Nothing was changed.")
     scene = planned.scene.find(bpy.data.scenes) or bpy.context.scene
     rig.require_armature(armature)
-    warnings = list(result.get("warnings", ()))
+    warnings = [*planned.warnings, *result.get("warnings", ())]
     laying = _Laying(planned, armature, scene, warnings.append)
     known = {action.name for action in bpy.data.actions}
     try:

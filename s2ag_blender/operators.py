@@ -14,13 +14,13 @@ def obstacle(context) -> str:
     """Why no gestures can be made now, as a short phrase; empty if they can."""
     armature = character(context)
     if armature is None:
-        return "Select a character's armature"
+        return told("Select a character's armature")
     if session.run_of(armature) is not None:
-        return "Gestures are being made for this character"
+        return told("Gestures are being made for this character")
     if armature.library is not None:
-        return "The character is linked: make a library override of it first"
+        return told("The character is linked: make a library override of it first")
     if armature.mode == "EDIT":
-        return "Leave edit mode first"
+        return told("Leave edit mode first")
     ready = readiness.known(armature)
     if ready is not None and ready.problem:
         return ready.problem
@@ -37,7 +37,7 @@ class S2AG_OT_generate(Generating, bpy.types.Operator):
     def poll(cls, context):
         reason = obstacle(context)
         if reason:
-            cls.poll_message_set(told(reason))
+            cls.poll_message_set(reason)
         return not reason
 
 

@@ -71,7 +71,7 @@ def draw_voice(layout, settings, scene) -> None:
             column.label(text=told("The only strip: {name}", name=strip.name), icon="SOUND")
     reason = sources.missing(settings, scene)
     if reason and not (settings.audio_source == "FILE" and not settings.audio):
-        column.label(text=told(reason), icon="INFO")
+        column.label(text=reason, icon="INFO", translate=False)
 
 
 def draw_words(layout, settings, scene) -> None:

@@ -3,7 +3,7 @@
 import bpy
 
 from ..core.styles import EXPLAINED
-from . import choices
+from . import choices, compat
 from .choices import control_names, style_names
 
 __all__ = ["S2AG_BoneChoice", "S2AG_Session", "S2AG_Settings", "S2AG_Take", "control_names", "style_names"]
@@ -75,7 +75,7 @@ class S2AG_Take(bpy.types.PropertyGroup):
     keep: bpy.props.BoolProperty(
         name="Keep", description="Spare this take when the others are deleted", override=EDITABLE, update=_kept
     )
-    run: bpy.props.IntProperty(description="Takes of one press of the button share this number", override=EDITABLE)
+    run: bpy.props.IntProperty(options={"HIDDEN"}, override=EDITABLE)  # takes of one press of the button share it
 
 
 class S2AG_Session(bpy.types.PropertyGroup):
@@ -103,7 +103,11 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         override=EDITABLE,
     )
     audio: bpy.props.StringProperty(
-        name="Recording", description="Voice recording, in any common format", subtype="FILE_PATH", override=EDITABLE
+        name="Recording",
+        description="Voice recording, in any common format",
+        subtype="FILE_PATH",
+        options=compat.RELATIVE,
+        override=EDITABLE,
     )
     sound_strip: bpy.props.StringProperty(
         name="Sound Strip",
@@ -126,6 +130,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         name="Transcript",
         description="Words of the recording: a .txt, or a .json of [word, start, end]; if empty, the .txt beside the recording",
         subtype="FILE_PATH",
+        options=compat.RELATIVE,
         override=EDITABLE,
     )
     transcript_block: bpy.props.PointerProperty(
@@ -293,6 +298,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         name="Checkpoint",
         description="Another network to gesture with; empty for the one that comes with the extension",
         subtype="FILE_PATH",
+        options=compat.RELATIVE,
         override=EDITABLE,
     )
     bone_map: bpy.props.CollectionProperty(

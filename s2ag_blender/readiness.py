@@ -8,6 +8,7 @@ from ..core.errors import S2agError
 from ..core.skeleton import EDGE_NAMES
 from ..rigs.plain import ARMS
 from . import rig
+from .translations import told
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ def _look(armature) -> Readiness:
 
 
 def _without(part: str) -> str:
-    return "needed" if part in ARMS else "stays as it is"
+    return told("needed") if part in ARMS else told("stays as it is")
 
 
 def _catch_up() -> None:

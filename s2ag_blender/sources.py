@@ -8,6 +8,7 @@ import bpy
 
 from ..core.errors import AudioUnreadable, UsageError
 from . import compat
+from .translations import told
 
 _FRESH = 2.0
 """Seconds for which the panel trusts what it saw on disk."""
@@ -58,17 +59,19 @@ def voice(settings, scene: bpy.types.Scene) -> Voice:
 def missing(settings, scene: bpy.types.Scene) -> str:
     """What must be chosen before gestures can be made, as a short phrase; empty if all is there. Cheap enough to draw."""
     if settings.audio_source == "FILE" and not settings.audio:
-        return "Choose a recording"
+        return told("Choose a recording")
     if settings.audio_source == "STRIP" and not compat.sound_strips(scene):
-        return "The sequencer has no sound strip"
+        return told("The sequencer has no sound strip")
     if settings.audio_source == "STRIP" and chosen_strip(settings, scene) is None:
-        return "Choose a sound strip"
+        return told("Choose a sound strip")
     if settings.audio_source == "MIXDOWN" and not compat.sound_strips(scene):
-        return "The sequencer has nothing to hear"
+        return told("The sequencer has nothing to hear")
     if settings.range == "PREVIEW" and not scene.use_preview_range:
-        return "The scene has no preview range"
+        return told("The scene has no preview range")
     if settings.range == "STRIP" and chosen_strip(settings, scene) is None:
-        return "The recording is not in the sequencer" if settings.audio_source == "FILE" else "Choose a sound strip"
+        if settings.audio_source == "FILE":
+            return told("The recording is not in the sequencer")
+        return told("Choose a sound strip")
     return ""
 
 

@@ -100,7 +100,7 @@ class S2AG_PT_bone_map(_Below, bpy.types.Panel):
             for found in ready.rows:
                 row = column.row()
                 row.label(text=told(readiness.label(found.part)), icon="CHECKMARK" if found.found else "REMOVE")
-                row.label(text=", ".join(found.bones) or told(found.note), translate=False)
+                row.label(text=", ".join(found.bones) or found.note, translate=False)
         for warning in ready.warnings if ready is not None else ():
             layout.label(text=told(warning), icon="ERROR")
         row = layout.row(align=True)

@@ -7,8 +7,6 @@ from .operators import obstacle
 from .running import Generating, character
 from .translations import told
 
-_NO_TAKE = "Select a take in the list"
-
 
 def _selected(context):
     """The character and its selected take; None where there is none."""
@@ -25,7 +23,7 @@ class _OnTake:
     def poll(cls, context):
         if _selected(context)[1] is not None:
             return True
-        cls.poll_message_set(told(_NO_TAKE))
+        cls.poll_message_set(told("Select a take in the list"))
         return False
 
 
@@ -35,11 +33,11 @@ class _MoreTakes(Generating):
     @classmethod
     def poll(cls, context):
         armature, take = _selected(context)
-        reason = obstacle(context) if armature is None or take is not None else _NO_TAKE
+        reason = obstacle(context) if armature is None or take is not None else told("Select a take in the list")
         if not reason and keyframes.provenance(take.action) is None:
-            reason = "Nothing is known of how this take was made"
+            reason = told("Nothing is known of how this take was made")
         if reason:
-            cls.poll_message_set(told(reason))
+            cls.poll_message_set(reason)
         return not reason
 
 
@@ -85,9 +83,9 @@ class S2AG_OT_style_grid(Generating, bpy.types.Operator):
     def poll(cls, context):
         reason = obstacle(context)
         if not reason and len(choices.style_names(character(context).s2ag.checkpoint)) < 2:
-            reason = "This checkpoint has one style only"
+            reason = told("This checkpoint has one style only")
         if reason:
-            cls.poll_message_set(told(reason))
+            cls.poll_message_set(reason)
         return not reason
 
     def planned(self, context, armature):
@@ -142,7 +140,8 @@ class S2AG_OT_recall_take(_OnTake, bpy.types.Operator):
     def poll(cls, context):
         _, take = _selected(context)
         if take is None or "settings" not in (keyframes.provenance(take.action) or {}):
-            cls.poll_message_set(told(_NO_TAKE if take is None else "Nothing is known of how this take was made"))
+            nothing = told("Nothing is known of how this take was made")
+            cls.poll_message_set(told("Select a take in the list") if take is None else nothing)
             return False
         return True
 

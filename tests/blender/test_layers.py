@@ -10,7 +10,6 @@ from s2ag.rigs import quaternion
 from s2ag.s2ag_blender import generate, layers, mixing, posing, rig
 
 
-
 @pytest.fixture
 def actor(figure, voice):
     """A mannequin with a recording of three seconds, from frame 10 on."""

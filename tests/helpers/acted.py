@@ -53,6 +53,24 @@ def animate(armature, bones, frames=(1, 40), turn=0.4, name="walk"):
     return action
 
 
+def overridden(armature, folder):
+    """The character linked from a file into an empty one, as a library override; its armature is active."""
+    library = str(folder / "library.blend")
+    collection = bpy.data.collections.new("Figure")
+    bpy.context.scene.collection.children.link(collection)
+    for item in [armature, *armature.children]:
+        collection.objects.link(item)
+    bpy.data.libraries.write(library, {collection}, fake_user=True)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    with bpy.data.libraries.load(library, link=True) as (_, wanted):
+        wanted.collections = ["Figure"]
+    bpy.context.scene.collection.children.link(wanted.collections[0])
+    wanted.collections[0].override_hierarchy_create(bpy.context.scene, bpy.context.view_layer)
+    override = next(item for item in bpy.data.objects if item.override_library and item.type == "ARMATURE")
+    bpy.context.view_layer.objects.active = override
+    return override
+
+
 class Sheet:
     """A layout that notes what is drawn on it; properties and operators that do not exist cannot be drawn."""
 
