@@ -255,7 +255,10 @@ class _Process:
     def __init__(self, command: list[str], folder: Path):
         environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONSAFEPATH")}
         # A terminal's Ctrl-C goes to the whole group: the client decides what it means, not the worker.
-        apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if os.name == "nt" else {"start_new_session": True}
+        if os.name == "nt":
+            apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
+        else:
+            apart = {"start_new_session": True}
         try:
             self._popen = subprocess.Popen(
                 command,
