@@ -10,7 +10,7 @@ from pathlib import Path
 import bpy
 
 from ..core.errors import S2agError, WorkerFailed
-from . import client, engine_setup
+from . import client, compat, engine_setup
 from .translations import told, told_error
 
 _PACKAGE = __package__.rpartition(".")[0]
@@ -42,6 +42,7 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         name="Engine Python",
         description="Python interpreter in which the engine's packages are installed; leave empty to find one",
         subtype="FILE_PATH",
+        options=compat.RELATIVE,
         update=_look_again,
     )
     source: bpy.props.EnumProperty(
@@ -53,7 +54,10 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         ],
     )
     wheels: bpy.props.StringProperty(
-        name="Wheels", description="Folder with the .whl files of all packages that the engine needs", subtype="DIR_PATH"
+        name="Wheels",
+        description="Folder with the .whl files of all packages that the engine needs",
+        subtype="DIR_PATH",
+        options=compat.RELATIVE,
     )
     cpu_only: bpy.props.BoolProperty(
         name="Small PyTorch",
@@ -65,6 +69,7 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         name="Made With",
         description="Python 3.11 to 3.13 that makes the environment; leave empty for Blender's own or one on the search path",
         subtype="FILE_PATH",
+        options=compat.RELATIVE,
     )
 
     def draw(self, context):

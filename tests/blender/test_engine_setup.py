@@ -20,6 +20,7 @@ from s2ag.core.errors import Cancelled, WorkerFailed
 from s2ag.s2ag_blender import client, engine_ops, engine_pip, engine_run, engine_setup, errors_log, gesture, preferences
 
 ROOT = Path(__file__).resolve().parents[2]
+ENGINE = os.environ.get("S2AG_PYTHON")  # the extension fixture hides it
 needs_venv = pytest.mark.skipif(
     not engine_setup.PYTHONS[0] <= sys.version_info[:2] < engine_setup.PYTHONS[1], reason="this Python is not for the engine"
 )
@@ -313,7 +314,7 @@ def test_no_connection_is_opened_while_gestures_are_made(examples, tmp_path):
 
 def test_a_killed_worker_leaves_a_saved_log(extension, examples, monkeypatch):
     try:
-        monkeypatch.setenv("S2AG_PYTHON", client.find_interpreter())
+        monkeypatch.setenv("S2AG_PYTHON", client.find_interpreter(ENGINE))
     except WorkerFailed as error:
         pytest.skip(str(error))
     engine = client.WorkerClient(log=errors_log.note)

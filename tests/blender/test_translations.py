@@ -9,8 +9,8 @@ from pathlib import Path
 import bpy
 import pytest
 import s2ag
-from s2ag.core import errors
-from s2ag.s2ag_blender import engine_pip, registration, translations
+from s2ag.core import errors, skeleton
+from s2ag.s2ag_blender import engine_pip, readiness, registration, translations
 
 FOLDER = Path(__file__).resolve().parents[2] / "s2ag_blender"
 PRESETS = FOLDER.parent / "presets"
@@ -19,6 +19,7 @@ TOLD = {"told": 0, "_row": 1, "pgettext_rpt": 0, "pgettext_iface": 0}
 REFUSED = {"report": 1, "poll_message_set": 0}
 """Calls whose text Blender does not translate by itself, with the place of the text among the arguments."""
 SENTENCE = re.compile(r"[A-Z][a-z']+ [\w'{}-]+ .*[^.;,(]$")
+WARNING = ("warnings.append", "self.warn", "self._tell")
 NAMES = {"S2AG", "PyTorch", "Version", "Take", "Takes", "Wheels", "BVH", "FBX", "GLB"}
 """What may be the same in German."""
 
@@ -101,6 +102,16 @@ def texts_of_classes():
                     yield from (item.name, item.description)
 
 
+def texts_of_choices():
+    """Names and descriptions of choices that are made while Blender runs: (identifier, name, description, number)."""
+    for _, tree in trees():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Tuple) and len(node.elts) == 4 and not literals(node.elts[3]):
+                name, description = map(literals, node.elts[1:3])
+                if name and description:
+                    yield from (*name, *description)
+
+
 def texts_of_reasons():
     """Sentences that functions return or keep under a name, to be told by their callers, and the names of stages."""
     for _, tree in trees():
@@ -122,7 +133,8 @@ def texts_of_reasons():
 
 
 def wanted():
-    found = {*texts_of_calls(), *texts_of_classes(), *texts_of_reasons()}
+    found = {*texts_of_calls(), *texts_of_classes(), *texts_of_choices(), *texts_of_reasons()}
+    found |= {readiness.label(part) for part in skeleton.EDGE_NAMES}
     found |= {bpy.path.display_name(path.name, title_case=False) for path in PRESETS.rglob("*.py")}
     return {text for text in found if any(letter.isalpha() for letter in text)}
 
@@ -160,7 +172,7 @@ def template(node):
 
 
 def texts_of_errors():
-    """Message and remedy of every error that can reach Blender."""
+    """Message and remedy of every error, and every warning, that can reach Blender."""
     kinds = {name for name, value in vars(errors).items() if isinstance(value, type) and issubclass(value, errors.S2agError)}
     for path in (path for folder in ("core", "rigs", "s2ag_blender") for path in (FOLDER.parent / folder).rglob("*.py")):
         if {"cli", "corpus", "train", "evaluate", "model", "job.py", "vectors_build.py"} & set(path.parts):
@@ -178,6 +190,8 @@ def texts_of_errors():
             }:
                 for argument in node.args[:2]:
                     yield from named.get(argument.id, []) if isinstance(argument, ast.Name) else template(argument)
+            if isinstance(node, ast.Call) and ast.unparse(node.func).endswith(WARNING) and len(node.args) == 1:
+                yield from template(node.args[0])
     for _, message, remedy in engine_pip._FAULTS:
         yield from (message, remedy)
 
