@@ -1,9 +1,12 @@
 """Operators of the engine's set-up: modal in a window, blocking without one. They call what engine_setup does."""
 
+import time
+
 import bpy
 
 from ..core.errors import S2agError
 from . import engine_run, engine_setup, errors_log, gesture, preferences
+from .client import find_interpreter
 from .preferences import STATE
 from .translations import told, told_error
 
@@ -279,15 +282,11 @@ CLASSES = (
 
 def engine_python(context) -> str:
     """The engine's Python, or :class:`WorkerFailed`."""
-    from .client import find_interpreter
-
     return find_interpreter(preferences.interpreter(context))
 
 
 def check(context) -> dict:
     """Try the engine's Python and wait; returns its facts or raises the :class:`S2agError` that says why it cannot work."""
-    import time
-
     work = engine_run.Check(engine_python(context))
     while not work.poll():
         time.sleep(engine_run.PAUSE)

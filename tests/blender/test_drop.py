@@ -1,4 +1,4 @@
-"""A recording dropped on a character; what a drop needs of a window (the mouse) is tried in a real one, see docs/engine.md."""
+"""A recording dropped on a character. Who lies under the mouse needs a window, and was tried in one by hand."""
 
 import shutil
 

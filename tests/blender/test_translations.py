@@ -247,7 +247,7 @@ def test_no_text_is_made_of_pieces_that_cannot_be_translated():
 
 
 def test_blender_takes_the_tables(extension):
-    """The wheels of bpy know no languages, so the words come back as they are; docs/engine.md tells of a real window."""
+    """The wheels of bpy know no languages, so the words come back as they are; in a window it was tried by hand."""
     assert translations.told("The engine works") == "The engine works"
     assert translations.told("{path} is open", path="log") == "log is open"
     failed = errors.S2agError("It {broke}.", "Mend it.")
