@@ -78,28 +78,57 @@ def described(count: int) -> list[dict]:
     return [{"name": name, "description": EXPLAINED[name]} for name in CONTROLS[:count]]
 
 
-def latent(weights: dict[int, float] | None, mean: np.ndarray, deviation: np.ndarray, seed: int, takes: int) -> np.ndarray:
+def identities(take: int, takes: int, near: tuple = (), spread: float = 0.0, step: int = 1) -> list[tuple]:
+    """What tells takes apart, ``(take, steps)`` each: numbers from ``take`` on, all with the steps ``near``.
+
+    With a ``spread`` all are variations of that one take, a step away from it each; steps are numbered from ``step`` on. A
+    step is ``(number, spread)``; a take reached by several steps is a variation of a variation.
+    """
+    near = tuple((int(number), float(size)) for number, size in near)
+    if not spread:
+        return [(take + number, near) for number in range(takes)]
+    return [(take, (*near, (step + number, float(spread)))) for number in range(takes)]
+
+
+def latent(
+    weights: dict[int, float] | None, mean: np.ndarray, deviation: np.ndarray, seed: int, takes: int | list[tuple]
+) -> np.ndarray:
     """Latent styles ``(takes, size)`` float32 from the speakers' ``mean`` and ``deviation``, both ``(speakers, size)``.
 
     The first take of a named style is the style itself; every further take is drawn from the speaker's distribution,
     which is widened, because it tells how sure the network is of a speaker rather than how far one may vary.
     A random style is a draw from the normal distribution that covers all speakers. Same seed, same styles.
+    ``takes`` is how many, or :func:`identities`.
     """
-    draws = np.stack([np.random.default_rng((seed, take)).standard_normal(mean.shape[1]) for take in range(takes)])
+    which = identities(0, takes) if isinstance(takes, int) else takes
     if weights is None:
+        draws = _draws(seed, which, mean.shape[1], first=True)
         return (mean.mean(0) + draws * np.hypot(mean.std(0), deviation.mean(0))).astype(np.float32)
     share = np.zeros(len(mean))
     share[list(weights)] = list(weights.values())
-    draws[0] = 0
+    draws = _draws(seed, which, mean.shape[1])
     return (share @ mean + draws * np.hypot(share @ deviation, TAKE_SPREAD * mean.std(0))).astype(np.float32)
 
 
-def vary(controls: np.ndarray, seed: int, takes: int) -> np.ndarray:
+def vary(controls: np.ndarray, seed: int, takes: int | list[tuple]) -> np.ndarray:
     """Controls ``(takes, 5)`` float32 of every take: the first as asked, the others a little different but for the hand."""
-    wishes = np.stack([np.random.default_rng((seed, take, 5)).standard_normal(len(CONTROLS)) for take in range(takes)])
-    wishes[0] = 0
+    which = identities(0, takes) if isinstance(takes, int) else takes
+    wishes = _draws(seed, which, len(CONTROLS), 5)
     wishes[:, CONTROLS.index("hand")] = 0
     return np.clip(controls + TAKE_WISHES * wishes, -1, 1).astype(np.float32)
+
+
+def _draws(seed: int, which: list[tuple], size: int, *salt: int, first: bool = False) -> np.ndarray:
+    """Normal numbers ``(takes, size)``: nothing for take 0 unless ``first``, and a step's share of as much for each step."""
+    draws = np.zeros((len(which), size))
+    for row, (take, steps) in zip(draws, which, strict=True):
+        if take or first:
+            row += np.random.default_rng((seed, take, *salt)).standard_normal(size)
+        path = ()
+        for number, spread in steps:
+            path = (*path, number)
+            row += spread * np.random.default_rng((seed, take, *salt, 0x5A1, *path)).standard_normal(size)
+    return draws
 
 
 def _split(expression: str | dict) -> list[tuple[str, float]]:

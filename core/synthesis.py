@@ -2,8 +2,9 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os import PathLike
+from pathlib import Path
 
 import numpy as np
 
@@ -22,6 +23,10 @@ class Request:
     performance departs from rest. ``affect`` (any of :data:`styles.AFFECTS`), ``rate`` and ``hand`` steer the style, -1..1
     each, 0 as the speaker would. ``mirror`` exchanges left and right of the finished performance. ``pose`` are unit
     directions ``(9, 3)`` to start from (canonical frame; natural rest if None).
+
+    ``take`` is the number of the first take. ``near`` are the steps ``(number, spread)`` that lead to a variation of it;
+    with ``spread`` (0..1, a share of how far takes differ) all takes are one more step away from that, numbered from ``step``
+    on (:func:`styles.identities`).
     """
 
     audio: str | PathLike
@@ -36,6 +41,10 @@ class Request:
     hand: float = 0.0
     mirror: bool = False
     pose: np.ndarray | None = None
+    take: int = 0
+    near: tuple = ()
+    spread: float = 0.0
+    step: int = 1
 
     def __post_init__(self):
         if self.transcript is not None and self.text is not None:
@@ -48,7 +57,16 @@ class Request:
             raise UsageError(f"Seed {self.seed} is negative.", "Give zero or a positive whole number.")
         if self.pose is not None and not _is_pose(self.pose):
             raise UsageError("The seed pose is not nine directions.", "Give nine times three numbers, no direction zero.")
+        if self.take < 0 or self.step < 1:
+            raise UsageError(f"Take {self.take} or step {self.step} is too low.", "Takes count from 0, steps from 1.")
+        if not 0 <= self.spread <= 1 or not _are_steps(self.near):
+            raise UsageError("The variation asked for makes no sense.", "Give a spread of 0 to 1, steps as (number, spread).")
         styles.controls(self.affect, self.rate, self.hand)
+
+    @property
+    def identities(self) -> list[tuple]:
+        """What tells the takes apart (:func:`styles.identities`)."""
+        return styles.identities(self.take, self.takes, tuple(self.near), self.spread, self.step)
 
     @property
     def controls(self) -> np.ndarray:
@@ -67,12 +85,23 @@ class Result:
 
 
 class Session:
-    """A warm engine: loads the checkpoint and the word vectors when first needed and keeps them."""
+    """A warm engine: loads the checkpoint and the word vectors when first needed and keeps them.
 
-    def __init__(self, checkpoint: str | PathLike | None = None, vectors: str | PathLike | None = None, device: str = "cpu"):
+    With ``remember`` it also keeps the last recording as heard and the last performance as generated, so that another
+    style is not heard again and another intensity is not generated again.
+    """
+
+    def __init__(
+        self,
+        checkpoint: str | PathLike | None = None,
+        vectors: str | PathLike | None = None,
+        device: str = "cpu",
+        remember: bool = False,
+    ):
         self._paths = checkpoint, vectors
         self.device = device
         self._checkpoint = self._vectors = None
+        self._memory = Memory() if remember else None
 
     @property
     def checkpoint(self):
@@ -127,14 +156,46 @@ class Session:
         runs = [_Run(self, request, progress, cancelled) for request in requests]
         if len({(str(request.audio), str(request.transcript), request.text) for request in requests}) != 1:
             raise UsageError("The requests are not about one recording.", "Make those of other recordings one by one.")
-        sound = runs[0].read()
+        memory = self._memory or Memory()
+        recording = _signature(requests[0])
+        heard = memory.heard(recording)
+        sound = runs[0].read() if heard is None else None
         for run in runs:
             run.prepare()  # before anything long: it complains of unknown styles
-        heard = runs[0].hear(sound)
+        heard = runs[0].hear(sound) if heard is None else replace(heard, seconds=runs[0].seconds)
         latents, seeds = (np.concatenate([getattr(run, part) for run in runs]) for part in ("latents", "seeds"))
-        made = runs[0].generate(heard, latents, seeds)
+        performers = recording, latents.tobytes(), seeds.tobytes()
+        made = memory.made(performers)
+        made = runs[0].generate(heard, latents, seeds) if made is None else made
+        memory.keep(recording, heard, performers, made)
         ends = np.cumsum([len(run.latents) for run in runs])[:-1]
         return [run.result(heard, part) for run, part in zip(runs, np.split(made, ends), strict=True)]
+
+
+class Memory:
+    """The last recording as it was heard, and the last performance of it."""
+
+    def __init__(self):
+        self._heard = self._made = (None, None)
+
+    def heard(self, recording: tuple) -> "_Heard | None":
+        """What was heard of this recording (:func:`_signature`), if it was the last one."""
+        return self._heard[1] if self._heard[0] == recording else None
+
+    def made(self, performers: tuple) -> np.ndarray | None:
+        """What these performers made, if they were the last ones."""
+        return self._made[1] if self._made[0] == performers else None
+
+    def keep(self, recording: tuple, heard: "_Heard", performers: tuple, made: np.ndarray) -> None:
+        """Remember a recording and a performance instead of the former ones."""
+        self._heard, self._made = (recording, heard), (performers, made)
+
+
+def _signature(request: Request) -> tuple:
+    """What a recording and its words are known by, without reading them: names, sizes, times of writing."""
+    files = [Path(name) for name in (request.audio, request.transcript) if name is not None]
+    states = [(str(file), state.st_size, state.st_mtime_ns) for file in files if file.is_file() and (state := file.stat())]
+    return (*states, len(files), request.text)
 
 
 class _Run:
@@ -198,7 +259,8 @@ class _Run:
     def result(self, heard: "_Heard", made: np.ndarray) -> Result:
         """Motions of what was generated for this request."""
         meta = self._meta(heard)
-        finished = (self._finish(directions, heard.activity, heard.words, meta, take) for take, directions in enumerate(made))
+        which = zip(self.request.identities, made, strict=True)
+        finished = (self._finish(directions, heard.activity, heard.words, meta, *one) for one, directions in which)
         motions = self.stage("finish", lambda: list(finished))
         return Result(motions, heard.words, heard.warnings, {**heard.seconds, **self.seconds})
 
@@ -233,20 +295,21 @@ class _Run:
             every = torch.arange(len(checkpoint.speakers), device=self.session.device)
             mean, log_variance = checkpoint.generator.speaker(every)
         mean, deviation = mean.cpu().numpy(), log_variance.mul(0.5).exp().cpu().numpy()
-        drawn = styles.latent(weights, mean, deviation, self.request.seed, self.request.takes)
+        drawn = styles.latent(weights, mean, deviation, self.request.seed, self.request.identities)
         if not checkpoint.config.controls:
             return drawn
-        wishes = styles.vary(self.request.controls, self.request.seed, self.request.takes)
+        wishes = styles.vary(self.request.controls, self.request.seed, self.request.identities)
         with torch.inference_mode():
             style, controls = (torch.from_numpy(part).to(self.session.device) for part in (drawn, wishes))
             return checkpoint.generator.steer(style, controls).cpu().numpy()
 
-    def _finish(self, directions: np.ndarray, activity: np.ndarray, words: tuple, meta: dict, take: int) -> Motion:
+    def _finish(self, directions: np.ndarray, activity: np.ndarray, words: tuple, meta: dict, take: int, near: tuple) -> Motion:
         request = self.request
+        meta = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
         directions = rest.restore(rest.soften(directions), self.session.checkpoint.gain, self.rest)
         performed = rest.rest(directions, activity, request.seed + take, self.rest, at_rest=request.pose is None)
         scaled = rest.scale(performed, request.intensity, self.rest)
-        motion = Motion(limits.keep_human(scaled), skeleton.FPS, words, {**meta, "take": take})
+        motion = Motion(limits.keep_human(scaled), skeleton.FPS, words, meta)
         return motion.mirrored() if request.mirror else motion
 
     def _meta(self, heard: "_Heard") -> dict:
@@ -307,6 +370,13 @@ class _Features:
             return mfcc, np.zeros((stop - start, DIMENSIONS), np.float32), prosody
         here = slice(np.searchsorted(self.ends, start / skeleton.FPS), np.searchsorted(self.starts, stop / skeleton.FPS))
         return mfcc, place(self.words[here], self.vectors, stop - start, start=start / skeleton.FPS), prosody
+
+
+def _are_steps(near) -> bool:
+    try:
+        return all(int(number) > 0 and 0 < float(spread) <= 1 for number, spread in near)
+    except (TypeError, ValueError):
+        return False
 
 
 def _is_pose(value) -> bool:

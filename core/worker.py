@@ -35,6 +35,10 @@ _PARAMETERS = {
     "hand": (int, float),
     "mirror": bool,
     "pose": list,
+    "take": int,
+    "near": list,
+    "spread": (int, float),
+    "step": int,
 }
 _SETTINGS = ("checkpoint", "vectors", "device")
 
@@ -151,13 +155,16 @@ class Worker:
         return {"styles": known["speakers"], "controls": known["controls"]}
 
     def _synthesize(self, request, params: dict) -> dict:
+        """``takes`` motions of one style, or with ``styles``, a list of style expressions, as many of each."""
         from .synthesis import Request
 
-        wanted = Request(**_checked(params))
+        options = _checked(params)
+        wanted = Request(**options)
+        every = [Request(**{**options, "style": style}) for style in _styles(params)] or [wanted]
         folder = Path(params.get("output_dir") or self._folder.name)
         self._served += 1
         stem = Path(wanted.audio).stem[:60] if params.get("output_dir") else str(self._served)
-        paths = [check_output(folder / f"{stem}-{take + 1}.npz") for take in range(wanted.takes)]
+        paths = [check_output(folder / f"{stem}-{take + 1}.npz") for take in range(wanted.takes * len(every))]
         last = ("", -1.0)
 
         def progress(stage: str, value: float) -> None:
@@ -168,8 +175,9 @@ class Worker:
                 last = (stage, value)
                 self._send({"id": request, "event": "progress", "stage": stage, "value": round(float(value), 3)})
 
-        result = self._open(params).synthesize(wanted, progress=progress, cancelled=lambda: self._is_cancelled(request))
-        for motion, path in zip(result.motions, paths, strict=True):
+        results = self._open(params).synthesize_all(every, progress, lambda: self._is_cancelled(request))
+        result = results[0]
+        for motion, path in zip([motion for one in results for motion in one.motions], paths, strict=True):
             motion.save(path)
         return {
             "motions": [str(path) for path in paths],
@@ -186,7 +194,7 @@ class Worker:
             from .synthesis import Session
 
             self._session = None
-            self._session, self._settings = Session(**settings), settings
+            self._session, self._settings = Session(**settings, remember=True), settings
         return self._session
 
     def _is_cancelled(self, request) -> bool:
@@ -201,7 +209,7 @@ class Worker:
 
 def _checked(params: dict) -> dict:
     """The parameters of a synthesis request, without absent ones; raises :class:`UsageError` for anything odd."""
-    unknown = set(params) - set(_PARAMETERS) - set(_SETTINGS) - {"output_dir"}
+    unknown = set(params) - set(_PARAMETERS) - set(_SETTINGS) - {"output_dir", "styles"}
     if unknown:
         raise UsageError(f"There is no parameter {sorted(unknown)[0]!r}.", f"Parameters are {', '.join(_PARAMETERS)}.")
     options = {name: params[name] for name in _PARAMETERS if params.get(name) is not None}
@@ -211,6 +219,14 @@ def _checked(params: dict) -> dict:
         if not isinstance(value, _PARAMETERS[name]) or (isinstance(value, bool) and _PARAMETERS[name] is not bool):
             raise UsageError(f"The parameter {name} cannot be {value!r}.", "Give a value of the right kind.")
     return options
+
+
+def _styles(params: dict) -> list:
+    """The style expressions of a request that wants several."""
+    found = params.get("styles") or []
+    if not isinstance(found, list) or len(found) > 64 or not all(isinstance(style, (str, dict)) for style in found):
+        raise UsageError(f"The parameter styles cannot be {found!r}.", "Give a list of up to 64 style expressions.")
+    return found
 
 
 def _lines(descriptor: int):

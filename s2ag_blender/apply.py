@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from typing import NamedTuple
 
 import bpy
 import numpy as np
@@ -10,7 +11,7 @@ from ..core.errors import UsageError
 from ..core.motion import Motion, cubic
 from ..rigs.goals import Options
 from ..rigs.plain import Mapping
-from . import compat, dependencies, keyframes, rig, rig_solver
+from . import compat, keyframes, rig, rig_solver
 from .controls import Take
 
 _LOG = logging.getLogger(__name__)
@@ -43,22 +44,12 @@ def apply_motion(
     if step < 1 or int(step) != step:
         raise UsageError(f"A key every {step} frames is not possible.", "Use a whole number of at least 1.")
     rig.require_armature(armature)
-    scene, tell = scene or bpy.context.scene, report or _LOG.warning
-    bones = rig.read(armature)
-    mapping = rig.resolve_mapping(armature, bones, mapping)
-    for warning in mapping.warnings:
-        tell(warning)
-
+    scene = scene or bpy.context.scene
     start = scene.frame_start if start_frame is None else start_frame
-    offsets, directions, rate = at_scene_frames(motion, scene_fps(scene), int(step))
-    keys = Take(directions, rate, start + offsets)
-    given = start + np.arange(len(motion.directions)) * (scene_fps(scene) / motion.fps)
-    whole = Take(motion.directions, motion.fps, given)
-    found = rig_solver.solve(armature, bones, mapping, whole, keys, scene=scene, options=options, tell=tell)
-
+    keys = pose_keys(armature, motion, start, scene=scene, mapping=mapping, options=options, step=int(step), report=report)
     interpolation = "LINEAR" if step == 1 else "BEZIER"
     name = name or f"{armature.name} gesture"
-    action, slot = keyframes.write_action(name, armature, found.rotations, keys.frames, interpolation, found.values)
+    action, slot = keyframes.write_action(name, armature, keys.rotations, keys.frames, interpolation, keys.settings)
     keyframes.stamp(action, motion.meta)
     keyframes.remember(action, armature)
     if strip:
@@ -82,9 +73,52 @@ def take_off(armature: bpy.types.Object, action: bpy.types.Action) -> None:
                 animation.nla_tracks.remove(track)
         if animation.action == action:
             animation.action = None
-    for path, value in keyframes.former(action).items():
-        dependencies.set_value(armature, path, value)
-    armature.update_tag()
+    keyframes.give_back(armature, action)
+
+
+class Keys(NamedTuple):
+    """Scene ``frames`` ``(keys,)``, ``rotations`` ``{bone: (keys, 4)}`` or ``(1, 4)`` for all of them, and ``settings`` by data path."""
+
+    frames: np.ndarray
+    rotations: dict[str, np.ndarray]
+    settings: dict[str, float]
+
+
+def pose_keys(
+    armature: bpy.types.Object,
+    motion: Motion,
+    start: float,
+    *,
+    scene: bpy.types.Scene,
+    mapping: Mapping | dict | None = None,
+    options: Options | None = None,
+    step: int = 1,
+    first: float = -np.inf,
+    last: float = np.inf,
+    report: Callable[[str], None] | None = None,
+) -> Keys:
+    """What to key for ``motion`` starting at frame ``start``; a rig's ``settings`` let it follow these keys.
+
+    Only frames from ``first`` to ``last`` are made. Changes nothing. Raises :class:`RigUnusable` for an unusable rig and
+    :class:`UsageError` where the motion has no frame in that range.
+    """
+    tell = report or _LOG.warning
+    bones = rig.read(armature)
+    mapping = rig.resolve_mapping(armature, bones, mapping)
+    for warning in mapping.warnings:
+        tell(warning)
+    fps = scene_fps(scene)
+    offsets, directions, rate = at_scene_frames(motion, fps, step)
+    frames = start + offsets
+    inside = (frames >= first) & (frames <= last)
+    if not inside.any():
+        raise UsageError("The recording has no frame in the chosen range.", "Choose another range or start frame.")
+    keys = Take(directions[inside], rate, frames[inside])
+    given = start + np.arange(len(motion.directions)) * (fps / motion.fps)
+    near = np.abs(given - np.clip(given, keys.frames[0], keys.frames[-1])) <= 2 * fps / motion.fps
+    whole = Take(motion.directions[near], motion.fps, given[near])
+    found = rig_solver.solve(armature, bones, mapping, whole, keys, scene=scene, options=options, tell=tell)
+    return Keys(keys.frames, found.rotations, found.values)
 
 
 def scene_fps(scene: bpy.types.Scene) -> float:

@@ -37,7 +37,7 @@ def summon(
     if path.suffix.lower() != ".blend":
         _forget_missing_images()
     found = choose(path.name, armature, mapping)
-    return Character(found, tuple(_meshes(found)), mapping=mapping), path.suffix.lower() == ".blend"
+    return Character(found, tuple(meshes(found)), mapping=mapping), path.suffix.lower() == ".blend"
 
 
 def choose(source: str, name: str | None = None, mapping: Mapping | None = None):
@@ -99,7 +99,7 @@ def _is_missing(image) -> bool:
     return image.source == "FILE" and not image.packed_file and not Path(bpy.path.abspath(image.filepath)).is_file()
 
 
-def _meshes(armature):
+def meshes(armature):
     """The meshes that follow an armature, by modifier or as its children."""
     for item in bpy.context.scene.objects:
         deformed = any(one.type == "ARMATURE" and one.object is armature for one in item.modifiers)

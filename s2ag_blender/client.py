@@ -53,6 +53,16 @@ def find_interpreter(python: str | os.PathLike | None = None) -> str:
     )
 
 
+def module_command(python: str, module: str) -> tuple[list[str], Path]:
+    """The command that runs ``module`` of this package in ``python``, and the folder it must run in.
+
+    The package need not be installed there. Raises :class:`WorkerFailed` where the folder around it cannot be a package.
+    """
+    if "." in _ROOT.name:
+        raise WorkerFailed(f"The folder {_ROOT.name} cannot be run as a Python package.", "Rename it to one without dots.")
+    return [python, "-m", f"{_ROOT.name}.{module}"], _ROOT.parent
+
+
 class Job:
     """One request under way. After :meth:`poll` returned True, :meth:`outcome` has its result or raises its error."""
 
@@ -176,9 +186,7 @@ class WorkerClient:
     def _start_with(self) -> tuple[list[str], Path]:
         if self._command:
             return self._command, Path.cwd()
-        if "." in _ROOT.name:
-            raise WorkerFailed(f"The folder {_ROOT.name} cannot be run as a Python package.", "Rename it to one without dots.")
-        return [find_interpreter(self._python), "-m", f"{_ROOT.name}.core.worker"], _ROOT.parent
+        return module_command(find_interpreter(self._python), "core.worker")
 
     def _take(self, message: object) -> None:
         """One item of the inbox: bytes are a line of the protocol, text is a line of the log, None the end."""
@@ -247,7 +255,10 @@ class _Process:
     def __init__(self, command: list[str], folder: Path):
         environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONSAFEPATH")}
         # A terminal's Ctrl-C goes to the whole group: the client decides what it means, not the worker.
-        apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if os.name == "nt" else {"start_new_session": True}
+        if os.name == "nt":
+            apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
+        else:
+            apart = {"start_new_session": True}
         try:
             self._popen = subprocess.Popen(
                 command,

@@ -2,6 +2,9 @@
 
 import bpy
 
+RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
+"""Options of a path property that may start with "//"."""
+
 
 def new_action(name: str, datablock: bpy.types.ID):
     """A new action for ``datablock`` and what its curves and groups go into: ``(action, slot or None, bag)``.
@@ -15,6 +18,51 @@ def new_action(name: str, datablock: bpy.types.ID):
     slot = action.slots.new(id_type="OBJECT", name=datablock.name)
     strip = action.layers.new("Layer").strips.new(type="KEYFRAME")
     return action, slot, strip.channelbag(slot, ensure=True)
+
+
+def copy_action(action: bpy.types.Action, slot, name: str):
+    """A copy of an action under a new name, as :func:`new_action` gives one: ``(action, slot or None, bag)``.
+
+    The slot of the copy is the one of the same identifier; without one that has curves, it gets one of its own.
+    """
+    copy = action.copy()
+    copy.name = name
+    copy.asset_clear()
+    if not hasattr(copy, "slots"):
+        return copy, None, copy
+    twin = copy.slots.get(slot.identifier) if slot is not None else None
+    twin = twin or copy.slots.new(id_type="OBJECT", name="Gestures")
+    layer = copy.layers[0] if copy.layers else copy.layers.new("Layer")
+    strip = layer.strips[0] if layer.strips else layer.strips.new(type="KEYFRAME")
+    return copy, twin, strip.channelbag(twin, ensure=True)
+
+
+def bag(action: bpy.types.Action, slot=None):
+    """What holds the curves and groups of an action's slot (of its first one, if None)."""
+    if not hasattr(action, "slots"):
+        return action
+    return action.layers[0].strips[0].channelbag(slot or action.slots[0], ensure=True)
+
+
+def slot_name(slot) -> str:
+    """What a slot is found again by; empty where there are no slots."""
+    return slot.identifier if slot is not None else ""
+
+
+def find_slot(action: bpy.types.Action, name: str):
+    """The slot of an action that :func:`slot_name` told of, or None."""
+    return action.slots.get(name) if name and hasattr(action, "slots") else None
+
+
+def first_slot(action: bpy.types.Action, name: str = ""):
+    """The slot of an action for the object called ``name``, else its first; None where there are none."""
+    slots = getattr(action, "slots", ())
+    return next((slot for slot in slots if slot.name_display == name), slots[0] if slots else None)
+
+
+def active_slot(datablock: bpy.types.ID):
+    """The slot that ``datablock`` plays of its active action, or None."""
+    return getattr(datablock.animation_data, "action_slot", None)
 
 
 def assign_action(datablock: bpy.types.ID, action: bpy.types.Action, slot=None) -> None:
@@ -48,6 +96,20 @@ def curves(action: bpy.types.Action, slot=None) -> list:
 def sequencer_strips(editor):
     """The top-level strips of a sequence editor."""
     return editor.strips if hasattr(editor, "strips") else editor.sequences
+
+
+def sound_strips(scene: bpy.types.Scene) -> list:
+    """All sound strips of a scene's sequencer, also those within meta strips; none without a sequencer."""
+    editor = scene.sequence_editor
+    if editor is None:
+        return []
+    strips = editor.strips_all if hasattr(editor, "strips_all") else editor.sequences_all
+    return [strip for strip in strips if strip.type == "SOUND"]
+
+
+def visible_start(strip) -> float:
+    """The scene frame of a strip's first visible frame."""
+    return strip.left_handle if hasattr(strip, "left_handle") else strip.frame_final_start
 
 
 def strip_start(strip) -> float:

@@ -2,9 +2,10 @@
 
 import bpy
 
-from ..core.errors import AudioUnreadable, UsageError
+from ..core.errors import UsageError
 from ..core.motion import Motion
 from ..core.styles import AFFECTS
+from . import choices, errors_log, sources
 from .client import Job, WorkerClient
 from .preferences import interpreter
 
@@ -15,7 +16,7 @@ def engine(context) -> WorkerClient:
     """The one warm engine of this Blender, started with the interpreter of the preferences when first asked something."""
     global _engine
     if _engine is None:
-        _engine = WorkerClient(interpreter(context))
+        _engine = WorkerClient(interpreter(context), log=errors_log.note)
     return _engine
 
 
@@ -27,28 +28,34 @@ def stop_engine() -> None:
         _engine = None
 
 
-def request(settings) -> dict:
-    """The engine's parameters for a character's settings; raises :class:`UsageError` without a recording."""
-    if not settings.audio:
+def request(settings, audio: str = "") -> dict:
+    """The engine's parameters for a character's settings; ``audio`` is what it hears if that is not the named file.
+
+    Raises :class:`UsageError` where something is not chosen.
+    """
+    audio = audio or bpy.path.abspath(settings.audio)
+    if not audio:
         raise UsageError("No recording is chosen.", "Choose one in the panel.")
     params = {
-        "audio": bpy.path.abspath(settings.audio),
-        "style": settings.style,
+        "audio": audio,
+        "style": choices.expression(settings),
         "seed": settings.seed,
-        "intensity": settings.intensity,
-        "affect": {name: _slider(settings, name) for name in AFFECTS},
-        "rate": _slider(settings, "rate"),
-        "hand": _slider(settings, "hand"),
+        "takes": settings.take_count,
+        "intensity": slider(settings, "intensity"),
+        "affect": {name: slider(settings, name) for name in AFFECTS},
+        "rate": slider(settings, "rate"),
+        "hand": slider(settings, "hand"),
         "mirror": settings.mirror,
+        **sources.words(settings, "" if settings.audio_source == "MIXDOWN" else audio),
     }
-    if settings.transcript:
-        params["transcript"] = bpy.path.abspath(settings.transcript)
+    if settings.checkpoint:
+        params["checkpoint"] = bpy.path.abspath(settings.checkpoint)
     return params
 
 
-def start(context, settings) -> Job:
+def start(context, params: dict) -> Job:
     """Ask for gestures and return at once."""
-    return engine(context).request("synthesize", request(settings))
+    return engine(context).request("synthesize", params)
 
 
 def cancel(job: Job | None) -> None:
@@ -65,26 +72,20 @@ def poll(job: Job, progress) -> dict | None:
     return _loaded(job.outcome())
 
 
-def synthesize(context, settings, progress=None) -> dict:
+def call(context, params: dict, progress=None) -> dict:
     """Ask for gestures and wait: the headless way."""
-    return _loaded(engine(context).call("synthesize", request(settings), progress))
+    return _loaded(engine(context).call("synthesize", params, progress))
 
 
-def key(context, armature, result: dict) -> list[str]:
-    """Key the first motion of ``result`` on ``armature`` and add the sound strip; returns warnings for the user."""
-    from . import apply, sound
+def export(context, armature, path: str) -> None:
+    """Write the character with what it plays as ``.bvh``, ``.fbx`` or ``.glb``, by the suffix of ``path``.
 
-    settings = armature.s2ag
-    warnings = list(result.get("warnings", ()))
-    apply.apply_motion(
-        armature, result["motions"][0], start_frame=settings.start_frame, scene=context.scene, report=warnings.append
-    )
-    if settings.add_sound:
-        try:
-            sound.add_sound(context.scene, bpy.path.abspath(settings.audio), settings.start_frame)
-        except AudioUnreadable as error:  # the engine reads more formats than Blender's sound system
-            warnings.append(f"The gestures are there, the sound strip is not: {error}")
-    return warnings
+    Raises :class:`UsageError` for another suffix, :class:`OutputUnwritable` where writing fails.
+    """
+    from . import cast, export
+    from .character import Character
+
+    export.export(context.scene, Character(armature, tuple(cast.meshes(armature))), path)
 
 
 def add_character(name: str, gender: str = "female"):
@@ -98,7 +99,7 @@ def add_character(name: str, gender: str = "female"):
     return mannequin.build().armature
 
 
-def _slider(settings, name: str) -> float:
+def slider(settings, name: str) -> float:
     """A slider's value as it was set: Blender keeps 0.8 as 0.800000012."""
     return round(getattr(settings, name), 4)
 

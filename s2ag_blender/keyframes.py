@@ -1,5 +1,6 @@
 """Rotations to keyframes in bulk: a new action, one curve at a time, whole arrays at once."""
 
+import functools
 import json
 from dataclasses import dataclass
 
@@ -8,11 +9,20 @@ import numpy as np
 
 from .. import __version__
 from ..rigs import quaternion
-from . import compat
+from . import compat, dependencies
 
 PROVENANCE = "s2ag"
 FORMER = "s2ag_former"
 """Names of the custom properties of an action that hold, as JSON text, its provenance and what its keys replaced."""
+
+
+_PAIRS = ("co", "handle_left", "handle_right")
+_KEY_PARTS = {
+    **dict.fromkeys(_PAIRS, np.float32),
+    **dict.fromkeys(("interpolation", "type", "easing", "handle_left_type", "handle_right_type"), np.int32),
+    **dict.fromkeys(("back", "amplitude", "period"), np.float32),
+}
+"""Everything that makes up a key."""
 
 
 @dataclass(frozen=True)
@@ -74,22 +84,41 @@ def write_action(
     grouped by bone and marked as generated; nothing is assigned yet.
     """
     action, slot, bag = compat.new_action(name, armature)
-    once, style = _key_style(1, "CONSTANT"), _key_style(len(frames), interpolation)
-    for path, value in (settings or {}).items():
-        _fill(bag.fcurves.new(path, index=0), frames[:1], np.array([value]), once)
-    for bone, values in rotations.items():
-        keyed = channels(armature.pose.bones[bone], values)
-        if not keyed.values:
-            continue
-        group = bag.groups.new(keyed.bone)
-        for index, column in keyed.values.items():
-            curve = bag.fcurves.new(keyed.path, index=index)
-            curve.group = group
+    keyed = [channels(armature.pose.bones[bone], values) for bone, values in rotations.items()]
+    write_channels(bag, setting_channels(settings or {}) + keyed, frames, interpolation)
+    set_range(action, frames)
+    return action, slot
+
+
+def setting_channels(settings: dict[str, float]) -> list[Channels]:
+    """Numbers by data path as channels with a single key each."""
+    return [Channels("", path, {0: np.array([value])}) for path, value in settings.items()]
+
+
+def write_channels(bag, keyed: list[Channels], frames: np.ndarray, interpolation: str = "LINEAR") -> None:
+    """Key ``keyed`` at scene ``frames``; where a curve is there already, its keys from the first to the last of them go.
+
+    Values of one row are keyed on the first frame only.
+    """
+    present = {(curve.data_path, curve.array_index): curve for curve in bag.fcurves}
+    groups = {group.name: group for group in bag.groups}
+    for one in keyed:
+        for index, column in one.values.items():
+            curve = present.get((one.path, index))
+            if curve is None:
+                curve = bag.fcurves.new(one.path, index=index)
+                if one.bone and one.bone not in groups:
+                    groups[one.bone] = bag.groups.new(one.bone)
+                if one.bone:
+                    curve.group = groups[one.bone]
             still = len(column) < len(frames)
-            _fill(curve, frames[: len(column)], column, once if still else style)
+            _fill(curve, frames[: len(column)], column, "CONSTANT" if still else interpolation, frames[-1])
+
+
+def set_range(action: bpy.types.Action, frames: np.ndarray) -> None:
+    """Make ``frames`` the range of an action."""
     action.use_frame_range = True
     action.frame_start, action.frame_end = float(frames[0]), float(frames[-1])
-    return action, slot
 
 
 def stamp(action: bpy.types.Action, meta: dict) -> None:
@@ -103,31 +132,69 @@ def provenance(action: bpy.types.Action) -> dict | None:
     return None if text is None else json.loads(text)
 
 
-def remember(action: bpy.types.Action, armature: bpy.types.Object) -> None:
-    """Store what ``armature`` has now of all that ``action`` keys."""
-    values = {path: armature.path_resolve(path) for path in {curve.data_path for curve in compat.curves(action)}}
+def remember(action: bpy.types.Action, armature: bpy.types.Object, paths=None, former: dict | None = None) -> None:
+    """Store what ``armature`` has now of all that ``action`` keys, or of ``paths``; values of ``former`` go before that."""
+    paths = {curve.data_path for curve in compat.curves(action)} if paths is None else paths
+    values = {path: armature.path_resolve(path) for path in paths}
     plain = {path: list(value) if hasattr(value, "__len__") else value for path, value in values.items()}
-    action[FORMER] = json.dumps(plain, sort_keys=True)
+    known = {path: value for path, value in (former or {}).items() if path in plain}
+    action[FORMER] = json.dumps({**plain, **known}, sort_keys=True)
 
 
-def former(action: bpy.types.Action) -> dict:
+def former(action: bpy.types.Action | None) -> dict:
     """What :func:`remember` stored: values by data path."""
-    return json.loads(action.get(FORMER, "{}"))
+    return json.loads(action.get(FORMER, "{}")) if action is not None else {}
+
+
+def give_back(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+    """Set everything on ``armature`` to what :func:`remember` stored on an action that no longer plays."""
+    for path, value in former(action).items():
+        dependencies.set_value(armature, path, value)
+    armature.update_tag()
 
 
 def _key_style(count: int, interpolation: str) -> dict[str, np.ndarray]:
     """Key properties that hold for every key, as arrays that Blender takes in one go."""
-    properties = bpy.types.Keyframe.bl_rna.properties
     chosen = {"interpolation": interpolation, "type": "GENERATED"}
     if interpolation == "BEZIER":
         chosen |= {"handle_left_type": "AUTO_CLAMPED", "handle_right_type": "AUTO_CLAMPED"}
-    return {key: np.full(count, properties[key].enum_items[value].value, np.int32) for key, value in chosen.items()}
+    return {key: np.full(count, _number(key, value), np.int32) for key, value in chosen.items()}
 
 
-def _fill(curve: bpy.types.FCurve, frames: np.ndarray, values: np.ndarray, style: dict[str, np.ndarray]) -> None:
+@functools.cache
+def _number(key: str, value: str) -> int:
+    return bpy.types.Keyframe.bl_rna.properties[key].enum_items[value].value
+
+
+def _fill(curve: bpy.types.FCurve, frames: np.ndarray, values: np.ndarray, interpolation: str, last: float) -> None:
     points = curve.keyframe_points
-    points.add(len(frames))
-    points.foreach_set("co", np.stack([frames, values], -1).astype(np.float32).ravel())
-    for key, column in style.items():
-        points.foreach_set(key, column)
+    made = {"co": np.stack([frames, values], -1).astype(np.float32), **_key_style(len(frames), interpolation)}
+    if len(points):
+        made = _merged(points, made, last)
+        points.clear()
+    points.add(len(made["co"]))
+    for key, column in made.items():
+        points.foreach_set(key, column.ravel())
     curve.update()
+
+
+def _merged(points, made: dict[str, np.ndarray], last: float) -> dict[str, np.ndarray]:
+    """The keys that are there, without those from the first of ``made`` to ``last``, and ``made`` in their place."""
+    kept = {}
+    for key, kind in _KEY_PARTS.items():
+        width = 2 if key in _PAIRS else 1
+        column = np.empty(len(points) * width, kind)
+        points.foreach_get(key, column)
+        kept[key] = column.reshape(-1, 2) if width == 2 else column
+    at = kept["co"][:, 0]
+    before, after = at < made["co"][0, 0], at > last
+    filled = {key: made.get(key, _default(key, kind, made["co"])) for key, kind in _KEY_PARTS.items()}
+    return {key: np.concatenate([kept[key][before], filled[key], kept[key][after]]) for key in _KEY_PARTS}
+
+
+def _default(key: str, kind: type, at: np.ndarray) -> np.ndarray:
+    if key in _PAIRS:
+        return at
+    standing = bpy.types.Keyframe.bl_rna.properties[key]
+    value = _number(key, standing.default) if standing.type == "ENUM" else standing.default
+    return np.full(len(at), value, kind)

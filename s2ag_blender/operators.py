@@ -1,149 +1,157 @@
-"""Operators: thin, one undo step each. All they do, a script can do through the functions they call."""
-
-from dataclasses import dataclass, field
+"""Operators of the panel: thin, one undo step each. All they do, a script can do through the functions they call."""
 
 import bpy
+from bpy_extras.io_utils import ExportHelper
 
 from ..core.errors import S2agError
-from . import gesture
+from ..core.skeleton import EDGE_NAMES
+from . import gesture, markers, readiness, session, sources
+from .running import Generating, character
+from .translations import told, told_error
 
 
-@dataclass
-class State:
-    """What the panel shows of the session; never saved."""
-
-    job: object = None
-    stage: str = ""
-    value: float = 0.0
-    messages: list = field(default_factory=list)
-
-    def say(self, text: str, icon: str) -> None:
-        self.messages.append((text, icon))
-
-
-STATE = State()
-
-
-def character(context):
-    """The armature that the active object is or is deformed by, or None."""
-    active = context.active_object
-    if active is None or active.type == "ARMATURE":
-        return active
-    return active.find_armature()
+def obstacle(context) -> str:
+    """Why no gestures can be made now, as a short phrase; empty if they can."""
+    armature = character(context)
+    if armature is None:
+        return told("Select a character's armature")
+    if session.run_of(armature) is not None:
+        return told("Gestures are being made for this character")
+    if armature.library is not None:
+        return told("The character is linked: make a library override of it first")
+    if armature.mode == "EDIT":
+        return told("Leave edit mode first")
+    ready = readiness.known(armature)
+    if ready is not None and ready.problem:
+        return ready.problem
+    return sources.missing(armature.s2ag, context.scene)
 
 
-def stop_engine() -> None:
-    """End the engine's process, if there is one."""
-    STATE.job = None
-    gesture.stop_engine()
-
-
-class S2AG_OT_generate(bpy.types.Operator):
+class S2AG_OT_generate(Generating, bpy.types.Operator):
     """Make the character gesture to its recording"""
 
     bl_idname = "s2ag.generate"
     bl_label = "Generate Gestures"
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context):
-        armature = character(context)
-        if armature is None:
-            reason = "Select a character's armature"
-        elif STATE.job is not None:
-            reason = "Gestures are being made"
-        elif not armature.s2ag.audio:
-            reason = "Choose a recording"
-        else:
-            return True
-        cls.poll_message_set(reason)
-        return False
-
-    def execute(self, context):
-        armature = character(context)
-        try:
-            result = gesture.synthesize(context, armature.s2ag)
-            return self._finish(context, armature, result)
-        except S2agError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-
-    def invoke(self, context, event):
-        self._armature = character(context).name
-        STATE.messages.clear()
-        STATE.stage, STATE.value = "start", 0.0
-        try:
-            STATE.job = gesture.start(context, character(context).s2ag)
-        except S2agError as error:
-            return self._fail(error)
-        self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context, event):
-        if event.type == "ESC":
-            gesture.cancel(STATE.job)
-            return {"RUNNING_MODAL"}
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        for area in context.screen.areas:
-            area.tag_redraw()
-        try:
-            result = gesture.poll(STATE.job, self._on_progress)
-            if result is None:
-                return {"RUNNING_MODAL"}
-            self._stop(context)
-            armature = bpy.data.objects.get(self._armature)
-            if armature is None:
-                raise S2agError(f"The character {self._armature} is gone.", "Select it again.")
-            return self._finish(context, armature, result)
-        except S2agError as error:
-            self._stop(context)
-            return self._fail(error)
-
-    def cancel(self, context):
-        gesture.cancel(STATE.job)
-        self._stop(context)
-
-    def _on_progress(self, stage: str, value: float) -> None:
-        STATE.stage, STATE.value = stage, value
-
-    def _stop(self, context):
-        STATE.job = None
-        if getattr(self, "_timer", None):
-            context.window_manager.event_timer_remove(self._timer)
-            self._timer = None
-
-    def _finish(self, context, armature, result):
-        for warning in gesture.key(context, armature, result):
-            STATE.say(warning, "ERROR")
-            self.report({"WARNING"}, warning)
-        self.report({"INFO"}, f"{armature.name} gestures for {result['motions'][0].duration:.1f} seconds")
-        return {"FINISHED"}
-
-    def _fail(self, error: S2agError):
-        if error.kind == "Cancelled":
-            self.report({"INFO"}, "Cancelled")
-            return {"CANCELLED"}
-        STATE.say(error.message, "ERROR")
-        if error.remedy:
-            STATE.say(error.remedy, "BLANK1")
-        self.report({"ERROR"}, str(error))
-        return {"CANCELLED"}
+        reason = obstacle(context)
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
 
 
 class S2AG_OT_cancel(bpy.types.Operator):
-    """Stop making gestures; nothing has been changed"""
+    """Stop making gestures for this character; nothing has been changed"""
 
     bl_idname = "s2ag.cancel"
     bl_label = "Cancel"
 
     @classmethod
     def poll(cls, context):
-        return STATE.job is not None
+        if session.run_of(character(context)) is not None:
+            return True
+        cls.poll_message_set(told("No gestures are being made for this character"))
+        return False
 
     def execute(self, context):
-        gesture.cancel(STATE.job)
+        session.run_of(character(context)).cancel()
+        return {"FINISHED"}
+
+
+class NeedsCharacter:
+    """Base of operators that need no more than a character."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        if character(context) is not None:
+            return True
+        cls.poll_message_set(told("Select a character's armature"))
+        return False
+
+
+class S2AG_OT_remove_markers(NeedsCharacter, bpy.types.Operator):
+    """Remove the timeline markers that stand for words"""
+
+    bl_idname = "s2ag.remove_markers"
+    bl_label = "Remove Word Markers"
+
+    @classmethod
+    def poll(cls, context):
+        armature = character(context)
+        if armature is None or not markers.ours(context.scene, armature.s2ag.marker_prefix):
+            cls.poll_message_set(told("No marker starts with this prefix"))
+            return False
+        return True
+
+    def execute(self, context):
+        count = markers.remove(context.scene, character(context).s2ag.marker_prefix)
+        self.report({"INFO"}, told("{count} markers removed", count=count))
+        return {"FINISHED"}
+
+
+class S2AG_OT_edit_bone_map(NeedsCharacter, bpy.types.Operator):
+    """Choose the bones by hand, starting from those that were found"""
+
+    bl_idname = "s2ag.edit_bone_map"
+    bl_label = "Choose Bones"
+
+    def execute(self, context):
+        armature = character(context)
+        rows = {row.part: row.bones for row in readiness.of(armature).rows}
+        for part in EDGE_NAMES:
+            if part not in armature.s2ag.bone_map:
+                item = armature.s2ag.bone_map.add()
+                item.name, item.bones = part, ", ".join(rows.get(part, ()))
+        readiness.forget(armature)
+        return {"FINISHED"}
+
+
+class S2AG_OT_reset_bone_map(NeedsCharacter, bpy.types.Operator):
+    """Go back to the bones that are found by themselves"""
+
+    bl_idname = "s2ag.reset_bone_map"
+    bl_label = "Find Bones"
+
+    def execute(self, context):
+        armature = character(context)
+        armature.s2ag.bone_map.clear()
+        readiness.forget(armature)
+        return {"FINISHED"}
+
+
+class S2AG_OT_export(NeedsCharacter, bpy.types.Operator, ExportHelper):
+    """Write the character with its gestures as a file for other programs"""
+
+    bl_idname = "s2ag.export"
+    bl_label = "Export Character"
+    bl_options = {"REGISTER"}
+    check_extension = True
+
+    format: bpy.props.EnumProperty(
+        name="Format",
+        description="Kind of file",
+        items=[
+            (".bvh", "BVH", "The skeleton and its motion"),
+            (".fbx", "FBX", "The character with its meshes and motion"),
+            (".glb", "GLB", "The character with its meshes and motion, as glTF"),
+        ],
+    )
+    filter_glob: bpy.props.StringProperty(default="*.bvh;*.fbx;*.glb", options={"HIDDEN"})
+
+    @property
+    def filename_ext(self):
+        return self.format
+
+    def execute(self, context):
+        try:
+            gesture.export(context, character(context), self.filepath)
+        except S2agError as error:
+            self.report({"ERROR"}, told_error(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, told("Written: {path}", path=self.filepath))
         return {"FINISHED"}
 
 
@@ -154,7 +162,7 @@ class _AddCharacter:
         try:
             armature = gesture.add_character(self.character, getattr(self, "gender", "female"))
         except S2agError as error:
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, told_error(error))
             return {"CANCELLED"}
         for selected in context.selected_objects:
             selected.select_set(False)

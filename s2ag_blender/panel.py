@@ -1,20 +1,31 @@
-"""The sidebar panel: what goes in, one button, and what happens."""
+"""The sidebar panel: who gestures, to what, how, on which frames; then one button, and what happens."""
 
 import bpy
 
 from ..core.styles import AFFECTS
-from . import operators, properties
+from . import choices, errors_log, preferences, presets, preview, readiness, session, sources
+from .running import character
+from .translations import told
 
 
-class S2AG_PT_gestures(bpy.types.Panel):
-    bl_label = "Gestures"
+class Sidebar:
+    """Where all panels of the extension are."""
+
     bl_category = "S2AG"
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
 
+
+class S2AG_PT_gestures(Sidebar, bpy.types.Panel):
+    bl_label = "Gestures"
+
+    def draw_header_preset(self, context):
+        if character(context) is not None:
+            presets.S2AG_PT_presets.draw_panel_header(self.layout)
+
     def draw(self, context):
         layout = self.layout
-        armature = operators.character(context)
+        armature = character(context)
         if armature is None:
             layout.label(text="Select a character", icon="INFO")
             column = layout.column(align=True)
@@ -24,52 +35,143 @@ class S2AG_PT_gestures(bpy.types.Panel):
         settings = armature.s2ag
         layout.use_property_split = True
         layout.use_property_decorate = False
-        layout.label(text=armature.name, icon="ARMATURE_DATA")
-        column = layout.column()
+        draw_character(layout, armature)
+        draw_voice(layout, settings, context.scene)
+        draw_words(layout, settings, context.scene)
+        draw_style(layout, settings)
+        draw_affect(layout, settings)
+        draw_frames(layout, settings, context.scene)
+        draw_run(layout, armature, context)
+
+
+def draw_character(layout, armature) -> None:
+    """The character and in one line whether it can gesture."""
+    row = layout.row()
+    row.label(text=armature.name, icon="ARMATURE_DATA", translate=False)
+    ready = readiness.known(armature)
+    if ready is None:
+        row.label(text="Looking for bones", icon="TIME")
+    elif ready.problem:
+        layout.label(text=told(ready.problem), icon="ERROR")
+    else:
+        icon = "CHECKMARK" if ready.found == len(ready.rows) else "INFO"
+        row.label(text=told("{found} of {all} parts", found=ready.found, all=len(ready.rows)), icon=icon)
+
+
+def draw_voice(layout, settings, scene) -> None:
+    """Where the voice comes from."""
+    column = layout.column()
+    column.row().prop(settings, "audio_source", expand=True)
+    if settings.audio_source == "FILE":
         column.prop(settings, "audio")
+    elif settings.audio_source == "STRIP":
+        strip = sources.chosen_strip(settings, scene)
+        column.prop(settings, "sound_strip", icon="SOUND")
+        if strip is not None and not settings.sound_strip:
+            column.label(text=told("The only strip: {name}", name=strip.name), icon="SOUND")
+    reason = sources.missing(settings, scene)
+    if reason and not (settings.audio_source == "FILE" and not settings.audio):
+        column.label(text=reason, icon="INFO", translate=False)
+
+
+def draw_words(layout, settings, scene) -> None:
+    """Where the words come from."""
+    column = layout.column()
+    column.row().prop(settings, "transcript_source", expand=True)
+    if settings.transcript_source == "FILE":
         column.prop(settings, "transcript")
-        column.prop(settings, "style")
-        self._draw_affect(layout, settings)
-        column = layout.column(align=True)
-        column.prop(settings, "seed")
+        if not settings.transcript:
+            draw_beside(column, settings, scene)
+    elif settings.transcript_source == "BLOCK":
+        column.prop(settings, "transcript_block")
+    elif settings.transcript_source == "TYPED":
+        column.prop(settings, "typed")
+
+
+def draw_beside(layout, settings, scene) -> None:
+    """Whether the words were found beside the recording."""
+    recording = settings.audio
+    if settings.audio_source == "MIXDOWN":
+        recording = ""
+    elif settings.audio_source == "STRIP":
+        strip = sources.chosen_strip(settings, scene)
+        recording = sources.strip_path(strip) if strip is not None and strip.sound else ""
+    if sources.beside(recording):
+        layout.label(text="The .txt beside the recording is used", icon="CHECKMARK")
+    else:
+        layout.label(text="No words: the audio alone gestures", icon="INFO")
+
+
+def draw_style(layout, settings) -> None:
+    """Style, what it looks like, and a second one to blend in."""
+    column = layout.column()
+    column.prop(settings, "style_pick")
+    if choices.is_written(settings):
+        column.prop(settings, "style", text="Expression")
+        return
+    about = choices.description(settings)
+    if about:
+        for line in choices.wrapped(told(about)):
+            column.label(text=line, translate=False)
+    if not choices.can_blend(settings):
+        column.label(text="Random styles are not blended", icon="INFO")
+        return
+    column.prop(settings, "style_second_pick")
+    if settings.style_second:
+        column.prop(settings, "style_mix", slider=True)
+
+
+def draw_affect(layout, settings) -> None:
+    """Sliders of affect and gesture; greyed with the reason where the checkpoint lacks them."""
+    header, body = layout.panel("s2ag_affect")
+    header.label(text="Affect")
+    if body is None:
+        return
+    known = choices.control_names(settings.checkpoint)
+    body.prop(settings, "intensity", slider=True)
+    steered = body.column(align=True)
+    for name in (*AFFECTS, "rate", "hand"):
+        steered.prop(settings, name, slider=True)
+    body.prop(settings, "mirror")
+    # Greyed, not locked: whoever opens a file whose sliders are set must be able to set them back.
+    steered.active = bool(known)
+    if not known:
+        body.label(text="This checkpoint has intensity only", icon="INFO")
+
+
+def draw_frames(layout, settings, scene) -> None:
+    """Seed, number of takes, and frames."""
+    column = layout.column(align=True)
+    column.prop(settings, "seed")
+    column.prop(settings, "take_count")
+    column = layout.column()
+    column.prop(settings, "range")
+    if settings.range == "OWN" and settings.audio_source != "STRIP":
         column.prop(settings, "start_frame")
-        column = layout.column(heading="Options")
-        column.prop(settings, "mirror")
-        column.prop(settings, "add_sound")
-        self._draw_run(layout)
+    elif settings.range == "OWN":
+        column.label(text="The strip tells the frames", icon="INFO")
 
-    @staticmethod
-    def _draw_affect(layout, settings):
-        header, body = layout.panel("s2ag_affect")
-        header.label(text="Affect")
-        if body is None:
-            return
-        known = properties.control_names()
-        affect, gestures = body.column(align=True), body.column(align=True)
-        for name in AFFECTS:
-            affect.prop(settings, name, slider=True)
-        gestures.prop(settings, "intensity", slider=True)
-        steered = gestures.column(align=True)
-        for name in ("rate", "hand"):
-            steered.prop(settings, name, slider=True)
-        # Greyed, not locked: whoever opens a file whose sliders are set must be able to set them back.
-        affect.active = steered.active = bool(known)
-        if not known:
-            body.label(text="This checkpoint has intensity only", icon="INFO")
 
-    @staticmethod
-    def _draw_run(layout):
-        state = operators.STATE
-        if state.job is None:
-            row = layout.row()
-            row.scale_y = 1.4
-            row.operator("s2ag.generate", icon="PLAY")
-        else:
-            row = layout.row(align=True)
-            row.progress(factor=state.value, text=state.stage.capitalize())
-            row.operator("s2ag.cancel", text="", icon="X")
-        for text, icon in state.messages:
-            layout.label(text=text, icon=icon)
+def draw_run(layout, armature, context) -> None:
+    """The button, or the progress; then what the last run had to tell."""
+    run = session.run_of(armature)
+    if not preferences.engine_known(context):
+        layout.label(text="The gesture engine is not set up yet", icon="INFO")
+        layout.operator("s2ag.engine_setup", icon="IMPORT")
+    elif run is None:
+        row = layout.row(align=True)
+        row.scale_y = 1.4
+        row.operator("s2ag.generate", icon="PLAY")
+        row.prop(context.window_manager.s2ag, "live", text="", icon="HIDE_OFF" if preview.is_on(context) else "HIDE_ON")
+    else:
+        row = layout.row(align=True)
+        text = told("Cancelling") if run.cancelled else told(run.stage).capitalize() or told("Waiting for the engine")
+        row.progress(factor=run.value, text=text)
+        row.operator("s2ag.cancel", text="", icon="X")
+    for text, icon in session.messages(armature):
+        layout.label(text=text, icon=icon, translate=False)
+    if errors_log.latest() is not None and session.messages(armature):
+        layout.operator("s2ag.open_log", icon="TEXT")
 
 
 def draw_add_menu(self, context):

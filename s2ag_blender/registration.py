@@ -2,31 +2,66 @@
 
 import bpy
 
-from . import operators, panel, preferences, properties
+from . import (
+    command,
+    drop,
+    engine_ops,
+    gesture,
+    handlers,
+    operators,
+    panel,
+    preferences,
+    presets,
+    properties,
+    subpanels,
+    take_ops,
+    translations,
+)
 
 CLASSES = (
     preferences.S2AG_Preferences,
+    properties.S2AG_BoneChoice,
+    properties.S2AG_Take,
+    properties.S2AG_Session,
     properties.S2AG_Settings,
     operators.S2AG_OT_generate,
     operators.S2AG_OT_cancel,
     operators.S2AG_OT_add_human,
     operators.S2AG_OT_add_mannequin,
+    operators.S2AG_OT_remove_markers,
+    operators.S2AG_OT_edit_bone_map,
+    operators.S2AG_OT_reset_bone_map,
+    operators.S2AG_OT_export,
+    *take_ops.CLASSES,
     panel.S2AG_PT_gestures,
+    *subpanels.CLASSES,
+    *engine_ops.CLASSES,
+    *presets.CLASSES,
+    *drop.CLASSES,
 )
+SYSTEMS = (translations, presets, command, handlers)
+"""Modules with parts of Blender that are no classes: tables of words, folders of presets, commands."""
 
 
 def register():
     """Register every class and the per-character settings."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    bpy.types.Object.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Settings)
+    bpy.types.Object.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Settings, override={"LIBRARY_OVERRIDABLE"})
+    bpy.types.WindowManager.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Session)
     bpy.types.VIEW3D_MT_armature_add.append(panel.draw_add_menu)
+    for system in SYSTEMS:
+        system.register()
 
 
 def unregister():
     """Undo :func:`register` and stop the engine."""
-    operators.stop_engine()
+    engine_ops.stop()
+    for system in reversed(SYSTEMS):
+        system.unregister()
+    gesture.stop_engine()
     bpy.types.VIEW3D_MT_armature_add.remove(panel.draw_add_menu)
+    del bpy.types.WindowManager.s2ag
     del bpy.types.Object.s2ag
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -29,6 +29,64 @@ def empty_file():
     bpy.ops.wm.read_factory_settings(use_empty=True)
 
 
+@pytest.fixture(scope="module")
+def extension():
+    """The extension registered for a whole test file, so that its engine stays warm."""
+    import s2ag
+
+    s2ag.register()
+    yield
+    s2ag.unregister()
+
+
+@pytest.fixture(scope="session")
+def engine():
+    """A Python that can run the engine, beside a checkpoint to run."""
+    from s2ag.core.errors import WorkerFailed
+    from s2ag.s2ag_blender import client
+
+    try:
+        return client.find_interpreter()
+    except WorkerFailed as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture
+def figure(extension):
+    """A mannequin, active and selected."""
+    assert bpy.ops.s2ag.add_mannequin() == {"FINISHED"}
+    return bpy.context.active_object
+
+
+@pytest.fixture(scope="session")
+def voice(tmp_path_factory):
+    """Three seconds that sound like somebody who speaks, as a WAV; every Blender and engine reads it."""
+    from sounds import RATE, write_wav
+
+    time = np.arange(3 * RATE) / RATE
+    syllables = np.clip(np.sin(2 * np.pi * 3 * time), 0, 1) * (0.6 + 0.4 * np.sin(2 * np.pi * 0.7 * time))
+    buzz = sum(np.sin(2 * np.pi * 140 * harmonic * time) / harmonic for harmonic in range(1, 12))
+    path = tmp_path_factory.mktemp("voice") / "voice.wav"
+    write_wav(path, 0.3 * syllables * buzz)
+    return path
+
+
+@pytest.fixture
+def speaker(figure, engine, voice):
+    """A mannequin with a recording, ready for the button."""
+    figure.s2ag.audio = str(voice)
+    return figure
+
+
+@pytest.fixture
+def sound_system(tmp_path):
+    """Skips where this Blender was built without sound."""
+    try:
+        import aud  # noqa: F401
+    except ImportError as error:
+        pytest.skip(f"this Blender was built without sound: {error}")
+
+
 @pytest.fixture(scope="session")
 def wave():
     """A function from a number of frames to a motion: the average posture, its left forearm going up and down."""

@@ -1,0 +1,15 @@
+import bpy
+
+person = bpy.context.object
+settings = (person if person.type == "ARMATURE" else person.find_armature()).s2ag
+
+settings.style = "eager storyteller"
+settings.style_second = "warm host"
+settings.style_mix = 0.5
+settings.intensity = 0.8
+settings.arousal = -0.5
+settings.valence = 0.5
+settings.dominance = -0.1
+settings.rate = -0.3
+settings.hand = 0.0
+settings.mirror = False

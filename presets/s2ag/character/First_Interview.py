@@ -1,0 +1,15 @@
+import bpy
+
+person = bpy.context.object
+settings = (person if person.type == "ARMATURE" else person.find_armature()).s2ag
+
+settings.style = "nervous"
+settings.style_second = ""
+settings.style_mix = 0.5
+settings.intensity = 0.8
+settings.arousal = 0.2
+settings.valence = -0.3
+settings.dominance = -0.7
+settings.rate = -0.1
+settings.hand = 0.0
+settings.mirror = False

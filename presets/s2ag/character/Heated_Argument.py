@@ -1,0 +1,15 @@
+import bpy
+
+person = bpy.context.object
+settings = (person if person.type == "ARMATURE" else person.find_armature()).s2ag
+
+settings.style = "stern"
+settings.style_second = "grand orator"
+settings.style_mix = 0.4
+settings.intensity = 1.25
+settings.arousal = 0.9
+settings.valence = -0.8
+settings.dominance = 0.7
+settings.rate = 0.6
+settings.hand = 0.0
+settings.mirror = False

@@ -1,0 +1,15 @@
+import bpy
+
+person = bpy.context.object
+settings = (person if person.type == "ARMATURE" else person.find_armature()).s2ag
+
+settings.style = "grand orator"
+settings.style_second = "brisk presenter"
+settings.style_mix = 0.35
+settings.intensity = 1.1
+settings.arousal = 0.3
+settings.valence = 0.2
+settings.dominance = 0.6
+settings.rate = 0.1
+settings.hand = 0.0
+settings.mirror = False

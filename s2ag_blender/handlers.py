@@ -1,0 +1,49 @@
+"""What happens by itself when files come and go."""
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import layers, preview, readiness, session
+
+
+@persistent
+def _before_load(*_) -> None:
+    preview.stop()
+    session.clear()
+    readiness.forget()
+
+
+@persistent
+def _before_save(*_) -> None:
+    for armature in [item for item in bpy.data.objects if item.type == "ARMATURE"]:
+        layers.drop_draft(armature)
+
+
+@persistent
+def _after_undo(*_) -> None:
+    readiness.forget()
+
+
+_HANDLERS = (
+    (bpy.app.handlers.load_pre, _before_load),
+    (bpy.app.handlers.save_pre, _before_save),
+    (bpy.app.handlers.undo_post, _after_undo),
+    (bpy.app.handlers.redo_post, _after_undo),
+)
+
+
+def register() -> None:
+    """Listen."""
+    for events, handler in _HANDLERS:
+        events.append(handler)
+
+
+def unregister() -> None:
+    """Listen no more, and end what is under way."""
+    for events, handler in reversed(_HANDLERS):
+        events.remove(handler)
+    preview.stop()
+    if bpy.app.timers.is_registered(preview.tick):
+        bpy.app.timers.unregister(preview.tick)
+    session.clear()
+    readiness.forget()

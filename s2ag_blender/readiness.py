@@ -1,0 +1,118 @@
+"""How ready a character is: what each part of the body maps to, worked out once for a rig and then only looked up."""
+
+from dataclasses import dataclass
+
+import bpy
+
+from ..core.errors import S2agError
+from ..core.skeleton import EDGE_NAMES
+from ..rigs.plain import ARMS
+from . import rig
+from .translations import told
+
+
+@dataclass(frozen=True)
+class Row:
+    """One part: its name for people, its bones, whether it is found, and what stands in the way."""
+
+    part: str
+    bones: tuple[str, ...]
+    found: bool
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Readiness:
+    """Rows in the body's order, the family of the rig, warnings, and the sentence that tells why it cannot gesture at all."""
+
+    rows: tuple[Row, ...] = ()
+    family: str = ""
+    warnings: tuple[str, ...] = ()
+    problem: str = ""
+
+    @property
+    def ready(self) -> bool:
+        """Whether the character can gesture."""
+        return not self.problem
+
+    @property
+    def found(self) -> int:
+        """How many parts have bones."""
+        return sum(row.found for row in self.rows)
+
+
+_known: dict[tuple, Readiness] = {}
+_wanted: set[str] = set()
+
+
+def of(armature: bpy.types.Object) -> Readiness:
+    """The readiness of a character; slow for a large rig the first time."""
+    key = _key(armature)
+    if key not in _known:
+        forget(armature)
+        _known[key] = _look(armature)
+    return _known[key]
+
+
+def known(armature: bpy.types.Object) -> Readiness | None:
+    """The readiness if it has been worked out; else None, and it is worked out as soon as Blender is idle. For drawing."""
+    found = _known.get(_key(armature))
+    if found is None and armature.name not in _wanted:
+        _wanted.add(armature.name)
+        bpy.app.timers.register(_catch_up, first_interval=0.0)
+    return found
+
+
+def forget(armature: bpy.types.Object | None = None) -> None:
+    """Look at a character (at all of them, if None) afresh the next time."""
+    for key in [key for key in _known if armature is None or key[0] == armature.name]:
+        del _known[key]
+    _wanted.clear()
+
+
+def chosen(settings) -> dict[str, tuple[str, ...]] | None:
+    """The bones that were chosen by hand, ``{part: bones}``; None where the found ones are to be used."""
+    if not settings.bone_map:
+        return None
+    chains = {item.name: tuple(bone.strip() for bone in item.bones.split(",") if bone.strip()) for item in settings.bone_map}
+    return {part: chain for part, chain in chains.items() if chain}
+
+
+def label(part: str) -> str:
+    """A part's name as a heading: "Left Upper Arm"."""
+    return part.replace("_", " ").title()
+
+
+def _key(armature) -> tuple:
+    return armature.name, len(armature.data.bones), armature.library is None, len(armature.s2ag.bone_map)
+
+
+def _look(armature) -> Readiness:
+    try:
+        rig.require_armature(armature)
+        bones = rig.read(armature)
+        mapping = rig.resolve_mapping(armature, bones, chosen(armature.s2ag))
+    except S2agError as error:
+        return Readiness(problem=str(error))
+    rows = [
+        Row(part, mapping.chains.get(part, ()), part in mapping.chains, "" if part in mapping.chains else _without(part))
+        for part in EDGE_NAMES
+    ]
+    return Readiness(tuple(rows), mapping.family, mapping.warnings)
+
+
+def _without(part: str) -> str:
+    return told("needed") if part in ARMS else told("stays as it is")
+
+
+def _catch_up() -> None:
+    names = list(_wanted)
+    _wanted.clear()
+    for name in names:
+        armature = bpy.data.objects.get(name)
+        if armature is not None and armature.type == "ARMATURE" and _key(armature) not in _known:
+            of(armature)
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()

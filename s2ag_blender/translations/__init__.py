@@ -1,0 +1,68 @@
+"""The extension's words in other languages, given to Blender, which picks by the language of the preferences."""
+
+import functools
+import json
+import re
+from pathlib import Path
+
+import bpy
+
+from ...core.errors import S2agError
+
+_NAME = "s2ag"
+_FOLDER = Path(__file__).parent
+_MOST = 1000
+
+
+def _tables(folder: Path) -> dict[str, dict[str, str]]:
+    return {path.stem: json.loads(path.read_text("utf-8")) for path in folder.glob("*.json")}
+
+
+LANGUAGES = _tables(_FOLDER)
+"""Locale -> table of a whole language: ``{message: translation}``, a JSON file each."""
+
+
+@functools.cache
+def errors(locale: str) -> dict[str, str]:
+    """What the engine and everything else says when it fails, ``{}`` for each name or number in it; empty for no table."""
+    return _tables(_FOLDER / "errors").get(locale, {})
+
+
+@functools.lru_cache(maxsize=_MOST)
+def sentence(locale: str, text: str) -> str:
+    """A finished sentence of :func:`errors` in another language, or ``text`` where it is none of them."""
+    best, filled = -1, text
+    for template, translated in errors(locale).items():
+        fixed = template.split("{}")
+        if len("".join(fixed)) > best and (found := re.fullmatch("(.*)".join(map(re.escape, fixed)), text, re.DOTALL)):
+            best, filled = len("".join(fixed)), translated.format(*found.groups())
+    return filled
+
+
+def told(text: str, **values) -> str:
+    """A sentence for the user in the user's language; ``values`` fill its ``{names}``."""
+    translated = bpy.app.translations.pgettext_rpt(text)
+    if values:
+        return translated.format(**values)
+    locale = bpy.app.translations.locale
+    return sentence(locale, text) if translated == text and locale in LANGUAGES else translated
+
+
+def told_error(error: S2agError) -> str:
+    """An error and its remedy in one line, in the user's language."""
+    return f"{told(error.message)} {told(error.remedy)}".strip()
+
+
+def register() -> None:
+    """Give every table to Blender."""
+    tables = {}
+    for locale, table in LANGUAGES.items():
+        # Names of operators have a context of their own in Blender.
+        pairs = {(context, message): text for message, text in table.items() for context in ("*", "Operator")}
+        tables[locale] = pairs
+    bpy.app.translations.register(_NAME, tables)
+
+
+def unregister() -> None:
+    """Take the tables back."""
+    bpy.app.translations.unregister(_NAME)

@@ -1,0 +1,67 @@
+"""What the extension costs a Blender in which nobody uses it: drawing its panels, and starting up.
+
+Blender has no layout to draw on without a window, so panels are drawn on a stand-in whose calls cost about what the real
+ones' Python side does (a call, the look-up of the property, a note); what is measured is the extension's own work.
+"""
+
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+pytest.importorskip("pytest_benchmark")
+
+import s2ag  # noqa: E402
+from acted import drawn  # noqa: E402
+from s2ag.s2ag_blender import readiness, takes  # noqa: E402
+
+DRAW, REGISTER = 0.001, 0.150
+"""Seconds that all panels, and registering, may cost; of the processor's time, so that a busy machine does not count."""
+
+
+@pytest.fixture
+def figure():
+    """A mannequin with twenty takes, layers and words: every panel is full."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    s2ag.register()
+    bpy.ops.s2ag.add_mannequin()
+    armature = bpy.context.active_object
+    for number in range(20):
+        take = armature.s2ag.takes.add()
+        take.name, take.title, take.action = f"1.{number}", f"Take {number}", bpy.data.actions.new("take")
+    armature.s2ag.active_take, armature.s2ag.result = 3, "LAYER"
+    armature.s2ag.style_second = "tired"
+    armature.s2ag.audio = "/voice.wav"
+    readiness.of(armature)
+    assert takes.active(armature)
+    yield armature
+    s2ag.unregister()
+
+
+def test_draw_all_panels(benchmark, figure):
+    benchmark.pedantic(drawn, rounds=200, warmup_rounds=10)
+    print(f"\nall panels: {benchmark.stats.stats.min * 1000:.2f} ms at best, {benchmark.stats.stats.median * 1000:.2f} ms median")
+    assert benchmark.stats.stats.min < DRAW
+
+
+def test_register(benchmark):
+    """In a fresh Blender each time, with all that registering imports."""
+    code = textwrap.dedent("""
+        import sys, time, bpy
+        import s2ag
+        began = time.process_time()
+        s2ag.register()
+        print(time.process_time() - began)
+        assert not {"torch", "librosa", "gensim"} & set(sys.modules)
+    """)
+
+    def once():
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        found.append(float(next(line for line in done.stdout.splitlines() if line.replace(".", "").isdigit())))
+
+    found = []
+    benchmark.pedantic(once, rounds=5)
+    print(f"\nregister: {sorted(found)[2] * 1000:.0f} ms (median of 5), {min(found) * 1000:.0f} ms at best")
+    assert min(found) < REGISTER

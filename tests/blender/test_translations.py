@@ -1,0 +1,254 @@
+"""Every word that the extension shows has a German one; the words are found in the registered classes and in the source."""
+
+import ast
+import json
+import re
+import string
+from pathlib import Path
+
+import bpy
+import pytest
+import s2ag
+from s2ag.core import errors, skeleton
+from s2ag.s2ag_blender import engine_pip, readiness, registration, translations
+
+FOLDER = Path(__file__).resolve().parents[2] / "s2ag_blender"
+PRESETS = FOLDER.parent / "presets"
+SHOWN = {"text", "heading"}
+TOLD = {"told": 0, "_row": 1, "pgettext_rpt": 0, "pgettext_iface": 0}
+REFUSED = {"report": 1, "poll_message_set": 0}
+"""Calls whose text Blender does not translate by itself, with the place of the text among the arguments."""
+SENTENCE = re.compile(r"[A-Z][a-z']+ [\w'{}-]+ .*[^.;,(]$")
+WARNING = ("warnings.append", "self.warn", "self._tell")
+NAMES = {"S2AG", "PyTorch", "Version", "Take", "Takes", "Wheels", "BVH", "FBX", "GLB"}
+"""What may be the same in German."""
+
+
+@pytest.fixture
+def extension():
+    s2ag.register()
+    yield
+    s2ag.unregister()
+
+
+def trees():
+    for path in sorted(FOLDER.rglob("*.py")):
+        yield path, ast.parse(path.read_text("utf-8"))
+
+
+def calls():
+    """Every call in the package: file, name of what is called, node."""
+    for path, tree in trees():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call):
+                function = node.func
+                name = function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
+                yield path, name, node
+
+
+def literals(node):
+    """Texts that an expression can become: itself, or the branches of a choice."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        return [node.value]
+    if isinstance(node, ast.IfExp):
+        return literals(node.body) + literals(node.orelse)
+    if isinstance(node, ast.BoolOp):
+        return [text for value in node.values for text in literals(value)]
+    return []
+
+
+def texts_of_calls():
+    for _, name, node in calls():
+        if any(word.arg == "translate" for word in node.keywords):
+            continue
+        for word in node.keywords:
+            if word.arg in SHOWN:
+                yield from literals(word.value)
+        if name in TOLD and node.args:
+            yield from literals(node.args[TOLD[name]])
+
+
+def properties(cls):
+    """The properties that a class of ours declares, as Blender has them once the class is registered."""
+    declared = {
+        name: value
+        for base in cls.__mro__
+        if base.__module__.startswith("s2ag.")
+        for name, value in getattr(base, "__annotations__", {}).items()
+    }
+    if issubclass(cls, bpy.types.Operator):
+        rna = getattr(bpy.ops.s2ag, cls.bl_idname.partition(".")[2]).get_rna_type()
+    else:
+        rna = cls.bl_rna
+    return [rna.properties[name] for name in declared if not rna.properties[name].is_hidden]
+
+
+def described(cls):
+    return getattr(bpy.ops.s2ag, cls.bl_idname.partition(".")[2]).get_rna_type().description
+
+
+def texts_of_classes():
+    """Labels, descriptions, tabs and properties with their choices."""
+    for cls in registration.CLASSES:
+        if not issubclass(cls, (bpy.types.PropertyGroup, bpy.types.AddonPreferences)):
+            yield getattr(cls, "bl_label", "")
+            yield getattr(cls, "bl_category", "")
+            if issubclass(cls, bpy.types.Operator):
+                yield described(cls)
+        for prop in properties(cls):
+            yield from (prop.name if prop.name != prop.identifier else "", prop.description)
+            if prop.type == "ENUM":
+                for item in prop.enum_items_static:
+                    yield from (item.name, item.description)
+
+
+def texts_of_choices():
+    """Names and descriptions of choices that are made while Blender runs: (identifier, name, description, number)."""
+    for _, tree in trees():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Tuple) and len(node.elts) == 4 and not literals(node.elts[3]):
+                name, description = map(literals, node.elts[1:3])
+                if name and description:
+                    yield from (*name, *description)
+
+
+def texts_of_reasons():
+    """Sentences that functions return or keep under a name, to be told by their callers, and the names of stages."""
+    for _, tree in trees():
+        for node in ast.walk(tree):
+            if isinstance(node, (ast.Return, ast.Assign)) and node.value is not None:
+                yield from (text for text in literals(node.value) if SENTENCE.match(text))
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+            if any(ast.unparse(target).endswith("stage") for target in targets):
+                yield from literals(node.value)
+            if isinstance(node, ast.Assign) and isinstance(node.value, ast.Tuple):
+                parts = node.targets[0].elts if isinstance(node.targets[0], ast.Tuple) else node.value.elts
+                for target, value in zip(parts, node.value.elts, strict=False):
+                    if ast.unparse(target).endswith("stage"):
+                        yield from literals(value)
+    engine = ast.parse((FOLDER.parent / "core" / "synthesis.py").read_text("utf-8"))
+    for node in ast.walk(engine):
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("self.stage", "self.progress") and node.args:
+            yield from literals(node.args[0])
+
+
+def wanted():
+    found = {*texts_of_calls(), *texts_of_classes(), *texts_of_choices(), *texts_of_reasons()}
+    found |= {readiness.label(part) for part in skeleton.EDGE_NAMES}
+    found |= {bpy.path.display_name(path.name, title_case=False) for path in PRESETS.rglob("*.py")}
+    return {text for text in found if any(letter.isalpha() for letter in text)}
+
+
+@pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
+def test_every_text_has_a_translation(extension, locale):
+    table = translations.LANGUAGES[locale]
+    missing = sorted(wanted() - set(table))
+    assert not missing, "\n" + json.dumps(missing, indent=1, ensure_ascii=False)
+
+
+@pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
+def test_nothing_is_translated_that_is_not_said(extension, locale):
+    assert not sorted(set(translations.LANGUAGES[locale]) - wanted())
+
+
+@pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
+def test_translations_keep_their_places_and_differ(locale):
+    def places(text):
+        return sorted((name, rule) for _, name, rule, _ in string.Formatter().parse(text) if name)
+
+    for text, translated in translations.LANGUAGES[locale].items():
+        assert places(text) == places(translated), text
+        assert translated.strip() and (translated != text or text in NAMES), text
+        assert text.endswith(".") == translated.endswith("."), text
+
+
+def template(node):
+    """An error's text as the table has it: a hole for each name or number."""
+    if isinstance(node, ast.JoinedStr):
+        return ["".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)]
+    if isinstance(node, ast.IfExp):
+        return template(node.body) + template(node.orelse)
+    return literals(node)
+
+
+def texts_of_errors():
+    """Message and remedy of every error, and every warning, that can reach Blender."""
+    kinds = {name for name, value in vars(errors).items() if isinstance(value, type) and issubclass(value, errors.S2agError)}
+    for path in (path for folder in ("core", "rigs", "s2ag_blender") for path in (FOLDER.parent / folder).rglob("*.py")):
+        if {"cli", "corpus", "train", "evaluate", "model", "job.py", "vectors_build.py"} & set(path.parts):
+            continue  # these run in other processes, for other people
+        tree = ast.parse(path.read_text("utf-8"))
+        named = {}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+                named.setdefault(node.targets[0].id, []).extend(template(node.value))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in kinds | {
+                "SetupFailed",
+                "cls",
+                "_lose",
+            }:
+                for argument in node.args[:2]:
+                    yield from named.get(argument.id, []) if isinstance(argument, ast.Name) else template(argument)
+            if isinstance(node, ast.Call) and ast.unparse(node.func).endswith(WARNING) and len(node.args) == 1:
+                yield from template(node.args[0])
+    for _, message, remedy in engine_pip._FAULTS:
+        yield from (message, remedy)
+
+
+@pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
+def test_every_error_has_a_translation(locale):
+    said = {text for text in texts_of_errors() if sum(letter.isalpha() for letter in text) > 7}
+    table = translations.errors(locale)
+    missing = sorted(said - set(table))
+    assert not missing, "\n" + json.dumps(missing, indent=1, ensure_ascii=False)
+    for text, translated in table.items():
+        assert text.count("{}") == translated.count("{}") and text.endswith(".") == translated.endswith("."), text
+
+
+def test_errors_are_told_in_german_with_their_names():
+    told = translations.sentence("de_DE", "The recording /a {b} c.wav does not exist.")
+    assert told == "Die Aufnahme /a {b} c.wav gibt es nicht."
+    assert translations.sentence("de_DE", "Nobody thought of this.") == "Nobody thought of this."
+    message, remedy = engine_pip.explain(["ERROR: No matching distribution found for av>=12"], "the package registry")
+    assert translations.sentence("de_DE", message).startswith("av>=12 gibt es")
+    assert translations.sentence("de_DE", remedy) != remedy
+
+
+def test_the_scan_sees_what_is_there(extension):
+    found = wanted()
+    assert {"Recording", "Set Up Engine", "The engine works", "Cancel", "Generate Gestures", "Folder of Wheels"} <= found
+
+
+def test_descriptions_are_one_line_without_a_full_stop(extension):
+    for cls in registration.CLASSES:
+        texts = [described(cls)] if issubclass(cls, bpy.types.Operator) else []
+        texts += [prop.description for prop in properties(cls)]
+        for text in texts:
+            assert "\n" not in text and not text.endswith("."), f"{cls.__name__}: {text!r}"
+
+
+def test_no_text_is_made_of_pieces_that_cannot_be_translated():
+    """An f-string has no fixed words to look up: told() fills names into a whole sentence."""
+    wrong = []
+    for path, name, node in calls():
+        untouched = any(word.arg == "translate" for word in node.keywords)
+        parts = [] if untouched else [word.value for word in node.keywords if word.arg in SHOWN]
+        if name in REFUSED and len(node.args) > REFUSED[name]:
+            text = node.args[REFUSED[name]]
+            parts.append(text)
+            if literals(text):
+                wrong.append(f"{path.name}:{node.lineno} wants told()")
+        if name in TOLD and node.args:
+            parts.append(node.args[0])
+        if any(isinstance(inner, ast.JoinedStr) for part in parts for inner in ast.walk(part)):
+            wrong.append(f"{path.name}:{node.lineno} has an f-string")
+    assert not wrong, "\n" + "\n".join(wrong)
+
+
+def test_blender_takes_the_tables(extension):
+    """The wheels of bpy know no languages, so the words come back as they are; in a window it was tried by hand."""
+    assert translations.told("The engine works") == "The engine works"
+    assert translations.told("{path} is open", path="log") == "log is open"
+    failed = errors.S2agError("It {broke}.", "Mend it.")
+    assert translations.told_error(failed) == "It {broke}. Mend it."

@@ -1,0 +1,133 @@
+"""What a user does and sees: undo steps, curves of an action, poses, and a sheet to draw panels on."""
+
+import bpy
+import numpy as np
+from s2ag.s2ag_blender import compat, keyframes
+
+
+def press(operator, **options):
+    """Run an operator as a button does, with its own undo step."""
+    return operator("EXEC_DEFAULT", True, **options)
+
+
+def curves(action):
+    """``{(path, index): (keys, 2)}`` of all curves of an action."""
+    found = {}
+    for curve in compat.curves(action):
+        points = np.empty(len(curve.keyframe_points) * 2)
+        curve.keyframe_points.foreach_get("co", points)
+        found[curve.data_path, curve.array_index] = points.reshape(-1, 2)
+    return found
+
+
+def same_curves(one, other):
+    """Whether two actions have exactly the same keys."""
+    first, second = (found if isinstance(found, dict) else curves(found) for found in (one, other))
+    return first.keys() == second.keys() and all(np.array_equal(first[key], second[key]) for key in first)
+
+
+def pose(armature, frame):
+    """Posed matrices ``{bone: (4, 4)}`` in armature space on a frame."""
+    bpy.context.scene.frame_set(frame)
+    posed = armature.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    return {bone.name: np.array(bone.matrix) for bone in posed.pose.bones}
+
+
+def apart(one, other):
+    """Largest angle in degrees between the bones of two poses."""
+    worst = 0.0
+    for name in one:
+        turn = one[name][:3, :3] @ np.linalg.inv(other[name][:3, :3])
+        worst = max(worst, np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1))))
+    return worst
+
+
+def animate(armature, bones, frames=(1, 40), turn=0.4, name="walk"):
+    """A plain action of the user's: each bone turns from rest about its own x; returns the action, which is active."""
+    rotations = {}
+    for bone in bones:
+        half = np.linspace(0, turn, len(frames)) / 2
+        rotations[bone] = np.stack([np.cos(half), np.sin(half), 0 * half, 0 * half], -1)
+    action, slot = keyframes.write_action(name, armature, rotations, np.array(frames))
+    compat.assign_action(armature, action, slot)
+    return action
+
+
+def overridden(armature, folder):
+    """The character linked from a file into an empty one, as a library override; its armature is active."""
+    library = str(folder / "library.blend")
+    collection = bpy.data.collections.new("Figure")
+    bpy.context.scene.collection.children.link(collection)
+    for item in [armature, *armature.children]:
+        collection.objects.link(item)
+    bpy.data.libraries.write(library, {collection}, fake_user=True)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    with bpy.data.libraries.load(library, link=True) as (_, wanted):
+        wanted.collections = ["Figure"]
+    bpy.context.scene.collection.children.link(wanted.collections[0])
+    wanted.collections[0].override_hierarchy_create(bpy.context.scene, bpy.context.view_layer)
+    override = next(item for item in bpy.data.objects if item.override_library and item.type == "ARMATURE")
+    bpy.context.view_layer.objects.active = override
+    return override
+
+
+class Sheet:
+    """A layout that notes what is drawn on it; properties and operators that do not exist cannot be drawn."""
+
+    def __init__(self, drawn=None, above=()):
+        self.drawn = [] if drawn is None else drawn
+        self.above, self.active, self.enabled = above, True, True
+        self.use_property_split = self.use_property_decorate = self.alert = False
+        self.scale_y = 1.0
+
+    def column(self, **_):
+        return Sheet(self.drawn, (*self.above, self))
+
+    row = box = split = column
+
+    def panel(self, name, default_closed=False):
+        return self.column(), self.column()
+
+    def prop(self, settings, name, text=None, **_):
+        assert name in settings.bl_rna.properties, name
+        getattr(settings, name)
+        self.drawn.append((name, self))
+
+    def prop_search(self, settings, name, *_, **__):
+        self.prop(settings, name)
+
+    def label(self, text="", icon="NONE", translate=True):
+        self.drawn.append((text, self))
+
+    def operator(self, name, **_):
+        group, _, verb = name.partition(".")
+        kind = getattr(getattr(bpy.ops, group), verb).get_rna_type()
+        self.drawn.append((name, self))
+        return type("Options", (), dict.fromkeys(kind.properties.keys()))()
+
+    def progress(self, factor=0.0, text="", **_):
+        self.drawn.append((text, self))
+
+    def template_list(self, kind, name, data, prop, active_data, active, **_):
+        self.drawn.append((kind, self))
+        for number, item in enumerate(getattr(data, prop)):
+            getattr(bpy.types, kind).draw_item(None, bpy.context, self, data, item, 0, active_data, active, number)
+
+    def separator(self, **_):
+        pass
+
+    def popover(self, panel, **_):
+        self.drawn.append((panel, self))
+
+
+def drawn(*panels):
+    """What panels show now: ``{property, operator or text: whether it is active}``; all of the extension's if none is named."""
+    from s2ag.s2ag_blender import panel, subpanels
+
+    every = [panel.S2AG_PT_gestures, *[one for one in subpanels.CLASSES if issubclass(one, bpy.types.Panel)]]
+    sheet = Sheet()
+    for cls in panels or every:
+        if not hasattr(cls, "poll") or cls.poll(bpy.context):
+            stand_in = type("Stand", (), {"layout": sheet, "draw_settings": getattr(cls, "draw_settings", None)})()
+            cls.draw(stand_in, bpy.context)
+    return {what: all(layout.active for layout in (*where.above, where)) for what, where in sheet.drawn}
