@@ -3,12 +3,7 @@
 import numpy as np
 
 from . import skeleton
-
-REST = skeleton.MEAN_UNIT.copy()
-REST[list(skeleton.ARM_EDGES)] = skeleton.normalize(
-    np.array([[-0.23, 0.97, -0.02], [-0.08, 0.95, 0.30], [0.23, 0.97, -0.02], [0.08, 0.95, 0.30]], np.float32)
-)
-"""Standing at ease: the trunk as in :data:`skeleton.MEAN_UNIT`, the arms hanging with slightly bent elbows."""
+from .skeleton import REST
 
 SETTLE_AFTER = 0.7  # seconds of silence before the hands start to sink
 SETTLE_TIME = 1.2  # seconds they take

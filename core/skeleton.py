@@ -69,6 +69,13 @@ MEAN_UNIT = normalize(MEAN)
 """Unit vectors along :data:`MEAN`."""
 
 
+REST = MEAN_UNIT.copy()
+REST[list(ARM_EDGES)] = normalize(
+    np.array([[-0.23, 0.97, -0.02], [-0.08, 0.95, 0.30], [0.23, 0.97, -0.02], [0.08, 0.95, 0.30]], np.float32)
+)
+"""Standing at ease: the trunk as in the mean, the arms hanging with slightly bent elbows."""
+
+
 def to_positions(directions: np.ndarray, lengths: np.ndarray = LENGTHS) -> np.ndarray:
     """Joint positions ``(..., 10, 3)`` from directions ``(..., 9, 3)``, spine at the origin (paper eq. 11).
 

@@ -93,6 +93,11 @@ def curves(action: bpy.types.Action, slot=None) -> list:
     ]
 
 
+def influence_curve(strip: bpy.types.NlaStrip):
+    """The curve of an NLA strip's own influence, or None; it belongs to the strip in every version."""
+    return strip.fcurves.find("influence")
+
+
 def sequencer_strips(editor):
     """The top-level strips of a sequence editor."""
     return editor.strips if hasattr(editor, "strips") else editor.sequences

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from ..core import rest
+from ..core import skeleton
 from ..core.errors import AudioUnreadable, S2agError, UsageError
 from ..core.motion import Motion
 from ..rigs.goals import Options
@@ -262,7 +262,7 @@ class _Laying:
 
     def _neutral(self, rotations) -> dict:
         """Rotations (4,) of the bones when the body stands at ease."""
-        still = Motion(np.repeat(rest.REST[None], 2, 0))
+        still = Motion(np.repeat(skeleton.REST[None], 2, 0))
         found = apply.pose_keys(
             self.armature,
             still,

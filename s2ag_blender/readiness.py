@@ -6,7 +6,8 @@ import bpy
 
 from ..core.errors import S2agError
 from ..core.skeleton import EDGE_NAMES
-from ..rigs.plain import ARMS
+from ..rigs.family import families
+from ..rigs.plain import ARMS, Finding
 from . import rig
 from .translations import told
 
@@ -90,19 +91,21 @@ def _key(armature) -> tuple:
 def _look(armature) -> Readiness:
     try:
         rig.require_armature(armature)
-        bones = rig.read(armature)
-        mapping = rig.resolve_mapping(armature, bones, chosen(armature.s2ag))
     except S2agError as error:
         return Readiness(problem=str(error))
-    rows = [
-        Row(part, mapping.chains.get(part, ()), part in mapping.chains, "" if part in mapping.chains else _without(part))
-        for part in EDGE_NAMES
-    ]
-    return Readiness(tuple(rows), mapping.family, mapping.warnings)
+    mapping, refusal = rig.survey(armature, chosen(armature.s2ag))
+    found = {one.part: one for one in mapping.findings}
+    rows = [_row(part, mapping.chains.get(part, ()), found.get(part)) for part in EDGE_NAMES]
+    names = {family.key: family.name for family in families()}
+    family = names.get(mapping.family, mapping.family)
+    return Readiness(tuple(rows), family, mapping.warnings, "" if refusal is None else str(refusal))
 
 
-def _without(part: str) -> str:
-    return told("needed") if part in ARMS else told("stays as it is")
+def _row(part: str, bones: tuple[str, ...], found: Finding | None) -> Row:
+    if bones:
+        return Row(part, bones, True)
+    known = found.note if found is not None else ""
+    return Row(part, (), False, known or (told("needed") if part in ARMS else told("stays as it is")))
 
 
 def _catch_up() -> None:

@@ -50,13 +50,15 @@ def require_armature(armature: bpy.types.Object) -> None:
         )
 
 
-def survey(armature: bpy.types.Object, mapping: Mapping | None = None) -> tuple[Mapping, RigUnusable | None]:
+def survey(armature: bpy.types.Object, mapping: Mapping | dict | None = None) -> tuple[Mapping, RigUnusable | None]:
     """What is known of an armature, and why that is not enough, or None; changes and raises nothing."""
     bones = read(armature)
     if mapping is None:
         mapping, refusal = detect_all(bones, f'Armature "{armature.name}"', vrm.humanoid(armature))
         if refusal is not None:
             return mapping, refusal
+    elif not isinstance(mapping, Mapping):
+        mapping = _by_hand(bones, mapping)
     try:
         return resolve_mapping(armature, bones, mapping), None
     except RigUnusable as error:
@@ -74,10 +76,19 @@ def resolve_mapping(armature: bpy.types.Object, bones: Bones, mapping: Mapping |
     if mapping is None:
         mapping = detect(bones, f'Armature "{armature.name}"', vrm.humanoid(armature))
     elif not isinstance(mapping, Mapping):
-        chains = {part: (chain,) if isinstance(chain, str) else tuple(chain) for part, chain in mapping.items()}
-        mapping = Mapping({part: chain for part, chain in chains.items() if chain})
+        mapping = _by_hand(bones, mapping)
     mapping = _without_locked(armature, mapping.check(bones))
     return replace(mapping, warnings=(*mapping.warnings, *_obstacles(armature, mapping)))
+
+
+def _by_hand(bones: Bones, chosen: dict) -> Mapping:
+    """A mapping of ``{part: bone or bones}``, with the hips and the switches of the kind of rig whose arms it has."""
+    chains = {part: (chain,) if isinstance(chain, str) else tuple(chain) for part, chain in chosen.items()}
+    mapping = Mapping({part: chain for part, chain in chains.items() if chain})
+    found, refusal = detect_all(bones)
+    if refusal is not None or any(found.chains[part] != mapping.chains.get(part) for part in ARMS):
+        return mapping
+    return replace(mapping, hips=found.hips, switches=found.switches)
 
 
 def is_locked(bone: bpy.types.PoseBone) -> bool:
