@@ -108,9 +108,10 @@ def plan(
     bones = rig.read(armature)
     resolved = rig.resolve_mapping(armature, bones, mapping)
     pose = {bone: np.array(values) for bone, values in (keyed_pose or {}).items()}
-    if not pose and "CURRENT" in (settings.start_pose, settings.end_pose):
+    layered = settings.result == "LAYER"  # what is below it has the poses already
+    if not pose and not layered and "CURRENT" in (settings.start_pose, settings.end_pose):
         pose = posing.current_rotations(armature, [name for part in BODY_PARTS for name in resolved.chains.get(part, ())])
-    if settings.start_pose == "CURRENT" and "pose" not in params:
+    if settings.start_pose == "CURRENT" and not layered and "pose" not in params:
         params["pose"] = posing.directions(armature, bones, resolved, options(settings)).tolist()
     return Plan(
         Handle.of(armature),

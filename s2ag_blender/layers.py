@@ -182,13 +182,19 @@ def _apart(neutral: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 def _activate(armature, action) -> None:
     former = armature.animation_data.action if armature.animation_data else None
-    if former is not None and former.library is None and former != action:
-        former.use_fake_user = True
+    if former != action:
+        _protect(former)
     _assign(armature, action)
 
 
 def _assign(armature, action) -> None:
     compat.assign_action(armature, action, slot_of(armature, action) if action is not None else None)
+
+
+def _protect(former) -> None:
+    """Let an action that is no longer played stay in the file; takes of ours stay by being in the list."""
+    if former is not None and former.library is None and Place.of(former) is None:
+        former.use_fake_user = True
 
 
 def _clear_way(armature, place: Place) -> None:
@@ -209,8 +215,7 @@ def _clear_way(armature, place: Place) -> None:
         strip.extrapolation = data.action_extrapolation
         strip.blend_type = data.action_blend_type
         compat.strip_slot(strip, slot)
-    if former.library is None:
-        former.use_fake_user = True
+    _protect(former)
     data.action = None
 
 

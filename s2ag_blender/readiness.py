@@ -85,7 +85,9 @@ def label(part: str) -> str:
 
 
 def _key(armature) -> tuple:
-    return armature.name, len(armature.data.bones), armature.library is None, len(armature.s2ag.bone_map)
+    data = armature.animation_data
+    tweaked = data is not None and data.use_tweak_mode
+    return armature.name, len(armature.data.bones), len(armature.s2ag.bone_map), armature.mode == "EDIT", tweaked
 
 
 def _look(armature) -> Readiness:

@@ -66,13 +66,12 @@ class S2AG_PT_layers(_Below, bpy.types.Panel):
         column = layout.column(align=True)
         column.prop(settings, "blend_in")
         column.prop(settings, "blend_out")
-        column = layout.column()
-        column.prop(settings, "start_pose")
-        ends = column.column()
+        ends = layout.column()
         ends.active = not layered
+        ends.prop(settings, "start_pose")
         ends.prop(settings, "end_pose")
         if layered:
-            column.label(text="A layer ends in the pose that is below it", icon="INFO")
+            layout.label(text="A layer starts and ends in what is below it", icon="INFO")
         column = layout.column(heading="Add")
         sound = column.column()
         sound.active = settings.audio_source == "FILE" and settings.range != "STRIP"

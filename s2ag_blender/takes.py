@@ -45,7 +45,9 @@ def show(armature: bpy.types.Object) -> None:
 
 
 def delete(armature: bpy.types.Object, indices) -> None:
-    """Delete takes and their actions; where the one that plays goes, its neighbour plays, or what was there before."""
+    """Delete takes, and their actions unless something else uses them; where the one that plays goes, its neighbour plays,
+    or what was there before.
+    """
     settings = armature.s2ag
     shown = active(armature)
     playing = shown.action if shown else None
@@ -56,7 +58,8 @@ def delete(armature: bpy.types.Object, indices) -> None:
         if action is not None and not any(take.action == action for take in settings.takes):
             playing = None if action == playing else playing
             layers.hide(armature, action)
-            bpy.data.actions.remove(action)
+            if action.users - action.use_fake_user <= 0:
+                bpy.data.actions.remove(action)
     survived = next((number for number, take in enumerate(settings.takes) if playing and take.action == playing), None)
     settings.active_take = min(nearest, len(settings.takes) - 1) if survived is None else survived
 
