@@ -77,7 +77,7 @@ def take_off(armature: bpy.types.Object, action: bpy.types.Action) -> None:
 
 
 class Keys(NamedTuple):
-    """Scene ``frames`` ``(keys,)``, ``rotations`` ``{bone: (keys, 4)}``, or ``(1, 4)`` for all frames, ``settings`` by data path."""
+    """Scene ``frames`` (keys,), ``rotations`` ``{bone: (keys, 4)}``, or (1, 4) for all frames, ``settings`` by data path."""
 
     frames: np.ndarray
     rotations: dict[str, np.ndarray]
