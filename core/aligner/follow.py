@@ -1,4 +1,4 @@
-"""Words of a text along a recording of any length, in pieces of some 30 s cut at pauses, with bounded memory.
+"""Words of a text along a recording of any length, in pieces of some 20 s cut at pauses, with bounded memory.
 
 How many words belong to a piece is not known, so its grammar is a chain of more words than fit in which every word may be
 the last: the search itself finds where the piece ends in the text. The last seconds of a piece are decoded again at the
@@ -14,10 +14,10 @@ import numpy as np
 
 from .search import RUN, Piece, Searcher
 
-PIECE = 30.0
-WHOLE = 45.0
+PIECE = 20.0
+WHOLE = 30.0
 """Seconds: at most this much is followed in one go."""
-_FIRST = 18.0
+_FIRST = 16.0
 """Seconds of a piece before anything has fitted: a text that does not fit is noticed soon."""
 _MARGIN = 2.0
 _FASTEST = 6.0
