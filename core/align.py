@@ -73,7 +73,8 @@ def place(audio: np.ndarray, stretches: Sequence[Stretch], progress=None, model:
     if not complaint:
         found, complaint = _run(audio, stretches, segments, progress or (lambda done: None), model)
     if not complaint and sum(span is not None for span in found) < _ENOUGH * len(words):
-        found, complaint = [None] * len(words), "The transcript does not fit the recording; its words are spread over the speech."
+        complaint = "The transcript does not fit the recording; its words are spread over the speech."
+        found = [None] * len(words)
     spans, first = [], 0
     for part in stretches:
         here = [span and span[:2] for span in found[first : first + len(part.words)]]

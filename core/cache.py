@@ -62,7 +62,8 @@ class Cache:
             with whole_file(self._path(key)) as temporary:
                 temporary.write_text(json.dumps(value, separators=(",", ":")), encoding="utf-8")
         except (OSError, OutputUnwritable) as error:
-            self.trouble = f"Word times cannot be kept for the next time in {self.folder} ({getattr(error, 'strerror', None) or error})."
+            why = getattr(error, "strerror", None) or error
+            self.trouble = f"Word times cannot be kept for the next time in {self.folder} ({why})."
             return
         self._trim()
 

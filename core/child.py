@@ -11,7 +11,7 @@ class ChildFailed(Exception):
 
 
 def ask(command: list[str], request: dict, data: Iterable[bytes], limit: float, hear: Callable[[dict], object | None]):
-    """Send one line of JSON and then ``data``; hand every answering line to ``hear`` until it returns something, and return that.
+    """Send a line of JSON and then ``data``; hand every answering line to ``hear`` until it returns something; return that.
 
     ``hear`` may raise anything: the child is stopped and the exception passed on; ValueError, KeyError, TypeError and
     IndexError mean nonsense. The child is killed after ``limit`` seconds. Raises :class:`ChildFailed`.

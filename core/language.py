@@ -10,7 +10,7 @@ _REMEDY = "See docs/transcripts.md, Other languages."
 
 
 def load(folder: str | PathLike | None) -> dict | None:
-    """What the aligner is told of a folder (None: English): ``acoustic`` and ``dictionary`` paths and ``letters``, each or None.
+    """What the aligner is told of a folder (None: English): paths ``acoustic``, ``dictionary``, and ``letters``, each or None.
 
     The acoustic model is the folder itself or one inside it that holds a file ``mdef``; the dictionary is its only ``.dict`` or
     ``.dic``; ``letters.json`` maps spelling to phones for words that are in no dictionary. Without an acoustic model the

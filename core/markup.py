@@ -19,8 +19,8 @@ _DASHES = re.compile(r"(?<=[^\W\d])(?:[–—…]+|--+|\.{2,})(?=\w)")
 _EDGES = re.compile(r"^[^\w$€£'’&%+-]+|[^\w'’%]+$")
 _PAUSE = re.compile(r"[\[(]\s*(?:(?:short|long|brief)\s+)?pause\b[^\])]*[\])]", re.IGNORECASE)
 _SOUND = re.compile(
-    r"\(\s*(?:[A-Z][A-Z' -]+|(?:\w+ )?(?:laughs?|laughter|laughing|chuckles?|applause|cheers?|cheering|sighs?|coughs?|music|"
-    r"crosstalk|inaudible|silence|gasps?|sobs?|whispers?|clears? (?:his |her |their )?throat))\s*\)"
+    r"\(\s*(?:[A-Z][A-Z' -]+|(?i:(?:\w+ )?(?:laughs?|laughter|laughing|chuckles?|applause|cheers?|cheering|sighs?|coughs?|"
+    r"music|crosstalk|inaudible|silence|gasps?|sobs?|whispers?|clears? (?:his |her |their )?throat)))\s*\)"
 )
 _LABEL = re.compile(r"^[ \t]*(?:-[ \t]*)?(?:>>[ \t]*)?([^\W\d_][\w.'’ -]{0,30}?)[ \t]*:(?=[ \t]|$)", re.MULTILINE)
 _CHEVRONS = re.compile(r"^[ \t]*>>+", re.MULTILINE)
@@ -30,7 +30,7 @@ _SCALES = {"thousand", "million", "billion", "trillion"}
 
 @dataclass(frozen=True)
 class Mark:
-    """``kind`` is ``stress``, ``pause`` or ``hint``; it is about the words ``first`` to before ``last``; ``value`` is a hint's text.
+    """``kind`` is ``stress``, ``pause`` or ``hint``; it is about the words ``first`` to before ``last``; ``value`` is the hint.
 
     A pause lies before the word ``first``. A hint stands before ``first``, and ``last`` is the end of its phrase.
     """

@@ -187,7 +187,8 @@ class _Script:
         placed = zip(self.loose, found.spans, found.confidence, strict=True) if found else ()
         every = {number: (span, 1.0) for number, span in self.fixed.items()}
         every.update({number: (span, sure) for number, span, sure in placed})
-        return [every[number][0] for number in range(len(self.tokens))], [every[number][1] for number in range(len(self.tokens))]
+        ordered = [every[number] for number in range(len(self.tokens))]
+        return [span for span, _ in ordered], [sure for _, sure in ordered]
 
 
 def _placed(sound: np.ndarray, script: _Script, progress, ways: Ways) -> align.Alignment | None:
@@ -198,7 +199,8 @@ def _placed(sound: np.ndarray, script: _Script, progress, ways: Ways) -> align.A
     name = key("align", align.VERSION, audio.digest(sound), asked, language.fingerprint(ways.model))
     kept = ways.cache.get(name)
     try:
-        return align.Alignment([(float(start), float(end)) for start, end in kept["spans"]], kept["confidence"], kept["complaint"])
+        spans = [(float(start), float(end)) for start, end in kept["spans"]]
+        return align.Alignment(spans, kept["confidence"], kept["complaint"])
     except (TypeError, KeyError, ValueError):  # nothing kept, or by a hand other than ours
         pass
     found = align.place(sound, script.stretches, progress, ways.model)

@@ -35,8 +35,9 @@ _PARAMETERS = {
     "hand": (int, float),
     "mirror": bool,
     "pose": list,
+    "recognise": bool,
 }
-_SETTINGS = ("checkpoint", "vectors", "device")
+_SETTINGS = ("checkpoint", "vectors", "device", "aligner_model", "recogniser_model", "cache")
 
 
 class Worker:

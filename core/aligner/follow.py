@@ -12,7 +12,7 @@ in the sound between and stay without a place where they do not fit.
 
 import numpy as np
 
-from .search import RUN, Piece, Searcher
+from .search import Piece, Searcher
 
 PIECE = 20.0
 WHOLE = 30.0

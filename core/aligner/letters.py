@@ -16,7 +16,8 @@ _LETTERS = {
     "y": "IY", "z": "Z",
 }  # fmt: skip
 _NAMES = {
-    "a": "EY", "e": "IY", "i": "AY", "o": "OW", "u": "Y UW", "y": "W AY", "b": "B IY", "c": "S IY", "d": "D IY", "f": "EH F", "g": "JH IY", "h": "EY CH", "j": "JH EY", "k": "K EY", "l": "EH L",
+    "a": "EY", "e": "IY", "i": "AY", "o": "OW", "u": "Y UW", "y": "W AY",
+    "b": "B IY", "c": "S IY", "d": "D IY", "f": "EH F", "g": "JH IY", "h": "EY CH", "j": "JH EY", "k": "K EY", "l": "EH L",
     "m": "EH M", "n": "EH N", "p": "P IY", "q": "K Y UW", "r": "AA R", "s": "EH S", "t": "T IY", "v": "V IY",
     "w": "D AH B AH L Y UW", "x": "EH K S", "z": "Z IY",
 }  # fmt: skip

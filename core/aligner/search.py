@@ -34,7 +34,7 @@ _LADDERS = 2
 
 
 class Piece(NamedTuple):
-    """Words found in a row: ``(start, end)`` in seconds, mean log10 score a frame, and how many of them sound like their words."""
+    """Words found in a row: ``(start, end)`` in seconds, mean log10 scores a frame, how many of them sound like their words."""
 
     spans: list
     scores: np.ndarray
@@ -161,7 +161,8 @@ def around(totals: np.ndarray, lengths: np.ndarray) -> np.ndarray:
 
 def trigrams(words: list[str]) -> str:
     """An ARPA language model that says what the text says, and backs off to any of its words."""
-    one, two, three = Counter(words), Counter(zip(words, words[1:], strict=False)), Counter(zip(words, words[1:], words[2:], strict=False))
+    one, two = Counter(words), Counter(zip(words, words[1:], strict=False))
+    three = Counter(zip(words, words[1:], words[2:], strict=False))
     log = math.log10
     lines = ["\\data\\", f"ngram 1={len(one) + 2}", f"ngram 2={len(two)}", f"ngram 3={len(three)}", "", "\\1-grams:"]
     lines += ["-99 <s> -0.3", "-2.0 </s>"]

@@ -1,7 +1,8 @@
 """Transcripts in the forms people have: recognised by their content, read into pieces of text with the times that they state.
 
-Plain text; SRT, WebVTT, ASS subtitles; Praat TextGrids; JSON of Whisper, whisper.cpp, WhisperX, Google, GENEA, Gentle, the Montreal
-Forced Aligner, Vosk, Amazon, Deepgram and our own ``[word, start, end]``; NIST CTM; labels in columns (Audacity, GENEA, MFA, Whisper).
+Plain text; SRT, WebVTT, ASS subtitles; Praat TextGrids; JSON of Whisper, whisper.cpp, WhisperX, Google, GENEA, Gentle, the
+Montreal Forced Aligner, Vosk, Amazon, Deepgram and our own ``[word, start, end]``; NIST CTM; labels in columns
+(Audacity, GENEA, MFA, Whisper).
 Every reader raises :class:`TranscriptUnreadable` in one sentence for what it cannot read.
 """
 
@@ -34,7 +35,7 @@ class Source:
 
 
 def parse(content: str, path: Path) -> Source:
-    """The items of a transcript; ``path`` is for messages and for what the content leaves open. Raises :class:`TranscriptUnreadable`."""
+    """The items of a transcript; ``path`` is for messages and for what the content leaves open."""
     from . import columns, jsons, subtitles, textgrid
 
     head = content.lstrip("\ufeff \t\r\n")
@@ -62,7 +63,7 @@ def _cleaned(items: list[Item]) -> list[Item]:
 
 
 def times(start: object, end: object) -> tuple[float, float] | None:
-    """Two moments in seconds from numbers, ``"1.5"``, ``"1.5s"`` or ``{"seconds": "1", "nanos": 5}``; None for anything else."""
+    """Two moments in seconds from numbers, ``"1.5"``, ``"1.5s"`` or ``{"seconds": "1", "nanos": 5}``; None for others."""
     first, last = _seconds(start), _seconds(end)
     if first is None or last is None or not 0 <= first <= last < LONGEST:
         return None

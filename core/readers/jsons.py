@@ -7,7 +7,7 @@ from ..errors import TranscriptUnreadable
 from . import Item, Source, times
 
 _REMEDY = 'Write [["hello", 0.31, 0.62], ...] with times in seconds, or plain text.'
-_WORD = ("word", "punctuated_word", "text", "content", "label")
+_WORD = ("punctuated_word", "word", "text", "content", "label")
 _START = ("start", "startTime", "start_time", "startOffset", "start_offset")
 _END = ("end", "endTime", "end_time", "endOffset", "end_offset")
 
@@ -114,7 +114,8 @@ def _tiers(data, path: Path) -> list[Item] | None:
         for number, entry in enumerate(entries if isinstance(entries, list) else (), 1):
             span = times(*entry[:2]) if isinstance(entry, list) and len(entry) == 3 else None
             if span is None or not isinstance(entry[2], str):
-                raise TranscriptUnreadable(f"Entry {number} of tier {name[:40]!r} of {path} has no start, end and label.", _REMEDY)
+                where = f"Entry {number} of tier {name[:40]!r} of {path}"
+                raise TranscriptUnreadable(f"{where} has no start, end and label.", _REMEDY)
             if entry[2].strip().lower() not in ("", "<eps>", "sil", "sp", "spn"):
                 items.append(Item(entry[2], *span, word=len(entry[2].split()) == 1))
     return items

@@ -113,7 +113,7 @@ def test_what_has_no_counterpart_does_not_lose_the_rest(shared, case):
     else:
         extra = after[100:60:-1]
     spans, warnings = align.align(np.concatenate([first, between, second]), before + extra + after)
-    assert len(warnings) == 1 and "were not found in the recording" in warnings[0]
+    assert len(warnings) == bool(extra) and all("were not found in the recording: " in warning for warning in warnings)
     shift = (len(first) + len(between)) / 16000
     begins = np.array([start for start, _ in spans[:90]]) - [start for start, _ in expected[0][:90]]
     ends = np.array([start - shift for start, _ in spans[-60:]]) - [start for start, _ in expected[1][-60:]]
@@ -240,4 +240,4 @@ def test_human_sonnets(shared, name):
         distances.append(min(abs(words[place][1] - start) for start, _ in segments))
         place += len(transcript.tokenise(line))
     assert place == len(words)
-    assert np.median(distances) < 0.12
+    assert np.median(distances) < 0.15
