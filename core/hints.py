@@ -24,6 +24,9 @@ _STRESSED = 1.25
 """How much larger a gesture is on a stressed word."""
 _RAMP = 0.45
 """Seconds in which a wish comes and goes."""
+_HELD_BACK = 0.8
+"""How far the other arm goes to rest where a side was asked for."""
+_ARMS = ((4, 5), (7, 8))  # edges of the left and the right upper arm and forearm
 _LEAD = 0.5
 """Seconds before a word in which its gesture is prepared."""
 
@@ -90,7 +93,7 @@ def perform(directions: np.ndarray, wishes: Wishes, pose: np.ndarray) -> np.ndar
         return directions
     time = np.arange(len(directions)) / skeleton.FPS
     for start, end, side in wishes.sides:
-        directions = _sided(directions, envelope(time, start, end), side)
+        directions = _sided(directions, envelope(time, start, end), side, pose)
     size = np.ones(len(time))
     for start, end, value in wishes.sizes:
         size *= 1 + (value - 1) * envelope(time, start, end)
@@ -108,10 +111,13 @@ def envelope(time: np.ndarray, start: float, end: float) -> np.ndarray:
     return share * share * (3 - 2 * share)
 
 
-def _sided(directions: np.ndarray, weight: np.ndarray, side: float) -> np.ndarray:
-    """The mirror image where the other arm does more: the hand of the wished side leads."""
+def _sided(directions: np.ndarray, weight: np.ndarray, side: float, pose: np.ndarray) -> np.ndarray:
+    """The hand of the wished side leads: the mirror image where the other arm does more, and that arm held back."""
     lift = np.arccos(np.clip((directions * rest.REST).sum(-1), -1, 1))
-    left, right = ((weight[:, None] * lift[:, edges]).sum() for edges in ([4, 5], [7, 8]))
-    if (right - left) * side >= 0:
-        return directions
-    return rest.slerp(directions, skeleton.mirror(directions), weight[:, None]).astype(np.float32)
+    left, right = ((weight[:, None] * lift[:, list(arm)]).sum() for arm in _ARMS)
+    if (right - left) * side < 0:
+        directions = rest.slerp(directions, skeleton.mirror(directions), weight[:, None])
+    other = list(_ARMS[side < 0])
+    result = directions.astype(np.float32)
+    result[:, other] = rest.slerp(result[:, other], np.asarray(pose)[other], _HELD_BACK * weight[:, None])
+    return result

@@ -75,9 +75,6 @@ def test_envelope_is_smooth_and_local():
 
 # --- in the motion of the shipped network
 
-TEXT = "Hello! I am the one who moves. So give me your voice, and watch me move: every word, every pause, all of it."
-
-
 @pytest.fixture(scope="module")
 def performer(examples):
     """Directions for a marked text of the shipped recording, by the shipped network."""
@@ -87,29 +84,97 @@ def performer(examples):
     session, plain = Session(), (examples / "hello.txt").read_text()
     heard = transcript.hear(audio.load(examples / "hello.flac"), text=plain)
 
-    def perform(changed):
-        result = session.synthesize(Request(examples / "hello.flac", text=changed(plain), seed=1))
+    def perform(change):
+        result = session.synthesize(Request(examples / "hello.flac", text=change(plain), seed=1))
         assert [word for word, *_ in result.words] == [word for word, *_ in heard.words]
         return result.motions[0].directions, result
 
     return perform, heard.words
 
 
-def before(word, mark, number=0):
-    """A change that puts a mark before a word of the text."""
-
-    def change(text):
-        parts = text.split(" ")
-        places = [place for place, part in enumerate(parts) if transcript.tokenise(part)[0][0] == word]
-        return " ".join([*parts[: places[number]], mark, *parts[places[number] :]])
-
-    return change
+def extent(directions, arms=(4, 5, 7, 8)):
+    """Radians ``(frames,)`` of the arms away from rest."""
+    return np.arccos(np.clip((directions * rest.REST).sum(-1), -1, 1))[:, list(arms)].mean(1)
 
 
-def extent(directions):
-    """Radians ``(frames,)`` of both arms away from rest."""
-    return np.arccos(np.clip((directions * rest.REST).sum(-1), -1, 1))[:, [4, 5, 7, 8]].mean(1)
+def turned(one, other):
+    """Degrees ``(frames,)`` between two motions, at most over the edges."""
+    return np.degrees(np.arccos(np.clip((one * other).sum(-1), -1, 1))).max(1)
 
 
-def frames(start, end):
-    return slice(int(start * 15), int(end * 15) + 1)
+@pytest.fixture(scope="module")
+def plain(performer):
+    return performer[0](lambda text: text)[0]
+
+
+def compare(performer, plain, old, new, first, last):
+    """Frames from the first to the last word (each ``(text, which)``), and the motion of the changed text."""
+    perform, words = performer
+    directions, _ = perform(lambda text: text.replace(old, new, 1))
+    assert directions.shape == plain.shape and not np.array_equal(directions, plain)
+    start, end = ([(s, e) for text, s, e in words if text == word][which] for word, which in (first, last))
+    here = slice(int(start[0] * 15), int(end[1] * 15) + 1)
+    far = np.r_[0 : max(here.start - 30, 0), here.stop + 30 : len(plain)]
+    assert turned(plain, directions)[far].max() < 6, "what is far away stays"
+    return here, directions
+
+
+def test_stress_makes_a_larger_gesture(performer, plain):
+    here, directions = compare(performer, plain, "hands", "*hands*", ("hands", 0), ("hands", 0))
+    assert extent(directions)[here].mean() > 1.08 * extent(plain)[here].mean()
+
+
+def test_none_rests_over_its_phrase(performer, plain):
+    here, directions = compare(performer, plain, "When we", "{none} When we", ("we", 0), ("talk", 0))
+    assert extent(plain)[here].mean() > 0.5 and extent(directions)[here].max() < 0.1
+
+
+def test_big_and_small(performer, plain):
+    here, big = compare(performer, plain, "a small", "{big} a small", ("small", 0), ("here", 0))
+    assert extent(big)[here].mean() > 1.3 * extent(plain)[here].mean()
+    here, small = compare(performer, plain, "a small", "{small} a small", ("small", 0), ("here", 0))
+    assert extent(small)[here].mean() < 0.75 * extent(plain)[here].mean()
+
+
+def test_pause_brings_the_hands_down(performer, plain):
+    here, directions = compare(performer, plain, "still. When", "still. [pause] When", ("still", 0), ("When", 0))
+    middle = slice(here.start + 7, here.stop - 2)
+    assert extent(directions)[middle].min() < 0.4 * extent(plain)[middle].min()
+
+
+def test_a_gesture_of_another_word(performer, plain):
+    here, directions = compare(performer, plain, "idea", "{me} idea", ("idea", 0), ("idea", 0))
+    assert turned(plain, directions)[here].max() > 5
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_the_side_asked_for_leads(performer, plain, side):
+    here, directions = compare(performer, plain, "small idea", f"small {{{side}}} idea", ("idea", 0), ("idea", 0))
+    left, right = extent(directions, (4, 5))[here].mean(), extent(directions, (7, 8))[here].mean()
+    assert (left > 2 * right) if side == "left" else (right > 2 * left)
+
+
+def test_unknown_hints_change_nothing_and_are_named(performer, plain):
+    perform, _ = performer
+    directions, result = perform(lambda text: text.replace("hands", "{somersault} hands [cheers]"))
+    assert np.array_equal(directions, plain)
+    assert len(result.warnings) == 1 and "{somersault}" in result.warnings[0]
+
+
+def test_what_the_network_hears_has_the_main_accent_on_the_stressed_word(examples):
+    from s2ag.core import prosody
+
+    sound = audio.load(examples / "hello.flac")
+    words, _ = transcript.resolve(sound, examples / "hello.txt")
+    usual = prosody.analyse(sound, words)
+    number = min((accent for accent in usual.accents if not accent.main), key=lambda accent: accent.strength).word
+    stressed = prosody.analyse(sound, words, stressed={number})
+    of = {accent.word: accent for accent in stressed.accents}
+    before = {accent.word: accent for accent in usual.accents}
+    assert of[number].main and not before[number].main and of[number].strength > before[number].strength + 0.2
+    phrase = [accent for accent in stressed.accents if accent.phrase == of[number].phrase]
+    assert sum(accent.main for accent in phrase) == 1
+    frame = round(of[number].time * 15)
+    for column in ("accent", "main accent"):
+        k = prosody.NAMES.index(column)
+        assert stressed.features[frame, k] > usual.features[frame, k] + 0.1

@@ -62,7 +62,7 @@ def test_google_repeats_all_words_with_speaker_labels(tmp_path):
     [
         ("a.json", '{"segments": [{"text": "so", "start": 2, "end": 1}]}', "sensible time"),
         ("a.json", '{"segments": [{"words": [{"word": "so", "start": -1, "end": 1}]}]}', "sensible time"),
-        ("a.json", '{"results": [{"alternatives": [{"words": [{"word": "so", "startTime": "x", "endTime": "1s"}]}]}]}', "sensible"),
+        ("a.json", '{"results": [{"alternatives": [{"words": [{"word": "so", "startTime": "x", "endTime": "1s"}]}]}]}', "time"),
         ("a.json", '{"tiers": {"words": {"entries": [[0, 1]]}}}', "start, end and label"),
         ("a.json", '{"hello": 1}', "no list of words"),
         ("a.TextGrid", 'File type = "ooTextFile"\nObject class = "TextGrid"\n\n0\n1\n<exists>\n1\n"Interv', "TextGrid"),
@@ -79,7 +79,7 @@ def test_damaged_files_say_what_is_wrong(tmp_path, name, content, says):
     assert str(tmp_path / name) in caught.value.message and "\n" not in caught.value.message and caught.value.remedy
 
 
-@pytest.mark.parametrize("content", ["[laughs] Well, hello.", "{me} I think so.", "[pause]", "Now: 12 --> 13", "(sighs) [so]", ""])
+@pytest.mark.parametrize("content", ["[laughs] Well, hello.", "{me} I think so.", "[pause]", "At 12 --> 13", "(sighs) [so]", ""])
 def test_what_only_looks_like_another_form_is_plain_text(tmp_path, content):
     (tmp_path / "a.txt").write_text(content)
     assert read(tmp_path / "a.txt").form == "plain text"

@@ -20,9 +20,11 @@ from hypothesis import strategies as st  # noqa: E402
 COUNT = int(os.environ.get("S2AG_FUZZ", "400"))
 SLOWEST = 5.0
 JUNK = [
-    *('"', "\\", "[", "]", "{", "}", ",", ":", "\n", "\n\n", "\t", "-->", "<00:00:01.000>", "<v ", "NaN", "1e999", "-1", "null", "true"),
-    *("9" * 400, "\0", "\ud800", "\ufeff", "*", "{none}", "[pause]", "{point left}", "SPEAKER:", "$20 million", "intervals [2]:", '""'),
-    *("99:99:99,999", "é", "\U0001f600", "\ue0007", "\ue001", "%", "1990s", "3.5 %", ";;", "<exists>", '"IntervalTier"', "[" * 2000),
+    *('"', "\\", "[", "]", "{", "}", ",", ":", "\n", "\n\n", "\t", "-->", "<00:00:01.000>", "<v ", "NaN", "1e999", "-1", "null"),
+    *("true", "9" * 400, "\0", "\ud800", "\ufeff", "*", "{none}", "[pause]", "{point left}", "SPEAKER:"),
+    *("$20 million", "intervals [2]:"),
+    *('""', "99:99:99,999", "é", "\U0001f600", "\ue0007", "\ue001", "%", "1990s", "3.5 %", ";;", "<exists>", '"IntervalTier"'),
+    "[" * 2000,
 ]  # fmt: skip
 MUTATION = st.tuples(
     st.sampled_from(["cut", "drop", "double", "junk", "digit", "character", "swap"]),
@@ -66,7 +68,9 @@ def mutated(text, mutation):
 
 
 @hypothesis.settings(max_examples=COUNT, deadline=None, database=None, suppress_health_check=list(hypothesis.HealthCheck))
-@hypothesis.given(st.integers(0, len(FORMS) - 1), st.lists(MUTATION, min_size=1, max_size=4), st.sampled_from(["own", ".json", ".txt"]))
+@hypothesis.given(
+    st.integers(0, len(FORMS) - 1), st.lists(MUTATION, min_size=1, max_size=4), st.sampled_from(["own", ".json", ".txt"])
+)
 def test_damaged_files(form, mutations, suffix):
     own, data = originals()[form]
     text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8")

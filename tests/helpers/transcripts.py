@@ -202,6 +202,7 @@ MFA_CSV = "Begin,End,Label,Type,Speaker\n" + "".join(
     f'{start},{end},"{word}",words,a\n' for word, start, end in WORDS
 ) + "0.5,0.6,N,phones,a\n"  # fmt: skip
 
+JSON_G = "JSON of Google"
 YOUTUBE_FILE = text(YOUTUBE)
 """States where words begin, and not where they end."""
 
@@ -221,15 +222,16 @@ FORMS = [
     ("Whisper TSV", "a.tsv", text("start\tend\ttext\n500\t1200\tNow then,\n1500\t2250\tit's time.\n"), "labels", PHRASES),
     ("WhisperX", "a.json", as_json(WHISPERX), "JSON of Whisper", WORDS),
     ("whisper.cpp", "a.json", as_json(WHISPER_CPP), "JSON of whisper.cpp", PHRASES),
-    ("Google REST", "a.json", as_json({"results": google("startTime", "endTime", lambda t: f"{t:.3f}s")}), "JSON of Google", WORDS),
-    ("Google v2", "a.json", as_json({"results": google("startOffset", "endOffset", lambda t: f"{t}s")}), "JSON of Google", WORDS),
+    ("Google REST", "a.json", as_json({"results": google("startTime", "endTime", lambda t: f"{t:.3f}s")}), JSON_G, WORDS),
+    ("Google v2", "a.json", as_json({"results": google("startOffset", "endOffset", lambda t: f"{t}s")}), JSON_G, WORDS),
     ("Google protobuf", "a.json", as_json({"results": google("start_time", "end_time", protobuf)}), "JSON of Google", WORDS),
     ("GENEA 2020", "a.json", as_json(google("start_time", "end_time", lambda t: f"{t:.3f}s")), "JSON of Google", WORDS),
     ("GENEA 2022 TSV", "a.tsv", text("".join(f"{b}\t{e}\t{w}\n" for w, b, e in WORDS)), "labels", WORDS),
     ("Gentle", "a.json", as_json(GENTLE), "JSON of Gentle", WORDS),
     ("Amazon Transcribe", "a.json", as_json(AMAZON), "JSON of Amazon", WORDS),
     ("Deepgram", "a.json", as_json(DEEPGRAM), "JSON of Google", WORDS),
-    ("Vosk", "a.json", as_json({"result": [{"conf": 1, "word": w, "start": b, "end": e} for w, b, e in WORDS]}), "JSON of words", WORDS),
+    ("Vosk", "a.json", as_json({"result": [{"conf": 1, "word": w, "start": b, "end": e} for w, b, e in WORDS]}),
+     "JSON of words", WORDS),
     ("CTM", "a.ctm", text(CTM), "CTM", WORDS),
     ("our own", "a.json", as_json([list(word) for word in WORDS]), "JSON of words", WORDS),
     ("our own, as objects", "a.json", as_json({"words": [dict(zip(("word", "start", "end"), w, strict=True)) for w in WORDS]}),
