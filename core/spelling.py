@@ -19,10 +19,10 @@ _ABBREVIATIONS = {
     "approx": "approximately", "w/o": "without",
 }  # fmt: skip
 _UNITS = {
-    "km": "kilometers", "kg": "kilograms", "cm": "centimeters", "mm": "millimeters", "m": "meters", "g": "grams", "lb": "pounds",
-    "lbs": "pounds", "ft": "feet", "mi": "miles", "mph": "miles an hour", "kmh": "kilometers an hour", "ms": "milliseconds",
-    "hz": "hertz", "khz": "kilohertz", "mb": "megabytes", "gb": "gigabytes", "°": "degrees", "°c": "degrees celsius",
-    "°f": "degrees fahrenheit",
+    "km": "kilometers", "kg": "kilograms", "cm": "centimeters", "mm": "millimeters", "m": "meters", "g": "grams",
+    "lb": "pounds", "lbs": "pounds", "ft": "feet", "mi": "miles", "mph": "miles an hour", "kmh": "kilometers an hour",
+    "ms": "milliseconds", "hz": "hertz", "khz": "kilohertz", "mb": "megabytes", "gb": "gigabytes", "°": "degrees",
+    "°c": "degrees celsius", "°f": "degrees fahrenheit",
 }  # fmt: skip
 """Only after a number."""
 _THOUSANDS = {"k": "thousand", "m": "million", "mn": "million", "bn": "billion", "b": "billion", "tn": "trillion"}

@@ -104,14 +104,21 @@ class Follower:
         return False
 
     def _bridge(self, word: int, time: float) -> None:
-        """Try the words before ``word`` in the sound before ``time``; those that sound like it are noted."""
+        """Try the words before ``word`` in the sound before ``time``, all and the first of them; what fits is noted."""
         count, seconds = word - self._word, time - self._time
-        if not count or not 0.2 < seconds < _BRIDGE or count > _FASTEST * seconds:
+        if not count or not 0.2 < seconds < _BRIDGE:
             return
-        piece = self._searcher.chain(self._time, time, self._words[self._word : word])
-        if piece is not None:
-            good = [place for place in range(count) if self._searcher.sounds_like(piece.scores[place])]
-            self._note(self._word, piece, good)
+        words = self._words[self._word : word]
+        tried = []
+        if count <= _FASTEST * seconds:
+            tried.append(self._searcher.chain(self._time, time, words))
+        tried.append(self._searcher.chain(self._time, time, words, open_end=True) if count > 1 else None)
+        best, fitting = None, []
+        for piece in tried:
+            good = self._searcher.fitting(piece) if piece else []
+            if len(good) > len(fitting):
+                best, fitting = piece, good
+        self._note(self._word, best, fitting)
 
 
 def confidence(score: float, usual: float) -> float:

@@ -75,9 +75,11 @@ class Searcher:
             self._kind = kind
         return Piece([(start + begin, start + stop) for begin, stop in best.spans], best.scores, best.good)
 
-    def sounds_like(self, score: float) -> bool:
-        """Whether a mean score belongs to the right words, as far as this recording has told."""
-        return score >= max(_WORST, self.usual - _DROP)
+    def fitting(self, piece: Piece) -> list[int]:
+        """Places of the words that sound right, as far as this recording has told, or stand alone among such."""
+        right = piece.scores >= max(_WORST, self.usual - _DROP)
+        among = np.pad(right, 1, constant_values=True)
+        return np.flatnonzero(right | (among[:-2] & among[2:] & right.any())).tolist()
 
     def recognise(self, start: float, end: float, words: list[str]) -> list[tuple[str, float]]:
         """What seems to be said, ``(word, start)`` in seconds, in words of the text and mostly in its order.

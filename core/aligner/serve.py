@@ -57,5 +57,7 @@ def _find(searcher: Searcher, words: list[str], start: float, end: float, tell) 
     piece = max((piece for piece in pieces if piece is not None), key=lambda piece: piece.good, default=None)
     if piece is None:
         return [None] * len(words)
-    scored = zip(piece.spans, piece.scores, strict=True)
-    return [(*span, confidence(score, searcher.usual)) if searcher.sounds_like(score) else None for span, score in scored]
+    spans: list = [None] * len(words)
+    for place in searcher.fitting(piece):
+        spans[place] = (*piece.spans[place], confidence(piece.scores[place], searcher.usual))
+    return spans

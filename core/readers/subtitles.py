@@ -1,6 +1,7 @@
 """Subtitles through pysubs2: SRT, WebVTT (with the word times that some of it carries) and ASS."""
 
 import re
+import warnings
 from pathlib import Path
 
 from ..errors import EngineMissing, TranscriptUnreadable
@@ -31,7 +32,9 @@ def parse(content: str, form: str, path: Path) -> Source:
         content = re.sub(r"^(NOTE|STYLE|REGION)\b.*?(?=\n\s*\n|\Z)", "", content.replace("\r\n", "\n"), flags=re.M | re.S)
     options = {"keep_html_tags": True} if form in ("srt", "vtt") else {}
     try:
-        cues = [cue for cue in pysubs2.SSAFile.from_string(content, format_=form, **options) if not cue.is_comment]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of columns that nobody needs here
+            cues = [cue for cue in pysubs2.SSAFile.from_string(content, format_=form, **options) if not cue.is_comment]
         spans = [(cue.start / 1000, cue.end / 1000, cue.text if options else cue.plaintext) for cue in cues]
     except Exception as error:  # pysubs2 lets through what its own parsing runs into
         raise TranscriptUnreadable(f"{path} is a damaged {_NAMES[form]} file.", "Export it again.") from error

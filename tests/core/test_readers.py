@@ -79,7 +79,7 @@ def test_damaged_files_say_what_is_wrong(tmp_path, name, content, says):
     assert str(tmp_path / name) in caught.value.message and "\n" not in caught.value.message and caught.value.remedy
 
 
-@pytest.mark.parametrize("content", ["[laughs] Well, hello.", "{me} I think so.", "[pause]", "At 12 --> 13", "(sighs) [so]", ""])
+@pytest.mark.parametrize("content", ["[laughs] Well, hello.", "{me} I think so.", "[pause]", "12 --> 13", "(sighs) [so]", ""])
 def test_what_only_looks_like_another_form_is_plain_text(tmp_path, content):
     (tmp_path / "a.txt").write_text(content)
     assert read(tmp_path / "a.txt").form == "plain text"

@@ -20,8 +20,8 @@ from hypothesis import strategies as st  # noqa: E402
 COUNT = int(os.environ.get("S2AG_FUZZ", "400"))
 SLOWEST = 5.0
 JUNK = [
-    *('"', "\\", "[", "]", "{", "}", ",", ":", "\n", "\n\n", "\t", "-->", "<00:00:01.000>", "<v ", "NaN", "1e999", "-1", "null"),
-    *("true", "9" * 400, "\0", "\ud800", "\ufeff", "*", "{none}", "[pause]", "{point left}", "SPEAKER:"),
+    *('"', "\\", "[", "]", "{", "}", ",", ":", "\n", "\n\n", "\t", "-->", "<00:00:01.000>", "<v ", "NaN", "1e999", "-1"),
+    *("null", "true", "9" * 400, "\0", "\ud800", "\ufeff", "*", "{none}", "[pause]", "{point left}", "SPEAKER:"),
     *("$20 million", "intervals [2]:"),
     *('""', "99:99:99,999", "é", "\U0001f600", "\ue0007", "\ue001", "%", "1990s", "3.5 %", ";;", "<exists>", '"IntervalTier"'),
     "[" * 2000,
