@@ -2,6 +2,7 @@
 
 import json
 import sys
+import tempfile
 
 from .follow import WHOLE, Follower, confidence
 from .search import Searcher
@@ -15,10 +16,12 @@ def main() -> None:
     """Answer one request from standard input."""
     request = json.loads(sys.stdin.buffer.readline())
     sound = Sound(sys.stdin.buffer, request["samples"])
-    searcher = Searcher(sound, request["pauses"], request.get("folder"), request.get("model"))
+    vocabulary = {part for stretch in request["stretches"] for parts in stretch["words"] for part in parts}
     spans = []
-    for stretch in request["stretches"]:
-        spans += _place(searcher, stretch, lambda time: _tell(progress=round(min(time / sound.duration, 1.0), 3)))
+    with tempfile.TemporaryDirectory(dir=request.get("folder")) as folder:
+        searcher = Searcher(sound, request["pauses"], vocabulary, folder, request.get("model"))
+        for stretch in request["stretches"]:
+            spans += _place(searcher, stretch, lambda time: _tell(progress=round(min(time / sound.duration, 1.0), 3)))
     # what is left of the sound is read, so that its writer does not meet a closed pipe
     while sys.stdin.buffer.read(1 << 20):
         pass
