@@ -5,8 +5,8 @@ and when a user's recording is performed, with words where they are known and fr
 is what the literature says it is: louder, higher and longer than the neighbourhood, on a word that carries meaning.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +28,7 @@ NAMES = (
 )  # fmt: skip
 FEATURES = len(NAMES)
 
+_STRESSED = 0.95  # strength of an accent that an author asked for
 _BUMP = 0.06  # seconds: width of the bump that marks an accent
 _NEAR, _FAR = 1.2, 8.0  # seconds: neighbourhoods for "louder than around it" and for a speaker's present manner
 _LOWEST, _HIGHEST = 65.0, 500.0  # Hz
@@ -81,17 +82,23 @@ class _Tracks:
     bright: np.ndarray
 
 
-def analyse(audio: np.ndarray, words: Sequence[tuple[str, float, float]] = (), frames: int | None = None) -> Prosody:
+def analyse(
+    audio: np.ndarray,
+    words: Sequence[tuple[str, float, float]] = (),
+    frames: int | None = None,
+    stressed: Collection[int] = (),
+) -> Prosody:
     """Prosody of ``(n,)`` float32 samples at 16 kHz; ``words`` are (text, start, end) in seconds, in order of time.
 
-    ``frames``: pose frames of the features, by default as many as the recording fills.
+    ``frames``: pose frames of the features, by default as many as the recording fills. ``stressed`` are numbers of words
+    that bear a main accent whatever the sound says.
     """
     audio = np.asarray(audio, np.float32)
     frames = voice.frame_count(audio, FPS) if frames is None else frames
     tracks = _tracks(audio)
     phrases = _phrases(tracks)
     units = _word_units(tracks, words) if len(words) else _syllable_units(tracks)
-    accents = _accents(tracks, phrases, *units)
+    accents = _stress(_accents(tracks, phrases, *units), stressed)
     return Prosody(accents, phrases, _features(tracks, phrases, accents, frames), tracks.level, tracks.pitch)
 
 
@@ -214,6 +221,20 @@ def _accents(tracks: _Tracks, phrases: np.ndarray, times, levels, pitches, lengt
         Accent(float(t), float(s), bool(m), int(p), int(n))
         for t, s, m, p, n in zip(times, strength, main, phrase, numbers, strict=True)
     )
+
+
+def _stress(accents: tuple[Accent, ...], stressed: Collection[int]) -> tuple[Accent, ...]:
+    """Accents of the words ``stressed`` become main ones, in the place of those that were their phrases' main accents."""
+    chosen = set(stressed)
+    phrases = {accent.phrase for accent in accents if accent.word in chosen}
+    result = []
+    for accent in accents:
+        if accent.word in chosen:
+            accent = replace(accent, strength=_STRESSED, main=True)
+        elif accent.main and accent.phrase in phrases:
+            accent = replace(accent, main=False)
+        result.append(accent)
+    return tuple(result)
 
 
 def _around(times: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:

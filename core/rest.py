@@ -90,9 +90,13 @@ def rest(
     return skeleton.normalize(settled + idle(len(directions), fps, seed, talking)).astype(np.float32)
 
 
-def scale(directions: np.ndarray, intensity: float, pose: np.ndarray = REST) -> np.ndarray:
-    """Scale how far a performance departs from ``pose``: 0 is rest, 1 leaves it, above 1 exaggerates, up to 170 degrees."""
-    if intensity == 1:
+def scale(directions: np.ndarray, intensity: float | np.ndarray, pose: np.ndarray = REST) -> np.ndarray:
+    """Scale how far a performance departs from ``pose``: 0 is rest, 1 leaves it, above 1 exaggerates, up to 170 degrees.
+
+    ``intensity`` is a number, or ``(frames,)`` with one for every frame.
+    """
+    intensity = np.asarray(intensity, float)[..., None]
+    if (intensity == 1).all():
         return directions
     share = np.minimum(intensity, _FARTHEST / np.maximum(_angle(directions, pose), 1e-6))
     return slerp(np.broadcast_to(pose, directions.shape), directions, share).astype(np.float32)

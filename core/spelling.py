@@ -14,8 +14,26 @@ _ORDINALS = {
 }  # fmt: skip
 _SIGNS = {"&": "and", "%": "percent", "+": "plus", "=": "equals", "@": "at"}
 _CURRENCIES = {"$": ("dollar", "dollars"), "€": ("euro", "euros"), "£": ("pound", "pounds")}
+_ABBREVIATIONS = {
+    "dr": "doctor", "mr": "mister", "mrs": "missus", "prof": "professor", "vs": "versus", "etc": "et cetera", "jr": "junior",
+    "approx": "approximately", "w/o": "without",
+}  # fmt: skip
+_UNITS = {
+    "km": "kilometers", "kg": "kilograms", "cm": "centimeters", "mm": "millimeters", "m": "meters", "g": "grams",
+    "lb": "pounds", "lbs": "pounds", "ft": "feet", "mi": "miles", "mph": "miles an hour", "kmh": "kilometers an hour",
+    "ms": "milliseconds", "hz": "hertz", "khz": "kilohertz", "mb": "megabytes", "gb": "gigabytes", "°": "degrees",
+    "°c": "degrees celsius", "°f": "degrees fahrenheit",
+}  # fmt: skip
+"""Only after a number."""
+_THOUSANDS = {"k": "thousand", "m": "million", "mn": "million", "bn": "billion", "b": "billion", "tn": "trillion"}
+"""After an amount of money; ``k`` after any number."""
+_FRACTIONS = {"2": "half", "3": "third", "4": "quarter"}
 _APOSTROPHES = str.maketrans({"’": "'", "‘": "'", "ʼ": "'", "`": "'", "´": "'"})
 _NUMBER = re.compile(r"(-?)([$€£]?)(\d{1,3}(?:,\d{3})+|\d+)(?:\.(\d+))?(st|nd|rd|th|s)?(%?)", re.IGNORECASE)
+_AMOUNT = re.compile(r"([$€£]?)([\d.,]*\d)(k|m|mn|bn|b|tn)")
+_MEASURE = re.compile(rf"(-?[\d.,]*\d)({'|'.join(sorted(map(re.escape, _UNITS), key=len, reverse=True))})")
+_FRACTION = re.compile(r"(\d*)\s*(\d)⁄(\d)")
+_RANGE = re.compile(r"([$€£]?\d{1,4}(?:\.\d+)?)[-–]([$€£]?\d{1,4}(?:\.\d+)?[%a-z°]*)")
 _YEARS = range(1100, 2000)
 _LARGEST = 10**15
 
@@ -29,6 +47,8 @@ def normalise(word: str) -> str:
 def spoken(word: str) -> list[str]:
     """The words said for one written word: ``don't`` one, ``well-known`` two, ``$25`` twenty five dollars, ``—`` none."""
     word = unicodedata.normalize("NFKC", word).translate(_APOSTROPHES).lower()
+    if (match := _RANGE.fullmatch(word.rstrip(".,;:!?"))) and not re.fullmatch(r"[$€£]?0.*", match[2]):
+        return [*_said(match[1]), "to", *_said(match[2])]
     result = []
     for part in re.split(r"(?<=[^\W\d])[-–—/_]+(?=\w)|[–—…]+|\.{2,}", word):
         result += _said(part.strip("\"'()[]{}<>“”«»„.,;:!?*~"))
@@ -51,9 +71,19 @@ def cardinal(number: int) -> list[str]:
 
 
 def _said(part: str) -> list[str]:
-    match = _NUMBER.fullmatch(part)
-    if match:
+    if part in _ABBREVIATIONS:
+        return _ABBREVIATIONS[part].split()
+    if match := _NUMBER.fullmatch(part):
         return _number(*match.groups())
+    if (match := _AMOUNT.fullmatch(part)) and (match[1] or match[3] == "k"):
+        unit = [_CURRENCIES[match[1]][1]] if match[1] else []
+        return [*_said(match[2]), _THOUSANDS[match[3]], *unit]
+    if match := _MEASURE.fullmatch(part):
+        return [*_said(match[1]), *_UNITS[match[2]].split()]
+    if match := _FRACTION.fullmatch(part):
+        return _fraction(*match.groups())
+    if re.fullmatch(r"#\d+", part):
+        return ["number", *_said(part[1:])]
     if part in _SIGNS:
         return [_SIGNS[part]]
     pieces = re.findall(r"\d+|[^\W\d_]+(?:'[^\W\d_]+)*", re.sub(r"[&%+=@]", lambda sign: f" {_SIGNS[sign[0]]} ", part))
@@ -77,6 +107,13 @@ def _number(minus, currency, whole, decimals, ending, percent) -> list[str]:
     if currency:
         said.append(_CURRENCIES[currency][value != 1 or bool(decimals)])
     return said
+
+
+def _fraction(whole: str, upper: str, lower: str) -> list[str]:
+    """``½`` one half, ``2¾`` two and three quarters."""
+    name = _FRACTIONS.get(lower) or _ordinal(_ONES[int(lower)])
+    plural = "halves" if lower == "2" else name + "s"
+    return [*([*cardinal(int(whole)), "and"] if whole else []), _ONES[int(upper)], name if upper == "1" else plural]
 
 
 def _year(value: int) -> list[str]:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from . import limits, rest, skeleton, styles
+from . import hints, language, limits, rest, skeleton, styles, transcript
+from .cache import Cache, default_folder
 from .errors import Cancelled, UsageError
 from .motion import Motion
 
@@ -22,7 +23,8 @@ class Request:
     ``style`` is a style expression (:func:`styles.parse`), ``takes`` how many variations, ``intensity`` how far the
     performance departs from rest. ``affect`` (any of :data:`styles.AFFECTS`), ``rate`` and ``hand`` steer the style, -1..1
     each, 0 as the speaker would. ``mirror`` exchanges left and right of the finished performance. ``pose`` are unit
-    directions ``(9, 3)`` to start from (canonical frame; natural rest if None).
+    directions ``(9, 3)`` to start from (canonical frame; natural rest if None). With ``recognise`` words that nobody wrote
+    down are recognised, which needs the extra of that name.
 
     ``take`` is the number of the first take. ``near`` are the steps ``(number, spread)`` that lead to a variation of it;
     with ``spread`` (0..1, a share of how far takes differ) all takes are one more step away from that, numbered from ``step``
@@ -45,6 +47,7 @@ class Request:
     near: tuple = ()
     spread: float = 0.0
     step: int = 1
+    recognise: bool = False
 
     def __post_init__(self):
         if self.transcript is not None and self.text is not None:
@@ -89,6 +92,9 @@ class Session:
 
     With ``remember`` it also keeps the last recording as heard and the last performance as generated, so that another
     style is not heard again and another intensity is not generated again.
+
+    ``aligner_model`` and ``recogniser_model`` are folders for another language. Word times are kept in the folder ``cache``,
+    by default the user's (:func:`cache.default_folder`), and not at all if it is "off".
     """
 
     def __init__(
@@ -97,9 +103,14 @@ class Session:
         vectors: str | PathLike | None = None,
         device: str = "cpu",
         remember: bool = False,
+        aligner_model: str | PathLike | None = None,
+        recogniser_model: str | PathLike | None = None,
+        cache: str | PathLike | None = None,
     ):
         self._paths = checkpoint, vectors
         self.device = device
+        folder = default_folder() if cache is None else None if str(cache) == "off" else cache
+        self._ways = transcript.Ways(Cache(folder), language.load(aligner_model), False, recogniser_model)
         self._checkpoint = self._vectors = None
         self._memory = Memory() if remember else None
 
@@ -121,6 +132,11 @@ class Session:
 
             self._vectors = WordVectors.load(self._paths[1])
         return self._vectors
+
+    def words(self, sound: np.ndarray, request: Request, progress=None) -> transcript.Heard:
+        """What is said in a recording ``(n,)`` at 16 kHz; see :func:`transcript.hear`."""
+        ways = replace(self._ways, recognise=request.recognise)
+        return transcript.hear(sound, request.transcript, request.text, progress, ways)
 
     def styles(self) -> list[dict]:
         """Names and descriptions of the checkpoint's speakers."""
@@ -154,7 +170,7 @@ class Session:
         Raises what :meth:`synthesize` raises, and :class:`UsageError` where the recordings or transcripts differ.
         """
         runs = [_Run(self, request, progress, cancelled) for request in requests]
-        if len({(str(request.audio), str(request.transcript), request.text) for request in requests}) != 1:
+        if len({(str(one.audio), str(one.transcript), one.text, one.recognise) for one in requests}) != 1:
             raise UsageError("The requests are not about one recording.", "Make those of other recordings one by one.")
         memory = self._memory or Memory()
         recording = _signature(requests[0])
@@ -195,7 +211,7 @@ def _signature(request: Request) -> tuple:
     """What a recording and its words are known by, without reading them: names, sizes, times of writing."""
     files = [Path(name) for name in (request.audio, request.transcript) if name is not None]
     states = [(str(file), state.st_size, state.st_mtime_ns) for file in files if file.is_file() and (state := file.stat())]
-    return (*states, len(files), request.text)
+    return (*states, len(files), request.text, request.recognise)
 
 
 class _Run:
@@ -228,12 +244,15 @@ class _Run:
         """What does not depend on style: everything about the recording."""
         from . import audio, voice
 
-        words, warnings = self.stage("align words", lambda: self._words(sound))
+        said = self.stage("align words", lambda: self._words(sound))
+        words, wishes = said.words, hints.understand(said.marks, said.words)
+        warnings = said.warnings + _unknown(wishes)
         vectors = self.stage("load word vectors", lambda: self.session.vectors) if words else None
         frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
-        features = self.stage("extract MFCC", lambda: _Features(sound, words, vectors, self._prosody(sound, words, frames)))
+        prosody = lambda: self._prosody(sound, words, frames, wishes)  # noqa: E731
+        features = self.stage("extract MFCC", lambda: _Features(sound, hints.heard(words, wishes), vectors, prosody()))
         activity = self.stage("find pauses", lambda: _fit(voice.active(sound), frames))
-        return _Heard(audio.digest(sound), words, warnings, features, activity, frames, self.seconds)
+        return _Heard(audio.digest(sound), words, wishes, warnings, features, activity, frames, self.seconds)
 
     def prepare(self) -> None:
         """Work out who performs: :attr:`latents` ``(takes, size)``, :attr:`seeds` ``(takes, frames, 9, 3)``."""
@@ -260,26 +279,24 @@ class _Run:
         """Motions of what was generated for this request."""
         meta = self._meta(heard)
         which = zip(self.request.identities, made, strict=True)
-        finished = (self._finish(directions, heard.activity, heard.words, meta, *one) for one, directions in which)
+        finished = (self._finish(directions, heard, meta, *one) for one, directions in which)
         motions = self.stage("finish", lambda: list(finished))
         return Result(motions, heard.words, heard.warnings, {**heard.seconds, **self.seconds})
 
-    def _words(self, sound: np.ndarray) -> tuple[tuple, list[str]]:
-        from . import transcript
-
+    def _words(self, sound: np.ndarray) -> transcript.Heard:
         def tell(value: float) -> None:
             if self.cancelled():
                 raise Cancelled("Cancelled.")
             self.progress("align words", value)
 
-        return transcript.resolve(sound, self.request.transcript, self.request.text, tell)
+        return self.session.words(sound, self.request, tell)
 
-    def _prosody(self, sound: np.ndarray, words: tuple, frames: int) -> np.ndarray | None:
+    def _prosody(self, sound: np.ndarray, words: tuple, frames: int, wishes: hints.Wishes) -> np.ndarray | None:
         if not self.session.checkpoint.config.prosody_features:
             return None
         from . import prosody
 
-        return prosody.analyse(sound, sorted(words, key=lambda word: word[1]), frames).features
+        return prosody.analyse(sound, words, frames, wishes.stressed).features
 
     def _check_controls(self) -> None:
         if self.request.controls.any() and not self.session.checkpoint.config.controls:
@@ -303,13 +320,14 @@ class _Run:
             style, controls = (torch.from_numpy(part).to(self.session.device) for part in (drawn, wishes))
             return checkpoint.generator.steer(style, controls).cpu().numpy()
 
-    def _finish(self, directions: np.ndarray, activity: np.ndarray, words: tuple, meta: dict, take: int, near: tuple) -> Motion:
+    def _finish(self, directions: np.ndarray, heard: "_Heard", meta: dict, take: int, near: tuple) -> Motion:
         request = self.request
         meta = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
         directions = rest.restore(rest.soften(directions), self.session.checkpoint.gain, self.rest)
-        performed = rest.rest(directions, activity, request.seed + take, self.rest, at_rest=request.pose is None)
+        wished = hints.perform(directions, heard.wishes, self.rest)
+        performed = rest.rest(wished, heard.activity, request.seed + take, self.rest, at_rest=request.pose is None)
         scaled = rest.scale(performed, request.intensity, self.rest)
-        motion = Motion(limits.keep_human(scaled), skeleton.FPS, words, meta)
+        motion = Motion(limits.keep_human(scaled), skeleton.FPS, heard.words, meta)
         return motion.mirrored() if request.mirror else motion
 
     def _meta(self, heard: "_Heard") -> dict:
@@ -335,10 +353,11 @@ class _Run:
 
 @dataclass(frozen=True)
 class _Heard:
-    """A recording as performers hear it: digest, words, warnings, features, voice activity a frame, frames, seconds spent."""
+    """A recording as performers hear it: digest, words, wishes, warnings, features, voice activity, frames, seconds spent."""
 
     digest: str
     words: tuple
+    wishes: hints.Wishes
     warnings: list[str]
     features: "_Features"
     activity: np.ndarray
@@ -377,6 +396,13 @@ def _are_steps(near) -> bool:
         return all(int(number) > 0 and 0 < float(spread) <= 1 for number, spread in near)
     except (TypeError, ValueError):
         return False
+
+
+def _unknown(wishes: hints.Wishes) -> list[str]:
+    if not wishes.unknown:
+        return []
+    names = ", ".join(f"{{{name}}}" for name in wishes.unknown[:3])
+    return [f"The transcript's hint {names} is not one that gestures know; it is left out (docs/transcripts.md lists them)."]
 
 
 def _is_pose(value) -> bool:

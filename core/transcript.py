@@ -1,48 +1,92 @@
-"""What is said and when: from plain text by alignment, from a JSON of timed words as it is, or from nothing."""
+"""What is said and when: from a transcript in any form, aligned where it states no times of words, or from nothing."""
 
-import json
-import re
+from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
-from .align import align
-from .audio import SAMPLE_RATE
+from . import align, audio, language, markup, readers
+from .cache import Cache, key
 from .errors import TranscriptUnreadable, UsageError
-from .spelling import spoken
+from .readers import Item
 
 Word = tuple[str, float, float]
 
 _LONGEST = 10_000_000
 """Bytes: no transcript is longer, and a recording named by mistake usually is."""
-_DIRECTIONS = re.compile(r"\[[^\[\]\n]{0,200}\]|<[^<>\n]{0,200}>|\{[^{}\n]{0,200}\}|\*[^*\n]{1,60}\*(?=\W|$)|♪+")
-_EDGES = re.compile(r"^[^\w$€£'’&%+-]+|[^\w'’%]+$")
+_TOGETHER = 0.5
+"""Seconds between phrases that are aligned as one."""
+_GROUP = 25.0
+"""Seconds of phrases that are aligned together."""
+_NOTHING = "The transcript holds no words; the gestures follow the sound alone."
+
+
+@dataclass(frozen=True)
+class Heard:
+    """``words`` ``(word, start, end)`` in seconds in order of start; for each its ``confidence`` 0..1 (1 for times that a file
+    states); ``marks`` whose numbers count the words; ``warnings`` for people; ``form`` of the transcript."""
+
+    words: tuple[Word, ...] = ()
+    confidence: tuple[float, ...] = ()
+    marks: tuple[markup.Mark, ...] = ()
+    warnings: list[str] = field(default_factory=list)
+    form: str = ""
+
+
+@dataclass(frozen=True)
+class Ways:
+    """How words are found: ``cache``, an aligner ``model`` (:func:`language.load`), whether to ``recognise`` what no transcript
+    tells, and with which ``recogniser`` (a folder; None: the shipped one)."""
+
+    cache: Cache = field(default_factory=lambda: Cache(None))
+    model: dict | None = None
+    recognise: bool = False
+    recogniser: str | PathLike | None = None
 
 
 def resolve(
-    audio: np.ndarray, transcript: str | PathLike | None = None, text: str | None = None, progress=None
+    sound: np.ndarray, transcript: str | PathLike | None = None, text: str | None = None, progress=None
 ) -> tuple[tuple[Word, ...], list[str]]:
-    """``(word, start, end)`` in seconds for a recording ``(n,)`` at 16 kHz, and warnings for people.
+    """:attr:`Heard.words` and warnings of :func:`hear`, for callers that need no more."""
+    found = hear(sound, transcript, text, progress)
+    return found.words, found.warnings
 
-    ``transcript`` is a file: plain text, which is aligned, or ``.json`` with times; ``text`` is the text itself; with
-    neither, or with an empty one, the audio gestures alone. ``progress`` is called with 0..1 during alignment. Raises
-    :class:`TranscriptUnreadable` and, when both are given, :class:`UsageError`.
+
+def hear(
+    sound: np.ndarray,
+    transcript: str | PathLike | None = None,
+    text: str | None = None,
+    progress=None,
+    ways: Ways | None = None,
+) -> Heard:
+    """Words of a recording ``(n,)`` at 16 kHz.
+
+    ``transcript`` is a file in one of the forms of :mod:`readers`; ``text`` is plain text itself; with neither, or with an
+    empty one, the audio gestures alone, unless ``ways`` says to recognise it. ``progress`` is called with 0..1 during
+    alignment. Raises :class:`TranscriptUnreadable`, :class:`EngineMissing` and, when both are given, :class:`UsageError`.
     """
+    ways = ways or Ways()
     if transcript is not None and text is not None:
         raise UsageError("A transcript file and a text were both given.", "Give one of them.")
-    if transcript is None and text is None:
-        return (), []
     if transcript is not None:
-        content = read(transcript)
-        if Path(transcript).suffix.lower() == ".json":
-            return _within(timed(content, Path(transcript)), len(audio) / SAMPLE_RATE)
-        text = content
-    tokens = tokenise(text)
-    if not tokens:
-        return (), ["The transcript holds no words; the gestures follow the sound alone."]
-    spans, warnings = align(audio, [said for _, said in tokens], progress)
-    return tuple((shown, start, end) for (shown, _), (start, end) in zip(tokens, spans, strict=True)), warnings
+        source = readers.parse(read(transcript), Path(transcript))
+    elif text is not None:
+        source = readers.Source("plain text", [Item(text)])
+    elif ways.recognise:
+        source = readers.Source("recognised speech", _recognised(sound, progress, ways))
+    else:
+        return Heard()
+    script = _Script(source, len(sound) / audio.SAMPLE_RATE)
+    if not script.tokens:
+        return Heard(warnings=script.warnings or [_NOTHING], form=source.form)
+    found = _placed(sound, script, progress, ways)
+    spans, sure = script.times(found)
+    order = sorted(range(len(spans)), key=lambda number: spans[number][0])
+    words = tuple((script.tokens[number][0], *spans[number]) for number in order)
+    shown = [script.tokens[number][0] for number in script.loose]
+    warnings = script.warnings + (align.complaints(found, shown) if found else [])
+    return Heard(words, tuple(sure[number] for number in order), tuple(script.marks), warnings + _trouble(ways), source.form)
 
 
 def read(path: str | PathLike) -> str:
@@ -68,48 +112,115 @@ def read(path: str | PathLike) -> str:
         except UnicodeDecodeError:
             text = "\0"
     if "\0" in text or len(data) > _LONGEST:
-        raise TranscriptUnreadable(f"{path} is not a text file.", "Give the words as plain text (.txt) or timed words (.json).")
-    return text
+        raise TranscriptUnreadable(f"{path} is not a text file.", "Give the words as plain text, subtitles or timed words.")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def tokenise(text: str) -> list[tuple[str, list[str]]]:
-    """Words as ``(as written, [as spoken, ...])``: without punctuation and stage directions like ``[laughs]``."""
-    text = re.sub(r"(?<=[^\W\d])(?:[–—…]+|--+|\.{2,})(?=\w)", " ", _DIRECTIONS.sub(" ", text))
-    tokens = [(_EDGES.sub("", piece), spoken(piece)) for piece in text.split()]
-    return [(shown, said) for shown, said in tokens if shown and said]
+def tokenise(text: str) -> list[markup.Token]:
+    """Words as ``(as written, [as spoken, ...])``: without punctuation, stage directions and other markup."""
+    return markup.read(text).tokens
 
 
-def timed(content: str, path: Path) -> tuple[Word, ...]:
-    """Timed words of a JSON text: a list, or ``{"words": list}``, of ``[word, start, end]`` or objects with these keys."""
-    remedy = 'Write [["hello", 0.31, 0.62], ...] with times in seconds, or plain text.'
+class _Script:
+    """A source as tokens, the ``loose`` of which are to be placed in ``stretches``; all others have ``fixed`` times."""
+
+    def __init__(self, source: readers.Source, duration: float):
+        self.tokens: list[markup.Token] = []
+        self.marks: list[markup.Mark] = []
+        self.fixed: dict[int, tuple[float, float]] = {}
+        self.loose: list[int] = []
+        self.stretches: list[align.Stretch] = []
+        self.warnings: list[str] = []
+        self._duration, late = duration, 0
+        items = source.items
+        for number, item in enumerate(items):
+            if item.start is not None and item.start >= duration:
+                late += len(tokenise(item.text))
+            elif item.word:
+                self._fix(item)
+            else:
+                self._loosen(item, items, number)
+        if late:
+            plural = "s" if late > 1 else ""
+            what = f"{late} word{plural} of the transcript {'lie' if late > 1 else 'lies'} after the end of the recording"
+            self.warnings.append(f"{what} and {'are' if late > 1 else 'is'} left out.")
+
+    def _fix(self, item: Item) -> None:
+        said = tokenise(item.text)
+        if said:
+            self.fixed[len(self.tokens)] = (item.start, min(item.end, self._duration))
+            self.tokens.append((item.text.strip(), [part for _, parts in said for part in parts]))
+
+    def _loosen(self, item: Item, items: list[Item], number: int) -> None:
+        """Put the words of a phrase where it says, or between what its neighbours say, together with the phrase before."""
+        marked = markup.read(item.text)
+        if not marked.tokens:
+            return
+        here = len(self.tokens)
+        if item.start is None:
+            start = next((other.end for other in reversed(items[:number]) if other.end is not None), 0.0)
+            end = next((other.start for other in items[number + 1 :] if other.start is not None), float("inf"))
+            if len(items) == 1:
+                self.marks += marked.marks
+        else:
+            start, end = item.start, item.end
+        start, words = min(start, self._duration), [said for _, said in marked.tokens]
+        end = max(min(end, self._duration), start)
+        last = self.stretches[-1] if self.stretches else None
+        if last and self._joins(last, start, end, here):
+            self.stretches[-1] = align.Stretch(last.words + words, last.start, max(last.end, end))
+        else:
+            start = max(start, last.end) if last else start
+            self.stretches.append(align.Stretch(words, start, max(end, start)))
+        self.loose += range(here, here + len(words))
+        self.tokens += marked.tokens
+
+    def _joins(self, last: align.Stretch, start: float, end: float, here: int) -> bool:
+        """Whether a phrase follows the stretch before closely enough to be aligned with it."""
+        if not self.loose or self.loose[-1] != here - 1:
+            return False
+        same = (start, end) == (last.start, last.end)
+        return same or start < last.end or start - last.end < _TOGETHER and end - last.start < _GROUP
+
+    def times(self, found: align.Alignment | None) -> tuple[list[tuple[float, float]], list[float]]:
+        """Times and confidence of all tokens."""
+        placed = zip(self.loose, found.spans, found.confidence, strict=True) if found else ()
+        every = {number: (span, 1.0) for number, span in self.fixed.items()}
+        every.update({number: (span, sure) for number, span, sure in placed})
+        ordered = [every[number] for number in range(len(self.tokens))]
+        return [span for span, _ in ordered], [sure for _, sure in ordered]
+
+
+def _placed(sound: np.ndarray, script: _Script, progress, ways: Ways) -> align.Alignment | None:
+    """The alignment of a script's loose words, from the cache if it has been made before."""
+    if not script.loose:
+        return None
+    asked = [(part.words, part.start, min(part.end, 1e9)) for part in script.stretches]
+    name = key("align", align.VERSION, audio.digest(sound), asked, language.fingerprint(ways.model))
+    kept = ways.cache.get(name)
     try:
-        data = json.loads(content)
-    except (ValueError, RecursionError) as error:
-        raise TranscriptUnreadable(f"{path} is not valid JSON.", remedy) from error
-    entries = data.get("words") if isinstance(data, dict) else data
-    if not isinstance(entries, list):
-        raise TranscriptUnreadable(f"{path} holds no list of words.", remedy)
-    words = []
-    for number, entry in enumerate(entries, 1):
-        fields = [entry.get(key) for key in ("word", "start", "end")] if isinstance(entry, dict) else entry
-        if not _is_word(fields):
-            raise TranscriptUnreadable(f"Entry {number} of {path} is not a word with start and end in seconds.", remedy)
-        words.append((fields[0].strip(), float(fields[1]), float(fields[2])))
-    return tuple(sorted((word for word in words if word[0]), key=lambda word: word[1]))
+        spans = [(float(start), float(end)) for start, end in kept["spans"]]
+        return align.Alignment(spans, kept["confidence"], kept["complaint"])
+    except (TypeError, KeyError, ValueError):  # nothing kept, or by a hand other than ours
+        pass
+    found = align.place(sound, script.stretches, progress, ways.model)
+    if not found.complaint.startswith(("The aligner", "pocketsphinx")):
+        ways.cache.put(name, {"spans": found.spans, "confidence": found.confidence, "complaint": found.complaint})
+    return found
 
 
-def _is_word(fields) -> bool:
-    if not isinstance(fields, list) or len(fields) != 3 or not isinstance(fields[0], str):
-        return False
-    numbers = all(isinstance(time, int | float) and not isinstance(time, bool) for time in fields[1:])
-    return numbers and 0 <= fields[1] <= fields[2] < 1e9
+def _recognised(sound: np.ndarray, progress, ways: Ways) -> list[Item]:
+    """Phrases by the recogniser, from the cache if they have been heard before."""
+    from . import recognise
+
+    name = key("recognise", recognise.VERSION, audio.digest(sound), str(ways.recogniser or ""))
+    kept = ways.cache.get(name)
+    if isinstance(kept, list):
+        return [Item(text, start, end) for text, start, end in kept]
+    items = recognise.recognise(sound, progress, ways.recogniser)
+    ways.cache.put(name, [[item.text, item.start, item.end] for item in items])
+    return items
 
 
-def _within(words: tuple[Word, ...], duration: float) -> tuple[tuple[Word, ...], list[str]]:
-    """Drop words that begin after the recording has ended, and say so."""
-    kept = tuple((word, start, min(end, duration)) for word, start, end in words if start < duration)
-    if not words:
-        return (), ["The transcript holds no words; the gestures follow the sound alone."]
-    if len(kept) == len(words):
-        return kept, []
-    return kept, [f"{len(words) - len(kept)} words of the transcript lie after the end of the recording and are left out."]
+def _trouble(ways: Ways) -> list[str]:
+    return [ways.cache.trouble] if ways.cache.trouble else []

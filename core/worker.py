@@ -39,8 +39,9 @@ _PARAMETERS = {
     "near": list,
     "spread": (int, float),
     "step": int,
+    "recognise": bool,
 }
-_SETTINGS = ("checkpoint", "vectors", "device")
+_SETTINGS = ("checkpoint", "vectors", "device", "aligner_model", "recogniser_model", "cache")
 
 
 class Worker:

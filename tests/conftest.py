@@ -9,6 +9,10 @@ ROOT = Path(__file__).resolve().parents[1]
 
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # as core.threads does in the worker and on the command line
 
+# Word times are kept in a folder of this run, so that tests neither see nor leave anything in the user's.
+_CACHE = tempfile.TemporaryDirectory(prefix="s2ag-cache-")
+os.environ["S2AG_CACHE"] = _CACHE.name
+
 # Blender gets an empty home of its own before anything imports bpy: packages of an extension that is installed on this
 # machine would shadow the environment's.
 _BLENDER_HOME = tempfile.TemporaryDirectory(prefix="s2ag-blender-")

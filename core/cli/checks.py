@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..cache import Cache, default_folder
 from ..catalogue import describe
 from ..errors import S2agError
 from . import blender
@@ -48,6 +49,8 @@ def all_checks() -> Iterator[Check]:
     yield _vectors()
     yield _checkpoint()
     yield _package("gensim", "gensim", 'For your own word vectors: pip install "s2ag[vectors]"', required=False)
+    yield _recogniser()
+    yield _cache()
     yield from _blender()
     yield _human()
     yield _space()
@@ -82,6 +85,20 @@ def _aligner() -> Check:
 
     model = Path(pocketsphinx.get_model_path()) / "en-us" / "en-us"
     return Check("pocketsphinx", model.is_dir(), f"{found.detail}, model {'there' if model.is_dir() else 'missing'}", ENGINE)
+
+
+def _recogniser() -> Check:
+    from .. import recognise
+
+    there = recognise.available()
+    return Check("recogniser", there, "installed" if there else "not installed", recognise.ADVICE, required=False)
+
+
+def _cache() -> Check:
+    cache = Cache(default_folder())
+    files, size = cache.size()
+    detail = f"{files} files, {size / 1e6:.1f} MB in {cache.folder}" if cache.folder else "off: words are placed anew each time"
+    return Check("word times", cache.folder is not None, detail, "Unset S2AG_CACHE, or install platformdirs.", required=False)
 
 
 def _vectors() -> Check:

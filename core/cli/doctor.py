@@ -7,16 +7,24 @@ import json
 SUMMARY = "check that everything needed is installed and works"
 EXAMPLE = """examples:
   s2ag doctor
-  s2ag doctor --json"""
+  s2ag doctor --json
+  s2ag doctor --clear-cache"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     parser.add_argument("--json", action="store_true", help="machine-readable")
+    parser.add_argument("--clear-cache", action="store_true", help="forget all kept word times, and check nothing")
 
 
 def run(options: argparse.Namespace) -> int:
     """Print every check with its remedy; 0 if a recording can become a character, else 2."""
+    if options.clear_cache:
+        from ..cache import Cache, default_folder
+
+        cache = Cache(default_folder())
+        print(f"{cache.clear()} files removed from {cache.folder or 'nowhere: no cache is kept'}")
+        return 0
     from .checks import all_checks
 
     found = []

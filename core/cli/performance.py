@@ -6,6 +6,9 @@ from pathlib import Path
 from ..threads import share_cores
 from .progress import Progress, note
 
+_BESIDE = (".txt", ".srt", ".vtt", ".TextGrid")
+"""Suffixes of transcripts that are found by themselves, in this order."""
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """The recording, its words, and how to perform them."""
@@ -15,9 +18,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--transcript",
         metavar="FILE",
         type=Path,
-        help="what is said: plain text, or JSON of [word, start, end]; by default a .txt of the recording's name beside it",
+        help="what is said: plain text, subtitles (SRT, WebVTT), TextGrid, CTM, or JSON of recognisers and aligners; by "
+        "default a .txt, .srt, .vtt or .TextGrid of the recording's name beside it (see docs/transcripts.md)",
     )
     words.add_argument("--text", metavar="WORDS", help="what is said, on the command line")
+    words.add_argument("--recognise", action="store_true", help="have the words recognised; needs the extra s2ag[recognise]")
     words.add_argument("--no-transcript", action="store_true", help="gesture from the sound alone")
     style = "NAME, a blend NAME:0.6+NAME:0.4, or random (see: s2ag styles; default: the one marked there)"
     parser.add_argument("--style", metavar="STYLE", default="", help=style)
@@ -29,6 +34,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_checkpoint(parser)
     vectors = "word vectors (FastText .bin, .kv or .vec) instead of the shipped ones"
     parser.add_argument("--vectors", metavar="FILE", type=Path, help=vectors)
+    model = "pronunciation, and perhaps sounds, of another language for placing words (see docs/transcripts.md)"
+    parser.add_argument("--aligner-model", metavar="FOLDER", type=Path, help=model)
+    recogniser = "Whisper model for faster-whisper instead of the one in the extra s2ag[recognise]"
+    parser.add_argument("--recogniser-model", metavar="FOLDER", type=Path, help=recogniser)
+    cache = "where word times are kept for the next run instead of the user's cache folder; off keeps none"
+    parser.add_argument("--cache", metavar="FOLDER", help=cache)
 
 
 def _add_controls(parser: argparse.ArgumentParser) -> None:
@@ -67,6 +78,7 @@ def request(options: argparse.Namespace):
         rate=options.rate,
         hand=options.hand,
         mirror=options.mirror,
+        recognise=options.recognise,
     )
 
 
@@ -75,7 +87,8 @@ def perform(options: argparse.Namespace, wanted):
     from ..synthesis import Session
 
     share_cores()
-    session = Session(options.checkpoint, options.vectors)
+    models = {"aligner_model": options.aligner_model, "recogniser_model": options.recogniser_model}
+    session = Session(options.checkpoint, options.vectors, **models, cache=options.cache)
     with Progress() as progress:
         result = session.synthesize(wanted, progress)
     for warning in result.warnings:
@@ -103,11 +116,16 @@ def _hand(text: str) -> float:
 
 
 def _transcript(options: argparse.Namespace) -> Path | None:
-    """The transcript file: named, or the text file of the recording's name beside it."""
-    if options.transcript or options.text is not None or options.no_transcript:
+    """The transcript file: named, or one of the recording's name beside it."""
+    if options.transcript or options.text is not None or options.no_transcript or options.recognise:
         return options.transcript
-    beside = options.audio.with_suffix(".txt")
-    if beside == options.audio or not beside.is_file():
+    named = (options.audio.with_suffix(suffix) for suffix in _BESIDE)
+    beside = next((path for path in named if path != options.audio and path.is_file()), None)
+    if beside is None:
+        from .. import recognise
+
+        how = "--recognise has the words written down." if recognise.available() else recognise.ADVICE
+        note(f"Without a transcript the gestures follow the sound alone. {how}")
         return None
     note(f"{beside} is taken as the transcript; --no-transcript gestures from the sound alone.")
     return beside

@@ -1,0 +1,63 @@
+"""A program of our own in a process of its own: what can crash or hang does so there, and here it is one sentence."""
+
+import json
+import subprocess
+import threading
+from collections.abc import Callable, Iterable
+
+
+class ChildFailed(Exception):
+    """The child gave no usable answer; the text completes "It ..."."""
+
+
+def ask(command: list[str], request: dict, data: Iterable[bytes], limit: float, hear: Callable[[dict], object | None]):
+    """Send a line of JSON and then ``data``; hand every answering line to ``hear`` until it returns something; return that.
+
+    ``hear`` may raise anything: the child is stopped and the exception passed on; ValueError, KeyError, TypeError and
+    IndexError mean nonsense. The child is killed after ``limit`` seconds. Raises :class:`ChildFailed`.
+    """
+    try:
+        child = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+        )
+    except OSError as error:
+        raise ChildFailed("could not be started") from error
+    late = threading.Event()
+    alarm = threading.Timer(limit, lambda: (late.set(), child.kill()))
+    alarm.daemon = True
+    alarm.start()
+    feeder = threading.Thread(target=_feed, args=(child.stdin, request, data), daemon=True)
+    feeder.start()
+    try:
+        for line in child.stdout:
+            result = _heard(line, hear)
+            if result is not None:
+                return result
+    finally:
+        alarm.cancel()
+        child.kill()
+        child.wait()
+        feeder.join()
+        child.stdout.close()
+    raise ChildFailed("took too long" if late.is_set() else "died")
+
+
+def _heard(line: bytes, hear):
+    try:
+        return hear(json.loads(line))
+    except (ValueError, KeyError, TypeError, IndexError) as error:
+        raise ChildFailed("answered nonsense") from error
+
+
+def _feed(pipe, request: dict, data: Iterable[bytes]) -> None:
+    try:
+        with pipe:
+            pipe.write(json.dumps(request).encode() + b"\n")
+            for piece in data:
+                pipe.write(piece)
+    except OSError:
+        return  # the child is gone; its reader notices

@@ -1,0 +1,150 @@
+"""Plain text as people write it: words, and what stands between them that is not said.
+
+Stage directions, tags and speakers' names are left out. Three marks are kept for the performance (docs/transcripts.md):
+``*word*`` stresses, ``[pause]`` rests, ``{hint}`` asks for a gesture.
+"""
+
+import re
+from dataclasses import dataclass
+
+from .spelling import spoken
+
+Token = tuple[str, list[str]]
+"""A word as written and the words said for it."""
+
+_PRIVATE = re.compile("[\ue000-\uf8ff]")
+_EVENT = re.compile(r"\[[^\[\]\n]{0,200}\]|<[^<>\n]{0,200}>|\{[^{}\n]{0,200}\}|\([^()\n]{1,40}\)|♪+")
+_STRESS = re.compile(r"(?<![\w*])\*{1,3}(?=[^\s*])([^*\n]{1,60}?)(?<=\S)\*{1,3}(?![\w*])")
+_DASHES = re.compile(r"(?<=[^\W\d])(?:[–—…]+|--+|\.{2,})(?=\w)")
+_EDGES = re.compile(r"^[^\w$€£'’&%+-]+|[^\w'’%]+$")
+_PAUSE = re.compile(r"[\[(]\s*(?:(?:short|long|brief)\s+)?pause\b[^\])]*[\])]", re.IGNORECASE)
+_SOUND = re.compile(
+    r"\(\s*(?:[A-Z][A-Z' -]+|(?i:(?:\w+ )?(?:laughs?|laughter|laughing|chuckles?|applause|cheers?|cheering|sighs?|coughs?|"
+    r"music|crosstalk|inaudible|silence|gasps?|sobs?|whispers?|clears? (?:his |her |their )?throat)))\s*\)"
+)
+_LABEL = re.compile(r"^[ \t]*(?:-[ \t]*)?(?:>>[ \t]*)?([^\W\d_][\w.'’ -]{0,30}?)[ \t]*:(?=[ \t]|$)", re.MULTILINE)
+_CHEVRONS = re.compile(r"^[ \t]*>>+", re.MULTILINE)
+_PHRASE_END = re.compile(r"[.,;:!?…][\"'”’»)\]]*$")
+_SCALES = {"thousand", "million", "billion", "trillion"}
+
+
+@dataclass(frozen=True)
+class Mark:
+    """``kind`` is ``stress``, ``pause`` or ``hint``; it is about the words ``first`` to before ``last``; ``value`` is the hint.
+
+    A pause lies before the word ``first``. A hint stands before ``first``, and ``last`` is the end of its phrase.
+    """
+
+    kind: str
+    first: int
+    last: int
+    value: str = ""
+
+
+@dataclass(frozen=True)
+class Marked:
+    """A text without markup: its words, and its marks in order."""
+
+    tokens: list[Token]
+    marks: list[Mark]
+
+
+def read(text: str) -> Marked:
+    """Words and marks of a plain text."""
+    events: list[str] = []
+
+    def event(match: re.Match) -> str:
+        piece = match[0]
+        if piece[0] == "(" and not (_PAUSE.fullmatch(piece) or _SOUND.fullmatch(piece)):
+            return piece
+        events.append(piece)
+        return f" \ue000{len(events) - 1} "
+
+    text = _EVENT.sub(event, _without_labels(_PRIVATE.sub(" ", text)))
+    text = _DASHES.sub(" ", _STRESS.sub(lambda match: f"\ue001{match[1]}\ue002", text))
+    shouting = _shouts(text)
+    reader = _Reader(events)
+    for piece in text.split():
+        if piece[0] == "\ue000":
+            reader.event(int(piece[1:]))
+        else:
+            reader.word(piece, shouting)
+    return reader.finished()
+
+
+class _Reader:
+    """Collects words and marks; remembers which stress and hints are still open."""
+
+    def __init__(self, events: list[str]):
+        self._events = events
+        self.tokens: list[Token] = []
+        self.marks: list[Mark] = []
+        self._stressed = False
+        self._open: list[tuple[int, str]] = []
+
+    def event(self, number: int) -> None:
+        piece, here = self._events[number], len(self.tokens)
+        if _PAUSE.fullmatch(piece):
+            self._close()
+            self.marks.append(Mark("pause", here, here))
+        elif piece[0] == "{" and piece[1:-1].strip():
+            self._open.append((here, " ".join(piece[1:-1].lower().split())))
+
+    def word(self, piece: str, shouting: bool) -> None:
+        self._stressed |= "\ue001" in piece
+        stressed, closing = self._stressed, "\ue002" in piece
+        piece = piece.replace("\ue001", "").replace("\ue002", "")
+        shown, said = _EDGES.sub("", piece), spoken(piece)
+        if shown and said:
+            if self.tokens and said[0] in _SCALES:
+                said = self._moved(said)
+            here = len(self.tokens)
+            self.tokens.append((shown, _spelt(shown, said, shouting)))
+            if stressed:
+                self.marks.append(Mark("stress", here, here + 1))
+        if closing:
+            self._stressed = False
+        if _PHRASE_END.search(piece):
+            self._close()
+
+    def _moved(self, said: list[str]) -> list[str]:
+        """``$20 million`` is said twenty million dollars."""
+        shown, before = self.tokens[-1]
+        if not re.fullmatch(r"[$€£][\d.,]+", shown) or len(before) < 2:
+            return said
+        unit = before[-1] if before[-1].endswith("s") else before[-1] + "s"
+        self.tokens[-1] = shown, before[:-1]
+        return [*said, unit]
+
+    def _close(self) -> None:
+        here = len(self.tokens)
+        self.marks += [Mark("hint", first, here, hint) for first, hint in self._open if first < here]
+        self._open = [one for one in self._open if one[0] >= here]
+
+    def finished(self) -> Marked:
+        self._close()
+        order = {"pause": 0, "hint": 1, "stress": 2}
+        return Marked(self.tokens, sorted(self.marks, key=lambda mark: (mark.first, order[mark.kind])))
+
+
+def _spelt(shown: str, said: list[str], shouting: bool) -> list[str]:
+    """Short words in capitals stay so where the text is not all capitals: API may be spelt out."""
+    if not shouting and len(said) == 1 and 2 <= len(shown) <= 5 and shown.isalpha() and shown.isupper():
+        return [said[0].upper()]
+    return said
+
+
+def _shouts(text: str) -> bool:
+    return sum(map(str.isupper, text)) > sum(map(str.islower, text))
+
+
+def _without_labels(text: str) -> str:
+    """Names of speakers at the beginnings of lines go: those in capitals, with a number, or that come again."""
+    names = [match[1] for match in _LABEL.finditer(text)]
+
+    def strip(match: re.Match) -> str:
+        name = match[1]
+        sure = (name.isupper() and len(name) > 1) or re.fullmatch(r"(?i)speaker[ _]?\w{1,3}", name) or names.count(name) > 1
+        return " " if sure and len(name.split()) <= 3 else match[0]
+
+    return _CHEVRONS.sub(" ", _LABEL.sub(strip, text))

@@ -1,0 +1,75 @@
+"""What alignment takes of the audio's length for 1, 10 and 60 minutes, and its memory. Run with --benchmark-only.
+
+Seconds are those of processors, of this process and the aligner's: other work on the machine does not count.
+"""
+
+import html
+import json
+import re
+import resource
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pocketsphinx")
+
+from s2ag.core import align, audio, transcript  # noqa: E402
+from s2ag.core.cache import Cache  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def speech(shared):
+    """Two sonnets read by people, their words, and the pause between repetitions (seconds)."""
+    return audio.load(shared / "speech" / "p001.mp3"), audio.load(shared / "speech" / "p002.mp3")
+
+
+@pytest.fixture(scope="module")
+def said(shared):
+    pages = [(shared / "speech" / f"{name}.xhtml").read_text() for name in ("p001", "p002")]
+    lines = [re.findall(r"<span[^>]*>(.*?)</span>", page, re.DOTALL) for page in pages]
+    return ["\n".join(re.sub("<[^>]+>", "", html.unescape(line)) for line in part) for part in lines]
+
+
+def processor():
+    return sum(
+        usage.ru_utime + usage.ru_stime for usage in map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    )
+
+
+@pytest.mark.parametrize("minutes", [1, 10, 60])
+def test_alignment(benchmark, speech, said, minutes):
+    count = max(1, round(minutes * 60 / (len(speech[0]) / 16000)))
+    sound = np.concatenate([speech[number % 2] for number in range(count)])
+    text = "\n".join(said[number % 2] for number in range(count))
+    transcript.hear(sound[:32000], text="from fairest creatures")  # libraries are loaded
+    began, clock = processor(), time.perf_counter()
+    found = benchmark.pedantic(transcript.hear, args=(sound,), kwargs={"text": text}, rounds=1)
+    length = len(sound) / 16000
+    share, wall = (processor() - began) / length, (time.perf_counter() - clock) / length
+    sure = np.mean(np.array(found.confidence) > 0)
+    peak = child_peak(sound, text)
+    benchmark.extra_info.update(share=share, wall=wall, peak_mb=peak, found=sure)
+    print(f"\n{length / 60:.1f} minutes: {share:.2%} of their length (wall clock {wall:.2%}), {sure:.2%} of words found, ")
+    print(f"aligner's peak memory {peak:.0f} MB; {found.warnings}")
+    assert share < 0.02 and sure > 0.99 and peak < 300
+
+
+def child_peak(sound, text):
+    """Megabytes that the aligner's own process needs at most, measured in a process that starts nothing else."""
+    program = "import sys, resource, subprocess as s; s.run([sys.executable, '-P', sys.argv[1]], stdout=s.DEVNULL); "
+    program += "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024)"
+    words = [parts for _, parts in transcript.tokenise(text)]
+    request = {"stretches": [{"words": words, "start": 0, "end": len(sound) / 16000}], "pauses": [], "samples": len(sound)}
+    data = json.dumps(request).encode() + b"\n" + b"".join(align.pcm(sound))
+    done = subprocess.run([sys.executable, "-c", program, align.command()[-1]], input=data, stdout=subprocess.PIPE, check=True)
+    return float(done.stdout)
+
+
+def test_a_second_time(benchmark, speech, said, tmp_path):
+    ways = transcript.Ways(Cache(tmp_path))
+    transcript.hear(speech[0], text=said[0], ways=ways)
+    found = benchmark.pedantic(transcript.hear, args=(speech[0],), kwargs={"text": said[0], "ways": ways}, rounds=3)
+    assert found.words
