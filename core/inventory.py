@@ -19,6 +19,9 @@ PACKAGES = {
     "pocketsphinx": "pocketsphinx",
     "praat-parselmouth": "parselmouth",
     "tqdm": "tqdm",
+    "pysubs2": "pysubs2",
+    "praatio": "praatio",
+    "platformdirs": "platformdirs",
 }
 """Distribution name -> module, of everything that the worker imports."""
 

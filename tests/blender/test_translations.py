@@ -171,11 +171,15 @@ def template(node):
     return literals(node)
 
 
+ELSEWHERE = {"cli", "corpus", "train", "evaluate", "model", "job.py", "vectors_build.py"}
+ELSEWHERE |= {"batch", "bench", "datasets", "metrics", "study", "systems"}
+
+
 def texts_of_errors():
     """Message and remedy of every error, and every warning, that can reach Blender."""
     kinds = {name for name, value in vars(errors).items() if isinstance(value, type) and issubclass(value, errors.S2agError)}
     for path in (path for folder in ("core", "rigs", "s2ag_blender") for path in (FOLDER.parent / folder).rglob("*.py")):
-        if {"cli", "corpus", "train", "evaluate", "model", "job.py", "vectors_build.py"} & set(path.parts):
+        if ELSEWHERE & set(path.parts):
             continue  # these run in other processes, for other people
         tree = ast.parse(path.read_text("utf-8"))
         named = {}
