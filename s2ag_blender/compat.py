@@ -79,6 +79,11 @@ def strip_slot(strip: bpy.types.NlaStrip, slot) -> None:
         strip.action_slot = slot
 
 
+def strip_curve(strip: bpy.types.NlaStrip, name: str):
+    """The curve of an NLA strip's own property, or None."""
+    return strip.fcurves.find(name)
+
+
 def curves(action: bpy.types.Action, slot=None) -> list:
     """The curves of an action, or of one of its slots; of all slots when ``slot`` is None."""
     if not hasattr(action, "slots"):
