@@ -79,6 +79,11 @@ def strip_slot(strip: bpy.types.NlaStrip, slot) -> None:
         strip.action_slot = slot
 
 
+def strip_curve(strip: bpy.types.NlaStrip, name: str):
+    """The curve of an NLA strip's own property, or None."""
+    return strip.fcurves.find(name)
+
+
 def curves(action: bpy.types.Action, slot=None) -> list:
     """The curves of an action, or of one of its slots; of all slots when ``slot`` is None."""
     if not hasattr(action, "slots"):
@@ -91,11 +96,6 @@ def curves(action: bpy.types.Action, slot=None) -> list:
         if (bag := strip.channelbag(one)) is not None
         for curve in bag.fcurves
     ]
-
-
-def influence_curve(strip: bpy.types.NlaStrip):
-    """The curve of an NLA strip's own influence, or None; it belongs to the strip in every version."""
-    return strip.fcurves.find("influence")
 
 
 def sequencer_strips(editor):

@@ -10,7 +10,7 @@ from . import layers, preview, readiness, session
 def _before_load(*_) -> None:
     preview.stop()
     session.clear()
-    readiness.forget()
+    readiness.stop()
 
 
 @persistent
@@ -46,4 +46,4 @@ def unregister() -> None:
     if bpy.app.timers.is_registered(preview.tick):
         bpy.app.timers.unregister(preview.tick)
     session.clear()
-    readiness.forget()
+    readiness.stop()

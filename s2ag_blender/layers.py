@@ -256,7 +256,7 @@ def _play(strip, action, armature, place: Place) -> None:
 def _key_influence(strip, place: Place) -> None:
     """Influence over the strip's frames; Blender heeds only a keyed one (and then no blend in and out)."""
     strip.use_animated_influence = True
-    curve = compat.influence_curve(strip)
+    curve = compat.strip_curve(strip, "influence")
     if curve is not None:
         curve.keyframe_points.clear()
     keys = {place.first: place.influence, place.last: place.influence}

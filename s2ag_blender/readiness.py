@@ -56,12 +56,29 @@ def of(armature: bpy.types.Object) -> Readiness:
 
 
 def known(armature: bpy.types.Object) -> Readiness | None:
-    """The readiness if it has been worked out; else None, and it is worked out as soon as Blender is idle. For drawing."""
+    """The readiness if it has been worked out; else None, and it is worked out as soon as Blender is idle. For drawing.
+
+    Without a window nothing is ever idle, so it is worked out now.
+    """
     found = _known.get(_key(armature))
-    if found is None and armature.name not in _wanted:
-        _wanted.add(armature.name)
-        bpy.app.timers.register(_catch_up, first_interval=0.0)
-    return found
+    if found is not None or bpy.app.background:
+        return found or of(armature)
+    later(armature)
+    return None
+
+
+def later(armature: bpy.types.Object) -> None:
+    """Work out the readiness as soon as Blender is idle."""
+    _wanted.add(armature.name)
+    if not bpy.app.timers.is_registered(catch_up):
+        bpy.app.timers.register(catch_up, first_interval=0.0)
+
+
+def stop() -> None:
+    """Forget everything and work out nothing more; a timer that outlives the extension would hang Blender's end."""
+    forget()
+    if bpy.app.timers.is_registered(catch_up):
+        bpy.app.timers.unregister(catch_up)
 
 
 def forget(armature: bpy.types.Object | None = None) -> None:
@@ -110,7 +127,8 @@ def _row(part: str, bones: tuple[str, ...], found: Finding | None) -> Row:
     return Row(part, (), False, known or (told("needed") if part in ARMS else told("stays as it is")))
 
 
-def _catch_up() -> None:
+def catch_up() -> None:
+    """Work out what is wanted, and draw."""
     names = list(_wanted)
     _wanted.clear()
     for name in names:
