@@ -256,15 +256,12 @@ def test_linked_override_rigs(speaker, tmp_path):
 def test_progress_and_cancel(speaker, examples, tmp_path):
     unheard = tmp_path / "unheard.flac"
     unheard.write_bytes((examples / "hello.flac").read_bytes())
-    speaker.s2ag.audio = str(unheard)
+    speaker.s2ag.audio, speaker.s2ag.take_count = str(unheard), 16
     gesture.engine(bpy.context).call("hello", {"warm": True})
     pid, run = engine_pid(), session.Run(bpy.context, speaker, generate.plan(bpy.context, speaker))
-    stages = []
     while run.stage != "generate":
         assert run.step() is None
-        if run.stage not in stages:
-            stages.append(run.stage)
-    assert len(stages) > 2 and run.stage.capitalize() in drawn() and "s2ag.cancel" in drawn()
+    assert "Generate" in drawn() and "s2ag.cancel" in drawn()
     began = time.monotonic()
     bpy.ops.s2ag.cancel()
     assert "Cancelling" in drawn()
