@@ -61,7 +61,7 @@ def draw_character(layout, armature) -> None:
 def draw_voice(layout, settings, scene) -> None:
     """Where the voice comes from."""
     column = layout.column()
-    column.row().prop(settings, "audio_source", expand=True)
+    column.prop(settings, "audio_source")
     if settings.audio_source == "FILE":
         column.prop(settings, "audio")
     elif settings.audio_source == "STRIP":
@@ -77,7 +77,7 @@ def draw_voice(layout, settings, scene) -> None:
 def draw_words(layout, settings, scene) -> None:
     """Where the words come from."""
     column = layout.column()
-    column.row().prop(settings, "transcript_source", expand=True)
+    column.prop(settings, "transcript_source")
     if settings.transcript_source == "FILE":
         column.prop(settings, "transcript")
         if not settings.transcript:
