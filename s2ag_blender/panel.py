@@ -169,7 +169,8 @@ def draw_run(layout, armature, context) -> None:
         row.progress(factor=run.value, text=text)
         row.operator("s2ag.cancel", text="", icon="X")
     for text, icon in session.messages(armature):
-        layout.label(text=text, icon=icon, translate=False)
+        for number, line in enumerate(choices.wrapped(text)):
+            layout.label(text=line, icon="BLANK1" if number else icon, translate=False)
     if errors_log.latest() is not None and session.messages(armature):
         layout.operator("s2ag.open_log", icon="TEXT")
 

@@ -14,6 +14,7 @@ from s2ag.core import rest, skeleton
 from s2ag.core.motion import Motion
 from s2ag.s2ag_blender import (
     apply,
+    choices,
     compat,
     generate,
     gesture,
@@ -281,7 +282,7 @@ def test_useful_errors(speaker, tmp_path):
     (line,) = str(error.value).strip().splitlines()
     assert "noise.wav" in line and "Traceback" not in line
     shown = [text for text, _ in session.messages(speaker)]
-    assert len(shown) == 2 and all(text in drawn() for text in shown)
+    assert len(shown) == 2 and all(line in drawn() for text in shown for line in choices.wrapped(text))
 
 
 def test_offline():
