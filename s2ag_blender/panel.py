@@ -61,7 +61,7 @@ def draw_character(layout, armature) -> None:
 def draw_voice(layout, settings, scene) -> None:
     """Where the voice comes from."""
     column = layout.column()
-    column.row().prop(settings, "audio_source", expand=True)
+    column.prop(settings, "audio_source")
     if settings.audio_source == "FILE":
         column.prop(settings, "audio")
     elif settings.audio_source == "STRIP":
@@ -77,7 +77,7 @@ def draw_voice(layout, settings, scene) -> None:
 def draw_words(layout, settings, scene) -> None:
     """Where the words come from."""
     column = layout.column()
-    column.row().prop(settings, "transcript_source", expand=True)
+    column.prop(settings, "transcript_source")
     if settings.transcript_source == "FILE":
         column.prop(settings, "transcript")
         if not settings.transcript:
@@ -169,7 +169,8 @@ def draw_run(layout, armature, context) -> None:
         row.progress(factor=run.value, text=text)
         row.operator("s2ag.cancel", text="", icon="X")
     for text, icon in session.messages(armature):
-        layout.label(text=text, icon=icon, translate=False)
+        for number, line in enumerate(choices.wrapped(text)):
+            layout.label(text=line, icon="BLANK1" if number else icon, translate=False)
     if errors_log.latest() is not None and session.messages(armature):
         layout.operator("s2ag.open_log", icon="TEXT")
 

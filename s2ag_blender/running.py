@@ -63,7 +63,7 @@ class Generating:
             self._run.cancel()
         elif event.type != "TIMER":
             return {"PASS_THROUGH"}
-        redraw(context)
+        before = self._run.stage, self._run.value
         try:
             outcome = self._run.step()
         except S2agError as error:
@@ -73,6 +73,8 @@ class Generating:
             self._stop(context)
             raise
         if outcome is None:
+            if before != (self._run.stage, self._run.value):
+                redraw(context)
             return {"PASS_THROUGH"}
         self._stop(context)
         return self._done(self._uid, self._name, outcome)
@@ -86,6 +88,7 @@ class Generating:
     def _stop(self, context) -> None:
         if self._run is not None:
             self._run.end()
+        redraw(context)
         if self._timer is not None:
             context.window_manager.event_timer_remove(self._timer)
             self._timer = None
@@ -107,8 +110,9 @@ class Generating:
 
 
 def redraw(context) -> None:
-    """Draw the sidebars of all 3D viewports anew."""
+    """Draw the sidebars of all 3D viewports anew, and not the viewports themselves."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
+            for region in area.regions if area.type == "VIEW_3D" else ():
+                if region.type == "UI":
+                    region.tag_redraw()

@@ -14,6 +14,7 @@ from s2ag.core import rest, skeleton
 from s2ag.core.motion import Motion
 from s2ag.s2ag_blender import (
     apply,
+    choices,
     compat,
     generate,
     gesture,
@@ -256,15 +257,12 @@ def test_linked_override_rigs(speaker, tmp_path):
 def test_progress_and_cancel(speaker, examples, tmp_path):
     unheard = tmp_path / "unheard.flac"
     unheard.write_bytes((examples / "hello.flac").read_bytes())
-    speaker.s2ag.audio = str(unheard)
+    speaker.s2ag.audio, speaker.s2ag.take_count = str(unheard), 16
     gesture.engine(bpy.context).call("hello", {"warm": True})
     pid, run = engine_pid(), session.Run(bpy.context, speaker, generate.plan(bpy.context, speaker))
-    stages = []
     while run.stage != "generate":
         assert run.step() is None
-        if run.stage not in stages:
-            stages.append(run.stage)
-    assert len(stages) > 2 and run.stage.capitalize() in drawn() and "s2ag.cancel" in drawn()
+    assert "Generate" in drawn() and "s2ag.cancel" in drawn()
     began = time.monotonic()
     bpy.ops.s2ag.cancel()
     assert "Cancelling" in drawn()
@@ -284,7 +282,7 @@ def test_useful_errors(speaker, tmp_path):
     (line,) = str(error.value).strip().splitlines()
     assert "noise.wav" in line and "Traceback" not in line
     shown = [text for text, _ in session.messages(speaker)]
-    assert len(shown) == 2 and all(text in drawn() for text in shown)
+    assert len(shown) == 2 and all(line in drawn() for text in shown for line in choices.wrapped(text))
 
 
 def test_offline():

@@ -90,7 +90,7 @@ def test_a_recording_that_is_gone_when_the_keys_come_still_gestures(speaker, tmp
 
 
 def test_cancel_answers_at_once_and_leaves_the_engine_alive(speaker, examples):
-    speaker.s2ag.audio = str(examples / "hello.flac")
+    speaker.s2ag.audio, speaker.s2ag.take_count = str(examples / "hello.flac"), 16
     gesture.engine(bpy.context).call("hello", {"warm": True})
     pid = gesture.engine(bpy.context).pid
     run = started(speaker)
@@ -110,7 +110,7 @@ def test_cancel_answers_at_once_and_leaves_the_engine_alive(speaker, examples):
 def test_the_engine_itself_drops_a_cancelled_request_within_half_a_second(speaker, examples):
     client = gesture.engine(bpy.context)
     client.call("hello", {"warm": True})
-    speaker.s2ag.audio = str(examples / "hello.flac")
+    speaker.s2ag.audio, speaker.s2ag.take_count = str(examples / "hello.flac"), 16
     job = client.request("synthesize", gesture.request(speaker.s2ag))
     while job.stage != "generate":
         assert not job.poll()
@@ -136,10 +136,10 @@ def test_a_killed_engine_is_one_error_with_a_remedy_and_the_next_press_works(spe
     assert isinstance(error, WorkerFailed) and error.remedy
     session.fail(speaker.session_uid, error)
     shown = drawn()
-    assert error.message in shown and error.remedy in shown and shown["s2ag.generate"]
+    assert set(choices.wrapped(error.message) + choices.wrapped(error.remedy)) <= set(shown) and shown["s2ag.generate"]
     assert not bpy.data.actions
     assert bpy.ops.s2ag.generate() == {"FINISHED"} and len(bpy.data.actions) == 1
-    assert error.message not in drawn()
+    assert not set(choices.wrapped(error.message)) & set(drawn())
 
 
 def test_two_characters_at_once(speaker):
