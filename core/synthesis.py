@@ -99,7 +99,8 @@ class Session:
 
     def warm_up(self) -> None:
         """Load all that a first request would load."""
-        self.checkpoint, self.vectors  # noqa: B018
+        if not self.checkpoint.config.words:
+            self.vectors  # noqa: B018
 
     def synthesize(
         self,
@@ -168,9 +169,13 @@ class _Run:
         from . import audio, voice
 
         words, warnings = self.stage("align words", lambda: self._words(sound))
-        vectors = self.stage("load word vectors", lambda: self.session.vectors) if words else None
+        config = self.session.checkpoint.config
+        vectors = self.stage("load word vectors", lambda: self.session.vectors) if words and not config.words else None
         frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
-        features = self.stage("extract MFCC", lambda: _Features(sound, words, vectors, self._prosody(sound, words, frames)))
+        if config.words:
+            features = self.stage("extract MFCC", lambda: self._published(sound, words, warnings))
+        else:
+            features = self.stage("extract MFCC", lambda: _Features(sound, words, vectors, self._prosody(sound, words, frames)))
         activity = self.stage("find pauses", lambda: _fit(voice.active(sound), frames))
         return _Heard(audio.digest(sound), words, warnings, features, activity, frames, self.seconds)
 
@@ -211,6 +216,15 @@ class _Run:
             self.progress("align words", value)
 
         return transcript.resolve(sound, self.request.transcript, self.request.text, tell)
+
+    def _published(self, sound: np.ndarray, words: tuple, warnings: list[str]):
+        """What an imported network hears."""
+        from .table_words import TableFeatures
+
+        vocabulary = self.session.checkpoint.meta.get("vocabulary")
+        if words and not vocabulary:
+            warnings.append("This checkpoint was imported without its vocabulary, so its gestures do not follow the words.")
+        return TableFeatures(sound, words, vocabulary, self.session.checkpoint.config)
 
     def _prosody(self, sound: np.ndarray, words: tuple, frames: int) -> np.ndarray | None:
         if not self.session.checkpoint.config.prosody_features:
