@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import operators, panel, preferences, properties
+from . import learn, operators, panel, preferences, properties
 
 CLASSES = (
     preferences.S2AG_Preferences,
@@ -11,6 +11,7 @@ CLASSES = (
     operators.S2AG_OT_cancel,
     operators.S2AG_OT_add_human,
     operators.S2AG_OT_add_mannequin,
+    learn.S2AG_OT_learn,
     panel.S2AG_PT_gestures,
 )
 
