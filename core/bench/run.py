@@ -128,7 +128,8 @@ class Runner:
             raise OutputUnwritable(f"{self.folder} cannot be made: {error.strerror}.", "Choose another folder.") from error
         path, wanted = self.folder / SETTING, {"data": str(Path(data).absolute()), **self.setting.to_dict()}
         if path.is_file():
-            if json.loads(path.read_text("utf-8")) != wanted:
+            held = json.loads(path.read_text("utf-8"))
+            if {**held, "seeds": wanted["seeds"]} != wanted:  # seeds may be added later
                 raise UsageError(f"{self.folder} holds a bench with other settings or data.", "Choose another folder.")
             return
         with whole_file(path) as temporary:

@@ -65,7 +65,7 @@ SETTINGS = {
                 diversity_share=0.25, filtered=False),
         Setting("small", 0.25, 1, 400, 64, extractor_steps=600, windows=600, draws=2, seeds=(1,), trained_words=False,
                 diversity_share=0.25),
-        Setting("core", 0.25, 2, 4000, 64, extractor_steps=3000, windows=2000, draws=3, seeds=(1, 2, 3), trained_words=False,
+        Setting("core", 0.25, 1, 2000, 64, extractor_steps=3000, windows=2000, draws=3, seeds=(1, 2, 3), trained_words=False,
                 diversity_share=0.25),
         Setting("full"),
     )

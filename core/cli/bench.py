@@ -41,6 +41,7 @@ def run(options: argparse.Namespace) -> int:
     from ..bench import table
     from ..bench.setting import SETTINGS
     from ..systems.catalogue import SYSTEMS
+    from ..train.process import Interruption
 
     if options.setting not in SETTINGS:
         raise UsageError(f"There is no setting {options.setting!r}.", f"Settings are {', '.join(SETTINGS)}.")
@@ -55,7 +56,9 @@ def run(options: argparse.Namespace) -> int:
     if options.threads:
         torch.set_num_threads(options.threads)
     runner = bench.Runner(options.out, options.data, setting, options.device, note)
-    report = runner.go(systems, shlex.join(["s2ag", *sys.argv[1:]]), bench.minutes_left(options.minutes))
+    late = bench.minutes_left(options.minutes)
+    with Interruption() as interruption:
+        report = runner.go(systems, shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or late())
     if report is None:
         note("Stopped; the same command goes on.")
         return 0
