@@ -13,10 +13,10 @@ def gestures(count=64, frames=34, size=0.5, seed=0):
     """Arms that swing at random places, speeds and sizes."""
     rng = np.random.default_rng(seed)
     time = np.arange(frames) / 15
-    phase, pace = rng.uniform(0, 6, (count, 1)), rng.uniform(2, 8, (count, 1))
+    phase, pace = rng.uniform(0, 6, (count, 1)), rng.uniform(1, 3, (count, 1))
     directions = np.broadcast_to(skeleton.MEAN_UNIT, (count, frames, 9, 3)).copy()
     directions[:, :, [4, 5, 7, 8], 1] -= (rng.uniform(0, size, (count, 1)) * np.sin(pace * time + phase))[..., None]
-    directions[:, :, [5, 8], 0] += rng.normal(0, 0.4 * size, (count, 1, 2))
+    directions[:, :, [5, 8], 0] += rng.normal(0, size, (count, 1, 2))
     return skeleton.normalize(directions)
 
 
@@ -144,15 +144,15 @@ def test_extractor_is_the_published_one_and_learns():
     from s2ag.core.metrics import extractor
 
     torch.set_num_threads(1)
-    real = gestures(2000).astype(np.float32)
+    real = gestures(4000).astype(np.float32)
     fresh = extractor.Extractor()
     count = sum(p.numel() for p in fresh.parameters())
     assert count == 170_240 - 33 * 32 + 20_451  # less the unused head of log-variances
-    untrained = extractor.checks(fresh.eval(), real[1500:])
+    untrained = extractor.checks(fresh.eval(), real[3000:])
     with pytest.raises(UsageError, match="collapsed"):
         extractor.require_sound(untrained)
-    trained = extractor.train(lambda rng, count: real[rng.integers(1500, size=count)], steps=400, seed=1)
-    found = extractor.checks(trained, real[1500:])
+    trained = extractor.train(lambda rng, count: real[rng.integers(3000, size=count)], steps=400, seed=1)
+    found = extractor.checks(trained, real[3000:])
     extractor.require_sound(found)
     features = trained.features(real)
     worse = [trained.features(real + s * RNG.normal(size=real.shape)) for s in (0.05, 0.3)]
