@@ -115,6 +115,14 @@ def test_ablations_are_recognised(tmp_path, preset):
     torch.testing.assert_close(outputs(generator)[0], outputs(loaded.generator)[0], rtol=0, atol=0)
 
 
+def test_gtc_as_s2ag_stores_it(tmp_path):
+    generator, _ = networks(ModelConfig.trimodal, head_slope=1.0)
+    torch.save({"trimodal_gen_dict": authors_state(generator)}, tmp_path / "trimodal_gen.pth.tar")
+    foreign.import_checkpoint(tmp_path / "trimodal_gen.pth.tar", tmp_path / "t.safetensors")
+    loaded = checkpoint.load(tmp_path / "t.safetensors")
+    torch.testing.assert_close(outputs(generator)[0], outputs(loaded.generator)[0], rtol=0, atol=0)
+
+
 def test_every_mismatch_is_named(tmp_path):
     generator, _ = networks(ModelConfig.published)
     state = authors_state(generator)

@@ -203,3 +203,10 @@ def test_gesticulators_schedule():
     assert gesticulator.schedule(0.0) == (False, 0)
     assert [gesticulator.schedule((7.5 + k) / 100)[1] for k in range(5)] == [16, 8, 4, 2, 2]
     assert gesticulator.schedule(1.0) == (True, 2)
+
+
+@pytest.mark.parametrize("name", ["gesticulator", "s2ag", "seq2seq"])
+def test_word_vectors_of_another_width(name):
+    """A data set may hold vectors of 768 numbers, as BERT's are."""
+    system = SYSTEMS[name].build(Build(torch.randn(20, 768), 3, 0.1, trained_words=False)).eval()
+    assert system.perform(sample(2)).shape == (2, 34, 9, 3)
