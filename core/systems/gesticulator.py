@@ -81,9 +81,7 @@ class _Network(nn.Module):
         self.out = nn.Sequential(nn.Linear(d, POSE), nn.Tanh(), nn.Dropout(0.2), nn.Linear(POSE, POSE))
         for layer in self.modules():
             if isinstance(layer, nn.Linear):
-                nn.init.normal_(
-                    layer.weight, std=math.sqrt(2 / (layer.in_features * layer.out_features)) * math.sqrt(layer.out_features)
-                )
+                nn.init.normal_(layer.weight, std=math.sqrt(2 / (layer.in_features * layer.out_features)))
                 nn.init.zeros_(layer.bias)
         nn.init.zeros_(self.film[0].weight)
 
