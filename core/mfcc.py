@@ -107,9 +107,13 @@ def _window() -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _filters() -> np.ndarray:
-    """``(1025, 128)`` triangles of unit area on Slaney's mel scale: linear to 1 kHz, logarithmic above."""
-    edges = _hertz(np.linspace(0, _mel(SAMPLE_RATE / 2), BANDS + 2))
-    bins = np.linspace(0, SAMPLE_RATE / 2, WINDOW // 2 + 1)[:, None]
+    return mel_filters(WINDOW, BANDS)
+
+
+def mel_filters(window: int, bands: int, low: float = 0.0, high: float = SAMPLE_RATE / 2) -> np.ndarray:
+    """``(1 + window // 2, bands)`` triangles of unit area on Slaney's mel scale: linear to 1 kHz, logarithmic above."""
+    edges = _hertz(np.linspace(_mel(low), _mel(high), bands + 2))
+    bins = np.linspace(0, SAMPLE_RATE / 2, window // 2 + 1)[:, None]
     width = np.diff(edges)
     rising = (bins - edges[:-2]) / width[:-1]
     falling = (edges[2:] - bins) / width[1:]

@@ -144,7 +144,8 @@ class Session:
 
     def warm_up(self) -> None:
         """Load all that a first request would load."""
-        self.checkpoint, self.vectors  # noqa: B018
+        if not self.checkpoint.config.words:
+            self.vectors  # noqa: B018
 
     def synthesize(
         self,
@@ -246,11 +247,17 @@ class _Run:
 
         said = self.stage("align words", lambda: self._words(sound))
         words, wishes = said.words, hints.understand(said.marks, said.words)
-        warnings = said.warnings + _unknown(wishes)
-        vectors = self.stage("load word vectors", lambda: self.session.vectors) if words else None
+        warnings, config = said.warnings + _unknown(wishes), self.session.checkpoint.config
+        vectors = self.stage("load word vectors", lambda: self.session.vectors) if words and not config.words else None
         frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
-        prosody = lambda: self._prosody(sound, words, frames, wishes)  # noqa: E731
-        features = self.stage("extract MFCC", lambda: _Features(sound, hints.heard(words, wishes), vectors, prosody()))
+        told = hints.heard(words, wishes)
+
+        def hear():
+            if config.words:
+                return self._published(sound, told, warnings)
+            return _Features(sound, told, vectors, self._prosody(sound, words, frames, wishes))
+
+        features = self.stage("extract MFCC", hear)
         activity = self.stage("find pauses", lambda: _fit(voice.active(sound), frames))
         return _Heard(audio.digest(sound), words, wishes, warnings, features, activity, frames, self.seconds)
 
@@ -290,6 +297,15 @@ class _Run:
             self.progress("align words", value)
 
         return self.session.words(sound, self.request, tell)
+
+    def _published(self, sound: np.ndarray, words: tuple, warnings: list[str]):
+        """What an imported network hears."""
+        from .table_words import TableFeatures
+
+        vocabulary = self.session.checkpoint.meta.get("vocabulary")
+        if words and not vocabulary:
+            warnings.append("This checkpoint was imported without its vocabulary, so its gestures do not follow the words.")
+        return TableFeatures(sound, words, vocabulary, self.session.checkpoint.config)
 
     def _prosody(self, sound: np.ndarray, words: tuple, frames: int, wishes: hints.Wishes) -> np.ndarray | None:
         if not self.session.checkpoint.config.prosody_features:

@@ -35,7 +35,8 @@ def generate(
 ) -> np.ndarray:
     """Directions ``(takes, frames, 9, 3)`` float32 for a whole utterance, all takes in one batch.
 
-    ``inputs(start, stop)`` gives the MFCCs ``(any, 40)``, word vectors ``(stop - start, 300)`` and prosody
+    A network of fixed windows gets whole ones; what lies beyond the end is thrown away. ``inputs(start, stop)`` gives the
+    MFCCs ``(any, 40)``, word vectors ``(stop - start, 300)`` and prosody
     ``(stop - start, features)`` of pose frames, None for a network without prosody; ``styles`` is ``(takes, size)`` and
     stays the same throughout; ``seed_poses`` ``(takes, seeds, 9, 3)`` are the unit directions the performance starts from.
     The seed frames, which every window generates anew, are cross-faded with what the window before made of them, so
@@ -53,8 +54,10 @@ def generate(
         stop = min(start + window, frames)
         given = out[:, start : start + seeds].copy()
         mfcc, words, prosody = (_repeated(part, takes, device) for part in inputs(start, stop))
-        poses = seed_input(torch.from_numpy(given).to(device), stop - start)
-        made = generator(mfcc, words, poses, style, prosody).cpu().numpy()
+        poses = seed_input(torch.from_numpy(given).to(device), generator.config.frames or stop - start)
+        made = generator(mfcc, words, poses, style, prosody).cpu().numpy()[:, : stop - start]
+        if not generator.config.unit_directions:
+            made = skeleton.normalize(made)
         out[:, start:stop] = made
         out[:, start : start + seeds] = _cross_fade(given, made[:, :seeds])
         progress((number + 1) / len(first_frames))
@@ -64,7 +67,8 @@ def generate(
 def _repeated(part: np.ndarray | None, takes: int, device: torch.device) -> torch.Tensor | None:
     if part is None:
         return None
-    return torch.from_numpy(np.ascontiguousarray(part, np.float32)).to(device).expand(takes, *part.shape)
+    kind = np.int64 if np.issubdtype(part.dtype, np.integer) else np.float32  # rows of a word table are whole numbers
+    return torch.from_numpy(np.ascontiguousarray(part, kind)).to(device).expand(takes, *part.shape)
 
 
 def _cross_fade(old: np.ndarray, new: np.ndarray) -> np.ndarray:

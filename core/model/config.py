@@ -10,10 +10,10 @@ from ..errors import UsageError
 class ModelConfig:
     """Sizes and choices of generator and discriminator; the field defaults are the `default` network's.
 
-    Three ready-made settings exist: :meth:`published` has exactly the layers of the authors' code (reference section A),
-    :meth:`paper` the sizes of the paper's Table 1 and its literal wording where the code differs (reference A.11), and
-    :meth:`default` is this project's, with prosody and controls. Lengths are frames, sizes are channels. Symbols of
-    Table 1 stand in brackets.
+    Ready-made settings: :meth:`published` has exactly the layers of the authors' code (reference section A), with
+    :meth:`without_mfcc`, :meth:`without_affect` and :meth:`trimodal` beside it, :meth:`paper` the sizes of the paper's
+    Table 1 and its literal wording where the code differs (reference A.11), and :meth:`default` is this project's, with
+    prosody and controls. Lengths are frames, sizes are channels. Symbols of Table 1 stand in brackets.
     """
 
     name: str = "default"
@@ -22,6 +22,7 @@ class ModelConfig:
     unit_directions: bool = True  # scale the output to unit length (paper eq. 11)
     norm: str = "layer"  # "batch", or "layer": over the channels of each frame, the same at any length and batch size
 
+    audio: str = "mfcc"  # what is heard: "mfcc", or "wave", the raw samples of windows of 34 frames, as GTC does
     mfcc_axis: str = "time"  # what the convolutions slide along: "time", or "coefficient" as in the public code
     mfcc_features: int = 40
     mfcc_frames: int = 0  # 0: any number, resampled to the pose frames; the coefficient axis needs a fixed one
@@ -46,6 +47,7 @@ class ModelConfig:
     style_size: int = 16  # (Ds)
     controls: int = 0  # numbers that move the style along learned directions (core.styles.CONTROLS); 0: none
 
+    affect: str = "graph"  # "graph": the affective encoder; "raw": seed poses as they are, and a discriminator of convolutions
     graph: str = "line"  # edges are neighbours if they share a joint; "chain": only parent and child edge
     partition: str = "spatial"  # five column-normalised groups by hop and side; "unweighted": one 0/1 matrix
     hops: tuple[int, int] = (2, 2)  # reach at the level of edges and at the level of body parts
@@ -78,6 +80,10 @@ class ModelConfig:
             raise UsageError(
                 "Convolutions along coefficients need fixed lengths.", "Set frames, mfcc_frames and the last mfcc_channels."
             )
+        if self.audio == "wave" and self.frames != 34:
+            raise UsageError("Raw audio is heard in windows of 34 frames.", "Set frames to 34, or audio to mfcc.")
+        if self.affect == "raw" and self.seed_view:
+            raise UsageError("Raw seed poses need no second view.", "Set seed_view to 0, or affect to graph.")
         if self.discriminator_pool == "linear" and not self.frames:
             raise UsageError("A linear pool needs a fixed number of frames.", "Set frames, or discriminator_pool to mean.")
 
@@ -115,6 +121,29 @@ class ModelConfig:
         )  # fmt: skip
         return cls(**{**settings, "words": words, "speakers": speakers, **changes})
 
+    @classmethod
+    def without_mfcc(cls, words: int = 4, speakers: int = 1, **changes) -> "ModelConfig":
+        """The paper's ablation without MFCC encoder (section 5.3): GTC's encoder of the raw waveform in its place."""
+        return cls.published(words, speakers, **{"name": "without_mfcc", "audio": "wave", **changes})
+
+    @classmethod
+    def without_affect(cls, words: int = 4, speakers: int = 1, **changes) -> "ModelConfig":
+        """The paper's ablation without affective encoder: raw seed poses, and GTC's discriminator of convolutions."""
+        return cls.published(words, speakers, **{"name": "without_affect", "affect": "raw", **changes})
+
+    @classmethod
+    def trimodal(cls, words: int = 4, speakers: int = 1, **changes) -> "ModelConfig":
+        """GTC, Gestures from Trimodal Context (reference section G.4): raw waveform, words, speaker and raw seed poses.
+
+        The head leaks 0.01; the public port's leaks 1 and so is linear: set ``head_slope`` to 1 for its weights.
+        """
+        return cls.published(words, speakers, **{"name": "trimodal", "audio": "wave", "affect": "raw", **changes})
+
+    @property
+    def seed_size(self) -> int:
+        """Channels in which the GRU sees the seed poses first: affective features, or 27 directions and the mask."""
+        return self.affect_size if self.affect == "graph" else 28
+
     def to_dict(self) -> dict:
         """JSON-ready settings."""
         return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
@@ -131,6 +160,8 @@ class ModelConfig:
 
 _CHOICES = {
     "norm": ("batch", "layer"),
+    "audio": ("mfcc", "wave"),
+    "affect": ("graph", "raw"),
     "mfcc_axis": ("time", "coefficient"),
     "graph": ("line", "chain"),
     "partition": ("spatial", "unweighted"),

@@ -1,29 +1,48 @@
-"""Affective discriminator: does a performance look real? (paper section 3.2, reference section A.8)."""
+"""Discriminators: does a performance look real? The affective one and GTC's (paper section 3.2, reference A.8 and G.4)."""
 
 import torch
 from torch import nn
 
-from ..skeleton import MEAN
+from ..skeleton import EDGES, MEAN
 from .affective_encoder import AffectiveEncoder
 from .config import ModelConfig
-from .layers import make_gru, run_gru
+from .layers import make_gru, make_norm, run_gru
 
 
 class Discriminator(nn.Module):
-    """An affective encoder of its own, a bidirectional GRU and a score."""
+    """An affective encoder of its own (or three convolutions), a bidirectional GRU and a score."""
 
     def __init__(self, config: ModelConfig):
         super().__init__()
-        self.aff_encoder = AffectiveEncoder(config)
+        self.config = config
+        if config.affect == "graph":
+            self.aff_encoder = AffectiveEncoder(config)
+        else:
+            self.pre_conv = nn.Sequential(
+                nn.Conv1d(len(EDGES) * 3, 16, 3), make_norm(config.norm, 16), nn.LeakyReLU(config.head_slope),
+                nn.Conv1d(16, 8, 3), make_norm(config.norm, 8), nn.LeakyReLU(config.head_slope), nn.Conv1d(8, 8, 3),
+            )  # fmt: skip
         self.gru = make_gru(
-            config.affect_size, config.discriminator_size, config.discriminator_layers, config.discriminator_dropout
+            config.affect_size if config.affect == "graph" else 8,
+            config.discriminator_size,
+            config.discriminator_layers,
+            config.discriminator_dropout,
         )
         self.out = nn.Linear(config.discriminator_size, 1)
-        self.out2 = nn.Linear(config.frames, 1) if config.discriminator_pool == "linear" else None
+        self.out2 = (
+            nn.Linear(config.frames - (0 if config.affect == "graph" else 6), 1)
+            if config.discriminator_pool == "linear"
+            else None
+        )
         self.register_buffer("mean", torch.from_numpy(MEAN.copy()), persistent=False)
 
     def forward(self, directions: torch.Tensor) -> torch.Tensor:
         """Probability ``(B, 1)`` that ``directions`` ``(B, T, 9, 3)`` were performed, not generated (paper eq. 14)."""
-        scores = self.out(run_gru(self.gru, self.aff_encoder(directions - self.mean))).squeeze(-1).float()
+        poses = directions - self.mean
+        if self.config.affect == "graph":
+            features = self.aff_encoder(poses)
+        else:
+            features = self.pre_conv(poses.flatten(2).transpose(1, 2)).transpose(1, 2)
+        scores = self.out(run_gru(self.gru, features)).squeeze(-1).float()
         scores = self.out2(scores) if self.out2 is not None else scores.mean(1, keepdim=True)
         return torch.sigmoid(scores.float())

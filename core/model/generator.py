@@ -11,6 +11,7 @@ from .layers import make_gru, run_gru
 from .mfcc_encoder import MfccEncoder
 from .prosody_encoder import ProsodyEncoder
 from .text_encoder import TextEncoder
+from .wave_encoder import WaveEncoder
 
 POSE = len(EDGES) * 3
 """Numbers in one pose: nine directions."""
@@ -20,22 +21,24 @@ class Generator(nn.Module):
     """Voice, words, prosody, seed poses and style to directions.
 
     Inputs of :meth:`forward` follow the configuration: `published` takes MFCCs ``(B, 37, 71)`` and word indices
-    ``(B, 34)``; all others MFCCs ``(B, Ta, features)`` and word vectors ``(B, T, 300)`` at any length. `default` also takes
-    prosody ``(B, T, prosody_features)``, and :meth:`steer` turns its styles towards moods, rates and hands.
+    ``(B, 34)``; with raw audio the first input is samples ``(B, 36267)``; all others take MFCCs ``(B, Ta, features)`` and
+    word vectors ``(B, T, 300)`` at any length. `default` also takes prosody ``(B, T, prosody_features)``, and :meth:`steer`
+    turns its styles towards moods, rates and hands.
     """
 
     def __init__(self, config: ModelConfig):
         super().__init__()
         self.config = config
-        self.audio_encoder = MfccEncoder(config)
+        self.audio_encoder = WaveEncoder(config.mfcc_size) if config.audio == "wave" else MfccEncoder(config)
         self.text_encoder = TextEncoder(config)
-        self.aff_encoder = AffectiveEncoder(config)
+        if config.affect == "graph":
+            self.aff_encoder = AffectiveEncoder(config)
         self.speaker_embedding = nn.Sequential(
             nn.Embedding(config.speakers, config.style_size), nn.Linear(config.style_size, config.style_size)
         )
         self.speaker_mu = nn.Linear(config.style_size, config.style_size)
         self.speaker_log_var = nn.Linear(config.style_size, config.style_size)
-        inputs = config.affect_size + config.mfcc_size + config.text_size + config.style_size
+        inputs = config.seed_size + config.mfcc_size + config.text_size + config.style_size
         if config.seed_view:
             self.seed_view = nn.Linear(POSE + 1, config.seed_view)
             inputs += config.seed_view + 1
@@ -87,7 +90,7 @@ class Generator(nn.Module):
         """Directions ``(B, T, 9, 3)`` from the features of :meth:`encode` and styles ``(B, style_size)``."""
         # The style stands between text and seed features, so that the GRU's columns are in the public code's order.
         repeated = style[:, None].expand(-1, features.shape[1], -1)
-        head = self.config.affect_size + self.config.mfcc_size + self.config.text_size
+        head = self.config.seed_size + self.config.mfcc_size + self.config.text_size
         inputs = torch.cat([features[..., :head], repeated, features[..., head:]], dim=-1)
         hidden = run_gru(self.gru, inputs)
         # Poses differ little from frame to frame, so the head is exact at any precision of training.
@@ -112,6 +115,8 @@ class Generator(nn.Module):
         return self.decode(self.encode(mfcc, words, seeds, prosody), style)
 
     def _affect(self, seeds: torch.Tensor) -> torch.Tensor:
+        if self.config.affect == "raw":
+            return seeds
         poses = seeds[..., :POSE].unflatten(-1, (len(EDGES), 3))
         if not self.config.seed_view:
             return self.aff_encoder(poses)

@@ -7,7 +7,10 @@ Recordings (R of them, F pose frames in all) and their performances (P of them, 
 - ``directions`` (N, 9, 3) float16 at 15 fps, ``starts`` (P + 1,), ``recording``, ``speaker`` and ``split`` (P,) int64,
   ``controls`` (P, 5) float32. A performance has exactly the frames of its recording.
 
-A corpus may hold further arrays for evaluation. ``meta`` needs "format", "fps" and "speakers"; see ``core/corpus/pack.py``.
+A corpus may also hold its sound, which some systems of the bench hear as it is: ``wave`` (S,) int16 at 16 kHz with
+``wave_starts`` (R + 1,) int64; and further arrays for evaluation. ``meta`` needs "format", "fps" and "speakers"; the
+bench also needs "words", the vocabulary in the order of ``vectors``, and "recordings", of each at least its "words" with
+times; see ``core/corpus/pack.py``.
 """
 
 import contextlib
@@ -36,6 +39,19 @@ def save_arrays(folder: str | PathLike, arrays: dict[str, np.ndarray], meta: dic
 
     Raises :class:`OutputUnwritable` where the file system refuses or where ``folder`` holds anything but a corpus.
     """
+    with whole_folder(folder) as temporary:
+        for name, array in arrays.items():
+            np.save(temporary / f"{name}.npy", array, allow_pickle=False)
+        (temporary / META).write_text(json.dumps(meta), encoding="utf-8")
+    return Path(folder)
+
+
+@contextlib.contextmanager
+def whole_folder(folder: str | PathLike):
+    """Yield an empty folder that takes the place of the corpus ``folder`` on success and is deleted on failure.
+
+    Raises :class:`OutputUnwritable` as :func:`save_arrays` does.
+    """
     folder = Path(folder)
     if folder.exists() and not (folder / META).is_file() and (not folder.is_dir() or any(folder.iterdir())):
         raise OutputUnwritable(f"{folder} holds something else than a corpus.", "Choose another folder.")
@@ -44,16 +60,13 @@ def save_arrays(folder: str | PathLike, arrays: dict[str, np.ndarray], meta: dic
     except OSError as error:
         raise _refused(folder, error) from error
     try:
-        for name, array in arrays.items():
-            np.save(temporary / f"{name}.npy", array, allow_pickle=False)
-        (temporary / META).write_text(json.dumps(meta), encoding="utf-8")
+        yield temporary
         temporary.chmod(0o755)
         _swap(temporary, folder)
     except OSError as error:
         raise _refused(folder, error) from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
-    return folder
 
 
 def load_arrays(folder: str | PathLike) -> tuple[dict[str, np.ndarray], dict]:

@@ -1,0 +1,1 @@
+"""The paper's table: eight systems trained and judged alike."""

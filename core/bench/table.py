@@ -1,0 +1,136 @@
+"""The table: mean and spread of every figure beside the paper's numbers, as Markdown and as JSON."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..systems.catalogue import SYSTEMS
+from .judging import FIGURES
+
+PAPER = ("maje_code", "mad_code", "fgd")
+NOTE = """\
+Mean ± standard deviation over training seeds and style draws. "Paper": the numbers printed in the paper's Table 2 for TED
+Gesture (for Gesticulator: GENEA 2020). They are no goal here and must not be compared with ours in size, only in order:
+
+- The data set is another one. On the directed corpus all motion follows rules; TED's follows people.
+- MAJE (code) and MAD (code) are the public code's definitions: mean absolute difference by coordinate over ten joints, the
+  fixed root included, on a skeleton of constant bones. The paper prints MAD under mm/s^2; its numbers are mm per frame^2.
+- FGD depends on its extractor. This one is trained on this data set; values compare only within this table.
+- The paper took pretrained weights for GTC and Gesticulator; here every system is trained on the same windows.
+- Gesticulator runs at 15 frames a second on directions, with word vectors instead of BERT's; JEM hears sound as in GTC's code.
+"""
+
+
+def summarise(results: Sequence[dict[str, float]]) -> dict[str, list[float]]:
+    """``{figure: [mean, standard deviation]}`` over seeds and draws; the deviation of one result is 0."""
+    names = results[0]
+    return {
+        name: [
+            float(np.mean([one[name] for one in results])),
+            float(np.std([one[name] for one in results], ddof=len(results) > 1)),
+        ]
+        for name in names
+    }
+
+
+def markdown(report: dict) -> str:
+    """The whole report as Markdown; ``report`` is what :func:`run.bench` writes as JSON."""
+    lines = ["# The table", "", "`" + report["command"] + "`", "", _setting(report), "", *_main(report), "", NOTE.rstrip()]
+    lines += ["", "## All figures", "", *_all(report), "", "## Training", "", *_training(report), "", "## Extractor", ""]
+    found = report["extractor"]
+    lines.append(
+        f"Reconstruction misses {found['missed']:.1%} of the variance of unseen motion; two halves of the real test motion lie "
+        f"{found['halves']:.3f} apart, a held mean pose {found['still']:.2f} ({found['ratio']:.0f} times as far)."
+        + ("" if found["trusted"] else " **It has collapsed: FGD and the other feature figures say nothing.**")
+    )
+    return "\n".join([*lines, *_verdict(report)]) + "\n"
+
+
+def better(report: dict, winner: str = "s2ag") -> dict[str, dict[str, float]]:
+    """For each of the paper's figures, how much lower (as a share) ``winner`` is than every other system; negative: higher."""
+    rows = report["systems"]
+    if winner not in rows or len(rows) == 1:
+        return {}
+    return {
+        figure: {
+            name: 1 - rows[winner]["figures"][figure][0] / row["figures"][figure][0]
+            for name, row in rows.items()
+            if name != winner
+        }
+        for figure in PAPER
+    }
+
+
+def _setting(report: dict) -> str:
+    setting = report["setting"]
+    return (
+        f"Setting `{setting['name']}`: widths x {setting['share']:g}, batches of {setting['batch']}, seeds "
+        f"{', '.join(map(str, setting['seeds']))}, {setting['draws']} style draws, {report['windows']['test']} test windows, "
+        f"{report['windows']['training']} training windows; {report['device']}; {report['minutes']:.1f} minutes in all."
+        + (" The public code's bugs are on." if setting["faithful"] else "")
+    )
+
+
+def _main(report: dict) -> list[str]:
+    titles = [f"{FIGURES[name].title} {FIGURES[name].unit}".strip() for name in PAPER]
+    lines = [_row(["System", *titles, *(f"Paper: {FIGURES[name].title.split()[0]}" for name in PAPER)]), _row(["---"] * 7)]
+    for name, row in _rows(report):
+        paper = _paper(name)
+        lines.append(_row([row["title"], *(_value(row["figures"][figure]) for figure in PAPER), *paper]))
+    return lines
+
+
+def _all(report: dict) -> list[str]:
+    rest = [name for name in FIGURES if name not in PAPER]
+    rows = _rows(report)
+    lines = [_row(["Figure", "Unit", "Better", *(row["title"] for _, row in rows)]), _row(["---"] * (3 + len(rows)))]
+    for name in rest:
+        figure = FIGURES[name]
+        lines.append(_row([figure.title, figure.unit, figure.better, *(_value(row["figures"].get(name)) for _, row in rows)]))
+    return lines
+
+
+def _training(report: dict) -> list[str]:
+    lines = [_row(["System", "Steps", "Minutes", "Windows a second"]), _row(["---"] * 4)]
+    for row in report["systems"].values():
+        lines.append(_row([row["title"], row["steps"], f"{row['minutes']:.1f}", f"{row['windows_per_second']:.0f}"]))
+    return lines
+
+
+def _verdict(report: dict) -> list[str]:
+    found = better(report)
+    if not found:
+        return []
+    lines = ["", "## S2AG against the others", ""]
+    for figure, others in found.items():
+        behind = {name: -share for name, share in others.items() if share <= 0}
+        title = FIGURES[figure].title
+        if not behind:
+            lines.append(f"- {title}: S2AG is lowest, by {min(others.values()):.1%} of the next.")
+        else:
+            listed = ", ".join(f"{SYSTEMS[name].title} (by {share:.1%})" for name, share in sorted(behind.items()))
+            lines.append(f"- {title}: S2AG is not lowest; lower are {listed}.")
+    return lines
+
+
+def _rows(report: dict) -> list[tuple[str, dict]]:
+    return [*report["systems"].items(), *report["references"].items()]
+
+
+def _paper(name: str) -> list[str]:
+    known = SYSTEMS.get(name)
+    numbers = None if known is None else known.paper or known.genea
+    mark = "*" if known is not None and known.paper is None else ""
+    return [f"{number:.2f}{mark}" for number in numbers] if numbers else [""] * 3
+
+
+def _value(pair) -> str:
+    if pair is None:
+        return ""
+    mean, deviation = pair
+    digits = 0 if abs(mean) >= 1000 else 1 if abs(mean) >= 100 else 2 if abs(mean) >= 1 else 3
+    return f"{mean:.{digits}f}" + (f" ± {deviation:.{digits}f}" if deviation else "")
+
+
+def _row(cells) -> str:
+    return "| " + " | ".join(str(cell) for cell in cells) + " |"

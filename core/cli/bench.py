@@ -1,0 +1,73 @@
+"""``s2ag bench``: the paper's table on a data set of the user's."""
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+
+from ..errors import UsageError
+from ..threads import share_cores
+from .progress import note
+
+SUMMARY = "train the paper's eight systems on a data set and print its table"
+EXAMPLE = """examples:
+  s2ag data directed corpus --speech corpus/speech -o data
+  s2ag bench --data data --out bench --setting small
+  s2ag bench --data data --out full --setting full --device cuda"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add this command's options."""
+    parser.add_argument("--data", metavar="FOLDER", type=Path, required=True, help="data set with sound (see s2ag data)")
+    parser.add_argument("--out", metavar="FOLDER", type=Path, required=True, help="folder of the bench; a stopped one goes on")
+    sizes = "tiny (a test), small (minutes on two cores), core (hours on one), full (as published, for a GPU); default small"
+    parser.add_argument("--setting", default="small", help=sizes)
+    parser.add_argument("--systems", metavar="A,B", help="only these: seq2seq, s2g, jem, gtc, gesticulator, s2ag, ...")
+    parser.add_argument("--seeds", metavar="1,2,3", help="training seeds")
+    parser.add_argument("--draws", metavar="N", type=int, help="style draws for every test window")
+    parser.add_argument("--steps", metavar="N", type=int, help="batches of a training at most")
+    parser.add_argument("--faithful", action="store_true", help="with the public code's bugs instead of the corrected forms")
+    parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
+    parser.add_argument("--threads", metavar="N", type=int, default=0, help="CPU threads (default: all)")
+    parser.add_argument("--minutes", metavar="X", type=float, default=0.0, help="stop after so long, everything saved")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Train or load, judge, write and print the table."""
+    share_cores()
+    import torch
+
+    from ..bench import run as bench
+    from ..bench import table
+    from ..bench.setting import SETTINGS
+    from ..systems.catalogue import SYSTEMS
+    from ..train.process import Interruption
+
+    if options.setting not in SETTINGS:
+        raise UsageError(f"There is no setting {options.setting!r}.", f"Settings are {', '.join(SETTINGS)}.")
+    systems = options.systems.split(",") if options.systems else list(SYSTEMS)
+    for name in systems:
+        if name not in SYSTEMS:
+            raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join(SYSTEMS)}.")
+    changes = {name: getattr(options, name) for name in ("draws", "steps") if getattr(options, name) is not None}
+    if options.seeds:
+        changes["seeds"] = _numbers(options.seeds)
+    setting = SETTINGS[options.setting].replace(faithful=options.faithful, **changes)
+    if options.threads:
+        torch.set_num_threads(options.threads)
+    runner = bench.Runner(options.out, options.data, setting, options.device, note)
+    late = bench.minutes_left(options.minutes)
+    with Interruption() as interruption:
+        report = runner.go(systems, shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or late())
+    if report is None:
+        note("Stopped; the same command goes on.")
+        return 0
+    print(table.markdown(report), end="")
+    return 0
+
+
+def _numbers(text: str) -> tuple[int, ...]:
+    try:
+        return tuple(int(part) for part in text.split(","))
+    except ValueError:
+        raise UsageError(f"{text!r} are no seeds.", "Give whole numbers with commas, as in 1,2,3.") from None

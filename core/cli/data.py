@@ -1,0 +1,69 @@
+"""``s2ag data``: other people's data sets, and one's own performer, in the format that training and the bench read."""
+
+import argparse
+from pathlib import Path
+
+from ..errors import UsageError
+from ..threads import share_cores
+from .progress import Progress, note
+
+SUMMARY = "convert a data set of speech and motion"
+EXAMPLE = """examples:
+  s2ag data plain my_takes --speaker me -o mine          NAME.bvh, NAME.wav and NAME.txt
+  s2ag data trinity genea2020 -o trinity
+  s2ag data ted exported_ted --split talk -o ted         after core/datasets/ted_export.py
+  s2ag data directed corpus --speech corpus/speech -o data"""
+KINDS = {
+    "plain": "motion (.bvh, SMPL-X .npz), sound and words under the same name",
+    "trinity": "GENEA Challenge 2020 / Trinity",
+    "zeroeggs": "ZeroEGGS",
+    "beat2": "BEAT2",
+    "ted": "TED Gesture, exported by core/datasets/ted_export.py",
+    "directed": "this project's directed corpus, with its sound",
+}
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add this command's options."""
+    parser.add_argument("kind", metavar="KIND", help="; ".join(f"{name}: {what}" for name, what in KINDS.items()))
+    parser.add_argument("folder", metavar="FOLDER", type=Path, help="where the data set lies")
+    parser.add_argument("-o", "--output", metavar="OUT", type=Path, required=True, help="folder of the converted data set")
+    parser.add_argument("--speaker", metavar="NAME", help="plain: whose performance this is (default: the folder's name)")
+    parser.add_argument("--split", default="original", help="ted: original, or talk (no talk in two parts)")
+    parser.add_argument("--paper-joints", action="store_true", help="the joints that the paper takes for Trinity")
+    parser.add_argument("--body", metavar="FILE", type=Path, help="beat2: your SMPL-X model (.npz) for exact bones")
+    parser.add_argument("--speech", metavar="FOLDER", type=Path, help="directed: the speech it was built with")
+    parser.add_argument("--vectors", metavar="FILE", type=Path, help="other word vectors than the shipped ones")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Convert and print what there is."""
+    if options.kind not in KINDS:
+        raise UsageError(f"There is no kind of data set {options.kind!r}.", f"Kinds are {', '.join(KINDS)}.")
+    share_cores()
+    from ..datasets import directed, readers, smplx, ted, writer
+
+    with Progress() as progress:
+        if options.kind == "directed":
+            if options.speech is None:
+                raise UsageError("The directed corpus lacks its sound.", "Give --speech, the folder it was built with.")
+            directed.add_sound(options.folder, options.speech, options.output, lambda value: progress("copy", value))
+            print(f"{options.output} is written.")
+            return 0
+        if options.kind == "ted":
+            source = ted.recordings(options.folder, options.split)
+        else:
+            chosen = {"speaker": options.speaker} if options.kind == "plain" else {}
+            found = readers.READERS[options.kind](options.folder, **chosen)
+            body = smplx.OFFSETS if options.body is None else smplx.model_offsets(options.body)
+            done = iter(range(1, len(found) + 1))
+            source = readers.recordings(
+                found, options.paper_joints, body, lambda name: progress("convert", next(done) / len(found))
+            )
+        facts = writer.write(source, options.output, options.kind, options.vectors)
+    if facts["too short"]:
+        note(f"{facts['too short']} recordings are shorter than 34 frames and were left out.")
+    train, validation, test = facts["splits"]
+    print(f"{options.output}: {facts['recordings']} recordings ({train} train, {validation} validation, {test} test)")
+    print(f"{facts['hours']:.2f} hours, {facts['speakers']} speakers, {facts['words']} words")
+    return 0

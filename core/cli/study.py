@@ -1,0 +1,60 @@
+"""``s2ag study``: ask people which gestures they believe, as the paper did."""
+
+import argparse
+import json
+from pathlib import Path
+
+from ..errors import UsageError
+from ..files import check_output, whole_file
+
+SUMMARY = "make a user study of clips, and analyse its answers"
+EXAMPLE = """examples:
+  s2ag study make clips -o study            clips/original/01.mp4, clips/ours/01.mp4, ...
+  s2ag study analyse answers-*.json --key study/key.json --ours ours"""
+MOST = 1000
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add this command's options."""
+    verbs = parser.add_subparsers(title="verbs", required=True, metavar="VERB", dest="verb")
+    make = verbs.add_parser("make", help="a web page that shows the clips and asks")
+    make.add_argument("clips", metavar="FOLDER", type=Path, help="a folder for every condition, the same clips in each")
+    make.add_argument("-o", "--output", metavar="DIR", type=Path, required=True, help="new folder for page and key")
+    make.add_argument("--title", default="Gesture study", help="what participants read")
+    make.add_argument("--participants", metavar="N", type=int, default=24, help="orders to prepare (default 24)")
+    make.add_argument("--seed", metavar="N", type=int, default=0)
+    analyse = verbs.add_parser("analyse", help="shares of 4 and 5 with confidence intervals")
+    analyse.add_argument("answers", metavar="FILE", type=Path, nargs="+", help="answers that the page saved")
+    analyse.add_argument("--key", metavar="FILE", type=Path, required=True, help="the study's key.json")
+    analyse.add_argument("--ours", metavar="CONDITION", help="also its differences from the others")
+    analyse.add_argument("-o", "--output", metavar="FILE.json", type=Path, help="also as JSON")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Make or analyse."""
+    return _make(options) if options.verb == "make" else _analyse(options)
+
+
+def _make(options: argparse.Namespace) -> int:
+    from ..study import build, design
+
+    if not 1 <= options.participants <= MOST:
+        raise UsageError(f"{options.participants} participants were asked for.", f"Ask for 1 to {MOST}.")
+    found = design.find(options.clips, options.seed)
+    place = build.build(found, options.output, options.title, options.participants)
+    print(f"{place / 'page' / 'index.html'}: {len(found.conditions)} conditions, {len(found.excerpts)} excerpts")
+    print(f"Give participants the folder {place / 'page'}; keep {place / 'key.json'} to yourself.")
+    return 0
+
+
+def _analyse(options: argparse.Namespace) -> int:
+    from ..study import analysis
+
+    if options.output is not None:
+        check_output(options.output)
+    result = analysis.analyse(analysis.read(options.answers, options.key), options.ours)
+    if options.output is not None:
+        with whole_file(options.output) as temporary:
+            temporary.write_text(json.dumps(result, indent=1), encoding="utf-8")
+    print(analysis.report(result, options.ours))
+    return 0

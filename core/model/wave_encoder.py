@@ -1,0 +1,28 @@
+"""Encoder of the raw waveform: GTC's, and that of the paper's ablation without MFCCs (reference section A.10)."""
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+SAMPLES = 36267
+"""Audio samples at 16 kHz of a window of 34 pose frames."""
+FRAMES = 34
+_SLOPE = 0.3
+
+
+class WaveEncoder(nn.Module):
+    """Four strided convolutions that turn exactly :data:`SAMPLES` samples into exactly 34 frames."""
+
+    def __init__(self, size: int = 32):
+        super().__init__()
+        self.feat_extractor = nn.Sequential(
+            nn.Conv1d(1, 16, 15, stride=5, padding=1600), nn.BatchNorm1d(16), nn.LeakyReLU(_SLOPE),
+            nn.Conv1d(16, 32, 15, stride=6), nn.BatchNorm1d(32), nn.LeakyReLU(_SLOPE),
+            nn.Conv1d(32, 64, 15, stride=6), nn.BatchNorm1d(64), nn.LeakyReLU(_SLOPE),
+            nn.Conv1d(64, size, 15, stride=6),
+        )  # fmt: skip
+
+    def forward(self, wave: torch.Tensor, frames: int = FRAMES) -> torch.Tensor:
+        """Features ``(B, frames, size)`` of ``(B, samples)`` in -1..1, padded with silence or cut to :data:`SAMPLES`."""
+        wave = functional.pad(wave, (0, SAMPLES - wave.shape[-1]))
+        return self.feat_extractor(wave[:, None]).transpose(1, 2)[:, :frames]

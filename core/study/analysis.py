@@ -1,0 +1,141 @@
+"""The paper's figures from the answers: how many rated 4 or 5, with confidence intervals (section 5.5). numpy alone."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import UsageError
+from .build import QUESTIONS
+
+HIGH = 4
+ROUNDS = 10000
+LEVEL = 0.95
+_NAMES = tuple(question["id"] for question in QUESTIONS)
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Ratings ``(participants, conditions, excerpts)`` of every question, 1..5, NaN where somebody did not answer."""
+
+    participants: tuple[int, ...]
+    conditions: tuple[str, ...]
+    excerpts: tuple[str, ...]
+    ratings: dict[str, np.ndarray]
+
+
+def read(files: Sequence[str | PathLike], key: str | PathLike) -> Answers:
+    """Answers saved by the page and the study's ``key.json``.
+
+    Raises :class:`UsageError` for a file of another study, a participant who occurs twice, or ratings that are none.
+    """
+    known = _json(key)
+    try:
+        conditions, excerpts, clips = tuple(known["conditions"]), tuple(known["excerpts"]), known["clips"]
+        study = known["id"]
+    except (KeyError, TypeError) as error:
+        raise UsageError(f"{key} is no key of a study.", "Give the key.json that s2ag study make wrote.") from error
+    people: dict[int, dict[str, np.ndarray]] = {}
+    for file in files:
+        content = _json(file)
+        try:
+            if content["study"] != study:
+                raise UsageError(f"{file} belongs to the study {content['study']!r}.", f"Give answers of {study!r} only.")
+            number = int(content["participant"])
+            if number in people:
+                raise UsageError(f"Participant {number} occurs twice.", "Leave one of the files out.")
+            people[number] = _ratings(content["answers"], clips, conditions, excerpts)
+        except (KeyError, TypeError, ValueError) as error:
+            raise UsageError(
+                f"{file} holds no answers of this study ({error}).", "Give the files that the page saved."
+            ) from error
+    if not people:
+        raise UsageError("There are no answers.", "Give the files that the page saved.")
+    numbers = tuple(sorted(people))
+    return Answers(numbers, conditions, excerpts, {name: np.stack([people[n][name] for n in numbers]) for name in _NAMES})
+
+
+def analyse(answers: Answers, ours: str | None = None, seed: int = 0) -> dict:
+    """Per question and condition: counts of 1..5, mean, share of 4 and 5 with its interval; and differences from ``ours``.
+
+    Intervals are percentiles of a bootstrap over participants, whose answers depend on each other; shares are means over
+    all answers. Differences are paired: the same participants answer for both.
+    """
+    if ours is not None and ours not in answers.conditions:
+        raise UsageError(f"There is no condition {ours!r}.", f"Conditions are {', '.join(answers.conditions)}.")
+    draws = np.random.default_rng(seed).integers(len(answers.participants), size=(ROUNDS, len(answers.participants)))
+    result: dict = {"participants": len(answers.participants), "excerpts": len(answers.excerpts), "questions": {}}
+    for name, ratings in answers.ratings.items():
+        high = np.where(np.isnan(ratings), np.nan, ratings >= HIGH)
+        hits, asked = np.nansum(high, axis=2), np.isfinite(high).sum(axis=2)
+        shares = hits[draws].sum(1) / np.maximum(asked[draws].sum(1), 1)
+        total = hits.sum(0) / np.maximum(asked.sum(0), 1)
+        found = {}
+        for row, condition in enumerate(answers.conditions):
+            here = ratings[:, row][np.isfinite(ratings[:, row])]
+            found[condition] = {
+                "answers": len(here),
+                "counts": [int((here == value).sum()) for value in range(1, 6)],
+                "mean": float(here.mean()) if len(here) else float("nan"),
+                "share": float(total[row]),
+                "interval": _interval(shares[:, row]),
+            }
+        result["questions"][name] = {"conditions": found, "differences": {}}
+        if ours is not None:
+            mine = answers.conditions.index(ours)
+            result["questions"][name]["differences"] = {
+                other: {"difference": float(total[mine] - total[row]), "interval": _interval(shares[:, mine] - shares[:, row])}
+                for row, other in enumerate(answers.conditions)
+                if row != mine
+            }
+    return result
+
+
+def report(result: dict, ours: str | None = None) -> str:
+    """The analysis as text."""
+    lines = [f"{result['participants']} participants, {result['excerpts']} excerpts; {LEVEL:.0%} intervals over participants"]
+    for name, question in result["questions"].items():
+        lines += ["", f"{name}: share of answers 4 and 5"]
+        for condition, found in question["conditions"].items():
+            low, high = found["interval"]
+            counts = " ".join(map(str, found["counts"]))
+            lines.append(
+                f"  {condition:<24}{found['share']:7.2%}  [{low:.2%}, {high:.2%}]  mean {found['mean']:.2f}  1-5: {counts}"
+            )
+        for other, found in question["differences"].items():
+            low, high = found["interval"]
+            lines.append(f"  {ours} over {other}: {found['difference']:+.2%}  [{low:+.2%}, {high:+.2%}]")
+    return "\n".join(lines)
+
+
+def _ratings(given: list[dict], clips: dict, conditions: tuple[str, ...], excerpts: tuple[str, ...]) -> dict[str, np.ndarray]:
+    ratings = {name: np.full((len(conditions), len(excerpts)), np.nan) for name in _NAMES}
+    for answer in given:
+        if answer["clip"] not in clips:
+            raise ValueError(f"clip {answer['clip']} is unknown")
+        place = clips[answer["clip"]]
+        row, column = conditions.index(place["condition"]), excerpts.index(place["excerpt"])
+        for name in _NAMES:
+            value = answer[name]
+            if value not in (1, 2, 3, 4, 5):
+                raise ValueError(f"{name} is {value!r}")
+            ratings[name][row, column] = value
+    return ratings
+
+
+def _interval(values: np.ndarray) -> list[float]:
+    rest = 100 * (1 - LEVEL) / 2
+    return [float(value) for value in np.percentile(values, [rest, 100 - rest])]
+
+
+def _json(path: str | PathLike) -> dict:
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise UsageError(f"{path} cannot be read as JSON.", "Give the files that the study wrote.") from error
+    if not isinstance(content, dict):
+        raise UsageError(f"{path} holds no JSON object.", "Give the files that the study wrote.")
+    return content

@@ -1,0 +1,64 @@
+"""The study as a folder: a static web page, and the key that says which clip is whose, kept apart."""
+
+import json
+import shutil
+import tempfile
+from os import PathLike
+from pathlib import Path
+
+from ..errors import OutputUnwritable
+from .design import Design
+
+PAGE = Path(__file__).parent / "page"
+QUESTIONS = (
+    {
+        "id": "plausibility",
+        "text": "How plausible do the gestures look?",
+        "low": "very unnatural",
+        "high": "look like they could be from a real person",
+    },
+    {
+        "id": "synchrony",
+        "text": "How well are the gestures synchronized with the speech?",
+        "low": "no or arbitrary gestures",
+        "high": "well-synchronized with the speech, and appropriately emotionally expressive",
+    },
+)
+"""The paper's two questions with the ends of their five-point scales (section 5.5)."""
+
+
+def build(design: Design, out: str | PathLike, title: str, participants: int = 24) -> Path:
+    """Write ``out/page`` for participants and ``out/key.json`` for the analysis; whole or not at all.
+
+    The page knows the orders of ``participants`` people; further ones start again from the first. Raises
+    :class:`OutputUnwritable` for a folder that is not empty.
+    """
+    out = Path(out)
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise OutputUnwritable(f"{out} is not empty.", "Choose another folder: answers belong to one study.")
+    try:
+        temporary = Path(tempfile.mkdtemp(dir=out.parent, prefix=f".{out.name}."))
+    except OSError as error:
+        raise OutputUnwritable(f"{out} cannot be made: {error.strerror}.", "Choose another folder.") from error
+    try:
+        page = temporary / "page"
+        shutil.copytree(PAGE, page)
+        (page / "clips").mkdir()
+        for key, path in design.clips.items():
+            shutil.copyfile(path, page / "clips" / design.names[key])
+        orders = [[design.names[key] for key in design.order(number)] for number in range(participants)]
+        shown = {"id": f"{title}-{design.seed}", "title": title, "questions": QUESTIONS, "orders": orders}
+        # A page on a disk may not fetch files, so its data is a script.
+        (page / "study-data.js").write_text(f"window.STUDY = {json.dumps(shown)};\n", encoding="utf-8")
+        clips = {design.names[key]: {"condition": key[0], "excerpt": key[1]} for key in design.clips}
+        key = {"id": shown["id"], "conditions": design.conditions, "excerpts": design.excerpts, "clips": clips}
+        (temporary / "key.json").write_text(json.dumps(key, indent=1), encoding="utf-8")
+        temporary.chmod(0o755)
+        if out.exists():
+            out.rmdir()
+        temporary.rename(out)
+    except OSError as error:
+        raise OutputUnwritable(f"{out} cannot be written: {error.strerror}.", "Free space or choose another folder.") from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+    return out

@@ -1,0 +1,160 @@
+"use strict";
+// The study's page: clips one after the other, two questions each, answers kept in this browser.
+(() => {
+  const study = window.STUDY;
+  const find = (id) => document.getElementById(id);
+  const slot = (number) => `s2ag-study/${study.id}/${number}`;
+  const current = () => slot("current");
+  let record = null;
+  let began = 0;
+
+  function show(name) {
+    for (const section of ["welcome", "trial", "done"]) find(section).hidden = section !== name;
+  }
+
+  function fail(text) {
+    find("broken").textContent = text;
+    find("broken").hidden = false;
+  }
+
+  function store() {
+    try {
+      localStorage.setItem(slot(record.participant), JSON.stringify(record));
+      localStorage.setItem(current(), String(record.participant));
+    } catch (error) {
+      fail("This browser keeps no data, so answers would be lost. Please allow it, or use another browser.");
+    }
+  }
+
+  function recall(number) {
+    try {
+      const kept = JSON.parse(localStorage.getItem(slot(number)));
+      return kept && Array.isArray(kept.answers) ? kept : null;
+    } catch (error) {
+      return null;
+    }
+  }
+
+  function order() {
+    return study.orders[(record.participant - 1) % study.orders.length];
+  }
+
+  function begin(number) {
+    record = recall(number) || { study: study.id, participant: number, started: new Date().toISOString(), answers: [] };
+    store();
+    next();
+  }
+
+  function next() {
+    const place = record.answers.length;
+    const clips = order();
+    if (place >= clips.length) {
+      show("done");
+      return;
+    }
+    show("trial");
+    find("progress").textContent = `Clip ${place + 1} of ${clips.length}`;
+    const video = find("clip");
+    video.src = `clips/${clips[place]}`;
+    began = Date.now();
+    ask(false);
+  }
+
+  function ask(open) {
+    const form = find("answers");
+    find("hint").hidden = open;
+    if (open) {
+      for (const field of form.querySelectorAll("fieldset")) field.disabled = false;
+      return;
+    }
+    form.replaceChildren(...study.questions.map(question), submit());
+  }
+
+  function question(asked) {
+    const field = document.createElement("fieldset");
+    field.disabled = true;
+    const legend = document.createElement("legend");
+    legend.textContent = asked.text;
+    const scale = document.createElement("div");
+    scale.className = "scale";
+    for (let value = 1; value <= 5; value += 1) {
+      const label = document.createElement("label");
+      const input = document.createElement("input");
+      Object.assign(input, { type: "radio", name: asked.id, value: String(value), required: true });
+      const text = document.createElement("span");
+      text.textContent = value === 1 ? `1: ${asked.low}` : value === 5 ? `5: ${asked.high}` : String(value);
+      label.append(input, text);
+      scale.append(label);
+    }
+    field.append(legend, scale);
+    return field;
+  }
+
+  function submit() {
+    const field = document.createElement("fieldset");
+    field.disabled = true;
+    field.style.border = "none";
+    const button = document.createElement("button");
+    button.type = "submit";
+    button.textContent = "Next";
+    field.append(button);
+    return field;
+  }
+
+  function answer(event) {
+    event.preventDefault();
+    const given = new FormData(find("answers"));
+    const entry = { clip: order()[record.answers.length], seconds: (Date.now() - began) / 1000 };
+    for (const asked of study.questions) {
+      const value = Number(given.get(asked.id));
+      if (!(value >= 1 && value <= 5)) return;
+      entry[asked.id] = value;
+    }
+    record.answers.push(entry);
+    store();
+    next();
+  }
+
+  function table() {
+    const names = ["participant", "clip", ...study.questions.map((asked) => asked.id), "seconds"];
+    const rows = record.answers.map((entry) => names.map((name) => (name === "participant" ? record.participant : entry[name])));
+    return [names, ...rows].map((row) => row.join(",")).join("\n") + "\n";
+  }
+
+  function save(text, kind, suffix) {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([text], { type: kind }));
+    link.download = `answers-${record.participant}.${suffix}`;
+    link.click();
+    find("saved").textContent = `${link.download} is saved.`;
+    try {
+      localStorage.removeItem(current());
+    } catch (error) {
+      return;
+    }
+  }
+
+  if (!study || !Array.isArray(study.orders)) {
+    fail("The study's data is missing: study-data.js must lie beside this page.");
+    return;
+  }
+  document.title = study.title;
+  find("title").textContent = study.title;
+  find("clip").addEventListener("ended", () => ask(true));
+  find("clip").addEventListener("error", () => fail("This clip cannot be played here. Please use another browser."));
+  find("answers").addEventListener("submit", answer);
+  find("begin").addEventListener("submit", (event) => {
+    event.preventDefault();
+    begin(Number(find("number").value));
+  });
+  find("save-json").addEventListener("click", () => save(JSON.stringify(record, null, 1), "application/json", "json"));
+  find("save-csv").addEventListener("click", () => save(table(), "text/csv", "csv"));
+  let unfinished = null;
+  try {
+    unfinished = Number(localStorage.getItem(current())) || null;
+  } catch (error) {
+    unfinished = null;
+  }
+  if (unfinished) begin(unfinished);
+  else show("welcome");
+})();

@@ -1,0 +1,123 @@
+"""A performance that somebody animated, with its speech, into a folder from which a network can learn: "learn from this"."""
+
+import re
+import shutil
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..core import skeleton
+from ..core.datasets import ten
+from ..core.errors import OutputUnwritable, S2agError, UsageError
+from ..core.motion import Motion
+from ..rigs.plain import Bones, Mapping, character_frame
+from . import rig
+from .apply import scene_fps
+
+_STARTS = {"Neck": "neck", "Head": "head"}
+_ARMS = {"Arm": "upper_arm", "ForeArm": "forearm"}
+
+
+def capture(
+    armature: bpy.types.Object, first: int | None = None, last: int | None = None, mapping: Mapping | dict | None = None
+) -> Motion:
+    """What the armature does from frame ``first`` to ``last`` (the scene's), whatever moves it, as a motion at 15 a second.
+
+    Raises :class:`RigUnusable` where bones are unknown and :class:`UsageError` for an empty range. The scene ends up at the
+    frame at which it was.
+    """
+    rig.require_armature(armature)
+    scene = bpy.context.scene
+    first, last = scene.frame_start if first is None else first, scene.frame_end if last is None else last
+    if last - first < 1:
+        raise UsageError(f"Frames {first} to {last} hold no motion.", "Choose a longer range.")
+    bones = rig.read(armature)
+    mapping = rig.resolve_mapping(armature, bones, mapping)
+    joints = _joints(mapping, bones)
+    frame = character_frame(bones, mapping)
+    upright = np.stack([frame[0], frame[2], -frame[1]])  # left, up, front
+    rate, before = scene_fps(scene), scene.frame_current_final
+    count = max(int((last - first) / rate * skeleton.FPS) + 1, 2)
+    places, turns = np.empty((count, len(joints), 3)), np.empty((count, len(joints), 3, 3))
+    try:
+        for number in range(count):
+            at = min(first + number * rate / skeleton.FPS, float(last))
+            scene.frame_set(int(at), subframe=at - int(at))
+            evaluated = armature.evaluated_get(bpy.context.evaluated_depsgraph_get())
+            for row, (name, end) in enumerate(joints.values()):
+                bone = evaluated.pose.bones[name]
+                places[number, row] = bone.tail if end else bone.head
+                matrix = np.array(bone.matrix)[:3, :3] @ bones.matrices[bones.row(name)][:3, :3].T
+                turns[number, row] = matrix / np.linalg.norm(matrix, axis=0)
+    finally:
+        scene.frame_set(int(before), subframe=before - int(before))
+    posed = ten.Posed(tuple(joints), places @ upright.T, upright @ turns @ upright.T)
+    return Motion(ten.directions(posed, where=f'Armature "{armature.name}"'), meta={"source": armature.name})
+
+
+def save_take(armature, folder: str | Path, sound: str, transcript: str = "", name: str = "", **frames) -> Path:
+    """Write the performance, its sound and its words to ``folder`` under one name, as ``s2ag data plain`` reads them.
+
+    The sound starts with the first frame. Returns the motion's file. Raises :class:`S2agError`.
+    """
+    folder, source = Path(folder), Path(sound)
+    if not source.is_file():
+        raise UsageError(f"The recording {source} does not exist.", "Choose the speech that belongs to the action.")
+    motion = capture(armature, **frames)
+    action = armature.animation_data.action if armature.animation_data else None
+    stem = re.sub(r"[^\w-]+", "_", name or (action.name if action else armature.name))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source, folder / f"{stem}{source.suffix.lower()}")
+        if transcript and Path(transcript).is_file():
+            shutil.copyfile(transcript, folder / f"{stem}{Path(transcript).suffix}")
+    except OSError as error:
+        raise OutputUnwritable(f"{folder} cannot be written: {error.strerror}.", "Choose another folder.") from error
+    motion.save(folder / f"{stem}.npz")
+    return folder / f"{stem}.npz"
+
+
+def _joints(mapping: Mapping, bones: Bones) -> dict[str, tuple[str, bool]]:
+    """For every joint its bone, and whether it is the bone's end."""
+    chains = mapping.chains
+    torso = chains.get("torso", ())
+    hips = mapping.hips or (torso[0] if torso else "")
+    found = {"Hips": (hips, False)} if hips else {}
+    if len(torso) > 1:
+        found["Spine"] = (torso[len(torso) // 2], False)
+    found |= {joint: (chains[part][0], False) for joint, part in _STARTS.items() if chains.get(part)}
+    for side in ("left", "right"):
+        title = side.title()
+        found |= {f"{title}{joint}": (chains[f"{side}_{part}"][0], False) for joint, part in _ARMS.items()}
+        hand = chains.get(f"{side}_hand")
+        found[f"{title}Hand"] = (hand[0], False) if hand else (chains[f"{side}_forearm"][-1], True)
+    return found
+
+
+class S2AG_OT_learn(bpy.types.Operator):
+    """Save what the character does, with its speech, so that a network can be trained on it"""
+
+    bl_idname = "s2ag.learn"
+    bl_label = "Learn from This Action"
+
+    directory: bpy.props.StringProperty(subtype="DIR_PATH", description="Folder of takes")
+
+    @classmethod
+    def poll(cls, context):
+        return context.object is not None and context.object.type == "ARMATURE"
+
+    def invoke(self, context, event):
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context):
+        settings = context.object.s2ag
+        sound, words = (bpy.path.abspath(getattr(settings, name, "")) for name in ("audio", "transcript"))
+        try:
+            path = save_take(context.object, bpy.path.abspath(self.directory), sound, words)
+        except S2agError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"{path.name} is saved; train with: s2ag data plain")
+        return {"FINISHED"}

@@ -1,0 +1,188 @@
+"""The bench end to end on a toy data set: stopped, continued, repeated, refused, and the table it writes."""
+
+import json
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+pytest.importorskip("librosa")
+
+from s2ag.core.bench import table  # noqa: E402
+from s2ag.core.bench.data import Data  # noqa: E402
+from s2ag.core.bench.judging import FIGURES, Bench  # noqa: E402
+from s2ag.core.bench.run import Runner, references  # noqa: E402
+from s2ag.core.bench.setting import SETTINGS, Setting  # noqa: E402
+from s2ag.core.bench.training import Training  # noqa: E402
+from s2ag.core.cli.main import main  # noqa: E402
+from s2ag.core.errors import CorpusUnreadable, UsageError  # noqa: E402
+from s2ag.core.metrics.extractor import Extractor  # noqa: E402
+from s2ag.core.systems.catalogue import SYSTEMS, Build  # noqa: E402
+from s2ag.core.train.storage import save_arrays  # noqa: E402
+from toy_bench import bench_arrays, write_bench_corpus  # noqa: E402
+from toy_corpus import write_toy_corpus  # noqa: E402
+
+TINY = SETTINGS["tiny"]
+
+
+@pytest.fixture(scope="module")
+def corpus(tmp_path_factory):
+    return write_bench_corpus(tmp_path_factory.mktemp("data") / "corpus")
+
+
+@pytest.fixture(scope="module")
+def data(corpus, tmp_path_factory):
+    torch.set_num_threads(1)
+    return Data(corpus, tmp_path_factory.mktemp("cache"), filtered=False)
+
+
+def test_windows_hold_what_was_heard_and_performed(data, corpus):
+    arrays, meta = bench_arrays()
+    window = data.windows[0][7]
+    sample = data.sample(window[None])
+    talk, first = window
+    rows = arrays["starts"][talk] + first + np.arange(34)
+    np.testing.assert_allclose(sample.directions[0], arrays["directions"][rows], atol=2e-3)
+    begin = arrays["wave_starts"][arrays["recording"][talk]] + round(first * 16000 / 15)
+    np.testing.assert_allclose(sample.wave[0] * 32768, arrays["wave"][begin : begin + 36267])
+    words = [w for w in meta["recordings"][arrays["recording"][talk]]["words"] if first / 15 <= w[1] < (first + 34) / 15]
+    for word, start, _ in words:
+        assert sample.words[0, round(start * 15) - first] == meta["words"].index(word) + 4
+    assert set(data.corpus.split[data.windows[2][:, 0]]) == {2}
+
+
+def test_a_word_under_way_counts_in_the_first_frame(data):
+    arrays, _ = bench_arrays()
+    for window in data.windows[0][:40]:
+        row = arrays["frame_starts"][arrays["recording"][window[0]]] + window[1]
+        heard = int(data.sample(window[None]).words[0, 0])
+        assert heard == (arrays["word_index"][row] + 4 if arrays["word_index"][row] >= 0 else 0)
+
+
+def test_sound_ends_in_silence(data):
+    last = data.windows[0][data.windows[0][:, 0] == 0][-1:].copy()
+    last[0, 1] = 180
+    assert not data.sounds(last)[0, -8000:].any() and data.sounds(last)[0, :8000].any()
+
+
+def test_features_are_cached_and_made_again_for_other_data(corpus, tmp_path):
+    Data(corpus, tmp_path, filtered=False)
+    stamp = (tmp_path / "features" / "timing.npy").stat().st_mtime_ns
+    Data(corpus, tmp_path, filtered=False)
+    assert (tmp_path / "features" / "timing.npy").stat().st_mtime_ns == stamp
+    other = write_bench_corpus(tmp_path / "other", seed=5)
+    Data(other, tmp_path, filtered=False)
+    assert (tmp_path / "features" / "timing.npy").stat().st_mtime_ns != stamp
+
+
+def test_filters_drop_what_does_not_move(tmp_path):
+    arrays, meta = bench_arrays()
+    arrays["directions"] = arrays["directions"].copy()
+    arrays["directions"][arrays["starts"][0] : arrays["starts"][1]] = arrays["directions"][0]
+    data = Data(save_arrays(tmp_path / "c", arrays, meta), tmp_path)
+    assert 0 not in data.windows[0][:, 0] and len(data.windows[0])
+
+
+def test_data_without_sound_or_words_is_refused(tmp_path):
+    with pytest.raises(CorpusUnreadable, match="holds no sound"):
+        Data(write_toy_corpus(tmp_path / "toy"), tmp_path)
+    arrays, meta = bench_arrays()
+    meta.pop("recordings")
+    with pytest.raises(CorpusUnreadable, match="does not list the words"):
+        Data(save_arrays(tmp_path / "c", arrays, meta), tmp_path)
+    arrays, meta = bench_arrays()
+    arrays["wave"] = arrays["wave"][:-5]
+    with pytest.raises(CorpusUnreadable, match="does not fit"):
+        Data(save_arrays(tmp_path / "d", arrays, meta), tmp_path)
+
+
+def trained(data, folder, name, **changes):
+    torch.manual_seed(1)
+    system = SYSTEMS[name].build(Build(data.vectors, data.speakers, 0.05, False, 0.25))
+    return Training(system, data, TINY.replace(**changes), 1, folder)
+
+
+@pytest.mark.parametrize("name", ["s2ag", "seq2seq"])
+def test_a_stopped_training_repeats_an_uninterrupted_one(data, tmp_path, name):
+    whole = trained(data, tmp_path / "whole", name, steps=4)
+    assert whole.run()
+    count = iter([False, False, True])
+    assert not trained(data, tmp_path / "parts", name, steps=4).run(lambda: next(count))
+    rest = trained(data, tmp_path / "parts", name, steps=4)
+    assert rest.done == 2 and rest.run()
+    for one, two in zip(whole.system.parameters(), rest.system.parameters(), strict=True):
+        torch.testing.assert_close(one, two, rtol=0, atol=0)
+
+
+def test_every_window_is_seen_once_a_pass(data, tmp_path):
+    training = trained(data, tmp_path, "seq2seq")
+    steps = len(data.windows[0]) // TINY.batch
+    seen = np.concatenate([training._windows(step) for step in range(steps)])
+    assert len(np.unique(seen, axis=0)) == len(seen) == steps * TINY.batch
+    assert not np.array_equal(training._windows(0), training._windows(steps))
+
+
+def test_performed_motion_is_its_own_best_score(data):
+    torch.manual_seed(0)
+    bench = Bench(data, Extractor().eval(), 40)
+    rows = references(bench)
+    real, held = (rows[name]["figures"] for name in ("real", "held"))
+    for name in ("maje_code", "mad_code", "fgd", "mpjpe", "feature_distance", "hellinger"):
+        assert real[name][0] == pytest.approx(0, abs=1e-4) and held[name][0] > real[name][0]
+    assert real["cca"][0] == pytest.approx(1) and held["jerk"][0] < real["jerk"][0]
+    assert set(real) == set(FIGURES) - {"multimodality"}
+
+
+def test_all_eight_from_the_command_line(corpus, tmp_path, capsys):
+    command = ["bench", "--data", str(corpus), "--out", str(tmp_path / "b"), "--setting", "tiny", "--threads", "1"]
+    assert main(command) == 0
+    out = capsys.readouterr().out
+    report = json.loads((tmp_path / "b" / "table.json").read_text())
+    assert list(report["systems"]) == list(SYSTEMS)
+    for name, row in report["systems"].items():
+        assert SYSTEMS[name].title in out and row["steps"] == 3
+        assert set(row["figures"]) == set(FIGURES) and all(np.isfinite(row["figures"][key]).all() for key in table.PAPER)
+    assert out == (tmp_path / "b" / "table.md").read_text() and "24.49" in out and "82.41*" in out and "collapsed" in out
+    assert (
+        report["systems"]["s2ag"]["figures"]["multimodality"][0] > 0 == report["systems"]["s2g"]["figures"]["multimodality"][0]
+    )
+    before = json.loads((tmp_path / "b" / "s2ag-1" / "figures.json").read_text())
+    assert main(command) == 0
+    assert json.loads((tmp_path / "b" / "s2ag-1" / "figures.json").read_text()) == before
+    assert main([*command, "--steps", "9"]) == 2 and "other settings" in capsys.readouterr().err
+
+
+def test_the_same_seed_gives_the_same_figures(corpus, tmp_path):
+    figures = []
+    for place in "ab":
+        report = Runner(tmp_path / place, corpus, TINY, say=lambda text: None).go(["s2ag"], "")
+        figures.append(report["systems"]["s2ag"]["figures"])
+    assert figures[0] == figures[1]
+
+
+def test_stopping_writes_no_table(corpus, tmp_path):
+    runner = Runner(tmp_path, corpus, TINY, say=lambda text: None)
+    assert runner.go(["gtc"], "", lambda: True) is None and not (tmp_path / "table.md").exists()
+
+
+def test_wrong_options_are_one_sentence(corpus, tmp_path, capsys):
+    common = ["bench", "--data", str(corpus), "--out", str(tmp_path / "x")]
+    for wrong, sentence in (
+        (["--setting", "huge"], "no setting"),
+        (["--systems", "s2ag,magic"], "no system"),
+        (["--seeds", "a"], "no seeds"),
+        (["--draws", "0"], "draws is 0"),
+    ):
+        assert main([*common, *wrong]) == 2
+        assert sentence in capsys.readouterr().err
+    with pytest.raises(UsageError, match="share"):
+        Setting("odd", share=0)
+    assert Setting.from_dict(TINY.to_dict()) == TINY
+
+
+def test_the_verdict_says_by_how_much():
+    figures = {"maje_code": [10.0, 0], "mad_code": [2.0, 0], "fgd": [4.0, 0]}
+    worse = {"maje_code": [20.0, 0], "mad_code": [1.0, 0], "fgd": [5.0, 0]}
+    found = table.better({"systems": {"s2ag": {"figures": figures}, "gtc": {"figures": worse}}})
+    assert found["maje_code"]["gtc"] == pytest.approx(0.5) and found["mad_code"]["gtc"] == pytest.approx(-1.0)
+    assert table.summarise([{"a": 1.0}, {"a": 3.0}])["a"] == pytest.approx([2.0, 2**0.5])

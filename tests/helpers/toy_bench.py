@@ -1,0 +1,31 @@
+"""The toy corpus with sound, words and a test split: enough for every system of the bench."""
+
+import numpy as np
+from s2ag.core.train.storage import save_arrays
+from toy_corpus import META, toy_arrays
+
+
+def bench_arrays(talks=12, frames=200, seed=0):
+    """Arrays and meta; the sound's loudness follows the arms, the last two recordings are validation and test."""
+    arrays = toy_arrays(talks, frames, seed)
+    rng = np.random.default_rng(seed)
+    recordings = (talks + 1) // 2
+    energy = arrays["prosody"][:, 1].astype(float).repeat(16000 // 15 + 1)
+    samples = int(frames / 15 * 16000)
+    wave = rng.normal(0, 1, (recordings, samples)) * np.resize(energy, (recordings, samples))
+    arrays["wave"] = np.clip(wave * 3000, -32767, 32767).astype(np.int16).reshape(-1)
+    arrays["wave_starts"] = np.arange(recordings + 1) * samples
+    arrays["split"] = np.maximum(arrays["recording"] - (recordings - 3), 0).astype(int)
+    words = arrays["word_index"].reshape(recordings, -1)
+    vocabulary = ["one", "beautiful", "day", "of", "gestures"]
+    known = []
+    for row in words:
+        edges = np.flatnonzero(np.diff(row, prepend=-2, append=-2))
+        spans = [(int(row[a]), a / 15, b / 15) for a, b in zip(edges, edges[1:], strict=False) if row[a] >= 0]
+        known.append({"words": [[vocabulary[i], a, b] for i, a, b in spans]})
+    return arrays, {**META, "words": vocabulary, "recordings": known}
+
+
+def write_bench_corpus(folder, **settings):
+    """Write it to ``folder`` and return it."""
+    return save_arrays(folder, *bench_arrays(**settings))
