@@ -14,6 +14,7 @@ from ..core.motion import Motion
 from ..rigs.plain import Bones, Mapping, character_frame
 from . import rig
 from .apply import scene_fps
+from .translations import told, told_error
 
 _STARTS = {"Neck": "neck", "Head": "head"}
 _ARMS = {"Arm": "upper_arm", "ForeArm": "forearm"}
@@ -117,7 +118,7 @@ class S2AG_OT_learn(bpy.types.Operator):
         try:
             path = save_take(context.object, bpy.path.abspath(self.directory), sound, words)
         except S2agError as error:
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, told_error(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, f"{path.name} is saved; train with: s2ag data plain")
+        self.report({"INFO"}, told("{name} is saved; train with: s2ag data plain", name=path.name))
         return {"FINISHED"}

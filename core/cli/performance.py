@@ -121,6 +121,8 @@ def _transcript(options: argparse.Namespace) -> Path | None:
         return options.transcript
     named = (options.audio.with_suffix(suffix) for suffix in _BESIDE)
     beside = next((path for path in named if path != options.audio and path.is_file()), None)
+    if beside is None and not options.audio.is_file():
+        return None  # what is wrong with the recording is said by whoever reads it
     if beside is None:
         from .. import recognise
 

@@ -172,7 +172,7 @@ def template(node):
 
 
 ELSEWHERE = {"cli", "corpus", "train", "evaluate", "model", "job.py", "vectors_build.py"}
-ELSEWHERE |= {"batch", "bench", "datasets", "metrics", "study", "systems"}
+ELSEWHERE |= {"batch", "bench", "datasets", "foreign.py", "metrics", "pickles.py", "study", "systems"}
 
 
 def texts_of_errors():
