@@ -14,7 +14,8 @@ def load(folder: str | PathLike | None) -> dict | None:
 
     The acoustic model is the folder itself or one inside it that holds a file ``mdef``; the dictionary is its only ``.dict`` or
     ``.dic``; ``letters.json`` maps spelling to phones for words that are in no dictionary. Without an acoustic model the
-    English one is used, and phones are its own. Raises :class:`TranscriptUnreadable`.
+    English one is used, and phones are its own: that serves accents and invented words, not another language. Raises
+    :class:`TranscriptUnreadable`.
     """
     if folder is None:
         return None

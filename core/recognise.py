@@ -40,7 +40,8 @@ def recognise(audio: np.ndarray, progress=None, model: str | os.PathLike | None 
     """Phrases said in ``(n,)`` float32 at 16 kHz, with times that are good to some tenths of a second.
 
     ``model`` is a folder with another Whisper model in CTranslate2's form, of any language that it knows; the shipped one is
-    English. Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`.
+    English. Its words keep the times that it gives them, good to a tenth of a second, because the aligner knows English
+    only. Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`.
     """
     if model is None:
         folder, language = shipped(), "en"
@@ -55,9 +56,9 @@ def recognise(audio: np.ndarray, progress=None, model: str | os.PathLike | None 
         if "segments" not in answer:
             (progress or float)(float(answer["progress"]))
             return None
-        return [Item(str(text), float(start), float(end)) for text, start, end in answer["segments"]]
+        return [Item(str(text), float(start), float(end), word=model is not None) for text, start, end in answer["segments"]]
 
-    request = {"samples": len(audio), "model": str(folder), "language": language}
+    request = {"samples": len(audio), "model": str(folder), "language": language, "words": model is not None}
     command = [sys.executable, "-P", os.fspath(_PROGRAM)]
     try:
         return child.ask(command, request, pcm(audio), 60 + 4 * len(audio) / SAMPLE_RATE, hear)

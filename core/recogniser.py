@@ -1,8 +1,9 @@
 """Speech recognition by Whisper through faster-whisper, run as a program of its own by :mod:`recognise`.
 
-Standard input is one line of JSON ``{"samples": n, "model": folder, "language": code or null}`` and then n little-endian int16
-samples at 16 kHz; standard output is JSON lines, ``{"progress": 0..1}`` and last ``{"segments": [[text, start, end], ...]}``.
-The sound is recognised in stretches of some five minutes that end in silence, so memory does not grow with the recording.
+Standard input is one line of JSON ``{"samples": n, "model": folder, "language": code or null, "words": bool}`` and then n
+little-endian int16 samples at 16 kHz; standard output is JSON lines, ``{"progress": 0..1}`` and last
+``{"segments": [[text, start, end], ...]}``, with ``words`` one for every word. The sound is recognised in stretches of some five
+minutes that end in silence, so memory does not grow with the recording.
 """
 
 import json
@@ -15,6 +16,7 @@ RATE = 16000
 _STRETCH = 300 * RATE
 _SEARCH = 20 * RATE
 _HOP = RATE // 10
+_QUICK = {"beam_size": 1, "condition_on_previous_text": False}
 
 
 def main() -> None:
@@ -31,9 +33,11 @@ def main() -> None:
         data = sys.stdin.buffer.read(2 * max(wanted, 0))
         sound = np.concatenate([rest, np.frombuffer(data, "<i2").astype(np.float32) / 32768])
         size = len(sound) if begin + len(sound) >= total or not len(data) else _quiet(sound)
-        found, _ = model.transcribe(sound[:size], language=request["language"], beam_size=1, condition_on_previous_text=False)
+        found, _ = model.transcribe(sound[:size], language=request["language"], word_timestamps=request["words"], **_QUICK)
         for part in found:
-            segments.append([part.text.strip(), begin / RATE + part.start, begin / RATE + min(part.end, size / RATE)])
+            pieces = [(word.word, word.start, word.end) for word in part.words or ()]
+            for text, start, end in pieces or [(part.text, part.start, part.end)]:
+                segments.append([text.strip(), begin / RATE + start, begin / RATE + max(start, min(end, size / RATE))])
             print(json.dumps({"progress": min((begin + part.end * RATE) / total, 1.0)}), flush=True)
         rest, begin = sound[size:], begin + size
         if not size:

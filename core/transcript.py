@@ -216,9 +216,9 @@ def _recognised(sound: np.ndarray, progress, ways: Ways) -> list[Item]:
     name = key("recognise", recognise.VERSION, audio.digest(sound), str(ways.recogniser or ""))
     kept = ways.cache.get(name)
     if isinstance(kept, list):
-        return [Item(text, start, end) for text, start, end in kept]
+        return [Item(text, start, end, word) for text, start, end, word in kept]
     items = recognise.recognise(sound, progress, ways.recogniser)
-    ways.cache.put(name, [[item.text, item.start, item.end] for item in items])
+    ways.cache.put(name, [[item.text, item.start, item.end, item.word] for item in items])
     return items
 
 

@@ -124,10 +124,11 @@ class Searcher:
         return {**_COMMON, "dict": os.fspath(self._dictionary), **({"hmm": acoustic} if acoustic else {})}
 
     def _excerpt(self, vocabulary: set[str]) -> None:
-        """Write the lines of the whole dictionary that pronounce these words."""
+        """Write the lines of the whole dictionary that pronounce these words; English words are none of another language."""
         from pocketsphinx import get_model_path
 
-        whole = self._model.get("dictionary") or Path(get_model_path()) / "en-us" / "cmudict-en-us.dict"
+        english = os.devnull if self._model else Path(get_model_path()) / "en-us" / "cmudict-en-us.dict"
+        whole = self._model.get("dictionary") or english
         with open(whole, encoding="utf-8", errors="replace") as lines, open(self._dictionary, "w", encoding="utf-8") as excerpt:
             for line in lines:
                 if line.split(None, 1)[:1] and line.split(None, 1)[0].partition("(")[0] in vocabulary:
