@@ -33,7 +33,8 @@ def touch(armature: bpy.types.Object) -> None:
     uid = armature.session_uid
     _wanted[uid] = time.monotonic()
     _abandon(uid)
-    if not bpy.app.timers.is_registered(tick):
+    # Without a window nothing runs timers, and one that is left over hangs Blender's end: there, scripts call tick themselves.
+    if not bpy.app.background and not bpy.app.timers.is_registered(tick):
         bpy.app.timers.register(tick, first_interval=PAUSE)
 
 
