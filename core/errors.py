@@ -46,6 +46,10 @@ class MotionUnreadable(S2agError):
     """A motion file cannot be read."""
 
 
+class ManifestUnusable(S2agError):
+    """The manifest of a batch cannot be read, or what it asks for cannot be done."""
+
+
 class OutputUnwritable(S2agError):
     """The output folder is missing, read-only or full."""
 

@@ -7,7 +7,7 @@ import signal
 import sys
 
 from ..errors import EngineMissing, S2agError, UsageError
-from . import animate, doctor, evaluate, styles, synth
+from . import animate, batch, doctor, evaluate, sample, styles, synth
 from .progress import say
 
 FAILED = 2
@@ -64,7 +64,7 @@ def _parser() -> Parser:
     )
     parser.add_argument("--version", action="version", version=f"s2ag {_version()}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for verb in (synth, animate, styles, doctor, evaluate):
+    for verb in (synth, animate, sample, batch, styles, doctor, evaluate):
         name = verb.__name__.rpartition(".")[2]
         command = commands.add_parser(
             name,

@@ -27,8 +27,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     _add_controls(parser)
     parser.add_argument("--mirror", action="store_true", help="exchange left and right")
     add_checkpoint(parser)
-    vectors = "word vectors (FastText .bin, .kv or .vec) instead of the shipped ones"
-    parser.add_argument("--vectors", metavar="FILE", type=Path, help=vectors)
+    add_vectors(parser)
 
 
 def _add_controls(parser: argparse.ArgumentParser) -> None:
@@ -43,6 +42,12 @@ def add_checkpoint(parser: argparse.ArgumentParser) -> None:
     """The option that names another network."""
     what = "trained network (.safetensors) instead of the shipped one"
     parser.add_argument("--checkpoint", metavar="FILE", type=Path, help=what)
+
+
+def add_vectors(parser: argparse.ArgumentParser) -> None:
+    """The option that names other word vectors."""
+    vectors = "word vectors (FastText .bin, .kv or .vec) instead of the shipped ones"
+    parser.add_argument("--vectors", metavar="FILE", type=Path, help=vectors)
 
 
 def inputs(options: argparse.Namespace) -> list[Path]:

@@ -1,0 +1,5 @@
+"""placeholder"""
+SUMMARY = "x"
+EXAMPLE = "x"
+def configure(parser): pass
+def run(options): return 0
