@@ -21,7 +21,8 @@ class Request:
     ``style`` is a style expression (:func:`styles.parse`), ``takes`` how many variations, ``intensity`` how far the
     performance departs from rest. ``affect`` (any of :data:`styles.AFFECTS`), ``rate`` and ``hand`` steer the style, -1..1
     each, 0 as the speaker would. ``mirror`` exchanges left and right of the finished performance. ``pose`` are unit
-    directions ``(9, 3)`` to start from (canonical frame; natural rest if None).
+    directions ``(9, 3)`` to start from (canonical frame; natural rest if None). ``latent`` ``(steps, size)``, as
+    :class:`Result` gives it, is the point of the latent space for each step of the style, instead of drawing it.
     """
 
     audio: str | PathLike
@@ -36,6 +37,7 @@ class Request:
     hand: float = 0.0
     mirror: bool = False
     pose: np.ndarray | None = None
+    latent: np.ndarray | None = None
 
     def __post_init__(self):
         if self.transcript is not None and self.text is not None:
@@ -49,6 +51,8 @@ class Request:
         if self.pose is not None and not _is_pose(self.pose):
             raise UsageError("The seed pose is not nine directions.", "Give nine times three numbers, no direction zero.")
         styles.controls(self.affect, self.rate, self.hand)
+        if self.latent is not None and self.takes != 1:
+            raise UsageError("A point of the latent space is one performance.", "Ask for one take.")
 
     @property
     def controls(self) -> np.ndarray:
@@ -58,12 +62,15 @@ class Request:
 
 @dataclass(frozen=True)
 class Result:
-    """Motions (one a take), words with times, warnings for the user, and seconds spent by stage."""
+    """Motions (one a take), words with times, warnings for the user, seconds spent by stage, and the styles that performed:
+    ``latents`` ``(takes, steps, size)``, one step unless the style walks.
+    """
 
     motions: list[Motion]
     words: tuple
     warnings: list[str] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=dict)
+    latents: np.ndarray | None = None
 
 
 class Session:
@@ -131,8 +138,9 @@ class Session:
         for run in runs:
             run.prepare()  # before anything long: it complains of unknown styles
         heard = runs[0].hear(sound)
-        latents, seeds = (np.concatenate([getattr(run, part) for run in runs]) for part in ("latents", "seeds"))
-        made = runs[0].generate(heard, latents, seeds)
+        walking = any(run.latents.shape[1] > 1 for run in runs)
+        latents = np.concatenate([run.on_the_way(heard.frames if walking else 1) for run in runs])
+        made = runs[0].generate(heard, latents, np.concatenate([run.seeds for run in runs]))
         ends = np.cumsum([len(run.latents) for run in runs])[:-1]
         return [run.result(heard, part) for run, part in zip(runs, np.split(made, ends), strict=True)]
 
@@ -175,16 +183,25 @@ class _Run:
         return _Heard(audio.digest(sound), words, warnings, features, activity, frames, self.seconds)
 
     def prepare(self) -> None:
-        """Work out who performs: :attr:`latents` ``(takes, size)``, :attr:`seeds` ``(takes, frames, 9, 3)``."""
+        """Work out who performs: :attr:`latents` ``(takes, steps, size)``, :attr:`seeds` ``(takes, frames, 9, 3)``."""
         self._check_controls()
         speakers = self.session.checkpoint.speakers
         self.names = [speaker["name"] for speaker in speakers]
-        self.weights = styles.parse(self.request.style or styles.default(speakers), self.names)
-        self.rest = _rest_pose(speakers, self.weights)
-        self.latents = self._latents(self.weights)
-        start = self.rest if self.request.pose is None else np.asarray(self.request.pose)
+        steps = styles.steps(self.request.style or styles.default(speakers))
+        self.weights = [styles.parse(step, self.names) for step in steps]
+        self.rests = np.stack([_rest_pose(speakers, weights) for weights in self.weights])
+        self.latents = self._given() if self.request.latent is not None else self._drawn()
+        start = self.rests[0] if self.request.pose is None else np.asarray(self.request.pose)
         shape = self.request.takes, self.session.checkpoint.window[1], 9, 3
         self.seeds = np.broadcast_to(skeleton.normalize(start), shape).astype(np.float32)
+
+    def on_the_way(self, frames: int) -> np.ndarray:
+        """:attr:`latents` at every frame ``(takes, frames, size)``, or ``(takes, size)`` for one frame."""
+        if frames == 1:
+            return self.latents[:, 0]
+        if len(self.weights) == 1:
+            return np.repeat(self.latents, frames, axis=1)
+        return styles.along(self.latents, frames)
 
     def generate(self, heard: "_Heard", latents: np.ndarray, seeds: np.ndarray) -> np.ndarray:
         """Directions ``(takes, frames, 9, 3)`` as the network makes them."""
@@ -200,7 +217,7 @@ class _Run:
         meta = self._meta(heard)
         finished = (self._finish(directions, heard.activity, heard.words, meta, take) for take, directions in enumerate(made))
         motions = self.stage("finish", lambda: list(finished))
-        return Result(motions, heard.words, heard.warnings, {**heard.seconds, **self.seconds})
+        return Result(motions, heard.words, heard.warnings, {**heard.seconds, **self.seconds}, self.latents)
 
     def _words(self, sound: np.ndarray) -> tuple[tuple, list[str]]:
         from . import transcript
@@ -224,6 +241,19 @@ class _Run:
             named = next(name for name, value in zip(styles.CONTROLS, self.request.controls, strict=True) if value)
             raise UsageError(f"This checkpoint has no control of {named}.", "Leave it at 0, or choose one with controls.")
 
+    def _given(self) -> np.ndarray:
+        """The request's own point of the latent space for each step of its style."""
+        given = np.atleast_2d(np.asarray(self.request.latent, np.float32))
+        expected = len(self.weights), self.session.checkpoint.config.style_size
+        if given.shape != expected or not np.isfinite(given).all():
+            message = f"The point of the latent space has shape {given.shape}, not {expected}."
+            raise UsageError(message, "Sample again with this checkpoint.")
+        return given[None]
+
+    def _drawn(self) -> np.ndarray:
+        """:attr:`latents` of every step of the style."""
+        return np.stack([self._latents(weights) for weights in self.weights], axis=1)
+
     def _latents(self, weights) -> np.ndarray:
         """Styles ``(takes, size)``, one a take, each steered by the controls; takes after the first vary them a little."""
         import torch
@@ -242,10 +272,12 @@ class _Run:
             return checkpoint.generator.steer(style, controls).cpu().numpy()
 
     def _finish(self, directions: np.ndarray, activity: np.ndarray, words: tuple, meta: dict, take: int) -> Motion:
-        request = self.request
-        directions = rest.restore(rest.soften(directions), self.session.checkpoint.gain, self.rest)
-        performed = rest.rest(directions, activity, request.seed + take, self.rest, at_rest=request.pose is None)
-        scaled = rest.scale(performed, request.intensity, self.rest)
+        request, pose = self.request, self.rests[0]
+        if len(self.rests) > 1:
+            pose = skeleton.normalize(styles.along(self.rests.reshape(len(self.rests), -1), len(directions)).reshape(-1, 9, 3))
+        directions = rest.restore(rest.soften(directions), self.session.checkpoint.gain, pose)
+        performed = rest.rest(directions, activity, request.seed + take, pose, at_rest=request.pose is None)
+        scaled = rest.scale(performed, request.intensity, pose)
         motion = Motion(limits.keep_human(scaled), skeleton.FPS, words, {**meta, "take": take})
         return motion.mirrored() if request.mirror else motion
 
@@ -254,12 +286,12 @@ class _Run:
         import json
 
         request, words = self.request, heard.words
-        weights = {} if self.weights is None else {self.names[index]: weight for index, weight in self.weights.items()}
+        named = [{self.names[index]: weight for index, weight in (step or {}).items()} or styles.RANDOM for step in self.weights]
         return {
             "version": VERSION,
             "audio": heard.digest,
             "transcript": hashlib.sha256(json.dumps(words).encode()).hexdigest() if words else None,
-            "style": weights or styles.RANDOM,
+            "style": named[0] if len(named) == 1 else named,
             "seed": request.seed,
             "intensity": request.intensity,
             "affect": {name: float(value) for name, value in request.affect.items()},
@@ -267,6 +299,7 @@ class _Run:
             "hand": float(request.hand),
             "mirror": request.mirror,
             "checkpoint": self.session.checkpoint.hash,
+            **({} if request.latent is None else {"latent": self.latents[0].tolist()}),
         }
 
 

@@ -36,8 +36,9 @@ def generate(
     """Directions ``(takes, frames, 9, 3)`` float32 for a whole utterance, all takes in one batch.
 
     ``inputs(start, stop)`` gives the MFCCs ``(any, 40)``, word vectors ``(stop - start, 300)`` and prosody
-    ``(stop - start, features)`` of pose frames, None for a network without prosody; ``styles`` is ``(takes, size)`` and
-    stays the same throughout; ``seed_poses`` ``(takes, seeds, 9, 3)`` are the unit directions the performance starts from.
+    ``(stop - start, features)`` of pose frames, None for a network without prosody; ``styles`` is ``(takes, size)``, or
+    ``(takes, frames, size)`` where they change on the way; ``seed_poses`` ``(takes, seeds, 9, 3)`` are the unit directions
+    the performance starts from.
     The seed frames, which every window generates anew, are cross-faded with what the window before made of them, so
     position and speed are continuous at the joins.
     """
@@ -54,7 +55,8 @@ def generate(
         given = out[:, start : start + seeds].copy()
         mfcc, words, prosody = (_repeated(part, takes, device) for part in inputs(start, stop))
         poses = seed_input(torch.from_numpy(given).to(device), stop - start)
-        made = generator(mfcc, words, poses, style, prosody).cpu().numpy()
+        here = style if style.dim() == 2 else style[:, start:stop]
+        made = generator(mfcc, words, poses, here, prosody).cpu().numpy()
         out[:, start:stop] = made
         out[:, start : start + seeds] = _cross_fade(given, made[:, :seeds])
         progress((number + 1) / len(first_frames))

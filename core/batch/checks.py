@@ -63,7 +63,8 @@ def _ask(clip: Clip, known: dict) -> None:
     from ..errors import UsageError
 
     wanted = request(clip)
-    styles.parse(clip.style or styles.default(known["speakers"]), [one["name"] for one in known["speakers"]])
+    for step in styles.steps(clip.style or styles.default(known["speakers"])):
+        styles.parse(step, [one["name"] for one in known["speakers"]])
     if wanted.controls.any() and not known["controls"]:
         raise UsageError("This checkpoint has no controls.", "Leave affect, rate and hand at 0.")
 

@@ -136,8 +136,6 @@ def _absolute(*paths: Path | None) -> list[str | None]:
 def _write_plan(batch, options: argparse.Namespace) -> None:
     from ..batch import manifest
 
-    if options.slice or options.clips:
-        return
     if not options.manifest or options.manifest.absolute() != batch.folder.plan:
         manifest.write(batch.clips, batch.folder.plan)
 

@@ -84,9 +84,10 @@ class Generator(nn.Module):
         return torch.cat(features, dim=-1)
 
     def decode(self, features: torch.Tensor, style: torch.Tensor) -> torch.Tensor:
-        """Directions ``(B, T, 9, 3)`` from the features of :meth:`encode` and styles ``(B, style_size)``."""
+        """Directions ``(B, T, 9, 3)`` from the features of :meth:`encode` and styles ``(B, style_size)``, or ``(B, T, style_size)``
+        where they change on the way."""
         # The style stands between text and seed features, so that the GRU's columns are in the public code's order.
-        repeated = style[:, None].expand(-1, features.shape[1], -1)
+        repeated = style if style.dim() == 3 else style[:, None].expand(-1, features.shape[1], -1)
         head = self.config.affect_size + self.config.mfcc_size + self.config.text_size
         inputs = torch.cat([features[..., :head], repeated, features[..., head:]], dim=-1)
         hidden = run_gru(self.gru, inputs)
