@@ -35,7 +35,8 @@ def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
     """Turn a style into ``{speaker index: weight}`` with weights that sum to one, or None for a random style.
 
     ``expression`` is ``NAME``, ``NAME:0.6+NAME:0.4``, ``random``, or a mapping of names to weights; a walk has one for each
-    of its :func:`steps`. Case, hyphens and underscores do not matter. Raises :class:`UnknownStyle`, which lists the nearest names.
+    of its :func:`steps`. Case, hyphens and underscores do not matter. Raises :class:`UnknownStyle`, which lists the nearest
+    names.
     """
     pairs = _split(expression)
     if len(pairs) == 1 and _key(pairs[0][0]) == RANDOM:

@@ -286,7 +286,8 @@ class _Run:
         import json
 
         request, words = self.request, heard.words
-        named = [{self.names[index]: weight for index, weight in (step or {}).items()} or styles.RANDOM for step in self.weights]
+        named = [{self.names[index]: weight for index, weight in (step or {}).items()} for step in self.weights]
+        named = [step or styles.RANDOM for step in named]
         return {
             "version": VERSION,
             "audio": heard.digest,

@@ -15,9 +15,7 @@ SPACING = 1.1
 _CLAY = (0.42, 0.36, 0.31, 1)
 
 
-def summon(
-    name: str, gender: str = "female", armature: str | None = None, besides: Collection = ()
-) -> tuple[Character, bool]:
+def summon(name: str, gender: str = "female", armature: str | None = None, besides: Collection = ()) -> tuple[Character, bool]:
     """The character called ``name``, and whether the scene it stands in is the user's own (a ``.blend``).
 
     ``name`` is ``human``, ``human:RIG``, ``mannequin`` or a file of :data:`FILES`; a ``.blend`` replaces everything that

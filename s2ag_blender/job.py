@@ -11,6 +11,7 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 
@@ -105,6 +106,11 @@ class Voice:
 
 def main(arguments: list[str]) -> int:
     """Run the job file that ``arguments`` names; returns the exit status."""
+    return run(arguments, lambda path, voice: perform(Job.read(path), voice))
+
+
+def run(arguments: list[str], work: Callable[[str, Voice], dict]) -> int:
+    """Let ``work(path, voice)`` do the job whose file is the only argument, and tell its result or error."""
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _end)
     with _own_stdout() as write:
@@ -113,7 +119,7 @@ def main(arguments: list[str]) -> int:
             if len(arguments) != 1:
                 raise UsageError("A job needs one argument.", "Name the job file.")
             _require_bpy()
-            voice.say("result", **perform(Job.read(arguments[0]), voice))
+            voice.say("result", **work(arguments[0], voice))
         except S2agError as error:
             voice.say("error", kind=error.kind, message=error.message, remedy=error.remedy)
             return 2

@@ -32,9 +32,7 @@ def render(params: dict, tell) -> dict:
         job = jobs.Job.of({**content, "resume": True})
         performers = tuple(replace(one, outputs=_in(part, one.outputs)) for one in job.performers)
         numbered = tuple(os.path.join(one["folder"], FRAMES + one["suffix"]) for one in sequences)
-        result = jobs.perform(
-            replace(job, performers=performers, outputs=(*_in(part, job.outputs), *numbered)), _Teller(tell)
-        )
+        result = jobs.perform(replace(job, performers=performers, outputs=(*_in(part, job.outputs), *numbered)), _Teller(tell))
         for file, place in places.items():
             land(part / file, Path(place))
     landed = [Path(place) for place in places.values()]

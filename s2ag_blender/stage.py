@@ -81,7 +81,7 @@ def dress(scene, characters: Sequence[Character], resolution=(960, 540), backdro
         _backdrop(place, collection)
     scene.world = scene.world or _world()
     scene.view_settings.view_transform = "Standard"
-    _workbench(scene)
+    workbench(scene)
 
 
 def complete(scene, characters: Sequence[Character]) -> None:
@@ -165,7 +165,7 @@ def _world():
     return world
 
 
-def _workbench(scene) -> None:
+def workbench(scene) -> None:
     """A bright studio and textures; no cavity or shadow, which cost more time in software than all else."""
     shading = scene.display.shading
     shading.light, shading.color_type = "STUDIO", "TEXTURE"

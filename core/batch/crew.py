@@ -161,5 +161,5 @@ class _Member:
         words = self._log.read().decode("utf-8", "replace").strip().splitlines()
         last = f" Its last words: {words[-1][:200]}" if words else ""
         if self._hung:
-            return WorkerFailed("The process has not said a word for too long and was ended.", f"Look at this clip alone.{last}")
+            return WorkerFailed("The process was silent for too long and was ended.", f"Look at this clip alone.{last}")
         return WorkerFailed(f"The process {ended} at this clip.", f"Look at this clip alone, and at the free memory.{last}")

@@ -67,7 +67,8 @@ def _pictures(images: Path, first: int, count: int, rate: Fraction) -> Iterator:
     import av
 
     shown = 0
-    with av.open(str(images / PATTERN), format="image2", options={"start_number": str(first), "framerate": str(rate)}) as source:
+    options = {"start_number": str(first), "framerate": str(rate)}
+    with av.open(str(images / PATTERN), format="image2", options=options) as source:
         for picture in source.decode(video=0):
             if shown == count:
                 return

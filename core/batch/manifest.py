@@ -183,7 +183,7 @@ def _affect(value, _folder) -> dict[str, float]:
 
 def _hand(value, folder) -> float:
     sides = {"left": -1.0, "right": 1.0}
-    return sides[value.lower()] if str(value).lower() in sides else _number(float, "side: left, right or -1 to 1")(value, folder)
+    return sides.get(str(value).lower()) or _number(float, "side: left, right or -1 to 1")(value, folder)
 
 
 def outputs(value, _folder=None) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 import shutil
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -88,7 +88,8 @@ class Batch:
         motions = [step.facts["motions"][take] for step in synths]
         made_of = key("render", motions, [_shown(clip) for clip in unit.clips], unit.scene_outputs, self._look(unit))
         step = self._step("render", name, line, record, made_of, {"job": self._job(unit, take, made_of)})
-        return step if step.facts is None or self._has_images(unit, step) else Step("render", name, line, record, made_of, step.task)
+        complete = step.facts is None or self._has_images(unit, step)
+        return step if complete else replace(step, facts=None)
 
     def _encode(self, unit: Unit, take: int) -> Step:
         render = self._render(unit, take)

@@ -32,7 +32,8 @@ class Synthesis:
                 made |= _motion_files(motion, clip, take, folder, part)
             if "dataset" in clip.outputs:
                 made |= _speech_files(clip, result.words, folder, part)
-            motions = [digest(next(file for file, place in made.items() if place == path)) for path in motion_paths(folder, clip)]
+            digests = {place: digest(file) for file, place in made.items()}
+            motions = [digests[path] for path in motion_paths(folder, clip)]
             for file, place in made.items():
                 land(file, place)
         first = result.motions[0]
@@ -59,16 +60,15 @@ def motion_paths(folder: Folder, clip: Clip) -> list[Path]:
 
 def _motion_files(motion, clip: Clip, take: int, folder: Folder, part: Path) -> dict[Path, Path]:
     """Files of one take in ``part`` and their places; the ``.npz`` is always there, because rendering needs it."""
-    from .. import motion_json
-    from ..bvh import save as save_bvh
+    from .. import bvh, motion_json
 
     name = clip.take_name(take)
-    writers = {"npz": motion.save, "bvh": lambda path: save_bvh(motion, path), "json": lambda path: motion_json.save(motion, path)}
+    savers = {"npz": lambda motion, path: motion.save(path), "bvh": bvh.save, "json": motion_json.save}
     made = {}
     for kind in _SAVED:
         if kind == "npz" or kind in clip.outputs:
             file = part / f"{name}.{kind}"
-            writers[kind](file)
+            savers[kind](motion, file)
             made[file] = folder.result(kind, name, f".{kind}")
     if "dataset" in clip.outputs:
         file = part / f"{name}.dataset.npz"

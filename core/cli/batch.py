@@ -103,7 +103,7 @@ def _plan_of(options: argparse.Namespace) -> Path:
     if not (options.resume or options.verb == "status"):
         raise UsageError("No manifest was given.", "Name one, or go on with the plan in OUT by --resume.")
     if not plan.is_file():
-        raise ManifestUnusable(f"There is no batch in {options.folder}.", "Name the folder of one, or a manifest to start with.")
+        raise ManifestUnusable(f"There is no batch in {options.folder}.", "Name the folder of one, or a manifest.")
     return plan
 
 

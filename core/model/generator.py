@@ -84,8 +84,10 @@ class Generator(nn.Module):
         return torch.cat(features, dim=-1)
 
     def decode(self, features: torch.Tensor, style: torch.Tensor) -> torch.Tensor:
-        """Directions ``(B, T, 9, 3)`` from the features of :meth:`encode` and styles ``(B, style_size)``, or ``(B, T, style_size)``
-        where they change on the way."""
+        """Directions ``(B, T, 9, 3)`` from the features of :meth:`encode` and styles ``(B, style_size)``.
+
+        Styles that change on the way are ``(B, T, style_size)``.
+        """
         # The style stands between text and seed features, so that the GRU's columns are in the public code's order.
         repeated = style if style.dim() == 3 else style[:, None].expand(-1, features.shape[1], -1)
         head = self.config.affect_size + self.config.mfcc_size + self.config.text_size
