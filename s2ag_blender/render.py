@@ -139,7 +139,7 @@ def still(scene, path: str | Path, frame: int, look: Look = Look()) -> None:  # 
 def _runs(frames: list[int]) -> list[tuple[int, int]]:
     """First and last of every stretch without a gap."""
     starts = [frame for frame, before in zip(frames, [None, *frames], strict=False) if before is None or frame != before + 1]
-    ends = [frame for frame, after in zip(frames, [*frames[1:], None], strict=True) if after is None or after != frame + 1]
+    ends = [frame for frame, after in zip(frames, [*frames[1:], None], strict=False) if after is None or after != frame + 1]
     return list(zip(starts, ends, strict=True))
 
 
