@@ -53,7 +53,7 @@ def generate(
             raise Cancelled("Cancelled.")
         stop = min(start + window, frames)
         given = out[:, start : start + seeds].copy()
-        mfcc, words, prosody = (_repeated(part, takes, device) for part in inputs(start, stop))
+        mfcc, words, prosody = (_one_row(part, device) for part in inputs(start, stop))
         poses = seed_input(torch.from_numpy(given).to(device), stop - start)
         here = style if style.dim() == 2 else style[:, start:stop]
         made = generator(mfcc, words, poses, here, prosody).cpu().numpy()
@@ -63,10 +63,9 @@ def generate(
     return out
 
 
-def _repeated(part: np.ndarray | None, takes: int, device: torch.device) -> torch.Tensor | None:
-    if part is None:
-        return None
-    return torch.from_numpy(np.ascontiguousarray(part, np.float32)).to(device).expand(takes, *part.shape)
+def _one_row(part: np.ndarray | None, device: torch.device) -> torch.Tensor | None:
+    """What all takes hear: encoded once."""
+    return None if part is None else torch.from_numpy(np.ascontiguousarray(part, np.float32)).to(device)[None]
 
 
 def _cross_fade(old: np.ndarray, new: np.ndarray) -> np.ndarray:

@@ -41,6 +41,8 @@ def batch(tmp_path, wave, examples):
 
 def perform(whole, stage, jobs=1):
     """Run a stage as the command line does; the errors of what failed, by name."""
+    if stage == "encode":
+        pytest.importorskip("av", reason="the engine is not installed")
     command = blender.command("serve") if stage == "render" else [sys.executable, "-m", "s2ag.core.batch.work"]
     return {step.name: error for step, error in stages.perform(whole, stage, whole.units, command, jobs)}
 
