@@ -2,8 +2,8 @@
 
 Standard input is one line of JSON ``{"samples": n, "model": folder, "language": code or null, "words": bool}`` and then n
 little-endian int16 samples at 16 kHz; standard output is JSON lines, ``{"progress": 0..1}`` and last
-``{"segments": [[text, start, end], ...]}``, with ``words`` one for every word. The sound is recognised in stretches of some five
-minutes that end in silence, so memory does not grow with the recording.
+``{"segments": [[text, start, end], ...]}``, with ``words`` one for every word. The sound is recognised in stretches of some
+five minutes that end in silence, so memory does not grow with the recording.
 """
 
 import json

@@ -27,7 +27,7 @@ def cipher(tmp_path_factory, hello):
     words = sorted({word.lower() for word, _, _ in hello[1]})
     lines = [f"{written(word)} {known[word]}\n" for number, word in enumerate(words) if number % 3]
     (folder / "cipher.dict").write_text("".join(lines), encoding="utf-8")
-    sounds = zip("aeioustrnlhmd", ("AE EH IH OW AH S T R N L HH M D").split(" "), strict=True)
+    sounds = zip("aeioustrnlhmd", ["AE", "EH", "IH", "OW", "AH", "S", "T", "R", "N", "L", "HH", "M", "D"], strict=True)
     letters = {written(char): sound for char, sound in sounds}
     (folder / "letters.json").write_text(json.dumps(letters), encoding="utf-8")
     return folder
