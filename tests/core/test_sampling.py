@@ -51,6 +51,18 @@ def test_a_chosen_cell_is_made_again_exactly(sampled, tmp_path, random_checkpoin
     assert again.meta["mirror"] and again.meta["intensity"] == 0.8 and np.shape(again.meta["latent"])[1] == 16
 
 
+def test_a_chosen_cell_says_what_its_sample_said(session, examples, tmp_path, random_checkpoint):
+    from s2ag.core.cli import performance
+    from s2ag.core.cli.main import _parser
+
+    sheet, _, _ = sampling.perform(session, Request(examples / "hello.flac", text="hello"), [""], 1)
+    sheet.save(tmp_path / "sheet.json")
+    arguments = ["--from", f"{tmp_path / 'sheet.json'}:1", "--checkpoint", str(random_checkpoint), "-o", "a.npz"]
+    for more, text in (([], "hello"), (["--text", "good day"], "good day"), (["--no-transcript"], None)):
+        wanted = performance.request(_parser().parse_args(["synth", *arguments, *more]))
+        assert wanted.text == text and wanted.transcript is None and not wanted.recognise
+
+
 @pytest.mark.parametrize(
     ("where", "more", "said"),
     [(":9", [], "cell 9"), (":x", [], "cell x"), ("", [], "no cell|not a sample"), (":1", ["--style", "calm one"], "--style")],
@@ -92,6 +104,34 @@ def test_a_walk_begins_and_ends_like_its_styles(session, examples):
     assert walk.motions[0].meta["style"] == [{"calm one": 1.0}, {"lively one": 1.0}]
     steps = np.linalg.norm(np.diff(directions[0], axis=0), axis=-1).max()
     assert steps < 2 * max(np.linalg.norm(np.diff(one, axis=0), axis=-1).max() for one in directions[1:])
+
+
+def test_a_remembered_walk_is_the_same(session, examples, random_checkpoint):
+    warm, style = Session(random_checkpoint, remember=True), "calm one > lively one"
+    changes = {"style": style}, {"style": style, "intensity": 0.5}, {"style": "calm one"}, {"style": style, "mirror": True}
+    for wanted in changes:
+        request = Request(examples / "hello.flac", **wanted)
+        made, fresh = (one.synthesize(request).motions[0] for one in (warm, session))
+        np.testing.assert_array_equal(made.directions, fresh.directions)
+
+
+def test_a_walk_of_whole_windows_passes_the_end():
+    torch = pytest.importorskip("torch")
+    from s2ag.core import rest, windows
+    from s2ag.core.model.config import ModelConfig
+    from s2ag.core.model.generator import Generator
+
+    torch.manual_seed(0)
+    network = Generator(ModelConfig.published(words=5, speakers=2)).eval()
+    hear = lambda start, stop: (np.zeros((37, 71), np.float32), np.full(34, 4), None)  # noqa: E731
+    points = np.random.default_rng(0).standard_normal((2, 2, network.config.style_size)).astype(np.float32)
+    poses = np.broadcast_to(rest.REST, (2, 4, 9, 3)).astype(np.float32)
+    for frames in (20, 34, 70):
+        made = windows.generate(network, hear, styles.along(points, frames), poses, frames, 34)
+        assert made.shape == (2, frames, 9, 3)
+        np.testing.assert_allclose(np.linalg.norm(made, axis=-1), 1, atol=1e-5)
+        still = windows.generate(network, hear, np.repeat(points[:, :1], frames, 1), poses, frames, 34)
+        np.testing.assert_allclose(still, windows.generate(network, hear, points[:, 0], poses, frames, 34), atol=1e-5)
 
 
 def test_a_walk_goes_straight_from_point_to_point():
