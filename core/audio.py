@@ -14,6 +14,7 @@ SPEECH_RMS = 0.05
 """Active speech level after :func:`level`: -26 dB below full scale, the usual telephony reference."""
 
 _BLOCK = SAMPLE_RATE * 60
+_CHOOSE = "Choose a recording, or a video with an audio track."
 _STREAMED = 0x7FFFFFFF
 """Sizes from here on are what programs write that do not know the size yet."""
 _DECLARES_LENGTH = {"flac", "aiff", "mov,mp4,m4a,3gp,3g2,mj2"}
@@ -34,15 +35,13 @@ def load(path: str | PathLike) -> np.ndarray:
     try:
         with av.open(str(path), metadata_errors="ignore") as container:
             if not container.streams.audio:
-                raise AudioUnreadable(f"{path} has no sound in it.", "Choose a recording, or a video with an audio track.")
+                raise AudioUnreadable(f"{path} has no sound in it.", _CHOOSE)
             stream = container.streams.audio[0]
             audio = _join(_blocks(container, stream))
             declared = float(stream.duration * stream.time_base) if stream.duration else 0.0
             exact = container.format.name in _DECLARES_LENGTH
     except (av.FFmpegError, OSError, ValueError) as error:
-        raise AudioUnreadable(
-            f"{path} is not a readable recording ({_reason(error)}).", "Export it again, for instance as WAV, FLAC or MP3."
-        ) from error
+        raise _unreadable(path, error) from error
     if not len(audio):
         raise AudioUnreadable(f"{path} holds no sound at all (zero length).", "Choose another recording.")
     seconds = len(audio) / SAMPLE_RATE
@@ -53,6 +52,20 @@ def load(path: str | PathLike) -> np.ndarray:
             "Copy or export it again.",
         )
     return audio
+
+
+def check(path: str | PathLike) -> None:
+    """Raise :class:`AudioUnreadable` unless ``path`` opens as a recording; its samples are not decoded."""
+    import av
+
+    _check(Path(path))
+    try:
+        with av.open(str(path), metadata_errors="ignore") as container:
+            silent = not container.streams.audio
+    except (av.FFmpegError, OSError, ValueError) as error:
+        raise _unreadable(path, error) from error
+    if silent:
+        raise AudioUnreadable(f"{path} has no sound in it.", _CHOOSE)
 
 
 def digest(audio: np.ndarray) -> str:
@@ -140,6 +153,11 @@ def _join(pieces) -> np.ndarray:
         filled += len(piece)
     audio.resize(filled, refcheck=False)
     return audio
+
+
+def _unreadable(path, error: Exception) -> AudioUnreadable:
+    what = f"{path} is not a readable recording ({_reason(error)})."
+    return AudioUnreadable(what, "Export it again, for instance as WAV, FLAC or MP3.")
 
 
 def _reason(error: Exception) -> str:

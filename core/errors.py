@@ -46,6 +46,14 @@ class MotionUnreadable(S2agError):
     """A motion file cannot be read."""
 
 
+class ManifestUnusable(S2agError):
+    """The manifest of a batch cannot be read, or what it asks for cannot be done."""
+
+
+class SampleUnreadable(S2agError):
+    """A sheet of samples cannot be read, or has no such cell."""
+
+
 class OutputUnwritable(S2agError):
     """The output folder is missing, read-only or full."""
 

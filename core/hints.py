@@ -88,7 +88,10 @@ def heard(words: Sequence[tuple[str, float, float]], wishes: Wishes) -> list[tup
 
 
 def perform(directions: np.ndarray, wishes: Wishes, pose: np.ndarray) -> np.ndarray:
-    """Directions ``(frames, 9, 3)`` at 15 fps with sizes, sides and rests as wished, and all else as it was to the bit."""
+    """Directions ``(frames, 9, 3)`` at 15 fps with sizes, sides and rests as wished, and all else as it was to the bit.
+
+    ``pose`` is rest, ``(9, 3)``, or ``(frames, 9, 3)`` where it changes on the way.
+    """
     if not wishes.shapes_motion:
         return directions
     time = np.arange(len(directions)) / skeleton.FPS
@@ -119,5 +122,5 @@ def _sided(directions: np.ndarray, weight: np.ndarray, side: float, pose: np.nda
         directions = rest.slerp(directions, skeleton.mirror(directions), weight[:, None])
     other = list(_ARMS[side < 0])
     result = directions.astype(np.float32)
-    result[:, other] = rest.slerp(result[:, other], np.asarray(pose)[other], _HELD_BACK * weight[:, None])
+    result[:, other] = rest.slerp(result[:, other], np.asarray(pose)[..., other, :], _HELD_BACK * weight[:, None])
     return result

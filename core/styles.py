@@ -34,8 +34,9 @@ def default(speakers: list[dict]) -> str:
 def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
     """Turn a style into ``{speaker index: weight}`` with weights that sum to one, or None for a random style.
 
-    ``expression`` is ``NAME``, ``NAME:0.6+NAME:0.4``, ``random``, or a mapping of names to weights. Case, hyphens and
-    underscores do not matter. Raises :class:`UnknownStyle`, which lists the nearest names.
+    ``expression`` is ``NAME``, ``NAME:0.6+NAME:0.4``, ``random``, or a mapping of names to weights; a walk has one for each
+    of its :func:`steps`. Case, hyphens and underscores do not matter. Raises :class:`UnknownStyle`, which lists the nearest
+    names.
     """
     pairs = _split(expression)
     if len(pairs) == 1 and _key(pairs[0][0]) == RANDOM:
@@ -54,6 +55,20 @@ def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
     if not total:
         raise UnknownStyle("All style weights are zero.", "Give at least one style a weight above zero.")
     return {index: weight / total for index, weight in weights.items()}
+
+
+def steps(expression: str | dict) -> list[str | dict]:
+    """The styles that a walk ``A > B > C`` comes by at even intervals, from the recording's start to its end; one otherwise."""
+    return [part.strip() for part in expression.split(">")] if isinstance(expression, str) else [expression]
+
+
+def along(points: np.ndarray, frames: int) -> np.ndarray:
+    """A walk ``(..., points, size)`` at every frame, ``(..., frames, size)`` float32: straight from point to point."""
+    count = points.shape[-2]
+    at = np.linspace(0, count - 1, frames)
+    here = np.minimum(at.astype(int), count - 2)
+    share = (at - here)[:, None].astype(np.float32)
+    return ((1 - share) * points[..., here, :] + share * points[..., here + 1, :]).astype(np.float32)
 
 
 def controls(affect: dict[str, float], rate: float = 0.0, hand: float = 0.0) -> np.ndarray:

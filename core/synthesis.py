@@ -4,13 +4,13 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 
 from . import hints, language, limits, rest, skeleton, styles, transcript
 from .cache import Cache, default_folder
 from .errors import Cancelled, UsageError
+from .memory import Memory, signature
 from .motion import Motion
 
 VERSION = 1  # of the provenance written into every motion
@@ -28,7 +28,8 @@ class Request:
 
     ``take`` is the number of the first take. ``near`` are the steps ``(number, spread)`` that lead to a variation of it;
     with ``spread`` (0..1, a share of how far takes differ) all takes are one more step away from that, numbered from ``step``
-    on (:func:`styles.identities`).
+    on (:func:`styles.identities`). ``latent`` ``(steps, size)``, as :class:`Result` gives it, is the point of the latent
+    space for each step of the style, instead of drawing it.
     """
 
     audio: str | PathLike
@@ -48,6 +49,7 @@ class Request:
     spread: float = 0.0
     step: int = 1
     recognise: bool = False
+    latent: np.ndarray | None = None
 
     def __post_init__(self):
         if self.transcript is not None and self.text is not None:
@@ -65,6 +67,8 @@ class Request:
         if not 0 <= self.spread <= 1 or not _are_steps(self.near):
             raise UsageError("The variation asked for makes no sense.", "Give a spread of 0 to 1, steps as (number, spread).")
         styles.controls(self.affect, self.rate, self.hand)
+        if self.latent is not None and self.takes != 1:
+            raise UsageError("A point of the latent space is one performance.", "Ask for one take.")
 
     @property
     def identities(self) -> list[tuple]:
@@ -79,12 +83,15 @@ class Request:
 
 @dataclass(frozen=True)
 class Result:
-    """Motions (one a take), words with times, warnings for the user, and seconds spent by stage."""
+    """Motions (one a take), words with times, warnings for the user, seconds spent by stage, and the styles that performed:
+    ``latents`` ``(takes, steps, size)``, one step unless the style walks.
+    """
 
     motions: list[Motion]
     words: tuple
     warnings: list[str] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=dict)
+    latents: np.ndarray | None = None
 
 
 class Session:
@@ -174,45 +181,21 @@ class Session:
         if len({(str(one.audio), str(one.transcript), one.text, one.recognise) for one in requests}) != 1:
             raise UsageError("The requests are not about one recording.", "Make those of other recordings one by one.")
         memory = self._memory or Memory()
-        recording = _signature(requests[0])
+        recording = signature(requests[0])
         heard = memory.heard(recording)
         sound = runs[0].read() if heard is None else None
         for run in runs:
             run.prepare()  # before anything long: it complains of unknown styles
         heard = runs[0].hear(sound) if heard is None else replace(heard, seconds=runs[0].seconds)
-        latents, seeds = (np.concatenate([getattr(run, part) for run in runs]) for part in ("latents", "seeds"))
-        performers = recording, latents.tobytes(), seeds.tobytes()
+        walking = any(run.latents.shape[1] > 1 for run in runs)
+        latents = np.concatenate([run.on_the_way(heard.frames if walking else 1) for run in runs])
+        seeds = np.concatenate([run.seeds for run in runs])
+        performers = recording, latents.shape, latents.tobytes(), seeds.tobytes()
         made = memory.made(performers)
         made = runs[0].generate(heard, latents, seeds) if made is None else made
         memory.keep(recording, heard, performers, made)
         ends = np.cumsum([len(run.latents) for run in runs])[:-1]
         return [run.result(heard, part) for run, part in zip(runs, np.split(made, ends), strict=True)]
-
-
-class Memory:
-    """The last recording as it was heard, and the last performance of it."""
-
-    def __init__(self):
-        self._heard = self._made = (None, None)
-
-    def heard(self, recording: tuple) -> "_Heard | None":
-        """What was heard of this recording (:func:`_signature`), if it was the last one."""
-        return self._heard[1] if self._heard[0] == recording else None
-
-    def made(self, performers: tuple) -> np.ndarray | None:
-        """What these performers made, if they were the last ones."""
-        return self._made[1] if self._made[0] == performers else None
-
-    def keep(self, recording: tuple, heard: "_Heard", performers: tuple, made: np.ndarray) -> None:
-        """Remember a recording and a performance instead of the former ones."""
-        self._heard, self._made = (recording, heard), (performers, made)
-
-
-def _signature(request: Request) -> tuple:
-    """What a recording and its words are known by, without reading them: names, sizes, times of writing."""
-    files = [Path(name) for name in (request.audio, request.transcript) if name is not None]
-    states = [(str(file), state.st_size, state.st_mtime_ns) for file in files if file.is_file() and (state := file.stat())]
-    return (*states, len(files), request.text, request.recognise)
 
 
 class _Run:
@@ -262,16 +245,25 @@ class _Run:
         return _Heard(audio.digest(sound), words, wishes, warnings, features, activity, frames, self.seconds)
 
     def prepare(self) -> None:
-        """Work out who performs: :attr:`latents` ``(takes, size)``, :attr:`seeds` ``(takes, frames, 9, 3)``."""
+        """Work out who performs: :attr:`latents` ``(takes, steps, size)``, :attr:`seeds` ``(takes, frames, 9, 3)``."""
         self._check_controls()
         speakers = self.session.checkpoint.speakers
         self.names = [speaker["name"] for speaker in speakers]
-        self.weights = styles.parse(self.request.style or styles.default(speakers), self.names)
-        self.rest = _rest_pose(speakers, self.weights)
-        self.latents = self._latents(self.weights)
-        start = self.rest if self.request.pose is None else np.asarray(self.request.pose)
+        steps = styles.steps(self.request.style or styles.default(speakers))
+        self.weights = [styles.parse(step, self.names) for step in steps]
+        self.rests = np.stack([_rest_pose(speakers, weights) for weights in self.weights])
+        self.latents = self._given() if self.request.latent is not None else self._drawn()
+        start = self.rests[0] if self.request.pose is None else np.asarray(self.request.pose)
         shape = self.request.takes, self.session.checkpoint.window[1], 9, 3
         self.seeds = np.broadcast_to(skeleton.normalize(start), shape).astype(np.float32)
+
+    def on_the_way(self, frames: int) -> np.ndarray:
+        """:attr:`latents` at every frame ``(takes, frames, size)``, or ``(takes, size)`` for one frame."""
+        if frames == 1:
+            return self.latents[:, 0]
+        if len(self.weights) == 1:
+            return np.repeat(self.latents, frames, axis=1)
+        return styles.along(self.latents, frames)
 
     def generate(self, heard: "_Heard", latents: np.ndarray, seeds: np.ndarray) -> np.ndarray:
         """Directions ``(takes, frames, 9, 3)`` as the network makes them."""
@@ -288,7 +280,7 @@ class _Run:
         which = zip(self.request.identities, made, strict=True)
         finished = (self._finish(directions, heard, meta, *one) for one, directions in which)
         motions = self.stage("finish", lambda: list(finished))
-        return Result(motions, heard.words, heard.warnings, {**heard.seconds, **self.seconds})
+        return Result(motions, heard.words, heard.warnings, {**heard.seconds, **self.seconds}, self.latents)
 
     def _words(self, sound: np.ndarray) -> transcript.Heard:
         def tell(value: float) -> None:
@@ -319,6 +311,19 @@ class _Run:
             named = next(name for name, value in zip(styles.CONTROLS, self.request.controls, strict=True) if value)
             raise UsageError(f"This checkpoint has no control of {named}.", "Leave it at 0, or choose one with controls.")
 
+    def _given(self) -> np.ndarray:
+        """The request's own point of the latent space for each step of its style."""
+        given = np.atleast_2d(np.asarray(self.request.latent, np.float32))
+        expected = len(self.weights), self.session.checkpoint.config.style_size
+        if given.shape != expected or not np.isfinite(given).all():
+            message = f"The point of the latent space has shape {given.shape}, not {expected}."
+            raise UsageError(message, "Sample again with this checkpoint.")
+        return given[None]
+
+    def _drawn(self) -> np.ndarray:
+        """:attr:`latents` of every step of the style."""
+        return np.stack([self._latents(weights) for weights in self.weights], axis=1)
+
     def _latents(self, weights) -> np.ndarray:
         """Styles ``(takes, size)``, one a take, each steered by the controls; takes after the first vary them a little."""
         import torch
@@ -337,12 +342,14 @@ class _Run:
             return checkpoint.generator.steer(style, controls).cpu().numpy()
 
     def _finish(self, directions: np.ndarray, heard: "_Heard", meta: dict, take: int, near: tuple) -> Motion:
-        request = self.request
+        request, pose = self.request, self.rests[0]
+        if len(self.rests) > 1:
+            pose = skeleton.normalize(styles.along(self.rests.reshape(len(self.rests), -1), len(directions)).reshape(-1, 9, 3))
         meta = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
-        directions = rest.restore(rest.soften(directions), self.session.checkpoint.gain, self.rest)
-        wished = hints.perform(directions, heard.wishes, self.rest)
-        performed = rest.rest(wished, heard.activity, request.seed + take, self.rest, at_rest=request.pose is None)
-        scaled = rest.scale(performed, request.intensity, self.rest)
+        directions = rest.restore(rest.soften(directions), self.session.checkpoint.gain, pose)
+        wished = hints.perform(directions, heard.wishes, pose)
+        performed = rest.rest(wished, heard.activity, request.seed + take, pose, at_rest=request.pose is None)
+        scaled = rest.scale(performed, request.intensity, pose)
         motion = Motion(limits.keep_human(scaled), skeleton.FPS, heard.words, meta)
         return motion.mirrored() if request.mirror else motion
 
@@ -351,12 +358,13 @@ class _Run:
         import json
 
         request, words = self.request, heard.words
-        weights = {} if self.weights is None else {self.names[index]: weight for index, weight in self.weights.items()}
+        named = [{self.names[index]: weight for index, weight in (step or {}).items()} for step in self.weights]
+        named = [step or styles.RANDOM for step in named]
         return {
             "version": VERSION,
             "audio": heard.digest,
             "transcript": hashlib.sha256(json.dumps(words).encode()).hexdigest() if words else None,
-            "style": weights or styles.RANDOM,
+            "style": named[0] if len(named) == 1 else named,
             "seed": request.seed,
             "intensity": request.intensity,
             "affect": {name: float(value) for name, value in request.affect.items()},
@@ -364,6 +372,7 @@ class _Run:
             "hand": float(request.hand),
             "mirror": request.mirror,
             "checkpoint": self.session.checkpoint.hash,
+            **({} if request.latent is None else {"latent": self.latents[0].tolist()}),
         }
 
 

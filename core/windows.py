@@ -37,8 +37,9 @@ def generate(
 
     A network of fixed windows gets whole ones; what lies beyond the end is thrown away. ``inputs(start, stop)`` gives the
     MFCCs ``(any, 40)``, word vectors ``(stop - start, 300)`` and prosody
-    ``(stop - start, features)`` of pose frames, None for a network without prosody; ``styles`` is ``(takes, size)`` and
-    stays the same throughout; ``seed_poses`` ``(takes, seeds, 9, 3)`` are the unit directions the performance starts from.
+    ``(stop - start, features)`` of pose frames, None for a network without prosody; ``styles`` is ``(takes, size)``, or
+    ``(takes, frames, size)`` where they change on the way; ``seed_poses`` ``(takes, seeds, 9, 3)`` are the unit directions
+    the performance starts from.
     The seed frames, which every window generates anew, are cross-faded with what the window before made of them, so
     position and speed are continuous at the joins.
     """
@@ -53,9 +54,12 @@ def generate(
             raise Cancelled("Cancelled.")
         stop = min(start + window, frames)
         given = out[:, start : start + seeds].copy()
-        mfcc, words, prosody = (_repeated(part, takes, device) for part in inputs(start, stop))
-        poses = seed_input(torch.from_numpy(given).to(device), generator.config.frames or stop - start)
-        made = generator(mfcc, words, poses, style, prosody).cpu().numpy()[:, : stop - start]
+        mfcc, words, prosody = (_one_row(part, device) for part in inputs(start, stop))
+        length = generator.config.frames or stop - start
+        poses = seed_input(torch.from_numpy(given).to(device), length)
+        # Beyond the end of the walk stays its last style.
+        here = style if style.dim() == 2 else style[:, torch.arange(start, start + length, device=device).clamp(max=frames - 1)]
+        made = generator(mfcc, words, poses, here, prosody).cpu().numpy()[:, : stop - start]
         if not generator.config.unit_directions:
             made = skeleton.normalize(made)
         out[:, start:stop] = made
@@ -64,11 +68,12 @@ def generate(
     return out
 
 
-def _repeated(part: np.ndarray | None, takes: int, device: torch.device) -> torch.Tensor | None:
+def _one_row(part: np.ndarray | None, device: torch.device) -> torch.Tensor | None:
+    """What all takes hear: encoded once."""
     if part is None:
         return None
     kind = np.int64 if np.issubdtype(part.dtype, np.integer) else np.float32  # rows of a word table are whole numbers
-    return torch.from_numpy(np.ascontiguousarray(part, kind)).to(device).expand(takes, *part.shape)
+    return torch.from_numpy(np.ascontiguousarray(part, kind)).to(device)[None]
 
 
 def _cross_fade(old: np.ndarray, new: np.ndarray) -> np.ndarray:

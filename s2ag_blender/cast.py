@@ -1,5 +1,6 @@
 """Bringing a character into the scene by name: human, human:RIG, mannequin, or one from a file."""
 
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,17 +12,24 @@ from . import human, mannequin, rig
 from .character import Character
 
 FILES = (".blend", ".fbx", ".glb", ".gltf")
+SPACING = 1.1
+"""Metres between characters that join one scene."""
 _CLAY = (0.42, 0.36, 0.31, 1)
 
 
 def summon(
-    name: str, gender: str = "female", armature: str | None = None, mapping: Mapping | None = None
+    name: str,
+    gender: str = "female",
+    armature: str | None = None,
+    mapping: Mapping | None = None,
+    besides: Collection = (),
 ) -> tuple[Character, bool]:
     """The character called ``name``, and whether the scene it stands in is the user's own (a ``.blend``).
 
     ``name`` is ``human``, ``human:RIG``, ``mannequin`` or a file of :data:`FILES`; a ``.blend`` replaces everything that
     is open, anything else joins the current scene. ``armature`` chooses one by name where a file holds several, else the
-    only one that ``mapping`` fits, or whose bones are recognised where there is none. Raises :class:`RigUnusable`.
+    only one that ``mapping`` fits, or whose bones are recognised where there is none; it is not among the armatures
+    ``besides``. Raises :class:`RigUnusable`.
     """
     kind, _, rig_name = name.partition(":")
     if kind == "human" and not Path(name).suffix:
@@ -36,16 +44,54 @@ def summon(
     _load(path)
     if path.suffix.lower() != ".blend":
         _forget_missing_images()
-    found = choose(path.name, armature, mapping)
+    found = choose(path.name, armature, mapping, besides)
     return Character(found, tuple(meshes(found)), mapping=mapping), path.suffix.lower() == ".blend"
 
 
-def choose(source: str, name: str | None = None, mapping: Mapping | None = None):
+def assemble(
+    wanted: Sequence[tuple[str, str, str | None, Mapping | None]],
+) -> tuple[bpy.types.Scene, list[Character], bool]:
+    """The scene with a character for each ``(name, gender, armature, mapping)``, and whether it is the user's own.
+
+    A ``.blend`` is opened once, however many of its armatures perform; everything else is brought into an empty scene or
+    joins it, side by side. What was open before is lost. Raises :class:`RigUnusable`.
+    """
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    files = {name for name, *_ in wanted if Path(name).suffix.lower() == ".blend"}
+    if len(files) > 1:
+        raise RigUnusable(f"Two scenes were asked for: {', '.join(sorted(files))}.", "Let all characters stand in one.")
+    characters, fresh = {}, []
+    # The file first: opening it would remove whoever is there already.
+    for index in sorted(range(len(wanted)), key=lambda index: wanted[index][0] not in files):
+        name, gender, armature, mapping = wanted[index]
+        if name in files and characters:
+            found = choose(Path(name).name, armature, mapping)
+            characters[index] = Character(found, tuple(meshes(found)), mapping=mapping)
+            continue
+        before = {item for item in bpy.context.scene.objects if item.type == "ARMATURE"} if name not in files else set()
+        characters[index], _ = summon(name, gender, armature, mapping, before)
+        fresh += [characters[index]] if name not in files else []
+    if not files:
+        _line_up(fresh)
+    return bpy.context.scene, [characters[index] for index in range(len(wanted))], bool(files)
+
+
+def _line_up(characters: Sequence[Character]) -> None:
+    """Side by side, the first on the left of the picture."""
+    for index, character in enumerate(characters):
+        top = character.armature
+        while top.parent:
+            top = top.parent
+        top.location.x += SPACING * (index - (len(characters) - 1) / 2)
+    bpy.context.view_layer.update()
+
+
+def choose(source: str, name: str | None = None, mapping: Mapping | None = None, besides: Collection = ()):
     """The scene's armature object with arms, or the one called ``name``; raises :class:`RigUnusable` with the choices.
 
-    One that stands alone is returned even without arms: whoever asked says what it lacks.
+    One that stands alone is returned even without arms: whoever asked says what it lacks. ``besides`` are not chosen.
     """
-    armatures = [item for item in bpy.context.scene.objects if item.type == "ARMATURE"]
+    armatures = [item for item in bpy.context.scene.objects if item.type == "ARMATURE" and item not in besides]
     listed = ", ".join(item.name for item in armatures)
     if not armatures:
         raise RigUnusable(f"{source} holds no armature.", "Give a character with a skeleton.")
@@ -74,8 +120,9 @@ def _load(path: Path) -> None:
         elif path.suffix.lower() == ".fbx":
             bpy.ops.import_scene.fbx(filepath=str(path), use_anim=False)
         else:
+            before = set(bpy.context.scene.objects)
             bpy.ops.import_scene.gltf(filepath=str(path))
-            for item in bpy.context.scene.objects:
+            for item in set(bpy.context.scene.objects) - before:
                 item.animation_data_clear()
     except RuntimeError as error:
         reason = str(error).strip().splitlines()[-1]

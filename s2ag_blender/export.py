@@ -1,4 +1,4 @@
-"""A character and its gesture as files: .blend, .bvh, .fbx, .glb, by Blender's own exporters."""
+"""A character and its gesture as files: .blend, .bvh, .fbx, .glb, .usd, by Blender's own exporters."""
 
 import contextlib
 from pathlib import Path
@@ -9,7 +9,7 @@ from ..core.errors import OutputUnwritable, UsageError
 from ..core.files import whole_file
 from .character import Character
 
-SUFFIXES = (".blend", ".bvh", ".fbx", ".glb")
+SUFFIXES = (".blend", ".bvh", ".fbx", ".glb", ".usd", ".usda", ".usdc")
 _PACK = 64 * 2**20
 """Bytes up to which a recording travels inside the .blend."""
 
@@ -21,7 +21,7 @@ def export(scene, character: Character, path: str | Path) -> None:
     Raises :class:`UsageError` for another suffix and :class:`OutputUnwritable` where writing fails.
     """
     path = Path(path)
-    writers = {".blend": _blend, ".bvh": _bvh, ".fbx": _fbx, ".glb": _glb}
+    writers = {".blend": _blend, ".bvh": _bvh, ".fbx": _fbx, ".glb": _glb} | dict.fromkeys(SUFFIXES[4:], _usd)
     if path.suffix.lower() not in writers:
         raise UsageError(f"Nothing writes {path.suffix or path.name} files.", f"Use one of: {', '.join(SUFFIXES)}.")
     with whole_file(path) as temporary:
@@ -93,6 +93,20 @@ def _glb(scene, character, path: Path) -> None:
         export_force_sampling=True,
         export_anim_slide_to_zero=True,
         export_yup=True,
+    )
+
+
+def _usd(scene, character, path: Path) -> None:
+    """Skeleton and skinned meshes; pictures become files beside it, so they stay in the ``.blend``."""
+    bpy.ops.wm.usd_export(
+        filepath=str(path),
+        check_existing=False,
+        selected_objects_only=True,
+        export_animation=True,
+        export_armatures=True,
+        export_textures_mode="KEEP",
+        convert_world_material=False,
+        evaluation_mode="RENDER",
     )
 
 

@@ -1,10 +1,8 @@
-"""One take from motion to files: ``python -m s2ag.s2ag_blender.job JOB.json``, in a process of its own.
+"""Motions on characters to files: ``python -m s2ag.s2ag_blender.job JOB.json``, in a process of its own.
 
-The job is a JSON object: ``motions`` (``.npz`` paths; the last is the one shown), ``audio`` or null, ``character``,
-``gender``, ``armature``, ``map`` (a bone map's path) or null, ``start_frame``, ``fps`` or null, ``outputs``, ``engine`` or
-null, ``resolution`` or null, ``percentage``, ``frame`` of a still or null. What happens is told as JSON lines on stdout:
-``progress`` (stage, value 0..1), then one ``result`` or ``error`` (kind, message, remedy). Exit status 0, or 2 after an
-error.
+The job is a JSON object with the fields of :class:`Job`; one with a single performer may hold the fields of
+:class:`Performer` itself. What happens is told as JSON lines on stdout: ``progress`` (stage, value 0..1), then one ``result``
+or ``error`` (kind, message, remedy). Exit status 0, or 2 after an error.
 """
 
 import contextlib
@@ -13,7 +11,8 @@ import os
 import signal
 import sys
 import time
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
@@ -24,33 +23,62 @@ from ..core.files import abandon, check_output
 from ..core.motion import Motion
 
 DEFAULT_FPS = 24
-RENDERED = (".mp4", ".png")
+RENDERED = (".mp4", ".png", ".exr")
 
 
 @dataclass(frozen=True)
-class Job:
-    """What to do; the fields are those of the JSON."""
+class Performer:
+    """A character and what it performs: ``motions`` (``.npz`` paths; the last is the one shown) and ``audio`` or None, which
+    begin ``delay`` seconds into the scene. ``map`` is a bone map's path or None, ``outputs`` are files of this character alone
+    (.bvh, .fbx, .glb, .usd).
+    """
 
     motions: tuple[str, ...]
-    outputs: tuple[str, ...]
     audio: str | None = None
     character: str = "human"
     gender: str = "female"
     armature: str | None = None
     map: str | None = None
+    delay: float = 0.0
+    outputs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Job:
+    """What to do. ``outputs`` are files of the scene, or of the first performer where the suffix is a character's; a stem with
+    ``####`` is a series of numbered images, of which those that are there already are kept if ``resume``.
+
+    ``engine``, ``resolution``, ``samples`` and ``fps`` are the scene's own where None; ``frame`` of a still is the most
+    expressive one.
+    """
+
+    performers: tuple[Performer, ...]
+    outputs: tuple[str, ...] = ()
     start_frame: int = 1
     fps: float | None = None
     engine: str | None = "workbench"
     resolution: tuple[int, int] | None = (960, 540)
     percentage: int = 100
+    samples: int | None = None
+    transparent: bool = False
     frame: int | None = None
+    resume: bool = False
+
+    @classmethod
+    def of(cls, content: dict) -> "Job":
+        """A job from its JSON; raises TypeError for fields that do not exist."""
+        content = dict(content)
+        if "performers" not in content:
+            own = {one.name for one in fields(Performer)} - {"outputs"}
+            content["performers"] = [{name: content.pop(name) for name in own & set(content)}]
+        performers = tuple(Performer(**_tuples(one)) for one in content.pop("performers"))
+        return cls(performers, **_tuples(content))
 
     @classmethod
     def read(cls, path: str | Path) -> "Job":
         """Read a job file; raises :class:`UsageError`."""
         try:
-            content = json.loads(Path(path).read_text("utf-8"))
-            return cls(**{key: tuple(value) if isinstance(value, list) else value for key, value in content.items()})
+            return cls.of(json.loads(Path(path).read_text("utf-8")))
         except (OSError, ValueError, TypeError, AttributeError) as error:
             raise UsageError(f"{path} is not a job: {error}", "Let s2ag animate write it.") from error
 
@@ -80,6 +108,11 @@ class Voice:
 
 def main(arguments: list[str]) -> int:
     """Run the job file that ``arguments`` names; returns the exit status."""
+    return run(arguments, lambda path, voice: perform(Job.read(path), voice))
+
+
+def run(arguments: list[str], work: Callable[[str, Voice], dict]) -> int:
+    """Let ``work(path, voice)`` do the job whose file is the only argument, and tell its result or error."""
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _end)
     with own_stdout() as write:
@@ -88,7 +121,7 @@ def main(arguments: list[str]) -> int:
             if len(arguments) != 1:
                 raise UsageError("A job needs one argument.", "Name the job file.")
             require_bpy()
-            voice.say("result", **perform(Job.read(arguments[0]), voice))
+            voice.say("result", **work(arguments[0], voice))
         except S2agError as error:
             voice.say("error", kind=error.kind, message=error.message, remedy=error.remedy)
             return 2
@@ -97,41 +130,46 @@ def main(arguments: list[str]) -> int:
 
 def perform(job: Job, voice: Voice) -> dict:
     """Do the job in this Blender, whose open file is lost; returns the ``result`` event's content. Raises S2agError."""
-    import bpy
-
     from ..rigs import maps
     from . import cast, render, stage
     from .sound import add_sound
 
-    for path in job.outputs:
+    for path in (*job.outputs, *(path for one in job.performers for path in one.outputs)):
         check_output(path)
-    motions = [Motion.load(path) for path in job.motions]
-    if not motions:
+    motions = [[Motion.load(path) for path in one.motions] for one in job.performers]
+    if not motions or not all(motions):
         raise UsageError("The job names no motion.", "Give at least one .npz file.")
-    mapping = maps.load(job.map) if job.map else None
+    maps_of = [maps.load(one.map) if one.map else None for one in job.performers]
+    wanted = [(one.character, one.gender, one.armature, own) for one, own in zip(job.performers, maps_of, strict=True)]
     warnings: list[str] = []
     with voice.stage("character"):
-        bpy.ops.wm.read_factory_settings(use_empty=True)
-        character, theirs = cast.summon(job.character, job.gender, job.armature, mapping)
-        scene = bpy.context.scene
+        scene, characters, theirs = cast.assemble(wanted)
         if any(Path(path).suffix.lower() in RENDERED for path in job.outputs):
             render.require_engine(job.engine, scene)
         _set_rate(scene, job.fps if job.fps or theirs else DEFAULT_FPS)
     with voice.stage("keyframes"):
-        span = _key(scene, character, motions, job.start_frame, warnings)
-        sound = add_sound(scene, job.audio, job.start_frame).sound if job.audio else None
+        spans, sounds = [], []
+        for one, character, played in zip(job.performers, characters, motions, strict=True):
+            start = job.start_frame + round(one.delay * scene.render.fps / scene.render.fps_base)
+            spans.append(_key(scene, character, played, start, warnings))
+            sounds += [add_sound(scene, one.audio, start).sound] if one.audio else []
+        span = job.start_frame, max(end for _, end in spans)
     with voice.stage("stage"):
         if theirs:
-            stage.complete(scene, character)
+            stage.complete(scene, characters)
             if job.resolution:
                 scene.render.resolution_x, scene.render.resolution_y = job.resolution
         else:
-            stage.dress(scene, character, job.resolution or (960, 540))
+            stage.dress(scene, characters, job.resolution or (960, 540), backdrop=not job.transparent)
     _set_range(scene, span, theirs)
     for path in job.outputs:
-        _write(job, scene, character, Path(path), span, sound, motions[-1], voice)
+        _write(job, scene, characters[0], Path(path), span, sounds, motions[0][-1], voice)
+    for one, character, own in zip(job.performers, characters, spans, strict=True):
+        for path in one.outputs:
+            _write(job, scene, character, Path(path), own, sounds, motions[0][-1], voice)
     fps = scene.render.fps / scene.render.fps_base
-    return {"outputs": list(job.outputs), "warnings": warnings, "frames": list(span), "fps": fps, "seconds": voice.seconds}
+    outputs = [*job.outputs, *(path for one in job.performers for path in one.outputs)]
+    return {"outputs": outputs, "warnings": warnings, "frames": list(span), "fps": fps, "seconds": voice.seconds}
 
 
 def expressive_frame(motion: Motion) -> int:
@@ -156,22 +194,27 @@ def _key(scene, character, motions, start: int, warnings: list) -> tuple[int, in
     return start, start + max(int(np.ceil((len(motions[-1].directions) - 1) * fps / motions[-1].fps - 1e-6)), 1)
 
 
-def _write(job: Job, scene, character, path: Path, span, sound, motion: Motion, voice: Voice) -> None:
+def _write(job: Job, scene, character, path: Path, span, sounds, motion: Motion, voice: Voice) -> None:
     from . import export, render
 
     kind, name = path.suffix.lower(), f"write {path.name}"
+    look = render.Look(job.engine, job.percentage, job.samples, job.transparent)
     with voice.stage(name):
         if kind == ".blend":
-            with export.portable(sound, path.parent) if sound else contextlib.nullcontext():
+            with contextlib.ExitStack() as portable:
+                for sound in sounds:
+                    portable.enter_context(export.portable(sound, path.parent))
                 export.export(scene, character, path)
             return
         with _range(scene, span):
-            if kind == ".mp4":
-                render.film(scene, path, job.engine, job.percentage, lambda share: voice.progress(name, share))
+            if "#" in path.stem:
+                render.images(scene, path, look, job.resume, lambda share: voice.progress(name, share))
+            elif kind == ".mp4":
+                render.film(scene, path, look, lambda share: voice.progress(name, share))
             elif kind == ".png":
                 fps = scene.render.fps / scene.render.fps_base
                 frame = span[0] + round(expressive_frame(motion) * fps / motion.fps) if job.frame is None else job.frame
-                render.still(scene, path, frame, job.engine, job.percentage)
+                render.still(scene, path, frame, look)
             else:
                 export.export(scene, character, path)
 
@@ -205,6 +248,10 @@ def _end(number, _frame) -> None:
     """Leave at once and no half file behind; an exception would be swallowed by Blender's handlers."""
     abandon()
     os._exit(128 + number)
+
+
+def _tuples(content: dict) -> dict:
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in content.items()}
 
 
 def require_bpy() -> None:

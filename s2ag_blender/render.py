@@ -1,13 +1,17 @@
 """Films and stills of a scene, with any engine, without a display."""
 
 import contextlib
+import os
+import re
+import tempfile
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
 
 from ..core.errors import BlenderUnavailable, UsageError
-from ..core.files import whole_file
+from ..core.files import check_output, whole_file
 from . import compat, opengl
 
 ENGINES = ("workbench", "eevee", "cycles")
@@ -25,21 +29,32 @@ def require_engine(engine: str | None, scene) -> None:
         raise BlenderUnavailable(f"The engine {name} needs OpenGL, and this machine offers none.", _REMEDY)
 
 
+@dataclass(frozen=True)
+class Look:
+    """``engine`` is one of :data:`ENGINES`, or None for the scene's own with its own settings; ``percentage`` scales the
+    resolution, ``samples`` are the engine's (a good choice if None; 1, 5, 8, 11, 16 or 32 of Workbench), ``transparent``
+    leaves the background out.
+    """
+
+    engine: str | None = "workbench"
+    percentage: int = 100
+    samples: int | None = None
+    transparent: bool = False
+
+
 def film(
     scene,
     path: str | Path,
-    engine: str | None = "workbench",
-    percentage: int = 100,
+    look: Look = Look(),  # noqa: B008 - frozen
     progress: Callable[[float], None] = lambda share: None,
 ) -> None:
     """Render the scene's frame range to H.264 with the sequencer's sound as AAC in an ``.mp4``, whole or not at all.
 
-    ``engine`` is one of :data:`ENGINES`, or None for the scene's own with its own settings. ``percentage`` scales the
-    resolution. ``progress`` hears the share done after every frame. Raises :class:`BlenderUnavailable` where the engine
+    ``progress`` hears the share done after every frame. Raises :class:`BlenderUnavailable` where the engine
     gets no OpenGL context, :class:`OutputUnwritable` where the file cannot be written.
     """
     with whole_file(path) as temporary, _kept(scene):
-        _engine(scene, engine, _FILM_SAMPLES, antialias="FXAA")
+        _engine(scene, look, _FILM_SAMPLES, antialias="FXAA")
         render = scene.render
         compat.set_video(render.image_settings)
         render.image_settings.color_mode = "RGB"
@@ -47,25 +62,70 @@ def film(
         coding.format, coding.codec, coding.constant_rate_factor = "MPEG4", "H264", "HIGH"
         coding.ffmpeg_preset, coding.gopsize = "GOOD", 18
         coding.audio_codec, coding.audio_bitrate, coding.audio_channels = "AAC", 160, "MONO"
-        render.resolution_percentage = percentage
         for side in ("x", "y"):  # H.264 stores colour at half resolution
-            even = getattr(render, f"resolution_{side}") * percentage // 100 // 2 * 2
+            even = getattr(render, f"resolution_{side}") * look.percentage // 100 // 2 * 2
             setattr(render, f"resolution_{side}", max(even, 2))
         render.resolution_percentage = 100
         render.use_file_extension = False
         render.filepath = str(temporary)
-        with _counted(scene, progress):
+        total = scene.frame_end - scene.frame_start + 1
+        with _handled(lambda current: progress((current.frame_current - scene.frame_start + 1) / total)):
             _run(animation=True)
         _check(temporary)
 
 
-def still(scene, path: str | Path, frame: int, engine: str | None = "workbench", percentage: int = 100) -> None:
-    """Render one frame to a ``.png``, whole or not at all; arguments and errors as for :func:`film`."""
+def images(
+    scene,
+    path: str | Path,
+    look: Look = Look(),  # noqa: B008 - frozen
+    resume: bool = False,
+    progress: Callable[[float], None] = lambda share: None,
+) -> None:
+    """Render the scene's frame range to numbered images: ``shot.####.png`` (8 bit) or ``.exr`` (half floats, lossless).
+
+    Every image lands whole; with ``resume`` those that are there are kept. Transparent images have an alpha channel. Errors
+    are those of :func:`film`.
+    """
+    path = check_output(path)
+    places = {frame: numbered(path, frame) for frame in range(scene.frame_start, scene.frame_end + 1)}
+    missing = [frame for frame, place in places.items() if not (resume and place.is_file())]
+    first, last, done = scene.frame_start, scene.frame_end, len(places) - len(missing)
+
+    def landed(current, *_) -> None:
+        nonlocal done
+        file = Path(current.render.frame_path(frame=current.frame_current))
+        _check(file)
+        os.replace(file, places[current.frame_current])
+        done += 1
+        progress(done / len(places))
+
+    with tempfile.TemporaryDirectory(prefix=".part-", dir=path.parent) as folder, _kept(scene):
+        _engine(scene, look, _FILM_SAMPLES, antialias="FXAA")
+        compat.set_image(scene.render.image_settings, {".png": "PNG", ".exr": "OPEN_EXR"}[path.suffix.lower()])
+        scene.render.image_settings.color_mode = "RGBA" if look.transparent else "RGB"
+        scene.render.resolution_percentage = look.percentage
+        scene.render.filepath = os.path.join(folder, "######" + path.suffix.lower())
+        with _handled(landed):
+            try:
+                for scene.frame_start, scene.frame_end in _runs(missing):
+                    _run(animation=True)
+            finally:
+                scene.frame_start, scene.frame_end = first, last
+
+
+def numbered(path: Path, frame: int) -> Path:
+    """The place of one frame: ``shot.0012.png`` for ``shot.####.png``."""
+    return path.with_name(re.sub("#+", lambda found: f"{frame:0{len(found[0])}d}", path.name))
+
+
+def still(scene, path: str | Path, frame: int, look: Look = Look()) -> None:  # noqa: B008 - frozen
+    """Render one frame to a ``.png``, whole or not at all; errors as for :func:`film`."""
     before = scene.frame_current
     with whole_file(path) as temporary, _kept(scene):
-        _engine(scene, engine, _STILL_SAMPLES, antialias="16")
+        _engine(scene, look, _STILL_SAMPLES, antialias="16")
         compat.set_image(scene.render.image_settings)
-        scene.render.resolution_percentage = percentage
+        scene.render.image_settings.color_mode = "RGBA" if look.transparent else "RGB"
+        scene.render.resolution_percentage = look.percentage
         scene.render.use_file_extension = False
         scene.render.filepath = str(temporary)
         scene.frame_set(frame)
@@ -76,18 +136,28 @@ def still(scene, path: str | Path, frame: int, engine: str | None = "workbench",
         _check(temporary)
 
 
-def _engine(scene, engine: str | None, samples: dict, antialias: str) -> None:
-    require_engine(engine, scene)
+def _runs(frames: list[int]) -> list[tuple[int, int]]:
+    """First and last of every stretch without a gap."""
+    starts = [frame for frame, before in zip(frames, [None, *frames], strict=False) if before is None or frame != before + 1]
+    ends = [frame for frame, after in zip(frames, [*frames[1:], None], strict=False) if after is None or after != frame + 1]
+    return list(zip(starts, ends, strict=True))
+
+
+def _engine(scene, look: Look, samples: dict, antialias: str) -> None:
+    require_engine(look.engine, scene)
+    if look.transparent:
+        scene.render.film_transparent = True
+    engine = look.engine
     if engine is None:
         return
     scene.render.engine = {"workbench": "BLENDER_WORKBENCH", "eevee": compat.eevee(), "cycles": "CYCLES"}[engine]
     if engine == "workbench":
-        scene.display.render_aa = antialias
+        scene.display.render_aa = {None: antialias, 1: "OFF"}.get(look.samples, str(look.samples))
     elif engine == "eevee":
-        scene.eevee.taa_render_samples = samples[engine]
+        scene.eevee.taa_render_samples = look.samples or samples[engine]
     else:
         scene.cycles.device = "CPU"
-        scene.cycles.samples = samples[engine]
+        scene.cycles.samples = look.samples or samples[engine]
         scene.cycles.use_denoising = True
 
 
@@ -104,18 +174,24 @@ def _check(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def _counted(scene, progress):
-    """Tell ``progress`` the share of the range done, whenever a frame has been written."""
-    total = scene.frame_end - scene.frame_start + 1
+def _handled(landed: Callable):
+    """Call ``landed(scene)`` whenever a frame has been written; what it raises is raised when rendering has ended."""
+    failed = []
 
-    def written(current, *_):
-        progress((current.frame_current - scene.frame_start + 1) / total)
+    def written(current, *_) -> None:
+        try:
+            if not failed:
+                landed(current)
+        except Exception as error:
+            failed.append(error)
 
     bpy.app.handlers.render_write.append(written)
     try:
         yield
     finally:
         bpy.app.handlers.render_write.remove(written)
+    if failed:
+        raise failed[0]
 
 
 @contextlib.contextmanager
@@ -123,7 +199,8 @@ def _kept(scene):
     """Give every setting back that rendering needs to change, so that a saved scene is the user's own."""
     render = scene.render
     owners = [
-        (render, ("engine", "filepath", "use_file_extension", "resolution_x", "resolution_y", "resolution_percentage")),
+        (render, ("engine", "filepath", "use_file_extension", "film_transparent")),
+        (render, ("resolution_x", "resolution_y", "resolution_percentage")),
         (scene.display, ("render_aa",)),
         (scene.eevee, ("taa_render_samples",)),
     ]

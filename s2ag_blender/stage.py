@@ -1,5 +1,6 @@
 """A camera, light and backdrop that show a gesturing upper body well."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -22,16 +23,30 @@ _STUDIO = "paint.sl"
 
 @dataclass(frozen=True)
 class Place:
-    """Where a character stands: ``ground`` (3,) between the feet in metres, ``height``, unit vector ``facing`` (3,)."""
+    """Where characters stand: ``ground`` (3,) between the feet in metres, ``height``, unit vector ``facing`` (3,), and how far
+    apart the outermost of several are (``breadth``)."""
 
     ground: np.ndarray
     height: float
     facing: np.ndarray
+    breadth: float = 0.0
 
     @property
     def left(self) -> np.ndarray:
         """Unit vector (3,) to the character's left."""
         return np.cross([0.0, 0.0, 1.0], self.facing)
+
+    @classmethod
+    def of_all(cls, characters: Sequence[Character]) -> "Place":
+        """The place of a group, seen from where most of them face."""
+        places = [cls.of(character) for character in characters]
+        facing = np.sum([place.facing for place in places], axis=0)
+        length = np.linalg.norm(facing)
+        facing = facing / length if length > 1e-6 else places[0].facing
+        spots = np.array([place.ground for place in places])
+        along = spots @ np.cross([0.0, 0.0, 1.0], facing)
+        centre = (spots[np.argmin(along)] + spots[np.argmax(along)]) / 2
+        return cls(centre, max(place.height for place in places), facing, float(np.ptp(along)))
 
     @classmethod
     def of(cls, character: Character) -> "Place":
@@ -52,9 +67,9 @@ class Place:
         return cls(np.array([middle[0], middle[1], low[2]]), float(high[2] - low[2]), facing)
 
 
-def dress(scene, character: Character, resolution=(960, 540)) -> None:
+def dress(scene, characters: Sequence[Character], resolution=(960, 540), backdrop: bool = True) -> None:
     """Everything a scene of our own needs: camera, three lights, backdrop, world, colours and Workbench settings."""
-    place = Place.of(character)
+    place = Place.of_all(characters)
     render = scene.render
     render.resolution_x, render.resolution_y = resolution
     render.resolution_percentage = 100
@@ -62,19 +77,20 @@ def dress(scene, character: Character, resolution=(960, 540)) -> None:
     scene.collection.children.link(collection)
     _camera(scene, place, collection)
     _lights(place, collection)
-    _backdrop(place, collection)
+    if backdrop:
+        _backdrop(place, collection)
     scene.world = scene.world or _world()
     scene.view_settings.view_transform = "Standard"
-    _workbench(scene)
+    workbench(scene)
 
 
-def complete(scene, character: Character) -> None:
+def complete(scene, characters: Sequence[Character]) -> None:
     """Add a camera, and light, to a scene of the user's that lacks them; change nothing that is there."""
     objects = scene.objects
     bare = not any(item.type == "LIGHT" for item in objects) and scene.world is None
     if scene.camera is not None and not bare:
         return
-    place = Place.of(character)
+    place = Place.of_all(characters)
     collection = bpy.data.collections.new("Stage")
     scene.collection.children.link(collection)
     if scene.camera is None:
@@ -91,7 +107,7 @@ def _camera(scene, place: Place, collection) -> None:
     collection.objects.link(item)
     scene.camera = item
     width, height = scene.render.resolution_x, scene.render.resolution_y
-    tall, wide = (_HIGH - _LOW) * place.height, _WIDE * place.height
+    tall, wide = (_HIGH - _LOW) * place.height, _WIDE * place.height + place.breadth
     film = camera.sensor_width / LENS  # the longer side of the picture at one metre
     per_metre = np.array([film * width, film * height]) / max(width, height)
     distance = max(wide / per_metre[0], tall / per_metre[1])
@@ -106,7 +122,7 @@ def _camera(scene, place: Place, collection) -> None:
 def _lights(place: Place, collection) -> None:
     """Key from the front left, fill from the right, rim from behind: areas sized to the character."""
     chest = place.ground + [0, 0, 0.78 * place.height]
-    size = place.height
+    size = place.height + 0.5 * place.breadth
     for name, ahead, aside, up, power, reach, colour in (
         ("Key", 1.3, 1.0, 0.75, 34, 0.9, (1.0, 0.96, 0.90)),
         ("Fill", 1.4, -1.3, 0.25, 13, 1.3, (0.88, 0.94, 1.0)),
@@ -122,7 +138,7 @@ def _lights(place: Place, collection) -> None:
 
 def _backdrop(place: Place, collection) -> None:
     """A floor that bends up into a wall behind the character."""
-    size = place.height
+    size = place.height + 0.5 * place.breadth
     angle = np.linspace(0, np.pi / 2, 13)
     bend = 0.9 * size
     behind = np.concatenate([[-4 * size], 1.3 * size + bend * np.sin(angle), [1.3 * size + bend]])
@@ -149,7 +165,7 @@ def _world():
     return world
 
 
-def _workbench(scene) -> None:
+def workbench(scene) -> None:
     """A bright studio and textures; no cavity or shadow, which cost more time in software than all else."""
     shading = scene.display.shading
     shading.light, shading.color_type = "STUDIO", "TEXTURE"

@@ -13,7 +13,7 @@ SUMMARY = "make a character gesture to a recording"
 EXAMPLE = """examples:
   s2ag animate voice.mp3 --character human -o talk.mp4
   s2ag animate voice.wav --character hero.blend --armature Rig --style calm -o hero-talks.blend -o hero-talks.fbx"""
-SUFFIXES = (".blend", ".bvh", ".fbx", ".glb", ".mp4", ".png")
+SUFFIXES = (".blend", ".bvh", ".fbx", ".glb", ".usd", ".mp4", ".png", ".exr")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -7,7 +7,7 @@ import signal
 import sys
 
 from ..errors import EngineMissing, S2agError, UsageError
-from . import animate, bench, checkpoint, data, doctor, evaluate, rig, study, styles, synth
+from . import animate, batch, bench, checkpoint, data, doctor, evaluate, rig, sample, study, styles, synth
 from .progress import say
 
 FAILED = 2
@@ -64,7 +64,7 @@ def _parser() -> Parser:
     )
     parser.add_argument("--version", action="version", version=f"s2ag {_version()}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for verb in (synth, animate, rig, styles, doctor, evaluate, bench, checkpoint, data, study):
+    for verb in (synth, animate, sample, batch, rig, styles, doctor, evaluate, bench, checkpoint, data, study):
         name = verb.__name__.rpartition(".")[2]
         command = commands.add_parser(
             name,

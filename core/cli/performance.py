@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from ..errors import UsageError
 from ..threads import share_cores
 from .progress import Progress, note
 
@@ -10,9 +11,12 @@ _BESIDE = (".txt", ".srt", ".vtt", ".TextGrid")
 """Suffixes of transcripts that are found by themselves, in this order."""
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """The recording, its words, and how to perform them."""
-    parser.add_argument("audio", metavar="AUDIO", type=Path, help="recording: any audio or video file")
+def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = True) -> None:
+    """The recording, its words, and how to perform them; ``chosen`` adds the option that names a cell of a sample."""
+    parser.add_argument("audio", metavar="AUDIO", type=Path, nargs="?", help="recording: any audio or video file")
+    if chosen:
+        what = "a cell of s2ag sample, SHEET.json:5: its recording, style, seed and settings"
+        parser.add_argument("--from", dest="chosen", metavar="CELL", help=what)
     words = parser.add_mutually_exclusive_group()
     words.add_argument(
         "--transcript",
@@ -24,16 +28,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     words.add_argument("--text", metavar="WORDS", help="what is said, on the command line")
     words.add_argument("--recognise", action="store_true", help="have the words recognised; needs the extra s2ag[recognise]")
     words.add_argument("--no-transcript", action="store_true", help="gesture from the sound alone")
-    style = "NAME, a blend NAME:0.6+NAME:0.4, or random (see: s2ag styles; default: the one marked there)"
+    style = "NAME, a blend NAME:0.6+NAME:0.4, a walk NAME>NAME, or random (see: s2ag styles; default: the one marked there)"
     parser.add_argument("--style", metavar="STYLE", default="", help=style)
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="same seed, same performance (default 0)")
-    parser.add_argument("--takes", metavar="K", type=int, default=1, help="that many variations (default 1)")
+    parser.add_argument("--takes", metavar="K", type=int, default=takes, help=f"that many variations (default {takes})")
     parser.add_argument("--intensity", metavar="X", type=float, default=1.0, help="size of the gestures (default 1)")
     _add_controls(parser)
     parser.add_argument("--mirror", action="store_true", help="exchange left and right")
     add_checkpoint(parser)
-    vectors = "word vectors (FastText .bin, .kv or .vec) instead of the shipped ones"
-    parser.add_argument("--vectors", metavar="FILE", type=Path, help=vectors)
+    add_vectors(parser)
     model = "pronunciation, and perhaps sounds, of another language for placing words (see docs/transcripts.md)"
     parser.add_argument("--aligner-model", metavar="FOLDER", type=Path, help=model)
     recogniser = "Whisper model for faster-whisper instead of the one in the extra s2ag[recognise]"
@@ -56,41 +59,79 @@ def add_checkpoint(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--checkpoint", metavar="FILE", type=Path, help=what)
 
 
+def add_vectors(parser: argparse.ArgumentParser) -> None:
+    """The option that names other word vectors."""
+    vectors = "word vectors (FastText .bin, .kv or .vec) instead of the shipped ones"
+    parser.add_argument("--vectors", metavar="FILE", type=Path, help=vectors)
+
+
 def inputs(options: argparse.Namespace) -> list[Path]:
     """Files that the command reads and must not overwrite."""
     named = (options.audio, options.transcript, options.checkpoint, options.vectors)
     return [path for path in named if path is not None]
 
 
-def request(options: argparse.Namespace):
+def request(options: argparse.Namespace, **changes):
     """The :class:`Request` that the options describe; raises :class:`UsageError` for values out of range."""
     from ..synthesis import Request
 
-    return Request(
-        audio=options.audio,
-        transcript=_transcript(options),
-        text=options.text,
-        style=options.style,
-        seed=options.seed,
-        takes=options.takes,
-        intensity=options.intensity,
-        affect=dict(options.affect),
-        rate=options.rate,
-        hand=options.hand,
-        mirror=options.mirror,
-        recognise=options.recognise,
-    )
+    if getattr(options, "chosen", None):
+        return _chosen(options)
+    if options.audio is None:
+        raise UsageError("No recording was given.", "Name an audio or video file.")
+    wanted = {
+        "audio": options.audio,
+        "transcript": _transcript(options),
+        "text": options.text,
+        "style": options.style,
+        "seed": options.seed,
+        "takes": options.takes,
+        "intensity": options.intensity,
+        "affect": dict(options.affect),
+        "rate": options.rate,
+        "hand": options.hand,
+        "mirror": options.mirror,
+        "recognise": options.recognise,
+    }
+    return Request(**{**wanted, **changes})
 
 
-def perform(options: argparse.Namespace, wanted):
-    """Synthesise in this process behind a progress bar; warnings become notes. Returns the :class:`Result`."""
+def _chosen(options: argparse.Namespace):
+    """The request that makes a cell of a sample again; its recording becomes that of the options."""
+    from ..catalogue import describe
+    from ..sampling import cell
+    from ..synthesis import Request
+
+    sheet, one = cell(options.chosen)
+    if options.takes != 1 or options.style or options.seed:
+        raise UsageError("A chosen cell has its own style and seed.", "Leave out --style, --seed and --takes.")
+    if describe(options.checkpoint)["hash"] not in ("", sheet.checkpoint):
+        raise UsageError(f"{options.chosen} was sampled with another checkpoint.", "Name that one with --checkpoint.")
+    another = options.audio is not None and str(options.audio.absolute()) != sheet.audio
+    options.audio = options.audio or Path(sheet.audio)
+    if another or options.transcript or options.text is not None or options.no_transcript or options.recognise:
+        words = {"transcript": _transcript(options), "text": options.text, "recognise": options.recognise}
+    else:
+        words = {"transcript": sheet.transcript, "text": sheet.text, "recognise": sheet.recognise}
+    asked = {"intensity": sheet.intensity, "mirror": sheet.mirror, "style": one.style, "latent": one.latent}
+    # Breathing and sway are drawn from the sum of seed and take, whatever the style.
+    return Request(audio=options.audio, **words, **asked, seed=one.seed + one.take)
+
+
+def session(options: argparse.Namespace):
+    """The engine that the options describe."""
     from ..synthesis import Session
 
     share_cores()
     models = {"aligner_model": options.aligner_model, "recogniser_model": options.recogniser_model}
-    session = Session(options.checkpoint, options.vectors, **models, cache=options.cache)
+    return Session(options.checkpoint, options.vectors, **models, cache=options.cache)
+
+
+def perform(options: argparse.Namespace, wanted):
+    """Synthesise in this process behind a progress bar; warnings become notes. Returns the :class:`Result`."""
+    engine = session(options)
     with Progress() as progress:
-        result = session.synthesize(wanted, progress)
+        result = engine.synthesize(wanted, progress)
     for warning in result.warnings:
         note(warning)
     return result

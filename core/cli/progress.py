@@ -2,6 +2,7 @@
 
 import shutil
 import sys
+import time
 
 
 def say(sentence: str) -> None:
@@ -55,3 +56,40 @@ class Progress:
             return
         self._bar.n = percent
         self._bar.refresh()
+
+
+class TimeLeft:
+    """Progress of a batch, called with ``(stage, share, finished, total)``: a bar with the time left on a terminal.
+
+    With ``openjd``, lines on standard output that a farm of Open Job Description understands.
+    """
+
+    def __init__(self, openjd: bool = False):
+        self._openjd, self._told = openjd, -1
+        self._bar = Progress()
+        self._stage, self._began = "", 0.0
+
+    def __enter__(self):
+        self._bar.__enter__()
+        return self
+
+    def __exit__(self, *_):
+        self._bar.__exit__()
+
+    def __call__(self, stage: str, share: float, finished: int, total: int) -> None:
+        now = time.monotonic()
+        if stage != self._stage:
+            self._stage, self._began, self._told = stage, now, -1
+        left = (now - self._began) * (1 - share) / share if share else 0.0
+        told = f"{stage} {finished}/{total}, {clock(left)} left"
+        self._bar(told, share)
+        if self._openjd and (percent := int(100 * share)) > self._told:
+            self._told = percent
+            print(f"openjd_progress: {percent}\nopenjd_status: {told}", flush=True)
+
+
+def clock(seconds: float) -> str:
+    """``0:07``, ``12:30`` or ``1:02:03``."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"

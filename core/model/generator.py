@@ -76,20 +76,26 @@ class Generator(nn.Module):
     def encode(
         self, mfcc: torch.Tensor, words: torch.Tensor, seeds: torch.Tensor, prosody: torch.Tensor | None = None
     ) -> torch.Tensor:
-        """Everything but the style, ``(B, T, channels)``: affective, MFCC, text, seed and prosody features."""
-        frames = seeds.shape[1]
+        """Everything but the style, ``(B, T, channels)``: affective, MFCC, text, seed and prosody features.
+
+        One row of ``mfcc``, ``words`` and ``prosody`` is enough where all ``B`` seeds hear the same.
+        """
+        batch, frames = seeds.shape[:2]
         features = [self._affect(seeds), self.audio_encoder(mfcc, frames), self.text_encoder(words)]
         if self.config.seed_view:
             mask = seeds[..., POSE:]
             features += [self.seed_view(seeds) * mask, mask]
         if self.config.prosody_features:
             features.append(self.prosody_encoder(prosody))
-        return torch.cat(features, dim=-1)
+        return torch.cat([feature.expand(batch, -1, -1) for feature in features], dim=-1)
 
     def decode(self, features: torch.Tensor, style: torch.Tensor) -> torch.Tensor:
-        """Directions ``(B, T, 9, 3)`` from the features of :meth:`encode` and styles ``(B, style_size)``."""
+        """Directions ``(B, T, 9, 3)`` from the features of :meth:`encode` and styles ``(B, style_size)``.
+
+        Styles that change on the way are ``(B, T, style_size)``.
+        """
         # The style stands between text and seed features, so that the GRU's columns are in the public code's order.
-        repeated = style[:, None].expand(-1, features.shape[1], -1)
+        repeated = style if style.dim() == 3 else style[:, None].expand(-1, features.shape[1], -1)
         head = self.config.seed_size + self.config.mfcc_size + self.config.text_size
         inputs = torch.cat([features[..., :head], repeated, features[..., head:]], dim=-1)
         hidden = run_gru(self.gru, inputs)

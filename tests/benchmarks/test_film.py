@@ -25,7 +25,7 @@ def test_build(benchmark, person):
 
 def test_film(benchmark, person, tmp_path):
     scene = bpy.context.scene
-    stage.dress(scene, person)
+    stage.dress(scene, [person])
     scene.frame_start, scene.frame_end = 1, FRAMES
     benchmark.pedantic(render.film, args=(scene, tmp_path / "film.mp4"), rounds=2, warmup_rounds=1)
     benchmark.extra_info["seconds_a_frame"] = a_frame = benchmark.stats.stats.mean / FRAMES

@@ -17,7 +17,7 @@ def in_picture(scene, point) -> bool:
 def test_camera_holds_hips_head_and_spread_arms(resolution):
     scene = bpy.context.scene
     character = mannequin.build()
-    stage.dress(scene, character, resolution)
+    stage.dress(scene, [character], resolution)
     bpy.context.view_layer.update()
     bones = character.armature.data.bones
     shoulder, arm = bones["upper_arm.L"].head_local, 0.68
@@ -32,7 +32,7 @@ def test_camera_goes_where_the_character_faces():
     scene = bpy.context.scene
     character = mannequin.build()
     character.armature.matrix_world = Matrix.Translation((3, 1, 0.5)) @ Matrix.Rotation(np.pi / 2, 4, "Z") @ Matrix.Scale(2, 4)
-    stage.dress(scene, character)
+    stage.dress(scene, [character])
     away = np.array(scene.camera.matrix_world.translation) - [3, 1, 0.5]
     assert away[0] > 3 and abs(away[1]) < 0.3 * away[0]  # turned by a quarter, -y has become +x
     bpy.context.view_layer.update()
@@ -55,7 +55,7 @@ def test_a_lit_scene_with_a_camera_stays_as_it_is():
         scene.collection.objects.link(item)
     scene.camera = camera
     before = set(bpy.data.objects), scene.world, scene.view_settings.view_transform, scene.display.shading.color_type
-    stage.complete(scene, character)
+    stage.complete(scene, [character])
     assert (set(bpy.data.objects), scene.world, scene.view_settings.view_transform, scene.display.shading.color_type) == before
     assert scene.camera is camera
 
@@ -64,6 +64,6 @@ def test_only_what_a_scene_lacks_is_added():
     scene = bpy.context.scene
     character = mannequin.build()
     scene.world = bpy.data.worlds.new("Mine")
-    stage.complete(scene, character)
+    stage.complete(scene, [character])
     assert scene.camera is not None and scene.world.name == "Mine"
     assert not [item for item in scene.objects if item.type == "LIGHT" or item.name.startswith("Backdrop")]

@@ -13,7 +13,7 @@ from s2ag.core.errors import RigUnusable
 from s2ag.rigs import maps
 from s2ag.rigs.family import families
 from s2ag.s2ag_blender import cast, compat, rig
-from s2ag.s2ag_blender.job import Job, Voice, perform
+from s2ag.s2ag_blender.job import Job, Performer, Voice, perform
 
 MIXAMO = next(family for family in families() if family.key == "mixamo")
 
@@ -84,7 +84,7 @@ def test_an_unknown_rig_is_told_saved_filled_in_and_then_gestures(tmp_path, wave
     assert "left upper arm   part 8                  map" in capsys.readouterr().out.splitlines()
 
     wave(8).save(tmp_path / "motion.npz")
-    job = Job((str(tmp_path / "motion.npz"),), (str(tmp_path / "out.blend"),), character=str(path), map=str(file))
+    job = Job((Performer((str(tmp_path / "motion.npz"),), character=str(path), map=str(file)),), (str(tmp_path / "out.blend"),))
     result = perform(job, Voice(lambda line: None))
     action = bpy.data.objects["Rig"].animation_data.action
     keyed = {curve.data_path.split('"')[1] for curve in compat.curves(action)}

@@ -171,7 +171,7 @@ def template(node):
     return literals(node)
 
 
-ELSEWHERE = {"cli", "corpus", "train", "evaluate", "model", "job.py", "vectors_build.py"}
+ELSEWHERE = {"cli", "corpus", "train", "evaluate", "model", "job.py", "sampling.py", "sheet.py", "vectors_build.py"}
 ELSEWHERE |= {"batch", "bench", "datasets", "foreign.py", "metrics", "pickles.py", "study", "systems"}
 
 

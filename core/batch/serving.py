@@ -1,0 +1,68 @@
+"""The child's end of a crew: serves one task after another until its parent goes away. Runs in Blender, too.
+
+A line of standard input is ``{"id", "method", "params"}``, answered by ``progress`` events and one ``result`` or ``error``
+with the same id, as in :mod:`protocol`. Everything else that is printed goes to standard error.
+"""
+
+import os
+import queue
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+
+from .. import protocol
+from ..errors import EngineMissing, S2agError, UsageError
+from ..files import abandon
+
+Handler = Callable[[dict, Callable[[str, float], None]], dict]
+"""Takes the parameters and a function ``tell(stage, value)``; gives the result. Raises :class:`S2agError`."""
+
+
+def serve(handlers: dict[str, Handler]) -> int:
+    """Take over standard input and output and serve ``handlers`` by name until end of file."""
+    requests, replies = os.dup(0), os.dup(1)
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    os.close(nothing)
+    sys.stdout.flush()
+    os.dup2(2, 1)
+    waiting: queue.SimpleQueue = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(requests, waiting), daemon=True).start()
+    while True:
+        _send(replies, _answer(protocol.decode(waiting.get()), handlers, replies))
+
+
+def _listen(requests: int, waiting: queue.SimpleQueue) -> None:
+    """Queue every line. Without a parent nobody needs the work: end at once, wherever the main thread is."""
+    with os.fdopen(requests, "rb") as lines:
+        for line in lines:
+            waiting.put(line)
+    abandon()
+    os._exit(0)
+
+
+def _answer(message: dict, handlers: dict[str, Handler], replies: int) -> dict:
+    number = message["id"]
+
+    def tell(stage: str, value: float) -> None:
+        _send(replies, {"id": number, "event": "progress", "stage": stage, "value": round(float(value), 4)})
+
+    try:
+        if message.get("method") not in handlers:
+            raise UsageError(f"There is no task {message.get('method')!r}.", f"Tasks are {', '.join(handlers)}.")
+        return {"id": number, "result": handlers[message["method"]](message["params"], tell)}
+    except S2agError as error:
+        return protocol.failure(number, error)
+    except ModuleNotFoundError as error:
+        return protocol.failure(number, EngineMissing.of(error))
+    except Exception as error:
+        traceback.print_exc()
+        what = f"{type(error).__name__}: {(str(error).strip().splitlines() or ['no message'])[0][:200]}"
+        return protocol.failure(number, S2agError(what, "Please report it.", "Internal"))
+
+
+def _send(replies: int, message: dict) -> None:
+    line = memoryview(protocol.encode(message))
+    while line:
+        line = line[os.write(replies, line) :]

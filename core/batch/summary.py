@@ -1,0 +1,93 @@
+"""What a batch has made so far, read from its records: a summary, a list of failures, and the index of a data set."""
+
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Sequence
+
+from .. import skeleton
+from ..files import whole_file
+from .clip import Clip, Unit
+from .folder import STAGES
+from .stages import Batch, Step
+
+CARD = """# Speech and gesture
+
+Made by `s2ag batch`. One line of `index.jsonl` describes one performance:
+
+- `motion/NAME.npz`: `directions` (frames, 9, 3) float32 unit vectors, `positions` (frames, 10, 3) float32 metres with the
+  spine joint at the origin, `fps`. Right-handed, y down, z forward, the left arm at -x. Joints: {joints}.
+  Edges (parent, child): {edges}.
+- `audio/NAME.wav`: the recording, 16 kHz mono, 16 bit; it starts with the first frame.
+- `words/NAME.json`: `words` as [word, start, end] in seconds; empty where no transcript was given.
+
+`split` depends on the recording's content alone, so that performances of one recording are never in two splits.
+"""
+
+
+def take_stock(batch: Batch, chosen: Sequence[Unit]) -> tuple[dict, list[dict]]:
+    """Counts of each stage's steps by state, and the failures with ``stage``, ``name``, ``line``, ``kind``, ``message``."""
+    stages, failures = {}, []
+    for stage in STAGES:
+        steps = batch.steps(stage, chosen)
+        if steps:
+            states = Counter(step.state for step in steps)
+            stages[stage] = {"steps": len(steps), **{state: states[state] for state in ("done", "failed", "ready", "waiting")}}
+            failures += [_failure(step) for step in steps if step.state == "failed"]
+    done = all(counts["done"] == counts["steps"] for counts in stages.values())
+    return {"clips": sum(len(unit.clips) for unit in chosen), "complete": done, "stages": stages}, failures
+
+
+def write(batch: Batch, last_run: dict | None = None) -> tuple[dict, list[dict]]:
+    """Write ``summary.json``, and ``failures.jsonl`` where something failed, of the whole batch; gives both."""
+    summary, failures = take_stock(batch, batch.units)
+    root = batch.folder.root
+    with whole_file(root / "summary.json") as temporary:
+        temporary.write_text(json.dumps({**summary, "last_run": last_run or {}}, indent=1) + "\n", "utf-8")
+    if failures:
+        with whole_file(root / "failures.jsonl") as temporary:
+            temporary.write_text("".join(json.dumps(one, ensure_ascii=False) + "\n" for one in failures), "utf-8")
+    else:
+        (root / "failures.jsonl").unlink(missing_ok=True)
+    _write_index(batch)
+    return summary, failures
+
+
+def _failure(step: Step) -> dict:
+    told = step.record.failure()
+    told.pop("key")
+    return {"stage": step.stage, "name": step.name, "line": step.line, **told}
+
+
+def _write_index(batch: Batch) -> None:
+    """The index of the data set, of what is there by now."""
+    clips = [clip for clip in batch.clips if "dataset" in clip.outputs]
+    units = [unit for unit in batch.units if any("dataset" in clip.outputs for clip in unit.clips)]
+    done = {step.name: step.facts for step in batch.steps("synth", units) if step.facts is not None}
+    rows = [row for clip in clips if clip.name in done for row in _rows(clip, done[clip.name])]
+    if not rows:
+        return
+    place = batch.folder.root / "dataset"
+    with whole_file(place / "index.jsonl") as temporary:
+        temporary.write_text("".join(json.dumps(row, ensure_ascii=False) + "\n" for row in rows), "utf-8")
+    edges = ", ".join(f"{name} {pair}" for name, pair in zip(skeleton.EDGE_NAMES, skeleton.EDGES, strict=True))
+    with whole_file(place / "README.md") as temporary:
+        temporary.write_text(CARD.format(joints=", ".join(skeleton.JOINTS), edges=edges), "utf-8")
+
+
+def _rows(clip: Clip, facts: dict):
+    """A line for every take: a tenth of the recordings is for validation, a tenth for tests."""
+    share = int(hashlib.sha256(facts["recording"].encode()).hexdigest()[:8], 16) % 10
+    for take in range(clip.takes):
+        name = clip.take_name(take)
+        yield {
+            "name": name,
+            "motion": f"motion/{name}.npz",
+            "audio": f"audio/{clip.name}.wav",
+            "words": f"words/{clip.name}.json",
+            "split": {0: "validation", 1: "test"}.get(share, "train"),
+            "seconds": round(facts["duration"], 4),
+            "style": clip.style,
+            "seed": clip.seed,
+            "take": take,
+        }

@@ -1,0 +1,122 @@
+"""The tasks that need no Blender, as served to a crew: ``python -m s2ag.core.batch.work``."""
+
+import sys
+import wave
+from pathlib import Path
+
+import numpy as np
+
+from .. import skeleton
+from ..threads import share_cores
+from . import encode, serving
+from .checks import request
+from .clip import Clip
+from .folder import Folder, digest, land
+
+_SAVED = ("npz", "bvh", "json")
+
+
+class Synthesis:
+    """The task ``synth``: one clip to motion files, with an engine that stays warm."""
+
+    def __init__(self):
+        self._session, self._settings = None, None
+
+    def __call__(self, params: dict, tell) -> dict:
+        """``clip``, ``folder``, ``key``, ``checkpoint``, ``vectors``; files land, then the record."""
+        clip, folder = Clip.of(params["clip"]), Folder(params["folder"])
+        result = self._open(params["checkpoint"], params["vectors"]).synthesize(request(clip), tell)
+        with folder.part() as part:
+            made = {}
+            for take, motion in enumerate(result.motions):
+                made |= _motion_files(motion, clip, take, folder, part)
+            if "dataset" in clip.outputs:
+                made |= _speech_files(clip, result.words, folder, part)
+            digests = {place: digest(file) for file, place in made.items()}
+            motions = [digests[path] for path in motion_paths(folder, clip)]
+            for file, place in made.items():
+                land(file, place)
+        first = result.motions[0]
+        facts = {"motions": motions, "recording": first.meta["audio"], "duration": first.duration, "warnings": result.warnings}
+        folder.record("synth", clip.name).write(params["key"], list(made.values()), facts)
+        return facts
+
+    def _open(self, checkpoint, vectors):
+        if self._session is None or self._settings != (checkpoint, vectors):
+            import torch
+
+            from ..synthesis import Session
+
+            # One thread each, so that the bytes do not depend on how many processes share the machine.
+            torch.set_num_threads(1)
+            self._session, self._settings = Session(checkpoint, vectors), (checkpoint, vectors)
+        return self._session
+
+
+def motion_paths(folder: Folder, clip: Clip) -> list[Path]:
+    """The motion of every take."""
+    return [folder.result("npz", clip.take_name(take), ".npz") for take in range(clip.takes)]
+
+
+def _motion_files(motion, clip: Clip, take: int, folder: Folder, part: Path) -> dict[Path, Path]:
+    """Files of one take in ``part`` and their places; the ``.npz`` is always there, because rendering needs it."""
+    from .. import bvh, motion_json
+
+    name = clip.take_name(take)
+    savers = {"npz": lambda motion, path: motion.save(path), "bvh": bvh.save, "json": motion_json.save}
+    made = {}
+    for kind in _SAVED:
+        if kind == "npz" or kind in clip.outputs:
+            file = part / f"{name}.{kind}"
+            savers[kind](motion, file)
+            made[file] = folder.result(kind, name, f".{kind}")
+    if "dataset" in clip.outputs:
+        file = part / f"{name}.dataset.npz"
+        arrays = {"directions": motion.directions, "positions": skeleton.to_positions(motion.directions)}
+        np.savez_compressed(file, **arrays, fps=np.float64(motion.fps))
+        made[file] = folder.result("dataset/motion", name, ".npz")
+    return made
+
+
+def _speech_files(clip: Clip, words, folder: Folder, part: Path) -> dict[Path, Path]:
+    """The recording as 16-bit WAV at 16 kHz, and its words with their times."""
+    import json
+
+    from .. import audio
+
+    sound, text = part / f"{clip.name}.wav", part / f"{clip.name}.words.json"
+    with wave.open(str(sound), "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(audio.SAMPLE_RATE)
+        file.writeframes((np.clip(audio.load(clip.audio), -1, 1) * 32767).astype("<i2").tobytes())
+    text.write_text(json.dumps({"words": [list(word) for word in words]}) + "\n", "utf-8")
+    return {
+        sound: folder.result("dataset/audio", clip.name, ".wav"),
+        text: folder.result("dataset/words", clip.name, ".json"),
+    }
+
+
+def encode_film(params: dict, tell) -> dict:
+    """The task ``encode``: ``images``, ``sounds``, ``fps``, ``first``, ``count``, ``folder``, ``name``, ``key`` to an MP4."""
+    folder, name = Folder(params["folder"]), params["name"]
+    place = folder.result("mp4", name, ".mp4")
+    with folder.part() as part:
+        film = part / f"{name}.mp4"
+        encode.film(
+            Path(params["images"]), params["first"], params["count"], params["fps"], params["sounds"], film,
+            lambda share: tell("encode", share),
+        )  # fmt: skip
+        land(film, place)
+    folder.record("encode", name).write(params["key"], [place], {})
+    return {}
+
+
+def main() -> int:
+    """Serve until the parent goes away."""
+    share_cores()
+    return serving.serve({"synth": Synthesis(), "encode": encode_film})
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,174 @@
+"""``s2ag batch``: a manifest of many clips, made stage by stage, in slices, on as many processes as there are cores."""
+
+import argparse
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+from ..batch.clip import PRESETS, sliced
+from ..batch.crew import PATIENCE
+from ..batch.folder import STAGES, Folder
+from ..errors import ManifestUnusable, OutputUnwritable, UsageError
+from . import blender, performance
+from .progress import TimeLeft, note, say
+
+SUMMARY = "make many clips from a manifest: restartable, in slices, in parallel"
+EXAMPLE = """examples:
+  s2ag batch plan talks.csv -o out                     check the manifest and show what is to be done
+  s2ag batch run talks.csv -o out --outputs bvh,mp4    everything, on all cores
+  s2ag batch run --resume -o out                       go on after a stop
+  s2ag batch synth out/plan.jsonl -o out --slice 3/10  one task of a farm (see docs/farm.md)"""
+VERBS = {
+    "plan": "check the manifest and write OUT/plan.jsonl",
+    "synth": "gestures: .npz, .bvh, .json, data set",
+    "render": "all that needs Blender: images, .fbx, .glb, .usd, .blend",
+    "encode": "films from images and sound",
+    "run": "plan and every stage",
+    "status": "what is done, and what failed",
+}
+SOME_FAILED = 1
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add this command's options."""
+    listed = "; ".join(f"{verb}: {what}" for verb, what in VERBS.items())
+    parser.add_argument("verb", choices=VERBS, metavar="STAGE", help=listed)
+    parser.add_argument("manifest", nargs="?", type=Path, metavar="MANIFEST", help=".csv or .jsonl, a row for every clip")
+    parser.add_argument("-o", "--output", dest="folder", type=Path, required=True, metavar="OUT", help="folder of the results")
+    parser.add_argument("--resume", action="store_true", help="go on with the plan in OUT; needs no MANIFEST")
+    parser.add_argument("--slice", metavar="K/N", help="only the K-th of N parts")
+    parser.add_argument("--clips", metavar="RANGE", help="only these clips, as in 1-8 or 1,3,5-7")
+    parser.add_argument("-j", "--jobs", type=_positive, metavar="N", help="processes (default: one a core)")
+    parser.add_argument("--outputs", metavar="KINDS", help="where the manifest names none, as in bvh,mp4 (default bvh)")
+    parser.add_argument("--character", metavar="WHO", help="where the manifest names none (default mannequin)")
+    parser.add_argument("--style", metavar="STYLE", help="where the manifest names none")
+    parser.add_argument("--preset", choices=PRESETS, help="of pictures, where the manifest names none (default preview)")
+    performance.add_checkpoint(parser)
+    performance.add_vectors(parser)
+    parser.add_argument("--tolerate", action="store_true", help="exit 0 although clips failed, so that a farm goes on")
+    parser.add_argument("--openjd", action="store_true", help="tell Open Job Description of progress, on standard output")
+    parser.add_argument("--patience", type=float, default=PATIENCE, metavar="S", help=argparse.SUPPRESS)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Check everything, then do the stages; 0 when all is well, 1 when clips failed."""
+    from ..batch import stages, summary
+
+    clips = _clips(options)
+    folder = _folder(options.folder)
+    batch = stages.Batch(folder, clips, *_absolute(options.checkpoint, options.vectors))
+    chosen = sliced(batch.units, options.slice, options.clips)
+    if options.verb == "status":
+        return _report(*summary.take_stock(batch, chosen), complete=True)
+    if options.verb in ("plan", "run"):
+        _write_plan(batch, options)
+    if options.verb == "plan":
+        return _show_plan(batch, chosen)
+    began, wanted = time.perf_counter(), STAGES if options.verb == "run" else (options.verb,)
+    commands = _commands(batch, chosen, wanted)
+    folder.sweep()
+    tried = []
+    with TimeLeft(openjd=options.openjd) as progress:
+        for stage in wanted:
+            jobs = options.jobs or os.cpu_count() or 1
+            tried += stages.perform(batch, stage, chosen, commands[stage], jobs, progress, options.patience)
+            if stage == "encode":
+                stages.settle(batch, chosen)
+    last = {"stages": list(wanted), "tried": len(tried), "seconds": round(time.perf_counter() - began, 1)}
+    summary.write(batch, last)
+    failed = _report(*summary.take_stock(batch, chosen))
+    return 0 if options.tolerate else failed
+
+
+def _clips(options: argparse.Namespace):
+    """The clips of the manifest; every problem is said with its line, and then nothing is started."""
+    from ..batch import checks, manifest
+
+    path = options.manifest or _plan_of(options)
+    clips, problems = manifest.read(path, _defaults(options))
+    problems += checks.check(clips, options.checkpoint)
+    problems.sort(key=lambda problem: problem.line)
+    for problem in problems:
+        say(f"{path}:{problem.line}: {problem.sentence}")
+    if problems:
+        count = f"{len(problems)} problem{'s' * (len(problems) > 1)}"
+        raise ManifestUnusable(f"{path} has {count}, so nothing was started.", "Mend the lines above.")
+    return clips
+
+
+def _plan_of(options: argparse.Namespace) -> Path:
+    plan = Folder(options.folder).plan
+    if not (options.resume or options.verb == "status"):
+        raise UsageError("No manifest was given.", "Name one, or go on with the plan in OUT by --resume.")
+    if not plan.is_file():
+        raise ManifestUnusable(f"There is no batch in {options.folder}.", "Name the folder of one, or a manifest.")
+    return plan
+
+
+def _defaults(options: argparse.Namespace) -> dict:
+    """Values of columns that a row may leave empty."""
+    from ..batch import manifest
+
+    try:
+        kinds = manifest.outputs(options.outputs) if options.outputs else None
+        character = manifest.COLUMNS["character"](options.character, Path.cwd()) if options.character else None
+    except ValueError as error:
+        raise UsageError(f"{error}", "See: s2ag batch --help") from None
+    return {"outputs": kinds, "character": character, "style": options.style, "preset": options.preset}
+
+
+def _folder(path: Path) -> Folder:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputUnwritable(f"The folder {path} cannot be made: {error.strerror}.", "Name another.") from error
+    if not os.access(path, os.W_OK):
+        raise OutputUnwritable(f"The folder {path} cannot be written to.", "Name another.")
+    return Folder(path)
+
+
+def _absolute(*paths: Path | None) -> list[str | None]:
+    return [str(path.absolute()) if path else None for path in paths]
+
+
+def _write_plan(batch, options: argparse.Namespace) -> None:
+    from ..batch import manifest
+
+    if not options.manifest or options.manifest.absolute() != batch.folder.plan:
+        manifest.write(batch.clips, batch.folder.plan)
+
+
+def _show_plan(batch, chosen) -> int:
+    from ..batch import summary
+
+    stock, _ = summary.take_stock(batch, chosen)
+    print(json.dumps({**stock, "numbers": [1, len(batch.units)], "plan": str(batch.folder.plan)}, indent=1))
+    return 0
+
+
+def _commands(batch, chosen, wanted) -> dict[str, list[str]]:
+    """How each stage's processes are started; complains now where Blender is needed and absent."""
+    own = [sys.executable, "-m", f"{__package__.rpartition('.')[0]}.batch.work"]
+    commands = dict.fromkeys(STAGES, own)
+    if "render" in wanted and any(unit.is_filmed for unit in chosen):
+        commands["render"] = blender.command("serve")
+    return commands
+
+
+def _report(stock: dict, failures: list[dict], complete: bool = False) -> int:
+    """Say how things stand; the exit status is 1 where clips failed or, if they all should be there, are missing."""
+    for failure in failures[:20]:
+        say(f"line {failure['line']}: {failure['name']} failed to {failure['stage']}. {failure['message']} {failure['remedy']}")
+    if len(failures) > 20:
+        say(f"{len(failures) - 20} more failed; failures.jsonl lists them.")
+    told = [f"{stage} {counts['done']} of {counts['steps']}" for stage, counts in stock["stages"].items()]
+    note(f"{'complete' if stock['complete'] else 'not complete'}: {', '.join(told)}.")
+    return SOME_FAILED if failures or (complete and not stock["complete"]) else 0
+
+
+def _positive(text: str) -> int:
+    if not text.isdigit() or not 1 <= int(text) <= 256:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of processes from 1 to 256")
+    return int(text)
