@@ -14,11 +14,19 @@ _SHARED = ("takes", "preset", "engine", "resolution", "fps")
 _AGREE = "Rows of one scene must agree on it."
 
 
-def check(clips: list[Clip], checkpoint: str | None = None) -> list[Problem]:
-    """Everything wrong with ``clips``, in the order of their lines."""
+def check(clips: list[Clip], checkpoint: str | None = None, looked_at: set[int] | None = None) -> list[Problem]:
+    """Everything wrong with ``clips``, in the order of their lines.
+
+    Files and values are looked at in the lines ``looked_at`` only (all if None): a task of a farm does its own clips.
+    """
     known = describe(checkpoint)
     heard: dict[str, str] = {}
-    problems = [Problem(clip.line, sentence) for clip in clips for sentence in _wrong(clip, known, heard)]
+    problems = [
+        Problem(clip.line, sentence)
+        for clip in clips
+        if looked_at is None or clip.line in looked_at
+        for sentence in _wrong(clip, known, heard)
+    ]
     problems += _names(clips)
     problems += _scenes(clips)
     return sorted(problems, key=lambda problem: problem.line)

@@ -67,7 +67,7 @@ class Folder:
             gone = not _is_running(int(pid)) if host == _host() and pid.isdigit() else _age(left) > _ABANDONED
             if gone:
                 shutil.rmtree(left, ignore_errors=True)
-        for left in (self.root, *(self.root / "records").glob("*")):
+        for left in (self.root, self.root / "dataset", *(self.root / "records").glob("*")):
             for temporary in left.glob(".*.*.json*"):  # of whole_file
                 if _age(temporary) > 60:
                     temporary.unlink(missing_ok=True)

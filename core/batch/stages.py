@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -172,14 +173,15 @@ def perform(
     tasks = [Task(step.task.method, step.task.params, step) for step in steps]
     shares: dict[str, float] = {}
     tried = []
-    for task, outcome, share in Crew(command, jobs, patience).run(tasks):
-        shares[task.label.name] = share
-        if outcome is not None:
-            error = outcome if isinstance(outcome, S2agError) else None
-            if error is not None:
-                task.label.record.fail(task.label.key, error)
-            tried.append((task.label, error))
-        tell(stage, sum(shares.values()) / len(tasks), len(tried), len(tasks))
+    with closing(Crew(command, jobs, patience).run(tasks)) as running:
+        for task, outcome, share in running:
+            shares[task.label.name] = share
+            if outcome is not None:
+                error = outcome if isinstance(outcome, S2agError) else None
+                if error is not None:
+                    task.label.record.fail(task.label.key, error)
+                tried.append((task.label, error))
+            tell(stage, sum(shares.values()) / len(tasks), len(tried), len(tasks))
     return tried
 
 

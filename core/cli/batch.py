@@ -7,7 +7,7 @@ import sys
 import time
 from pathlib import Path
 
-from ..batch.clip import PRESETS, sliced
+from ..batch.clip import PRESETS, sliced, units
 from ..batch.crew import PATIENCE
 from ..batch.folder import STAGES, Folder
 from ..errors import ManifestUnusable, OutputUnwritable, UsageError
@@ -76,6 +76,7 @@ def run(options: argparse.Namespace) -> int:
             tried += stages.perform(batch, stage, chosen, commands[stage], jobs, progress, options.patience)
             if stage == "encode":
                 stages.settle(batch, chosen)
+    folder.sweep()
     last = {"stages": list(wanted), "tried": len(tried), "seconds": round(time.perf_counter() - began, 1)}
     summary.write(batch, last)
     failed = _report(*summary.take_stock(batch, chosen))
@@ -88,7 +89,8 @@ def _clips(options: argparse.Namespace):
 
     path = options.manifest or _plan_of(options)
     clips, problems = manifest.read(path, _defaults(options))
-    problems += checks.check(clips, options.checkpoint)
+    own = {clip.line for unit in sliced(units(clips), options.slice, options.clips) for clip in unit.clips}
+    problems += checks.check(clips, options.checkpoint, None if options.verb in ("plan", "run") else own)
     problems.sort(key=lambda problem: problem.line)
     for problem in problems:
         say(f"{path}:{problem.line}: {problem.sentence}")

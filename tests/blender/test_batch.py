@@ -137,6 +137,12 @@ def test_sequences_land_as_folders_with_and_without_background(batch, tmp_path):
     assert probe(tmp_path / "out" / "mp4" / "c1.mp4")[2] == 4
 
 
+def test_finals_need_no_opengl(batch, tmp_path):
+    whole = batch({"outputs": ("exr",), "preset": "film", "engine": "cycles"}, frames=2)
+    assert perform(whole, "render") == {"c1": None}
+    assert len(list((tmp_path / "out" / "exr" / "c1").iterdir())) == 2
+
+
 @needs_opengl
 def test_several_characters_share_a_scene_and_speak_in_turn(batch, tmp_path):
     talk = {"scene": "talk", "resolution": (96, 54)}
