@@ -4,8 +4,8 @@ import contextlib
 import hashlib
 import json
 import os
+import platform
 import shutil
-import socket
 import tempfile
 import time
 from collections.abc import Iterator
@@ -166,7 +166,7 @@ def _age(path: Path) -> float:
 
 
 def _host() -> str:
-    return "".join(letter if letter.isalnum() else "-" for letter in socket.gethostname()) or "host"
+    return "".join(letter if letter.isalnum() else "-" for letter in platform.node()) or "host"
 
 
 def _is_running(pid: int) -> bool:
