@@ -1,6 +1,7 @@
 """A program of our own in a process of its own: what can crash or hang does so there, and here it is one sentence."""
 
 import json
+import os
 import subprocess
 import threading
 from collections.abc import Callable, Iterable
@@ -8,6 +9,13 @@ from collections.abc import Callable, Iterable
 
 class ChildFailed(Exception):
     """The child gave no usable answer; the text completes "It ..."."""
+
+
+def apart() -> dict:
+    """Arguments of :class:`subprocess.Popen` for a child in a group of its own, which a terminal's Ctrl-C does not reach."""
+    if os.name == "nt":
+        return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
+    return {"start_new_session": True}
 
 
 def ask(command: list[str], request: dict, data: Iterable[bytes], limit: float, hear: Callable[[dict], object | None]):

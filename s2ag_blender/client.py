@@ -17,7 +17,7 @@ import time
 from collections import deque
 from pathlib import Path
 
-from ..core import protocol
+from ..core import child, protocol
 from ..core.errors import Cancelled, S2agError, WorkerFailed
 
 PATIENCE = 300.0
@@ -255,10 +255,6 @@ class _Process:
     def __init__(self, command: list[str], folder: Path):
         environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONSAFEPATH")}
         # A terminal's Ctrl-C goes to the whole group: the client decides what it means, not the worker.
-        if os.name == "nt":
-            apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
-        else:
-            apart = {"start_new_session": True}
         try:
             self._popen = subprocess.Popen(
                 command,
@@ -267,7 +263,7 @@ class _Process:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
-                **apart,
+                **child.apart(),
             )
         except OSError as error:
             raise WorkerFailed(f"The worker cannot be started: {error.strerror}.", f"Check that {command[0]} runs.") from error

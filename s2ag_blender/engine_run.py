@@ -13,6 +13,7 @@ import time
 from collections import deque
 from pathlib import Path
 
+from ..core import child
 from ..core.errors import Cancelled, S2agError
 from . import engine_pip, engine_setup
 from .engine_setup import Plan, SetupFailed
@@ -31,10 +32,6 @@ class Program:
     """A child process whose output is read in a thread, line by line; dies with all its own children."""
 
     def __init__(self, command: list[str], folder: Path | None = None, variables: dict | None = None):
-        if os.name == "nt":
-            apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
-        else:
-            apart = {"start_new_session": True}
         try:
             self._popen = subprocess.Popen(
                 command,
@@ -43,7 +40,7 @@ class Program:
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
-                **apart,
+                **child.apart(),
             )
         except OSError as error:
             raise SetupFailed(f"{command[0]} cannot be run: {error.strerror}.", "Choose another Python.") from error

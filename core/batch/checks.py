@@ -3,13 +3,12 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from .. import styles, transcript
+from .. import characters, styles, transcript
 from ..catalogue import describe
 from ..errors import S2agError
 from .clip import CHARACTER_OUTPUTS, SCENE_OUTPUTS, Clip, units
 from .manifest import Problem
 
-CHARACTER_SUFFIXES = (".blend", ".fbx", ".glb", ".gltf")
 _SHARED = ("takes", "preset", "engine", "resolution", "fps")
 _AGREE = "Rows of one scene must agree on it."
 
@@ -38,7 +37,7 @@ def _wrong(clip: Clip, known: dict, heard: dict[str, str]) -> Iterator[str]:
         heard[clip.audio] = _refusal(_listen, clip.audio)
     yield from filter(None, (heard[clip.audio], _refusal(_read_words, clip), _refusal(_ask, clip, known)))
     if clip.is_filmed:
-        yield from filter(None, [_refusal(_look_for, clip.character)])
+        yield from filter(None, [_refusal(characters.checked, clip.character)])
     if clip.fps is not None and not 1 <= clip.fps <= 240:
         yield f"{clip.fps:g} frames a second are out of range (1 to 240)."
     if not 0 <= clip.delay < 86400:
@@ -83,19 +82,6 @@ def request(clip: Clip):
 
     names = ("audio", "transcript", "text", "style", "seed", "takes", "intensity", "affect", "rate", "hand", "mirror")
     return Request(**{name: getattr(clip, name) for name in names})
-
-
-def _look_for(character: str) -> None:
-    from ..errors import RigUnusable
-
-    if character in ("human", "mannequin") or (character.startswith("human:") and not Path(character).suffix):
-        return
-    if Path(character).suffix.lower() not in CHARACTER_SUFFIXES:
-        raise RigUnusable(
-            f"There is no character {character}.", f"Use human, human:RIG, mannequin or a {', '.join(CHARACTER_SUFFIXES)} file."
-        )
-    if not Path(character).is_file():
-        raise RigUnusable(f"The character file {character} does not exist.", "Check its path.")
 
 
 def _names(clips: list[Clip]) -> Iterator[Problem]:

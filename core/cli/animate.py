@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 from ...rigs import maps
+from .. import characters
 from . import blender, character, outputs, performance
 from .progress import Progress, note
 
@@ -33,7 +34,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Synthesise here, then key, render and export each take in Blender."""
-    who = character.checked(options.character)
+    who = characters.checked(options.character)
     if options.map:
         maps.load(options.map)  # complain now, not after the synthesis
     wanted = performance.request(options)

@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 from ...rigs import maps
+from .. import characters
 from ..errors import RigUnusable
 from ..files import check_output
 from . import blender, character
@@ -29,7 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print the table of joints, save the map, and fail where an arm is missing."""
     job = {
-        "character": character.checked(options.character),
+        "character": characters.checked(options.character),
         "gender": options.gender,
         "armature": options.armature,
         "map": str(options.map.absolute()) if options.map else None,

@@ -1,0 +1,20 @@
+"""What a character may be called: human, human:RIG, mannequin, or a file. Blender's side of it is ``s2ag_blender.cast``."""
+
+from pathlib import Path
+
+from .errors import RigUnusable, UsageError
+
+SUFFIXES = (".blend", ".fbx", ".glb", ".gltf")
+
+
+def checked(name: str) -> str:
+    """The character as Blender's side wants it; raises for a file that is missing or of an unknown kind."""
+    if name in ("human", "mannequin") or (name.startswith("human:") and not Path(name).suffix):
+        return name
+    path = Path(name).absolute()
+    if path.suffix.lower() not in SUFFIXES:
+        remedy = f"Use human, human:RIG, mannequin or a {', '.join(SUFFIXES)} file."
+        raise UsageError(f"There is no character {name!r}.", remedy)
+    if not path.is_file():
+        raise RigUnusable(f"The character file {name} does not exist.", "Check its path.")
+    return str(path)
