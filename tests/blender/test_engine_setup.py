@@ -134,7 +134,7 @@ def test_an_environment_that_another_blender_is_making_is_left_alone(extension, 
 @needs_venv
 @pytest.mark.parametrize("step", ["Make the environment", "Install packages"])
 def test_cancel_answers_within_half_a_second_and_leaves_nothing(extension, tmp_path, step):
-    heavy = wheels.write_wheels(tmp_path / "heavy", size=60_000_000)
+    heavy = wheels.write_wheels(tmp_path / "heavy", size=400_000_000)
     work = engine_ops.begin(bpy.context, engine_setup.plan(extension, wheels=str(heavy)))
     deadline = time.monotonic() + 60
     while work.stage != step and time.monotonic() < deadline:
