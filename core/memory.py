@@ -25,7 +25,7 @@ class Memory:
 
 
 def signature(request) -> tuple:
-    """What the recording and the words of a :class:`synthesis.Request` are known by, without reading them.
+    """What the recording and the words of a :class:`request.Request` are known by, without reading them.
 
     Names, sizes and times of writing.
     """

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from os import PathLike
 
 import numpy as np
@@ -12,86 +12,9 @@ from .cache import Cache, default_folder
 from .errors import Cancelled, UsageError
 from .memory import Memory, signature
 from .motion import Motion
+from .request import Request, Result
 
 VERSION = 1  # of the provenance written into every motion
-
-
-@dataclass(frozen=True)
-class Request:
-    """What to make. ``audio`` is a path; give ``transcript`` (a path) or ``text``, or neither: audio alone still gestures.
-
-    ``style`` is a style expression (:func:`styles.parse`), ``takes`` how many variations, ``intensity`` how far the
-    performance departs from rest. ``affect`` (any of :data:`styles.AFFECTS`), ``rate`` and ``hand`` steer the style, -1..1
-    each, 0 as the speaker would. ``mirror`` exchanges left and right of the finished performance. ``pose`` are unit
-    directions ``(9, 3)`` to start from (canonical frame; natural rest if None). With ``recognise`` words that nobody wrote
-    down are recognised, which needs the extra of that name.
-
-    ``take`` is the number of the first take. ``near`` are the steps ``(number, spread)`` that lead to a variation of it;
-    with ``spread`` (0..1, a share of how far takes differ) all takes are one more step away from that, numbered from ``step``
-    on (:func:`styles.identities`). ``latent`` ``(steps, size)``, as :class:`Result` gives it, is the point of the latent
-    space for each step of the style, instead of drawing it.
-    """
-
-    audio: str | PathLike
-    transcript: str | PathLike | None = None
-    text: str | None = None
-    style: str | dict = ""
-    seed: int = 0
-    takes: int = 1
-    intensity: float = 1.0
-    affect: dict[str, float] = field(default_factory=dict)
-    rate: float = 0.0
-    hand: float = 0.0
-    mirror: bool = False
-    pose: np.ndarray | None = None
-    take: int = 0
-    near: tuple = ()
-    spread: float = 0.0
-    step: int = 1
-    recognise: bool = False
-    latent: np.ndarray | None = None
-
-    def __post_init__(self):
-        if self.transcript is not None and self.text is not None:
-            raise UsageError("Both a transcript file and a text were given.", "Give one of them.")
-        if not 1 <= self.takes <= 64:
-            raise UsageError(f"{self.takes} takes were asked for.", "Ask for 1 to 64.")
-        if not 0 <= self.intensity <= 3:
-            raise UsageError(f"Intensity {self.intensity:g} is out of range.", "Give a number from 0 to 3.")
-        if self.seed < 0:
-            raise UsageError(f"Seed {self.seed} is negative.", "Give zero or a positive whole number.")
-        if self.pose is not None and not _is_pose(self.pose):
-            raise UsageError("The seed pose is not nine directions.", "Give nine times three numbers, no direction zero.")
-        if self.take < 0 or self.step < 1:
-            raise UsageError(f"Take {self.take} or step {self.step} is too low.", "Takes count from 0, steps from 1.")
-        if not 0 <= self.spread <= 1 or not _are_steps(self.near):
-            raise UsageError("The variation asked for makes no sense.", "Give a spread of 0 to 1, steps as (number, spread).")
-        styles.controls(self.affect, self.rate, self.hand)
-        if self.latent is not None and self.takes != 1:
-            raise UsageError("A point of the latent space is one performance.", "Ask for one take.")
-
-    @property
-    def identities(self) -> list[tuple]:
-        """What tells the takes apart (:func:`styles.identities`)."""
-        return styles.identities(self.take, self.takes, tuple(self.near), self.spread, self.step)
-
-    @property
-    def controls(self) -> np.ndarray:
-        """Affect, rate and hand ``(5,)`` in the order of :data:`styles.CONTROLS`."""
-        return styles.controls(self.affect, self.rate, self.hand)
-
-
-@dataclass(frozen=True)
-class Result:
-    """Motions (one a take), words with times, warnings for the user, seconds spent by stage, and the styles that performed:
-    ``latents`` ``(takes, steps, size)``, one step unless the style walks.
-    """
-
-    motions: list[Motion]
-    words: tuple
-    warnings: list[str] = field(default_factory=list)
-    seconds: dict[str, float] = field(default_factory=dict)
-    latents: np.ndarray | None = None
 
 
 class Session:
@@ -227,6 +150,7 @@ class _Run:
     def hear(self, sound: np.ndarray) -> "_Heard":
         """What does not depend on style: everything about the recording."""
         from . import audio, voice
+        from .vector_features import VectorFeatures
 
         said = self.stage("align words", lambda: self._words(sound))
         words, wishes = said.words, hints.understand(said.marks, said.words)
@@ -238,7 +162,7 @@ class _Run:
         def hear():
             if config.words:
                 return self._published(sound, told, warnings)
-            return _Features(sound, told, vectors, self._prosody(sound, words, frames, wishes))
+            return VectorFeatures(sound, told, vectors, self._prosody(sound, words, frames, wishes))
 
         features = self.stage("extract MFCC", hear)
         activity = self.stage("find pauses", lambda: _fit(voice.active(sound), frames))
@@ -378,49 +302,19 @@ class _Run:
 
 @dataclass(frozen=True)
 class _Heard:
-    """A recording as performers hear it: digest, words, wishes, warnings, features, voice activity, frames, seconds spent."""
+    """A recording as performers hear it: digest, words, wishes, warnings, features, voice activity, frames, seconds spent.
+
+    ``features`` are :class:`VectorFeatures`, or :class:`TableFeatures` for an imported network.
+    """
 
     digest: str
     words: tuple
     wishes: hints.Wishes
     warnings: list[str]
-    features: "_Features"
+    features: object
     activity: np.ndarray
     frames: int
     seconds: dict[str, float]
-
-
-class _Features:
-    """MFCCs and prosody of the whole recording; word vectors are placed window by window, so an hour stays small."""
-
-    def __init__(self, sound: np.ndarray, words: tuple, vectors, prosody: np.ndarray | None):
-        from . import mfcc
-
-        self.prosody = prosody
-        self.mfcc = mfcc.temporal_features(sound)
-        self.words, self.vectors = sorted(words, key=lambda word: word[1]), vectors
-        self.ends = np.maximum.accumulate([end for _, _, end in self.words])
-        self.starts = np.array([start for _, start, _ in self.words])
-
-    def slice(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """MFCCs, word vectors and prosody (None without) of pose frames ``start`` to ``stop``."""
-        from .model.timing import mfcc_slice
-        from .words import DIMENSIONS, place
-
-        span = mfcc_slice(start, stop)
-        mfcc = self.mfcc[np.minimum(np.arange(span.start, span.stop), len(self.mfcc) - 1)]
-        prosody = None if self.prosody is None else self.prosody[start:stop]
-        if self.vectors is None:
-            return mfcc, np.zeros((stop - start, DIMENSIONS), np.float32), prosody
-        here = slice(np.searchsorted(self.ends, start / skeleton.FPS), np.searchsorted(self.starts, stop / skeleton.FPS))
-        return mfcc, place(self.words[here], self.vectors, stop - start, start=start / skeleton.FPS), prosody
-
-
-def _are_steps(near) -> bool:
-    try:
-        return all(int(number) > 0 and 0 < float(spread) <= 1 for number, spread in near)
-    except (TypeError, ValueError):
-        return False
 
 
 def _unknown(wishes: hints.Wishes) -> list[str]:
@@ -428,14 +322,6 @@ def _unknown(wishes: hints.Wishes) -> list[str]:
         return []
     names = ", ".join(f"{{{name}}}" for name in wishes.unknown[:3])
     return [f"The transcript's hint {names} is not one that gestures know; it is left out (docs/transcripts.md lists them)."]
-
-
-def _is_pose(value) -> bool:
-    try:
-        pose = np.asarray(value, float)
-    except (TypeError, ValueError):
-        return False
-    return pose.shape == (9, 3) and bool(np.isfinite(pose).all()) and bool(np.linalg.norm(pose, axis=1).min() > 0)
 
 
 def _rest_pose(speakers: list[dict], weights: dict[int, float] | None) -> np.ndarray:
