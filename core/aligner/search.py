@@ -34,6 +34,8 @@ _QUICK = {"fwdflat": False, "bestpath": False}
 _ATTEMPTS = (("plain", False), ("plain", True), ("hiss", False), ("denoised", True))
 """Treatment of the sound and whether beams are wide, tried in this order: hiss helps where digital silence or a robotic voice
 fits no model, noise reduction below some 12 dB of signal to noise. Beams beyond 1e-100 lose words."""
+_STRANGE = (("plain", False), ("hiss", False))
+"""For another language both are tried where there is no path otherwise: strange sounds may fit none."""
 _LADDERS = 2
 """How often all attempts are made before anything has ever fitted; a text that does not fit costs no more."""
 
@@ -71,9 +73,12 @@ class Searcher:
         if len(sound) < RATE // 10 or not words:
             return None
         attempts = [self._kind] if self._kind else _ATTEMPTS if self._ladders else _ATTEMPTS[:1]
+        others = [one for one in _STRANGE if self._model and one not in attempts]
         self._ladders -= not self._kind and self._ladders > 0
         best = kind = None
-        for treatment, wide in attempts:
+        for treatment, wide in [*attempts, *others]:
+            if best is not None and (treatment, wide) in others:
+                break
             piece = self._decode(self._decoder(wide), treated(sound, treatment, self._pauses(start, end)), words, open_end)
             if piece is not None and (best is None or piece.good > best.good):
                 best, kind = piece, (treatment, wide)
