@@ -82,9 +82,10 @@ def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]])
     return Wishes(frozenset(stressed), instead, tuple(sizes), tuple(sides), tuple(rests), tuple(dict.fromkeys(unknown)))
 
 
-def heard(words: Sequence[tuple[str, float, float]], wishes: Wishes) -> list[tuple[str, float, float]]:
-    """The words as the network is to hear them."""
-    return [(wishes.instead.get(number, text), start, end) for number, (text, start, end) in enumerate(words)]
+def heard(words: Sequence[tuple[str, float, float]], wishes: Wishes, understood: bool = True) -> list[tuple[str, float, float]]:
+    """The words as the network is to hear them: those of a language that is not ``understood`` as unknown ones."""
+    known = ((wishes.instead.get(number, text if understood else ""), *span) for number, (text, *span) in enumerate(words))
+    return list(known)
 
 
 def perform(directions: np.ndarray, wishes: Wishes, pose: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ Stage directions, tags and speakers' names are left out. Three marks are kept fo
 """
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from .spelling import spoken
@@ -49,8 +50,8 @@ class Marked:
     marks: list[Mark]
 
 
-def read(text: str) -> Marked:
-    """Words and marks of a plain text."""
+def read(text: str, said: Callable[[str], list[str]] = spoken) -> Marked:
+    """Words and marks of a plain text; ``said`` tells the words said for a written one (:mod:`spelling`)."""
     events: list[str] = []
 
     def event(match: re.Match) -> str:
@@ -63,7 +64,7 @@ def read(text: str) -> Marked:
     text = _EVENT.sub(event, _without_labels(_PRIVATE.sub(" ", text)))
     text = _DASHES.sub(" ", _STRESS.sub(lambda match: f"\ue001{match[1]}\ue002", text))
     shouting = _shouts(text)
-    reader = _Reader(events)
+    reader = _Reader(events, said)
     for piece in text.split():
         if piece[0] == "\ue000":
             reader.event(int(piece[1:]))
@@ -75,8 +76,8 @@ def read(text: str) -> Marked:
 class _Reader:
     """Collects words and marks; remembers which stress and hints are still open."""
 
-    def __init__(self, events: list[str]):
-        self._events = events
+    def __init__(self, events: list[str], said: Callable[[str], list[str]]):
+        self._events, self._said = events, said
         self.tokens: list[Token] = []
         self.marks: list[Mark] = []
         self._stressed = False
@@ -94,7 +95,7 @@ class _Reader:
         self._stressed |= "\ue001" in piece
         stressed, closing = self._stressed, "\ue002" in piece
         piece = piece.replace("\ue001", "").replace("\ue002", "")
-        shown, said = _EDGES.sub("", piece), spoken(piece)
+        shown, said = _EDGES.sub("", piece), self._said(piece)
         if shown and said:
             if self.tokens and said[0] in _SCALES:
                 said = self._moved(said)

@@ -36,17 +36,23 @@ def shipped() -> Path:
     raise EngineMissing("The package of the speech recogniser holds no model.", ADVICE)
 
 
-def recognise(audio: np.ndarray, progress=None, model: str | os.PathLike | None = None) -> list[Item]:
+def recognise(
+    audio: np.ndarray, progress=None, model: str | os.PathLike | None = None, language: str | None = None
+) -> list[Item]:
     """Phrases said in ``(n,)`` float32 at 16 kHz, with times that are good to some tenths of a second.
 
     ``model`` is a folder with another Whisper model in CTranslate2's form, of any language that it knows; the shipped one is
-    English. Its words keep the times that it gives them, good to a tenth of a second, because the aligner knows English
-    only. Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`.
+    English. Without a ``language`` (as in ``de``) that the aligner is told too, its words keep the times that it gives them,
+    good to a tenth of a second. Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`.
     """
+    words = model is not None and language is None
     if model is None:
+        if language is not None:
+            message = "The shipped speech recogniser knows English only."
+            raise TranscriptUnreadable(message, "Name a multilingual Whisper model.")
         folder, language = shipped(), "en"
     else:
-        folder, language = Path(model), None
+        folder, language = Path(model), language and language.partition("-")[0]
         if importlib.util.find_spec("faster_whisper") is None:
             raise EngineMissing("The speech recogniser is not installed.", ADVICE)
         if not (folder / "model.bin").is_file():
@@ -56,9 +62,9 @@ def recognise(audio: np.ndarray, progress=None, model: str | os.PathLike | None 
         if "segments" not in answer:
             (progress or float)(float(answer["progress"]))
             return None
-        return [Item(str(text), float(start), float(end), word=model is not None) for text, start, end in answer["segments"]]
+        return [Item(str(text), float(start), float(end), word=words) for text, start, end in answer["segments"]]
 
-    request = {"samples": len(audio), "model": str(folder), "language": language, "words": model is not None}
+    request = {"samples": len(audio), "model": str(folder), "language": language, "words": words}
     command = [sys.executable, "-P", os.fspath(_PROGRAM)]
     try:
         return child.ask(command, request, pcm(audio), 60 + 4 * len(audio) / SAMPLE_RATE, hear)

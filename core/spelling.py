@@ -55,6 +55,14 @@ def spoken(word: str) -> list[str]:
     return result
 
 
+def written(word: str) -> list[str]:
+    """The same for other languages, in their own words and numbers: ``Vor-Ort-Termin`` three, ``3,5`` and ``20€`` one each."""
+    word = unicodedata.normalize("NFKC", word).translate(_APOSTROPHES).lower()
+    parts = re.split(r"(?<=[^\W\d])[-–—/_]+(?=\w)|(?<=\d)[-–]+(?=\d)|[–—…]+|\.{2,}", word)
+    plain = (re.sub(r"^[^\w$€£%§&@]+|[^\w$€£%°']+$", "", re.sub(r"[()\[\]<>{}*\s]", "", part)) for part in parts)
+    return [part for part in plain if part.strip("'_")]
+
+
 def cardinal(number: int) -> list[str]:
     """A whole number of at most fifteen digits in words, without "and"; longer ones digit by digit."""
     if number < 0:

@@ -7,7 +7,8 @@ from os import PathLike
 
 import numpy as np
 
-from . import hints, language, limits, rest, skeleton, styles, transcript
+from . import hints, limits, rest, skeleton, styles, transcript
+from . import language as languages
 from .cache import Cache, default_folder
 from .errors import Cancelled, UsageError
 from .memory import Memory, signature
@@ -23,7 +24,8 @@ class Session:
     With ``remember`` it also keeps the last recording as heard and the last performance as generated, so that another
     style is not heard again and another intensity is not generated again.
 
-    ``aligner_model`` and ``recogniser_model`` are folders for another language. Word times are kept in the folder ``cache``,
+    ``language`` (as in ``de``), ``aligner_model`` and ``recogniser_model`` (folders) are for another language, whose words say
+    nothing to the network unless ``vectors`` are given too: its own are English. Word times are kept in the folder ``cache``,
     by default the user's (:func:`cache.default_folder`), and not at all if it is "off".
     """
 
@@ -36,11 +38,13 @@ class Session:
         aligner_model: str | PathLike | None = None,
         recogniser_model: str | PathLike | None = None,
         cache: str | PathLike | None = None,
+        language: str | None = None,
     ):
         self._paths = checkpoint, vectors
         self.device = device
         folder = default_folder() if cache is None else None if str(cache) == "off" else cache
-        self._ways = transcript.Ways(Cache(folder), language.load(aligner_model), False, recogniser_model)
+        self._ways = transcript.Ways(Cache(folder), languages.load(aligner_model, language), False, recogniser_model)
+        self.understands = vectors is not None or not languages.foreign(self._ways.model)
         self._checkpoint = self._vectors = None
         self._memory = Memory() if remember else None
 
@@ -157,7 +161,7 @@ class _Run:
         warnings, config = said.warnings + _unknown(wishes), self.session.checkpoint.config
         vectors = self.stage("load word vectors", lambda: self.session.vectors) if words and not config.words else None
         frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
-        told = hints.heard(words, wishes)
+        told = hints.heard(words, wishes, self.session.understands)
 
         def hear():
             if config.words:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import align, audio, language, markup, readers
+from . import align, audio, language, markup, readers, spelling
 from .cache import Cache, key
 from .errors import TranscriptUnreadable, UsageError
 from .readers import Item
@@ -77,7 +77,7 @@ def hear(
         source = readers.Source("recognised speech", _recognised(sound, progress, ways))
     else:
         return Heard()
-    script = _Script(source, len(sound) / audio.SAMPLE_RATE)
+    script = _Script(source, len(sound) / audio.SAMPLE_RATE, ways.model)
     if not script.tokens:
         return Heard(warnings=script.warnings or [_NOTHING], form=source.form)
     found = _placed(sound, script, progress, ways)
@@ -116,26 +116,30 @@ def read(path: str | PathLike) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def tokenise(text: str) -> list[markup.Token]:
+def tokenise(text: str, model: dict | None = None) -> list[markup.Token]:
     """Words as ``(as written, [as spoken, ...])``: without punctuation, stage directions and other markup."""
-    return markup.read(text).tokens
+    return _marked(text, model).tokens
+
+
+def _marked(text: str, model: dict | None) -> markup.Marked:
+    return markup.read(text, spelling.written if language.foreign(model) else spelling.spoken)
 
 
 class _Script:
     """A source as tokens, the ``loose`` of which are to be placed in ``stretches``; all others have ``fixed`` times."""
 
-    def __init__(self, source: readers.Source, duration: float):
+    def __init__(self, source: readers.Source, duration: float, model: dict | None):
         self.tokens: list[markup.Token] = []
         self.marks: list[markup.Mark] = []
         self.fixed: dict[int, tuple[float, float]] = {}
         self.loose: list[int] = []
         self.stretches: list[align.Stretch] = []
         self.warnings: list[str] = []
-        self._duration, late = duration, 0
+        self._duration, self._model, late = duration, model, 0
         items = source.items
         for number, item in enumerate(items):
             if item.start is not None and item.start >= duration:
-                late += len(tokenise(item.text))
+                late += len(tokenise(item.text, model))
             elif item.word:
                 self._fix(item)
             else:
@@ -146,14 +150,14 @@ class _Script:
             self.warnings.append(f"{what} and {'are' if late > 1 else 'is'} left out.")
 
     def _fix(self, item: Item) -> None:
-        said = tokenise(item.text)
+        said = tokenise(item.text, self._model)
         if said:
             self.fixed[len(self.tokens)] = (item.start, min(item.end, self._duration))
             self.tokens.append((item.text.strip(), [part for _, parts in said for part in parts]))
 
     def _loosen(self, item: Item, items: list[Item], number: int) -> None:
         """Put the words of a phrase where it says, or between what its neighbours say, together with the phrase before."""
-        marked = markup.read(item.text)
+        marked = _marked(item.text, self._model)
         if not marked.tokens:
             return
         here = len(self.tokens)
@@ -213,11 +217,12 @@ def _recognised(sound: np.ndarray, progress, ways: Ways) -> list[Item]:
     """Phrases by the recogniser, from the cache if they have been heard before."""
     from . import recognise
 
-    name = key("recognise", recognise.VERSION, audio.digest(sound), str(ways.recogniser or ""))
+    code = (ways.model or {}).get("voice")
+    name = key("recognise", recognise.VERSION, audio.digest(sound), str(ways.recogniser or ""), code or "")
     kept = ways.cache.get(name)
     if isinstance(kept, list):
         return [Item(text, start, end, word) for text, start, end, word in kept]
-    items = recognise.recognise(sound, progress, ways.recogniser)
+    items = recognise.recognise(sound, progress, ways.recogniser, code)
     ways.cache.put(name, [[item.text, item.start, item.end, item.word] for item in items])
     return items
 

@@ -41,7 +41,7 @@ _PARAMETERS = {
     "step": int,
     "recognise": bool,
 }
-_SETTINGS = ("checkpoint", "vectors", "device", "aligner_model", "recogniser_model", "cache")
+_SETTINGS = ("checkpoint", "vectors", "device", "aligner_model", "recogniser_model", "cache", "language")
 
 
 class Worker:

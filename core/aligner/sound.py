@@ -51,7 +51,7 @@ _SILENCE = np.zeros(_BLOCK, np.int16)
 def treated(sound: np.ndarray, treatment: str, pauses: list) -> np.ndarray:
     """``(n,)`` int16 ``plain``, with ``hiss`` or ``denoised``; ``pauses`` in seconds of this sound."""
     if treatment == "hiss":
-        sound = sound + np.random.default_rng(0).normal(0, 20, len(sound))
+        sound = sound + np.random.default_rng(0).normal(0, 60, len(sound))
     elif treatment == "denoised":
         sound = denoise(sound, pauses)
     return np.clip(sound, -32768, 32767).astype("<i2")

@@ -37,6 +37,8 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     parser.add_argument("--mirror", action="store_true", help="exchange left and right")
     add_checkpoint(parser)
     add_vectors(parser)
+    code = "language of the transcript, as in de; needs the extra s2ag[languages] (see docs/transcripts.md)"
+    parser.add_argument("--language", metavar="CODE", help=code)
     model = "pronunciation, and perhaps sounds, of another language for placing words (see docs/transcripts.md)"
     parser.add_argument("--aligner-model", metavar="FOLDER", type=Path, help=model)
     recogniser = "Whisper model for faster-whisper instead of the one in the extra s2ag[recognise]"
@@ -124,7 +126,7 @@ def session(options: argparse.Namespace):
 
     share_cores()
     models = {"aligner_model": options.aligner_model, "recogniser_model": options.recogniser_model}
-    return Session(options.checkpoint, options.vectors, **models, cache=options.cache)
+    return Session(options.checkpoint, options.vectors, **models, cache=options.cache, language=options.language)
 
 
 def perform(options: argparse.Namespace, wanted):
