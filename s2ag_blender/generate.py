@@ -14,17 +14,18 @@ from ..core.errors import AudioUnreadable, S2agError, UsageError
 from ..core.motion import Motion
 from ..rigs.goals import Options
 from ..rigs.plain import PARTS as BODY_PARTS
+from ..rigs.plain import Mapping
 from . import (
     apply,
     choices,
     compat,
     gesture,
+    handpicked,
     keyframes,
     layers,
     markers,
     mixing,
     posing,
-    readiness,
     recall,
     rig,
     sound,
@@ -67,7 +68,7 @@ class Plan:
     params: dict
     voice: sources.Voice
     settings: dict
-    mapping: dict | None = None
+    mapping: Mapping | dict | None = None
     options: Options = field(default_factory=Options)
     pose: dict[str, np.ndarray] = field(default_factory=dict)
     draft: bool = False
@@ -104,7 +105,7 @@ def plan(
     params = {**gesture.request(settings, voice.path), **({"takes": 1} if draft else {}), **changes}
     params = {name: value for name, value in params.items() if value is not None}
     warnings = _without_controls(params, settings)
-    mapping = readiness.chosen(settings)
+    mapping = handpicked.chosen(settings)
     bones = rig.read(armature)
     resolved = rig.resolve_mapping(armature, bones, mapping)
     pose = {bone: np.array(values) for bone, values in (keyed_pose or {}).items()}

@@ -52,10 +52,17 @@ def draw_character(layout, armature) -> None:
     if ready is None:
         row.label(text="Looking for bones", icon="TIME")
     elif ready.problem:
-        layout.label(text=told(ready.problem), icon="ERROR")
+        sentence(layout, told(ready.problem), "ERROR")
     else:
         icon = "CHECKMARK" if ready.found == len(ready.rows) else "INFO"
         row.label(text=told("{found} of {all} parts", found=ready.found, all=len(ready.rows)), icon=icon)
+
+
+def sentence(layout, text: str, icon: str) -> None:
+    """A sentence in as many lines as it needs, its icon before the first."""
+    column = layout.column(align=True)
+    for number, line in enumerate(choices.wrapped(text)):
+        column.label(text=line, icon="BLANK1" if number else icon, translate=False)
 
 
 def draw_voice(layout, settings, scene) -> None:
@@ -169,8 +176,7 @@ def draw_run(layout, armature, context) -> None:
         row.progress(factor=run.value, text=text)
         row.operator("s2ag.cancel", text="", icon="X")
     for text, icon in session.messages(armature):
-        for number, line in enumerate(choices.wrapped(text)):
-            layout.label(text=line, icon="BLANK1" if number else icon, translate=False)
+        sentence(layout, text, icon)
     if errors_log.latest() is not None and session.messages(armature):
         layout.operator("s2ag.open_log", icon="TEXT")
 

@@ -307,6 +307,12 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         description="Bones chosen by hand; empty for those that were found",
         override={"LIBRARY_OVERRIDABLE", "USE_INSERTION"},
     )
+    bone_map_notes: bpy.props.StringProperty(
+        name="Bone Map Notes",
+        description="What a loaded bone map says besides its bones: kind of rig and switches, as JSON",
+        options={"HIDDEN"},
+        override=EDITABLE,
+    )
     takes: bpy.props.CollectionProperty(
         type=S2AG_Take,
         name="Takes",

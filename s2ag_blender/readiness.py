@@ -8,7 +8,7 @@ from ..core.errors import S2agError
 from ..core.skeleton import EDGE_NAMES
 from ..rigs.family import families
 from ..rigs.plain import ARMS, Finding
-from . import rig
+from . import handpicked, rig
 from .translations import told
 
 
@@ -88,14 +88,6 @@ def forget(armature: bpy.types.Object | None = None) -> None:
     _wanted.clear()
 
 
-def chosen(settings) -> dict[str, tuple[str, ...]] | None:
-    """The bones that were chosen by hand, ``{part: bones}``; None where the found ones are to be used."""
-    if not settings.bone_map:
-        return None
-    chains = {item.name: tuple(bone.strip() for bone in item.bones.split(",") if bone.strip()) for item in settings.bone_map}
-    return {part: chain for part, chain in chains.items() if chain}
-
-
 def label(part: str) -> str:
     """A part's name as a heading: "Left Upper Arm"."""
     return part.replace("_", " ").title()
@@ -112,7 +104,10 @@ def _look(armature) -> Readiness:
         rig.require_armature(armature)
     except S2agError as error:
         return Readiness(problem=str(error))
-    mapping, refusal = rig.survey(armature, chosen(armature.s2ag))
+    try:
+        mapping, refusal = rig.survey(armature, handpicked.chosen(armature.s2ag))
+    except S2agError as error:
+        return Readiness(problem=str(error))
     found = {one.part: one for one in mapping.findings}
     rows = [_row(part, mapping.chains.get(part, ()), found.get(part)) for part in EDGE_NAMES]
     names = {family.key: family.name for family in families()}
