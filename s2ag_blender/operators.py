@@ -4,7 +4,7 @@ import bpy
 from bpy_extras.io_utils import ExportHelper
 
 from ..core.errors import S2agError
-from . import gesture, markers, readiness, session, sources
+from . import gesture, markers, preferences, readiness, session, sources
 from .running import Generating, character
 from .translations import told, told_error
 
@@ -23,6 +23,8 @@ def obstacle(context) -> str:
     ready = readiness.known(armature)
     if ready is not None and ready.problem:
         return ready.problem
+    if armature.s2ag.transcript_source == "RECOGNISE" and preferences.recogniser(context) is False:
+        return told("The engine has no speech recogniser yet")
     return sources.missing(armature.s2ag, context.scene)
 
 

@@ -123,6 +123,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
             ("BLOCK", "Text Block", "A text of this file, as the text editor shows it"),
             ("TYPED", "Typed", "Words typed here"),
             ("NONE", "None", "The audio alone gestures"),
+            ("RECOGNISE", "Recognise", "What the engine's speech recogniser hears in the recording, in English"),
         ],
         override=EDITABLE,
     )

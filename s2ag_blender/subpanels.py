@@ -140,6 +140,7 @@ class S2AG_PT_advanced(_Below, bpy.types.Panel):
             layout.label(text="Greyed parts are not keyed", icon="INFO")
         layout.prop(settings, "key_step")
         layout.prop(settings, "checkpoint")
+        layout.operator("s2ag.learn", icon="ACTION")
 
 
 CLASSES = (
