@@ -26,6 +26,7 @@ from . import (
     markers,
     mixing,
     posing,
+    readiness,
     recall,
     rig,
     sound,
@@ -34,6 +35,8 @@ from . import (
 )
 from .translations import told
 
+MEASURED = 10
+"""A draft on a control rig is measured at one of so many frames of the motion, which has 15 a second."""
 _PARTS = {
     "TORSO": ("torso",),
     "HEAD": ("neck", "head"),
@@ -107,7 +110,7 @@ def plan(
     warnings = _without_controls(params, settings)
     mapping = handpicked.chosen(settings)
     bones = rig.read(armature)
-    resolved = rig.resolve_mapping(armature, bones, mapping)
+    resolved = (readiness.mapping(armature) if draft else None) or rig.resolve_mapping(armature, bones, mapping)
     pose = {bone: np.array(values) for bone, values in (keyed_pose or {}).items()}
     layered = settings.result == "LAYER"  # what is below it has the poses already
     if not pose and not layered and "CURRENT" in (settings.start_pose, settings.end_pose):
@@ -120,7 +123,7 @@ def plan(
         params,
         voice,
         kept or recall.snapshot(settings),
-        mapping,
+        resolved if draft else mapping,
         options(settings),
         pose,
         draft,
@@ -221,6 +224,7 @@ class _Laying:
             step=self.settings["key_step"],
             first=self.span.first,
             last=np.inf if self.span.last is None else self.span.last,
+            measured=MEASURED if planned.draft else 1,
             report=self._tell,
         )
         left_out = self._left_out()

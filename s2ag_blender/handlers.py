@@ -24,11 +24,21 @@ def _after_undo(*_) -> None:
     readiness.forget()
 
 
+@persistent
+def _after_update(_scene, depsgraph=None, *_) -> None:
+    # With every change of anything: nothing but a note may be made here.
+    if depsgraph.id_type_updated("ARMATURE"):
+        readiness.changed(rigs=True)
+    elif depsgraph.id_type_updated("OBJECT"):
+        readiness.changed()
+
+
 _HANDLERS = (
     (bpy.app.handlers.load_pre, _before_load),
     (bpy.app.handlers.save_pre, _before_save),
     (bpy.app.handlers.undo_post, _after_undo),
     (bpy.app.handlers.redo_post, _after_undo),
+    (bpy.app.handlers.depsgraph_update_post, _after_update),
 )
 
 
