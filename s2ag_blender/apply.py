@@ -101,8 +101,8 @@ def pose_keys(
     """What to key for ``motion`` starting at frame ``start``; a rig's ``settings`` let it follow these keys.
 
     Only frames from ``first`` to ``last`` are made. A control rig is measured at every ``measured``-th frame of the motion:
-    between them its answer is taken to change evenly, which is quick and near. Changes nothing. Raises :class:`RigUnusable` for an unusable rig and
-    :class:`UsageError` where the motion has no frame in that range.
+    between them its answer is taken to change evenly, which is quick and near. Changes nothing. Raises :class:`RigUnusable`
+    for an unusable rig and :class:`UsageError` where the motion has no frame in that range.
     """
     tell = report or _LOG.warning
     bones = rig.read(armature)

@@ -3,7 +3,7 @@
 import bpy
 from bpy.app.handlers import persistent
 
-from . import layers, preview, readiness, session
+from . import drafts, preview, readiness, session
 
 
 @persistent
@@ -16,12 +16,14 @@ def _before_load(*_) -> None:
 @persistent
 def _before_save(*_) -> None:
     for armature in [item for item in bpy.data.objects if item.type == "ARMATURE"]:
-        layers.drop_draft(armature)
+        drafts.drop(armature)
 
 
 @persistent
 def _after_undo(*_) -> None:
     readiness.forget()
+    if not preview.is_on():
+        preview.stop()  # a step back may lead to where a draft was played
 
 
 @persistent

@@ -12,7 +12,7 @@ from ..core.datasets import ten
 from ..core.errors import OutputUnwritable, S2agError, UsageError
 from ..core.motion import Motion
 from ..rigs.plain import Bones, Mapping, character_frame
-from . import handpicked, layers, rig, sources
+from . import drafts, handpicked, rig, sources
 from .apply import scene_fps
 from .running import character
 from .translations import told, told_error
@@ -151,7 +151,7 @@ class S2AG_OT_learn(bpy.types.Operator):
 
     def execute(self, context):
         armature = character(context)
-        layers.drop_draft(armature)  # it is nobody's performance
+        drafts.drop(armature)  # it is nobody's performance
         try:
             path = save_take(armature, bpy.path.abspath(self.directory), **spoken(armature, context.scene))
         except S2agError as error:

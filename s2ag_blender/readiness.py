@@ -83,6 +83,11 @@ def mapping(armature: bpy.types.Object) -> Mapping | None:
     return _look_at(armature).mapping
 
 
+def made_of(armature: bpy.types.Object) -> tuple:
+    """What a rig is made of as far as its mapping hangs on it: equal while it stays the same."""
+    return _look_at(armature).made_of
+
+
 def known(armature: bpy.types.Object) -> Readiness | None:
     """The readiness as far as it has been worked out, None where it has not. For drawing: never slow.
 

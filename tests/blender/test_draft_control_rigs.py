@@ -7,7 +7,7 @@ import bpy
 import pytest
 import rigify_files
 from acted import apart, pose
-from s2ag.s2ag_blender import generate, gesture, layers, preview, readiness, rig
+from s2ag.s2ag_blender import drafts, generate, gesture, preview, readiness, rig
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +62,7 @@ def test_a_draft_is_next_to_the_take(actor):
     result = gesture.call(bpy.context, planned.params)
     generate.finish(planned, result)
     drafted = shown()
-    layers.drop_draft(actor)
+    drafts.drop(actor)
     generate.finish(generate.plan(bpy.context, actor), result)
     assert max(apart(one, other) for one, other in zip(drafted, shown(), strict=True)) < 1.5
 
