@@ -102,7 +102,7 @@ def draw_recogniser(layout, context) -> None:
     if preferences.recogniser(context) is not False:
         layout.label(text="English speech only", icon="INFO")
         return
-    layout.label(text="The engine has no speech recogniser yet", icon="INFO")
+    sentence(layout, told("The engine has no speech recogniser yet"), "INFO")
     if preferences.is_own(preferences.facts(context)):
         layout.operator("s2ag.engine_setup", text="Add the Recogniser", icon="IMPORT").recognise = True
     else:

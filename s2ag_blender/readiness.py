@@ -191,7 +191,8 @@ def catch_up() -> None:
         armature = bpy.data.objects.get(name)
         if armature is not None and armature.type == "ARMATURE":
             before = _known.get(_key(armature))
-            news |= before is None or before.ready is not of(armature)
+            now = of(armature)
+            news |= before is None or before.ready is not now
     for window in bpy.context.window_manager.windows if news else ():
         for area in window.screen.areas:
             if area.type == "VIEW_3D":

@@ -90,7 +90,7 @@ class S2AG_PT_bone_map(_Below, bpy.types.Panel):
     def draw_settings(self, layout, armature, settings, context):
         ready = readiness.known(armature)
         if settings.bone_map:
-            layout.label(text="Chosen by hand, with commas between bones", icon="GREASEPENCIL")
+            layout.label(text="By hand; commas between bones", icon="GREASEPENCIL")
         elif ready is not None and ready.family:
             layout.label(text=told("Found as: {family}", family=ready.family), icon="ARMATURE_DATA")
         column = layout.column(align=True)
@@ -106,9 +106,10 @@ class S2AG_PT_bone_map(_Below, bpy.types.Panel):
                 row.label(text=", ".join(found.bones) or found.note, translate=False)
         for warning in ready.warnings if ready is not None else ():
             sentence(layout, told(warning), "ERROR")
-        row = layout.row(align=True)
-        row.operator("s2ag.edit_bone_map")
-        row.operator("s2ag.reset_bone_map")
+        if settings.bone_map:
+            layout.operator("s2ag.reset_bone_map", icon="LOOP_BACK")
+        else:
+            layout.operator("s2ag.edit_bone_map", icon="GREASEPENCIL")
         row = layout.row(align=True)
         row.operator("s2ag.load_bone_map", text="Load", icon="FILE_FOLDER")
         row.operator("s2ag.save_bone_map", text="Save", icon="FILE_TICK")

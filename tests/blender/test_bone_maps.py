@@ -177,7 +177,12 @@ def test_a_library_override_loads_a_map(hero, tmp_path):
 
 def test_the_panel_offers_both_and_says_why_not(hero):
     shown = drawn(subpanels.S2AG_PT_bone_map)
-    assert shown["s2ag.load_bone_map"] and shown["s2ag.save_bone_map"]
+    assert shown["s2ag.load_bone_map"] and shown["s2ag.save_bone_map"] and shown["s2ag.edit_bone_map"]
+    bpy.ops.s2ag.edit_bone_map()
+    shown = drawn(subpanels.S2AG_PT_bone_map)
+    assert shown["s2ag.reset_bone_map"] and "s2ag.edit_bone_map" not in shown
+    hero.s2ag.bone_map["head"].bones = "nothing"
+    assert 'The armature has no bone "nothing"' in " ".join(drawn())
     bpy.ops.object.mode_set(mode="EDIT")
     for name in ("load_bone_map", "save_bone_map", "edit_bone_map"):
         with pytest.raises(RuntimeError, match="Leave edit mode first"):

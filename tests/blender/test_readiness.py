@@ -106,6 +106,11 @@ def test_when_blender_is_idle_again_what_was_wanted_is_looked_at(figure, bone):
     readiness.later(figure, readiness.PAUSE)
     assert bpy.app.timers.is_registered(readiness.catch_up)
     readiness.catch_up()
+    (look,) = readiness._known.values()
+    assert "lower part" in [bone for row in look.ready.rows for bone in row.bones]
     readiness.stop()
-    readiness.of(figure)
-    assert part(figure, "left_forearm").bones == ("lower part",) and not bpy.app.timers.is_registered(readiness.catch_up)
+    readiness.later(figure)
+    readiness.catch_up()
+    assert len(readiness._known) == 1
+    readiness.stop()
+    assert not readiness._known and not bpy.app.timers.is_registered(readiness.catch_up)
