@@ -52,7 +52,7 @@ def draw_character(layout, armature) -> None:
     if ready is None:
         row.label(text="Looking for bones", icon="TIME")
     elif ready.problem:
-        sentence(layout, told(ready.problem), "ERROR")
+        sentence(layout, ready.problem, "ERROR")
     else:
         icon = "CHECKMARK" if ready.found == len(ready.rows) else "INFO"
         row.label(text=told("{found} of {all} parts", found=ready.found, all=len(ready.rows)), icon=icon)

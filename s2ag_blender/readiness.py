@@ -10,7 +10,7 @@ from ..core.skeleton import EDGE_NAMES
 from ..rigs.family import families
 from ..rigs.plain import ARMS, Finding, Mapping
 from . import handpicked, rig, vrm
-from .translations import told
+from .translations import told, told_error
 
 
 @dataclass(frozen=True)
@@ -166,13 +166,20 @@ def _look(armature) -> tuple[Readiness, Mapping | None]:
         rig.require_armature(armature)
         mapping, refusal = rig.survey(armature, handpicked.chosen(armature.s2ag))
     except S2agError as error:
-        return Readiness(problem=str(error)), None
+        return Readiness(problem=_problem(error)), None
     found = {one.part: one for one in mapping.findings}
     rows = [_row(part, mapping.chains.get(part, ()), found.get(part)) for part in EDGE_NAMES]
     names = {family.key: family.name for family in families()}
     family = names.get(mapping.family, mapping.family)
-    problem = "" if refusal is None else str(refusal)
+    problem = "" if refusal is None else _problem(refusal)
     return Readiness(tuple(rows), family, mapping.warnings, problem), None if problem else mapping
+
+
+def _problem(error: S2agError) -> str:
+    """An error for people who have a panel in place of the command line, in their language."""
+    if "s2ag rig" in error.remedy:
+        return f"{told(error.message)} {told('Choose its bones in the panel Bone Map.')}"
+    return told_error(error)
 
 
 def _row(part: str, bones: tuple[str, ...], found: Finding | None) -> Row:
