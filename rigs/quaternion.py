@@ -10,11 +10,18 @@ EULER_ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 _TINY = 1e-12
 
 
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The cross product of vectors; for arrays as short as ours several times as quick as numpy's own, and the same."""
+    b = np.asarray(b)
+    turned = [a[..., i] * b[..., j] - a[..., j] * b[..., i] for i, j in ((1, 2), (2, 0), (0, 1))]
+    return np.stack(turned, -1)
+
+
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The rotation ``b`` followed by ``a``."""
     a, b = np.asarray(a), np.asarray(b)
     scalar = a[..., :1] * b[..., :1] - np.sum(a[..., 1:] * b[..., 1:], -1, keepdims=True)
-    vector = a[..., :1] * b[..., 1:] + b[..., :1] * a[..., 1:] + np.cross(a[..., 1:], b[..., 1:])
+    vector = a[..., :1] * b[..., 1:] + b[..., :1] * a[..., 1:] + cross(a[..., 1:], b[..., 1:])
     return np.concatenate([scalar, vector], -1)
 
 
@@ -26,8 +33,8 @@ def conjugate(q: np.ndarray) -> np.ndarray:
 def rotate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Vectors ``v`` turned by ``q``."""
     q = np.asarray(q)
-    twice = 2.0 * np.cross(q[..., 1:], v)
-    return v + q[..., :1] * twice + np.cross(q[..., 1:], twice)
+    twice = 2.0 * cross(q[..., 1:], v)
+    return v + q[..., :1] * twice + cross(q[..., 1:], twice)
 
 
 def about(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
@@ -40,7 +47,7 @@ def about(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
 def swing(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """The shortest rotation that carries unit vectors ``start`` onto ``end``; half a turn where they are opposite."""
     start, end = np.broadcast_arrays(np.asarray(start, float), np.asarray(end, float))
-    q = np.concatenate([1.0 + np.sum(start * end, -1, keepdims=True), np.cross(start, end)], -1)
+    q = np.concatenate([1.0 + np.sum(start * end, -1, keepdims=True), cross(start, end)], -1)
     length = np.linalg.norm(q, axis=-1, keepdims=True)
     half_turn = np.concatenate([np.zeros_like(length), perpendicular(start)], -1)
     return np.where(length > 1e-7, q / np.maximum(length, _TINY), half_turn)

@@ -69,7 +69,7 @@ def can_blend(settings) -> bool:
 
 
 @functools.lru_cache(maxsize=32)
-def wrapped(text: str, width: int = 44) -> list[str]:
+def wrapped(text: str, width: int = 36) -> list[str]:
     """A sentence in lines that fit the sidebar."""
     return textwrap.wrap(text, width)
 

@@ -77,7 +77,8 @@ def _setup(arguments: list[str]) -> int:
     if options.check:
         _tell(engine_ops.check(bpy.context))
         return 0
-    plan = engine_setup.plan(preferences.folder(), options.python, options.wheels, not options.cuda)
+    chosen = {"cpu_only": not options.cuda, "recognise": options.recognise}
+    plan = engine_setup.plan(preferences.folder(), options.python, options.wheels, **chosen)
     print(plan.text, flush=True)
     if options.show:
         return 0
@@ -102,6 +103,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--wheels", metavar="FOLDER", default="", help="install from this folder of wheels, without network")
     parser.add_argument("--python", metavar="PYTHON", default="", help="Python 3.11 to 3.13 that makes the environment")
     parser.add_argument("--cuda", action="store_true", help="on Linux, PyTorch as the registry has it: with CUDA, very large")
+    parser.add_argument("--recognise", action="store_true", help="with the speech recogniser, for English without a transcript")
     instead = parser.add_mutually_exclusive_group()
     instead.add_argument("--show", action="store_true", help="only print the commands")
     instead.add_argument("--check", action="store_true", help="only try the engine that is there")

@@ -8,6 +8,7 @@ from ..core.errors import S2agError
 from . import engine_run, engine_setup, errors_log, gesture, preferences
 from .client import find_interpreter
 from .preferences import STATE
+from .running import redraw
 from .translations import told, told_error
 
 
@@ -72,6 +73,7 @@ def _finished(work) -> None:
 
 
 def _redraw() -> None:
+    redraw(bpy.context)
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "PREFERENCES":
@@ -136,13 +138,19 @@ class S2AG_OT_engine_setup(_EngineWork, bpy.types.Operator):
     bl_idname = "s2ag.engine_setup"
     bl_label = "Set Up Engine"
 
+    recognise: bpy.props.BoolProperty(
+        name="Also Recognise Speech",
+        description="Install the speech recogniser, too, now and whenever the engine is repaired",
+        options={"SKIP_SAVE"},
+    )
+
     @classmethod
     def poll(cls, context):
         return _idle(cls)
 
     def execute(self, context):
         try:
-            set_up(context)
+            set_up(context, self._plan(context))
         except S2agError as error:
             return self._refuse(error)
         self.report({"INFO"}, told("The engine works"))
@@ -150,10 +158,16 @@ class S2AG_OT_engine_setup(_EngineWork, bpy.types.Operator):
 
     def invoke(self, context, event):
         try:
-            begin(context)
+            begin(context, self._plan(context))
         except S2agError as error:
             return self._refuse(error)
         return self._follow(context)
+
+    def _plan(self, context) -> engine_setup.Plan:
+        chosen = preferences.settings(context)
+        if self.recognise and chosen is not None:
+            chosen.recognise = True
+        return preferences.planned(context, recognise=self.recognise)
 
 
 class S2AG_OT_engine_check(_EngineWork, bpy.types.Operator):

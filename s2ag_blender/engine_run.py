@@ -220,7 +220,8 @@ class Setup:
     def _finish(self, facts: dict) -> None:
         place = self.plan.environment
         engine_setup.discard(self._temporary)
-        facts["requirements"], facts["made"] = engine_setup.requirements(), time.strftime("%Y-%m-%d %H:%M")
+        facts["requirements"], facts["recognise"] = engine_setup.requirements(self.plan.recognise), self.plan.recognise
+        facts["made"] = time.strftime("%Y-%m-%d %H:%M")
         facts["source"], facts["commands"] = self.plan.source, self.plan.text
         unfinished = place / "engine.json.part"
         unfinished.write_text(json.dumps(facts, indent=1), "utf-8")

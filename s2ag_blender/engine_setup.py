@@ -63,7 +63,12 @@ class Environment:
     @property
     def outdated(self) -> bool:
         """Whether this version of s2ag needs other packages than those that were installed."""
-        return self.facts.get("requirements") != requirements()
+        return self.facts.get("requirements") != requirements(self.recognises)
+
+    @property
+    def recognises(self) -> bool:
+        """Whether it was made with the speech recogniser."""
+        return bool(self.facts.get("recognise"))
 
 
 @dataclass(frozen=True)
@@ -74,6 +79,7 @@ class Plan:
     environment: Path
     wheels: Path | None = None
     cpu_only: bool = True
+    recognise: bool = False
 
     @property
     def make(self) -> list[str]:
@@ -89,7 +95,7 @@ class Plan:
             command += ["--no-index", "--find-links", str(self.wheels)]
         elif self.cpu_only and sys.platform == "linux":
             command += ["--extra-index-url", CPU_INDEX]
-        return command + wanted()
+        return command + wanted(self.recognise)
 
     @property
     def text(self) -> str:
@@ -103,18 +109,19 @@ class Plan:
         return str(self.wheels) if self.wheels else "the package registry"
 
 
-def requirements() -> list[str]:
-    """What the engine needs, as pyproject.toml says it."""
+def requirements(recognise: bool = False) -> list[str]:
+    """What the engine needs, as pyproject.toml says it; with ``recognise`` also what the speech recogniser needs."""
     import tomllib  # not at the start of every Blender
 
     project = tomllib.loads((_ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    return project["dependencies"] + project["optional-dependencies"]["engine"]
+    extras = project["optional-dependencies"]
+    return project["dependencies"] + extras["engine"] + (extras["recognise"] if recognise else [])
 
 
-def wanted() -> list[str]:
+def wanted(recognise: bool = False) -> list[str]:
     """:func:`requirements`, with torch as ``$S2AG_TORCH`` wants it."""
     torch = os.environ.get("S2AG_TORCH", "")
-    return [torch if torch and line.startswith("torch") else line for line in requirements()]
+    return [torch if torch and line.startswith("torch") else line for line in requirements(recognise)]
 
 
 def python_in(environment: Path) -> Path:
@@ -134,11 +141,19 @@ def environment(folder: str | os.PathLike) -> Environment | None:
     return None
 
 
-def plan(folder: str | os.PathLike, python: str = "", wheels: str = "", cpu_only: bool = True, check: bool = True) -> Plan:
+def plan(
+    folder: str | os.PathLike,
+    python: str = "",
+    wheels: str = "",
+    cpu_only: bool = True,
+    check: bool = True,
+    recognise: bool = False,
+) -> Plan:
     """How the next environment in ``folder`` would be made; raises :class:`SetupFailed` where it cannot be.
 
     ``python`` makes it (empty: this one or one on the search path), ``wheels`` is a folder of wheels to use instead of the
-    registry. Without ``check`` nothing is tried out, which is quick and enough to show the commands.
+    registry, ``recognise`` adds the speech recogniser. Without ``check`` nothing is tried out, which is quick and enough to
+    show the commands.
     """
     folder = Path(folder)
     number = 1 + max((_number(path) for path in _environments(folder)), default=0)
@@ -147,7 +162,7 @@ def plan(folder: str | os.PathLike, python: str = "", wheels: str = "", cpu_only
         raise SetupFailed(f"{place} is no folder of wheels.", "Choose a folder with .whl files.")
     if check:
         _require_space(folder)
-    return Plan(find_python(python, check), folder / f"engine-{number}", place, cpu_only)
+    return Plan(find_python(python, check), folder / f"engine-{number}", place, cpu_only, recognise)
 
 
 def find_python(named: str = "", check: bool = True) -> str:

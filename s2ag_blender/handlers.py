@@ -3,7 +3,7 @@
 import bpy
 from bpy.app.handlers import persistent
 
-from . import layers, preview, readiness, session
+from . import drafts, preview, readiness, session
 
 
 @persistent
@@ -16,12 +16,23 @@ def _before_load(*_) -> None:
 @persistent
 def _before_save(*_) -> None:
     for armature in [item for item in bpy.data.objects if item.type == "ARMATURE"]:
-        layers.drop_draft(armature)
+        drafts.drop(armature)
 
 
 @persistent
 def _after_undo(*_) -> None:
     readiness.forget()
+    if not preview.is_on():
+        preview.stop()  # a step back may lead to where a draft was played
+
+
+@persistent
+def _after_update(_scene, depsgraph=None, *_) -> None:
+    # With every change of anything: nothing but a note may be made here.
+    if depsgraph.id_type_updated("ARMATURE"):
+        readiness.changed(rigs=True)
+    elif depsgraph.id_type_updated("OBJECT"):
+        readiness.changed()
 
 
 _HANDLERS = (
@@ -29,6 +40,7 @@ _HANDLERS = (
     (bpy.app.handlers.save_pre, _before_save),
     (bpy.app.handlers.undo_post, _after_undo),
     (bpy.app.handlers.redo_post, _after_undo),
+    (bpy.app.handlers.depsgraph_update_post, _after_update),
 )
 
 

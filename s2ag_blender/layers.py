@@ -11,13 +11,13 @@ import bpy
 import numpy as np
 
 from ..rigs import quaternion
-from . import compat, keyframes
+from . import compat, keyframes, mixing
 
 TRACK = "Gestures"
 """What names of tracks made here start with."""
 DRAFT = "draft"
 """In the provenance of a draft of the live preview."""
-_SLOT, _BASE, _BEFORE = "s2ag_slot", "s2ag_base", "s2ag_before"  # properties of actions of ours; pointers survive renaming
+_SLOT, _BASE, BEFORE = "s2ag_slot", "s2ag_base", "s2ag_before"  # properties of actions of ours; pointers survive renaming
 
 
 @dataclass(frozen=True)
@@ -50,11 +50,15 @@ def base_action(armature: bpy.types.Object, first: int, last: int) -> bpy.types.
     """The active action that gestures on these frames meet; one of ours on them gives way to what it was made from."""
     data = armature.animation_data
     action = data.action if data else None
-    place = Place.of(action)
-    while place is not None and place.overlaps(first, last):
-        action = action.get(_BASE)
-        place = Place.of(action)
+    while is_draft(action) or ((place := Place.of(action)) is not None and place.overlaps(first, last)):
+        action = action.get(BEFORE if is_draft(action) else _BASE)
     return action
+
+
+def is_draft(action: bpy.types.Action | None) -> bool:
+    """Whether an action is a draft of the live preview."""
+    told = keyframes.provenance(action) if action is not None else None
+    return bool(told and told.get(DRAFT))
 
 
 def remember(action: bpy.types.Action, slot, base: bpy.types.Action | None) -> None:
@@ -77,9 +81,15 @@ def is_animated(armature: bpy.types.Object, base: bpy.types.Action | None) -> bo
     return base is not None or any(_foreign_strips(armature))
 
 
-def deltas(armature: bpy.types.Object, rotations: dict[str, np.ndarray], neutral: dict[str, np.ndarray]) -> list:
+def deltas(
+    armature: bpy.types.Object,
+    rotations: dict[str, np.ndarray],
+    neutral: dict[str, np.ndarray],
+    share: np.ndarray | None = None,
+) -> list:
     """Channels of an additive layer: by how much ``rotations`` (keys, 4) depart from ``neutral`` (4,).
 
+    With ``share`` (keys,) only so much of it.
     Blender combines quaternions as rotations, but adds Euler angles and axis angles number by number; so those are
     differences of numbers, which are exact over a base in the neutral pose and near it elsewhere.
     """
@@ -87,11 +97,19 @@ def deltas(armature: bpy.types.Object, rotations: dict[str, np.ndarray], neutral
     for name, values in rotations.items():
         bone = armature.pose.bones[name]
         if bone.rotation_mode == "QUATERNION":
-            found.append(keyframes.channels(bone, quaternion.continuous(_apart(neutral[name], values))))
+            apart = _apart(neutral[name], values)
+            apart = apart if share is None else quaternion.power(apart, share)
+            found.append(keyframes.channels(bone, quaternion.continuous(apart)))
             continue
         both = keyframes.channels(bone, quaternion.continuous(np.concatenate([neutral[name][None], values])))
-        found.append(keyframes.Channels(both.bone, both.path, {i: column[1:] - column[0] for i, column in both.values.items()}))
+        parts = {i: (column[1:] - column[0]) * (1 if share is None else share) for i, column in both.values.items()}
+        found.append(keyframes.Channels(both.bone, both.path, parts))
     return found
+
+
+def share(place: Place, frames: np.ndarray) -> np.ndarray:
+    """How much of a layer is seen on its frames (keys,), as its strip's keyed influence has it."""
+    return place.influence * mixing.ramp(frames, place.blend_in) * mixing.ramp(frames, place.blend_out, at_end=True)
 
 
 def added_numbers(armature: bpy.types.Object, bones) -> list[str]:
@@ -105,41 +123,11 @@ def show(armature: bpy.types.Object, action: bpy.types.Action) -> None:
     if place is None or place.result == "ACTION":
         _activate(armature, action)
         return
-    strip = next((strip for strip in _strips(armature) if place.same(Place.of(strip.action))), None)
+    strip = next((strip for strip in strips(armature) if place.same(Place.of(strip.action))), None)
     if strip is None:
         _clear_way(armature, place)
         strip = _new_strip(armature, action, place)
     _play(strip, action, armature, place)
-
-
-def show_draft(armature: bpy.types.Object, action: bpy.types.Action) -> None:
-    """Let the character play a draft; what it played before is noted on the draft."""
-    data = armature.animation_data
-    former = data.action if data else None
-    if former == action:
-        return
-    old = draft(armature)
-    former = old.get(_BEFORE) if old is not None else former
-    if former is not None:
-        action[_BEFORE] = former
-    compat.assign_action(armature, action, slot_of(armature, action))
-    if old is not None:
-        bpy.data.actions.remove(old)
-
-
-def draft(armature: bpy.types.Object) -> bpy.types.Action | None:
-    """The draft that the character plays, if any."""
-    action = armature.animation_data.action if armature.animation_data else None
-    told = keyframes.provenance(action) if action is not None else None
-    return action if told and told.get(DRAFT) else None
-
-
-def drop_draft(armature: bpy.types.Object) -> None:
-    """Remove the draft; the character plays again what it played before."""
-    action = draft(armature)
-    if action is not None:
-        _assign(armature, action.get(_BEFORE))
-        bpy.data.actions.remove(action)
 
 
 @contextlib.contextmanager
@@ -148,8 +136,8 @@ def below(armature: bpy.types.Object, base: bpy.types.Action | None, span):
     data = armature.animation_data_create()
     active, slot = data.action, compat.active_slot(armature)
     last = span.first if span.last is None else span.last
-    ours = [strip for strip in _strips(armature) if (place := Place.of(strip.action)) and place.overlaps(span.first, last)]
-    _assign(armature, base)
+    ours = [strip for strip in strips(armature) if (place := Place.of(strip.action)) and place.overlaps(span.first, last)]
+    assign(armature, base)
     for strip in ours:
         strip.mute = True
     try:
@@ -184,10 +172,11 @@ def _activate(armature, action) -> None:
     former = armature.animation_data.action if armature.animation_data else None
     if former != action:
         _protect(former)
-    _assign(armature, action)
+    assign(armature, action)
 
 
-def _assign(armature, action) -> None:
+def assign(armature: bpy.types.Object, action: bpy.types.Action | None) -> None:
+    """Make an action the active one, through its slot for this character."""
     compat.assign_action(armature, action, slot_of(armature, action) if action is not None else None)
 
 
@@ -207,16 +196,22 @@ def _clear_way(armature, place: Place) -> None:
     if base != former:
         slot = slot_of(armature, base) if base is not None else None
     if base is not None:
-        track = data.nla_tracks.new()
-        track.name = base.name
-        start = float(base.frame_range[0])
-        strip = track.strips.new(base.name, int(start), base)
-        strip.frame_start = start
-        strip.extrapolation = data.action_extrapolation
-        strip.blend_type = data.action_blend_type
-        compat.strip_slot(strip, slot)
+        push_down(armature, base, slot).name = base.name
     _protect(former)
     data.action = None
+
+
+def push_down(armature: bpy.types.Object, action: bpy.types.Action, slot) -> bpy.types.NlaTrack:
+    """A new track above all others with an action on it, as the active one plays; it stays active, too."""
+    data = armature.animation_data
+    track = data.nla_tracks.new()
+    start = float(action.frame_range[0])
+    strip = track.strips.new(action.name, int(start), action)
+    strip.frame_start = start
+    strip.extrapolation = data.action_extrapolation
+    strip.blend_type = data.action_blend_type
+    compat.strip_slot(strip, slot)
+    return track
 
 
 def _new_strip(armature, action, place: Place) -> bpy.types.NlaStrip:
@@ -241,7 +236,7 @@ def _play(strip, action, armature, place: Place) -> None:
     strip.frame_start, strip.frame_end = start, end
     strip.use_auto_blend = False
     strip.blend_in = strip.blend_out = 0
-    alone = not any(other for other in _strips(armature) if other != strip)
+    alone = not any(other for other in strips(armature) if other != strip)
     if place.result == "LAYER":
         strip.blend_type, strip.extrapolation = "COMBINE", "NOTHING"
         _key_influence(strip, place)
@@ -269,10 +264,11 @@ def _key_influence(strip, place: Place) -> None:
         strip.keyframe_insert("influence", frame=frame)
 
 
-def _strips(armature) -> list:
+def strips(armature: bpy.types.Object) -> list:
+    """The NLA strips of a character on tracks that play."""
     data = armature.animation_data
     return [strip for track in (data.nla_tracks if data else ()) for strip in track.strips if not track.mute]
 
 
 def _foreign_strips(armature) -> list:
-    return [strip for strip in _strips(armature) if strip.action is not None and Place.of(strip.action) is None]
+    return [strip for strip in strips(armature) if strip.action is not None and Place.of(strip.action) is None]

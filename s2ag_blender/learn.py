@@ -12,8 +12,9 @@ from ..core.datasets import ten
 from ..core.errors import OutputUnwritable, S2agError, UsageError
 from ..core.motion import Motion
 from ..rigs.plain import Bones, Mapping, character_frame
-from . import rig
+from . import drafts, handpicked, rig, sources
 from .apply import scene_fps
+from .running import character
 from .translations import told, told_error
 
 _STARTS = {"Neck": "neck", "Head": "head"}
@@ -57,10 +58,13 @@ def capture(
     return Motion(ten.directions(posed, where=f'Armature "{armature.name}"'), meta={"source": armature.name})
 
 
-def save_take(armature, folder: str | Path, sound: str, transcript: str = "", name: str = "", **frames) -> Path:
+def save_take(
+    armature, folder: str | Path, sound: str, transcript: str = "", name: str = "", text: str = "", **frames
+) -> Path:
     """Write the performance, its sound and its words to ``folder`` under one name, as ``s2ag data plain`` reads them.
 
-    The sound starts with the first frame. Returns the motion's file. Raises :class:`S2agError`.
+    The sound starts with the first frame. Words are the file ``transcript`` or the ``text`` itself. Returns the motion's file.
+    Raises :class:`S2agError`.
     """
     folder, source = Path(folder), Path(sound)
     if not source.is_file():
@@ -73,6 +77,8 @@ def save_take(armature, folder: str | Path, sound: str, transcript: str = "", na
         shutil.copyfile(source, folder / f"{stem}{source.suffix.lower()}")
         if transcript and Path(transcript).is_file():
             shutil.copyfile(transcript, folder / f"{stem}{Path(transcript).suffix}")
+        elif text:
+            (folder / f"{stem}.txt").write_text(text, "utf-8")
     except OSError as error:
         raise OutputUnwritable(f"{folder} cannot be written: {error.strerror}.", "Choose another folder.") from error
     motion.save(folder / f"{stem}.npz")
@@ -96,8 +102,27 @@ def _joints(mapping: Mapping, bones: Bones) -> dict[str, tuple[str, bool]]:
     return found
 
 
+def spoken(armature, scene: bpy.types.Scene) -> dict:
+    """What the panel says of a character's speech, as arguments of :func:`save_take`.
+
+    Raises :class:`UsageError` for what is not chosen and :class:`AudioUnreadable` for what cannot be heard.
+    """
+    settings = armature.s2ag
+    voice = sources.voice(settings, scene)
+    words = sources.words(settings, "" if settings.audio_source == "MIXDOWN" else voice.path)
+    span = {"first": round(voice.span.start), "last": scene.frame_end if voice.span.last is None else voice.span.last}
+    said = {name: words.get(name, "") for name in ("transcript", "text")}
+    return {"mapping": handpicked.chosen(settings), "sound": voice.path, **said, **span}
+
+
+def is_animated(armature) -> bool:
+    """Whether anything is keyed on the character."""
+    data = armature.animation_data
+    return data is not None and (data.action is not None or any(track.strips for track in data.nla_tracks))
+
+
 class S2AG_OT_learn(bpy.types.Operator):
-    """Save what the character does, with its speech, so that a network can be trained on it"""
+    """Save what this character does, with its speech, into a folder from which a network can be trained"""
 
     bl_idname = "s2ag.learn"
     bl_label = "Learn from This Action"
@@ -106,17 +131,29 @@ class S2AG_OT_learn(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        return context.object is not None and context.object.type == "ARMATURE"
+        armature = character(context)
+        reason = ""
+        if armature is None:
+            reason = told("Select a character's armature")
+        elif armature.mode == "EDIT":
+            reason = told("Leave edit mode first")
+        elif not is_animated(armature):
+            reason = told("The character has no animation to learn from")
+        else:
+            reason = sources.missing(armature.s2ag, context.scene)
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
 
     def invoke(self, context, event):
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
     def execute(self, context):
-        settings = context.object.s2ag
-        sound, words = (bpy.path.abspath(getattr(settings, name, "")) for name in ("audio", "transcript"))
+        armature = character(context)
+        drafts.drop(armature)  # it is nobody's performance
         try:
-            path = save_take(context.object, bpy.path.abspath(self.directory), sound, words)
+            path = save_take(armature, bpy.path.abspath(self.directory), **spoken(armature, context.scene))
         except S2agError as error:
             self.report({"ERROR"}, told_error(error))
             return {"CANCELLED"}

@@ -4,8 +4,7 @@ import bpy
 from bpy_extras.io_utils import ExportHelper
 
 from ..core.errors import S2agError
-from ..core.skeleton import EDGE_NAMES
-from . import gesture, markers, readiness, session, sources
+from . import gesture, markers, preferences, readiness, session, sources
 from .running import Generating, character
 from .translations import told, told_error
 
@@ -24,6 +23,8 @@ def obstacle(context) -> str:
     ready = readiness.known(armature)
     if ready is not None and ready.problem:
         return ready.problem
+    if armature.s2ag.transcript_source == "RECOGNISE" and preferences.recogniser(context) is False:
+        return told("The engine has no speech recogniser yet")
     return sources.missing(armature.s2ag, context.scene)
 
 
@@ -89,36 +90,6 @@ class S2AG_OT_remove_markers(NeedsCharacter, bpy.types.Operator):
     def execute(self, context):
         count = markers.remove(context.scene, character(context).s2ag.marker_prefix)
         self.report({"INFO"}, told("{count} markers removed", count=count))
-        return {"FINISHED"}
-
-
-class S2AG_OT_edit_bone_map(NeedsCharacter, bpy.types.Operator):
-    """Choose the bones by hand, starting from those that were found"""
-
-    bl_idname = "s2ag.edit_bone_map"
-    bl_label = "Choose Bones"
-
-    def execute(self, context):
-        armature = character(context)
-        rows = {row.part: row.bones for row in readiness.of(armature).rows}
-        for part in EDGE_NAMES:
-            if part not in armature.s2ag.bone_map:
-                item = armature.s2ag.bone_map.add()
-                item.name, item.bones = part, ", ".join(rows.get(part, ()))
-        readiness.forget(armature)
-        return {"FINISHED"}
-
-
-class S2AG_OT_reset_bone_map(NeedsCharacter, bpy.types.Operator):
-    """Go back to the bones that are found by themselves"""
-
-    bl_idname = "s2ag.reset_bone_map"
-    bl_label = "Find Bones"
-
-    def execute(self, context):
-        armature = character(context)
-        armature.s2ag.bone_map.clear()
-        readiness.forget(armature)
         return {"FINISHED"}
 
 

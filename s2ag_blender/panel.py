@@ -5,7 +5,7 @@ import bpy
 from ..core.styles import AFFECTS
 from . import choices, errors_log, preferences, presets, preview, readiness, session, sources
 from .running import character
-from .translations import told
+from .translations import told, told_error
 
 
 class Sidebar:
@@ -37,7 +37,7 @@ class S2AG_PT_gestures(Sidebar, bpy.types.Panel):
         layout.use_property_decorate = False
         draw_character(layout, armature)
         draw_voice(layout, settings, context.scene)
-        draw_words(layout, settings, context.scene)
+        draw_words(layout, settings, context)
         draw_style(layout, settings)
         draw_affect(layout, settings)
         draw_frames(layout, settings, context.scene)
@@ -52,10 +52,17 @@ def draw_character(layout, armature) -> None:
     if ready is None:
         row.label(text="Looking for bones", icon="TIME")
     elif ready.problem:
-        layout.label(text=told(ready.problem), icon="ERROR")
+        sentence(layout, ready.problem, "ERROR")
     else:
         icon = "CHECKMARK" if ready.found == len(ready.rows) else "INFO"
         row.label(text=told("{found} of {all} parts", found=ready.found, all=len(ready.rows)), icon=icon)
+
+
+def sentence(layout, text: str, icon: str) -> None:
+    """A sentence in as many lines as it needs, its icon before the first."""
+    column = layout.column(align=True)
+    for number, line in enumerate(choices.wrapped(text)):
+        column.label(text=line, icon="BLANK1" if number else icon, translate=False)
 
 
 def draw_voice(layout, settings, scene) -> None:
@@ -74,18 +81,32 @@ def draw_voice(layout, settings, scene) -> None:
         column.label(text=reason, icon="INFO", translate=False)
 
 
-def draw_words(layout, settings, scene) -> None:
+def draw_words(layout, settings, context) -> None:
     """Where the words come from."""
     column = layout.column()
     column.prop(settings, "transcript_source")
     if settings.transcript_source == "FILE":
         column.prop(settings, "transcript")
         if not settings.transcript:
-            draw_beside(column, settings, scene)
+            draw_beside(column, settings, context.scene)
     elif settings.transcript_source == "BLOCK":
         column.prop(settings, "transcript_block")
     elif settings.transcript_source == "TYPED":
         column.prop(settings, "typed")
+    elif settings.transcript_source == "RECOGNISE":
+        draw_recogniser(column, context)
+
+
+def draw_recogniser(layout, context) -> None:
+    """What the speech recogniser knows; where the engine has none, how it gets one."""
+    if preferences.recogniser(context) is not False:
+        layout.label(text="English speech only", icon="INFO")
+        return
+    sentence(layout, told("The engine has no speech recogniser yet"), "INFO")
+    if preferences.is_own(preferences.facts(context)):
+        layout.operator("s2ag.engine_setup", text="Add the Recogniser", icon="IMPORT").recognise = True
+    else:
+        sentence(layout, told('Add it to the engine\'s Python: pip install "s2ag[recognise]"'), "BLANK1")
 
 
 def draw_beside(layout, settings, scene) -> None:
@@ -155,9 +176,14 @@ def draw_frames(layout, settings, scene) -> None:
 def draw_run(layout, armature, context) -> None:
     """The button, or the progress; then what the last run had to tell."""
     run = session.run_of(armature)
-    if not preferences.engine_known(context):
+    if preferences.STATE.work is not None:
+        draw_engine_work(layout, preferences.STATE.work)
+    elif not preferences.engine_known(context):
         layout.label(text="The gesture engine is not set up yet", icon="INFO")
-        layout.operator("s2ag.engine_setup", icon="IMPORT")
+        setup = layout.operator("s2ag.engine_setup", icon="IMPORT")
+        setup.recognise = armature.s2ag.transcript_source == "RECOGNISE"
+        if preferences.STATE.error is not None:
+            sentence(layout, told_error(preferences.STATE.error), "ERROR")
     elif run is None:
         row = layout.row(align=True)
         row.scale_y = 1.4
@@ -169,10 +195,16 @@ def draw_run(layout, armature, context) -> None:
         row.progress(factor=run.value, text=text)
         row.operator("s2ag.cancel", text="", icon="X")
     for text, icon in session.messages(armature):
-        for number, line in enumerate(choices.wrapped(text)):
-            layout.label(text=line, icon="BLANK1" if number else icon, translate=False)
+        sentence(layout, text, icon)
     if errors_log.latest() is not None and session.messages(armature):
         layout.operator("s2ag.open_log", icon="TEXT")
+
+
+def draw_engine_work(layout, work) -> None:
+    """How far the engine's set-up is, with the button that stops it."""
+    row = layout.row(align=True)
+    row.progress(factor=work.value, text=told(work.stage, **work.names))
+    row.operator("s2ag.engine_cancel", text="", icon="X")
 
 
 def draw_add_menu(self, context):

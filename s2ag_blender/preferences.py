@@ -65,6 +65,10 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         "the engine uses",
         default=True,
     )
+    recognise: bpy.props.BoolProperty(
+        name="Also Recognise Speech",
+        description="Install the speech recogniser, too, which writes down English recordings that have no transcript",
+    )
     base_python: bpy.props.StringProperty(
         name="Made With",
         description="Python 3.11 to 3.13 that makes the environment; leave empty for Blender's own or one on the search path",
@@ -104,6 +108,7 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
             body.prop(self, "wheels")
         elif sys.platform == "linux":
             body.prop(self, "cpu_only")
+        body.prop(self, "recognise")
         body.prop(self, "base_python")
         body.prop(self, "interpreter")
         try:
@@ -177,29 +182,44 @@ def facts(context=None) -> dict:
     return made.facts if made and str(made.python) == interpreter(context or bpy.context) else {}
 
 
+def recogniser(context) -> bool | None:
+    """Whether the engine can recognise speech; None where that is not known before it is asked to."""
+    known = facts(context)
+    return known.get("recogniser", False if is_own(known) else None) if known else None
+
+
+def is_own(known: dict) -> bool:
+    """Whether facts are about the environment that the set-up made."""
+    made = engine()
+    return made is not None and known.get("interpreter") == str(made.python)
+
+
 def look(context) -> None:
     """Forget what was found; what is known without running anything is shown until the next check."""
     STATE.facts, STATE.error = None, None
     _known.cache_clear()
 
 
-def planned(context, chosen=None, check: bool = True) -> engine_setup.Plan:
-    """The set-up as the preferences want it; raises :class:`engine_setup.SetupFailed` where it cannot be done."""
+def planned(context, chosen=None, check: bool = True, recognise: bool = False) -> engine_setup.Plan:
+    """The set-up as the preferences want it, in any case with the speech recogniser if ``recognise``.
+
+    Raises :class:`engine_setup.SetupFailed` where it cannot be done.
+    """
     chosen = chosen or settings(context)
     if chosen is None:
-        return engine_setup.plan(folder(), check=check)
+        return engine_setup.plan(folder(), check=check, recognise=recognise)
     wheels = bpy.path.abspath(chosen.wheels) if chosen.source == "FOLDER" else ""
     if check and chosen.source == "FOLDER" and not wheels:
         raise engine_setup.SetupFailed("No folder of wheels is chosen.", "Choose one in the preferences.")
     python = bpy.path.abspath(chosen.base_python)
     if check:
-        return engine_setup.plan(folder(), python, wheels, chosen.cpu_only)
-    return _quick(python, wheels, chosen.cpu_only, str(engine() and engine().folder))
+        return engine_setup.plan(folder(), python, wheels, chosen.cpu_only, recognise=recognise or chosen.recognise)
+    return _quick(python, wheels, chosen.cpu_only, chosen.recognise, str(engine() and engine().folder))
 
 
 @functools.lru_cache(maxsize=1)
-def _quick(python: str, wheels: str, cpu_only: bool, _made: str) -> engine_setup.Plan:
-    return engine_setup.plan(folder(), python, wheels, cpu_only, check=False)
+def _quick(python: str, wheels: str, cpu_only: bool, recognise: bool, _made: str) -> engine_setup.Plan:
+    return engine_setup.plan(folder(), python, wheels, cpu_only, check=False, recognise=recognise)
 
 
 def _draw_found(column) -> None:
@@ -213,8 +233,7 @@ def _draw_found(column) -> None:
         else:
             column.label(text="There is no engine yet", icon="INFO")
         return
-    made = engine()
-    own = made is not None and known.get("interpreter") == str(made.python)
+    made, own = engine(), is_own(known)
     if own and made.broken:
         column.label(text="The Python that the engine was made with is gone: repair it", icon="ERROR")
     elif own and made.outdated:
@@ -227,6 +246,7 @@ def _draw_found(column) -> None:
     _row(column, "S2AG", known.get("s2ag", ""))
     _row(column, "Checkpoint", f"{known.get('checkpoint', '')}  {known.get('hash', '')[:12]}")
     _row(column, "Device", known.get("device", ""))
+    _row(column, "Recogniser", told("installed") if known.get("recogniser") else told("not installed"))
     if own:
         _row(column, "Made", f"{made.facts.get('made', '')}, {made.facts.get('source', '')}")
 

@@ -9,7 +9,7 @@ import time
 import bpy
 
 from ..core.errors import S2agError
-from . import generate, gesture, layers, session
+from . import drafts, generate, gesture, session
 from .running import character, redraw
 
 PAUSE = 0.12
@@ -53,7 +53,7 @@ def stop() -> None:
         _abandon(uid)
     _wanted.clear()
     for armature in [item for item in bpy.data.objects if item.type == "ARMATURE"]:
-        layers.drop_draft(armature)
+        drafts.drop(armature)
 
 
 def tick() -> float | None:

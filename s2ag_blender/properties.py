@@ -123,6 +123,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
             ("BLOCK", "Text Block", "A text of this file, as the text editor shows it"),
             ("TYPED", "Typed", "Words typed here"),
             ("NONE", "None", "The audio alone gestures"),
+            ("RECOGNISE", "Recognise", "What the engine's speech recogniser hears in the recording, in English"),
         ],
         override=EDITABLE,
     )
@@ -210,9 +211,10 @@ class S2AG_Settings(bpy.types.PropertyGroup):
             ("STRIP", "Strip", "The frames that the sound strip covers, in sync with it"),
         ],
         override=EDITABLE,
+        update=_changed,
     )
     start_frame: bpy.props.IntProperty(
-        name="Start Frame", description="Frame on which the recording starts", default=1, override=EDITABLE
+        name="Start Frame", description="Frame on which the recording starts", default=1, override=EDITABLE, update=_changed
     )
     result: bpy.props.EnumProperty(
         name="Result",
@@ -223,8 +225,9 @@ class S2AG_Settings(bpy.types.PropertyGroup):
             ("LAYER", "Layer", "An NLA strip that adds gestures to the animation that is there"),
         ],
         override=EDITABLE,
+        update=_changed,
     )
-    influence: _share("Influence", "How much of the strip or layer is seen", 1.0, 1.0)
+    influence: _share("Influence", "How much of the strip or layer is seen", 1.0, 1.0, update=_changed)
     blend_in: bpy.props.IntProperty(
         name="Blend In",
         description="Frames over which the animation that is there turns into gestures",
@@ -232,6 +235,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         min=0,
         soft_max=48,
         override=EDITABLE,
+        update=_changed,
     )
     blend_out: bpy.props.IntProperty(
         name="Blend Out",
@@ -240,6 +244,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         min=0,
         soft_max=48,
         override=EDITABLE,
+        update=_changed,
     )
     start_pose: bpy.props.EnumProperty(
         name="Start",
@@ -249,6 +254,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
             ("CURRENT", "This Pose", "Continue from the pose that the character has now"),
         ],
         override=EDITABLE,
+        update=_changed,
     )
     end_pose: bpy.props.EnumProperty(
         name="End",
@@ -259,6 +265,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
             ("THERE", "Pose There", "Reach the pose that the character's animation has on the last frame"),
         ],
         override=EDITABLE,
+        update=_changed,
     )
     add_sound: bpy.props.BoolProperty(
         name="Sound Strip", description="Put the recording into the sequencer", default=True, override=EDITABLE
@@ -284,6 +291,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         min=1,
         max=12,
         override=EDITABLE,
+        update=_changed,
     )
     parts: bpy.props.EnumProperty(
         name="Parts",
@@ -306,6 +314,12 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         name="Bone Map",
         description="Bones chosen by hand; empty for those that were found",
         override={"LIBRARY_OVERRIDABLE", "USE_INSERTION"},
+    )
+    bone_map_notes: bpy.props.StringProperty(
+        name="Bone Map Notes",
+        description="What a loaded bone map says besides its bones: kind of rig and switches, as JSON",
+        options={"HIDDEN"},
+        override=EDITABLE,
     )
     takes: bpy.props.CollectionProperty(
         type=S2AG_Take,

@@ -39,6 +39,7 @@ def restore(settings, kept: dict) -> None:
                 continue
         setattr(settings, name, value)
     settings.transcript_block = bpy.data.texts.get(kept.get("transcript_block", ""))
+    settings.bone_map_notes = kept.get("bone_map_notes", "")
     settings.bone_map.clear()
     for part, bones in kept.get("bone_map", {}).items():
         item = settings.bone_map.add()

@@ -3,6 +3,7 @@
 import bpy
 
 from . import (
+    bone_maps,
     command,
     drop,
     engine_ops,
@@ -30,9 +31,8 @@ CLASSES = (
     operators.S2AG_OT_add_human,
     operators.S2AG_OT_add_mannequin,
     operators.S2AG_OT_remove_markers,
-    operators.S2AG_OT_edit_bone_map,
-    operators.S2AG_OT_reset_bone_map,
     operators.S2AG_OT_export,
+    *bone_maps.CLASSES,
     *take_ops.CLASSES,
     learn.S2AG_OT_learn,
     panel.S2AG_PT_gestures,

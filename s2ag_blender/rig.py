@@ -58,7 +58,7 @@ def survey(armature: bpy.types.Object, mapping: Mapping | dict | None = None) ->
         if refusal is not None:
             return mapping, refusal
     elif not isinstance(mapping, Mapping):
-        mapping = _by_hand(bones, mapping)
+        mapping = by_hand(bones, mapping)
     try:
         return resolve_mapping(armature, bones, mapping), None
     except RigUnusable as error:
@@ -76,12 +76,12 @@ def resolve_mapping(armature: bpy.types.Object, bones: Bones, mapping: Mapping |
     if mapping is None:
         mapping = detect(bones, f'Armature "{armature.name}"', vrm.humanoid(armature))
     elif not isinstance(mapping, Mapping):
-        mapping = _by_hand(bones, mapping)
+        mapping = by_hand(bones, mapping)
     mapping = _without_locked(armature, mapping.check(bones))
     return replace(mapping, warnings=(*mapping.warnings, *_obstacles(armature, mapping)))
 
 
-def _by_hand(bones: Bones, chosen: dict) -> Mapping:
+def by_hand(bones: Bones, chosen: dict) -> Mapping:
     """A mapping of ``{part: bone or bones}``, with the hips and the switches of the kind of rig whose arms it has."""
     chains = {part: (chain,) if isinstance(chain, str) else tuple(chain) for part, chain in chosen.items()}
     mapping = Mapping({part: chain for part, chain in chains.items() if chain})

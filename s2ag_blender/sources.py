@@ -137,11 +137,13 @@ def mixdown(scene: bpy.types.Scene, first: int, last: int) -> str:
     return str(path)
 
 
-def words(settings, audio: str) -> dict[str, str]:
-    """The engine's parameters that bring the words: ``transcript`` or ``text``, or nothing.
+def words(settings, audio: str) -> dict[str, str | bool]:
+    """The engine's parameters that bring the words: ``transcript``, ``text`` or ``recognise``, or nothing.
 
     Raises :class:`UsageError` where a text block was asked for and none is chosen.
     """
+    if settings.transcript_source == "RECOGNISE":
+        return {"recognise": True}
     if settings.transcript_source == "FILE":
         named = bpy.path.abspath(settings.transcript) if settings.transcript else beside(audio)
         return {"transcript": named} if named else {}

@@ -2,8 +2,8 @@
 
 import bpy
 
-from . import markers, readiness, takes
-from .panel import Sidebar
+from . import handpicked, markers, readiness, takes
+from .panel import Sidebar, sentence
 from .running import character
 from .translations import told
 
@@ -89,22 +89,30 @@ class S2AG_PT_bone_map(_Below, bpy.types.Panel):
 
     def draw_settings(self, layout, armature, settings, context):
         ready = readiness.known(armature)
-        if ready is not None and ready.family:
+        if settings.bone_map:
+            layout.label(text="By hand; commas between bones", icon="GREASEPENCIL")
+        elif ready is not None and ready.family:
             layout.label(text=told("Found as: {family}", family=ready.family), icon="ARMATURE_DATA")
         column = layout.column(align=True)
         if settings.bone_map:
             for item in settings.bone_map:
-                column.prop(item, "bones", text=told(readiness.label(item.name)))
+                row = column.row()
+                row.alert = not all(bone in armature.data.bones for bone in handpicked.split(item.bones))
+                row.prop(item, "bones", text=told(readiness.label(item.name)))
         elif ready is not None:
             for found in ready.rows:
                 row = column.row()
                 row.label(text=told(readiness.label(found.part)), icon="CHECKMARK" if found.found else "REMOVE")
                 row.label(text=", ".join(found.bones) or found.note, translate=False)
         for warning in ready.warnings if ready is not None else ():
-            layout.label(text=told(warning), icon="ERROR")
+            sentence(layout, told(warning), "ERROR")
+        if settings.bone_map:
+            layout.operator("s2ag.reset_bone_map", icon="LOOP_BACK")
+        else:
+            layout.operator("s2ag.edit_bone_map", icon="GREASEPENCIL")
         row = layout.row(align=True)
-        row.operator("s2ag.edit_bone_map")
-        row.operator("s2ag.reset_bone_map")
+        row.operator("s2ag.load_bone_map", text="Load", icon="FILE_FOLDER")
+        row.operator("s2ag.save_bone_map", text="Save", icon="FILE_TICK")
 
 
 class S2AG_PT_export(_Below, bpy.types.Panel):
@@ -133,6 +141,7 @@ class S2AG_PT_advanced(_Below, bpy.types.Panel):
             layout.label(text="Greyed parts are not keyed", icon="INFO")
         layout.prop(settings, "key_step")
         layout.prop(settings, "checkpoint")
+        layout.operator("s2ag.learn", icon="ACTION")
 
 
 CLASSES = (

@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import keyframes, layers, recall
+from . import drafts, keyframes, layers, recall
 
 
 def add(armature: bpy.types.Object, actions: list[bpy.types.Action]) -> None:
@@ -40,7 +40,7 @@ def show(armature: bpy.types.Object) -> None:
     """Let the character play the selected take; called whenever the selection changes."""
     take = active(armature)
     if take is not None and keyframes.provenance(take.action):
-        layers.drop_draft(armature)
+        drafts.drop(armature)
         layers.show(armature, take.action)
 
 

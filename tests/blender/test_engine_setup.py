@@ -16,6 +16,7 @@ import bpy
 import pytest
 import s2ag
 import wheels
+from acted import drawn
 from s2ag.core.errors import Cancelled, WorkerFailed
 from s2ag.s2ag_blender import client, engine_ops, engine_pip, engine_run, engine_setup, errors_log, gesture, preferences
 
@@ -146,6 +147,51 @@ def test_cancel_answers_within_half_a_second_and_leaves_nothing(extension, tmp_p
     assert isinstance(work.error, Cancelled) and preferences.STATE.work is None and preferences.STATE.error is None
     work.cleaner.join(10)
     assert not leftovers(extension) and engine_setup.environment(extension) is None
+
+
+@needs_venv
+def test_the_recogniser_is_added_when_it_is_wanted(extension, packages, tmp_path):
+    assert "faster-whisper" not in preferences.planned(bpy.context, check=False).text
+    plain = engine_ops.set_up(bpy.context, engine_setup.plan(extension, wheels=str(packages)))
+    assert not plain["recogniser"] and preferences.recogniser(bpy.context) is False
+    shown = panel_with_recogniser()
+    assert "The engine has no speech recogniser yet" in " ".join(shown) and shown["s2ag.engine_setup"]
+    with pytest.raises(RuntimeError, match="no speech recogniser"):
+        bpy.ops.s2ag.generate()
+    poor = wheels.write_wheels(tmp_path / "poor", without=["faster-whisper"])
+    with pytest.raises(engine_setup.SetupFailed, match="There is no faster-whisper"):
+        engine_ops.set_up(bpy.context, engine_setup.plan(extension, wheels=str(poor), recognise=True))
+    facts = engine_ops.set_up(bpy.context, engine_setup.plan(extension, wheels=str(packages), recognise=True))
+    found = engine_setup.environment(extension)
+    assert facts["recogniser"] and found.recognises and not found.outdated
+    assert "English speech only" in panel_with_recogniser() and bpy.ops.s2ag.generate.poll()
+
+
+def panel_with_recogniser():
+    """What the panel shows for a mannequin whose words are to be recognised."""
+    if bpy.context.active_object is None:
+        bpy.ops.s2ag.add_mannequin()
+    bpy.context.active_object.s2ag.audio, bpy.context.active_object.s2ag.transcript_source = "voice.wav", "RECOGNISE"
+    return drawn()
+
+
+@needs_venv
+def test_progress_of_the_set_up_shows_in_the_panel(extension, packages):
+    work = engine_ops.begin(bpy.context, engine_setup.plan(extension, wheels=str(packages)))
+    shown = panel_with_recogniser()
+    assert work.stage in shown and shown["s2ag.engine_cancel"] and "s2ag.generate" not in shown
+    engine_ops.stop()
+    work.cleaner.join(10)
+    assert "s2ag.engine_cancel" not in drawn()
+
+
+def test_the_button_of_the_panel_asks_for_the_recogniser(extension):
+    operator = bpy.ops.s2ag.engine_setup.get_rna_type()
+    assert operator.properties["recognise"].type == "BOOLEAN"
+    plans = [preferences.planned(bpy.context, recognise=recognise) for recognise in (False, True)]
+    assert ["faster-whisper" in plan.text for plan in plans] == [False, True]
+    with pytest.raises(RuntimeError, match="Online access is off"):
+        bpy.ops.s2ag.engine_setup(recognise=True)
 
 
 @needs_venv

@@ -3,9 +3,10 @@
 import bpy
 import numpy as np
 import pytest
+from acted import drawn
 from s2ag.core.errors import UsageError
 from s2ag.core.motion import Motion
-from s2ag.s2ag_blender import learn, mannequin
+from s2ag.s2ag_blender import learn, mannequin, subpanels
 from s2ag.s2ag_blender.apply import apply_motion
 
 
@@ -38,6 +39,24 @@ def test_a_take_is_written_beside_its_speech(wave, tmp_path, examples):
         learn.save_take(armature, tmp_path, "nothing.wav")
     with pytest.raises(UsageError, match="no motion"):
         learn.capture(armature, 5, 5)
+
+
+def test_the_button_saves_what_the_panel_says(speaker, tmp_path):
+    """The recording of the panel, its words and the frames on which it is heard."""
+    kept = speaker.s2ag
+    assert drawn(subpanels.S2AG_PT_advanced)["s2ag.learn"]
+    with pytest.raises(RuntimeError, match="no animation to learn from"):
+        bpy.ops.s2ag.learn(directory=str(tmp_path))
+    kept.start_frame, kept.transcript_source, kept.typed = 10, "TYPED", "good day"
+    bpy.context.scene.frame_end = 70
+    bpy.ops.s2ag.generate()
+    bpy.ops.s2ag.learn(directory=str(tmp_path))
+    files = {path.suffix: path for path in tmp_path.iterdir()}
+    assert set(files) == {".wav", ".txt", ".npz"} and files[".txt"].read_text() == "good day"
+    assert len(Motion.load(files[".npz"]).directions) == 1 + 60 * 15 // 24  # frames 10 to 70 of 24 a second
+    kept.audio = ""
+    with pytest.raises(RuntimeError, match="Choose a recording"):
+        bpy.ops.s2ag.learn(directory=str(tmp_path))
 
 
 def test_a_take_is_read_as_a_performance(wave, tmp_path, examples):

@@ -375,6 +375,24 @@ def test_words_typed_in_a_block_beside_and_none(figure, tmp_path, voice):
     assert not {"text", "transcript"} & set(gesture.request(kept))
 
 
+def test_words_that_the_engine_recognises(speaker, examples):
+    """Where the engine has the extra, words come by themselves; where it has not, one sentence says how to add it."""
+    speaker.s2ag.audio, speaker.s2ag.transcript_source = str(examples / "hello.flac"), "RECOGNISE"
+    speaker.s2ag.add_markers = True
+    told = gesture.request(speaker.s2ag)
+    assert told["recognise"] and not {"text", "transcript"} & set(told)
+    assert "English speech only" in drawn()
+    try:
+        bpy.ops.s2ag.generate()
+    except RuntimeError as error:
+        (line,) = str(error).strip().splitlines()
+        assert "recogniser is not installed" in line and 'pip install "s2ag[recognise]"' in line
+        assert not bpy.data.actions and "s2ag.open_log" in drawn()
+        return
+    names = [marker.name.lower() for marker in bpy.context.scene.timeline_markers]
+    assert len(names) > 20
+
+
 def test_bones_chosen_by_hand(speaker):
     assert readiness.of(speaker).found == 9
     bpy.ops.s2ag.edit_bone_map()

@@ -5,7 +5,7 @@ import time
 import bpy
 import pytest
 from acted import curves, press, same_curves
-from s2ag.s2ag_blender import gesture, layers, preview, session
+from s2ag.s2ag_blender import drafts, gesture, preview, session
 
 
 @pytest.fixture
@@ -33,12 +33,12 @@ def test_off_unless_asked_for(speaker):
 
 def test_a_slider_moves_the_draft_in_place(live):
     settle()
-    draft = layers.draft(live)
+    draft = drafts.of(live)
     assert draft and live.animation_data.action == draft and not live.s2ag.takes
     before = curves(draft)
     live.s2ag.intensity = 0.3
     settle()
-    assert layers.draft(live) == draft and not same_curves(before, curves(draft)) and len(bpy.data.actions) == 1
+    assert drafts.of(live) == draft and not same_curves(before, curves(draft)) and len(bpy.data.actions) == 1
 
 
 def test_switching_off_gives_back_what_was_there(live):
@@ -48,7 +48,7 @@ def test_switching_off_gives_back_what_was_there(live):
     bpy.context.window_manager.s2ag.live = True
     live.s2ag.style = "stern"
     settle()
-    assert layers.draft(live) and live.animation_data.action != take
+    assert drafts.of(live) and live.animation_data.action != take
     bpy.context.window_manager.s2ag.live = False
     assert live.animation_data.action == take and list(bpy.data.actions) == [take]
 
@@ -70,7 +70,7 @@ def test_a_newer_change_supersedes_the_older(live):
     settle()
     from s2ag.s2ag_blender import keyframes
 
-    assert keyframes.provenance(layers.draft(live))["style"] == {"tired": 1.0}
+    assert keyframes.provenance(drafts.of(live))["style"] == {"tired": 1.0}
 
 
 def test_many_changes_are_one_request(live):

