@@ -36,6 +36,17 @@ def shipped() -> Path:
     raise EngineMissing("The package of the speech recogniser holds no model.", ADVICE)
 
 
+def locate(model: str | os.PathLike | None = None) -> Path:
+    """The folder of a recogniser, of the shipped one if None; raises :class:`EngineMissing`, :class:`TranscriptUnreadable`."""
+    if model is None:
+        return shipped()
+    if importlib.util.find_spec("faster_whisper") is None:
+        raise EngineMissing("The speech recogniser is not installed.", ADVICE)
+    if not (Path(model) / "model.bin").is_file():
+        raise TranscriptUnreadable(f"{model} holds no recogniser (model.bin).", "Name a Whisper model for faster-whisper.")
+    return Path(model)
+
+
 def recognise(audio: np.ndarray, progress=None, model: str | os.PathLike | None = None) -> list[Item]:
     """Phrases said in ``(n,)`` float32 at 16 kHz, with times that are good to some tenths of a second.
 
@@ -43,14 +54,7 @@ def recognise(audio: np.ndarray, progress=None, model: str | os.PathLike | None 
     English. Its words keep the times that it gives them, good to a tenth of a second, because the aligner knows English
     only. Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`.
     """
-    if model is None:
-        folder, language = shipped(), "en"
-    else:
-        folder, language = Path(model), None
-        if importlib.util.find_spec("faster_whisper") is None:
-            raise EngineMissing("The speech recogniser is not installed.", ADVICE)
-        if not (folder / "model.bin").is_file():
-            raise TranscriptUnreadable(f"{folder} holds no recogniser (model.bin).", "Name a Whisper model for faster-whisper.")
+    folder, language = locate(model), "en" if model is None else None
 
     def hear(answer: dict):
         if "segments" not in answer:

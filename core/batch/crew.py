@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from .. import protocol
+from .. import child, protocol
 from ..errors import S2agError, WorkerFailed
 
 TRIES = 2
@@ -122,9 +122,9 @@ class _Member:
         environment = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
         self._hung = False
         try:
-            self._process = subprocess.Popen(
-                self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, env=environment
-            )
+            pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": self._log}
+            # Ctrl-C is for the parent, which ends them; one that dies of it first would look like a failed clip.
+            self._process = subprocess.Popen(self._command, **pipes, env=environment, **child.apart())
         except OSError as error:
             raise WorkerFailed(f"{self._command[0]} cannot be started: {error.strerror}.", "Check that it runs.") from error
 

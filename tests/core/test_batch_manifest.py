@@ -8,13 +8,13 @@ from s2ag.core.errors import ManifestUnusable, UsageError
 
 
 @pytest.fixture
-def written(tmp_path, examples):
+def written(tmp_path, examples, random_checkpoint):
     """A function that writes a manifest beside a copy of the shipped recording and reads it back."""
     (tmp_path / "hello.flac").write_bytes((examples / "hello.flac").read_bytes())
 
     def write(text, name="clips.csv", **defaults):
         (tmp_path / name).write_text(text, "utf-8")
-        return manifest.read(tmp_path / name, defaults)
+        return manifest.read(tmp_path / name, {"checkpoint": str(random_checkpoint), **defaults})
 
     return write
 
@@ -38,7 +38,7 @@ def test_csv_and_json_lines_say_the_same(written, tmp_path):
     assert clip.Clip.of(json.loads(json.dumps(table[0].plain()))) == table[0]
 
 
-def test_every_problem_is_named_with_its_line(written, random_checkpoint):
+def test_every_problem_is_named_with_its_line(written):
     clips, problems = written(
         "name,audio,style,seed,takes,resolution,fps\n"
         "a,hello.flac,calm one,1,1,,\n"
@@ -52,15 +52,15 @@ def test_every_problem_is_named_with_its_line(written, random_checkpoint):
         "g,hello.flac,calm one,1,1,90x90,500,more\n"
         "h,hello.flac,calm one,1,1,90x90,500\n"
     )
-    found = sentences(problems + checks.check(clips, str(random_checkpoint)))
+    found = sentences(problems + checks.check(clips))
     assert set(found) == {3, 4, 6, 7, 8, 9, 10, 11}
     assert "gone.wav" in found[3] and "calm one" in found[4] and "whole number" in found[6]
     assert "file's name" in found[8] and "range" in found[9] and "cells" in found[10] and "500" in found[11]
 
 
-def test_same_names_are_refused_whatever_the_case(written, random_checkpoint):
+def test_same_names_are_refused_whatever_the_case(written):
     clips, _ = written("name,audio,takes\nA,hello.flac,1\na,hello.flac,1\nb-1,hello.flac,1\nb,hello.flac,2\n")
-    found = sentences(checks.check(clips, str(random_checkpoint)))
+    found = sentences(checks.check(clips))
     assert "line 2" in found[3] and "line 4" in found[5] and len(found) == 2
 
 
@@ -81,14 +81,14 @@ def test_what_cannot_be_read_at_all(written, tmp_path):
         manifest.read(tmp_path / "hello.flac")
 
 
-def test_rows_of_a_scene_agree_and_use_one_file(written, random_checkpoint, tmp_path):
+def test_rows_of_a_scene_agree_and_use_one_file(written, tmp_path):
     for name in ("one.blend", "two.blend"):
         (tmp_path / name).write_bytes(b"BLENDER")
     head = "name,audio,scene,character,armature,fps,outputs\n"
     clips, _ = written(
         f"{head}a,hello.flac,talk,one.blend,Ann,24,mp4\nb,hello.flac,talk,two.blend,Bob,25,mp4\nc,hello.flac,talk,one.blend,Ann,24,"
     )
-    found = [problem.sentence for problem in checks.check(clips, str(random_checkpoint))]
+    found = [problem.sentence for problem in checks.check(clips)]
     assert any("fps differs from line 2" in sentence for sentence in found)
     assert any("several .blend" in sentence for sentence in found)
     assert sum("another armature" in sentence for sentence in found) == 2
