@@ -101,8 +101,8 @@ def cell(reference: str) -> tuple[Sheet, Cell]:
     """The sheet and cell that ``SHEET.json:NUMBER`` names; raises :class:`SampleUnreadable`."""
     path, _, number = reference.rpartition(":")
     sheet = Sheet.load(path or reference)
-    if not (number.isdigit() and 1 <= int(number) <= len(sheet.cells)):
-        message = f"{path or reference} has no cell {number or 'named'}."
+    if not (path and number.isdecimal() and 1 <= int(number) <= len(sheet.cells)):
+        message = f"{path} has no cell {number}." if path else f"{reference} names no cell."
         raise SampleUnreadable(message, f"Name one from 1 to {len(sheet.cells)}.")
     return sheet, sheet.cells[int(number) - 1]
 

@@ -159,7 +159,8 @@ class _Member:
         self._log.seek(0, os.SEEK_END)
         self._log.seek(max(self._log.tell() - 2000, 0))
         words = self._log.read().decode("utf-8", "replace").strip().splitlines()
-        last = f" Its last words: {words[-1][:200]}" if words else ""
+        # Of one that somebody else killed they would be chatter.
+        last = f" Its last words: {words[-1][:200]}" if words and (self._hung or code not in (-9, -15)) else ""
         if self._hung:
             return WorkerFailed("The process was silent for too long and was ended.", f"Look at this clip alone.{last}")
         return WorkerFailed(f"The process {ended} at this clip.", f"Look at this clip alone, and at the free memory.{last}")

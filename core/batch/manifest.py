@@ -74,7 +74,7 @@ def _rows(path: Path) -> tuple[list[tuple[int, dict]], list[Problem]]:
 
 
 def _csv_rows(text: str, path: Path) -> tuple[list[tuple[int, dict]], list[Problem]]:
-    first = text.partition("\n")[0]
+    first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count), strict=True)
     rows, problems, head, line = [], [], None, 1
     try:
@@ -93,7 +93,7 @@ def _csv_rows(text: str, path: Path) -> tuple[list[tuple[int, dict]], list[Probl
                 rows.append((here, row))
     except csv.Error as error:
         problems.append(Problem(reader.line_num, f"This is not CSV: {error}."))
-    if head is not None and "audio" not in head:
+    if head is not None and not {"audio", "cell"} & set(head):
         raise ManifestUnusable(f"{path} has no column audio.", f"Columns are {', '.join(COLUMNS)}.")
     return rows, problems
 
