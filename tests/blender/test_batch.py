@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from s2ag.core.batch import clip, crew, encode, folder, stages
 from s2ag.core.cli import blender
+from s2ag.core.errors import OutputUnwritable
 from s2ag.s2ag_blender import cast, mannequin, opengl, render, serve
 from s2ag.s2ag_blender import job as jobs
 
@@ -137,6 +138,41 @@ def test_sequences_land_as_folders_with_and_without_background(batch, tmp_path):
     assert probe(tmp_path / "out" / "mp4" / "c1.mp4")[2] == 4
 
 
+@needs_opengl
+def test_frames_are_counted_from_where_the_row_says(batch, tmp_path):
+    whole = batch({"outputs": ("frames", "mp4"), "start_frame": 1001}, frames=3)
+    assert perform(whole, "render") == perform(whole, "encode") == {"c1": None}
+    assert min(path.name for path in (tmp_path / "out" / "frames" / "c1").iterdir()) == "001001.png"
+    assert probe(tmp_path / "out" / "mp4" / "c1.mp4")[2] == 3
+
+
+def test_a_bone_map_is_used_and_another_one_makes_the_clip_anew(batch, tmp_path):
+    from s2ag.rigs import maps
+    from s2ag.s2ag_blender import rig
+
+    armature = mannequin.build().armature
+    maps.save(tmp_path / "map.json", rig.resolve_mapping(armature, rig.read(armature), None))
+    whole = batch({"outputs": ("rig-bvh",), "map": str(tmp_path / "map.json")})
+    assert perform(whole, "render") == {"c1": None} and perform(whole, "render") == {}
+    mapped = json.loads((tmp_path / "map.json").read_text())
+    (tmp_path / "map.json").write_text(json.dumps(mapped | {"left_forearm": [], "left_upper_arm": []}))
+    assert perform(whole, "render")["c1"].kind == "RigUnusable"
+
+
+@needs_opengl
+def test_images_that_another_program_takes_away_are_missed(tmp_path, wave):
+    wave(4).save(tmp_path / "motion.npz")
+    content = {"motions": [str(tmp_path / "motion.npz")], "character": "mannequin", "resolution": [64, 48], "fps": 15}
+    job = jobs.Job.of({**content, "outputs": [str(tmp_path / "shot.###.png")]})
+
+    def tell(text):
+        if (tmp_path / "shot.003.png").exists():
+            (tmp_path / "shot.001.png").unlink(missing_ok=True)
+
+    with pytest.raises(OutputUnwritable, match="1 of 4 images"):
+        jobs.perform(job, jobs.Voice(tell))
+
+
 def test_finals_need_no_opengl(batch, tmp_path):
     whole = batch({"outputs": ("exr",), "preset": "film", "engine": "cycles"}, frames=2)
     assert perform(whole, "render") == {"c1": None}
@@ -223,5 +259,6 @@ def test_numbered_images_by_a_job(tmp_path, wave):
 
 def test_runs_and_names_of_frames(tmp_path):
     assert render._runs([1, 2, 3, 7, 9, 10]) == [(1, 3), (7, 7), (9, 10)] and render._runs([]) == []
+    assert render._runs(list(range(1, 51))) == [(1, 24), (25, 48), (49, 50)]
     assert render.numbered(tmp_path / "a.####.exr", 12).name == "a.0012.exr"
     assert encode.PATTERN.replace("%06d", "#" * 6) == serve.FRAMES + ".png"
