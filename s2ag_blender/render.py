@@ -13,7 +13,7 @@ import bpy
 
 from ..core.errors import BlenderUnavailable, OutputUnwritable, UsageError
 from ..core.files import check_output, whole_file
-from . import compat, opengl
+from . import compat, opengl, stage
 
 ENGINES = ("workbench", "eevee", "cycles")
 _FILM_SAMPLES = {"eevee": 16, "cycles": 16}
@@ -154,11 +154,14 @@ def _runs(frames: list[int]) -> list[tuple[int, int]]:
 
 def _engine(scene, look: Look, samples: dict, antialias: str) -> None:
     require_engine(look.engine, scene)
+    scene.frame_step = 1
     if look.transparent:
         scene.render.film_transparent = True
     engine = look.engine
     if engine is None:
         return
+    if engine == "workbench" and scene.render.engine != "BLENDER_WORKBENCH":
+        stage.workbench(scene)  # a scene made for another engine has not been set up for this one
     scene.render.engine = {"workbench": "BLENDER_WORKBENCH", "eevee": compat.eevee(), "cycles": "CYCLES"}[engine]
     if engine == "workbench":
         scene.display.render_aa = {None: antialias, 1: "OFF"}.get(look.samples, str(look.samples))
@@ -211,8 +214,11 @@ def _kept(scene):
     render = scene.render
     owners = [
         (render, ("engine", "filepath", "use_file_extension", "film_transparent")),
+        (scene, ("frame_step",)),
         (render, ("resolution_x", "resolution_y", "resolution_percentage")),
         (scene.display, ("render_aa",)),
+        (scene.display.shading, ("light", "studio_light", "color_type")),
+        (scene.display.shading, ("show_cavity", "show_shadows", "show_specular_highlight")),
         (scene.eevee, ("taa_render_samples",)),
     ]
     if hasattr(scene, "cycles"):

@@ -205,7 +205,8 @@ def test_a_users_scene_keeps_its_camera_light_and_size(batch, tmp_path):
     camera.rotation_euler = (np.pi / 2, 0, 0)
     scene.collection.objects.link(camera)
     scene.camera, scene.world = camera, bpy.data.worlds.new("Mine")
-    scene.render.engine, scene.render.resolution_x, scene.render.resolution_y = "BLENDER_WORKBENCH", 80, 60
+    scene.render.engine, scene.render.resolution_x, scene.render.resolution_y = "BLENDER_WORKBENCH", 160, 120
+    scene.render.resolution_percentage, scene.frame_step = 50, 3
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "mine.blend"))
     common = {"scene": "duet", "character": str(tmp_path / "mine.blend"), "resolution": None, "fps": None}
     whole = batch({**common, "armature": "Ann", "outputs": ("mp4", "blend")}, {**common, "armature": "Bob", "outputs": ()})
@@ -214,8 +215,35 @@ def test_a_users_scene_keeps_its_camera_light_and_size(batch, tmp_path):
     assert (video.width, video.height, video.average_rate) == (80, 60, 24)
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "out" / "blend" / "duet.blend"))
     assert bpy.context.scene.camera.name == "Mine" and len(bpy.data.cameras) == 1
+    assert bpy.context.scene.render.resolution_percentage == 50 and bpy.context.scene.frame_step == 3
     assert all(bpy.data.objects[name].animation_data.action for name in ("Ann", "Bob"))
     assert [round(bpy.data.objects[name].location.x, 2) for name in ("Ann", "Bob")] == [-0.6, 0.6]
+
+
+@needs_opengl
+def test_a_preview_of_a_scene_for_another_engine_shows_its_textures(batch, tmp_path):
+    material = mannequin.build().meshes[0].data.materials[0]
+    picture = bpy.data.images.new("red", 8, 8)
+    picture.generated_color = (1, 0, 0, 1)
+    picture.pack()
+    if not material.node_tree:
+        material.use_nodes = True
+    texture = material.node_tree.nodes.new("ShaderNodeTexImage")
+    texture.image = picture
+    shader = next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    material.node_tree.links.new(texture.outputs["Color"], shader.inputs["Base Color"])
+    material.node_tree.nodes.active = texture
+    for item in bpy.context.scene.objects:
+        if item.type == "MESH" and not item.data.uv_layers:
+            item.data.uv_layers.new()
+    bpy.context.scene.render.engine = "CYCLES"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "red.blend"))
+    whole = batch({"outputs": ("png", "blend"), "character": str(tmp_path / "red.blend"), "preset": "preview"})
+    assert perform(whole, "render") == {"c1": None}
+    seen = np.array(bpy.data.images.load(str(tmp_path / "out" / "png" / "c1.png")).pixels[:]).reshape(-1, 4)
+    assert (seen[:, 0] > 2 * seen[:, 1]).mean() > 0.02
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "out" / "blend" / "c1.blend"))
+    assert bpy.context.scene.render.engine == "CYCLES" and bpy.context.scene.display.shading.color_type == "MATERIAL"
 
 
 @needs_opengl

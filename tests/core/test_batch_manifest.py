@@ -181,7 +181,8 @@ def test_a_cell_of_a_sample_is_a_row(written, tmp_path, random_checkpoint, plain
 WRONG = [
     {"audio": 5}, {"seed": "x"}, {"seed": 1.5}, {"seed": True}, {"seed": 1e999}, {"takes": []}, {"style": {"a": 1}},
     {"affect": [1]}, {"mirror": 3}, {"outputs": [5]}, {"resolution": [1e999, 48]}, {"resolution": [64.7, 48]},
-    {"audio": "a\0.wav"}, {"text": "\ud800"}, {"hand": "up"}, {"name": 7}, {"name": "con"}, {"name": "é" * 80}, {"latent": [["x"]]}, {"latent": [[1e999]]}, {"map": 3},
+    {"audio": "a\0.wav"}, {"text": "\ud800"}, {"hand": "up"}, {"name": 7}, {"name": "con"}, {"name": "é" * 80},
+    {"latent": [["x"]]}, {"latent": [[1e999]]}, {"map": 3},
     {"start_frame": 1.5}, {"recognise": "perhaps"}, {"cell": "hello.flac:1"},
 ]  # fmt: skip
 
