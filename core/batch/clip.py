@@ -17,6 +17,8 @@ SEQUENCES = ("frames", "exr")
 OUTPUTS = (*MOTION_OUTPUTS, *CHARACTER_OUTPUTS, *SCENE_OUTPUTS)
 ASKED = ("text", "recognise", "style", "seed", "takes", "intensity", "affect", "rate", "hand", "mirror", "latent")
 """What of a row is a field of :class:`synthesis.Request`, beside the files."""
+MODELS = ("checkpoint", "vectors", "aligner_model", "recogniser_model")
+"""What of a row is an argument of :class:`synthesis.Session`: paths."""
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,12 @@ import shutil
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 from ..catalogue import DEFAULT, facts_path
 from ..errors import S2agError
-from .clip import ASKED, CHARACTER_OUTPUTS, SCENE_OUTPUTS, SEQUENCES, Clip, Unit, units
+from .clip import ASKED, CHARACTER_OUTPUTS, MODELS, MOTION_OUTPUTS, SCENE_OUTPUTS, SEQUENCES, Clip, Unit, units
 from .crew import PATIENCE, Crew, Task
 from .folder import Folder, Record, digest, key
 from .work import motion_paths
@@ -54,6 +54,10 @@ class Batch:
         """The clips grouped by scene."""
         return units(list(self.clips))
 
+    @cached_property
+    def _engine(self) -> Callable[..., list]:
+        return lru_cache(maxsize=None)(_engine)
+
     def steps(self, stage: str, chosen: Sequence[Unit]) -> list[Step]:
         """Every step of a stage for the chosen units, as things stand now."""
         if stage == "synth":
@@ -65,8 +69,10 @@ class Batch:
     def _synth(self, clip: Clip) -> Step:
         record = self.folder.record("synth", clip.name)
         asked = {name: getattr(clip, name) for name in ASKED}
-        kinds = sorted({"npz", *clip.wanted(("bvh", "json", "dataset"))})
-        made_of = key("synth", _engine(clip), asked, kinds, _content(clip.audio), _content(clip.transcript))
+        kinds = sorted({"npz", *clip.wanted(MOTION_OUTPUTS)})
+        models = [getattr(clip, name) for name in MODELS]
+        engine = self._engine(*models, not clip.no_transcript, clip.recognise)
+        made_of = key("synth", engine, asked, kinds, _content(clip.audio), _content(clip.transcript))
         params = {"clip": clip.plain(), "cache": self.cache}
         return self._step("synth", clip.name, clip.line, record, made_of, params)
 
@@ -187,16 +193,16 @@ def settle(batch: Batch, chosen: Sequence[Unit]) -> None:
                     shutil.rmtree(images, ignore_errors=True)
 
 
-def _engine(clip: Clip) -> list:
+def _engine(checkpoint, vectors, aligner_model, recogniser_model, has_words: bool, recognises: bool) -> list:
     """Everything that gestures depend on beside the row: this program, and the models that have a say in them."""
     from .. import align, recognise, synthesis
 
-    weights = Path(clip.checkpoint or DEFAULT)
+    weights = Path(checkpoint or DEFAULT)
     used = [VERSION, synthesis.VERSION, _content(facts_path(weights)), _content(weights)]
-    if not clip.no_transcript:
-        used += [align.VERSION, _content(clip.vectors), _contents(clip.aligner_model)]
-    if clip.recognise:
-        used += [recognise.VERSION, _contents(clip.recogniser_model)]
+    if has_words:
+        used += [align.VERSION, _content(vectors), _contents(aligner_model)]
+    if recognises:
+        used += [recognise.VERSION, _contents(recogniser_model)]
     return used
 
 

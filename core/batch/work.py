@@ -11,7 +11,7 @@ from .. import skeleton
 from ..threads import share_cores
 from . import encode, serving
 from .checks import request
-from .clip import Clip
+from .clip import MODELS, Clip
 from .folder import Folder, digest, land
 
 _SAVED = ("npz", "bvh", "json")
@@ -28,8 +28,8 @@ class Synthesis:
     def __call__(self, params: dict, tell) -> dict:
         """``clip``, ``folder``, ``key``, ``cache``; files land, then the record."""
         clip, folder = Clip.of(params["clip"]), Folder(params["folder"])
-        models = clip.checkpoint, clip.vectors, clip.aligner_model, clip.recogniser_model
-        result = self._open(*models, params["cache"]).synthesize(request(clip), tell)
+        models = {name: getattr(clip, name) for name in MODELS}
+        result = self._open(**models, cache=params["cache"]).synthesize(request(clip), tell)
         with folder.part() as part:
             made = {}
             for take, motion in enumerate(result.motions):
@@ -46,14 +46,14 @@ class Synthesis:
         return facts
 
 
-def _open(checkpoint, vectors, aligner_model, recogniser_model, cache):
+def _open(**models):
     import torch
 
     from ..synthesis import Session
 
     # One thread each, so that the bytes do not depend on how many processes share the machine.
     torch.set_num_threads(1)
-    return Session(checkpoint, vectors, aligner_model=aligner_model, recogniser_model=recogniser_model, cache=cache)
+    return Session(**models)
 
 
 def motion_paths(folder: Folder, clip: Clip) -> list[Path]:

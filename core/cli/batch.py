@@ -7,7 +7,7 @@ import sys
 import time
 from pathlib import Path
 
-from ..batch.clip import PRESETS, sliced, units
+from ..batch.clip import MODELS, PRESETS, sliced, units
 from ..batch.crew import PATIENCE
 from ..batch.folder import STAGES, Folder
 from ..errors import ManifestUnusable, OutputUnwritable, UsageError
@@ -126,7 +126,7 @@ def _defaults(options: argparse.Namespace) -> dict:
     except ValueError as error:
         raise UsageError(f"{error}", "See: s2ag batch --help") from None
     plain = {name: getattr(options, name) for name in ("style", "preset", "recognise")}
-    models = {name: getattr(options, name) for name in ("checkpoint", "vectors", "aligner_model", "recogniser_model")}
+    models = {name: getattr(options, name) for name in MODELS}
     paths = {name: str(path.absolute()) for name, path in models.items() if path}
     return {"outputs": kinds, "character": character, **plain, **paths}
 
