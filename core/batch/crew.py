@@ -80,13 +80,13 @@ class _Member:
         heard = self._heard
         if heard is not None and time.monotonic() - heard > patience:
             self._hung = True
-            self._process.kill()
+            child.end(self._process)
 
     def end(self) -> None:
         """Kill the process: nothing of what it is doing is needed, and all it has done has landed."""
         self._ending = True
         if self._process is not None:
-            self._process.kill()
+            child.end(self._process)
         self._thread.join(10)
         if self._process is not None:
             self._process.wait()

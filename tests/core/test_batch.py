@@ -278,6 +278,11 @@ def work(params, tell):
     tell("half", 0.5)
     if params["do"] == "die": os._exit(9)
     if params["do"] == "hang": time.sleep(60)
+    if params["do"] == "start":
+        import subprocess
+        process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+        open(params["mark"], "w").write(str(process.pid))
+        process.wait()
     if params["do"] == "refuse": raise UsageError("No.", "Never.")
     if params["do"] == "full": raise OSError(28, "No space left on device", "/out/a.npz")
     if params["do"] == "break": raise ZeroDivisionError("oh")
@@ -332,6 +337,32 @@ def test_a_crew_that_is_abandoned_leaves_nobody():
     running.close()
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
+
+
+@posix
+def test_what_a_task_has_started_ends_with_it(tmp_path):
+    tasks = [crew.Task("work", {"do": "start", "mark": str(tmp_path / "pid")})]
+    running = crew.Crew([sys.executable, "-c", CHILD], 1).run(tasks)
+    next(running)
+    while not (tmp_path / "pid").is_file() or not (tmp_path / "pid").read_text():
+        time.sleep(0.05)
+    pid = int((tmp_path / "pid").read_text())
+    os.kill(pid, 0)
+    running.close()
+    deadline = time.monotonic() + 20
+    while is_alive(pid) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not is_alive(pid)
+
+
+def is_alive(pid):
+    """Whether a process runs; one that has ended and is waited for by nobody does not."""
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    status = f"/proc/{pid}/stat"
+    return not os.path.exists(status) or open(status).read().rpartition(")")[2].split()[0] != "Z"
 
 
 def test_a_program_that_cannot_run_is_one_error_each():
