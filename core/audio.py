@@ -2,6 +2,7 @@
 
 import hashlib
 import struct
+from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
 
@@ -37,7 +38,7 @@ def load(path: str | PathLike) -> np.ndarray:
             if not container.streams.audio:
                 raise AudioUnreadable(f"{path} has no sound in it.", _CHOOSE)
             stream = container.streams.audio[0]
-            audio = _join(_blocks(container, stream))
+            audio = _join(piece.mean(axis=0) for piece in pieces(container, stream, SAMPLE_RATE))
             declared = float(stream.duration * stream.time_base) if stream.duration else 0.0
             exact = container.format.name in _DECLARES_LENGTH
     except (av.FFmpegError, OSError, ValueError) as error:
@@ -98,6 +99,27 @@ def gain(audio: np.ndarray) -> float:
     return SPEECH_RMS / float(np.sqrt(active.mean()))
 
 
+def pieces(container, stream, rate: int, layout: str | None = None) -> Iterator[np.ndarray]:
+    """Float32 samples ``(channels, n)`` of a stream of an open ``av`` container, piece by piece.
+
+    They are resampled to ``rate`` and mixed to a ``layout`` such as ``stereo`` (None: as they are). Decoding goes on after
+    damaged packets. Raises :class:`av.FFmpegError`.
+    """
+    import av
+
+    stream.thread_type = "AUTO"
+    resampler = av.AudioResampler(format="fltp", layout=layout, rate=rate)
+    for packet in container.demux(stream):
+        try:
+            frames = packet.decode()
+        except av.InvalidDataError:
+            continue
+        for frame in frames:
+            frame.pts = None
+            yield from (piece.to_ndarray() for piece in resampler.resample(frame))
+    yield from (piece.to_ndarray() for piece in resampler.resample(None))
+
+
 def _check(path: Path) -> None:
     if path.is_dir():
         raise AudioUnreadable(f"{path} is a folder, not a recording.", "Name a file inside it.")
@@ -122,25 +144,6 @@ def _wave_share(path: Path) -> float:
                 return there / size if 0 < there < size < _STREAMED else 1.0
             file.seek(size + size % 2, 1)
     return 1.0
-
-
-def _blocks(container, stream):
-    """Yield mono float32 pieces at 16 kHz, the mean of all channels; decoding goes on after damaged packets."""
-    import av
-
-    stream.thread_type = "AUTO"
-    resampler = av.AudioResampler(format="fltp", rate=SAMPLE_RATE)
-    for packet in container.demux(stream):
-        try:
-            frames = packet.decode()
-        except av.InvalidDataError:
-            continue
-        for frame in frames:
-            frame.pts = None
-            for piece in resampler.resample(frame):
-                yield piece.to_ndarray().mean(axis=0)
-    for piece in resampler.resample(None):
-        yield piece.to_ndarray().mean(axis=0)
 
 
 def _join(pieces) -> np.ndarray:

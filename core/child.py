@@ -1,7 +1,9 @@
 """A program of our own in a process of its own: what can crash or hang does so there, and here it is one sentence."""
 
+import contextlib
 import json
 import os
+import signal
 import subprocess
 import threading
 from collections.abc import Callable, Iterable
@@ -16,6 +18,15 @@ def apart() -> dict:
     if os.name == "nt":
         return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
     return {"start_new_session": True}
+
+
+def end(process: subprocess.Popen) -> None:
+    """Kill a child that was started :func:`apart`, and what it has started itself (on POSIX)."""
+    if os.name == "nt":
+        process.kill()
+    elif process.poll() is None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
 
 
 def ask(command: list[str], request: dict, data: Iterable[bytes], limit: float, hear: Callable[[dict], object | None]):

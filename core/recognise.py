@@ -37,6 +37,17 @@ def shipped() -> Path:
     raise EngineMissing("The package of the speech recogniser holds no model.", ADVICE)
 
 
+def locate(model: str | os.PathLike | None = None) -> Path:
+    """The folder of a recogniser, of the shipped one if None; raises :class:`EngineMissing`, :class:`TranscriptUnreadable`."""
+    if model is None:
+        return shipped()
+    if importlib.util.find_spec("faster_whisper") is None:
+        raise EngineMissing("The speech recogniser is not installed.", ADVICE)
+    if not (Path(model) / "model.bin").is_file():
+        raise TranscriptUnreadable(f"{model} holds no recogniser (model.bin).", "Name a Whisper model for faster-whisper.")
+    return Path(model)
+
+
 def recognise(
     audio: np.ndarray, progress=None, model: str | os.PathLike | None = None, language: str | None = None
 ) -> list[Item]:
@@ -46,18 +57,10 @@ def recognise(
     English. Without a ``language`` (as in ``de``) that the aligner is told too, its words keep the times that it gives them,
     good to a tenth of a second. Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`.
     """
-    words = model is not None and language is None
-    if model is None:
-        if language is not None:
-            message = "The shipped speech recogniser knows English only."
-            raise TranscriptUnreadable(message, "Name a multilingual Whisper model.")
-        folder, language = shipped(), "en"
-    else:
-        folder, language = Path(model), language and language.partition("-")[0]
-        if importlib.util.find_spec("faster_whisper") is None:
-            raise EngineMissing("The speech recogniser is not installed.", ADVICE)
-        if not (folder / "model.bin").is_file():
-            raise TranscriptUnreadable(f"{folder} holds no recogniser (model.bin).", "Name a Whisper model for faster-whisper.")
+    if model is None and language is not None:
+        raise TranscriptUnreadable("The shipped speech recogniser knows English only.", "Name a multilingual Whisper model.")
+    words, folder = model is not None and language is None, locate(model)
+    language = "en" if model is None else language and language.partition("-")[0]
 
     def hear(answer: dict):
         if "segments" not in answer:

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from . import styles
-from .errors import SampleUnreadable
+from .catalogue import describe
+from .errors import SampleUnreadable, UsageError
 from .files import whole_file
 
 FORMAT = 1
@@ -100,10 +101,24 @@ def cell(reference: str) -> tuple[Sheet, Cell]:
     """The sheet and cell that ``SHEET.json:NUMBER`` names; raises :class:`SampleUnreadable`."""
     path, _, number = reference.rpartition(":")
     sheet = Sheet.load(path or reference)
-    if not (number.isdigit() and 1 <= int(number) <= len(sheet.cells)):
-        message = f"{path or reference} has no cell {number or 'named'}."
+    if not (path and number.isdecimal() and 1 <= int(number) <= len(sheet.cells)):
+        message = f"{path} has no cell {number}." if path else f"{reference} names no cell."
         raise SampleUnreadable(message, f"Name one from 1 to {len(sheet.cells)}.")
     return sheet, sheet.cells[int(number) - 1]
+
+
+def again(reference: str, checkpoint: str | PathLike | None = None) -> dict:
+    """What makes the cell ``SHEET.json:NUMBER`` again: fields of a :class:`synthesis.Request`, recording and words included.
+
+    Raises :class:`SampleUnreadable`, and :class:`UsageError` where it was sampled with another ``checkpoint``.
+    """
+    sheet, one = cell(reference)
+    if describe(checkpoint)["hash"] not in ("", sheet.checkpoint):
+        raise UsageError(f"{reference} was sampled with another checkpoint.", "Name that one with --checkpoint.")
+    words = {"transcript": sheet.transcript, "text": sheet.text, "recognise": sheet.recognise}
+    asked = {"intensity": sheet.intensity, "mirror": sheet.mirror, "style": one.style, "latent": one.latent}
+    # Breathing and sway are drawn from the sum of seed and take, whatever the style.
+    return {"audio": sheet.audio, **words, **asked, "seed": one.seed + one.take}
 
 
 def style_map(checkpoint, sheet: Sheet | None = None) -> dict:

@@ -33,15 +33,9 @@ class Keyed:
 
 def read(path: Path) -> Keyed:
     """Load a file by its suffix, and ``.bin`` by its first bytes; raises :class:`VectorsUnreadable`."""
-    try:
-        from gensim.models import KeyedVectors
-        from gensim.models.fasttext import load_facebook_vectors
-    except ImportError as error:
-        raise VectorsUnreadable(
-            f"{path} needs gensim, which is not installed.", 'Install it with: pip install "s2ag[vectors]"'
-        ) from error
-    if path.suffix not in (".bin", ".kv", ".vec"):
-        raise VectorsUnreadable(f"{path} is no known kind of word vectors.", "Use .npz, .bin, .kv or .vec.")
+    from gensim.models import KeyedVectors
+    from gensim.models.fasttext import load_facebook_vectors
+
     name = str(path)
     try:
         if path.suffix == ".kv":

@@ -4,6 +4,7 @@ The shipped file holds 50,000 words and 50,000 FastText n-gram buckets, packed b
 of 0.983 to the vectors it was made from; assets/NOTICE.txt names their sources.
 """
 
+import importlib.util
 import unicodedata
 from os import PathLike
 from pathlib import Path
@@ -38,8 +39,7 @@ class WordVectors:
         :class:`VectorsUnreadable`.
         """
         path = Path(path) if path is not None else SHIPPED
-        if not path.is_file():
-            raise VectorsUnreadable(f"The word vectors {path} do not exist.", "Check the name, or use the shipped ones.")
+        check(path)
         if path.suffix == ".npz":
             return cls(Packed.read(path), path.name)
         from .user_vectors import read
@@ -97,6 +97,17 @@ class WordVectors:
             return self.vectors(parts).mean(0)
         guess = self._table.guess(parts[0]) if parts else None
         return np.zeros(DIMENSIONS, np.float32) if guess is None else guess
+
+
+def check(path: str | PathLike) -> None:
+    """Raise :class:`VectorsUnreadable` unless ``path`` is a file of a kind that :meth:`WordVectors.load` reads here."""
+    path = Path(path)
+    if not path.is_file():
+        raise VectorsUnreadable(f"The word vectors {path} do not exist.", "Check the name, or use the shipped ones.")
+    if path.suffix not in (".npz", ".bin", ".kv", ".vec"):
+        raise VectorsUnreadable(f"{path} is no known kind of word vectors.", "Use .npz, .bin, .kv or .vec.")
+    if path.suffix != ".npz" and importlib.util.find_spec("gensim") is None:
+        raise VectorsUnreadable(f"{path} needs gensim, which is not installed.", 'Install it with: pip install "s2ag[vectors]"')
 
 
 class Packed:

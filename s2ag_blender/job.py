@@ -159,6 +159,7 @@ def perform(job: Job, voice: Voice) -> dict:
             stage.complete(scene, characters)
             if job.resolution:
                 scene.render.resolution_x, scene.render.resolution_y = job.resolution
+                scene.render.resolution_percentage = 100
         else:
             stage.dress(scene, characters, job.resolution or (960, 540), backdrop=not job.transparent)
     _set_range(scene, span, theirs)
@@ -198,7 +199,8 @@ def _write(job: Job, scene, character, path: Path, span, sounds, motion: Motion,
     from . import export, render
 
     kind, name = path.suffix.lower(), f"write {path.name}"
-    look = render.Look(job.engine, job.percentage, job.samples, job.transparent)
+    size = job.percentage * scene.render.resolution_percentage // 100
+    look = render.Look(job.engine, size, job.samples, job.transparent)
     with voice.stage(name):
         if kind == ".blend":
             with contextlib.ExitStack() as portable:

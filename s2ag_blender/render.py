@@ -3,6 +3,7 @@
 import contextlib
 import os
 import re
+import shutil
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,13 +11,17 @@ from pathlib import Path
 
 import bpy
 
-from ..core.errors import BlenderUnavailable, UsageError
+from ..core.errors import BlenderUnavailable, OutputUnwritable, UsageError
 from ..core.files import check_output, whole_file
-from . import compat, opengl
+from . import compat, opengl, stage
 
 ENGINES = ("workbench", "eevee", "cycles")
 _FILM_SAMPLES = {"eevee": 16, "cycles": 16}
 _STILL_SAMPLES = {"eevee": 32, "cycles": 48}
+_STRETCH = 24
+"""Frames rendered at a time: Blender goes on after an image that could not be written, and is stopped after these."""
+_LITTLE = 1_000_000
+"""Bytes; with less left it is the full disk that lost an image."""
 _REMEDY = 'Render with the engine "cycles", which needs no OpenGL, or install a software one (Mesa: libegl1, libgl1-mesa-dri).'
 
 
@@ -105,12 +110,15 @@ def images(
         scene.render.image_settings.color_mode = "RGBA" if look.transparent else "RGB"
         scene.render.resolution_percentage = look.percentage
         scene.render.filepath = os.path.join(folder, "######" + path.suffix.lower())
-        with _handled(landed):
-            try:
-                for scene.frame_start, scene.frame_end in _runs(missing):
+        try:
+            for scene.frame_start, scene.frame_end in _runs(missing):
+                with _handled(landed):
                     _run(animation=True)
-            finally:
-                scene.frame_start, scene.frame_end = first, last
+        finally:
+            scene.frame_start, scene.frame_end = first, last
+    if lost := sum(not place.is_file() for place in places.values()):
+        message = f"{lost} of {len(places)} images in {path.parent} are gone: another program works there."
+        raise OutputUnwritable(message, "Run it again when that one has ended.")
 
 
 def numbered(path: Path, frame: int) -> Path:
@@ -137,19 +145,23 @@ def still(scene, path: str | Path, frame: int, look: Look = Look()) -> None:  # 
 
 
 def _runs(frames: list[int]) -> list[tuple[int, int]]:
-    """First and last of every stretch without a gap."""
+    """First and last of every stretch without a gap, :data:`_STRETCH` frames long at most."""
     starts = [frame for frame, before in zip(frames, [None, *frames], strict=False) if before is None or frame != before + 1]
     ends = [frame for frame, after in zip(frames, [*frames[1:], None], strict=False) if after is None or after != frame + 1]
-    return list(zip(starts, ends, strict=True))
+    whole = zip(starts, ends, strict=True)
+    return [(first, min(first + _STRETCH - 1, end)) for start, end in whole for first in range(start, end + 1, _STRETCH)]
 
 
 def _engine(scene, look: Look, samples: dict, antialias: str) -> None:
     require_engine(look.engine, scene)
+    scene.frame_step = 1
     if look.transparent:
         scene.render.film_transparent = True
     engine = look.engine
     if engine is None:
         return
+    if engine == "workbench" and scene.render.engine != "BLENDER_WORKBENCH":
+        stage.workbench(scene)  # a scene made for another engine has not been set up for this one
     scene.render.engine = {"workbench": "BLENDER_WORKBENCH", "eevee": compat.eevee(), "cycles": "CYCLES"}[engine]
     if engine == "workbench":
         scene.display.render_aa = {None: antialias, 1: "OFF"}.get(look.samples, str(look.samples))
@@ -170,6 +182,8 @@ def _run(**how) -> None:
 
 def _check(path: Path) -> None:
     if not path.is_file() or not path.stat().st_size:
+        if shutil.disk_usage(path.parent).free < _LITTLE:
+            raise OutputUnwritable(f"{path} cannot be written: the disk is full.", "Free space or choose another folder.")
         raise BlenderUnavailable("Blender rendered nothing, most likely because it got no OpenGL context.", _REMEDY)
 
 
@@ -200,8 +214,11 @@ def _kept(scene):
     render = scene.render
     owners = [
         (render, ("engine", "filepath", "use_file_extension", "film_transparent")),
+        (scene, ("frame_step",)),
         (render, ("resolution_x", "resolution_y", "resolution_percentage")),
         (scene.display, ("render_aa",)),
+        (scene.display.shading, ("light", "studio_light", "color_type")),
+        (scene.display.shading, ("show_cavity", "show_shadows", "show_specular_highlight")),
         (scene.eevee, ("taa_render_samples",)),
     ]
     if hasattr(scene, "cycles"):

@@ -114,7 +114,7 @@ def test_the_template_makes_clips(openjd, examples, tmp_path):
     """The whole graph, really run: plan, two chunks of synthesis, then what the films need, then the status."""
     pytest.importorskip("torch", reason="the engine is not installed")
     films = _has_blender()
-    rows = [{"audio": str(examples / "hello.flac"), "text": "", "name": f"clip{n}", "seed": n} for n in (1, 2, 3)]
+    rows = [{"audio": str(examples / "hello.flac"), "no_transcript": True, "name": f"clip{n}", "seed": n} for n in (1, 2, 3)]
     rows[2] |= {"outputs": ["bvh", "mp4"], "resolution": "64x48", "fps": 2} if films else {}
     (tmp_path / "clips.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
     out = tmp_path / "out"

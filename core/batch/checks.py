@@ -1,74 +1,82 @@
 """Whether every clip of a manifest can be made: files, styles, numbers, scenes and names. Looks, and changes nothing."""
 
+import unicodedata
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
-from .. import characters, styles, transcript
+from ...rigs import maps
+from .. import audio, characters, language, readers, recognise, styles, transcript, words
 from ..catalogue import describe
-from ..errors import S2agError
-from .clip import CHARACTER_OUTPUTS, SCENE_OUTPUTS, Clip, units
+from ..errors import S2agError, UsageError
+from .clip import ASKED, CHARACTER_OUTPUTS, SCENE_OUTPUTS, Clip, Unit, units
 from .manifest import Problem
 
-_SHARED = ("takes", "preset", "engine", "resolution", "fps")
+_SHARED = ("takes", "preset", "engine", "resolution", "fps", "start_frame")
 _AGREE = "Rows of one scene must agree on it."
+_FILES = (("audio", audio.check), ("vectors", words.check), ("map", maps.load))
 
 
-def check(clips: list[Clip], checkpoint: str | None = None, looked_at: set[int] | None = None) -> list[Problem]:
+def check(clips: list[Clip], looked_at: set[int] | None = None) -> list[Problem]:
     """Everything wrong with ``clips``, in the order of their lines.
 
     Files and values are looked at in the lines ``looked_at`` only (all if None): a task of a farm does its own clips.
     """
-    known = describe(checkpoint)
-    heard: dict[str, str] = {}
+    found, known = {}, cache(describe)
     problems = [
         Problem(clip.line, sentence)
         for clip in clips
         if looked_at is None or clip.line in looked_at
-        for sentence in _wrong(clip, known, heard)
+        for sentence in filter(None, _wrong(clip, found, known))
     ]
     problems += _names(clips)
     problems += _scenes(clips)
     return sorted(problems, key=lambda problem: problem.line)
 
 
-def _wrong(clip: Clip, known: dict, heard: dict[str, str]) -> Iterator[str]:
-    """Sentences on one row alone; ``heard`` remembers what was found about each recording."""
-    if clip.audio not in heard:
-        heard[clip.audio] = _refusal(_listen, clip.audio)
-    yield from filter(None, (heard[clip.audio], _refusal(_read_words, clip), _refusal(_ask, clip, known)))
+def _wrong(clip: Clip, found: dict[tuple, str], known) -> Iterator[str]:
+    """Sentences on one row alone; ``found`` remembers what is wrong with each file, ``known`` describes checkpoints."""
+
+    def refusal(look, *arguments) -> str:
+        if (look, *arguments) not in found:
+            found[look, *arguments] = _refusal(look, *arguments)
+        return found[look, *arguments]
+
+    for name, look in _FILES:
+        if getattr(clip, name) is not None:
+            yield refusal(look, getattr(clip, name))
+    yield refusal(language.load, clip.aligner_model, clip.language)
+    if clip.transcript is not None:
+        yield refusal(_read_words, clip.transcript)
+    if clip.recognise:
+        yield refusal(recognise.locate, clip.recogniser_model)
+    yield refusal(known, clip.checkpoint) or _refusal(_ask, clip, known(clip.checkpoint))
     if clip.is_filmed:
-        yield from filter(None, [_refusal(characters.checked, clip.character)])
+        yield refusal(characters.checked, clip.character)
     if clip.fps is not None and not 1 <= clip.fps <= 240:
         yield f"{clip.fps:g} frames a second are out of range (1 to 240)."
     if not 0 <= clip.delay < 86400:
         yield f"A delay of {clip.delay:g} seconds is out of range."
+    if not 0 <= clip.start_frame <= 1_000_000:
+        yield f"A first frame of {clip.start_frame} is out of range (0 to 1000000)."
 
 
-def _refusal(work, *arguments) -> str:
+def _refusal(look, *arguments) -> str:
     try:
-        work(*arguments)
+        look(*arguments)
     except S2agError as error:
         return f"{error}"
+    except OSError as error:
+        return f"{error.filename or 'A file'} cannot be read: {error.strerror or error}."
     return ""
 
 
-def _listen(path: str) -> None:
-    from .. import audio
-
-    audio.check(path)
-
-
-def _read_words(clip: Clip) -> None:
-    if clip.transcript is not None:
-        content = transcript.read(clip.transcript)
-        if Path(clip.transcript).suffix.lower() == ".json":
-            transcript.timed(content, Path(clip.transcript))
+def _read_words(path: str) -> None:
+    readers.parse(transcript.read(path), Path(path))
 
 
 def _ask(clip: Clip, known: dict) -> None:
     """Values out of range, unknown styles, controls that the checkpoint lacks."""
-    from ..errors import UsageError
-
     wanted = request(clip)
     for step in styles.steps(clip.style or styles.default(known["speakers"])):
         styles.parse(step, [one["name"] for one in known["speakers"]])
@@ -80,23 +88,28 @@ def request(clip: Clip):
     """The :class:`synthesis.Request` of a clip; raises :class:`UsageError`."""
     from ..synthesis import Request
 
-    names = ("audio", "transcript", "text", "style", "seed", "takes", "intensity", "affect", "rate", "hand", "mirror")
-    return Request(**{name: getattr(clip, name) for name in names})
+    return Request(**{name: getattr(clip, name) for name in ("audio", "transcript", *ASKED)})
 
 
 def _names(clips: list[Clip]) -> Iterator[Problem]:
-    """Names that are taken already; file systems may not tell upper from lower case."""
-    first: dict[str, int] = {}
-    for clip in clips:
-        for take in range(max(clip.takes, 1)) if clip.takes <= 64 else ():
-            name = clip.take_name(take).lower()
-            if first.setdefault(name, clip.line) != clip.line:
-                yield Problem(clip.line, f"The name {clip.take_name(take)} is that of line {first[name]}, too.")
+    """Names that are taken already, by files or records; file systems may not tell upper from lower case."""
+    owners: dict[str, Unit] = {}
+    for unit in units(clips):
+        for line, name in _taken(unit):
+            owner = owners.setdefault(unicodedata.normalize("NFC", name).casefold(), unit)
+            if owner is not unit:
+                yield Problem(line, f"The name {name} is that of line {owner.clips[0].line}, too.")
                 break
-    scenes = {clip.scene.lower(): clip.line for clip in reversed(clips) if clip.scene}
-    for name, line in scenes.items():
-        if name in first and not any(clip.scene.lower() == name for clip in clips if clip.line == first[name]):
-            yield Problem(line, f"The scene {name} has the name of the clip in line {first[name]}.")
+        if len({clip.name.casefold() for clip in unit.clips}) < len(unit.clips):
+            yield Problem(unit.clips[-1].line, f"Two rows of scene {unit.name} have one name.")
+
+
+def _taken(unit: Unit) -> Iterator[tuple[int, str]]:
+    """What a unit calls itself, its clips and its takes, with the lines that say so."""
+    for clip in unit.clips:
+        takes = range(clip.takes if 1 <= clip.takes <= 64 else 0)
+        yield from ((clip.line, name) for name in (clip.name, *map(clip.take_name, takes)))
+        yield from ((clip.line, name) for name in (unit.name, *map(unit.take_name, takes)))
 
 
 def _scenes(clips: list[Clip]) -> Iterator[Problem]:

@@ -1,6 +1,7 @@
 """One row of a manifest: what is spoken, who performs it how, and which files are wanted."""
 
 import re
+import unicodedata
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
@@ -14,6 +15,10 @@ SCENE_OUTPUTS = {"mp4": ".mp4", "png": ".png", "blend": ".blend", "frames": ".pn
 """One file, or one folder of numbered images, for the whole scene."""
 SEQUENCES = ("frames", "exr")
 OUTPUTS = (*MOTION_OUTPUTS, *CHARACTER_OUTPUTS, *SCENE_OUTPUTS)
+ASKED = ("text", "recognise", "style", "seed", "takes", "intensity", "affect", "rate", "hand", "mirror", "latent")
+"""What of a row is a field of :class:`synthesis.Request`, beside the files."""
+MODELS = ("checkpoint", "vectors", "aligner_model", "recogniser_model", "language")
+"""What of a row is an argument of :class:`synthesis.Session`: paths, and the code of a language."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +44,11 @@ PRESETS = {
 class Clip:
     """A row; ``line`` is where it stands in its manifest, ``name`` that of its files, paths are absolute.
 
-    ``scene`` names what several rows are rendered into together, each with its own recording, which begins ``delay`` seconds
-    into the film. ``engine``, ``resolution`` and ``fps`` override the preset; without any of them a ``.blend`` keeps its own.
+    Words come from ``transcript``, ``text`` or ``recognise``, or are none (``no_transcript``). ``checkpoint``, ``vectors``,
+    ``aligner_model`` and ``recogniser_model`` are paths, or None for the shipped ones; ``language`` is a code such as ``de``;
+    ``latent`` is the point of the latent space of a chosen cell. ``scene`` names what several rows are rendered into together, each with its own recording, which
+    begins ``delay`` seconds into the film, whose first frame is ``start_frame``. ``engine``, ``resolution`` and ``fps``
+    override the preset; without any of them a ``.blend`` keeps its own.
     """
 
     line: int
@@ -48,6 +56,8 @@ class Clip:
     audio: str
     transcript: str | None = None
     text: str | None = None
+    recognise: bool = False
+    no_transcript: bool = False
     style: str = ""
     seed: int = 0
     takes: int = 1
@@ -56,16 +66,24 @@ class Clip:
     rate: float = 0.0
     hand: float = 0.0
     mirror: bool = False
+    latent: list[list[float]] | None = None
+    checkpoint: str | None = None
+    vectors: str | None = None
+    aligner_model: str | None = None
+    recogniser_model: str | None = None
+    language: str | None = None
     outputs: tuple[str, ...] = ("bvh",)
     character: str = "mannequin"
     gender: str = "female"
     armature: str | None = None
+    map: str | None = None
     scene: str = ""
     delay: float = 0.0
     preset: str | None = None
     engine: str | None = None
     resolution: tuple[int, int] | None = None
     fps: float | None = None
+    start_frame: int = 1
 
     def wanted(self, kinds) -> tuple[str, ...]:
         """Those of the outputs that are of these ``kinds``."""
@@ -127,10 +145,11 @@ class Unit:
 
 def units(clips: list[Clip]) -> list[Unit]:
     """The clips grouped by scene, in the order of their first row."""
-    groups: dict[tuple[str, str], list[Clip]] = {}
+    groups: dict[str | int, list[Clip]] = {}
     for clip in clips:
-        groups.setdefault(("scene", clip.scene) if clip.scene else ("clip", clip.name), []).append(clip)
-    return [Unit(number, name, tuple(group)) for number, ((_, name), group) in enumerate(groups.items(), 1)]
+        groups.setdefault(clip.scene or clip.line, []).append(clip)
+    found = enumerate(groups.values(), 1)
+    return [Unit(number, group[0].scene or group[0].name, tuple(group)) for number, group in found]
 
 
 def sliced(every: list[Unit], part: str | None = None, numbers: str | None = None) -> list[Unit]:
@@ -161,5 +180,7 @@ def take_name(name: str, take: int, takes: int) -> str:
 
 
 def safe_name(text: str) -> str:
-    """``text`` as a file name that every system takes: letters, digits, dots, hyphens and underscores."""
-    return re.sub(r"[^\w.-]+", "_", Path(text).name).strip("._")[:80] or "clip"
+    """``text`` as a file name that every system takes: letters, digits, dots, hyphens and underscores, 150 bytes at most."""
+    short = unicodedata.normalize("NFC", Path(text).name).encode("utf-8", "ignore")[:150].decode("utf-8", "ignore")
+    name = re.sub(r"[^\w.-]+", "_", short).strip("._") or "clip"
+    return f"{name}_" if re.fullmatch(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", name, re.IGNORECASE) else name

@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from .. import protocol
+from .. import child, protocol
 from ..errors import S2agError, WorkerFailed
 
 TRIES = 2
@@ -80,13 +80,13 @@ class _Member:
         heard = self._heard
         if heard is not None and time.monotonic() - heard > patience:
             self._hung = True
-            self._process.kill()
+            child.end(self._process)
 
     def end(self) -> None:
         """Kill the process: nothing of what it is doing is needed, and all it has done has landed."""
         self._ending = True
         if self._process is not None:
-            self._process.kill()
+            child.end(self._process)
         self._thread.join(10)
         if self._process is not None:
             self._process.wait()
@@ -122,9 +122,9 @@ class _Member:
         environment = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
         self._hung = False
         try:
-            self._process = subprocess.Popen(
-                self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, env=environment
-            )
+            pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": self._log}
+            # Ctrl-C is for the parent, which ends them; one that dies of it first would look like a failed clip.
+            self._process = subprocess.Popen(self._command, **pipes, env=environment, **child.apart())
         except OSError as error:
             raise WorkerFailed(f"{self._command[0]} cannot be started: {error.strerror}.", "Check that it runs.") from error
 
@@ -159,7 +159,8 @@ class _Member:
         self._log.seek(0, os.SEEK_END)
         self._log.seek(max(self._log.tell() - 2000, 0))
         words = self._log.read().decode("utf-8", "replace").strip().splitlines()
-        last = f" Its last words: {words[-1][:200]}" if words else ""
+        # Of one that somebody else killed they would be chatter.
+        last = f" Its last words: {words[-1][:200]}" if words and (self._hung or code not in (-9, -15)) else ""
         if self._hung:
             return WorkerFailed("The process was silent for too long and was ended.", f"Look at this clip alone.{last}")
         return WorkerFailed(f"The process {ended} at this clip.", f"Look at this clip alone, and at the free memory.{last}")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import audio
 from ..errors import AudioUnreadable, OutputUnwritable
 
 PATTERN = "%06d.png"
@@ -34,22 +35,22 @@ def film(
     rate = Fraction(fps).limit_denominator(1001)
     try:
         with av.open(str(path), "w", options={"movflags": "faststart"}) as out:
-            video = audio = None
+            video = voice = None
             mixed = _mixed(sounds, int(count / rate * _RATE)) if sounds else iter(())
             for index, picture in enumerate(_pictures(images, first, count, rate)):
                 if video is None:
                     video = _video_stream(out, picture, rate)
-                    audio = out.add_stream("aac", rate=_RATE, layout="stereo", bit_rate=160_000) if sounds else None
+                    voice = out.add_stream("aac", rate=_RATE, layout="stereo", bit_rate=160_000) if sounds else None
                 picture.pts, picture.time_base = index, 1 / rate
                 out.mux(video.encode(picture.reformat(video.width, video.height, "yuv420p")))
-                while audio is not None and audio.frames * _BLOCK / _RATE <= index / rate and (block := next(mixed, None)):
-                    out.mux(audio.encode(block))
+                while voice is not None and voice.frames * _BLOCK / _RATE <= index / rate and (block := next(mixed, None)):
+                    out.mux(voice.encode(block))
                 progress((index + 1) / count)
             out.mux(video.encode())
             for block in mixed:
-                out.mux(audio.encode(block))
-            if audio is not None:
-                out.mux(audio.encode())
+                out.mux(voice.encode(block))
+            if voice is not None:
+                out.mux(voice.encode())
     except av.FFmpegError as error:
         message = f"The images in {images} could not be made a film: {error}."
         raise OutputUnwritable(message, "Render the clip again.") from error
@@ -115,15 +116,6 @@ def _pieces(path: str) -> Iterator[np.ndarray]:
 
     try:
         with av.open(path, metadata_errors="ignore") as container:
-            resampler = av.AudioResampler(format="fltp", layout="stereo", rate=_RATE)
-            for packet in container.demux(audio=0):
-                try:
-                    frames = packet.decode()
-                except av.InvalidDataError:
-                    continue
-                for frame in frames:
-                    frame.pts = None
-                    yield from (piece.to_ndarray() for piece in resampler.resample(frame))
-            yield from (piece.to_ndarray() for piece in resampler.resample(None))
+            yield from audio.pieces(container, container.streams.audio[0], _RATE, "stereo")
     except (av.FFmpegError, OSError) as error:
         raise AudioUnreadable(f"{path} cannot be decoded ({error}).", "Export the recording again.") from error

@@ -3,15 +3,21 @@
 import csv
 import io
 import json
+import math
 import re
+import unicodedata
 from dataclasses import dataclass, fields
 from pathlib import Path
 
+from .. import sampling, transcript
 from ..errors import ManifestUnusable, S2agError
 from .clip import OUTPUTS, PRESETS, Clip, safe_name
 
 SUFFIXES = (".csv", ".jsonl", ".ndjson")
 _LONGEST = 200_000_000
+_WORDS = ("transcript", "text", "recognise", "no_transcript")
+"""Where the words of a recording come from: at most one of them."""
+_OF_CELL = ("style", "seed", "takes", "intensity", "affect", "rate", "hand", "mirror", "latent")
 _YES, _NO = ("1", "true", "yes", "on"), ("0", "false", "no", "off")
 
 
@@ -68,7 +74,7 @@ def _rows(path: Path) -> tuple[list[tuple[int, dict]], list[Problem]]:
 
 
 def _csv_rows(text: str, path: Path) -> tuple[list[tuple[int, dict]], list[Problem]]:
-    first = text.partition("\n")[0]
+    first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count), strict=True)
     rows, problems, head, line = [], [], None, 1
     try:
@@ -87,7 +93,7 @@ def _csv_rows(text: str, path: Path) -> tuple[list[tuple[int, dict]], list[Probl
                 rows.append((here, row))
     except csv.Error as error:
         problems.append(Problem(reader.line_num, f"This is not CSV: {error}."))
-    if head is not None and "audio" not in head:
+    if head is not None and not {"audio", "cell"} & set(head):
         raise ManifestUnusable(f"{path} has no column audio.", f"Columns are {', '.join(COLUMNS)}.")
     return rows, problems
 
@@ -113,19 +119,49 @@ def _json_rows(text: str) -> tuple[list[tuple[int, dict]], list[Problem]]:
 
 
 def _clip(line: int, row: dict, defaults: dict, folder: Path, number: str) -> Clip:
-    given = {name: value for name, value in row.items() if value not in ("", None)}
-    values = {name: COLUMNS[name](value, folder) for name, value in given.items()}
-    values |= {name: value for name, value in defaults.items() if value is not None and name not in values}
+    values = _values({name: value for name, value in row.items() if value not in ("", None)}, folder)
+    chosen, fallback = values.pop("cell", None), dict(defaults)
+    recognise = bool(fallback.pop("recognise", False))
+    if chosen:
+        _choose(values, chosen, values.get("checkpoint") or fallback.get("checkpoint"))
+    values |= {name: value for name, value in fallback.items() if value is not None and name not in values}
     if "audio" not in values:
         raise ValueError("There is no audio.")
-    if "transcript" in values and "text" in values:
-        raise ValueError("Both a transcript and a text are given.")
-    if "transcript" not in values and "text" not in values:
-        beside = Path(values["audio"]).with_suffix(".txt")
-        if str(beside) != values["audio"] and beside.is_file():
-            values["transcript"] = str(beside)
-    values.setdefault("name", f"{number}_{safe_name(Path(values['audio']).stem)}")
+    named = [name for name in _WORDS if values.get(name)]
+    if len(named) > 1:
+        raise ValueError(f"The row has {named[0]} and {named[1]}; its words come from one of {', '.join(_WORDS)}.")
+    if not named:
+        beside = transcript.beside(values["audio"])
+        values |= {"transcript": str(beside)} if beside else {"recognise" if recognise else "no_transcript": True}
+    values.setdefault("name", safe_name(f"{number}_{Path(values['audio']).stem}"))
     return Clip(line=line, **values)
+
+
+def _values(given: dict, folder: Path) -> dict:
+    """What the cells mean; raises ValueError with a sentence on each that means nothing."""
+    values, wrong = {}, []
+    for name, value in given.items():
+        try:
+            values[name] = COLUMNS[name](value, folder)
+        except ValueError as error:
+            wrong.append(f"{name}: {error}")
+    if wrong:
+        raise ValueError(" ".join(wrong))
+    return values
+
+
+def _choose(values: dict, chosen: str, checkpoint: str | None) -> None:
+    """Fill a row with what makes a cell of a sample again; its own recording or words win."""
+    own = [name for name in _OF_CELL if name in values]
+    if own:
+        raise ValueError(f"A cell has its own {own[0]}; leave that empty.")
+    made = {name: value for name, value in sampling.again(chosen, checkpoint).items() if value not in (None, "")}
+    made["latent"] = _points(made["latent"], None)
+    if values.get("audio", made["audio"]) != made["audio"] or any(values.get(name) for name in _WORDS):
+        made = {name: value for name, value in made.items() if name not in _WORDS}
+    elif not any(made.get(name) for name in _WORDS):
+        made["no_transcript"] = True
+    values.update({**made, **values})
 
 
 def _unknown(name: str) -> str:
@@ -135,17 +171,23 @@ def _unknown(name: str) -> str:
 def _text(value, _folder) -> str:
     if not isinstance(value, str):
         raise ValueError(f"{value!r} is not text.")
+    if any("\ud800" <= letter <= "\udfff" for letter in value):
+        raise ValueError(f"{value!r} is half a letter of UTF-16.")
     return value
 
 
 def _name(value, _folder) -> str:
-    if not isinstance(value, str) or value != safe_name(value):
-        raise ValueError(f"{value!r} cannot be a file's name; use letters, digits, dots, hyphens and underscores.")
-    return value
+    name = unicodedata.normalize("NFC", value) if isinstance(value, str) else None
+    if name is None or name != safe_name(name):
+        what = "letters, digits, dots, hyphens and underscores, 150 bytes at most"
+        raise ValueError(f"{value!r} cannot be a file's name; use {what}.")
+    return name
 
 
 def _path(value, folder: Path) -> str:
-    return str(folder / _text(value, folder))
+    if "\0" in _text(value, folder):
+        raise ValueError(f"{value!r} is no path.")
+    return str(folder / value)
 
 
 def _number(kind, what: str):
@@ -186,6 +228,17 @@ def _hand(value, folder) -> float:
     return sides.get(str(value).lower()) or _number(float, "side: left, right or -1 to 1")(value, folder)
 
 
+def _points(value, _folder) -> list[list[float]]:
+    """What ``cell`` becomes in a plan."""
+    try:
+        points = [[float(number) for number in point] for point in value]
+    except (TypeError, ValueError):
+        raise ValueError("The latent is no list of points.") from None
+    if not all(math.isfinite(number) for point in points for number in point):
+        raise ValueError("The latent holds numbers that are not finite.")
+    return points
+
+
 def outputs(value, _folder=None) -> tuple[str, ...]:
     """Kinds of output from ``"bvh mp4"`` (or with commas) or a list; raises :class:`ValueError`."""
     kinds = value if isinstance(value, list | tuple) else re.split(r"[\s,;+]+", str(value).strip().lower())
@@ -199,7 +252,7 @@ def _character(value, folder: Path) -> str:
     name = _text(value, folder)
     if name in ("human", "mannequin") or (name.startswith("human:") and not Path(name).suffix):
         return name
-    return str(folder / name)
+    return _path(value, folder)
 
 
 def _choice(*choices: str):
@@ -214,7 +267,7 @@ def _choice(*choices: str):
 def _resolution(value, _folder) -> tuple[int, int]:
     sides = value if isinstance(value, list | tuple) else str(value).lower().split("x")
     try:
-        width, height = (int(side) for side in sides)
+        width, height = (_number(int, "whole number")(side, _folder) for side in sides)
     except (TypeError, ValueError):
         raise ValueError(f"{value!r} is not WIDTHxHEIGHT.") from None
     if not (16 <= width <= 16384 and 16 <= height <= 16384):
@@ -227,6 +280,8 @@ COLUMNS = {
     "audio": _path,
     "transcript": _path,
     "text": _text,
+    "recognise": _flag,
+    "no_transcript": _flag,
     "style": _text,
     "seed": _number(int, "whole number"),
     "takes": _number(int, "whole number"),
@@ -235,17 +290,26 @@ COLUMNS = {
     "rate": _number(float, "number"),
     "hand": _hand,
     "mirror": _flag,
+    "cell": _path,
+    "latent": _points,
+    "checkpoint": _path,
+    "vectors": _path,
+    "aligner_model": _path,
+    "recogniser_model": _path,
+    "language": _text,
     "outputs": outputs,
     "character": _character,
     "gender": _choice("female", "male"),
     "armature": _text,
+    "map": _path,
     "scene": _name,
     "delay": _number(float, "number of seconds"),
     "preset": _choice(*PRESETS),
     "engine": _choice("workbench", "eevee", "cycles"),
     "resolution": _resolution,
     "fps": _number(float, "number"),
+    "start_frame": _number(int, "whole number"),
 }
 """How the cell of a column becomes a value: functions of the cell and the manifest's folder, which raise ValueError."""
 
-assert set(COLUMNS) == {one.name for one in fields(Clip)} - {"line"}
+assert set(COLUMNS) - {"cell"} == {one.name for one in fields(Clip)} - {"line"}

@@ -12,7 +12,7 @@ import traceback
 from collections.abc import Callable
 
 from .. import protocol
-from ..errors import EngineMissing, S2agError, UsageError
+from ..errors import EngineMissing, OutputUnwritable, S2agError, UsageError
 from ..files import abandon
 
 Handler = Callable[[dict, Callable[[str, float], None]], dict]
@@ -56,6 +56,9 @@ def _answer(message: dict, handlers: dict[str, Handler], replies: int) -> dict:
         return protocol.failure(number, error)
     except ModuleNotFoundError as error:
         return protocol.failure(number, EngineMissing.of(error))
+    except OSError as error:
+        what = f"{error.filename or 'A file'} failed: {error.strerror or error}."
+        return protocol.failure(number, OutputUnwritable(what, "Check the path and the free space."))
     except Exception as error:
         traceback.print_exc()
         what = f"{type(error).__name__}: {(str(error).strip().splitlines() or ['no message'])[0][:200]}"

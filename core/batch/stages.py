@@ -4,12 +4,12 @@ import shutil
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 from ..catalogue import DEFAULT, facts_path
 from ..errors import S2agError
-from .clip import CHARACTER_OUTPUTS, SCENE_OUTPUTS, SEQUENCES, Clip, Unit, units
+from .clip import ASKED, CHARACTER_OUTPUTS, MODELS, MOTION_OUTPUTS, SCENE_OUTPUTS, SEQUENCES, Clip, Unit, units
 from .crew import PATIENCE, Crew, Task
 from .folder import Folder, Record, digest, key
 from .work import motion_paths
@@ -43,12 +43,11 @@ class Step:
 
 @dataclass(frozen=True)
 class Batch:
-    """Clips, the folder they are made in, and the network: ``checkpoint`` and ``vectors`` are paths or None."""
+    """Clips, the folder they are made in, and where word times are kept (:class:`synthesis.Session`)."""
 
     folder: Folder
     clips: Sequence[Clip]
-    checkpoint: str | None = None
-    vectors: str | None = None
+    cache: str | None = None
 
     @cached_property
     def units(self) -> list[Unit]:
@@ -56,12 +55,8 @@ class Batch:
         return units(list(self.clips))
 
     @cached_property
-    def engine(self) -> str:
-        """Key of everything that gestures depend on beside the clip."""
-        from ..synthesis import VERSION as ENGINE
-
-        weights = Path(self.checkpoint or DEFAULT)
-        return key(VERSION, ENGINE, digest(facts_path(weights)), digest(weights), digest(self.vectors))
+    def _engine(self) -> Callable[..., list]:
+        return lru_cache(maxsize=None)(_engine)
 
     def steps(self, stage: str, chosen: Sequence[Unit]) -> list[Step]:
         """Every step of a stage for the chosen units, as things stand now."""
@@ -73,11 +68,12 @@ class Batch:
 
     def _synth(self, clip: Clip) -> Step:
         record = self.folder.record("synth", clip.name)
-        names = ("text", "style", "seed", "takes", "intensity", "affect", "rate", "hand", "mirror")
-        asked = {name: getattr(clip, name) for name in names}
-        kinds = sorted({"npz", *clip.wanted(("bvh", "json", "dataset"))})
-        made_of = key("synth", self.engine, asked, kinds, _content(clip.audio), _content(clip.transcript))
-        params = {"clip": clip.plain(), "checkpoint": self.checkpoint, "vectors": self.vectors}
+        asked = {name: getattr(clip, name) for name in ASKED}
+        kinds = sorted({"npz", *clip.wanted(MOTION_OUTPUTS)})
+        models = [getattr(clip, name) for name in MODELS]
+        engine = self._engine(*models, not clip.no_transcript, clip.recognise)
+        made_of = key("synth", engine, asked, kinds, _content(clip.audio), _content(clip.transcript))
+        params = {"clip": clip.plain(), "cache": self.cache}
         return self._step("synth", clip.name, clip.line, record, made_of, params)
 
     def _render(self, unit: Unit, take: int) -> Step:
@@ -123,6 +119,7 @@ class Batch:
         look = first.look
         return {
             "fps": first.fps,
+            "start_frame": first.start_frame,
             "engine": first.engine or (look.engine if look else None),
             "resolution": first.resolution or (look.resolution if look else None),
             "samples": look.samples if look and first.engine in (None, look.engine) else None,
@@ -142,7 +139,7 @@ class Batch:
             performers.append({
                 "motions": [str(motion_paths(folder, clip)[take])],
                 "outputs": files,
-                **{part: getattr(clip, part) for part in ("audio", "character", "gender", "armature", "delay")},
+                **{part: getattr(clip, part) for part in ("audio", "character", "gender", "armature", "map", "delay")},
             })  # fmt: skip
         scene, sequences = [], []
         for kind in unit.scene_outputs:
@@ -196,16 +193,35 @@ def settle(batch: Batch, chosen: Sequence[Unit]) -> None:
                     shutil.rmtree(images, ignore_errors=True)
 
 
+def _engine(checkpoint, vectors, aligner_model, recogniser_model, language, has_words: bool, recognises: bool) -> list:
+    """Everything that gestures depend on beside the row: this program, and the models that have a say in them."""
+    from .. import align, recognise, synthesis
+
+    weights = Path(checkpoint or DEFAULT)
+    used = [VERSION, synthesis.VERSION, _content(facts_path(weights)), _content(weights)]
+    if has_words:
+        used += [align.VERSION, _content(vectors), _contents(aligner_model), language]
+    if recognises:
+        used += [recognise.VERSION, _contents(recogniser_model)]
+    return used
+
+
 def _shown(clip: Clip) -> dict:
     """What of a clip is seen and heard beside its motion."""
     file = Path(clip.character)
-    shown = {name: getattr(clip, name) for name in ("character", "gender", "armature", "delay")}
+    shown = {name: getattr(clip, name) for name in ("character", "gender", "armature", "delay")} | {"map": _content(clip.map)}
     if file.suffix:
         shown["character"] = _content(clip.character)
     return shown | {"name": clip.name, "audio": _content(clip.audio), "outputs": clip.wanted(CHARACTER_OUTPUTS)}
 
 
-def _content(path: str | None) -> str | None:
+def _contents(folder: str | None) -> list | None:
+    """Names and digests of the files in a folder, and in folders within."""
+    files = sorted(Path(folder).rglob("*")) if folder else ()
+    return [(path.relative_to(folder).as_posix(), _content(path)) for path in files if path.is_file()] if folder else None
+
+
+def _content(path: str | Path | None) -> str | None:
     """A file's digest; one that cannot be read has none, and the stage that needs it will say so."""
     try:
         return digest(path)

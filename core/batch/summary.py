@@ -4,6 +4,7 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 
 from .. import skeleton
 from ..files import whole_file
@@ -25,38 +26,53 @@ Made by `s2ag batch`. One line of `index.jsonl` describes one performance:
 """
 
 
-def take_stock(batch: Batch, chosen: Sequence[Unit]) -> tuple[dict, list[dict]]:
-    """Counts of each stage's steps by state, and the failures with ``stage``, ``name``, ``line``, ``kind``, ``message``."""
-    stages, failures = {}, []
+def take_stock(batch: Batch, chosen: Sequence[Unit]) -> tuple[dict, list[dict], list[dict]]:
+    """Counts of each stage's steps by state, what failed, and what steps that are done warn of.
+
+    Failures have ``stage``, ``name``, ``line``, ``kind``, ``message``, ``remedy``; warnings all but ``kind`` and ``remedy``.
+    """
+    stages, failures, warnings = {}, [], []
     for stage in STAGES:
         steps = batch.steps(stage, chosen)
         if steps:
             states = Counter(step.state for step in steps)
             stages[stage] = {"steps": len(steps), **{state: states[state] for state in ("done", "failed", "ready", "waiting")}}
             failures += [_failure(step) for step in steps if step.state == "failed"]
+            warnings += [one for step in steps if step.facts for one in _warnings(step)]
     done = all(counts["done"] == counts["steps"] for counts in stages.values())
-    return {"clips": sum(len(unit.clips) for unit in chosen), "complete": done, "stages": stages}, failures
+    warned = len({(one["stage"], one["name"]) for one in warnings})
+    count = sum(len(unit.clips) for unit in chosen)
+    return {"clips": count, "complete": done, "stages": stages, "warnings": warned}, failures, warnings
 
 
-def write(batch: Batch, last_run: dict | None = None) -> tuple[dict, list[dict]]:
-    """Write ``summary.json``, and ``failures.jsonl`` where something failed, of the whole batch; gives both."""
-    summary, failures = take_stock(batch, batch.units)
+def write(batch: Batch, last_run: dict | None = None) -> None:
+    """Write ``summary.json`` of the whole batch, and ``failures.jsonl`` and ``warnings.jsonl`` where there are any."""
+    summary, failures, warnings = take_stock(batch, batch.units)
     root = batch.folder.root
     with whole_file(root / "summary.json") as temporary:
         temporary.write_text(json.dumps({**summary, "last_run": last_run or {}}, indent=1) + "\n", "utf-8")
-    if failures:
-        with whole_file(root / "failures.jsonl") as temporary:
-            temporary.write_text("".join(json.dumps(one, ensure_ascii=False) + "\n" for one in failures), "utf-8")
-    else:
-        (root / "failures.jsonl").unlink(missing_ok=True)
+    for path, rows in ((root / "failures.jsonl", failures), (root / "warnings.jsonl", warnings)):
+        if rows:
+            _write_rows(path, rows)
+        else:
+            path.unlink(missing_ok=True)
     _write_index(batch)
-    return summary, failures
+
+
+def _write_rows(path: Path, rows: list[dict]) -> None:
+    with whole_file(path) as temporary:
+        temporary.write_text("".join(json.dumps(row, ensure_ascii=False) + "\n" for row in rows), "utf-8")
 
 
 def _failure(step: Step) -> dict:
     told = step.record.failure()
     told.pop("key")
     return {"stage": step.stage, "name": step.name, "line": step.line, **told}
+
+
+def _warnings(step: Step) -> list[dict]:
+    about = {"stage": step.stage, "name": step.name, "line": step.line}
+    return [{**about, "message": message} for message in step.facts.get("warnings", ())]
 
 
 def _write_index(batch: Batch) -> None:
@@ -68,8 +84,7 @@ def _write_index(batch: Batch) -> None:
     if not rows:
         return
     place = batch.folder.root / "dataset"
-    with whole_file(place / "index.jsonl") as temporary:
-        temporary.write_text("".join(json.dumps(row, ensure_ascii=False) + "\n" for row in rows), "utf-8")
+    _write_rows(place / "index.jsonl", rows)
     edges = ", ".join(f"{name} {pair}" for name, pair in zip(skeleton.EDGE_NAMES, skeleton.EDGES, strict=True))
     with whole_file(place / "README.md") as temporary:
         temporary.write_text(CARD.format(joints=", ".join(skeleton.JOINTS), edges=edges), "utf-8")

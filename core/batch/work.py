@@ -2,6 +2,7 @@
 
 import sys
 import wave
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -10,22 +11,25 @@ from .. import skeleton
 from ..threads import share_cores
 from . import encode, serving
 from .checks import request
-from .clip import Clip
+from .clip import MODELS, Clip
 from .folder import Folder, digest, land
 
 _SAVED = ("npz", "bvh", "json")
+_KEPT = 3
+"""Engines with other models that a process keeps, for manifests in which rows of several languages or networks alternate."""
 
 
 class Synthesis:
     """The task ``synth``: one clip to motion files, with an engine that stays warm."""
 
     def __init__(self):
-        self._session, self._settings = None, None
+        self._open = lru_cache(maxsize=_KEPT)(_open)
 
     def __call__(self, params: dict, tell) -> dict:
-        """``clip``, ``folder``, ``key``, ``checkpoint``, ``vectors``; files land, then the record."""
+        """``clip``, ``folder``, ``key``, ``cache``; files land, then the record."""
         clip, folder = Clip.of(params["clip"]), Folder(params["folder"])
-        result = self._open(params["checkpoint"], params["vectors"]).synthesize(request(clip), tell)
+        models = {name: getattr(clip, name) for name in MODELS}
+        result = self._open(**models, cache=params["cache"]).synthesize(request(clip), tell)
         with folder.part() as part:
             made = {}
             for take, motion in enumerate(result.motions):
@@ -41,16 +45,15 @@ class Synthesis:
         folder.record("synth", clip.name).write(params["key"], list(made.values()), facts)
         return facts
 
-    def _open(self, checkpoint, vectors):
-        if self._session is None or self._settings != (checkpoint, vectors):
-            import torch
 
-            from ..synthesis import Session
+def _open(**models):
+    import torch
 
-            # One thread each, so that the bytes do not depend on how many processes share the machine.
-            torch.set_num_threads(1)
-            self._session, self._settings = Session(checkpoint, vectors), (checkpoint, vectors)
-        return self._session
+    from ..synthesis import Session
+
+    # One thread each, so that the bytes do not depend on how many processes share the machine.
+    torch.set_num_threads(1)
+    return Session(**models)
 
 
 def motion_paths(folder: Folder, clip: Clip) -> list[Path]:

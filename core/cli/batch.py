@@ -7,7 +7,7 @@ import sys
 import time
 from pathlib import Path
 
-from ..batch.clip import PRESETS, sliced, units
+from ..batch.clip import MODELS, PRESETS, sliced, units
 from ..batch.crew import PATIENCE
 from ..batch.folder import STAGES, Folder
 from ..errors import ManifestUnusable, OutputUnwritable, UsageError
@@ -45,8 +45,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--character", metavar="WHO", help="where the manifest names none (default mannequin)")
     parser.add_argument("--style", metavar="STYLE", help="where the manifest names none")
     parser.add_argument("--preset", choices=PRESETS, help="of pictures, where the manifest names none (default preview)")
-    performance.add_checkpoint(parser)
-    performance.add_vectors(parser)
+    parser.add_argument("--recognise", action="store_true", help="have the words recognised where there is no transcript")
+    performance.add_models(parser)
     parser.add_argument("--tolerate", action="store_true", help="exit 0 although clips failed, so that a farm goes on")
     parser.add_argument("--openjd", action="store_true", help="tell Open Job Description of progress, on standard output")
     parser.add_argument("--patience", type=float, default=PATIENCE, metavar="S", help=argparse.SUPPRESS)
@@ -58,10 +58,10 @@ def run(options: argparse.Namespace) -> int:
 
     clips = _clips(options)
     folder = _folder(options.folder)
-    batch = stages.Batch(folder, clips, *_absolute(options.checkpoint, options.vectors))
+    batch = stages.Batch(folder, clips, options.cache)
     chosen = sliced(batch.units, options.slice, options.clips)
     if options.verb == "status":
-        return _report(*summary.take_stock(batch, chosen), complete=True)
+        return _report(*summary.take_stock(batch, chosen)[:2], complete=True)
     if options.verb in ("plan", "run"):
         _write_plan(batch, options)
     if options.verb == "plan":
@@ -70,16 +70,20 @@ def run(options: argparse.Namespace) -> int:
     commands = _commands(batch, chosen, wanted)
     folder.sweep()
     tried = []
-    with TimeLeft(openjd=options.openjd) as progress:
-        for stage in wanted:
-            jobs = options.jobs or os.cpu_count() or 1
-            tried += stages.perform(batch, stage, chosen, commands[stage], jobs, progress, options.patience)
-            if stage == "encode":
-                stages.settle(batch, chosen)
+    try:
+        with TimeLeft(openjd=options.openjd) as progress:
+            for stage in wanted:
+                jobs = options.jobs or os.cpu_count() or 1
+                tried += stages.perform(batch, stage, chosen, commands[stage], jobs, progress, options.patience)
+                if stage == "encode":
+                    stages.settle(batch, chosen)
+    except KeyboardInterrupt:
+        note("what is made stays; the same command goes on from here.")
+        raise
     folder.sweep()
     last = {"stages": list(wanted), "tried": len(tried), "seconds": round(time.perf_counter() - began, 1)}
     summary.write(batch, last)
-    failed = _report(*summary.take_stock(batch, chosen))
+    failed = _report(*summary.take_stock(batch, chosen)[:2])
     return 0 if options.tolerate else failed
 
 
@@ -90,13 +94,16 @@ def _clips(options: argparse.Namespace):
     path = options.manifest or _plan_of(options)
     clips, problems = manifest.read(path, _defaults(options))
     own = {clip.line for unit in sliced(units(clips), options.slice, options.clips) for clip in unit.clips}
-    problems += checks.check(clips, options.checkpoint, None if options.verb in ("plan", "run") else own)
+    problems += checks.check(clips, None if options.verb in ("plan", "run") else own)
     problems.sort(key=lambda problem: problem.line)
-    for problem in problems:
-        say(f"{path}:{problem.line}: {problem.sentence}")
+    for line, sentence, more in _grouped((problem.line, problem.sentence) for problem in problems):
+        say(f"{path}:{line}: {sentence}{more}")
     if problems:
         count = f"{len(problems)} problem{'s' * (len(problems) > 1)}"
         raise ManifestUnusable(f"{path} has {count}, so nothing was started.", "Mend the lines above.")
+    mute = sum(clip.no_transcript for clip in clips)
+    if mute and options.verb in ("plan", "run"):
+        note(f"{mute} of {len(clips)} clips have no words, so their gestures follow the sound alone.")
     return clips
 
 
@@ -118,7 +125,10 @@ def _defaults(options: argparse.Namespace) -> dict:
         character = manifest.COLUMNS["character"](options.character, Path.cwd()) if options.character else None
     except ValueError as error:
         raise UsageError(f"{error}", "See: s2ag batch --help") from None
-    return {"outputs": kinds, "character": character, "style": options.style, "preset": options.preset}
+    plain = {name: getattr(options, name) for name in ("style", "preset", "recognise")}
+    models = {name: getattr(options, name) for name in MODELS}
+    named = {name: str(one.absolute() if isinstance(one, Path) else one) for name, one in models.items() if one}
+    return {"outputs": kinds, "character": character, **plain, **named}
 
 
 def _folder(path: Path) -> Folder:
@@ -131,10 +141,6 @@ def _folder(path: Path) -> Folder:
     return Folder(path)
 
 
-def _absolute(*paths: Path | None) -> list[str | None]:
-    return [str(path.absolute()) if path else None for path in paths]
-
-
 def _write_plan(batch, options: argparse.Namespace) -> None:
     from ..batch import manifest
 
@@ -145,7 +151,7 @@ def _write_plan(batch, options: argparse.Namespace) -> None:
 def _show_plan(batch, chosen) -> int:
     from ..batch import summary
 
-    stock, _ = summary.take_stock(batch, chosen)
+    stock, *_ = summary.take_stock(batch, chosen)
     print(json.dumps({**stock, "numbers": [1, len(batch.units)], "plan": str(batch.folder.plan)}, indent=1))
     return 0
 
@@ -161,13 +167,27 @@ def _commands(batch, chosen, wanted) -> dict[str, list[str]]:
 
 def _report(stock: dict, failures: list[dict], complete: bool = False) -> int:
     """Say how things stand; the exit status is 1 where clips failed or, if they all should be there, are missing."""
-    for failure in failures[:20]:
-        say(f"line {failure['line']}: {failure['name']} failed to {failure['stage']}. {failure['message']} {failure['remedy']}")
-    if len(failures) > 20:
-        say(f"{len(failures) - 20} more failed; failures.jsonl lists them.")
+    alike = _grouped((one["line"], f"failed to {one['stage']}. {one['message']} {one['remedy']}") for one in failures)
+    for line, sentence, more in alike[:20]:
+        name = next(one["name"] for one in failures if one["line"] == line)
+        say(f"line {line}: {name} {sentence.strip()}{more}")
+    if len(alike) > 20:
+        say("More failed; failures.jsonl lists them.")
+    if warned := stock["warnings"]:
+        note(f"{warned} clip{'s were' if warned > 1 else ' was'} made with warnings; warnings.jsonl lists them.")
     told = [f"{stage} {counts['done']} of {counts['steps']}" for stage, counts in stock["stages"].items()]
-    note(f"{'complete' if stock['complete'] else 'not complete'}: {', '.join(told)}.")
+    note(f"{'complete' if stock['complete'] else 'not complete'}: {', '.join(told)}." if told else "no clips in this part.")
     return SOME_FAILED if failures or (complete and not stock["complete"]) else 0
+
+
+def _grouped(told) -> list[tuple[int, str, str]]:
+    """Of pairs of line and sentence each sentence once: its first line, itself, and how many more lines say so."""
+    lines: dict[str, list[int]] = {}
+    for line, sentence in told:
+        lines.setdefault(sentence, []).append(line)
+    more = {sentence: len(every) - 1 for sentence, every in lines.items()}
+    also = {sentence: f" The same goes for {count} more." if count else "" for sentence, count in more.items()}
+    return [(every[0], sentence, also[sentence]) for sentence, every in lines.items()]
 
 
 def _positive(text: str) -> int:

@@ -7,9 +7,6 @@ from ..errors import UsageError
 from ..threads import share_cores
 from .progress import Progress, note
 
-_BESIDE = (".txt", ".srt", ".vtt", ".TextGrid")
-"""Suffixes of transcripts that are found by themselves, in this order."""
-
 
 def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = True) -> None:
     """The recording, its words, and how to perform them; ``chosen`` adds the option that names a cell of a sample."""
@@ -35,8 +32,14 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     parser.add_argument("--intensity", metavar="X", type=float, default=1.0, help="size of the gestures (default 1)")
     _add_controls(parser)
     parser.add_argument("--mirror", action="store_true", help="exchange left and right")
+    add_models(parser)
+
+
+def add_models(parser: argparse.ArgumentParser) -> None:
+    """The options that name another network and other models of language, and where word times are kept."""
     add_checkpoint(parser)
-    add_vectors(parser)
+    vectors = "word vectors (FastText .bin, .kv or .vec) instead of the shipped ones"
+    parser.add_argument("--vectors", metavar="FILE", type=Path, help=vectors)
     code = "language of the transcript, as in de; needs the extra s2ag[languages] (see docs/transcripts.md)"
     parser.add_argument("--language", metavar="CODE", help=code)
     model = "pronunciation, and perhaps sounds, of another language for placing words (see docs/transcripts.md)"
@@ -59,12 +62,6 @@ def add_checkpoint(parser: argparse.ArgumentParser) -> None:
     """The option that names another network."""
     what = "trained network (.safetensors) instead of the shipped one"
     parser.add_argument("--checkpoint", metavar="FILE", type=Path, help=what)
-
-
-def add_vectors(parser: argparse.ArgumentParser) -> None:
-    """The option that names other word vectors."""
-    vectors = "word vectors (FastText .bin, .kv or .vec) instead of the shipped ones"
-    parser.add_argument("--vectors", metavar="FILE", type=Path, help=vectors)
 
 
 def inputs(options: argparse.Namespace) -> list[Path]:
@@ -100,24 +97,20 @@ def request(options: argparse.Namespace, **changes):
 
 def _chosen(options: argparse.Namespace):
     """The request that makes a cell of a sample again; its recording becomes that of the options."""
-    from ..catalogue import describe
-    from ..sampling import cell
+    from ..sampling import again
     from ..synthesis import Request
 
-    sheet, one = cell(options.chosen)
-    if options.takes != 1 or options.style or options.seed:
-        raise UsageError("A chosen cell has its own style and seed.", "Leave out --style, --seed and --takes.")
-    if describe(options.checkpoint)["hash"] not in ("", sheet.checkpoint):
-        raise UsageError(f"{options.chosen} was sampled with another checkpoint.", "Name that one with --checkpoint.")
-    another = options.audio is not None and str(options.audio.absolute()) != sheet.audio
-    options.audio = options.audio or Path(sheet.audio)
+    steered = options.affect or options.rate or options.hand or options.mirror or options.intensity != 1
+    if options.takes != 1 or options.style or options.seed or steered:
+        what = "--style, --seed, --takes, --intensity, --mirror and the controls"
+        raise UsageError("A chosen cell has its own style, seed and settings.", f"Leave out {what}.")
+    wanted = again(options.chosen, options.checkpoint)
+    another = options.audio is not None and str(options.audio.absolute()) != wanted["audio"]
+    options.audio = options.audio or Path(wanted["audio"])
     if another or options.transcript or options.text is not None or options.no_transcript or options.recognise:
         words = {"transcript": _transcript(options), "text": options.text, "recognise": options.recognise}
-    else:
-        words = {"transcript": sheet.transcript, "text": sheet.text, "recognise": sheet.recognise}
-    asked = {"intensity": sheet.intensity, "mirror": sheet.mirror, "style": one.style, "latent": one.latent}
-    # Breathing and sway are drawn from the sum of seed and take, whatever the style.
-    return Request(audio=options.audio, **words, **asked, seed=one.seed + one.take)
+        wanted |= {"audio": options.audio, **words}
+    return Request(**wanted)
 
 
 def session(options: argparse.Namespace):
@@ -162,8 +155,9 @@ def _transcript(options: argparse.Namespace) -> Path | None:
     """The transcript file: named, or one of the recording's name beside it."""
     if options.transcript or options.text is not None or options.no_transcript or options.recognise:
         return options.transcript
-    named = (options.audio.with_suffix(suffix) for suffix in _BESIDE)
-    beside = next((path for path in named if path != options.audio and path.is_file()), None)
+    from .. import transcript
+
+    beside = transcript.beside(options.audio)
     if beside is None and not options.audio.is_file():
         return None  # what is wrong with the recording is said by whoever reads it
     if beside is None:

@@ -36,7 +36,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Check everything, synthesise in one batch, render all cells as one scene."""
     files = _files(options)
-    every = [style.strip() for style in options.styles.split(",")] if options.styles else [options.style]
+    every = [options.style] if options.styles is None else [style.strip() for style in options.styles.split(",")]
+    if options.styles is not None and (options.style or not all(every)):
+        raise UsageError("The option --styles stands for --style and names each.", 'Write --styles "stern,warm host".')
     if len(every) * options.takes > MOST:
         raise UsageError(f"A sheet of {len(every) * options.takes} cells is too large to see.", f"Ask for {MOST} at most.")
     if not 1 <= options.fps <= 240:

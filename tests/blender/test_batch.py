@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from s2ag.core.batch import clip, crew, encode, folder, stages
 from s2ag.core.cli import blender
+from s2ag.core.errors import OutputUnwritable
 from s2ag.s2ag_blender import cast, mannequin, opengl, render, serve
 from s2ag.s2ag_blender import job as jobs
 
@@ -137,6 +138,41 @@ def test_sequences_land_as_folders_with_and_without_background(batch, tmp_path):
     assert probe(tmp_path / "out" / "mp4" / "c1.mp4")[2] == 4
 
 
+@needs_opengl
+def test_frames_are_counted_from_where_the_row_says(batch, tmp_path):
+    whole = batch({"outputs": ("frames", "mp4"), "start_frame": 1001}, frames=3)
+    assert perform(whole, "render") == perform(whole, "encode") == {"c1": None}
+    assert min(path.name for path in (tmp_path / "out" / "frames" / "c1").iterdir()) == "001001.png"
+    assert probe(tmp_path / "out" / "mp4" / "c1.mp4")[2] == 3
+
+
+def test_a_bone_map_is_used_and_another_one_makes_the_clip_anew(batch, tmp_path):
+    from s2ag.rigs import maps
+    from s2ag.s2ag_blender import rig
+
+    armature = mannequin.build().armature
+    maps.save(tmp_path / "map.json", rig.resolve_mapping(armature, rig.read(armature), None))
+    whole = batch({"outputs": ("rig-bvh",), "map": str(tmp_path / "map.json")})
+    assert perform(whole, "render") == {"c1": None} and perform(whole, "render") == {}
+    mapped = json.loads((tmp_path / "map.json").read_text())
+    (tmp_path / "map.json").write_text(json.dumps(mapped | {"left_forearm": [], "left_upper_arm": []}))
+    assert perform(whole, "render")["c1"].kind == "RigUnusable"
+
+
+@needs_opengl
+def test_images_that_another_program_takes_away_are_missed(tmp_path, wave):
+    wave(4).save(tmp_path / "motion.npz")
+    content = {"motions": [str(tmp_path / "motion.npz")], "character": "mannequin", "resolution": [64, 48], "fps": 15}
+    job = jobs.Job.of({**content, "outputs": [str(tmp_path / "shot.###.png")]})
+
+    def tell(text):
+        if (tmp_path / "shot.003.png").exists():
+            (tmp_path / "shot.001.png").unlink(missing_ok=True)
+
+    with pytest.raises(OutputUnwritable, match="1 of 4 images"):
+        jobs.perform(job, jobs.Voice(tell))
+
+
 def test_finals_need_no_opengl(batch, tmp_path):
     whole = batch({"outputs": ("exr",), "preset": "film", "engine": "cycles"}, frames=2)
     assert perform(whole, "render") == {"c1": None}
@@ -169,7 +205,8 @@ def test_a_users_scene_keeps_its_camera_light_and_size(batch, tmp_path):
     camera.rotation_euler = (np.pi / 2, 0, 0)
     scene.collection.objects.link(camera)
     scene.camera, scene.world = camera, bpy.data.worlds.new("Mine")
-    scene.render.engine, scene.render.resolution_x, scene.render.resolution_y = "BLENDER_WORKBENCH", 80, 60
+    scene.render.engine, scene.render.resolution_x, scene.render.resolution_y = "BLENDER_WORKBENCH", 160, 120
+    scene.render.resolution_percentage, scene.frame_step = 50, 3
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "mine.blend"))
     common = {"scene": "duet", "character": str(tmp_path / "mine.blend"), "resolution": None, "fps": None}
     whole = batch({**common, "armature": "Ann", "outputs": ("mp4", "blend")}, {**common, "armature": "Bob", "outputs": ()})
@@ -178,8 +215,35 @@ def test_a_users_scene_keeps_its_camera_light_and_size(batch, tmp_path):
     assert (video.width, video.height, video.average_rate) == (80, 60, 24)
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "out" / "blend" / "duet.blend"))
     assert bpy.context.scene.camera.name == "Mine" and len(bpy.data.cameras) == 1
+    assert bpy.context.scene.render.resolution_percentage == 50 and bpy.context.scene.frame_step == 3
     assert all(bpy.data.objects[name].animation_data.action for name in ("Ann", "Bob"))
     assert [round(bpy.data.objects[name].location.x, 2) for name in ("Ann", "Bob")] == [-0.6, 0.6]
+
+
+@needs_opengl
+def test_a_preview_of_a_scene_for_another_engine_shows_its_textures(batch, tmp_path):
+    material = mannequin.build().meshes[0].data.materials[0]
+    picture = bpy.data.images.new("red", 8, 8)
+    picture.generated_color = (1, 0, 0, 1)
+    picture.pack()
+    if not material.node_tree:
+        material.use_nodes = True
+    texture = material.node_tree.nodes.new("ShaderNodeTexImage")
+    texture.image = picture
+    shader = next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    material.node_tree.links.new(texture.outputs["Color"], shader.inputs["Base Color"])
+    material.node_tree.nodes.active = texture
+    for item in bpy.context.scene.objects:
+        if item.type == "MESH" and not item.data.uv_layers:
+            item.data.uv_layers.new()
+    bpy.context.scene.render.engine = "CYCLES"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "red.blend"))
+    whole = batch({"outputs": ("png", "blend"), "character": str(tmp_path / "red.blend"), "preset": "preview"})
+    assert perform(whole, "render") == {"c1": None}
+    seen = np.array(bpy.data.images.load(str(tmp_path / "out" / "png" / "c1.png")).pixels[:]).reshape(-1, 4)
+    assert (seen[:, 0] > 2 * seen[:, 1]).mean() > 0.02
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "out" / "blend" / "c1.blend"))
+    assert bpy.context.scene.render.engine == "CYCLES" and bpy.context.scene.display.shading.color_type == "MATERIAL"
 
 
 @needs_opengl
@@ -223,5 +287,6 @@ def test_numbered_images_by_a_job(tmp_path, wave):
 
 def test_runs_and_names_of_frames(tmp_path):
     assert render._runs([1, 2, 3, 7, 9, 10]) == [(1, 3), (7, 7), (9, 10)] and render._runs([]) == []
+    assert render._runs(list(range(1, 51))) == [(1, 24), (25, 48), (49, 50)]
     assert render.numbered(tmp_path / "a.####.exr", 12).name == "a.0012.exr"
     assert encode.PATTERN.replace("%06d", "#" * 6) == serve.FRAMES + ".png"

@@ -100,6 +100,41 @@ def test_only_what_has_changed_is_made_again(manifest, batch, tmp_path):
     assert {name for name in after if after[name] != before[name]} == {"npz/clip2.npz", "bvh/clip2.bvh"}
 
 
+def test_a_change_of_models_is_a_change_of_what_uses_them(manifest, batch, tmp_path, random_checkpoint, plain_checkpoint):
+    def tried(*arguments):
+        assert batch("run", *arguments, "-j", 1) == 0
+        return json.loads((tmp_path / "out" / "summary.json").read_text())["last_run"]["tried"]
+
+    path = manifest(2)
+    path.write_text(path.read_text().replace('"seed": 1', '"seed": 1, "text": "hello"'))
+    (tmp_path / "model").mkdir()
+    (tmp_path / "model" / "own.dict").write_text("hello HH AH L OW\n")
+    assert tried(path) == 2 and tried("--resume") == 0
+    assert main(["batch", "run", "--resume", "-o", str(tmp_path / "out")]) == 0  # the plan knows the checkpoint
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["last_run"]["tried"] == 0
+    assert tried(path, "--aligner-model", tmp_path / "model") == 1  # the clip with words
+    assert tried("--resume", "--cache", "off") == 0
+    (tmp_path / "model" / "own.dict").write_text("hello HH EH L OW\n")
+    assert tried("--resume") == 1
+    rows = [json.loads(line) for line in path.read_text().splitlines()]
+    rows[1]["checkpoint"] = str(plain_checkpoint)
+    path.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    assert tried(path, "--aligner-model", tmp_path / "model") == 1
+    made = [Motion.load(tmp_path / "out" / "npz" / f"clip{number}.npz").meta["checkpoint"] for number in (1, 2)]
+    assert made[0] != made[1]
+
+
+def test_a_chosen_cell_is_made_in_a_batch(batch, tmp_path, random_checkpoint, examples):
+    common = ["--checkpoint", str(random_checkpoint)]
+    sheet = tmp_path / "sheet.json"
+    assert main(["sample", str(examples / "hello.flac"), "--no-transcript", "--takes", "3", "-o", str(sheet), *common]) == 0
+    assert main(["synth", "--from", f"{sheet}:3", "--no-transcript", "-o", str(tmp_path / "alone.npz"), *common]) == 0
+    (tmp_path / "cells.csv").write_text("cell,name\nsheet.json:3,chosen\n")
+    assert batch("run", tmp_path / "cells.csv") == 0
+    alone, made = Motion.load(tmp_path / "alone.npz"), Motion.load(tmp_path / "out" / "npz" / "chosen.npz")
+    assert made.meta == alone.meta and abs(made.directions - alone.directions).max() < 1e-5
+
+
 def test_slices_together_are_the_whole(manifest, batch, tmp_path):
     path = manifest(5)
     assert batch("run", path, "-j", 2, out="whole") == 0
@@ -109,6 +144,46 @@ def test_slices_together_are_the_whole(manifest, batch, tmp_path):
         assert batch("synth", plan, "--slice", part, "-j", 1) == 0
     assert results(tmp_path / "out") == results(tmp_path / "whole")
     assert batch("status", plan) == 0 and batch("status") == 0
+
+
+def test_a_slice_may_be_empty(manifest, batch, capsys):
+    path = manifest(2)
+    assert batch("synth", path, "--clips", "50-60") == 0 and batch("status", path, "--slice", "1/100") == 0
+    assert capsys.readouterr().err.count("no clips in this part") == 2
+
+
+def test_what_many_lines_have_in_common_is_said_once(manifest, batch, capsys):
+    assert batch("run", manifest(5), "--style", "nobody") == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 2 and "clips.jsonl:1: " in said[0] and "The same goes for 4 more." in said[0]
+
+
+def test_warnings_are_listed(manifest, batch, tmp_path, capsys):
+    path = manifest(2, text="These are words that nobody says here, and there are far too many of them for two seconds of it.")
+    assert batch("run", path) == 0
+    assert "2 clips were made with warnings" in capsys.readouterr().err
+    rows = [json.loads(line) for line in (tmp_path / "out" / "warnings.jsonl").read_text().splitlines()]
+    assert [row["name"] for row in rows] == ["clip1", "clip2"] and all("transcript" in row["message"] for row in rows)
+
+
+@posix
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interruption_is_not_a_failure(manifest, tmp_path, random_checkpoint, number):
+    path, out = manifest(12, takes=8), tmp_path / "out"
+    command = [sys.executable, "-m", "s2ag", "batch", "run", path, "-o", out, "-j", "2", "--checkpoint", random_checkpoint]
+
+    def as_on_a_terminal():
+        os.setsid()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=as_on_a_terminal)
+    deadline = time.monotonic() + 120
+    while not list(out.glob("records/synth/*.json")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    os.killpg(process.pid, number)  # Ctrl-C reaches all of the group
+    told = process.communicate()[1]
+    assert process.returncode == 130 and told.endswith("s2ag: interrupted.\n") and "failed" not in told
+    assert not (out / "records" / "synth-failed").exists() and len(results(out)) < 12 * 8 * 2
 
 
 def test_status_tells_what_is_missing(manifest, batch, capsys):
@@ -203,7 +278,13 @@ def work(params, tell):
     tell("half", 0.5)
     if params["do"] == "die": os._exit(9)
     if params["do"] == "hang": time.sleep(60)
+    if params["do"] == "start":
+        import subprocess
+        process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+        open(params["mark"], "w").write(str(process.pid))
+        process.wait()
     if params["do"] == "refuse": raise UsageError("No.", "Never.")
+    if params["do"] == "full": raise OSError(28, "No space left on device", "/out/a.npz")
     if params["do"] == "break": raise ZeroDivisionError("oh")
     if params["do"] == "once" and not os.path.exists(params["mark"]):
         open(params["mark"], "w").close()
@@ -227,12 +308,14 @@ def done(tasks, size=2, patience=60.0):
 
 def test_a_crew_survives_what_its_tasks_do(tmp_path):
     tasks = [
-        crew.Task("work", {"do": do, "mark": str(tmp_path / "mark")}) for do in ("a", "die", "refuse", "break", "once", "b")
+        crew.Task("work", {"do": do, "mark": str(tmp_path / "mark")})
+        for do in ("a", "die", "refuse", "break", "full", "once", "b")
     ]
     found = done(tasks)
     assert found["a"]["done"] == "a" and found["b"]["done"] == "b" and found["once"]["done"] == "once"
     assert found["refuse"].kind == "UsageError" and found["refuse"].remedy == "Never."
     assert "status 9" in found["die"].message and found["die"].kind == "WorkerFailed"
+    assert found["full"].kind == "OutputUnwritable" and "/out/a.npz failed: No space left on device." in found["full"].message
     assert found["break"].kind == "Internal" and "ZeroDivisionError: oh" in found["break"].message
 
 
@@ -254,6 +337,32 @@ def test_a_crew_that_is_abandoned_leaves_nobody():
     running.close()
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
+
+
+@posix
+def test_what_a_task_has_started_ends_with_it(tmp_path):
+    tasks = [crew.Task("work", {"do": "start", "mark": str(tmp_path / "pid")})]
+    running = crew.Crew([sys.executable, "-c", CHILD], 1).run(tasks)
+    next(running)
+    while not (tmp_path / "pid").is_file() or not (tmp_path / "pid").read_text():
+        time.sleep(0.05)
+    pid = int((tmp_path / "pid").read_text())
+    os.kill(pid, 0)
+    running.close()
+    deadline = time.monotonic() + 20
+    while is_alive(pid) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not is_alive(pid)
+
+
+def is_alive(pid):
+    """Whether a process runs; one that has ended and is waited for by nobody does not."""
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    status = f"/proc/{pid}/stat"
+    return not os.path.exists(status) or open(status).read().rpartition(")")[2].split()[0] != "Z"
 
 
 def test_a_program_that_cannot_run_is_one_error_each():

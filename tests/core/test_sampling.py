@@ -65,7 +65,15 @@ def test_a_chosen_cell_says_what_its_sample_said(session, examples, tmp_path, ra
 
 @pytest.mark.parametrize(
     ("where", "more", "said"),
-    [(":9", [], "cell 9"), (":x", [], "cell x"), ("", [], "no cell|not a sample"), (":1", ["--style", "calm one"], "--style")],
+    [
+        (":9", [], "no cell 9"),
+        (":x", [], "no cell x"),
+        (":²", [], "no cell ²"),
+        ("", [], "names no cell|is not a sample"),
+        (":1", ["--style", "calm one"], "--style"),
+        (":1", ["--intensity", "2"], "--intensity"),
+        (":1", ["--affect", "arousal=1"], "controls"),
+    ],
 )
 def test_wrong_cells_are_refused(sampled, tmp_path, capsys, random_checkpoint, where, more, said):
     import re
@@ -184,6 +192,8 @@ def test_numbers_alone_need_no_blender(examples, tmp_path, random_checkpoint, mo
         (["a.wav", "--takes", "9", "--styles", "a,b,c,d,e,f,g,h", "-o", "x.mp4"], "72"),
         (["--map", "x.svg"], ".png"),
         (["a.wav", "-o", "x.json", "-o", "./x.json"], "twice"),
+        (["a.wav", "-o", "x.json", "--styles", "a,,b"], "names each"),
+        (["a.wav", "-o", "x.json", "--styles", "a,b", "--style", "c"], "stands for --style"),
     ],
 )
 def test_wrong_samples_are_refused(arguments, said, capsys, monkeypatch, tmp_path):
