@@ -110,12 +110,12 @@ class Plan:
 
 
 def requirements(recognise: bool = False) -> list[str]:
-    """What the engine needs, as pyproject.toml says it; with ``recognise`` also what the speech recogniser needs."""
+    """What the engine needs, other languages included, as pyproject.toml says it; with ``recognise`` the speech recogniser, too."""
     import tomllib  # not at the start of every Blender
 
     project = tomllib.loads((_ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     extras = project["optional-dependencies"]
-    return project["dependencies"] + extras["engine"] + (extras["recognise"] if recognise else [])
+    return project["dependencies"] + extras["engine"] + extras["languages"] + (extras["recognise"] if recognise else [])
 
 
 def wanted(recognise: bool = False) -> list[str]:

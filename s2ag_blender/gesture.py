@@ -50,6 +50,8 @@ def request(settings, audio: str = "") -> dict:
     }
     if settings.checkpoint:
         params["checkpoint"] = bpy.path.abspath(settings.checkpoint)
+    if settings.language.strip() and {"transcript", "text"} & set(params):
+        params["language"] = settings.language.strip()
     return params
 
 

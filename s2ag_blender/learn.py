@@ -58,9 +58,7 @@ def capture(
     return Motion(ten.directions(posed, where=f'Armature "{armature.name}"'), meta={"source": armature.name})
 
 
-def save_take(
-    armature, folder: str | Path, sound: str, transcript: str = "", name: str = "", text: str = "", **frames
-) -> Path:
+def save_take(armature, folder: str | Path, sound: str, transcript: str = "", name: str = "", text: str = "", **frames) -> Path:
     """Write the performance, its sound and its words to ``folder`` under one name, as ``s2ag data plain`` reads them.
 
     The sound starts with the first frame. Words are the file ``transcript`` or the ``text`` itself. Returns the motion's file.

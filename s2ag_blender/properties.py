@@ -176,9 +176,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         override=EDITABLE,
         update=_changed,
     )
-    seed: bpy.props.IntProperty(
-        name="Seed", description="Same seed, same gestures", min=0, override=EDITABLE, update=_changed
-    )
+    seed: bpy.props.IntProperty(name="Seed", description="Same seed, same gestures", min=0, override=EDITABLE, update=_changed)
     intensity: bpy.props.FloatProperty(
         name="Intensity",
         description="How far gestures depart from rest",
@@ -194,9 +192,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
     dominance: _control("dominance", "Dominance")
     rate: _control("rate", "Rate")
     hand: _control("hand", "Hand")
-    mirror: bpy.props.BoolProperty(
-        name="Mirror", description="Exchange left and right", override=EDITABLE, update=_changed
-    )
+    mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right", override=EDITABLE, update=_changed)
     take_count: bpy.props.IntProperty(
         name="Takes", description="How many variations to make in one go", default=1, min=1, max=16, override=EDITABLE
     )
@@ -307,6 +303,12 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         description="Another network to gesture with; empty for the one that comes with the extension",
         subtype="FILE_PATH",
         options=compat.RELATIVE,
+        override=EDITABLE,
+    )
+    language: bpy.props.StringProperty(
+        name="Language",
+        description="Code of the language of the words, such as de or fr; empty for English",
+        maxlen=16,
         override=EDITABLE,
     )
     bone_map: bpy.props.CollectionProperty(

@@ -20,10 +20,15 @@ def snapshot(settings) -> dict:
 
 
 def view(kept: dict) -> SimpleNamespace:
-    """Settings to read from, as :func:`snapshot` gave them, without changing those of any character."""
+    """Settings to read from, as :func:`snapshot` gave them, without changing those of any character.
+
+    What an older version did not know has its default.
+    """
+    every = bpy.types.Object.bl_rna.properties["s2ag"].fixed_type.properties
+    plain = {one.identifier: one.default for one in every if one.type in ("BOOLEAN", "INT", "FLOAT", "STRING")}
     bones = [SimpleNamespace(name=part, bones=chain) for part, chain in kept.get("bone_map", {}).items()]
     block = bpy.data.texts.get(kept.get("transcript_block", ""))
-    return SimpleNamespace(**{**kept, "parts": set(kept["parts"]), "bone_map": bones, "transcript_block": block})
+    return SimpleNamespace(**{**plain, **kept, "parts": set(kept["parts"]), "bone_map": bones, "transcript_block": block})
 
 
 def restore(settings, kept: dict) -> None:

@@ -141,6 +141,7 @@ class S2AG_PT_advanced(_Below, bpy.types.Panel):
             layout.label(text="Greyed parts are not keyed", icon="INFO")
         layout.prop(settings, "key_step")
         layout.prop(settings, "checkpoint")
+        layout.prop(settings, "language")
         layout.operator("s2ag.learn", icon="ACTION")
 
 

@@ -44,11 +44,12 @@ PRESETS = {
 class Clip:
     """A row; ``line`` is where it stands in its manifest, ``name`` that of its files, paths are absolute.
 
-    Words come from ``transcript``, ``text`` or ``recognise``, or are none (``no_transcript``). ``checkpoint``, ``vectors``,
-    ``aligner_model`` and ``recogniser_model`` are paths, or None for the shipped ones; ``language`` is a code such as ``de``;
-    ``latent`` is the point of the latent space of a chosen cell. ``scene`` names what several rows are rendered into together, each with its own recording, which
-    begins ``delay`` seconds into the film, whose first frame is ``start_frame``. ``engine``, ``resolution`` and ``fps``
-    override the preset; without any of them a ``.blend`` keeps its own.
+    Words come from ``transcript``, ``text`` or ``recognise``, or are none (``no_transcript``). ``checkpoint``,
+    ``vectors``, ``aligner_model`` and ``recogniser_model`` are paths, or None for the shipped ones; ``language`` is a
+    code such as ``de``; ``latent`` is the point of the latent space of a chosen cell. ``scene`` names what several rows
+    are rendered into together, each with its own recording, which begins ``delay`` seconds into the film, whose first
+    frame is ``start_frame``. ``engine``, ``resolution`` and ``fps`` override the preset; without any of them a ``.blend``
+    keeps its own.
     """
 
     line: int

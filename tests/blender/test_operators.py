@@ -364,7 +364,9 @@ def test_words_typed_in_a_block_beside_and_none(figure, tmp_path, voice):
     assert gesture.request(kept)["transcript"] == str(beside)
     assert "The .txt beside the recording is used" in drawn()
     kept.transcript_source, kept.typed = "TYPED", "good day"
-    assert gesture.request(kept)["text"] == "good day"
+    assert gesture.request(kept)["text"] == "good day" and "language" not in gesture.request(kept)
+    kept.language = "de"
+    assert gesture.request(kept)["language"] == "de"
     kept.transcript_source = "BLOCK"
     with pytest.raises(UsageError, match="text block"):
         gesture.request(kept)

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from acted import curves, drawn, press, same_curves
-from s2ag.s2ag_blender import choices, generate, keyframes, takes
+from s2ag.s2ag_blender import choices, generate, keyframes, recall, takes
 
 
 def played(armature):
@@ -117,6 +117,13 @@ def test_settings_come_back_from_a_take(speaker):
     assert kept.parts == {"HEAD", "LEFT_ARM", "RIGHT_ARM"}
     again = press(bpy.ops.s2ag.generate)
     assert again == {"FINISHED"} and same_curves(kept.takes[0].action, kept.takes[1].action)
+
+
+def test_settings_of_an_older_version_are_defaults(speaker):
+    kept = recall.snapshot(speaker.s2ag)
+    kept.pop("language"), kept.pop("bone_map_notes")
+    outcome = generate.wait(bpy.context, generate.plan(bpy.context, speaker, kept=kept))
+    assert len(outcome.actions) == 1
 
 
 def test_variations_are_near_their_take_and_never_the_same(three):

