@@ -40,15 +40,15 @@ def run(options: argparse.Namespace) -> int:
     from ..bench import run as bench
     from ..bench import table
     from ..bench.setting import SETTINGS
-    from ..systems.catalogue import SYSTEMS
+    from ..systems.catalogue import KNOWN, SYSTEMS
     from ..train.process import Interruption
 
     if options.setting not in SETTINGS:
         raise UsageError(f"There is no setting {options.setting!r}.", f"Settings are {', '.join(SETTINGS)}.")
     systems = options.systems.split(",") if options.systems else list(SYSTEMS)
     for name in systems:
-        if name not in SYSTEMS:
-            raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join(SYSTEMS)}.")
+        if name not in KNOWN:
+            raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join(KNOWN)}.")
     changes = {name: getattr(options, name) for name in ("draws", "steps") if getattr(options, name) is not None}
     if options.seeds:
         changes["seeds"] = _numbers(options.seeds)

@@ -10,9 +10,9 @@ from s2ag.core.mfcc import mfcc, published_features  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.discriminator import Discriminator  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
-from s2ag.core.model.wave_encoder import SAMPLES, WaveEncoder  # noqa: E402
+from s2ag.core.model.wave_encoder import SAMPLES, StridedConv1d, WaveEncoder  # noqa: E402
 from s2ag.core.systems import gesticulator, spectrogram, timing  # noqa: E402
-from s2ag.core.systems.catalogue import SYSTEMS, Build  # noqa: E402
+from s2ag.core.systems.catalogue import KNOWN, SYSTEMS, Build  # noqa: E402
 from s2ag.core.systems.sample import END, START, Sample, WordTable, word_vectors  # noqa: E402
 from s2ag.core.systems.speech2gesture import Speech2Gesture  # noqa: E402
 
@@ -43,7 +43,7 @@ def sample(batch=6, seed=0):
 
 def built(name, **changes):
     torch.manual_seed(0)
-    return SYSTEMS[name].build(Build(VECTORS, 3, **{"share": 0.1, "trained_words": False, **changes}))
+    return KNOWN[name].build(Build(VECTORS, 3, **{"share": 0.1, "trained_words": False, **changes}))
 
 
 def test_published_sizes():
@@ -67,6 +67,37 @@ def test_ablations_differ_from_s2ag_in_one_encoder():
     assert {name.split(".")[0] for name in whole ^ no_affect} == {"aff_encoder"}
 
 
+def test_probes_change_the_judge_alone():
+    """The ablation of the affective encoder takes it out of both networks; the probes take it out of one."""
+    parts = {name: set(built(name).judge.state_dict()) for name in ("s2ag", "s2ag-no-affect", "s2ag-gtc-judge")}
+    assert parts["s2ag-gtc-judge"] == parts["s2ag-no-affect"] != parts["s2ag"]
+    assert set(built("no-affect-s2ag-judge").judge.state_dict()) == parts["s2ag"]
+    performer = built("s2ag").performer.state_dict()
+    for probe in ("s2ag-gtc-judge", "s2ag-no-judge"):
+        for name, value in built(probe).performer.state_dict().items():
+            assert torch.equal(value, performer[name])
+    silent = built("s2ag-no-judge")
+    assert silent.judge is None and "adversarial" not in silent.terms(sample(), silent.make(sample(), 0.5), 0.5)
+
+
+@pytest.mark.parametrize(("inputs", "samples", "stride", "padding"), [(1, 503, 5, 40), (4, 503, 6, 0), (4, 217, 6, 0)])
+def test_convolution_in_blocks_is_convolution(inputs, samples, stride, padding):
+    torch.manual_seed(0)
+    ours = StridedConv1d(inputs, 3, 15, stride=stride, padding=padding).double()
+    theirs = torch.nn.Conv1d(inputs, 3, 15, stride=stride, padding=padding).double()
+    theirs.load_state_dict(ours.state_dict())
+    x = torch.randn(2, inputs, samples).double().requires_grad_()
+    made, wanted = ours(x), theirs(x)
+    torch.testing.assert_close(made, wanted)
+    weights = torch.randn_like(made)
+    for a, b in zip(
+        torch.autograd.grad((made * weights).sum(), [x, *ours.parameters()]),
+        torch.autograd.grad((wanted * weights).sum(), [x, *theirs.parameters()]),
+        strict=True,
+    ):
+        torch.testing.assert_close(a, b)
+
+
 def test_wrong_combinations_are_refused():
     with pytest.raises(UsageError, match="34 frames"):
         ModelConfig.default(audio="wave")
@@ -74,7 +105,7 @@ def test_wrong_combinations_are_refused():
         ModelConfig.default(affect="raw")
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize("name", KNOWN)
 def test_every_system_learns_what_it_is_shown(name):
     torch.set_num_threads(1)
     system, batch = built(name), sample()
