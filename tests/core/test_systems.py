@@ -10,7 +10,7 @@ from s2ag.core.mfcc import mfcc, published_features  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.discriminator import Discriminator  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
-from s2ag.core.model.wave_encoder import SAMPLES, StridedConv1d, WaveEncoder  # noqa: E402
+from s2ag.core.model.wave_encoder import SAMPLES, WaveEncoder  # noqa: E402
 from s2ag.core.systems import gesticulator, spectrogram, timing  # noqa: E402
 from s2ag.core.systems.catalogue import KNOWN, SYSTEMS, Build  # noqa: E402
 from s2ag.core.systems.sample import END, START, Sample, WordTable, word_vectors  # noqa: E402
@@ -78,24 +78,6 @@ def test_probes_change_the_judge_alone():
             assert torch.equal(value, performer[name])
     silent = built("s2ag-no-judge")
     assert silent.judge is None and "adversarial" not in silent.terms(sample(), silent.make(sample(), 0.5), 0.5)
-
-
-@pytest.mark.parametrize(("inputs", "samples", "stride", "padding"), [(1, 503, 5, 40), (4, 503, 6, 0), (4, 217, 6, 0)])
-def test_convolution_in_blocks_is_convolution(inputs, samples, stride, padding):
-    torch.manual_seed(0)
-    ours = StridedConv1d(inputs, 3, 15, stride=stride, padding=padding).double()
-    theirs = torch.nn.Conv1d(inputs, 3, 15, stride=stride, padding=padding).double()
-    theirs.load_state_dict(ours.state_dict())
-    x = torch.randn(2, inputs, samples).double().requires_grad_()
-    made, wanted = ours(x), theirs(x)
-    torch.testing.assert_close(made, wanted)
-    weights = torch.randn_like(made)
-    for a, b in zip(
-        torch.autograd.grad((made * weights).sum(), [x, *ours.parameters()]),
-        torch.autograd.grad((wanted * weights).sum(), [x, *theirs.parameters()]),
-        strict=True,
-    ):
-        torch.testing.assert_close(a, b)
 
 
 def test_wrong_combinations_are_refused():
