@@ -84,14 +84,10 @@ class _Scan(torch.autograd.Function):
             following = step
         flat = gates.flatten(0, 1)
         low = flat.to(x.dtype)
-        trained = ctx.needs_input_grad[1]  # a frozen judge only passes the gradient on
-        grad_weight_ih = grad_weight_hh = grad_bias_ih = grad_bias_hh = None
-        if trained:
-            grad_weight_hh, grad_bias_hh = (low.t() @ before.flatten(0, 1).to(x.dtype)).to(n.dtype), flat.sum(0)
+        grad_weight_hh, grad_bias_hh = (low.t() @ before.flatten(0, 1).to(x.dtype)).to(n.dtype), flat.sum(0)
         torch.mul(grads, slope_n, out=parts[2])
         low[:, 2 * size :] = flat[:, 2 * size :]
-        if trained:
-            grad_weight_ih, grad_bias_ih = (low.t() @ x.flatten(0, 1)).to(n.dtype), flat.sum(0)
+        grad_weight_ih, grad_bias_ih = (low.t() @ x.flatten(0, 1)).to(n.dtype), flat.sum(0)
         grad_x = (low @ weight_ih.to(x.dtype)).view_as(x) if ctx.needs_input_grad[0] else None
         return grad_x, grad_weight_ih, grad_weight_hh, grad_bias_ih, grad_bias_hh, None
 
