@@ -20,7 +20,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     parser.add_argument("--data", metavar="FOLDER", type=Path, required=True, help="data set with sound (see s2ag data)")
     parser.add_argument("--out", metavar="FOLDER", type=Path, required=True, help="folder of the bench; a stopped one goes on")
-    sizes = "tiny (a test), small (minutes on two cores), core, long (hours on one), full (published, for a GPU); default small"
+    sizes = "tiny (a test), small (minutes on two cores), core, long (hours on one), full (for a GPU); default small"
     parser.add_argument("--setting", default="small", help=sizes)
     parser.add_argument("--systems", metavar="A,B", help="only these: seq2seq, s2g, jem, gtc, s2ag, s2ag-no-judge, ...; default the eight")
     parser.add_argument("--seeds", metavar="1,2,3", help="training seeds")
