@@ -5,10 +5,9 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from torch.nn import functional  # noqa: E402
-
 from s2ag.core.model.affective_encoder import AffectiveEncoder  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
+from torch.nn import functional  # noqa: E402
 
 EDGE_LINKS = ((0, 1), (1, 2), (0, 3), (3, 4), (4, 5), (0, 6), (6, 7), (7, 8))
 
@@ -33,7 +32,8 @@ def normed(x, layer):
     """Normalised by the batch's own mean and variance of every channel."""
     axes, shape = [0, *range(2, x.dim())], (1, -1, *[1] * (x.dim() - 2))
     centred = x - x.mean(axes, keepdim=True)
-    return centred / torch.sqrt((centred**2).mean(axes, keepdim=True) + 1e-5) * layer.weight.view(shape) + layer.bias.view(shape)
+    unit = centred / torch.sqrt((centred**2).mean(axes, keepdim=True) + 1e-5)
+    return unit * layer.weight.view(shape) + layer.bias.view(shape)
 
 
 def block(x, layer, matrices):
