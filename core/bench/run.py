@@ -12,7 +12,7 @@ import torch
 from ..errors import OutputUnwritable, UsageError
 from ..files import whole_file
 from ..metrics import extractor as extractors
-from ..systems.catalogue import SYSTEMS, Build
+from ..systems.catalogue import KNOWN, Build
 from ..train.dataset import TEST, TRAIN
 from . import table
 from .data import Data
@@ -58,8 +58,8 @@ class Runner:
             setting.diversity_share,
             setting.faithful,
         )
-        training = Training(SYSTEMS[name].build(words), self.data, setting, seed, folder, self.device)
-        self.say(f"{SYSTEMS[name].title}, seed {seed}: {training.steps - training.done} of {training.steps} steps to go")
+        training = Training(KNOWN[name].build(words), self.data, setting, seed, folder, self.device)
+        self.say(f"{KNOWN[name].title}, seed {seed}: {training.steps - training.done} of {training.steps} steps to go")
         if not training.run(stopping):
             return False
         results = bench.judge_draws(lambda draw: bench.perform(training.system, 1000 * seed + draw, self.device), setting.draws)
@@ -100,7 +100,7 @@ class Runner:
             spent = sum(one["seconds"] for one in facts)
             seconds += spent
             rows[name] = {
-                "title": SYSTEMS[name].title,
+                "title": KNOWN[name].title,
                 "figures": table.summarise(results),
                 "steps": facts[0]["steps"],
                 "minutes": spent / 60,

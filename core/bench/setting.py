@@ -67,8 +67,10 @@ SETTINGS = {
                 diversity_share=0.25),
         Setting("core", 0.25, 1, 2000, 64, extractor_steps=3000, windows=2000, draws=3, seeds=(1, 2, 3), trained_words=False,
                 diversity_share=0.25),
+        Setting("long", 0.25, 5, 10000, 64, extractor_steps=3000, windows=2000, draws=3, seeds=(1,), trained_words=False,
+                diversity_share=0.25),
         Setting("full"),
     )
 }  # fmt: skip
-"""tiny: for tests. small: minutes on two cores. core: a quarter of the published widths, hours on one core. full: as published,
-for a GPU."""
+"""tiny: for tests. small: minutes on two cores. core: a quarter of the published widths, hours on one core. long: one
+seed of it for five times as many batches. full: as published, for a GPU."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..systems.catalogue import SYSTEMS
+from ..systems.catalogue import KNOWN
 from .judging import FIGURES
 
 PAPER = ("maje_code", "mad_code", "fgd")
@@ -108,7 +108,7 @@ def _verdict(report: dict) -> list[str]:
         if not behind:
             lines.append(f"- {title}: S2AG is lowest, by {min(others.values()):.1%} of the next.")
         else:
-            listed = ", ".join(f"{SYSTEMS[name].title} (by {share:.1%})" for name, share in sorted(behind.items()))
+            listed = ", ".join(f"{KNOWN[name].title} (by {share:.1%})" for name, share in sorted(behind.items()))
             lines.append(f"- {title}: S2AG is not lowest; lower are {listed}.")
     return lines
 
@@ -118,7 +118,7 @@ def _rows(report: dict) -> list[tuple[str, dict]]:
 
 
 def _paper(name: str) -> list[str]:
-    known = SYSTEMS.get(name)
+    known = KNOWN.get(name)
     numbers = None if known is None else known.paper or known.genea
     mark = "*" if known is not None and known.paper is None else ""
     return [f"{number:.2f}{mark}" for number in numbers] if numbers else [""] * 3

@@ -20,9 +20,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     parser.add_argument("--data", metavar="FOLDER", type=Path, required=True, help="data set with sound (see s2ag data)")
     parser.add_argument("--out", metavar="FOLDER", type=Path, required=True, help="folder of the bench; a stopped one goes on")
-    sizes = "tiny (a test), small (minutes on two cores), core (hours on one), full (as published, for a GPU); default small"
+    sizes = "tiny (a test), small (minutes on two cores), core, long (hours on one), full (for a GPU); default small"
     parser.add_argument("--setting", default="small", help=sizes)
-    parser.add_argument("--systems", metavar="A,B", help="only these: seq2seq, s2g, jem, gtc, gesticulator, s2ag, ...")
+    parser.add_argument("--systems", metavar="A,B", help="only these: seq2seq, jem, s2ag, s2ag-no-judge, ...")
     parser.add_argument("--seeds", metavar="1,2,3", help="training seeds")
     parser.add_argument("--draws", metavar="N", type=int, help="style draws for every test window")
     parser.add_argument("--steps", metavar="N", type=int, help="batches of a training at most")
@@ -40,15 +40,15 @@ def run(options: argparse.Namespace) -> int:
     from ..bench import run as bench
     from ..bench import table
     from ..bench.setting import SETTINGS
-    from ..systems.catalogue import SYSTEMS
+    from ..systems.catalogue import KNOWN, SYSTEMS
     from ..train.process import Interruption
 
     if options.setting not in SETTINGS:
         raise UsageError(f"There is no setting {options.setting!r}.", f"Settings are {', '.join(SETTINGS)}.")
     systems = options.systems.split(",") if options.systems else list(SYSTEMS)
     for name in systems:
-        if name not in SYSTEMS:
-            raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join(SYSTEMS)}.")
+        if name not in KNOWN:
+            raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join(KNOWN)}.")
     changes = {name: getattr(options, name) for name in ("draws", "steps") if getattr(options, name) is not None}
     if options.seeds:
         changes["seeds"] = _numbers(options.seeds)

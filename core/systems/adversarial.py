@@ -19,7 +19,8 @@ class Adversarial(System):
     ``warm_up`` is the share of the training before the adversarial term: 0 for S2AG, a tenth for GTC, as published.
     ``diversity_share`` is the part of a batch that is also made in another style; all of it in the public code. With
     ``foreign_ids`` every sample gets the id of a speaker who is not in its batch, as the public code of S2AG does: its
-    speaker table then learns nothing of anybody (reference A.11, 15).
+    speaker table then learns nothing of anybody (reference A.11, 15). ``judge`` is "" for the discriminator that goes with
+    the generator, "graph" for S2AG's, "raw" for GTC's, "none" for no adversarial term at all.
     """
 
     def __init__(
@@ -29,12 +30,14 @@ class Adversarial(System):
         warm_up: float = 0.0,
         diversity_share: float = 1.0,
         foreign_ids: bool = False,
+        judge: str = "",
     ):
         super().__init__()
         self.config, self.warm_up = config, warm_up
         self.diversity_share, self.foreign_ids = diversity_share, foreign_ids
         self.performer = Performer(Generator(config))
-        self.judge = Judge(Discriminator(config), together=False)
+        if judge != "none":
+            self.judge = Judge(Discriminator(config.replace(affect=judge or config.affect)), together=False)
         table = word_vectors(vectors, trained=bool(config.words))
         if config.words:
             self.generator.text_encoder.embedding.weight.data.copy_(table)
@@ -63,7 +66,7 @@ class Adversarial(System):
         if count:
             apart = losses.diversity(made.directions[:count], extra.other, extra.style[:count], extra.other_style)
             terms["diversity"] = DIVERSITY * apart
-        if progress >= self.warm_up:
+        if self.judge is not None and progress >= self.warm_up:
             self.judge.requires_grad_(False)
             terms["adversarial"] = ADVERSARIAL * losses.adversarial(self.judge.discriminator(made.directions))
             self.judge.requires_grad_(True)

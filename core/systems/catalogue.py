@@ -39,7 +39,7 @@ class Build:
     faithful: bool = False
 
 
-def _adversarial(preset: Callable[..., ModelConfig], warm_up: float = 0.0, trimodal: bool = False):
+def _adversarial(preset: Callable[..., ModelConfig], warm_up: float = 0.0, trimodal: bool = False, judge: str = ""):
     def build(of: Build) -> System:
         words = len(of.vectors) + 4 if of.trained_words else 0
         config = preset(words, of.speakers, word_size=of.vectors.shape[1])
@@ -49,7 +49,7 @@ def _adversarial(preset: Callable[..., ModelConfig], warm_up: float = 0.0, trimo
         if of.faithful and trimodal:
             config = config.replace(head_slope=1.0)
         foreign = of.faithful and not trimodal
-        return Adversarial(config, of.vectors, warm_up, of.diversity_share, foreign)
+        return Adversarial(config, of.vectors, warm_up, of.diversity_share, foreign, judge)
 
     return build
 
@@ -69,3 +69,15 @@ SYSTEMS: dict[str, Known] = {
     "s2ag": Known("S2AG", _adversarial(ModelConfig.published), (24.49, 2.93, 3.54), (54.93, 1.49, 20.36)),
 }
 """Seq2Seq to S2AG in the order of the paper; its Gesticulator was measured on GENEA alone."""
+
+PROBES: dict[str, Known] = {
+    "s2ag-no-judge": Known("S2AG w/o discriminator", _adversarial(ModelConfig.published, judge="none")),
+    "s2ag-gtc-judge": Known("S2AG with GTC's discriminator", _adversarial(ModelConfig.published, judge="raw")),
+    "no-affect-s2ag-judge": Known(
+        "S2AG w/o Aff. Enc. with S2AG's discriminator", _adversarial(ModelConfig.without_affect, judge="graph")
+    ),
+}
+"""Not in the paper: the ablation of the affective encoder takes it out of generator and discriminator at once; these do not."""
+
+KNOWN = SYSTEMS | PROBES
+"""All that can be trained."""

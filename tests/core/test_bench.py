@@ -114,6 +114,16 @@ def test_a_stopped_training_repeats_an_uninterrupted_one(data, tmp_path, name):
         torch.testing.assert_close(one, two, rtol=0, atol=0)
 
 
+def test_a_training_goes_on_in_a_longer_setting(data, tmp_path):
+    """Systems without schedules in shares of the training: nothing else in a step knows how many there will be."""
+    whole = trained(data, tmp_path / "whole", "s2ag", steps=4)
+    assert whole.run() and trained(data, tmp_path / "parts", "s2ag", steps=2).run()
+    rest = trained(data, tmp_path / "parts", "s2ag", steps=4)
+    assert rest.done == 2 and rest.run()
+    for one, two in zip(whole.system.parameters(), rest.system.parameters(), strict=True):
+        torch.testing.assert_close(one, two, rtol=0, atol=0)
+
+
 def test_every_window_is_seen_once_a_pass(data, tmp_path):
     training = trained(data, tmp_path, "seq2seq")
     steps = len(data.windows[0]) // TINY.batch

@@ -12,7 +12,7 @@ from s2ag.core.model.discriminator import Discriminator  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
 from s2ag.core.model.wave_encoder import SAMPLES, WaveEncoder  # noqa: E402
 from s2ag.core.systems import gesticulator, spectrogram, timing  # noqa: E402
-from s2ag.core.systems.catalogue import SYSTEMS, Build  # noqa: E402
+from s2ag.core.systems.catalogue import KNOWN, SYSTEMS, Build  # noqa: E402
 from s2ag.core.systems.sample import END, START, Sample, WordTable, word_vectors  # noqa: E402
 from s2ag.core.systems.speech2gesture import Speech2Gesture  # noqa: E402
 
@@ -43,7 +43,7 @@ def sample(batch=6, seed=0):
 
 def built(name, **changes):
     torch.manual_seed(0)
-    return SYSTEMS[name].build(Build(VECTORS, 3, **{"share": 0.1, "trained_words": False, **changes}))
+    return KNOWN[name].build(Build(VECTORS, 3, **{"share": 0.1, "trained_words": False, **changes}))
 
 
 def test_published_sizes():
@@ -67,6 +67,19 @@ def test_ablations_differ_from_s2ag_in_one_encoder():
     assert {name.split(".")[0] for name in whole ^ no_affect} == {"aff_encoder"}
 
 
+def test_probes_change_the_judge_alone():
+    """The ablation of the affective encoder takes it out of both networks; the probes take it out of one."""
+    parts = {name: set(built(name).judge.state_dict()) for name in ("s2ag", "s2ag-no-affect", "s2ag-gtc-judge")}
+    assert parts["s2ag-gtc-judge"] == parts["s2ag-no-affect"] != parts["s2ag"]
+    assert set(built("no-affect-s2ag-judge").judge.state_dict()) == parts["s2ag"]
+    performer = built("s2ag").performer.state_dict()
+    for probe in ("s2ag-gtc-judge", "s2ag-no-judge"):
+        for name, value in built(probe).performer.state_dict().items():
+            assert torch.equal(value, performer[name])
+    silent = built("s2ag-no-judge")
+    assert silent.judge is None and "adversarial" not in silent.terms(sample(), silent.make(sample(), 0.5), 0.5)
+
+
 def test_wrong_combinations_are_refused():
     with pytest.raises(UsageError, match="34 frames"):
         ModelConfig.default(audio="wave")
@@ -74,7 +87,7 @@ def test_wrong_combinations_are_refused():
         ModelConfig.default(affect="raw")
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize("name", KNOWN)
 def test_every_system_learns_what_it_is_shown(name):
     torch.set_num_threads(1)
     system, batch = built(name), sample()
