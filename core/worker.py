@@ -126,7 +126,7 @@ class Worker:
         except Exception as error:
             traceback.print_exc()
             reply = protocol.failure(
-                request, S2agError(f"The worker failed: {_first_line(error)}", "Its log has the details.", "Internal")
+                request, S2agError(f"The engine failed: {_first_line(error)}", "Its log has the details.", "Internal")
             )
         self._cancelled.discard(request)
         self._send(reply)

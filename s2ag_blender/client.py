@@ -29,7 +29,7 @@ PAUSE = 0.02
 
 _ROOT = Path(__file__).parent.parent  # not resolved: a linked checkout keeps the name of its link
 _PATHS = ("audio", "transcript", "checkpoint", "vectors", "output_dir")
-_AGAIN = "Try again: a new worker starts by itself."
+_AGAIN = "Try again: it starts anew by itself."
 
 
 def find_interpreter(python: str | os.PathLike | None = None) -> str:
@@ -200,7 +200,7 @@ class WorkerClient:
             try:
                 self._dispatch(protocol.decode(message))
             except (protocol.NotProtocol, TypeError, ValueError):
-                self._lose(f"The worker talks nonsense ({message[:40].decode('ascii', 'replace').strip()}).")
+                self._lose(f"The engine talks nonsense ({message[:40].decode('ascii', 'replace').strip()}).")
 
     def _dispatch(self, message: dict) -> None:
         job = self._jobs.get(message.get("id"))
@@ -226,9 +226,9 @@ class WorkerClient:
     def _watch(self) -> None:
         now = time.monotonic()
         if any(job.cancelled_at is not None and now - job.cancelled_at > GRACE for job in self._jobs.values()):
-            self._lose("The worker did not react to the cancellation.")
+            self._lose("The engine did not react to the cancellation.")
         elif now - self._heard > self._patience:
-            self._lose(f"The worker has not said a word for {self._patience:g} seconds.")
+            self._lose(f"The engine has not said a word for {self._patience:g} seconds.")
 
     def _lose(self, message: str) -> None:
         process, self._process = self._process, None
@@ -266,7 +266,7 @@ class _Process:
                 **child.apart(),
             )
         except OSError as error:
-            raise WorkerFailed(f"The worker cannot be started: {error.strerror}.", f"Check that {command[0]} runs.") from error
+            raise WorkerFailed(f"The engine cannot be started: {error.strerror}.", f"Check that {command[0]} runs.") from error
         self.inbox: queue.SimpleQueue = queue.SimpleQueue()
         self._outbox: queue.SimpleQueue = queue.SimpleQueue()
         self._said: deque[str] = deque(maxlen=40)
@@ -285,8 +285,8 @@ class _Process:
         """One sentence on how the process ended."""
         code = self._popen.poll()
         if code is None:
-            return "The worker closed its output."
-        return f"The worker was killed by signal {-code}." if code < 0 else f"The worker ended with status {code}."
+            return "The engine closed its output."
+        return f"The engine was killed by signal {-code}." if code < 0 else f"The engine ended with status {code}."
 
     def advice(self) -> str:
         """What the log suggests, when the worker could not even import itself."""

@@ -12,7 +12,7 @@ from .translations import told
 
 _FRESH = 2.0
 """Seconds for which the panel trusts what it saw on disk."""
-_seen: dict[str, tuple[float, str]] = {}
+_seen: dict[str, tuple[float, bool]] = {}
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,8 @@ def missing(settings, scene: bpy.types.Scene) -> str:
     """What must be chosen before gestures can be made, as a short phrase; empty if all is there. Cheap enough to draw."""
     if settings.audio_source == "FILE" and not settings.audio:
         return told("Choose a recording")
+    if settings.audio_source == "FILE" and not _is_there(bpy.path.abspath(settings.audio)):
+        return told("The recording is not there")
     if settings.audio_source == "STRIP" and not compat.sound_strips(scene):
         return told("The sequencer has no sound strip")
     if settings.audio_source == "STRIP" and chosen_strip(settings, scene) is None:
@@ -160,12 +162,17 @@ def beside(audio: str) -> str:
     """The .txt beside a recording, or an empty string."""
     if not audio:
         return ""
-    path = bpy.path.abspath(audio)
-    checked, found = _seen.get(path, (-_FRESH, ""))
+    text = str(Path(bpy.path.abspath(audio)).with_suffix(".txt"))
+    return text if _is_there(text) else ""
+
+
+def _is_there(path: str) -> bool:
+    """Whether a file is there, or was some seconds ago: the panel asks with every drawing."""
+    checked, found = _seen.get(path, (-_FRESH, False))
     if time.monotonic() - checked > _FRESH:
-        text = Path(path).with_suffix(".txt")
-        found = str(text) if text.is_file() else ""
-        _seen.clear()
+        if len(_seen) > 32:
+            _seen.clear()
+        found = Path(path).is_file()
         _seen[path] = time.monotonic(), found
     return found
 

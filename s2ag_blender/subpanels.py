@@ -71,13 +71,13 @@ class S2AG_PT_layers(_Below, bpy.types.Panel):
         ends.prop(settings, "start_pose")
         ends.prop(settings, "end_pose")
         if layered:
-            layout.label(text="A layer starts and ends in what is below it", icon="INFO")
+            sentence(layout, told("A layer starts and ends in what is below it"), "INFO")
         column = layout.column(heading="Add")
         sound = column.column()
         sound.active = settings.audio_source == "FILE" and settings.range != "STRIP"
         sound.prop(settings, "add_sound")
         if not sound.active:
-            column.label(text="The sequencer plays the voice already", icon="INFO")
+            sentence(column, told("The sequencer plays the voice already"), "INFO")
         column.prop(settings, "add_markers")
         if settings.add_markers or markers.ours(context.scene, settings.marker_prefix):
             column.prop(settings, "marker_prefix")
@@ -123,7 +123,7 @@ class S2AG_PT_export(_Below, bpy.types.Panel):
         for suffix in ("bvh", "fbx", "glb"):
             operator = column.operator("s2ag.export", text=suffix.upper(), icon="EXPORT", translate=False)
             operator.format = f".{suffix}"
-        layout.label(text="Written are the scene's frames", icon="INFO")
+        layout.label(text="Exports the frames of the scene", icon="INFO")
 
 
 class S2AG_PT_advanced(_Below, bpy.types.Panel):

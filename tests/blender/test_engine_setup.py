@@ -171,7 +171,7 @@ def panel_with_recogniser():
     """What the panel shows for a mannequin whose words are to be recognised."""
     if bpy.context.active_object is None:
         bpy.ops.s2ag.add_mannequin()
-    bpy.context.active_object.s2ag.audio, bpy.context.active_object.s2ag.transcript_source = "voice.wav", "RECOGNISE"
+    bpy.context.active_object.s2ag.audio, bpy.context.active_object.s2ag.transcript_source = __file__, "RECOGNISE"
     return drawn()
 
 
@@ -376,7 +376,7 @@ def test_a_killed_worker_leaves_a_saved_log(extension, examples, monkeypatch):
     text = path.read_text()
     assert path.is_relative_to(extension / "logs") and "signal 9" in text and "the last words" in text and "Blender:" in text
     assert bpy.ops.s2ag.open_log.poll() and bpy.ops.s2ag.open_log() == {"FINISHED"}
-    assert bpy.data.texts[path.name].as_string().startswith("WorkerFailed: The worker was killed by signal 9.")
+    assert bpy.data.texts[path.name].as_string().startswith("WorkerFailed: The engine was killed by signal 9.")
     engine.close()
     gesture.stop_engine()
 

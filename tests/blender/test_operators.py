@@ -42,11 +42,13 @@ def test_adding_a_character_selects_its_armature(figure):
     assert running.character(bpy.context) == figure
 
 
-def test_the_button_waits_for_a_character_and_a_recording(extension):
+def test_the_button_waits_for_a_character_and_a_recording(extension, examples):
     assert not bpy.ops.s2ag.generate.poll()
     bpy.ops.s2ag.add_mannequin()
     assert not bpy.ops.s2ag.generate.poll()
     bpy.context.active_object.s2ag.audio = "voice.wav"
+    assert not bpy.ops.s2ag.generate.poll() and "The recording is not there" in drawn()
+    bpy.context.active_object.s2ag.audio = str(examples / "hello.flac")
     assert bpy.ops.s2ag.generate.poll()
 
 
