@@ -110,7 +110,7 @@ class Plan:
 
 
 def requirements(recognise: bool = False) -> list[str]:
-    """What the engine needs, other languages included, as pyproject.toml says it; with ``recognise`` the speech recogniser, too."""
+    """What the engine needs, as pyproject.toml says it, other languages included; with ``recognise`` the recogniser, too."""
     import tomllib  # not at the start of every Blender
 
     project = tomllib.loads((_ROOT / "pyproject.toml").read_text("utf-8"))["project"]

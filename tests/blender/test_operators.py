@@ -9,10 +9,10 @@ import bpy
 import numpy as np
 import pytest
 from acted import curves, drawn, overridden, press
-from s2ag.core import catalogue, skeleton, styles
-from s2ag.core.errors import Cancelled, S2agError, UsageError, WorkerFailed
+from s2ag.core import skeleton
+from s2ag.core.errors import Cancelled, S2agError, WorkerFailed
 from s2ag.core.motion import Motion
-from s2ag.s2ag_blender import choices, compat, generate, gesture, keyframes, properties, readiness, running, session
+from s2ag.s2ag_blender import choices, compat, generate, gesture, keyframes, readiness, running, session
 
 
 def run_until_done(*runs, seconds=60.0):
@@ -288,113 +288,6 @@ def test_a_file_without_a_sequencer(speaker):
     assert not bpy.ops.s2ag.generate.poll() and "The sequencer has no sound strip" in drawn()
     speaker.s2ag.audio_source = "FILE"
     assert bpy.ops.s2ag.generate() == {"FINISHED"} and bpy.context.scene.sequence_editor is None
-
-
-@pytest.fixture
-def shipped(monkeypatch):
-    """Makes a checkpoint the shipped one."""
-
-    def make(path):
-        monkeypatch.setattr(catalogue, "DEFAULT", path)
-
-    yield make
-    choices._described.cache_clear()
-
-
-def test_sliders_of_a_checkpoint_with_controls(figure, shipped, random_checkpoint):
-    shipped(random_checkpoint)
-    assert properties.control_names() == list(styles.CONTROLS) and properties.style_names() == ["calm one", "lively one"]
-    shown = drawn()
-    assert all(shown[name] for name in (*styles.CONTROLS, "intensity"))
-
-
-def test_sliders_are_grey_with_the_reason_where_the_checkpoint_has_none(figure, shipped, plain_checkpoint):
-    shipped(plain_checkpoint)
-    shown = drawn()
-    assert not any(shown[name] for name in styles.CONTROLS)
-    assert shown["intensity"] and any("checkpoint" in text for text in shown)
-
-
-def test_a_missing_checkpoint_does_not_break_the_panel(figure, shipped, tmp_path):
-    shipped(tmp_path / "none.safetensors")
-    assert properties.style_names() == [] and not drawn()["arousal"]
-
-
-def test_the_style_menu_reads_and_writes_the_style(figure):
-    kept = figure.s2ag
-    names = choices.style_names()
-    assert kept.style_pick in names and choices.description(kept)
-    kept.style_pick = "stern"
-    assert kept.style == "stern" and choices.expression(kept) == "stern"
-    kept.style_second_pick, kept.style_mix = "tired", 0.4
-    assert choices.expression(kept) == "stern:0.6+tired:0.4"
-    kept.style_second_pick = choices.NOBODY
-    assert kept.style_second == "" and choices.expression(kept) == "stern"
-    kept.style_pick = "random"
-    assert choices.expression(kept) == "random" and not choices.can_blend(kept)
-    kept.style_pick = choices.WRITTEN
-    assert choices.is_written(kept) and "style" in drawn()
-
-
-def test_sliders_reach_the_action(speaker, random_checkpoint):
-    speaker.s2ag.checkpoint = str(random_checkpoint)
-    speaker.s2ag.valence, speaker.s2ag.rate = -0.5, 1.0
-    assert bpy.ops.s2ag.generate() == {"FINISHED"}
-    told = keyframes.provenance(speaker.animation_data.action)
-    assert told["affect"] == {"arousal": 0.0, "valence": -0.5, "dominance": 0.0}
-    assert (told["rate"], told["hand"]) == (1.0, 0.0)
-
-
-def test_sliders_that_the_checkpoint_lacks_are_left_out_and_told(speaker, plain_checkpoint):
-    speaker.s2ag.checkpoint = str(plain_checkpoint)
-    speaker.s2ag.arousal = 0.5
-    outcome = generate.wait(bpy.context, generate.plan(bpy.context, speaker))
-    assert "sliders were left out" in outcome.warnings[0] and speaker.animation_data.action
-
-
-def test_words_typed_in_a_block_beside_and_none(figure, tmp_path, voice):
-    kept = figure.s2ag
-    recording = tmp_path / "line.wav"
-    recording.write_bytes(voice.read_bytes())
-    kept.audio = str(recording)
-    assert "transcript" not in gesture.request(kept)
-    beside = recording.with_suffix(".txt")
-    beside.write_text("hello there")
-    from s2ag.s2ag_blender import sources
-
-    sources._seen.clear()
-    assert gesture.request(kept)["transcript"] == str(beside)
-    assert "The .txt beside the recording is used" in drawn()
-    kept.transcript_source, kept.typed = "TYPED", "good day"
-    assert gesture.request(kept)["text"] == "good day" and "language" not in gesture.request(kept)
-    kept.language = "de"
-    assert gesture.request(kept)["language"] == "de"
-    kept.transcript_source = "BLOCK"
-    with pytest.raises(UsageError, match="text block"):
-        gesture.request(kept)
-    kept.transcript_block = bpy.data.texts.new("lines")
-    kept.transcript_block.write("from the editor")
-    assert gesture.request(kept)["text"] == "from the editor"
-    kept.transcript_source = "NONE"
-    assert not {"text", "transcript"} & set(gesture.request(kept))
-
-
-def test_words_that_the_engine_recognises(speaker, examples):
-    """Where the engine has the extra, words come by themselves; where it has not, one sentence says how to add it."""
-    speaker.s2ag.audio, speaker.s2ag.transcript_source = str(examples / "hello.flac"), "RECOGNISE"
-    speaker.s2ag.add_markers = True
-    told = gesture.request(speaker.s2ag)
-    assert told["recognise"] and not {"text", "transcript"} & set(told)
-    assert "English speech only" in drawn()
-    try:
-        bpy.ops.s2ag.generate()
-    except RuntimeError as error:
-        (line,) = str(error).strip().splitlines()
-        assert "recogniser is not installed" in line and 'pip install "s2ag[recognise]"' in line
-        assert not bpy.data.actions and "s2ag.open_log" in drawn()
-        return
-    names = [marker.name.lower() for marker in bpy.context.scene.timeline_markers]
-    assert len(names) > 20
 
 
 def test_bones_chosen_by_hand(speaker):

@@ -31,7 +31,7 @@ def test_a_renamed_bone(figure, bone):
 
 
 def test_a_chosen_bone_that_is_renamed_and_back(figure, bone):
-    figure.s2ag.audio = "voice.wav"
+    figure.s2ag.audio = __file__
     bpy.ops.s2ag.edit_bone_map()
     assert bpy.ops.s2ag.generate.poll()
     figure.data.bones[bone].name = "lower part"
