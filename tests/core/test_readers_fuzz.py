@@ -19,6 +19,7 @@ from hypothesis import strategies as st  # noqa: E402
 
 COUNT = int(os.environ.get("S2AG_FUZZ", "400"))
 SLOWEST = 5.0
+GERMAN = {"acoustic": None, "dictionary": None, "letters": {}, "voice": "de"}
 JUNK = [
     *('"', "\\", "[", "]", "{", "}", ",", ":", "\n", "\n\n", "\t", "-->", "<00:00:01.000>", "<v ", "NaN", "1e999", "-1"),
     *("null", "true", "9" * 400, "\0", "\ud800", "\ufeff", "*", "{none}", "[pause]", "{point left}", "SPEAKER:"),
@@ -93,7 +94,11 @@ def check(source):
         assert item.text.strip() or source.form == "plain text"
         assert item.start is None or 0 <= item.start <= item.end < 2e9
         assert not item.word or item.start is not None
-    script = transcript._Script(source, 3.0)
+    for model in (None, GERMAN):
+        check_script(transcript._Script(source, 3.0, model))
+
+
+def check_script(script):
     assert len(script.fixed) + len(script.loose) == len(script.tokens)
     assert sum(len(part.words) for part in script.stretches) == len(script.loose)
     edges = [edge for part in script.stretches for edge in (part.start, part.end)]
