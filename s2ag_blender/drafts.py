@@ -53,6 +53,12 @@ def drop(armature: bpy.types.Object) -> None:
         bpy.data.actions.remove(action)
 
 
+def drop_all() -> None:
+    """:func:`drop` every character's draft."""
+    for armature in [item for item in bpy.data.objects if item.type == "ARMATURE"]:
+        drop(armature)
+
+
 def _stage(armature, place: layers.Place) -> None:
     data, former = armature.animation_data, armature.animation_data.action
     replaced = [strip for strip in layers.strips(armature) if not strip.mute and place.same(layers.Place.of(strip.action))]

@@ -15,8 +15,7 @@ def _before_load(*_) -> None:
 
 @persistent
 def _before_save(*_) -> None:
-    for armature in [item for item in bpy.data.objects if item.type == "ARMATURE"]:
-        drafts.drop(armature)
+    drafts.drop_all()
 
 
 @persistent

@@ -52,8 +52,7 @@ def stop() -> None:
     for uid in list(_working):
         _abandon(uid)
     _wanted.clear()
-    for armature in [item for item in bpy.data.objects if item.type == "ARMATURE"]:
-        drafts.drop(armature)
+    drafts.drop_all()
 
 
 def tick() -> float | None:
