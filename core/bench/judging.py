@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import torch
@@ -46,15 +47,23 @@ FIGURES = {
 
 
 class Bench:
-    """The test windows, what is heard in them, and the extractor: the same for every system."""
+    """Windows of one split, what is heard in them, and the extractor: the same for every system."""
 
-    def __init__(self, data: Data, extractor: Extractor, windows: int):
+    def __init__(self, data: Data, extractor: Extractor, windows: int, split: int = TEST):
         self.data, self.extractor = data, extractor
-        self.windows = data.spread(TEST, windows)
+        self.windows = data.spread(split, windows)
         self.real = data.motions(self.windows)
-        self.heard = [rhythm.onsets(sound.astype(np.float32) / 32768) for sound in data.sounds(self.windows)]
         self.features = extractor.features(self.real)
-        self.histogram = dynamics.wrist_speed_histogram(self.real)
+
+    @cached_property
+    def heard(self) -> list[np.ndarray]:
+        """Onsets of every window in seconds."""
+        return [rhythm.onsets(sound.astype(np.float32) / 32768) for sound in self.data.sounds(self.windows)]
+
+    @cached_property
+    def histogram(self) -> np.ndarray:
+        """Of the performed wrists' speeds."""
+        return dynamics.wrist_speed_histogram(self.real)
 
     @torch.inference_mode()
     def perform(self, system: System, seed: int, device: str = "cpu") -> np.ndarray:
@@ -63,6 +72,13 @@ class Bench:
         torch.manual_seed(seed)
         parts = np.array_split(self.windows, -(-len(self.windows) // _BATCH))
         return np.concatenate([system.perform(self.data.sample(part).to(device)).cpu().numpy() for part in parts])
+
+    def score(self, made: np.ndarray) -> dict[str, float]:
+        """The figures that weights can be selected by, of directions ``(n, 34, 9, 3)``: MAJE (code) and FGD."""
+        return {
+            "maje_code": errors.maje_code(made, self.real, SEEDS),
+            "fgd": frechet.frechet_distance(self.extractor.features(made), self.features),
+        }
 
     def judge(self, made: np.ndarray) -> dict[str, float]:
         """Figures of directions ``(n, 34, 9, 3)`` as a system made them; of the real ones: what a perfect system reaches."""

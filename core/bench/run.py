@@ -13,7 +13,7 @@ from ..errors import OutputUnwritable, UsageError
 from ..files import whole_file
 from ..metrics import extractor as extractors
 from ..systems.catalogue import KNOWN, Build
-from ..train.dataset import TEST, TRAIN
+from ..train.dataset import TEST, TRAIN, VALIDATION
 from . import table
 from .data import Data
 from .judging import Bench
@@ -37,14 +37,22 @@ class Runner:
         """Train and judge what is left, write and return the report; None where ``stopping()`` came first."""
         extractor, found = self._extractor()
         bench = Bench(self.data, extractor, self.setting.windows)
+        held_out = self._held_out(extractor)
         # Seeds outside, so that a bench that was stopped early already compares all systems.
         for seed in self.setting.seeds:
             for name in systems:
-                if not self._one(name, seed, bench, stopping):
+                if not self._one(name, seed, bench, held_out, stopping):
                     return None
         return self._write(systems, bench, found, command)
 
-    def _one(self, name: str, seed: int, bench: Bench, stopping: Callable[[], bool]) -> bool:
+    def _held_out(self, extractor: extractors.Extractor) -> Bench | None:
+        if not self.setting.validate_every:
+            return None
+        if not len(self.data.windows[VALIDATION]):
+            raise UsageError("The data set holds no validation windows.", "Use a larger one, or --setting small.")
+        return Bench(self.data, extractor, self.setting.validation_windows, VALIDATION)
+
+    def _one(self, name: str, seed: int, bench: Bench, held_out: Bench | None, stopping: Callable[[], bool]) -> bool:
         folder = self.folder / f"{name}-{seed}"
         if (folder / FIGURES).is_file():
             return True
@@ -60,10 +68,21 @@ class Runner:
         )
         training = Training(KNOWN[name].build(words), self.data, setting, seed, folder, self.device)
         self.say(f"{KNOWN[name].title}, seed {seed}: {training.steps - training.done} of {training.steps} steps to go")
-        if not training.run(stopping):
+
+        def validate() -> dict[str, float]:
+            return held_out.score(held_out.perform(training.system, seed, self.device))
+
+        if not training.run(stopping, validate if held_out else None):
             return False
         results = bench.judge_draws(lambda draw: bench.perform(training.system, 1000 * seed + draw, self.device), setting.draws)
-        facts = {"steps": training.done, "seconds": training.seconds, "windows_per_second": training.rate, "draws": results}
+        facts = {
+            "steps": training.done,
+            "best": training.best,
+            "seconds": training.seconds,
+            "windows_per_second": training.rate,
+            "curve": training.curve,
+            "draws": results,
+        }
         with whole_file(folder / FIGURES) as temporary:
             temporary.write_text(json.dumps(facts), encoding="utf-8")
         mean = table.summarise(results)
@@ -103,6 +122,8 @@ class Runner:
                 "title": KNOWN[name].title,
                 "figures": table.summarise(results),
                 "steps": facts[0]["steps"],
+                "best": [one["best"] for one in facts],
+                "curves": [one["curve"] for one in facts],
                 "minutes": spent / 60,
                 "windows_per_second": float(np.mean([one["windows_per_second"] for one in facts])),
             }

@@ -14,7 +14,10 @@ class Setting:
     ``steps`` batches (0: no limit). ``windows``: test windows. ``draws``: styles drawn for each test window.
     ``trained_words``: word tables are trained, as published, or frozen. ``diversity_share``: part of a batch that is made
     a second time for the diversity term. ``filtered``: only windows that pass :mod:`datasets.filters`, as published.
-    ``faithful``: the public code's bugs instead of the corrected forms (reference section G).
+    ``faithful``: the public code's bugs instead of the corrected forms (reference section G). ``validate_every`` so many
+    batches ``validation_windows`` are judged, and the weights with the lowest ``select`` are the ones that count (0: the
+    last ones are); the public codes select by L1 (S2AG) and FGD (GTC; reference A.11, 26 and C). ``precision``: of the
+    training; judged is in float32.
     """
 
     name: str
@@ -30,12 +33,19 @@ class Setting:
     diversity_share: float = 1.0
     filtered: bool = True
     faithful: bool = False
+    validate_every: int = 0
+    validation_windows: int = 600
+    select: str = "maje_code"  # or "fgd"
+    precision: str = "32-true"  # or "bf16-mixed"
     save_minutes: float = 2.0
 
     def __post_init__(self):
         for name in ("batch", "extractor_steps", "windows", "draws"):
             if getattr(self, name) < 1:
                 raise UsageError(f"{name} is {getattr(self, name)}.", "Set it to 1 or more.")
+        for name, known in (("select", ("maje_code", "fgd")), ("precision", ("32-true", "bf16-mixed"))):
+            if getattr(self, name) not in known:
+                raise UsageError(f"There is no {name} {getattr(self, name)!r}.", f"Known are {' and '.join(known)}.")
         if not (0 < self.share <= 4 and self.epochs > 0 and self.seeds):
             raise UsageError("share, epochs and seeds must not be empty.", "Set share and epochs above 0 and name a seed.")
 
@@ -62,15 +72,13 @@ SETTINGS = {
     setting.name: setting
     for setting in (
         Setting("tiny", 0.05, 1, 3, 8, extractor_steps=30, windows=40, draws=2, seeds=(1,), trained_words=False,
-                diversity_share=0.25, filtered=False),
+                diversity_share=0.25, filtered=False, validate_every=2, validation_windows=20),
         Setting("small", 0.25, 1, 400, 64, extractor_steps=600, windows=600, draws=2, seeds=(1,), trained_words=False,
                 diversity_share=0.25),
-        Setting("core", 0.25, 1, 2000, 64, extractor_steps=3000, windows=2000, draws=3, seeds=(1, 2, 3), trained_words=False,
-                diversity_share=0.25),
-        Setting("long", 0.25, 5, 10000, 64, extractor_steps=3000, windows=2000, draws=3, seeds=(1,), trained_words=False,
-                diversity_share=0.25),
-        Setting("full"),
+        Setting("core", 0.25, 4, 0, 64, extractor_steps=3000, windows=2000, draws=3, seeds=(1,), trained_words=False,
+                diversity_share=0.25, validate_every=200, precision="bf16-mixed"),
+        Setting("full", validate_every=1000, validation_windows=2000),
     )
 }  # fmt: skip
-"""tiny: for tests. small: minutes on two cores. core: a quarter of the published widths, hours on one core. long: one
-seed of it for five times as many batches. full: as published, for a GPU."""
+"""tiny: for tests. small: minutes on two cores. core: a quarter of the published widths, hours on two cores. full: as
+published, for a GPU."""

@@ -91,9 +91,10 @@ def _all(report: dict) -> list[str]:
 
 
 def _training(report: dict) -> list[str]:
-    lines = [_row(["System", "Steps", "Minutes", "Windows a second"]), _row(["---"] * 4)]
+    lines = [_row(["System", "Steps", "Judged after", "Minutes", "Windows a second"]), _row(["---"] * 5)]
     for row in report["systems"].values():
-        lines.append(_row([row["title"], row["steps"], f"{row['minutes']:.1f}", f"{row['windows_per_second']:.0f}"]))
+        best = ", ".join(map(str, row["best"]))
+        lines.append(_row([row["title"], row["steps"], best, f"{row['minutes']:.1f}", f"{row['windows_per_second']:.0f}"]))
     return lines
 
 

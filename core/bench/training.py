@@ -15,7 +15,7 @@ from ..train.prefetch import Prefetch
 from .data import Data
 from .setting import Setting
 
-STATE, LOG = "state.safetensors", "log.jsonl"
+STATE, BEST, LOG = "state.safetensors", "best.safetensors", "log.jsonl"
 _LOG_STEPS = 50
 
 
@@ -23,14 +23,17 @@ class Training:
     """One system on one data set with one seed, in one folder.
 
     Windows are drawn in shuffled passes over the training split. Every random number of a step follows from seed and step,
-    so a continued training repeats an uninterrupted one on the same machine.
+    so a continued training repeats an uninterrupted one on the same machine. ``curve`` holds the figures of all validations
+    so far, each with its step.
     """
 
     def __init__(self, system: System, data: Data, setting: Setting, seed: int, folder: Path, device: str = "cpu"):
         self.system, self.data, self.setting, self.seed, self.folder = system.to(device), data, setting, seed, folder
         self.device = device
         self.steps = setting.length(len(data.windows[TRAIN]))
-        self.done, self.seconds = 0, 0.0
+        self.done, self.seconds, self.curve = 0, 0.0, []
+        mixed = setting.precision == "bf16-mixed" and system.mixed
+        self._autocast = torch.autocast(torch.device(device).type, torch.bfloat16, enabled=mixed)
         self.optimizers = {"performer": _adam(system.performer, system.rate)}
         if system.judge is not None:
             self.optimizers["judge"] = _adam(system.judge, system.judge_rate)
@@ -38,53 +41,78 @@ class Training:
         folder.mkdir(parents=True, exist_ok=True)
         if (folder / STATE).is_file():
             facts = state.load(folder / STATE, self._parts(), device)
-            self.done, self.seconds = facts["steps"], facts["seconds"]
+            self.done, self.seconds, self.curve = facts["steps"], facts["seconds"], facts.get("curve", [])
 
-    def run(self, stopping: Callable[[], bool] = lambda: False, progress: Callable[[float], None] = lambda share: None) -> bool:
-        """All steps that are left; False where ``stopping()`` ended them early. Everything is saved either way."""
+    def run(self, stopping: Callable[[], bool] = lambda: False, validate: Callable[[], dict] | None = None) -> bool:
+        """All steps that are left; False where ``stopping()`` ended them early. Everything is saved either way.
+
+        ``validate()`` judges the system as it is; see :class:`Setting`. At the end the system holds the weights that it
+        found best, or the last ones where the setting wants no validation.
+        """
         batches = Prefetch(lambda step: self.data.sample(self._windows(step)))
-        began, before, saved = time.monotonic(), self.seconds, time.monotonic()
+        saved = time.monotonic()
         sums: dict[str, float] = {}
         try:
             while self.done < self.steps and not stopping():
+                began = time.monotonic()
                 for name, value in self.step(batches.take(self.done)).items():
                     sums[name] = sums.get(name, 0.0) + float(value) / _LOG_STEPS
                 now = time.monotonic()
-                self.seconds = before + now - began
+                self.seconds += now - began
                 if self.done % _LOG_STEPS == 0:
                     self._log(sums)
                     sums = {}
-                    progress(self.done / self.steps)
+                if validate is not None and self._due():
+                    self._validate(validate)
                 if now - saved > 60 * self.setting.save_minutes:
                     self.save()
                     saved = now
         finally:
             batches.close()
         self.save()
+        if self.done >= self.steps and self.curve:
+            state.load(self.folder / BEST, {"system": self.system}, self.device)
         return self.done >= self.steps
 
     def step(self, sample) -> dict[str, torch.Tensor]:
         """One update of the judge, where there is one, and one of the performer; the loss terms."""
         sample, system, progress = sample.to(self.device), self.system.train(), self.done / self.steps
         torch.manual_seed(hash((self.seed, self.done)) % 2**31)
-        made = system.make(sample, progress)
         report = {}
+        with self._autocast:
+            made = system.make(sample, progress)
+            if system.judge is not None:
+                report["judge"] = system.judge_loss(sample, made.directions.detach())
         if system.judge is not None:
-            report["judge"] = system.judge_loss(sample, made.directions.detach())
             self._update("judge", report["judge"])
-        terms = system.terms(sample, made, progress)
+        with self._autocast:
+            terms = system.terms(sample, made, progress)
         self._update("performer", sum(terms.values()), system.clip)
         self.done += 1
         return {name: value.detach() for name, value in (terms | report).items()}
 
     def save(self) -> None:
         """Weights, optimisers and how far they are."""
-        state.save(self.folder / STATE, self._parts(), {"steps": self.done, "seconds": self.seconds})
+        state.save(self.folder / STATE, self._parts(), {"steps": self.done, "seconds": self.seconds, "curve": self.curve})
+
+    @property
+    def best(self) -> int:
+        """The step whose weights count."""
+        return min(self.curve, key=lambda figures: figures[self.setting.select])["step"] if self.curve else self.done
 
     @property
     def rate(self) -> float:
         """Windows a second so far."""
         return self.done * self.setting.batch / max(self.seconds, 1e-9)
+
+    def _due(self) -> bool:
+        every = self.setting.validate_every
+        return bool(every) and (self.done % every == 0 or self.done == self.steps)
+
+    def _validate(self, validate: Callable[[], dict]) -> None:
+        self.curve.append({"step": self.done, **validate()})
+        if self.best == self.done:
+            state.save(self.folder / BEST, {"system": self.system}, self.curve[-1])
 
     def _parts(self) -> dict:
         optimizers = {f"optimizer_{name}": optimizer for name, optimizer in self.optimizers.items()}

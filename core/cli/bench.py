@@ -20,12 +20,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     parser.add_argument("--data", metavar="FOLDER", type=Path, required=True, help="data set with sound (see s2ag data)")
     parser.add_argument("--out", metavar="FOLDER", type=Path, required=True, help="folder of the bench; a stopped one goes on")
-    sizes = "tiny (a test), small (minutes on two cores), core, long (hours on one), full (for a GPU); default small"
+    sizes = "tiny (a test), small (minutes on two cores), core (hours on two), full (for a GPU); default small"
     parser.add_argument("--setting", default="small", help=sizes)
     parser.add_argument("--systems", metavar="A,B", help="only these: seq2seq, jem, s2ag, s2ag-no-judge, ...")
     parser.add_argument("--seeds", metavar="1,2,3", help="training seeds")
     parser.add_argument("--draws", metavar="N", type=int, help="style draws for every test window")
     parser.add_argument("--steps", metavar="N", type=int, help="batches of a training at most")
+    parser.add_argument("--precision", metavar="P", help="of the training: 32-true or bf16-mixed")
     parser.add_argument("--faithful", action="store_true", help="with the public code's bugs instead of the corrected forms")
     parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
     parser.add_argument("--threads", metavar="N", type=int, default=0, help="CPU threads (default: all)")
@@ -49,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
     for name in systems:
         if name not in KNOWN:
             raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join(KNOWN)}.")
-    changes = {name: getattr(options, name) for name in ("draws", "steps") if getattr(options, name) is not None}
+    changes = {name: getattr(options, name) for name in ("draws", "steps", "precision") if getattr(options, name) is not None}
     if options.seeds:
         changes["seeds"] = _numbers(options.seeds)
     setting = SETTINGS[options.setting].replace(faithful=options.faithful, **changes)

@@ -7,7 +7,7 @@ from torch.nn import functional
 from ..skeleton import EDGES, MEAN
 from .affective_encoder import AffectiveEncoder
 from .config import ModelConfig
-from .layers import make_gru, run_gru
+from .layers import exact, make_gru, run_gru
 from .mfcc_encoder import MfccEncoder
 from .prosody_encoder import ProsodyEncoder
 from .text_encoder import TextEncoder
@@ -99,9 +99,7 @@ class Generator(nn.Module):
         head = self.config.seed_size + self.config.mfcc_size + self.config.text_size
         inputs = torch.cat([features[..., :head], repeated, features[..., head:]], dim=-1)
         hidden = run_gru(self.gru, inputs)
-        # Poses differ little from frame to frame, so the head is exact at any precision of training.
-        with torch.autocast(hidden.device.type, enabled=False):
-            poses = self.out(hidden.float()).unflatten(-1, (len(EDGES), 3)) + self.mean
+        poses = exact(self.out, hidden).unflatten(-1, (len(EDGES), 3)) + self.mean
         return functional.normalize(poses, dim=-1) if self.config.unit_directions else poses
 
     def forward(

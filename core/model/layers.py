@@ -92,3 +92,9 @@ def run_gru(gru: nn.GRU, x: torch.Tensor) -> torch.Tensor:
     else:
         forward, backward = gru(x)[0].chunk(2, dim=-1)
     return forward + backward
+
+
+def exact(layer: nn.Module, x: torch.Tensor) -> torch.Tensor:
+    """``layer`` in float32 whatever the training's precision: poses differ little from frame to frame."""
+    with torch.autocast(x.device.type, enabled=False):
+        return layer(x.float())

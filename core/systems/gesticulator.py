@@ -30,6 +30,7 @@ class Gesticulator(System):
     """
 
     rate = 1e-4
+    mixed = False
 
     def __init__(self, vectors: torch.Tensor, share: float = 1.0):
         super().__init__()

@@ -6,7 +6,7 @@ from torch.nn import functional
 
 from ..metrics.extractor import Extractor
 from ..model.config import ModelConfig
-from ..model.layers import make_gru, run_gru
+from ..model.layers import exact, make_gru, run_gru
 from ..model.text_encoder import TextEncoder
 from ..model.wave_encoder import WaveEncoder
 from .sample import POSE, Sample, WordTable, word_vectors
@@ -74,4 +74,4 @@ class _Network(nn.Module):
     def decode(self, latent: torch.Tensor, given: torch.Tensor, frames: int) -> torch.Tensor:
         """Poses ``(B, frames, 27)`` from a latent and the given poses."""
         x = torch.cat([self.pose(given.flatten(1)), latent], 1)[:, None].expand(-1, frames, -1)
-        return self.out(run_gru(self.gru, x))
+        return exact(self.out, run_gru(self.gru, x))

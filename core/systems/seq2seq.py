@@ -16,6 +16,7 @@ class Seq2Seq(System):
     """
 
     rate = 1e-4
+    mixed = False
     clip = 5.0
 
     def __init__(self, vectors: torch.Tensor, trained_words: bool = True, share: float = 1.0):

@@ -21,9 +21,10 @@ def log_mel(
     """
     padded = functional.pad(wave, (window // 2, window // 2))
     frames = padded[:, centres.to(wave.device)[:, None] + torch.arange(window, device=wave.device)]
-    spectrum = torch.fft.rfft(frames * torch.hann_window(window, device=wave.device))
     filters = torch.from_numpy(_filters(window, bands, low, high)).to(wave.device)
-    return torch.log(spectrum.abs().square() @ filters + FLOOR)
+    with torch.autocast(wave.device.type, enabled=False):
+        spectrum = torch.fft.rfft(frames * torch.hann_window(window, device=wave.device))
+        return torch.log(spectrum.abs().square() @ filters + FLOOR)
 
 
 def decibels(logarithm: torch.Tensor, reach: float = 80.0) -> torch.Tensor:

@@ -4,6 +4,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
+from ..model.layers import exact
 from .sample import POSE, Sample
 from .spectrogram import decibels, log_mel
 from .system import Made, System, wide
@@ -112,7 +113,7 @@ class _Network(nn.Module):
         for block, skip in zip(self.up, reversed(kept), strict=True):
             x = block(functional.interpolate(x, scale_factor=2.0, mode="nearest")[..., : skip.shape[-1]] + skip)
         pose = self.pose(given.flatten(1))[:, :, None].expand(-1, -1, frames)
-        return self.out(torch.cat([x, pose], 1)).transpose(1, 2)
+        return exact(self.out[-1], self.out[:-1](torch.cat([x, pose], 1))).transpose(1, 2)
 
 
 def _judge(share: float) -> nn.Sequential:

@@ -23,6 +23,7 @@ class System(nn.Module):
     """
 
     rate = 5e-4
+    mixed = True  # whether low precision pays in training; not where products are small and frames are subtracted
     judge_rate = 1e-4
     clip = 0.0
     performer: nn.Module

@@ -124,6 +124,46 @@ def test_a_training_goes_on_in_a_longer_setting(data, tmp_path):
         torch.testing.assert_close(one, two, rtol=0, atol=0)
 
 
+def test_the_weights_with_the_best_validation_count(data, tmp_path):
+    training, kept = trained(data, tmp_path, "s2ag", steps=6, validate_every=2), {}
+    scores = iter([5.0, 3.0, 4.0])
+
+    def validate():
+        kept[training.done] = [p.detach().clone() for p in training.system.parameters()]
+        return {"maje_code": next(scores), "fgd": -float(training.done)}
+
+    stops = iter([False] * 5 + [True])
+    assert not training.run(lambda: next(stops), validate)
+    training = trained(data, tmp_path, "s2ag", steps=6, validate_every=2)
+    assert training.run(validate=validate) and training.best == 4
+    assert [point["step"] for point in training.curve] == [2, 4, 6]
+    for one, two in zip(training.system.parameters(), kept[4], strict=True):
+        torch.testing.assert_close(one, two, rtol=0, atol=0)
+    again = trained(data, tmp_path, "s2ag", steps=6, validate_every=2, select="fgd")
+    assert again.done == 6 and again.best == 6
+
+
+def test_validation_leaves_the_training_alone(data, tmp_path):
+    alone, judged = trained(data, tmp_path / "a", "gtc"), trained(data, tmp_path / "b", "gtc", validate_every=1)
+    bench = Bench(data, Extractor().eval(), 20, split=1)
+    assert alone.run() and judged.run(validate=lambda: bench.score(bench.perform(judged.system, 1)))
+    last = trained(data, tmp_path / "b", "gtc", validate_every=0)
+    for one, two in zip(alone.system.parameters(), last.system.parameters(), strict=True):
+        torch.testing.assert_close(one, two, rtol=0, atol=0)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_low_precision_trains_much_the_same(data, tmp_path, name):
+    whole, low = (trained(data, tmp_path / precision, name, precision=precision) for precision in ("32-true", "bf16-mixed"))
+    sample = data.sample(whole._windows(0))
+    exact, rounded = whole.step(sample), low.step(sample)
+    for key, value in exact.items():
+        assert float(rounded[key]) == pytest.approx(float(value), rel=0.05, abs=0.01), key
+    same = all(torch.equal(a, b) for a, b in zip(whole.system.parameters(), low.system.parameters(), strict=True))
+    assert same == (not whole.system.mixed)
+    assert all(p.dtype == torch.float32 and p.isfinite().all() for p in low.system.parameters())
+
+
 def test_every_window_is_seen_once_a_pass(data, tmp_path):
     training = trained(data, tmp_path, "seq2seq")
     steps = len(data.windows[0]) // TINY.batch
@@ -182,6 +222,7 @@ def test_wrong_options_are_one_sentence(corpus, tmp_path, capsys):
         (["--systems", "s2ag,magic"], "no system"),
         (["--seeds", "a"], "no seeds"),
         (["--draws", "0"], "draws is 0"),
+        (["--precision", "16"], "no precision"),
     ):
         assert main([*common, *wrong]) == 2
         assert sentence in capsys.readouterr().err
