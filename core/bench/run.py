@@ -4,6 +4,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +15,15 @@ from ..files import whole_file
 from ..metrics import extractor as extractors
 from ..systems.catalogue import KNOWN, Build
 from ..train.dataset import TEST, TRAIN, VALIDATION
-from . import table
+from . import curves, table
 from .data import Data
+from .jobs import train as side_by_side
 from .judging import Bench
 from .setting import Setting
 from .training import Training
 
 SETTING, FIGURES, REPORT, TABLE, EXTRACTOR = "setting.json", "figures.json", "table.json", "table.md", "extractor.safetensors"
+CURVES = "curves.png"
 
 
 class Runner:
@@ -30,29 +33,43 @@ class Runner:
         if device == "cuda" and not torch.cuda.is_available():
             raise UsageError("There is no cuda device here.", "Leave --device out.")
         self.folder, self.setting, self.device, self.say = Path(folder), setting, device, say
+        self._arguments = (folder, data, setting, device, say)
         self._claim(data)
         self.data = Data(data, self.folder, setting.filtered)
 
-    def go(self, systems: Sequence[str], command: str, stopping: Callable[[], bool] = lambda: False) -> dict | None:
-        """Train and judge what is left, write and return the report; None where ``stopping()`` came first."""
-        extractor, found = self._extractor()
-        bench = Bench(self.data, extractor, self.setting.windows)
-        held_out = self._held_out(extractor)
-        # Seeds outside, so that a bench that was stopped early already compares all systems.
-        for seed in self.setting.seeds:
-            for name in systems:
-                if not self._one(name, seed, bench, held_out, stopping):
-                    return None
-        return self._write(systems, bench, found, command)
+    def go(
+        self, systems: Sequence[str], command: str, stopping: Callable[[], bool] = lambda: False, jobs: int = 1
+    ) -> dict | None:
+        """Train and judge what is left, write and return the report; None where ``stopping()`` came first.
 
-    def _held_out(self, extractor: extractors.Extractor) -> Bench | None:
-        if not self.setting.validate_every:
-            return None
-        if not len(self.data.windows[VALIDATION]):
+        ``jobs`` systems are trained side by side, each with its share of the threads.
+        """
+        if self.setting.validate_every and not len(self.data.windows[VALIDATION]):
             raise UsageError("The data set holds no validation windows.", "Use a larger one, or --setting small.")
-        return Bench(self.data, extractor, self.setting.validation_windows, VALIDATION)
+        found = self._extractor[1]
+        if not found["trusted"]:
+            self.say(found["problem"])
+        # Seeds outside, so that a bench that was stopped early already compares all systems.
+        pairs = [(name, seed) for seed in self.setting.seeds for name in systems]
+        left = [(name, seed) for name, seed in pairs if not (self.folder / f"{name}-{seed}" / FIGURES).is_file()]
+        threads = max(torch.get_num_threads() // jobs, 1)
+        if jobs > 1 and len(left) > 1 and not side_by_side(Runner, self._arguments, left, jobs, threads, stopping):
+            return None
+        if not all(self.one(name, seed, stopping) for name, seed in pairs):
+            return None
+        device = torch.cuda.get_device_name() if self.device == "cuda" else f"{threads} CPU threads"
+        return self._write(systems, command, found, device + (f" each, {jobs} side by side" if jobs > 1 else ""))
 
-    def _one(self, name: str, seed: int, bench: Bench, held_out: Bench | None, stopping: Callable[[], bool]) -> bool:
+    @cached_property
+    def _bench(self) -> Bench:
+        return Bench(self.data, self._extractor[0], self.setting.windows)
+
+    @cached_property
+    def _held_out(self) -> Bench:
+        return Bench(self.data, self._extractor[0], self.setting.validation_windows, VALIDATION)
+
+    def one(self, name: str, seed: int, stopping: Callable[[], bool] = lambda: False) -> bool:
+        """Train and judge one system, if that is not done yet; False where ``stopping()`` came first."""
         folder = self.folder / f"{name}-{seed}"
         if (folder / FIGURES).is_file():
             return True
@@ -70,10 +87,11 @@ class Runner:
         self.say(f"{KNOWN[name].title}, seed {seed}: {training.steps - training.done} of {training.steps} steps to go")
 
         def validate() -> dict[str, float]:
-            return held_out.score(held_out.perform(training.system, seed, self.device))
+            return self._held_out.score(self._held_out.perform(training.system, seed, self.device))
 
-        if not training.run(stopping, validate if held_out else None):
+        if not training.run(stopping, validate):
             return False
+        bench = self._bench
         results = bench.judge_draws(lambda draw: bench.perform(training.system, 1000 * seed + draw, self.device), setting.draws)
         facts = {
             "steps": training.done,
@@ -89,6 +107,7 @@ class Runner:
         self.say("  " + ", ".join(f"{key} {mean[key][0]:.3f}" for key in table.PAPER) + f", {training.rate:.0f} windows/s")
         return True
 
+    @cached_property
     def _extractor(self) -> tuple[extractors.Extractor, dict]:
         path, windows = self.folder / EXTRACTOR, self.data.windows[TRAIN]
         if path.is_file():
@@ -106,12 +125,11 @@ class Runner:
             extractors.require_sound(found)
             found["trusted"] = True
         except UsageError as error:
-            self.say(str(error))
-            found["trusted"] = False
+            found |= {"trusted": False, "problem": str(error)}
         found["sha256"] = hashlib.sha256(path.read_bytes()).hexdigest()
         return extractor, found
 
-    def _write(self, systems: Sequence[str], bench: Bench, found: dict, command: str) -> dict:
+    def _write(self, systems: Sequence[str], command: str, found: dict, device: str) -> dict:
         rows, seconds = {}, 0.0
         for name in systems:
             facts = [json.loads((self.folder / f"{name}-{s}" / FIGURES).read_text("utf-8")) for s in self.setting.seeds]
@@ -130,16 +148,17 @@ class Runner:
         report = {
             "command": command,
             "setting": self.setting.to_dict(),
-            "device": torch.cuda.get_device_name() if self.device == "cuda" else f"{torch.get_num_threads()} CPU threads",
+            "device": device,
             "minutes": seconds / 60,
-            "windows": {"training": len(self.data.windows[TRAIN]), "test": len(bench.windows)},
+            "windows": {"training": len(self.data.windows[TRAIN]), "test": len(self._bench.windows)},
             "systems": rows,
-            "references": references(bench),
+            "references": references(self._bench),
             "extractor": found,
         }
         for name, text in ((REPORT, json.dumps(report, indent=1)), (TABLE, table.markdown(report))):
             with whole_file(self.folder / name) as temporary:
                 temporary.write_text(text, encoding="utf-8")
+        curves.draw(report, self.folder / CURVES)
         return report
 
     def _claim(self, data: str) -> None:

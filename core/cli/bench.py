@@ -30,6 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--faithful", action="store_true", help="with the public code's bugs instead of the corrected forms")
     parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
     parser.add_argument("--threads", metavar="N", type=int, default=0, help="CPU threads (default: all)")
+    parser.add_argument("--jobs", metavar="N", type=int, default=1, help="systems trained side by side, sharing the threads")
     parser.add_argument("--minutes", metavar="X", type=float, default=0.0, help="stop after so long, everything saved")
 
 
@@ -50,6 +51,8 @@ def run(options: argparse.Namespace) -> int:
     for name in systems:
         if name not in KNOWN:
             raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join(KNOWN)}.")
+    if options.jobs < 1:
+        raise UsageError(f"--jobs is {options.jobs}.", "Set it to 1 or more.")
     changes = {name: getattr(options, name) for name in ("draws", "steps", "precision") if getattr(options, name) is not None}
     if options.seeds:
         changes["seeds"] = _numbers(options.seeds)
@@ -59,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
     runner = bench.Runner(options.out, options.data, setting, options.device, note)
     late = bench.minutes_left(options.minutes)
     with Interruption() as interruption:
-        report = runner.go(systems, shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or late())
+        report = runner.go(systems, shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or late(), options.jobs)
     if report is None:
         note("Stopped; the same command goes on.")
         return 0

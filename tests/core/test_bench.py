@@ -15,7 +15,7 @@ from s2ag.core.bench.run import Runner, references  # noqa: E402
 from s2ag.core.bench.setting import SETTINGS, Setting  # noqa: E402
 from s2ag.core.bench.training import Training  # noqa: E402
 from s2ag.core.cli.main import main  # noqa: E402
-from s2ag.core.errors import CorpusUnreadable, UsageError  # noqa: E402
+from s2ag.core.errors import CheckpointUnreadable, CorpusUnreadable, UsageError  # noqa: E402
 from s2ag.core.metrics.extractor import Extractor  # noqa: E402
 from s2ag.core.systems.catalogue import SYSTEMS, Build  # noqa: E402
 from s2ag.core.train.storage import save_arrays  # noqa: E402
@@ -210,6 +210,38 @@ def test_the_same_seed_gives_the_same_figures(corpus, tmp_path):
     assert figures[0] == figures[1]
 
 
+def test_side_by_side_gives_the_same_figures(corpus, tmp_path, capsys):
+    common = ["bench", "--data", str(corpus), "--setting", "tiny", "--threads", "1", "--systems", "seq2seq,jem,s2ag"]
+    assert main([*common, "--out", str(tmp_path / "a")]) == 0
+    assert main([*common, "--out", str(tmp_path / "b"), "--jobs", "2"]) == 0
+    one, two = (json.loads((tmp_path / place / "table.json").read_text()) for place in "ab")
+    assert [row["figures"] for row in one["systems"].values()] == [row["figures"] for row in two["systems"].values()]
+    assert "1 CPU threads each, 2 side by side" in capsys.readouterr().out
+    assert (tmp_path / "b" / "curves.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_trainings_side_by_side_stop_and_go_on(corpus, tmp_path):
+    runner = Runner(tmp_path, corpus, TINY, say=print)
+    assert runner.go(["seq2seq", "gtc"], "", lambda: True, jobs=2) is None and not (tmp_path / "table.md").exists()
+    assert list(runner.go(["seq2seq", "gtc"], "", jobs=2)["systems"]) == ["seq2seq", "gtc"]
+
+
+def test_what_one_of_several_trainings_refuses_is_told(corpus, tmp_path):
+    runner = Runner(tmp_path, corpus, TINY, say=print)
+    (tmp_path / "seq2seq-1").mkdir()
+    (tmp_path / "seq2seq-1" / "state.safetensors").write_bytes(b"damaged")
+    with pytest.raises(CheckpointUnreadable, match="cannot be continued"):
+        runner.go(["seq2seq", "gtc"], "", jobs=2)
+
+
+def test_data_without_validation_windows_is_refused(tmp_path):
+    arrays, meta = bench_arrays()
+    arrays["split"] = np.where(arrays["split"] == 1, 0, arrays["split"]).astype(arrays["split"].dtype)
+    data = save_arrays(tmp_path / "c", arrays, meta)
+    with pytest.raises(UsageError, match="no validation windows"):
+        Runner(tmp_path / "b", data, TINY, say=print).go(["gtc"], "")
+
+
 def test_stopping_writes_no_table(corpus, tmp_path):
     runner = Runner(tmp_path, corpus, TINY, say=lambda text: None)
     assert runner.go(["gtc"], "", lambda: True) is None and not (tmp_path / "table.md").exists()
@@ -222,6 +254,7 @@ def test_wrong_options_are_one_sentence(corpus, tmp_path, capsys):
         (["--systems", "s2ag,magic"], "no system"),
         (["--seeds", "a"], "no seeds"),
         (["--draws", "0"], "draws is 0"),
+        (["--jobs", "0"], "jobs is 0"),
         (["--precision", "16"], "no precision"),
     ):
         assert main([*common, *wrong]) == 2
