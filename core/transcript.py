@@ -13,9 +13,6 @@ from .readers import Item
 
 Word = tuple[str, float, float]
 
-BESIDE = (".txt", ".srt", ".vtt", ".TextGrid")
-"""Suffixes of transcripts that are found by themselves, in this order."""
-
 _LONGEST = 10_000_000
 """Bytes: no transcript is longer, and a recording named by mistake usually is."""
 _TOGETHER = 0.5
@@ -46,13 +43,6 @@ class Ways:
     model: dict | None = None
     recognise: bool = False
     recogniser: str | PathLike | None = None
-
-
-def beside(recording: str | PathLike) -> Path | None:
-    """The transcript of the recording's name that lies beside it, by the first of :data:`BESIDE`."""
-    recording = Path(recording)
-    named = (recording.with_suffix(suffix) for suffix in BESIDE)
-    return next((path for path in named if path != recording and path.is_file()), None)
 
 
 def resolve(

@@ -5,6 +5,7 @@ from pathlib import Path
 import bpy
 from bpy_extras import view3d_utils
 
+from ..core.beside import beside
 from .translations import told
 
 EXTENSIONS = (".wav", ".flac", ".mp3", ".ogg")
@@ -44,9 +45,8 @@ def give(armature, recording: str) -> str:
     """Make ``recording`` the character's; returns the transcript beside it, which is taken too, or an empty string."""
     settings = armature.s2ag
     settings.audio_source, settings.audio = "FILE", recording
-    beside = Path(bpy.path.abspath(recording)).with_suffix(".txt")
     settings.transcript_source = "FILE"
-    settings.transcript = str(beside) if beside.is_file() else ""
+    settings.transcript = str(beside(bpy.path.abspath(recording)) or "")
     return settings.transcript
 
 
@@ -85,10 +85,11 @@ class S2AG_OT_drop_recording(bpy.types.Operator):
         if armature is not None:
             layout.prop(armature.s2ag, "style_pick")
             layout.prop(armature.s2ag, "intensity", slider=True)
-        if Path(self.filepath).with_suffix(".txt").is_file():
-            layout.label(text="The text file beside it tells the words", icon="CHECKMARK")
+        found = beside(self.filepath)
+        if found:
+            layout.label(text=told("{name} beside it tells the words", name=found.name), icon="CHECKMARK", translate=False)
         else:
-            layout.label(text="No text file beside it: the sound alone gestures", icon="INFO")
+            layout.label(text="No transcript beside it: the sound alone gestures", icon="INFO")
         layout.prop(self, "generate")
 
     def execute(self, context):

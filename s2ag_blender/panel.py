@@ -117,8 +117,10 @@ def draw_beside(layout, settings, scene) -> None:
     elif settings.audio_source == "STRIP":
         strip = sources.chosen_strip(settings, scene)
         recording = sources.strip_path(strip) if strip is not None and strip.sound else ""
-    if sources.beside(recording):
-        layout.label(text="The .txt beside the recording is used", icon="CHECKMARK")
+    found = sources.beside(recording)
+    if found:
+        named = told("{name} beside the recording is used", name=bpy.path.basename(found))
+        layout.label(text=named, icon="CHECKMARK", translate=False)
     else:
         layout.label(text="No words: the audio alone gestures", icon="INFO")
 

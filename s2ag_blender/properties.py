@@ -119,7 +119,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         name="Words",
         description="Where the words of the recording are; with words, gestures follow their meaning",
         items=[
-            ("FILE", "File", "A text file; if none is named, the .txt beside the recording where there is one"),
+            ("FILE", "File", "A transcript of any form; if none is named, the one beside the recording, by the same name"),
             ("BLOCK", "Text Block", "A text of this file, as the text editor shows it"),
             ("TYPED", "Typed", "Words typed here"),
             ("NONE", "None", "The audio alone gestures"),
@@ -129,7 +129,8 @@ class S2AG_Settings(bpy.types.PropertyGroup):
     )
     transcript: bpy.props.StringProperty(
         name="Transcript",
-        description="Words of the recording: a .txt, or a .json of [word, start, end]; if empty, the .txt beside the recording",
+        description="Words of the recording: a text, subtitles, a TextGrid, or a .json of [word, start, end]; "
+        "if empty, the transcript of the same name beside the recording",
         subtype="FILE_PATH",
         options=compat.RELATIVE,
         override=EDITABLE,

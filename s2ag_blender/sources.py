@@ -6,6 +6,7 @@ from pathlib import Path
 
 import bpy
 
+from ..core import beside as transcripts
 from ..core.errors import AudioUnreadable, UsageError
 from . import compat
 from .translations import told
@@ -159,11 +160,9 @@ def words(settings, audio: str) -> dict[str, str | bool]:
 
 
 def beside(audio: str) -> str:
-    """The .txt beside a recording, or an empty string."""
-    if not audio:
-        return ""
-    text = str(Path(bpy.path.abspath(audio)).with_suffix(".txt"))
-    return text if _is_there(text) else ""
+    """The transcript beside a recording, or an empty string. Cheap enough to draw."""
+    found = transcripts.beside(bpy.path.abspath(audio), lambda path: _is_there(str(path))) if audio else None
+    return str(found or "")
 
 
 def _is_there(path: str) -> bool:

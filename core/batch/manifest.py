@@ -9,7 +9,8 @@ import unicodedata
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from .. import sampling, transcript
+from .. import sampling
+from ..beside import beside
 from ..errors import ManifestUnusable, S2agError
 from .clip import OUTPUTS, PRESETS, Clip, safe_name
 
@@ -131,8 +132,8 @@ def _clip(line: int, row: dict, defaults: dict, folder: Path, number: str) -> Cl
     if len(named) > 1:
         raise ValueError(f"The row has {named[0]} and {named[1]}; its words come from one of {', '.join(_WORDS)}.")
     if not named:
-        beside = transcript.beside(values["audio"])
-        values |= {"transcript": str(beside)} if beside else {"recognise" if recognise else "no_transcript": True}
+        found = beside(values["audio"])
+        values |= {"transcript": str(found)} if found else {"recognise" if recognise else "no_transcript": True}
     values.setdefault("name", safe_name(f"{number}_{Path(values['audio']).stem}"))
     return Clip(line=line, **values)
 

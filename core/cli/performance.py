@@ -155,16 +155,16 @@ def _transcript(options: argparse.Namespace) -> Path | None:
     """The transcript file: named, or one of the recording's name beside it."""
     if options.transcript or options.text is not None or options.no_transcript or options.recognise:
         return options.transcript
-    from .. import transcript
+    from ..beside import beside
 
-    beside = transcript.beside(options.audio)
-    if beside is None and not options.audio.is_file():
+    found = beside(options.audio)
+    if found is None and not options.audio.is_file():
         return None  # what is wrong with the recording is said by whoever reads it
-    if beside is None:
+    if found is None:
         from .. import recognise
 
         how = "--recognise has the words written down." if recognise.available() else recognise.ADVICE
         note(f"Without a transcript the gestures follow the sound alone. {how}")
         return None
-    note(f"{beside} is taken as the transcript; --no-transcript gestures from the sound alone.")
-    return beside
+    note(f"{found} is taken as the transcript; --no-transcript gestures from the sound alone.")
+    return found

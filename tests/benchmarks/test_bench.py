@@ -1,7 +1,7 @@
 """S2AG in the published size: windows a second of a training step, and the share of the machine's limit that it reaches.
 
-The limit is the rate at which the same device multiplies two large float32 matrices. A step counts every product in it, three
-times forward, and once backward for what takes a gradient.
+The limit is the rate at which the same device multiplies two large matrices of the training's precision. A step counts every
+product in it, three times forward, and once backward for what takes a gradient.
 
 Run: pytest tests/benchmarks/test_bench.py --benchmark-only -s            (S2AG_DEVICE=cuda for a GPU, S2AG_BATCH=512)
 """
@@ -25,9 +25,9 @@ DEVICE = os.environ.get("S2AG_DEVICE", "cpu")
 BATCH = int(os.environ.get("S2AG_BATCH", 64))
 
 
-def limit(size: int = 3000) -> float:
+def limit(kind: torch.dtype, size: int = 3000) -> float:
     """Floating-point operations a second of a product of two large matrices."""
-    a, b = (torch.randn(size, size, device=DEVICE) for _ in range(2))
+    a, b = (torch.randn(size, size, device=DEVICE, dtype=kind) for _ in range(2))
     best = float("inf")
     for _ in range(5):
         began = time.perf_counter()
@@ -37,13 +37,14 @@ def limit(size: int = 3000) -> float:
     return 2 * size**3 / best
 
 
+@pytest.mark.parametrize("precision", ["32-true", "bf16-mixed"])
 @pytest.mark.parametrize("name", ["s2ag", "gtc"])
-def test_published_step(benchmark, tmp_path, name):
+def test_published_step(benchmark, tmp_path, name, precision):
     from torch.utils.flop_counter import FlopCounterMode
 
     torch.set_num_threads(1)
     data = Data(write_bench_corpus(tmp_path / "data", talks=24), tmp_path, filtered=False)
-    setting = SETTINGS["full"].replace(batch=BATCH)
+    setting = SETTINGS["full"].replace(batch=BATCH, precision=precision)
     torch.manual_seed(0)
     training = Training(SYSTEMS[name].build(Build(data.vectors, data.speakers)), data, setting, 1, tmp_path / name, DEVICE)
     sample = data.sample(data.windows[0][np.arange(BATCH) % len(data.windows[0])])
@@ -55,11 +56,11 @@ def test_published_step(benchmark, tmp_path, name):
         step()
     benchmark.pedantic(step, rounds=5, warmup_rounds=1)
     seconds = benchmark.stats.stats.min
-    work, most = counter.get_total_flops(), limit()
+    work, most = counter.get_total_flops(), limit(torch.float32 if precision == "32-true" else torch.bfloat16)
     share = work / seconds / most
     benchmark.extra_info.update(windows_per_second=round(BATCH / seconds, 1), share_of_limit=round(share, 3))
     print(
-        f"\n{name}, batch {BATCH}, {DEVICE}: {BATCH / seconds:.1f} windows a second, {work / BATCH / 1e9:.2f} GFLOP a window, "
-        f"{work / seconds / 1e9:.1f} of {most / 1e9:.1f} GFLOP/s = {share:.0%} of the limit"
+        f"\n{name}, batch {BATCH}, {DEVICE}, {precision}: {BATCH / seconds:.1f} windows a second, "
+        f"{work / BATCH / 1e9:.2f} GFLOP a window, {work / seconds / 1e9:.1f} of {most / 1e9:.1f} GFLOP/s = {share:.0%} of the limit"
     )
     assert share > 0.02

@@ -76,12 +76,12 @@ def test_words_typed_in_a_block_beside_and_none(figure, tmp_path, voice):
     recording.write_bytes(voice.read_bytes())
     kept.audio = str(recording)
     assert "transcript" not in gesture.request(kept)
-    beside = recording.with_suffix(".txt")
-    beside.write_text("hello there")
-
-    sources._seen.clear()
-    assert gesture.request(kept)["transcript"] == str(beside)
-    assert "The .txt beside the recording is used" in drawn()
+    for suffix, words in ((".srt", "1\n00:00:00,000 --> 00:00:01,000\nhello there"), (".txt", "hello there")):
+        beside = recording.with_suffix(suffix)
+        beside.write_text(words)
+        sources._seen.clear()
+        assert gesture.request(kept)["transcript"] == str(beside)
+        assert f"line{suffix} beside the recording is used" in drawn()
     kept.transcript_source, kept.typed = "TYPED", "good day"
     assert gesture.request(kept)["text"] == "good day" and "language" not in gesture.request(kept)
     kept.language = "de"
