@@ -21,12 +21,16 @@ def apart() -> dict:
 
 
 def end(process: subprocess.Popen) -> None:
-    """Kill a child that was started :func:`apart`, and what it has started itself (on POSIX)."""
+    """Kill a child that was started :func:`apart`, and what it has started itself."""
+    if process.returncode is not None:
+        return  # it was waited for, so its number may be another's by now
     if os.name == "nt":
-        process.kill()
-    elif process.poll() is None:
-        with contextlib.suppress(ProcessLookupError):
+        command = ["taskkill", "/F", "/T", "/PID", str(process.pid)]
+        subprocess.run(command, capture_output=True, creationflags=subprocess.CREATE_NO_WINDOW)
+    else:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(process.pid, signal.SIGKILL)
+    process.kill()
 
 
 def ask(command: list[str], request: dict, data: Iterable[bytes], limit: float, hear: Callable[[dict], object | None]):

@@ -6,7 +6,6 @@ import json
 import os
 import queue
 import shutil
-import signal
 import subprocess
 import threading
 import time
@@ -50,7 +49,8 @@ class Program:
 
     def done(self) -> bool:
         """Whether it ended and all that it said is in ``lines``."""
-        return self._popen.poll() is not None and not self._reader.is_alive()
+        # Asked in this order, a program is not waited for while its own children live, and so they can still be ended with it.
+        return not self._reader.is_alive() and self._popen.poll() is not None
 
     @property
     def code(self) -> int | None:
@@ -59,13 +59,7 @@ class Program:
 
     def kill(self) -> None:
         """End it and what it started, now."""
-        if os.name == "nt":
-            end = ["taskkill", "/F", "/T", "/PID", str(self._popen.pid)]
-            subprocess.run(end, capture_output=True, creationflags=subprocess.CREATE_NO_WINDOW)
-        else:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(self._popen.pid, signal.SIGKILL)
-        self._popen.kill()
+        child.end(self._popen)
 
     def _read(self) -> None:
         with self._popen.stdout as pipe:
