@@ -76,9 +76,10 @@ class Data:
         """Samples ``(n, 36267)`` int16, silence beyond a recording's end."""
         recording = self.corpus.recording[windows[:, 0]]
         begin = self.wave_starts[recording] + np.round(windows[:, 1] * (SAMPLE_RATE / skeleton.FPS)).astype(np.int64)
-        rows = begin[:, None] + np.arange(SAMPLES)
-        heard = self.wave[np.minimum(rows, len(self.wave) - 1)]
-        heard[rows >= self.wave_starts[recording + 1][:, None]] = 0
+        end = np.minimum(begin + SAMPLES, self.wave_starts[recording + 1])
+        heard = np.zeros((len(windows), SAMPLES), np.int16)
+        for row, first, last in zip(heard, begin, np.maximum(begin, end), strict=True):
+            row[: last - first] = self.wave[first:last]
         return heard
 
     def sample(self, windows: np.ndarray) -> Sample:
