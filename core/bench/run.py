@@ -96,6 +96,7 @@ class Runner:
         facts = {
             "steps": training.done,
             "best": training.best,
+            "skipped": training.skipped,
             "seconds": training.seconds,
             "windows_per_second": training.rate,
             "curve": training.curve,
@@ -141,6 +142,7 @@ class Runner:
                 "figures": table.summarise(results),
                 "steps": facts[0]["steps"],
                 "best": [one["best"] for one in facts],
+                "skipped": [one.get("skipped", 0) for one in facts],
                 "curves": [one["curve"] for one in facts],
                 "minutes": spent / 60,
                 "windows_per_second": float(np.mean([one["windows_per_second"] for one in facts])),

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from ..errors import UsageError
 from ..systems.system import System
 from ..train import state
 from ..train.dataset import TRAIN
@@ -17,6 +18,8 @@ from .setting import Setting
 
 STATE, BEST, LOG = "state.safetensors", "best.safetensors", "log.jsonl"
 _LOG_STEPS = 50
+_SKIPPED = 0.05
+"""Share of updates without finite gradients that are left out before a training counts as diverged."""
 
 
 class Training:
@@ -24,14 +27,14 @@ class Training:
 
     Windows are drawn in shuffled passes over the training split. Every random number of a step follows from seed and step,
     so a continued training repeats an uninterrupted one on the same machine. ``curve`` holds the figures of all validations
-    so far, each with its step.
+    so far, each with its step; ``skipped`` counts updates that were left out because their gradient was not finite.
     """
 
     def __init__(self, system: System, data: Data, setting: Setting, seed: int, folder: Path, device: str = "cpu"):
         self.system, self.data, self.setting, self.seed, self.folder = system.to(device), data, setting, seed, folder
         self.device = device
         self.steps = setting.length(len(data.windows[TRAIN]))
-        self.done, self.seconds, self.curve = 0, 0.0, []
+        self.done, self.seconds, self.skipped, self.curve = 0, 0.0, 0, []
         mixed = setting.precision == "bf16-mixed" and system.mixed
         self._autocast = torch.autocast(torch.device(device).type, torch.bfloat16, enabled=mixed)
         self.optimizers = {"performer": _adam(system.performer, system.rate)}
@@ -41,7 +44,8 @@ class Training:
         folder.mkdir(parents=True, exist_ok=True)
         if (folder / STATE).is_file():
             facts = state.load(folder / STATE, self._parts(), device)
-            self.done, self.seconds, self.curve = facts["steps"], facts["seconds"], facts.get("curve", [])
+            self.done, self.seconds = facts["steps"], facts["seconds"]
+            self.skipped, self.curve = facts.get("skipped", 0), facts.get("curve", [])
 
     def run(self, stopping: Callable[[], bool] = lambda: False, validate: Callable[[], dict] | None = None) -> bool:
         """All steps that are left; False where ``stopping()`` ended them early. Everything is saved either way.
@@ -75,7 +79,10 @@ class Training:
         return self.done >= self.steps
 
     def step(self, sample) -> dict[str, torch.Tensor]:
-        """One update of the judge, where there is one, and one of the performer; the loss terms."""
+        """One update of the judge, where there is one, and one of the performer; the loss terms.
+
+        Raises :class:`UsageError` where the training has diverged.
+        """
         sample, system, progress = sample.to(self.device), self.system.train(), self.done / self.steps
         torch.manual_seed(hash((self.seed, self.done)) % 2**31)
         report = {}
@@ -93,7 +100,8 @@ class Training:
 
     def save(self) -> None:
         """Weights, optimisers and how far they are."""
-        state.save(self.folder / STATE, self._parts(), {"steps": self.done, "seconds": self.seconds, "curve": self.curve})
+        facts = {"steps": self.done, "seconds": self.seconds, "skipped": self.skipped, "curve": self.curve}
+        state.save(self.folder / STATE, self._parts(), facts)
 
     @property
     def best(self) -> int:
@@ -127,12 +135,17 @@ class Training:
         return every[np.take(self._order[1], range(here, here + batch), mode="wrap")]
 
     def _update(self, name: str, loss: torch.Tensor, clip: float = 0.0) -> None:
-        optimizer = self.optimizers[name]
+        optimizer, parameters = self.optimizers[name], list(getattr(self.system, name).parameters())
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
-        if clip:
-            torch.nn.utils.clip_grad_norm_(getattr(self.system, name).parameters(), clip)
-        optimizer.step()
+        norm = torch.nn.utils.clip_grad_norm_(parameters, clip or torch.inf)
+        if norm.isfinite():
+            optimizer.step()
+            return
+        # On a CPU oneDNN's bfloat16 gradients of raw audio are not finite once in a thousand steps or more.
+        self.skipped += 1
+        if not loss.isfinite() or self.skipped > _SKIPPED * (self.done + _LOG_STEPS):
+            raise UsageError(f"The training has diverged after {self.done} batches.", "Try --precision 32-true.")
 
     def _log(self, sums: dict[str, float]) -> None:
         line = {"step": self.done, "seconds": round(self.seconds, 1), "windows_per_second": round(self.rate, 1)}

@@ -152,6 +152,24 @@ def test_validation_leaves_the_training_alone(data, tmp_path):
         torch.testing.assert_close(one, two, rtol=0, atol=0)
 
 
+def test_an_update_without_a_finite_gradient_is_left_out(data, tmp_path):
+    training = trained(data, tmp_path, "s2ag", steps=4)
+    sample = data.sample(training._windows(0))
+    weight = next(training.system.performer.parameters())
+    hook = weight.register_hook(lambda grad: torch.full_like(grad, torch.nan))
+    before = [p.detach().clone() for p in training.system.performer.parameters()]
+    training.step(sample)
+    assert training.skipped == 1 and training.done == 1
+    assert all(torch.equal(a, b) for a, b in zip(before, training.system.performer.parameters(), strict=True))
+    hook.remove()
+    training.step(sample)
+    assert training.skipped == 1 and not torch.equal(before[0], weight)
+    with torch.no_grad():
+        weight.fill_(torch.nan)
+    with pytest.raises(UsageError, match="diverged after 2 batches"):
+        training.step(sample)
+
+
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_low_precision_trains_much_the_same(data, tmp_path, name):
     whole, low = (trained(data, tmp_path / precision, name, precision=precision) for precision in ("32-true", "bf16-mixed"))
