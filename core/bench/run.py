@@ -142,7 +142,7 @@ class Runner:
                 "figures": table.summarise(results),
                 "steps": facts[0]["steps"],
                 "best": [one["best"] for one in facts],
-                "skipped": [one.get("skipped", 0) for one in facts],
+                "skipped": [one["skipped"] for one in facts],
                 "curves": [one["curve"] for one in facts],
                 "minutes": spent / 60,
                 "windows_per_second": float(np.mean([one["windows_per_second"] for one in facts])),
