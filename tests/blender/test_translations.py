@@ -130,10 +130,10 @@ def texts_of_reasons():
                 for target, value in zip(parts, node.value.elts, strict=False):
                     if ast.unparse(target).endswith("stage"):
                         yield from literals(value)
-    engine = ast.parse((FOLDER.parent / "core" / "synthesis.py").read_text("utf-8"))
-    for node in ast.walk(engine):
-        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("self.stage", "self.progress") and node.args:
-            yield from literals(node.args[0])
+    for path in (FOLDER.parent / "core" / "performance").glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Call) and ast.unparse(node.func) in ("stages.run", "stages.within") and node.args:
+                yield from literals(node.args[0])
 
 
 def wanted():
