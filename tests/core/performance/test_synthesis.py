@@ -4,7 +4,7 @@ from sounds import write_wav
 
 torch = pytest.importorskip("torch")
 
-from rounding import bound
+from rounding import bound  # noqa: E402
 from s2ag.core.errors import Cancelled, UnknownStyle, UsageError  # noqa: E402
 from s2ag.core.model import checkpoint  # noqa: E402
 from s2ag.core.motion import rest, skeleton  # noqa: E402
