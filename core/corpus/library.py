@@ -46,6 +46,9 @@ MEANINGS = {
 }
 """Meaning -> labels in file names. Labels that are not here (stretching, walking, a guitar) are no speech gestures."""
 
+ALL_MEANINGS = ("beat", *sorted({*MEANINGS, "unknown", "small", "count"} - {"beat"}))
+"""What a stroke may mean, in the order in which corpora count them."""
+
 _LABELS = {label.lower(): meaning for meaning, labels in MEANINGS.items() for label in labels.split()}
 _NAME = re.compile(r"(?:\w+@(?P<rest>\w+?)_)?(?P<label>[A-Za-z]+?)(?P<intense>_intense)?(?P<hand>Lf|Rt|Bt)?(?P<variant>\d*)$")
 

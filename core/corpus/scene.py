@@ -75,9 +75,14 @@ class Scene:
         return float(gaps[within].max(initial=0.0))
 
     @property
-    def openness(self) -> float:
-        """How open and large the controls make the body, about -1..1: valence opens it, dominance spreads it."""
-        return float(0.5 * self.controls[1] + 0.5 * self.controls[2])
+    def valence(self) -> float:
+        """How pleased the controls make the body, -1..1: it lifts and opens."""
+        return float(self.controls[1])
+
+    @property
+    def dominance(self) -> float:
+        """How much room the controls make the body take, -1..1."""
+        return float(self.controls[2])
 
     @property
     def rate(self) -> float:
