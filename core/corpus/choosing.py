@@ -11,7 +11,7 @@ from .speakers import Performer
 
 _FIRST = 1.0
 """Seconds before which no stroke lands: the recording begins with the hands at rest."""
-_SOFT = 0.07
+_SOFT = 0.06
 """Width of the step from accents that are never answered to those that always are."""
 _IN_CHAIN = 0.14
 """How much weaker an accent may be that goes on with a chain."""
@@ -73,7 +73,7 @@ def meaning(accent: Accent, shown: dict[int, str]) -> str:
 
 def _score(accent: Accent, shown: dict[int, str], random: np.random.Generator) -> float:
     meant = accent.word in shown and accent.strength > 0.08
-    return accent.strength + 0.15 * accent.main + (0.3 if meant else 0) + float(random.normal(0, 0.04))
+    return accent.strength + 0.15 * accent.main + (0.3 if meant else 0) + float(random.normal(0, 0.07))
 
 
 def _length(performer: Performer, random: np.random.Generator) -> int:
@@ -82,7 +82,7 @@ def _length(performer: Performer, random: np.random.Generator) -> int:
 
 def _pause(performer: Performer) -> float:
     """Seconds that the hands pause after a chain, on average."""
-    return 1.2 * performer.gap
+    return 0.9 * performer.gap
 
 
 _FREQUENT = frozenset("i me my you your we us our it what how who not no now this these one get would could right".split())

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import skeleton
-from . import clips, skm
+from . import authored, clips, skm
 from .clips import Clip
 
 SETS = {
@@ -104,7 +104,7 @@ def parse_name(stem: str) -> tuple[str, str, str, bool] | None:
 
 
 def load(material: str | PathLike) -> list[Gesture]:
-    """All co-speech gestures below ``material``/smartbody in a fixed order, each also mirrored.
+    """All co-speech gestures below ``material``/smartbody and the authored ones in a fixed order, each also mirrored.
 
     ``FileNotFoundError`` if the sets are not there.
     """
@@ -121,6 +121,7 @@ def load(material: str | PathLike) -> list[Gesture]:
             clip = clips.load(path, joints, roles, f"{family}/{path.stem}")
             if _usable(clip, parsed[0], parsed[2]):
                 gestures.append(_describe(clip, family, *parsed[1:]))
+    gestures += [_describe(clip, authored.FAMILY, label, meaning, False) for meaning, label, clip in authored.clips()]
     return gestures + [gesture.mirrored() for gesture in gestures]
 
 

@@ -83,7 +83,7 @@ def _wait(base: np.ndarray, stroke: Stroke, time: np.ndarray) -> None:
         return
     weight = ramp(time, stroke.onset, stroke.end) * (1 - ramp(time, stroke.leave, stroke.leave + _SINK))
     for arm, edges in _ARMS:
-        if stroke.parts[arm] is not None:
+        if stroke.parts[arm] is not None or stroke.both_wait:
             for edge in edges:
                 base[:, edge] = rest.slerp(base[:, edge], stroke.perch[edge], weight)
 
@@ -164,7 +164,7 @@ def _sympathy(arms: np.ndarray, motion: np.ndarray, arm: int, stroke: Stroke, ti
     weight = ramp(time, stroke.onset, stroke.emphasis) * (1 - ramp(time, stroke.until[other], stroke.rest[other]))
     image = skeleton.mirror(motion)
     for edge in _ARMS[arm][1]:
-        arms[:, edge] = rest.slerp(arms[:, edge], image[:, edge], 0.16 * stroke.amplitude * weight)
+        arms[:, edge] = rest.slerp(arms[:, edge], image[:, edge], 0.22 * stroke.amplitude * weight)
 
 
 def _small_beats(body: np.ndarray, performer: Performer, scene: Scene, time: np.ndarray) -> None:
@@ -177,6 +177,6 @@ def _small_beats(body: np.ndarray, performer: Performer, scene: Scene, time: np.
         rise = ramp(time, accent.time - 0.3, accent.time - 0.1)
         fall = ramp(time, accent.time - 0.1, accent.time + 0.05)
         lift += size * (rise * (1 - fall) - 0.7 * fall * (1 - ramp(time, accent.time + 0.1, accent.time + 0.4)))
-    lift = smooth(lift * performer.size * 0.065, 0.05)[:, None]
+    lift = smooth(lift * performer.size * 0.11, 0.05)[:, None]
     for edge, share in ((4, 1.5), (5, 0.9), (7, 1.5), (8, 0.9)):
         body[:, edge] += share * lift * np.array([0.0, -1.0, 0.45])

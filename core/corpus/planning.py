@@ -20,7 +20,7 @@ from .scene import Scene
 from .speakers import Performer
 from .variation import Part
 
-LEAD = 0.04
+LEAD = 0.02
 """Seconds by which a stroke's emphasis precedes the accent's energy peak."""
 
 KEEP_UP = 1.3
@@ -37,6 +37,9 @@ _SETTLE = 0.12
 _HEIGHTS = {"low": (-0.38, -0.28, -0.18), "mid": (-0.26, -0.13, 0.02), "high": (-0.16, 0.02, 0.2)}
 """Where the wrist is for weak, middling and strong accents: metres above the spine joint."""
 
+_LIFTS = {"low": 0.0, "mid": 4.0, "high": 9.0}
+"""Degrees by which clips are turned up: sized down they would stay below the wanted height."""
+
 _STRONG = (0.52, 0.68)
 """Strengths from which an accent is middling and strong."""
 _TWO_HANDED = frozenset("big all small unknown thing".split())
@@ -49,7 +52,7 @@ class Stroke:
 
     ``parts``: what the left and the right arm do, None for an idle one. ``until``: per arm (left, right), when it starts back
     to rest or hands over; ``chained``: the hands are already up. ``perch`` ``(9, 3)``: where the hands wait afterwards, until
-    ``leave`` (s); None: they rest. ``side``: where the stroke goes in a list or a contrast, -1 left to 1 right.
+    ``leave`` (s); None: they rest; ``both_wait``: the idle hand goes there too. ``side``: where the stroke goes in a list or a contrast, -1 left to 1 right.
     """
 
     gesture: Gesture
@@ -65,6 +68,7 @@ class Stroke:
     parts: tuple[Part | None, Part | None] = (None, None)
     perch: np.ndarray | None = None
     leave: float = 0.0
+    both_wait: bool = False
     side: float = 0.0
 
     @property
@@ -147,7 +151,7 @@ def _parts(repertoire: Repertoire, stroke: Stroke, wish: Wish, memory: deque, ra
             if other.clip.hands[arm] > WORKING:
                 pair[arm] = other
                 delays[arm] = float(np.clip(random.normal(0.03, 0.13), -0.2, 0.3))
-    return variation.draw(random, tuple(pair), performer.plane, tuple(delays))
+    return variation.draw(random, tuple(pair), performer.plane, tuple(delays), _LIFTS[performer.height])
 
 
 def _next_side(meaning: str, side: float) -> float:
@@ -166,15 +170,15 @@ def _perched(performer: Performer, scene: Scene, stroke: Stroke, random) -> Stro
     silences = ends[(begins - ends > LONG_SILENCE) & (ends > stroke.emphasis)]
     last = scene.prosody.phrases[-1, 1] if len(scene.prosody.phrases) else stroke.end
     leave = min(stroke.end + 0.8 + random.exponential(4.0), silences[0] if len(silences) else last)
-    return replace(stroke, perch=variation.perch(random, performer.rest == "front"), leave=max(float(leave), stroke.end))
+    return replace(stroke, perch=variation.perch(random, performer.rest == "front"), leave=max(float(leave), stroke.end), both_wait=random.random() < 0.5)
 
 
 def _schedule(performer: Performer, scene: Scene, gesture: Gesture, accent: Accent, near: bool, random) -> Stroke:
     """Phases around the accent from the clip's own timing, the performer's tempo and the arousal."""
     clip, at, arousal = gesture.clip, accent.time - LEAD + float(np.clip(random.normal(0, 0.02), -0.05, 0.05)), scene.arousal(accent)
-    amplitude = performer.size * (0.6 + 0.55 * arousal) * (0.82 + 0.3 * accent.strength)
+    amplitude = performer.size * (0.62 + 0.55 * arousal) * (0.72 + 0.48 * accent.strength)
     amplitude *= (1 + 0.15 * scene.valence) * (1 + 0.12 * scene.dominance)
-    amplitude = float(np.clip(amplitude, 0.25, 1.15))
+    amplitude = float(np.clip(amplitude, 0.25, 1.2))
     tempo = performer.tempo * (0.8 + 0.45 * arousal) * np.exp(random.normal(0, 0.14))
     tempo *= (1 + 0.12 * scene.valence) * (1 - 0.2 * scene.dominance)
     lift = max((clip.ready - clip.onset) / tempo, 0.3)

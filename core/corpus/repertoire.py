@@ -30,7 +30,7 @@ _NEUTRAL = {
     "think": 0.1, "me": 0.1, "you": 0.4, "maybe": 0.15, "small": 0.3, "unknown": 0.1,
 }  # fmt: skip
 """How readily a clip marks an accent without its meaning: without hands and words most of them are just gestures."""
-_FAMILIES = (1.0, 0.8, 0.6, 0.35)
+_FAMILIES = (1.0, 0.75, 0.55, 0.35)
 _HEIGHT_SPREAD, _SIZE_SPREAD, _WAY, _WAY_SPREAD = 0.15, 0.45, 0.22, 0.22
 _BENT = 45.0
 

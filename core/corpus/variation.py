@@ -28,9 +28,13 @@ class Part:
     extent: tuple[float, float]
 
 
-def draw(random: np.random.Generator, pair: tuple, plane: float, delays: tuple[float, float]) -> tuple:
-    """A :class:`Part` or None for the left and the right arm, for gestures (or None) in ``pair``."""
+def draw(random: np.random.Generator, pair: tuple, plane: float, delays: tuple[float, float], lift: float) -> tuple:
+    """A :class:`Part` or None for the left and the right arm, for gestures (or None) in ``pair``.
+
+    ``plane`` scales the turns, ``lift`` in degrees turns every stroke up.
+    """
     shared = SHARED * _bounded(random, 3)
+    up = np.array([np.radians(lift), 0, 0])
     spread = SPREAD * _bounded(random, 1)[0]
     parts = []
     for arm, gesture in enumerate(pair):
@@ -39,7 +43,7 @@ def draw(random: np.random.Generator, pair: tuple, plane: float, delays: tuple[f
         if gesture is None:
             parts.append(None)
             continue
-        parts.append(Part(gesture, delays[arm], plane * (shared + own), (float(extent * link), float(extent / link**0.5))))
+        parts.append(Part(gesture, delays[arm], plane * (shared + own) + up, (float(extent * link), float(extent / link**0.5))))
     return tuple(parts)
 
 

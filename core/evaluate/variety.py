@@ -21,7 +21,7 @@ SHIFT = 3
 """Frames by which one stroke may be moved to look like another."""
 CELL = 0.05
 """Metres."""
-SAME_PLACE = 0.3
+SAME_PLACE = 0.2
 """Seconds between two strokes that are in the same place of the speech."""
 
 
@@ -123,7 +123,7 @@ def arms_apart(first: np.ndarray, second: np.ndarray) -> float:
 
 
 def same_places(first: np.ndarray, second: np.ndarray) -> float:
-    """Share of the strokes of two performances of the same speech that have a stroke of the other within 0.3 s."""
+    """Share of the strokes of two performances of the same speech that have a stroke of the other within 0.2 s."""
     times = [strokes(motion) / skeleton.FPS for motion in (first, second)]
     if not all(map(len, times)):
         return float("nan")
