@@ -163,7 +163,8 @@ def direct(material: str, scene: Scene, number: int, take: int, seed: int) -> tu
     performer = speakers.PERFORMERS[number].handed(scene.controls[4])
     strokes = planning.plan(_repertoire(material, performer), _lexicon(), scene, random)
     time = np.arange(len(scene.prosody.features)) / skeleton.FPS
-    trunk, head = 0.3 + 0.3 * performer.sway, 0.2 + 0.15 * performer.drift
+    steady = 1 - 0.4 * scene.dominance
+    trunk, head = (0.3 + 0.3 * performer.sway) * steady, (0.2 + 0.15 * performer.drift) * steady
     idle = int(random.integers(2**31))
     texture = _idling(material).texture(len(time), idle, trunk, head, 0.8, scene.speaking(time))
     return performance.perform(performer, strokes, scene, performance.resting_pose(performer), texture), strokes

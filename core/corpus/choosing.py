@@ -30,7 +30,7 @@ def meanings(lexicon: Lexicon, repertoire: Repertoire, scene: Scene, random: np.
             result[bearer] = meaning
     for number, text in enumerate(texts):
         meaning = None if number in taken else lexicon.meaning(text)
-        if meaning in known and random.random() < semantic * (0.35 if text in _FREQUENT else 0.75):
+        if meaning in known and random.random() < semantic * (0.4 if text in _FREQUENT else 0.85):
             result[number] = meaning
     return result
 
@@ -73,7 +73,7 @@ def meaning(accent: Accent, shown: dict[int, str]) -> str:
 
 def _score(accent: Accent, shown: dict[int, str], random: np.random.Generator) -> float:
     meant = accent.word in shown and accent.strength > 0.08
-    return accent.strength + 0.15 * accent.main + (0.3 if meant else 0) + float(random.normal(0, 0.07))
+    return accent.strength + 0.2 * accent.main + (0.4 if meant else 0) + float(random.normal(0, 0.07))
 
 
 def _length(performer: Performer, random: np.random.Generator) -> int:
@@ -82,8 +82,8 @@ def _length(performer: Performer, random: np.random.Generator) -> int:
 
 def _pause(performer: Performer) -> float:
     """Seconds that the hands pause after a chain, on average."""
-    return 0.9 * performer.gap
+    return 1.2 * performer.gap
 
 
-_FREQUENT = frozenset("i me my you your we us our it what how who not no now this these one get would could right".split())
+_FREQUENT = frozenset("i me my you your we us our it what how who now this these one get would could right".split())
 """Words so frequent that they are mostly said without their gesture."""

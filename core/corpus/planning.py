@@ -180,7 +180,7 @@ def _schedule(performer: Performer, scene: Scene, gesture: Gesture, accent: Acce
     amplitude *= (1 + 0.15 * scene.valence) * (1 + 0.12 * scene.dominance)
     amplitude = float(np.clip(amplitude, 0.25, 1.2))
     tempo = performer.tempo * (0.8 + 0.45 * arousal) * np.exp(random.normal(0, 0.14))
-    tempo *= (1 + 0.12 * scene.valence) * (1 - 0.2 * scene.dominance)
+    tempo *= (1 + 0.12 * scene.valence) * (1 - 0.3 * scene.dominance)
     lift = max((clip.ready - clip.onset) / tempo, 0.3)
     stroke = float(np.clip((clip.emphasis - clip.ready) / tempo, 0.2, 0.6))
     after = float(np.clip((clip.end - clip.emphasis) / tempo, 0.1, 0.45))
