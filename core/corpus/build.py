@@ -167,7 +167,8 @@ def direct(material: str, scene: Scene, number: int, take: int, seed: int) -> tu
     trunk, head = (0.3 + 0.3 * performer.sway) * steady, (0.2 + 0.15 * performer.drift) * steady
     idle = int(random.integers(2**31))
     texture = _idling(material).texture(len(time), idle, trunk, head, 0.8, scene.speaking(time))
-    return performance.perform(performer, strokes, scene, performance.resting_pose(performer), texture), strokes
+    ease = performance.resting_pose(performer)
+    return performance.perform(performer, strokes, scene, ease, texture, random), strokes
 
 
 def _performance(scene: Scene, number: int, take: int) -> Performance:

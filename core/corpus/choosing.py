@@ -13,6 +13,8 @@ _FIRST = 1.0
 """Seconds before which no stroke lands: the recording begins with the hands at rest."""
 _SOFT = 0.06
 """Width of the step from accents that are never answered to those that always are."""
+_MOOD = 0.12
+"""Standard deviation of how much a phrase moves somebody to gesture: one take answers another phrase than the next."""
 _IN_CHAIN = 0.14
 """How much weaker an accent may be that goes on with a chain."""
 _STATED = 0.75
@@ -45,12 +47,13 @@ def accents(performer: Performer, scene: Scene, shown: dict[int, str], random: n
     last, left, until = -9.0, _length(performer, random), 0.0
     scores = np.array([_score(accent, shown, random) for accent in scene.accents])
     times = np.array([accent.time for accent in scene.accents])
+    mood = random.normal(0, _MOOD, 1 + max((accent.phrase for accent in scene.accents), default=0))
     for number, accent in enumerate(scene.accents):
         lively = scene.arousal(accent) - 0.5
         chained = left > 0 and bool(taken) and accent.time - last < 3.0
         gap = performer.gap * (0.68 if chained else 1.0) * (1 - 0.5 * lively) * (1 - 0.4 * scene.rate)
         gap = max(gap * float(np.exp(random.normal(0, 0.15))), 0.42)
-        need = performer.threshold - 0.16 * lively - 0.2 * scene.rate - (_IN_CHAIN if chained else 0.0)
+        need = performer.threshold - 0.16 * lively - 0.2 * scene.rate - (_IN_CHAIN if chained else 0.0) + mood[accent.phrase]
         if accent.time < until:
             need += 0.17
         near = (times > accent.time) & (times < accent.time + 0.75 * gap)

@@ -23,6 +23,11 @@ _MOST = 1.35
 _APART = {"big": 16.0, "all": 8.0, "small": -14.0, "thing": -4.0, "unknown": 6.0}
 """Degrees that each arm is turned outwards for a meaning."""
 
+_BEATING = 0.6
+"""Share of accents on which an arm beats a little, whatever else it does."""
+_BEAT_WAY, _BEAT_SPREAD = np.array([0.0, -1.0, 0.45]), np.array([0.4, 0.3, 0.3])
+"""Where such a beat goes, and how far that varies."""
+
 _BEHIND = -0.12
 """Forward part of an upper arm's direction below which it is held back."""
 
@@ -30,7 +35,7 @@ _SINK = 1.3
 """Seconds in which waiting hands go to rest."""
 
 
-def perform(performer: Performer, strokes: list[Stroke], scene: Scene, ease: np.ndarray, texture: np.ndarray) -> np.ndarray:
+def perform(performer: Performer, strokes: list[Stroke], scene: Scene, ease: np.ndarray, texture: np.ndarray, random: np.random.Generator) -> np.ndarray:
     """Directions ``(frames, 9, 3)`` float32 of one performance at 15 fps.
 
     ``ease``: where the arms rest ``(9, 3)``; ``texture`` ``(frames, 9, 3)``: idle life (:mod:`idling`).
@@ -46,7 +51,7 @@ def perform(performer: Performer, strokes: list[Stroke], scene: Scene, ease: np.
     arms = smooth(arms, 0.05)
     body = skeleton.MEAN_UNIT + trunk
     body[:, skeleton.ARM_EDGES] = arms[:, skeleton.ARM_EDGES]
-    _small_beats(body, performer, scene, time)
+    _small_beats(body, performer, scene, time, random)
     body = skeleton.normalize(body)
     bearing.shape_arms(body, scene)
     _forward_elbows(body)
@@ -167,16 +172,22 @@ def _sympathy(arms: np.ndarray, motion: np.ndarray, arm: int, stroke: Stroke, ti
         arms[:, edge] = rest.slerp(arms[:, edge], image[:, edge], 0.22 * stroke.amplitude * weight)
 
 
-def _small_beats(body: np.ndarray, performer: Performer, scene: Scene, time: np.ndarray) -> None:
-    """Every accent, stroke or not, still moves the forearms a little, the more the higher they are held."""
-    lift = np.zeros(len(time))
+def _small_beats(body: np.ndarray, performer: Performer, scene: Scene, time: np.ndarray, random: np.random.Generator) -> None:
+    """Most accents, stroke or not, still move the forearms a little, each time another way."""
+    lift = np.zeros((2, len(time), 3))
     for accent in scene.accents:
-        if accent.strength < 0.25:
+        sizes = np.exp(random.normal(0, 0.4, 2)) * (random.random(2) < _BEATING)
+        way = _BEAT_WAY + random.normal(0, _BEAT_SPREAD, (2, 3))
+        early = float(random.normal(0, 0.04))
+        if accent.strength < 0.25 or not sizes.any():
             continue
-        size = (0.15 + accent.strength) * (0.5 + scene.arousal(accent))
-        rise = ramp(time, accent.time - 0.3, accent.time - 0.1)
-        fall = ramp(time, accent.time - 0.1, accent.time + 0.05)
-        lift += size * (rise * (1 - fall) - 0.7 * fall * (1 - ramp(time, accent.time + 0.1, accent.time + 0.4)))
-    lift = smooth(lift * performer.size * 0.11, 0.05)[:, None]
-    for edge, share in ((4, 1.5), (5, 0.9), (7, 1.5), (8, 0.9)):
-        body[:, edge] += share * lift * np.array([0.0, -1.0, 0.45])
+        at = accent.time + early
+        size = (0.1 + 1.1 * accent.strength) * (0.5 + scene.arousal(accent))
+        rise = ramp(time, at - 0.3, at - 0.1)
+        fall = ramp(time, at - 0.1, at + 0.05)
+        curve = size * (rise * (1 - fall) - 0.7 * fall * (1 - ramp(time, at + 0.1, at + 0.4)))
+        lift += (sizes[:, None] * way)[:, None] * curve[:, None]
+    lift = smooth(np.moveaxis(lift, 0, 1) * performer.size * 0.13, 0.05)
+    for arm, edges in _ARMS:
+        for edge, share in zip(edges, (1.5, 0.9), strict=True):
+            body[:, edge] += share * lift[:, arm]
