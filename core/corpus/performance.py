@@ -23,6 +23,9 @@ _MOST = 1.35
 _APART = {"big": 16.0, "all": 8.0, "small": -14.0, "thing": -4.0, "unknown": 6.0}
 """Degrees that each arm is turned outwards for a meaning."""
 
+_FAST = 330.0
+"""Degrees a second that captured arms rarely exceed."""
+
 _BEATING = 0.6
 """Share of accents on which an arm beats a little, whatever else it does."""
 _BEAT_WAY, _BEAT_SPREAD = np.array([0.0, -1.0, 0.45]), np.array([0.4, 0.3, 0.3])
@@ -55,6 +58,7 @@ def perform(performer: Performer, strokes: list[Stroke], scene: Scene, ease: np.
     body = skeleton.normalize(body)
     bearing.shape_arms(body, scene)
     _forward_elbows(body)
+    body[:, skeleton.ARM_EDGES] = _unhurried(body[:, skeleton.ARM_EDGES])
     bearing.carry(body, performer, scene, strokes, time)
     return limits.keep_human(idling.apply(body, texture)).astype(np.float32)
 
@@ -143,6 +147,16 @@ def _meant(stroke: Stroke, arm: int) -> np.ndarray:
     """A turn ``(3,)`` that the meaning asks of an arm: hands apart or together for sizes, to one side in lists."""
     apart = np.radians(_APART.get(stroke.meaning, 0.0)) * (-1, 1)[arm]
     return np.array([0.0, apart + np.radians(14) * stroke.side, 0.0])
+
+
+def _unhurried(arms: np.ndarray) -> np.ndarray:
+    """Arms ``(frames, 4, 3)`` of which what would fly is smoothed out over a longer time, the faster the more."""
+    from scipy.ndimage import maximum_filter1d
+
+    step = np.linalg.norm(np.diff(arms, axis=0, prepend=arms[:1]), axis=-1).max(axis=-1)
+    hurry = np.clip((np.degrees(step) * skeleton.FPS - _FAST) / _FAST, 0, 1)
+    share = smooth(maximum_filter1d(hurry, 7), 0.15)[:, None, None]
+    return skeleton.normalize((1 - share) * arms + share * smooth(arms, 0.16))
 
 
 def _forward_elbows(body: np.ndarray) -> None:

@@ -34,10 +34,10 @@ WORKING = 0.35
 
 _SETTLE = 0.12
 
-_HEIGHTS = {"low": (-0.38, -0.28, -0.18), "mid": (-0.26, -0.13, 0.02), "high": (-0.16, 0.02, 0.2)}
+_HEIGHTS = {"low": (-0.38, -0.28, -0.18), "mid": (-0.22, -0.09, 0.05), "high": (-0.1, 0.06, 0.22)}
 """Where the wrist is for weak, middling and strong accents: metres above the spine joint."""
 
-_LIFTS = {"low": 0.0, "mid": 4.0, "high": 9.0}
+_LIFTS = {"low": 0.0, "mid": 6.0, "high": 14.0}
 """Degrees by which clips are turned up: sized down they would stay below the wanted height."""
 
 _STRONG = (0.52, 0.68)

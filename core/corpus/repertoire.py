@@ -33,6 +33,9 @@ _NEUTRAL = {
 _FAMILIES = (1.0, 0.75, 0.55, 0.35)
 _HEIGHT_SPREAD, _SIZE_SPREAD, _WAY, _WAY_SPREAD = 0.15, 0.45, 0.22, 0.22
 _BENT = 45.0
+"""Degrees of bend below which outstretched arms are less and less a beat."""
+_OVERHEAD = 0.4
+"""Metres above the hip: higher hands mean something."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,7 @@ class Repertoire:
     def _pool(self, meaning: str) -> np.ndarray:
         if meaning not in self._pools:
             if meaning == BEAT:
-                pool = self._neutral * np.clip(self._bend / _BENT, 0.1, 1)
+                pool = self._neutral * np.clip(self._bend / _BENT, 0.1, 1) * (self._height < _OVERHEAD)
             else:
                 sources = SHOWN.get(meaning, {meaning: 1.0})
                 pool = np.array([float(sources.get(name, 0)) for name in self._meaning])

@@ -95,7 +95,7 @@ PERFORMERS = (
         0.8, 1.1, 0.4, 3, 0.5,
     ),
     Performer(
-        "brisk presenter", "Brisk right-handed strokes at chest height, often several in a row.",
+        "brisk presenter", "Brisk right-handed strokes before the body, often several in a row.",
         (_WOMAN, _MAN), "right", 0.75, 0.36, 0.6, 0.95, "mid", 1.2, 0.8, "front", 1, 0, 1, 4.0, 2.5, 1.0, 0.8,
         0.35, 1.1, 0.5, 6, 0.8,
     ),
@@ -120,7 +120,7 @@ PERFORMERS = (
         0.4, 1.1, 0.4, 2, 0.8,
     ),
     Performer(
-        "sales rep", "Open gestures of both hands, one after the other, chest high, leaning to the listener, nodding.",
+        "sales rep", "Open gestures of both hands, one after the other, leaning to the listener, nodding.",
         (_WOMAN, _NEURON), "both", 0.8, 0.36, 0.85, 1, "mid", 1.15, 0.8, "sides", 6, 0, 2, 6.5, 3.0, 2.5, 1.3,
         0.8, 1.1, 0.45, 6, 0.7,
     ),
@@ -135,7 +135,7 @@ PERFORMERS = (
         0.8, 1.15, 0.4, 7, 0.7,
     ),
     Performer(
-        "elegant host", "Light right-hand gestures at shoulder height, head high.",
+        "elegant host", "Light right-hand gestures at chest height and above, head high.",
         (_WOMAN, _BRAD2, _NEURON), "right", 1.15, 0.43, 0.65, 0.98, "high", 0.85, 1.2, "front", -3, -1, 5, 3.0, 3.5, 3.0, 1.1,
         0.25, 1.2, 0.4, 3.5, 0.75,
     ),
@@ -170,7 +170,7 @@ PERFORMERS = (
         0.4, 1.3, 0.4, 4, 0.6,
     ),
     Performer(
-        "technician", "Sparse right-hand gestures in front of the chest, quick return to the side.",
+        "technician", "Sparse right-hand gestures before the body, quick return to the side.",
         (_MAN, _BRAD2), "right", 1.1, 0.43, 0.55, 0.85, "mid", 1.2, 0.5, "sides", 3, 0, -3, 3.0, 1.5, 0.8, 0.5,
         0.25, 1.2, 0.4, 2.5, 0.5,
     ),
