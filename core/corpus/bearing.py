@@ -23,7 +23,7 @@ _SHAPES = {
 }
 _SHAPES = {name: skeleton.normalize(np.array(shape)) for name, shape in _SHAPES.items()}
 """Arm directions that a mood leans to: pleased arms lift and open, dominant ones make room with their elbows."""
-_HEADS = {"not": 1.0, "none": 1.0}
+_SHAKES = frozenset({"not", "none"})
 """Meanings that shake the head."""
 _SHRUGS = {"unknown": 1.0, "maybe": 0.55}
 """Meanings that raise the shoulders."""
@@ -51,7 +51,7 @@ def shape_arms(body: np.ndarray, scene: Scene) -> None:
             body[:, arms] = rest.slerp(body[:, arms], towards, 0.3 * abs(value) * raised)
 
 
-def _head(body, performer: Performer, scene: Scene, strokes: list[Stroke], time: np.ndarray, valence, arousal, dominance) -> None:
+def _head(body, performer: Performer, scene: Scene, strokes: list[Stroke], time, valence, arousal, dominance) -> None:
     pitch = np.zeros(len(time))
     for accent in scene.accents:
         size = performer.nod * (0.5 + scene.arousal(accent)) * np.clip((accent.strength - 0.3) / 0.4, 0, 1.2)
@@ -110,9 +110,9 @@ def _shake(strokes: list[Stroke], time: np.ndarray) -> np.ndarray:
     """Degrees ``(frames,)`` of a head that says no: to and fro twice around each stroke of negation."""
     yaw = np.zeros(len(time))
     for number, stroke in enumerate(strokes):
-        if stroke.meaning in _HEADS:
+        if stroke.meaning in _SHAKES:
             within = np.clip((time - stroke.emphasis + 0.35) / 1.3, 0, 1)
-            size = (5 + 5 * stroke.amplitude) * _HEADS[stroke.meaning]
+            size = 5 + 5 * stroke.amplitude
             yaw += (1, -1)[number % 2] * size * np.sin(4 * np.pi * within) * np.sin(np.pi * within)
     return yaw
 

@@ -88,5 +88,6 @@ def _pause(performer: Performer) -> float:
     return 1.2 * performer.gap
 
 
-_FREQUENT = frozenset("i me my you your we us our it what how who now this these one get would could right".split())
+_OFTEN = "i me my you your we us our it what how who now this these one get would could right"
+_FREQUENT = frozenset(_OFTEN.split())
 """Words so frequent that they are mostly said without their gesture."""

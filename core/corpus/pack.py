@@ -23,8 +23,8 @@ def save(talks: list[Talk], folder: str | PathLike, seed: int) -> dict:
     """Write the corpus ``folder`` (:mod:`train.storage` describes it) and return its statistics.
 
     Beyond what training needs: ``accents`` ``(A, 3)`` time, strength, main, and ``affect`` ``(R, 3)`` of every recording;
-    ``strokes`` ``(S, 7)`` of every performance: its row, ready, emphasis, end (s), meaning (a row of meta's "meanings"), hand (0
-    left, 1 right, 2 both), size (m); all with their own starts. ``ValueError`` for no talks.
+    ``strokes`` ``(S, 7)`` of every performance: its row, ready, emphasis, end (s), meaning (a row of meta's "meanings"),
+    hand (0 left, 1 right, 2 both), size (m); all with their own starts. ``ValueError`` for no talks.
     """
     if not talks:
         raise ValueError("no talks to pack")

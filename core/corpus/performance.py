@@ -38,10 +38,18 @@ _SINK = 1.3
 """Seconds in which waiting hands go to rest."""
 
 
-def perform(performer: Performer, strokes: list[Stroke], scene: Scene, ease: np.ndarray, texture: np.ndarray, random: np.random.Generator) -> np.ndarray:
+def perform(
+    performer: Performer,
+    strokes: list[Stroke],
+    scene: Scene,
+    ease: np.ndarray,
+    texture: np.ndarray,
+    random: np.random.Generator,
+) -> np.ndarray:
     """Directions ``(frames, 9, 3)`` float32 of one performance at 15 fps.
 
-    ``ease``: where the arms rest ``(9, 3)``; ``texture`` ``(frames, 9, 3)``: idle life (:mod:`idling`).
+    ``ease``: where the arms rest ``(9, 3)``; ``texture`` ``(frames, 9, 3)``: idle life (:mod:`idling`); ``random``
+    draws what the plan leaves open.
     """
     frames = len(scene.prosody.features)
     time = np.arange(frames) / skeleton.FPS

@@ -8,8 +8,10 @@ PHRASES = {
     "nobody knows*|no one knows*|never know*|doesn't matter*|does not matter*|never mind*",
     "not": "no no*|not at all*|no way*|of course not*|certainly not*|absolutely not*|not true*|not yet*|never again*|"
     "will not*|do not*|is not*|was not*|can not*|must not*|no more*|no longer*|never ever*|under no*",
-    "big": "this big*|that big*|so big*|very big*|so much*|so many*|a lot*|lots of*|great deal*|huge amount*|so large*|as big as*",
-    "small": "a little*|a bit*|a few*|tiny bit*|this small*|so small*|very small*|a touch*|little by little*|a single*|only one*",
+    "big": "this big*|that big*|so big*|very big*|so much*|so many*|a lot*|lots of*|great deal*|huge amount*|so large*|"
+    "as big as*",
+    "small": "a little*|a bit*|a few*|tiny bit*|this small*|so small*|very small*|a touch*|little by little*|"
+    "a single*|only one*",
     "count": "first of all*|number one*|number two*|the first*|the second*|the third*|one two*|two things*|three things*|"
     "step by step*|one by one*|one after another*|and finally*|last of all*",
     "however": "on the other* hand|on one* hand|but then*|even though*|and yet*|in spite* of|rather than*|instead of*|"

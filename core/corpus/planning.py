@@ -42,7 +42,7 @@ _LIFTS = {"low": 0.0, "mid": 6.0, "high": 14.0}
 
 _STRONG = (0.52, 0.68)
 """Strengths from which an accent is middling and strong."""
-_TWO_HANDED = frozenset("big all small unknown thing".split())
+_TWO_HANDED = frozenset({"big", "all", "small", "unknown", "thing"})
 """Meanings that one hand alone does not show."""
 
 
@@ -52,7 +52,8 @@ class Stroke:
 
     ``parts``: what the left and the right arm do, None for an idle one. ``until``: per arm (left, right), when it starts back
     to rest or hands over; ``chained``: the hands are already up. ``perch`` ``(9, 3)``: where the hands wait afterwards, until
-    ``leave`` (s); None: they rest; ``both_wait``: the idle hand goes there too. ``side``: where the stroke goes in a list or a contrast, -1 left to 1 right.
+    ``leave`` (s), None: they rest; ``both_wait``: the idle hand goes there too. ``side``: where the stroke goes in a list or
+    a contrast, -1 left to 1 right.
     """
 
     gesture: Gesture
@@ -169,13 +170,17 @@ def _perched(performer: Performer, scene: Scene, stroke: Stroke, random) -> Stro
     ends = scene.prosody.phrases[:-1, 1]
     silences = ends[(begins - ends > LONG_SILENCE) & (ends > stroke.emphasis)]
     last = scene.prosody.phrases[-1, 1] if len(scene.prosody.phrases) else stroke.end
+    both = bool(random.random() < 0.5)
     leave = min(stroke.end + 0.8 + random.exponential(4.0), silences[0] if len(silences) else last)
-    return replace(stroke, perch=variation.perch(random, performer.rest == "front"), leave=max(float(leave), stroke.end), both_wait=random.random() < 0.5)
+    return replace(
+        stroke, perch=variation.perch(random, performer.rest == "front"), leave=max(float(leave), stroke.end), both_wait=both
+    )
 
 
 def _schedule(performer: Performer, scene: Scene, gesture: Gesture, accent: Accent, near: bool, random) -> Stroke:
     """Phases around the accent from the clip's own timing, the performer's tempo and the arousal."""
-    clip, at, arousal = gesture.clip, accent.time - LEAD + float(np.clip(random.normal(0, 0.02), -0.05, 0.05)), scene.arousal(accent)
+    clip, arousal = gesture.clip, scene.arousal(accent)
+    at = accent.time - LEAD + float(np.clip(random.normal(0, 0.02), -0.05, 0.05))
     amplitude = performer.size * (0.62 + 0.55 * arousal) * (0.72 + 0.48 * accent.strength)
     amplitude *= (1 + 0.15 * scene.valence) * (1 + 0.12 * scene.dominance)
     amplitude = float(np.clip(amplitude, 0.25, 1.2))

@@ -60,7 +60,7 @@ PERFORMERS = (
         0.35, 1, 0.4, 2.5, 0.8,
     ),
     Performer(
-        "eager storyteller", "Large, ever different gestures of both hands at chest height, one leading to the next, lively head.",
+        "eager storyteller", "Large, ever different gestures of both hands at chest height, chained, with a lively head.",
         (_NEURON, _WOMAN, _BRAD2), "both", 0.85, 0.36, 0.95, 1.06, "high", 1.05, 0.9, "sides", 4, 1, 1, 5.5, 5.0, 3.0, 1.6,
         0.75, 1.2, 0.5, 6, 0.7,
     ),
