@@ -34,7 +34,7 @@ _BEAT_WAY, _BEAT_SPREAD = np.array([0.0, -1.0, 0.45]), np.array([0.4, 0.3, 0.3])
 _BEHIND = -0.12
 """Forward part of an upper arm's direction below which it is held back."""
 
-_SINK = 1.3
+_SINK = 1.2
 """Seconds in which waiting hands go to rest."""
 
 
@@ -201,7 +201,7 @@ def _small_beats(body: np.ndarray, performer: Performer, scene: Scene, time: np.
         sizes = np.exp(random.normal(0, 0.4, 2)) * (random.random(2) < _BEATING)
         way = _BEAT_WAY + random.normal(0, _BEAT_SPREAD, (2, 3))
         early = float(random.normal(0, 0.04))
-        if accent.strength < 0.25 or not sizes.any():
+        if accent.strength < 0.25 or not sizes.any() or scene.silence(accent.time - 0.05, accent.time + 0.05) > 1:
             continue
         at = accent.time + early
         size = (0.1 + 1.1 * accent.strength) * (0.5 + scene.arousal(accent))

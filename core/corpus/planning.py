@@ -166,15 +166,17 @@ def _perched(performer: Performer, scene: Scene, stroke: Stroke, random) -> Stro
     """Where the hands wait after a stroke, and until when: never through a long silence."""
     if random.random() > performer.linger:
         return stroke
-    begins = scene.prosody.phrases[1:, 0]
-    ends = scene.prosody.phrases[:-1, 1]
-    silences = ends[(begins - ends > LONG_SILENCE) & (ends > stroke.emphasis)]
-    last = scene.prosody.phrases[-1, 1] if len(scene.prosody.phrases) else stroke.end
     both = bool(random.random() < 0.5)
-    leave = min(stroke.end + 0.8 + random.exponential(4.0), silences[0] if len(silences) else last)
-    return replace(
-        stroke, perch=variation.perch(random, performer.rest == "front"), leave=max(float(leave), stroke.end), both_wait=both
-    )
+    leave = min(stroke.end + 0.8 + float(random.exponential(4.0)), _next_silence(scene, stroke.emphasis) - 0.2)
+    perch = variation.perch(random, performer.rest == "front")
+    return replace(stroke, perch=perch, leave=max(leave, stroke.end), both_wait=both)
+
+
+def _next_silence(scene: Scene, time: float) -> float:
+    """When (s) the next long silence after ``time`` begins, or infinity."""
+    pauses = scene.pauses
+    long = pauses[(pauses[:, 1] - pauses[:, 0] > LONG_SILENCE) & (pauses[:, 1] > time)]
+    return float(max(long[0, 0], time)) if len(long) else float("inf")
 
 
 def _schedule(performer: Performer, scene: Scene, gesture: Gesture, accent: Accent, near: bool, random) -> Stroke:
@@ -195,6 +197,8 @@ def _schedule(performer: Performer, scene: Scene, gesture: Gesture, accent: Acce
     # wide ways take longer, or the hands would fly
     lift = max(lift, 0.3 + 0.5 * gesture.size * amplitude - stroke)
     sink = max(sink, 0.5 + 0.6 * gesture.size * amplitude)
+    # who has finished speaking does not hold long
+    hold = min(hold, max(_next_silence(scene, at) - at - after, 0.1))
     ready, end = at - stroke, at + after
     return Stroke(gesture, max(ready - lift, 0.0), ready, at, end, (end + hold,) * 2, (end + hold + sink,) * 2, amplitude, near)
 

@@ -68,11 +68,17 @@ class Scene:
         return smooth(active, 0.35)
 
     def silence(self, begin: float, end: float) -> float:
-        """Longest pause (s) between phrases from ``begin`` to ``end``."""
-        phrases = self.prosody.phrases
-        gaps = phrases[1:, 0] - phrases[:-1, 1]
-        within = (phrases[1:, 0] > begin) & (phrases[:-1, 1] < end)
-        return float(gaps[within].max(initial=0.0))
+        """Longest pause (s) that lies at least partly between ``begin`` and ``end``."""
+        gaps = self.pauses[(self.pauses[:, 1] > begin) & (self.pauses[:, 0] < end)]
+        return float((gaps[:, 1] - gaps[:, 0]).max(initial=0.0))
+
+    @cached_property
+    def pauses(self) -> np.ndarray:
+        """Where nothing is said, ``(n, 2)`` in seconds: between words where they are known, else between phrases."""
+        spoken = np.array([(word.start, word.end) for word in self.speech.words]).reshape(-1, 2)
+        spoken = spoken if len(spoken) else self.prosody.phrases.reshape(-1, 2)
+        starts = np.append(spoken[:, 0], self.speech.duration)
+        return np.stack([np.append(0.0, np.maximum.accumulate(spoken[:, 1])), starts], axis=1)
 
     @property
     def valence(self) -> float:
