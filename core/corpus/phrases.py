@@ -5,9 +5,10 @@ from collections.abc import Sequence
 PHRASES = {
     "unknown": "i don't know*|i do not know*|don't know*|do not know*|didn't know*|no idea*|not sure*|who knows*|who cares*|"
     "no clue*|can't say*|cannot say*|hard to say*|i wonder*|wonder why*|god knows*|beats me*|what can i do*|"
-    "nobody knows*|no one knows*|never know*|doesn't matter*|does not matter*|never mind*",
+    "nobody knows*|no one knows*|you never know*|doesn't matter*|does not matter*|never mind*",
     "not": "no no*|not at all*|no way*|of course not*|certainly not*|absolutely not*|not true*|not yet*|never again*|"
     "will not*|do not*|is not*|was not*|can not*|must not*|no more*|no longer*|never ever*|under no*",
+    "none": "no one*|not one*|none of it*|nothing at all*|not a thing*|not a word*|all gone*",
     "big": "this big*|that big*|so big*|very big*|so much*|so many*|a lot*|lots of*|great deal*|huge amount*|so large*|"
     "as big as*",
     "small": "a little*|a bit*|a few*|tiny bit*|this small*|so small*|very small*|a touch*|little by little*|"
