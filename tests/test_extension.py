@@ -52,7 +52,9 @@ def test_zip_is_valid(blender_ext, built):
 
 def test_zip_holds_the_extension_and_nothing_else(built):
     names = zipfile.ZipFile(built).namelist()
-    assert {"blender_manifest.toml", "__init__.py", "LICENSE", "core/worker.py", "s2ag_blender/client.py"} <= set(names)
+    assert {"blender_manifest.toml", "__init__.py", "LICENSE", "core/engine/worker.py", "s2ag_blender/engine/client.py"} <= set(
+        names
+    )
     assert not [name for name in names if name.endswith((".whl", ".pyc", ".blend1", ".zip"))]
     outside = ("tests/", "examples/", "docs/", "farm/", "build/", "dist/", ".git/", ".ci/", "work/")
     assert not [name for name in names if name.startswith(outside) or "__pycache__" in name]
@@ -64,7 +66,7 @@ def test_worker_starts_from_the_installed_extension(built, tmp_path):
     zipfile.ZipFile(built).extractall(folder)
     code = (
         "import sys\n"
-        "from bl_ext.user_default.s2ag_blender.s2ag_blender.client import WorkerClient\n"
+        "from bl_ext.user_default.s2ag_blender.s2ag_blender.engine.client import WorkerClient\n"
         "with WorkerClient(python=sys.executable) as client:\n"
         "    print(client.call('hello')['version'], 's2ag' in sys.modules)\n"
     )

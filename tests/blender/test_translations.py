@@ -9,8 +9,12 @@ from pathlib import Path
 import bpy
 import pytest
 import s2ag
-from s2ag.core import errors, skeleton
-from s2ag.s2ag_blender import bone_maps, engine_pip, readiness, registration, translations
+from s2ag.core import errors
+from s2ag.core.motion import skeleton
+from s2ag.s2ag_blender import registration, translations
+from s2ag.s2ag_blender.engine import pip
+from s2ag.s2ag_blender.rig import readiness
+from s2ag.s2ag_blender.ui import bone_maps
 
 FOLDER = Path(__file__).resolve().parents[2] / "s2ag_blender"
 PRESETS = FOLDER.parent / "presets"
@@ -126,10 +130,10 @@ def texts_of_reasons():
                 for target, value in zip(parts, node.value.elts, strict=False):
                     if ast.unparse(target).endswith("stage"):
                         yield from literals(value)
-    engine = ast.parse((FOLDER.parent / "core" / "synthesis.py").read_text("utf-8"))
-    for node in ast.walk(engine):
-        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("self.stage", "self.progress") and node.args:
-            yield from literals(node.args[0])
+    for path in (FOLDER.parent / "core" / "performance").glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Call) and ast.unparse(node.func) in ("stages.run", "stages.within") and node.args:
+                yield from literals(node.args[0])
 
 
 def wanted():
@@ -171,16 +175,20 @@ def template(node):
     return literals(node)
 
 
-ELSEWHERE = {"cli", "corpus", "train", "evaluate", "model", "job.py", "sampling.py", "sheet.py", "vectors_build.py"}
-ELSEWHERE |= {"batch", "bench", "datasets", "foreign.py", "metrics", "pickles.py", "study", "systems"}
+ELSEWHERE = (
+    *("core/cli", "core/batch", "core/study", "core/learning", "core/performance/sampling.py", "core/vectors/build.py"),
+    *("core/model/config.py", "core/model/foreign.py", "core/model/pickles.py"),
+    *("s2ag_blender/film/job.py", "s2ag_blender/film/sheet.py", "s2ag_blender/program.py"),
+)
+"""What runs in other processes, for other people."""
 
 
 def texts_of_errors():
     """Message and remedy of every error, and every warning, that can reach Blender."""
     kinds = {name for name, value in vars(errors).items() if isinstance(value, type) and issubclass(value, errors.S2agError)}
     for path in (path for folder in ("core", "rigs", "s2ag_blender") for path in (FOLDER.parent / folder).rglob("*.py")):
-        if ELSEWHERE & set(path.parts):
-            continue  # these run in other processes, for other people
+        if path.relative_to(FOLDER.parent).as_posix().startswith(ELSEWHERE):
+            continue
         tree = ast.parse(path.read_text("utf-8"))
         named = {}
         for node in ast.walk(tree):
@@ -196,7 +204,7 @@ def texts_of_errors():
                     yield from named.get(argument.id, []) if isinstance(argument, ast.Name) else template(argument)
             if isinstance(node, ast.Call) and ast.unparse(node.func).endswith(WARNING) and len(node.args) == 1:
                 yield from template(node.args[0])
-    for _, message, remedy in engine_pip._FAULTS:
+    for _, message, remedy in pip._FAULTS:
         yield from (message, remedy)
 
 
@@ -214,7 +222,7 @@ def test_errors_are_told_in_german_with_their_names():
     told = translations.sentence("de_DE", "The recording /a {b} c.wav does not exist.")
     assert told == "Die Aufnahme /a {b} c.wav gibt es nicht."
     assert translations.sentence("de_DE", "Nobody thought of this.") == "Nobody thought of this."
-    message, remedy = engine_pip.explain(["ERROR: No matching distribution found for av>=12"], "the package registry")
+    message, remedy = pip.explain(["ERROR: No matching distribution found for av>=12"], "the package registry")
     assert translations.sentence("de_DE", message).startswith("av>=12 gibt es")
     assert translations.sentence("de_DE", remedy) != remedy
 

@@ -1,0 +1,239 @@
+"""Which word gets which gesture, and when its phases fall: the director's plan for one performer and one talk.
+
+After McNeill and Kendon: a stroke lands on or just before the stressed syllable of its word, preparation starts before
+it, the hands hold, and go back to rest only if the next stroke is far. What is shown is drawn, not looked up: the same
+performer says the same word with another gesture each time, and another take of the talk is another performance.
+"""
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...motion import skeleton
+from ...sound.prosody import Accent
+from . import choosing, variation
+from .lexicon import Lexicon
+from .library import Gesture
+from .repertoire import BEAT, MEMORY, Repertoire, Wish
+from .scene import Scene
+from .speakers import Performer
+from .variation import Part
+
+LEAD = 0.02
+"""Seconds by which a stroke's emphasis precedes the accent's energy peak."""
+
+KEEP_UP = 1.3
+"""Seconds, scaled by the performer's hold, that are added to 1.4 s: the hands stay up if the next stroke lands within."""
+
+LONG_SILENCE = 1.3
+"""Seconds of silence in which the hands go down whatever comes next."""
+
+WORKING = 0.35
+"""Share in a clip from which an arm takes a real part."""
+
+_SETTLE = 0.12
+
+_HEIGHTS = {"low": (-0.38, -0.28, -0.18), "mid": (-0.22, -0.09, 0.05), "high": (-0.1, 0.06, 0.22)}
+"""Where the wrist is for weak, middling and strong accents: metres above the spine joint."""
+
+_LIFTS = {"low": 0.0, "mid": 6.0, "high": 14.0}
+"""Degrees by which clips are turned up: sized down they would stay below the wanted height."""
+
+_STRONG = (0.52, 0.68)
+"""Strengths from which an accent is middling and strong."""
+_TWO_HANDED = frozenset({"big", "all", "small", "unknown", "thing"})
+"""Meanings that one hand alone does not show."""
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A gesture with performance times of its clip's phases (s) and its amplitude.
+
+    ``parts``: what the left and the right arm do, None for an idle one. ``until``: per arm (left, right), when it starts back
+    to rest or hands over; ``chained``: the hands are already up. ``perch`` ``(9, 3)``: where the hands wait afterwards, until
+    ``leave`` (s), None: they rest; ``both_wait``: the idle hand goes there too. ``side``: where the stroke goes in a list or
+    a contrast, -1 left to 1 right.
+    """
+
+    gesture: Gesture
+    onset: float
+    ready: float
+    emphasis: float
+    end: float
+    until: tuple[float, float]
+    rest: tuple[float, float]
+    amplitude: float
+    chained: bool
+    meaning: str = BEAT
+    parts: tuple[Part | None, Part | None] = (None, None)
+    perch: np.ndarray | None = None
+    leave: float = 0.0
+    both_wait: bool = False
+    side: float = 0.0
+
+    @property
+    def hands(self) -> tuple[float, float]:
+        """How much the left and the right arm take part, 0 or 1."""
+        return tuple(float(part is not None) for part in self.parts)
+
+    @property
+    def hand(self) -> int:
+        """0 left, 1 right, 2 both."""
+        left, right = self.hands
+        return 2 if left and right else 0 if left else 1
+
+    @property
+    def size(self) -> float:
+        """Metres that a wrist goes, about."""
+        return self.amplitude * max(part.gesture.size * part.extent[1] for part in self.parts if part is not None)
+
+
+def plan(repertoire: Repertoire, lexicon: Lexicon, scene: Scene, random: np.random.Generator) -> list[Stroke]:
+    """Strokes in order of time for one performance."""
+    performer = repertoire.performer
+    shown = choosing.meanings(lexicon, repertoire, scene, random)
+    strokes: list[Stroke] = []
+    memory: deque[str] = deque(maxlen=MEMORY)
+    last, side = None, 1.0
+    for accent in choosing.accents(performer, scene, shown, random):
+        near = last is not None and _holds(performer, scene, last, accent)
+        meaning = choosing.meaning(accent, shown)
+        wish = _wish(performer, scene, accent, meaning, strokes[-1] if near else None, random)
+        gesture = repertoire.draw(random, meaning, wish, memory)
+        stroke = _schedule(performer, scene, gesture, accent, near, random)
+        side = _next_side(meaning, side if near or meaning == "however" else -1.0)
+        stroke = replace(stroke, meaning=meaning, side=side if meaning in ("count", "list", "however") else 0.0)
+        stroke = replace(stroke, parts=_parts(repertoire, stroke, wish, memory, random))
+        strokes.append(_perched(performer, scene, stroke, random))
+        last = accent
+    return _hand_over(strokes)
+
+
+def _holds(performer: Performer, scene: Scene, last: Accent, accent: Accent) -> bool:
+    """Whether the hands stay up from the last stroke to this one: it is near, and no long silence lies between."""
+    return accent.time - last.time < 1.4 + KEEP_UP * performer.hold and scene.silence(last.time, accent.time) < LONG_SILENCE
+
+
+def _wish(performer: Performer, scene: Scene, accent: Accent, meaning: str, before: Stroke | None, random) -> Wish:
+    level = int(accent.strength > _STRONG[0]) + int(accent.strength > _STRONG[1])
+    height = _HEIGHTS[performer.height][level] + 0.03 * np.clip(scene.pitch(accent) / 3, -1, 1) + random.normal(0, 0.09)
+    height += 0.06 * scene.valence + 0.05 * scene.dominance
+    size = 0.52 * performer.size * (0.75 + 0.5 * accent.strength) * np.exp(random.normal(0, 0.25))
+    if meaning in _TWO_HANDED or random.random() < performer.both + 0.12 * (level - 1) * (performer.both > 0.2):
+        hand = "both"
+    elif performer.hand == "both":
+        hand = ("left", "right")[int(random.random() < 0.5)]
+    else:
+        other = {"left": "right", "right": "left"}[performer.hand]
+        hand = performer.hand if random.random() < 0.87 else other
+    wrists = None
+    if before is not None:
+        pose = before.gesture.clip.at(np.array([before.gesture.clip.relax]))[0]
+        wrists = skeleton.to_positions(pose)[[6, 9]]
+    return Wish(hand, float(height), float(size), accent.strength > 0.6 and performer.size > 0.8, wrists)
+
+
+def _parts(repertoire: Repertoire, stroke: Stroke, wish: Wish, memory: deque, random) -> tuple:
+    """Which gesture each arm follows: one clip for both, one arm alone, or each its own with a timing of its own."""
+    performer, gesture = repertoire.performer, stroke.gesture
+    pair = [gesture if share > WORKING else None for share in gesture.clip.hands]
+    delays = [0.0, 0.0]
+    if not any(pair):
+        pair = [gesture, gesture]  # a shrug that is all shoulders
+    if wish.hand != "both" and all(pair):
+        pair[0 if wish.hand == "right" else 1] = None
+    elif wish.hand == "both" and stroke.meaning not in _TWO_HANDED:
+        alone = not all(pair)
+        if random.random() < (0.75 if alone else performer.apart):
+            arm = pair.index(None) if alone else int(random.random() < 0.5)
+            own = replace(wish, hand=("left", "right")[arm], wrists=None)
+            other = repertoire.draw(random, BEAT, own, memory)
+            if other.clip.hands[arm] > WORKING:
+                pair[arm] = other
+                delays[arm] = float(np.clip(random.normal(0.03, 0.13), -0.2, 0.3))
+    return variation.draw(random, tuple(pair), performer.plane, tuple(delays), _LIFTS[performer.height])
+
+
+def _next_side(meaning: str, side: float) -> float:
+    """Lists step from one side to the other; a contrast goes across."""
+    if meaning in ("count", "list"):
+        return side + 0.5 if side < 0.9 else -1.0
+    return -np.sign(side) if meaning == "however" else side
+
+
+def _perched(performer: Performer, scene: Scene, stroke: Stroke, random) -> Stroke:
+    """Where the hands wait after a stroke, and until when: never through a long silence."""
+    if random.random() > performer.linger:
+        return stroke
+    both = bool(random.random() < 0.5)
+    leave = min(stroke.end + 0.8 + float(random.exponential(4.0)), _next_silence(scene, stroke.emphasis) - 0.2)
+    perch = variation.perch(random, performer.rest == "front")
+    return replace(stroke, perch=perch, leave=max(leave, stroke.end), both_wait=both)
+
+
+def _next_silence(scene: Scene, time: float) -> float:
+    """When (s) the next long silence after ``time`` begins, or infinity."""
+    pauses = scene.pauses
+    long = pauses[(pauses[:, 1] - pauses[:, 0] > LONG_SILENCE) & (pauses[:, 1] > time)]
+    return float(max(long[0, 0], time)) if len(long) else float("inf")
+
+
+def _schedule(performer: Performer, scene: Scene, gesture: Gesture, accent: Accent, near: bool, random) -> Stroke:
+    """Phases around the accent from the clip's own timing, the performer's tempo and the arousal."""
+    clip, arousal = gesture.clip, scene.arousal(accent)
+    at = accent.time - LEAD + float(np.clip(random.normal(0, 0.02), -0.05, 0.05))
+    amplitude = performer.size * (0.62 + 0.55 * arousal) * (0.72 + 0.48 * accent.strength)
+    amplitude *= (1 + 0.15 * scene.valence) * (1 + 0.12 * scene.dominance)
+    amplitude = float(np.clip(amplitude, 0.25, 1.2))
+    tempo = performer.tempo * (0.8 + 0.45 * arousal) * np.exp(random.normal(0, 0.14))
+    tempo *= (1 + 0.12 * scene.valence) * (1 - 0.3 * scene.dominance)
+    lift = max((clip.ready - clip.onset) / tempo, 0.3)
+    stroke = float(np.clip((clip.emphasis - clip.ready) / tempo, 0.2, 0.6))
+    after = float(np.clip((clip.end - clip.emphasis) / tempo, 0.1, 0.45))
+    hold = float(np.clip((clip.relax - clip.end) / tempo, 0.1, 0.7)) * performer.hold * np.exp(random.normal(0, 0.35))
+    hold *= 1 + 0.4 * max(scene.dominance, 0)
+    sink = float(np.clip((clip.rest - clip.relax) / tempo, 0.55, 1.3))
+    # wide ways take longer, or the hands would fly
+    lift = max(lift, 0.3 + 0.5 * gesture.size * amplitude - stroke)
+    sink = max(sink, 0.5 + 0.6 * gesture.size * amplitude)
+    # who has finished speaking does not hold long
+    hold = min(hold, max(_next_silence(scene, at) - at - after, 0.1))
+    ready, end = at - stroke, at + after
+    return Stroke(gesture, max(ready - lift, 0.0), ready, at, end, (end + hold,) * 2, (end + hold + sink,) * 2, amplitude, near)
+
+
+def _hand_over(strokes: list[Stroke]) -> list[Stroke]:
+    """Fit neighbours together: a preparation starts after the last stroke has landed, and an arm that is soon needed
+    again holds until the next preparation instead of sinking."""
+    for k in range(1, len(strokes)):
+        last, this = strokes[k - 1], strokes[k]
+        free = last.emphasis + min(_SETTLE, 0.25 * (this.emphasis - last.emphasis))
+        if this.chained:
+            # the hands come from where the last stroke left them
+            way = 0.3 + 0.55 * _distance(last, this)
+            this = replace(this, onset=min(this.onset, this.ready - way))
+        if this.onset < free:
+            # too near: share what time there is between preparation and stroke
+            room = this.emphasis - free
+            this = replace(this, onset=free, ready=max(min(this.ready, this.emphasis - 0.15), free + 0.5 * room))
+        strokes[k] = this
+        until, rest = list(last.until), list(last.rest)
+        for arm in range(2):
+            if this.hands[arm] and this.chained:
+                until[arm], rest[arm] = this.ready, this.ready + 0.6
+        end = min(last.end, max(free, this.onset))
+        strokes[k - 1] = replace(last, end=end, until=tuple(max(u, end) for u in until), rest=tuple(rest))
+    return strokes
+
+
+def _distance(last: Stroke, this: Stroke) -> float:
+    """How far (m) the wrists go from one stroke's end to where the next may begin."""
+    ways = []
+    for arm, (before, after) in enumerate(zip(last.parts, this.parts, strict=True)):
+        if after is not None:
+            poses = [last.gesture.clip if before is None else before.gesture.clip, after.gesture.clip]
+            poses = poses[0].at(np.array([poses[0].relax]))[0], poses[1].at(np.array([poses[1].ready]))[0]
+            wrists = [skeleton.to_positions(pose)[(6, 9)[arm]] for pose in poses]
+            ways.append(np.linalg.norm(wrists[1] - wrists[0]))
+    return float(max(ways, default=0.0))

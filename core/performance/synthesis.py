@@ -1,0 +1,142 @@
+"""From a recording to motions: the one path that the command line, the worker and scripts share."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from os import PathLike
+
+import numpy as np
+
+from ..errors import UsageError
+from ..words import language as languages
+from ..words import transcript
+from ..words.cache import Cache, default_folder
+from . import casting, finishing, hearing
+from .memory import Memory, signature
+from .request import Request, Result
+from .stages import Stages
+
+
+class Session:
+    """A warm engine: loads the checkpoint and the word vectors when first needed and keeps them.
+
+    With ``remember`` it also keeps the last recording as heard and the last performance as generated, so that another
+    style is not heard again and another intensity is not generated again.
+
+    ``language`` (as in ``de``), ``aligner_model`` and ``recogniser_model`` (folders) are for another language, whose words say
+    nothing to the network unless ``vectors`` are given too: its own are English. Word times are kept in the folder ``cache``,
+    by default the user's (:func:`cache.default_folder`), and not at all if it is "off".
+    """
+
+    def __init__(
+        self,
+        checkpoint: str | PathLike | None = None,
+        vectors: str | PathLike | None = None,
+        device: str = "cpu",
+        remember: bool = False,
+        aligner_model: str | PathLike | None = None,
+        recogniser_model: str | PathLike | None = None,
+        cache: str | PathLike | None = None,
+        language: str | None = None,
+    ):
+        self._paths = checkpoint, vectors
+        self.device = device
+        folder = default_folder() if cache is None else None if str(cache) == "off" else cache
+        self._ways = transcript.Ways(Cache(folder), languages.load(aligner_model, language), False, recogniser_model)
+        self.understands = vectors is not None or not languages.foreign(self._ways.model)
+        self._checkpoint = self._vectors = None
+        self._memory = Memory() if remember else None
+
+    @property
+    def checkpoint(self):
+        """The loaded :class:`checkpoint.Checkpoint`."""
+        if self._checkpoint is None:
+            from ..model import checkpoint
+
+            self._checkpoint = checkpoint.load(self._paths[0], self.device)
+            self._checkpoint.generator.eval()
+        return self._checkpoint
+
+    @property
+    def vectors(self):
+        """The loaded :class:`words.WordVectors`."""
+        if self._vectors is None:
+            from ..vectors.table import WordVectors
+
+            self._vectors = WordVectors.load(self._paths[1])
+        return self._vectors
+
+    def words(self, sound: np.ndarray, request: Request, progress=None) -> transcript.Heard:
+        """What is said in a recording ``(n,)`` at 16 kHz; see :func:`transcript.hear`."""
+        ways = replace(self._ways, recognise=request.recognise)
+        return transcript.hear(sound, request.transcript, request.text, progress, ways)
+
+    def styles(self) -> list[dict]:
+        """Names and descriptions of the checkpoint's speakers."""
+        return list(self.checkpoint.speakers)
+
+    def warm_up(self) -> None:
+        """Load all that a first request would load."""
+        if not self.checkpoint.config.words:
+            self.vectors  # noqa: B018
+
+    def synthesize(
+        self,
+        request: Request,
+        progress: Callable[[str, float], None] = lambda stage, value: None,
+        cancelled: Callable[[], bool] = lambda: False,
+    ) -> Result:
+        """Make ``request.takes`` motions. Same request, seed and checkpoint: the same result.
+
+        ``progress(stage, value)`` hears of stages and of 0..1 within them; ``cancelled()`` is asked often and raises
+        :class:`Cancelled`. Raises subclasses of :class:`S2agError` for everything a user can mend.
+        """
+        return self.synthesize_all([request], progress, cancelled)[0]
+
+    def synthesize_all(
+        self,
+        requests: Sequence[Request],
+        progress: Callable[[str, float], None] = lambda stage, value: None,
+        cancelled: Callable[[], bool] = lambda: False,
+    ) -> list[Result]:
+        """Several performances of one recording, heard once and generated in one batch: faster, and as good as the same.
+
+        Raises what :meth:`synthesize` raises, and :class:`UsageError` where the recordings or transcripts differ.
+        """
+        if len({(str(one.audio), str(one.transcript), one.text, one.recognise) for one in requests}) != 1:
+            raise UsageError("The requests are not about one recording.", "Make those of other recordings one by one.")
+        from ..sound import audio
+
+        stages, memory = Stages(progress, cancelled), self._memory or Memory()
+        recording = signature(requests[0])
+        heard = memory.heard(recording)
+        sound = stages.run("read audio", lambda: audio.load(requests[0].audio)) if heard is None else None
+        checkpoint = stages.run("load model", lambda: self.checkpoint)
+        # Before anything long: it complains of unknown styles.
+        cast = [casting.cast(checkpoint, request, self.device) for request in requests]
+        heard = hearing.hear(self, requests[0], sound, stages) if heard is None else replace(heard, seconds=stages.seconds)
+        made = self._made(heard, cast, recording, memory, stages)
+        return [self._result(*one, heard, stages) for one in zip(requests, cast, made, strict=True)]
+
+    def _made(
+        self, heard, cast: list[casting.Performers], recording: tuple, memory: Memory, stages: Stages
+    ) -> list[np.ndarray]:
+        """Directions ``(takes, frames, 9, 3)`` for each of the performers, all made in one batch or remembered."""
+        walking = any(one.walks for one in cast)
+        latents = np.concatenate([one.on_the_way(heard.frames if walking else 1) for one in cast])
+        seeds = np.concatenate([one.seeds for one in cast])
+        performers = recording, latents.shape, latents.tobytes(), seeds.tobytes()
+        made = memory.made(performers)
+        if made is None:
+            made = stages.run("generate", lambda: self._generate(heard, latents, seeds, stages))
+        memory.keep(recording, heard, performers, made)
+        return np.split(made, np.cumsum([len(one.latents) for one in cast])[:-1])
+
+    def _generate(self, heard, latents: np.ndarray, seeds: np.ndarray, stages: Stages) -> np.ndarray:
+        from . import windows
+
+        work = self.checkpoint.generator, heard.features.slice, latents, seeds, heard.frames, self.checkpoint.window[0]
+        return windows.generate(*work, stages.within("generate"), stages.cancelled)
+
+    def _result(self, request: Request, performers: casting.Performers, made: np.ndarray, heard, stages: Stages) -> Result:
+        motions = stages.run("finish", lambda: finishing.finish(self.checkpoint, request, heard, performers, made))
+        return Result(motions, heard.words, heard.warnings, dict(stages.seconds), performers.latents)
