@@ -1,6 +1,7 @@
 """A crew survives what its tasks do, and leaves nobody behind."""
 
 import os
+import subprocess
 import sys
 import threading
 import time
@@ -9,7 +10,6 @@ import pytest
 from s2ag.core.batch import crew
 from s2ag.core.errors import S2agError
 
-pytest.importorskip("torch", reason="the engine is not installed")
 posix = pytest.mark.skipif(os.name == "nt", reason="needs POSIX")
 
 CHILD = """
@@ -113,27 +113,31 @@ def test_a_program_that_cannot_run_is_one_error_each():
 
 
 def test_no_process_is_started_once_the_end_has_begun(monkeypatch):
-    """The member's thread sees its process dead and would start another one, just as the crew is being ended."""
-    ending, real_start, real_end = threading.Event(), crew._Member._start, crew.child.end
+    """Between two tasks the member's thread sees its process dead, which the end of the crew has just killed."""
+    between, killed = threading.Event(), threading.Event()
+    main = threading.current_thread()
 
-    def start(member):
-        if member._process is not None:
-            assert ending.wait(10)
-        return real_start(member)
+    class Watched(subprocess.Popen):
+        def poll(self):
+            if threading.current_thread() is not main:
+                between.set()
+                killed.wait(crew.LAST_WAIT)
+            return super().poll()
 
     def end(process):
         real_end(process)
         process.wait()
-        ending.set()
-        time.sleep(0.05)
+        killed.set()
 
-    monkeypatch.setattr(crew._Member, "_start", start)
+    real_end = crew.child.end
+    monkeypatch.setattr(crew.subprocess, "Popen", Watched)
     monkeypatch.setattr(crew.child, "end", end)
-    running = crew.Crew([sys.executable, "-c", CHILD], 1).run([crew.Task("work", {"do": do}) for do in ("a", "hang", "b")])
-    pid = next(outcome["pid"] for _, outcome, _ in running if outcome)
+    running = crew.Crew([sys.executable, "-c", CHILD], 1).run([crew.Task("work", {"do": do}) for do in ("a", "hang")])
+    next(outcome for _, outcome, _ in running if outcome)
+    assert between.wait(crew.LAST_WAIT)
     began = time.monotonic()
     running.close()
-    assert time.monotonic() - began < 2 * crew.LAST_WAIT and not is_alive(pid)
+    assert time.monotonic() - began < crew.LAST_WAIT
 
 
 @posix
