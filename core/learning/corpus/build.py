@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from ...motion import skeleton
-from ...sound import prosody
 from ...styles import CONTROLS
 from ...vectors.table import WordVectors
-from . import idling, library, performance, planning, speakers, speech, speech_cache
+from . import heard, idling, library, performance, planning, speakers, speech, speech_cache
 from .lexicon import Lexicon
 from .repertoire import Repertoire
 from .scene import Scene
@@ -20,8 +19,6 @@ UNSTEERED = 0.4
 """Share of performances in which every control is zero."""
 _STEERED = 0.45
 """Chance of each control to be drawn in the others."""
-_JITTER = 0.015
-"""Standard deviation (s) of word times as the network gets them: an aligner's error."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +34,7 @@ class Task:
 @dataclass(frozen=True)
 class Performance:
     """One performer's motion for a talk: ``directions`` ``(frames, 9, 3)`` at 15 fps, ``controls`` ``(5,)``, ``strokes``
-    ``(k, 6)`` as :func:`records`, ``active`` share of frames within a gesture."""
+    ``(k, 7)`` as :func:`records`, ``active`` share of frames within a gesture."""
 
     speaker: int
     controls: np.ndarray
@@ -74,8 +71,8 @@ class Talk:
 def build(task: Task, hours: float, workers: int, progress=lambda seconds: None) -> list[Talk]:
     """Talks of about ``hours`` of distinct speech in a fixed order; ``progress`` is told the seconds of each finished one.
 
-    Speech found in the cache is used as it is: a build that was stopped goes on, and a larger one only adds.
-    ``FileNotFoundError`` if material is missing.
+    Speech, and what is heard in it, found in the cache is used as it is: a build that was stopped goes on, and a larger one
+    only adds. ``FileNotFoundError`` if material is missing.
     """
     Path(task.cache).mkdir(parents=True, exist_ok=True)
     count = len(speech.talks(task.material, task.seed))
@@ -117,14 +114,6 @@ def draw_controls(index: int, number: int, seed: int) -> np.ndarray:
     return np.where(random.random(len(CONTROLS)) < _STEERED, values, 0).astype(np.float32)
 
 
-def features(audio: np.ndarray) -> np.ndarray:
-    """What the network hears at inference, ``(frames, 40)`` float16: level and MFCC of :mod:`s2ag.core`."""
-    from ...sound.audio import level
-    from ...sound.mfcc import temporal_features
-
-    return temporal_features(level(audio)).astype(np.float16)
-
-
 _task: Task | None = None
 
 
@@ -138,17 +127,16 @@ def _talk(index: int) -> Talk | None:
     spoken = speech_cache.obtain(_task.material, _task.cache, index, _task.seed)
     if spoken is None:
         return None
-    scene = Scene.of(spoken)
-    frames = len(scene.prosody.features)
-    words = [(word.text, word.start, word.end) for word in spoken.words]
+    found = heard.obtain(_task.cache, spoken)
+    scene = Scene(spoken, found.prosody, np.zeros(len(CONTROLS)))
     return Talk(
         index,
         spoken.split,
         spoken.voice.get("kind", ""),
-        features(spoken.recorded),
-        prosody.analyse(spoken.recorded, _jittered(words, index), frames).features.astype(np.float16),
-        prosody.analyse(spoken.recorded, (), frames).features.astype(np.float16),
-        words,
+        found.mfcc,
+        found.tracks,
+        found.plain,
+        [(word.text, word.start, word.end) for word in spoken.words],
         np.array([[accent.time, accent.strength, accent.main] for accent in scene.accents], np.float32).reshape(-1, 3),
         spoken.affect.mean(axis=0).astype(np.float32),
         [_performance(scene, number, take) for number, take in cast(index, _task.performers_each)],
@@ -180,15 +168,10 @@ def _performance(scene: Scene, number: int, take: int) -> Performance:
 
 
 def records(strokes: list[planning.Stroke]) -> np.ndarray:
-    """What is kept of strokes ``(k, 6)`` float32: ready, emphasis, end (s), meaning, hand, size (m)."""
+    """What is kept of strokes ``(k, 7)`` float32: ready, emphasis, end (s), meaning, hand, size (m), whether words say it."""
     number = {meaning: k for k, meaning in enumerate(library.ALL_MEANINGS)}
-    rows = [(s.ready, s.emphasis, s.end, number[s.meaning], s.hand, s.size) for s in strokes]
-    return np.array(rows, np.float32).reshape(-1, 6)
-
-
-def _jittered(words: list[tuple[str, float, float]], index: int) -> list[tuple[str, float, float]]:
-    shifts = np.random.default_rng((7, index)).normal(0, _JITTER, (len(words), 2))
-    return [(text, start + a, max(end + b, start + a + 0.03)) for (text, start, end), (a, b) in zip(words, shifts, strict=True)]
+    rows = [(s.ready, s.emphasis, s.end, number[s.meaning], s.hand, s.size, s.said) for s in strokes]
+    return np.array(rows, np.float32).reshape(-1, 7)
 
 
 def _active(strokes: list[planning.Stroke], duration: float) -> float:

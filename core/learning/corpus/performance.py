@@ -26,8 +26,10 @@ _APART = {"big": 16.0, "all": 8.0, "small": -14.0, "thing": -4.0, "unknown": 6.0
 _FAST = 330.0
 """Degrees a second that captured arms rarely exceed."""
 
-_BEATING = 0.6
-"""Share of accents on which an arm beats a little, whatever else it does."""
+_BEATING, _OWN_BEAT = 0.4, 0.25
+"""Share of accents on which the arms beat a little, whatever else they do, and of those the share of one arm alone."""
+_LATE = 0.06
+"""Seconds by which an idle arm follows the working one."""
 _BEAT_WAY, _BEAT_SPREAD = np.array([0.0, -1.0, 0.45]), np.array([0.4, 0.3, 0.3])
 """Where such a beat goes, and how far that varies."""
 
@@ -186,30 +188,33 @@ def _raised(clip: Clip, motion: np.ndarray, edges: tuple[int, int]) -> np.ndarra
 
 
 def _sympathy(arms: np.ndarray, motion: np.ndarray, arm: int, stroke: Stroke, time: np.ndarray) -> None:
-    """The arm that has no part in a gesture follows the other a little, as its mirror image."""
+    """The arm that has no part in a gesture follows the other a little later and by a share of its way, as its mirror image."""
     other = 1 - arm
-    weight = ramp(time, stroke.onset, stroke.emphasis) * (1 - ramp(time, stroke.until[other], stroke.rest[other]))
+    rise = ramp(time, stroke.onset + _LATE, stroke.ready + _LATE)
+    weight = rise * (1 - ramp(time, stroke.until[other] + _LATE, stroke.rest[other]))
     image = skeleton.mirror(motion)
     for edge in _ARMS[arm][1]:
-        arms[:, edge] = rest.slerp(arms[:, edge], image[:, edge], 0.22 * stroke.amplitude * weight)
+        arms[:, edge] = rest.slerp(arms[:, edge], image[:, edge], stroke.follow * stroke.amplitude * weight)
 
 
 def _small_beats(body: np.ndarray, performer: Performer, scene: Scene, time: np.ndarray, random: np.random.Generator) -> None:
     """Most accents, stroke or not, still move the forearms a little, each time another way."""
     lift = np.zeros((2, len(time), 3))
     for accent in scene.accents:
-        sizes = np.exp(random.normal(0, 0.4, 2)) * (random.random(2) < _BEATING)
+        sizes = np.exp(random.normal(0, 0.3, 2)) * (random.random() < _BEATING)
+        if random.random() < _OWN_BEAT:
+            sizes[int(random.random() < 0.5)] *= 0.2
         way = _BEAT_WAY + random.normal(0, _BEAT_SPREAD, (2, 3))
         early = float(random.normal(0, 0.04))
         if accent.strength < 0.25 or not sizes.any() or scene.silence(accent.time - 0.05, accent.time + 0.05) > 1:
             continue
         at = accent.time + early
-        size = (0.1 + 1.1 * accent.strength) * (0.5 + scene.arousal(accent))
+        size = (0.1 + 1.1 * accent.strength) * (0.5 + scene.arousal(accent)) * (1 - 0.4 * scene.dominance)
         rise = ramp(time, at - 0.3, at - 0.1)
         fall = ramp(time, at - 0.1, at + 0.05)
         curve = size * (rise * (1 - fall) - 0.7 * fall * (1 - ramp(time, at + 0.1, at + 0.4)))
         lift += (sizes[:, None] * way)[:, None] * curve[:, None]
-    lift = smooth(np.moveaxis(lift, 0, 1) * performer.size * 0.13, 0.05)
+    lift = smooth(np.moveaxis(lift, 0, 1) * performer.size * 0.115, 0.05)
     for arm, edges in _ARMS:
         for edge, share in zip(edges, (1.5, 0.9), strict=True):
             body[:, edge] += share * lift[:, arm]

@@ -53,7 +53,8 @@ class Stroke:
     ``parts``: what the left and the right arm do, None for an idle one. ``until``: per arm (left, right), when it starts back
     to rest or hands over; ``chained``: the hands are already up. ``perch`` ``(9, 3)``: where the hands wait afterwards, until
     ``leave`` (s), None: they rest; ``both_wait``: the idle hand goes there too. ``side``: where the stroke goes in a list or
-    a contrast, -1 left to 1 right.
+    a contrast, -1 left to 1 right. ``said``: the words give the meaning; ``follow``: share of the way that an idle arm goes
+    along.
     """
 
     gesture: Gesture
@@ -71,6 +72,8 @@ class Stroke:
     leave: float = 0.0
     both_wait: bool = False
     side: float = 0.0
+    said: bool = True
+    follow: float = 0.0
 
     @property
     def hands(self) -> tuple[float, float]:
@@ -98,13 +101,14 @@ def plan(repertoire: Repertoire, lexicon: Lexicon, scene: Scene, random: np.rand
     last, side = None, 1.0
     for accent in choosing.accents(performer, scene, shown, random):
         near = last is not None and _holds(performer, scene, last, accent)
-        meaning = choosing.meaning(accent, shown)
+        meaning, said = choosing.meaning(accent, shown, repertoire, random)
         wish = _wish(performer, scene, accent, meaning, strokes[-1] if near else None, random)
         gesture = repertoire.draw(random, meaning, wish, memory)
         stroke = _schedule(performer, scene, gesture, accent, near, random)
         side = _next_side(meaning, side if near or meaning == "however" else -1.0)
-        stroke = replace(stroke, meaning=meaning, side=side if meaning in ("count", "list", "however") else 0.0)
+        stroke = replace(stroke, meaning=meaning, said=said, side=side if meaning in ("count", "list", "however") else 0.0)
         stroke = replace(stroke, parts=_parts(repertoire, stroke, wish, memory, random))
+        stroke = replace(stroke, follow=float(np.clip(random.normal(0.5 - 0.5 * performer.apart, 0.14), 0.05, 0.7)))
         strokes.append(_perched(performer, scene, stroke, random))
         last = accent
     return _hand_over(strokes)
@@ -145,13 +149,17 @@ def _parts(repertoire: Repertoire, stroke: Stroke, wish: Wish, memory: deque, ra
         pair[0 if wish.hand == "right" else 1] = None
     elif wish.hand == "both" and stroke.meaning not in _TWO_HANDED:
         alone = not all(pair)
-        if random.random() < (0.75 if alone else performer.apart):
-            arm = pair.index(None) if alone else int(random.random() < 0.5)
+        arm = pair.index(None) if alone else int(random.random() < 0.5)
+        if alone and random.random() > performer.apart:
+            # the other arm goes along, with a place and a size of its own
+            pair[arm] = gesture.mirrored()
+            delays[arm] = float(np.clip(random.normal(0.02, 0.04), -0.06, 0.12))
+        elif alone or random.random() < performer.apart:
             own = replace(wish, hand=("left", "right")[arm], wrists=None)
             other = repertoire.draw(random, BEAT, own, memory)
             if other.clip.hands[arm] > WORKING:
                 pair[arm] = other
-                delays[arm] = float(np.clip(random.normal(0.03, 0.13), -0.2, 0.3))
+                delays[arm] = float(np.clip(random.normal(0.02, 0.07), -0.12, 0.2))
     return variation.draw(random, tuple(pair), performer.plane, tuple(delays), _LIFTS[performer.height])
 
 
@@ -167,7 +175,7 @@ def _perched(performer: Performer, scene: Scene, stroke: Stroke, random) -> Stro
     if random.random() > performer.linger:
         return stroke
     both = bool(random.random() < 0.5)
-    leave = min(stroke.end + 0.8 + float(random.exponential(4.0)), _next_silence(scene, stroke.emphasis) - 0.2)
+    leave = min(stroke.end + 0.8 + float(random.exponential(2.0)), _next_silence(scene, stroke.emphasis) - 0.2)
     perch = variation.perch(random, performer.rest == "front")
     return replace(stroke, perch=perch, leave=max(leave, stroke.end), both_wait=both)
 
@@ -184,15 +192,15 @@ def _schedule(performer: Performer, scene: Scene, gesture: Gesture, accent: Acce
     clip, arousal = gesture.clip, scene.arousal(accent)
     at = accent.time - LEAD + float(np.clip(random.normal(0, 0.02), -0.05, 0.05))
     amplitude = performer.size * (0.62 + 0.55 * arousal) * (0.72 + 0.48 * accent.strength)
-    amplitude *= (1 + 0.15 * scene.valence) * (1 + 0.12 * scene.dominance)
+    amplitude *= 1 + 0.2 * scene.valence
     amplitude = float(np.clip(amplitude, 0.25, 1.2))
     tempo = performer.tempo * (0.8 + 0.45 * arousal) * np.exp(random.normal(0, 0.14))
-    tempo *= (1 + 0.12 * scene.valence) * (1 - 0.3 * scene.dominance)
+    tempo *= (1 + 0.18 * scene.valence) * (1 - 0.4 * scene.dominance)
     lift = max((clip.ready - clip.onset) / tempo, 0.3)
     stroke = float(np.clip((clip.emphasis - clip.ready) / tempo, 0.2, 0.6))
     after = float(np.clip((clip.end - clip.emphasis) / tempo, 0.1, 0.45))
-    hold = float(np.clip((clip.relax - clip.end) / tempo, 0.1, 0.7)) * performer.hold * np.exp(random.normal(0, 0.35))
-    hold *= 1 + 0.4 * max(scene.dominance, 0)
+    hold = float(np.clip((clip.relax - clip.end) / tempo, 0.1, 0.7)) * performer.hold * np.exp(random.normal(0.25, 0.4))
+    hold *= 1 + 0.5 * scene.dominance
     sink = float(np.clip((clip.rest - clip.relax) / tempo, 0.55, 1.3))
     # wide ways take longer, or the hands would fly
     lift = max(lift, 0.3 + 0.5 * gesture.size * amplitude - stroke)
@@ -222,6 +230,9 @@ def _hand_over(strokes: list[Stroke]) -> list[Stroke]:
         for arm in range(2):
             if this.hands[arm] and this.chained:
                 until[arm], rest[arm] = this.ready, this.ready + 0.6
+            elif last.hands[arm] and this.chained:
+                # it goes down while the other one gets ready
+                until[arm], rest[arm] = this.onset, this.onset + rest[arm] - until[arm]
         end = min(last.end, max(free, this.onset))
         strokes[k - 1] = replace(last, end=end, until=tuple(max(u, end) for u in until), rest=tuple(rest))
     return strokes

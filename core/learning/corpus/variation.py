@@ -8,10 +8,10 @@ from ...motion import rest, skeleton
 from . import rotation
 from .library import Gesture
 
-SHARED, OWN, SPREAD = np.radians([12, 14, 6]), np.radians([6, 8, 4]), np.radians(8)
+SHARED, OWN, SPREAD = np.radians([12, 15, 7]), np.radians([9, 11, 6]), np.radians(10)
 """Standard deviations of turns about the side, the vertical and the forward axis: of both arms together, of each by itself,
 and apart from each other about the vertical."""
-_EXTENT, _LINK = 0.17, 0.16
+_EXTENT, _LINK = 0.22, 0.18
 """Standard deviations of the logarithm of a stroke's extent, and of upper arm against forearm."""
 _MOST = 2.2
 """Standard deviations that a draw may lie out."""

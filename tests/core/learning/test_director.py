@@ -11,6 +11,7 @@ import pytest
 from captured import wave_clip
 from s2ag.core.learning.corpus import (
     build,
+    heard,
     idling,
     lexicon,
     library,
@@ -184,7 +185,29 @@ def test_valence_lifts_hands_and_dominance_spreads_elbows(scene, gestures):
     assert -valence[[6, 9], 1].mean() > 0.05 and -valence[[6, 9], 1].mean() > -dominance[[6, 9], 1].mean()
     assert dominance[8, 0] - dominance[5, 0] > 0.05 and dominance[8, 0] - dominance[5, 0] > valence[8, 0] - valence[5, 0]
     cosine = (valence * dominance).sum() / np.sqrt((valence**2).sum() * (dominance**2).sum())
-    assert cosine < 0.7
+    assert cosine < 0.6
+
+
+def test_the_pleased_are_livelier_and_the_dominant_are_not(scene, gestures):
+    def speed(control, value):
+        steered = replace(scene, controls=np.eye(5)[control] * value)
+        bodies = [perform(speakers.PERFORMERS[1], gestures, steered, take) for take in range(6)]
+        return np.mean([kinematics.angular_speed(body)[:, [5, 8]] for body in bodies])
+
+    assert speed(1, 1) > 1.1 * speed(1, -1) and speed(2, 1) < 1.05 * speed(2, -1)
+
+
+def test_an_idle_arm_goes_along_with_the_working_one(scene, gestures):
+    performer = replace(next(p for p in speakers.PERFORMERS if p.hand == "right"), both=0.0)
+    assert all(stroke.follow > 0 for stroke in planned(performer, gestures, scene))
+    assert np.mean([variety.symmetry(perform(performer, gestures, scene, take)) for take in range(4)]) > 0.4
+
+
+def test_some_strokes_show_what_the_words_do_not_say(scene, gestures):
+    strokes = [s for p in speakers.PERFORMERS for take in range(4) for s in planned(p, gestures, scene, take)]
+    unsaid = [stroke for stroke in strokes if not stroke.said]
+    assert 0.01 < len(unsaid) / len(strokes) < 0.15 and all(stroke.meaning != repertoire.BEAT for stroke in unsaid)
+    np.testing.assert_array_equal(build.records(strokes)[:, 6] == 0, [not stroke.said for stroke in strokes])
 
 
 def test_a_performance_moves_on_accents_and_rests(scene, gestures):
@@ -206,7 +229,7 @@ def test_a_talk_without_words_is_performed_with_beats(gestures):
     spoken = replace(small_speech(), words=(), affect=np.full((1, 3), 0.5))
     silent = Scene.of(spoken)
     strokes = planned(speakers.PERFORMERS[1], gestures, silent)
-    assert strokes and all(stroke.meaning == repertoire.BEAT for stroke in strokes)
+    assert strokes and all(stroke.meaning == repertoire.BEAT for stroke in strokes if stroke.said)
 
 
 def test_the_warp_meets_every_phase_and_never_runs_backwards():
@@ -239,6 +262,15 @@ def test_some_performances_are_steered_and_all_within_range():
     np.testing.assert_array_equal(build.draw_controls(7, 3, 0), build.draw_controls(7, 3, 0))
 
 
+def test_what_is_heard_is_kept_and_used_as_it_is(tmp_path):
+    spoken = small_speech(1)
+    first = heard.obtain(tmp_path, spoken)
+    assert len(first.prosody.features) == len(first.tracks) == len(first.plain) == int(spoken.duration * 15)
+    again = heard.obtain(tmp_path, replace(spoken, recorded=np.zeros_like(spoken.recorded)))
+    assert again.prosody.accents == first.prosody.accents == Scene.of(spoken).accents
+    np.testing.assert_array_equal(again.mfcc, first.mfcc)
+
+
 def test_the_packed_corpus_is_what_training_reads(tmp_path):
     spoken = small_speech()
     talks = []
@@ -250,13 +282,13 @@ def test_the_packed_corpus_is_what_training_reads(tmp_path):
                 k,
                 np.zeros(5, np.float32),
                 np.tile(rest.REST, (frames, 1, 1)),
-                np.array([[0.8, 1, 1.2, 2, 1, 0.5]], np.float32),
+                np.array([[0.8, 1, 1.2, 2, 1, 0.5, k > 2]], np.float32),
                 0.4,
             )
             for k in (number, number + 3)
         ]
         words = [("hello", 0.2, 0.5), ("world", 0.7, 1.0)]
-        mfcc = build.features(spoken.recorded[: 16000 * 3])
+        mfcc = heard.features(spoken.recorded[: 16000 * 3])
         accents = np.array([[1.0, 0.5, 1.0]], np.float32)
         talks.append(build.Talk(number, number, "noise", mfcc, tracks, tracks, words, accents, np.full(3, 0.5), moves))
     figures = pack.save(talks, tmp_path / "corpus", 0)
@@ -268,6 +300,7 @@ def test_the_packed_corpus_is_what_training_reads(tmp_path):
     assert arrays["split"].tolist() == [0, 0, 1, 1, 2, 2] and arrays["speaker"].tolist() == [0, 3, 1, 4, 2, 5]
     assert arrays["strokes"].shape == (6, 7) and arrays["strokes"][:, 0].tolist() == list(range(6))
     assert np.diff(arrays["stroke_starts"]).tolist() == [1] * 6 and corpus.meta["meanings"][0] == "beat"
+    assert arrays["said"].tolist() == [False, True] * 3
     first = arrays["word_index"][:40]
     assert set(first.tolist()) == {-1, 0, 1} and first[4] == 0 and first[12] == 1 and first[20] == -1
     assert np.abs(arrays["vectors"].astype(float)).sum(axis=1).min() > 0
