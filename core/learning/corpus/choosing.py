@@ -16,11 +16,11 @@ _SOFT = 0.06
 _MOOD = 0.2
 """Standard deviation of how much a phrase moves somebody to gesture: one take answers another phrase than the next."""
 _IN_CHAIN = 0.14
+"""How much weaker an accent may be that goes on with a chain."""
 _WHIM = 0.13
 """Standard deviation of how much one accent, rather than its neighbours, calls for a stroke this time."""
 _MEANT = 0.7
 """How much a meaning adds to an accent's strength: what can be shown goes before beats."""
-"""How much weaker an accent may be that goes on with a chain."""
 _STATED = 0.75
 """Chance, beyond the performer's own readiness, that a phrase of a meaning is shown."""
 _UNSAID = 0.1

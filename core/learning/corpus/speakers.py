@@ -55,7 +55,7 @@ _BRAD, _BRAD2, _WOMAN, _MAN, _NEURON = "Gestures", "Gestures2", "FemaleGestures"
 
 PERFORMERS = (
     Performer(
-        "calm lecturer", "Measured strokes at waist height, mostly of the right hand, long holds, still head.",
+        "calm lecturer", "Measured strokes at waist height led by the right hand, long holds, still head.",
         (_BRAD2, _BRAD), "right", 1.85, 0.57, 0.6, 0.95, "mid", 0.85, 1.5, "sides", 0, 0, 0, 3.0, 2.5, 1.0, 0.8,
         0.48, 1, 0.24, 2.5, 0.82,
     ),
@@ -85,7 +85,7 @@ PERFORMERS = (
         0.65, 1.2, 0.51, 6, 0.82,
     ),
     Performer(
-        "left-handed joker", "Loose gestures, mostly of the left hand, wide turns, head tilts.",
+        "left-handed joker", "Loose gestures led by the left hand, wide turns, head tilts.",
         (_BRAD2, _BRAD, _NEURON), "left", 1.45, 0.5, 0.9, 1.05, "mid", 1.1, 0.9, "sides", -1, 0, 2, 4.5, 5.0, 4.0, 1.8,
         0.48, 1.3, 0.3, 4, 0.71,
     ),
@@ -95,7 +95,7 @@ PERFORMERS = (
         0.82, 1.1, 0.34, 3, 0.51,
     ),
     Performer(
-        "brisk presenter", "Brisk right-handed strokes before the body, often several in a row.",
+        "brisk presenter", "Brisk strokes before the body led by the right hand, often several in a row.",
         (_WOMAN, _MAN), "right", 1, 0.45, 0.6, 0.95, "mid", 1.2, 0.8, "front", 1, 0, 1, 4.0, 2.5, 1.0, 0.8,
         0.48, 1.1, 0.3, 6, 0.82,
     ),
@@ -115,7 +115,7 @@ PERFORMERS = (
         0.56, 1.2, 0.3, 8, 0.61,
     ),
     Performer(
-        "shy student", "Arms near the body, now and then a small left-hand gesture, chin down, head tilted.",
+        "shy student", "Arms near the body, now and then a small gesture led by the left hand, chin down, head tilted.",
         (_BRAD2, _WOMAN), "left", 2.15, 0.59, 0.5, 0.66, "low", 0.95, 0.6, "front", 1, 3, -6, 2.5, 3.0, 5.0, 0.9,
         0.52, 1.1, 0.24, 2, 0.82,
     ),
@@ -150,7 +150,7 @@ PERFORMERS = (
         0.74, 1.3, 0.42, 3.5, 0.71,
     ),
     Performer(
-        "deadpan", "Hardly a gesture: low, idle hands, a rare small movement of the right one, still trunk.",
+        "deadpan", "Hardly a gesture: low, idle hands, a rare small movement led by the right one, still trunk.",
         (_BRAD2, _BRAD), "right", 2.7, 0.69, 0.3, 0.72, "low", 0.9, 0.7, "sides", 0, 0, 0, 1.5, 0.8, 0.5, 0.2,
         0.3, 1.3, 0.28, 1.5, 0.61,
     ),
