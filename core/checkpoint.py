@@ -14,9 +14,10 @@ from safetensors.torch import load_file, save_file
 from .catalogue import DEFAULT, FORMAT, REMEDY, facts_path, read_facts
 from .errors import CheckpointUnreadable, S2agError
 from .files import whole_file
+from .model import network
 from .model.config import ModelConfig
 from .model.discriminator import Discriminator
-from .model.generator import Generator
+from .model.encoders import Encoders
 from .skeleton import EDGES
 
 
@@ -29,7 +30,7 @@ class Checkpoint:
     """
 
     config: ModelConfig
-    generator: Generator
+    generator: Encoders
     discriminator: Discriminator | None
     speakers: list[dict]
     meta: dict
@@ -51,7 +52,7 @@ class Checkpoint:
         return np.clip(1 / np.maximum(ratios, 1e-3), 1.0, 1.4)
 
 
-def save(path: str | PathLike, generator: Generator, discriminator: Discriminator | None, meta: dict, half: bool = True) -> str:
+def save(path: str | PathLike, generator: Encoders, discriminator: Discriminator | None, meta: dict, half: bool = True) -> str:
     """Write weights to ``path`` (.safetensors) and facts to the .json beside it, each whole or not at all.
 
     ``meta`` must be JSON and may hold "speakers" (names and descriptions in table order), training facts and feature
@@ -87,7 +88,7 @@ def load(path: str | PathLike | None = None, device: str = "cpu") -> Checkpoint:
         raise CheckpointUnreadable(f"{facts_path(path)} describes other weights than {path.name} holds.", REMEDY)
     try:
         config = ModelConfig.from_dict(facts["config"])
-        generator = _filled(Generator(config), tensors, "generator", device)
+        generator = _filled(network.make(config), tensors, "generator", device)
         judged = any(name.startswith("discriminator.") for name in tensors)
         discriminator = _filled(Discriminator(config), tensors, "discriminator", device) if judged else None
         speakers = [dict(speaker) for speaker in facts.get("speakers", [])]

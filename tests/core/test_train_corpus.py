@@ -75,7 +75,7 @@ def test_a_mirrored_window_is_gestured_with_the_other_hand():
 
 def test_windows_without_words_have_the_prosody_of_sound_alone():
     arrays, corpus = toy(talks=2, frames=60)
-    windows = Windows(np.array([0, 1]), np.array([3, 3]), wordless=np.array([False, True]), seedless=np.array([True, False]))
+    windows = Windows(np.array([0, 1]), np.array([3, 3]), wordless=np.array([False, True]), kept=np.arange(40) < [[0], [10]])
     batch = corpus.batch(windows, 40, 10)
     assert batch.words[0].any() and not batch.words[1].any()
     np.testing.assert_array_equal(batch.prosody[0].numpy(), arrays["prosody"][3:43].astype(np.float32))
@@ -87,7 +87,8 @@ def test_chances_decide_over_whole_windows():
     _, corpus = toy(talks=4, frames=60)
     config = TrainConfig(batch=2000, frames=48, word_drop=0.25, seed_drop=0.5)
     windows = draw(corpus, config, np.random.default_rng(0))
-    assert windows.wordless.mean() == pytest.approx(0.25, abs=0.05) and windows.seedless.mean() == pytest.approx(0.5, abs=0.05)
+    assert windows.wordless.mean() == pytest.approx(0.25, abs=0.05)
+    assert windows.kept[:, :10].all(1).mean() == pytest.approx(0.5, abs=0.05) and not windows.kept[:, 10:].any()
     assert not windows.flip.any()
     assert draw(corpus, TrainConfig(batch=50, frames=48, mirror=1.0), np.random.default_rng(0)).flip.all()
 

@@ -1,0 +1,115 @@
+"""Performances drawn from noise: conditional flow matching (Lipman et al. 2023) on the paper's encoders.
+
+A network of this kind learns the velocity that carries noise at time 0 along straight lines to performances at time 1, given
+what is heard, the style, frames that are kept and strokes that are asked for.
+"""
+
+from collections.abc import Callable
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+from ..skeleton import EDGES
+from .asked_encoder import AskedEncoder
+from .config import ModelConfig
+from .denoiser import Denoiser
+from .encoders import POSE, Encoders
+
+STEPS = 8
+"""Velocities that one performance takes."""
+
+
+class FlowGenerator(Encoders):
+    """Noise, voice, words, prosody, given poses, wishes and style to directions and what else a frame has.
+
+    A frame's numbers are nine directions less their mean and ``extras`` further ones; inside the network they are divided
+    by what they vary (:attr:`scale`) after their own mean (:attr:`centre`) is taken off. Given frames stay as they are.
+    """
+
+    def __init__(self, config: ModelConfig):
+        super().__init__(config)
+        self.noise_size = POSE + config.extras
+        if config.meanings:
+            self.asked_encoder = AskedEncoder(config)
+        self.no_style = nn.Parameter(torch.zeros(config.style_size))
+        self.denoiser = Denoiser(config, self.noise_size, self.feature_size + config.style_size)
+        self.register_buffer("centre", torch.zeros(self.noise_size))
+        self.register_buffer("scale", torch.full((self.noise_size,), 0.3))
+
+    @property
+    def feature_size(self) -> int:
+        """Channels of :meth:`encode`."""
+        return super().feature_size + (self.config.asked_size if self.config.meanings else 0)
+
+    def encode(
+        self,
+        mfcc: torch.Tensor,
+        words: torch.Tensor,
+        seeds: torch.Tensor,
+        prosody: torch.Tensor | None = None,
+        asked: torch.Tensor | None = None,
+    ) -> torch.Tensor:
+        """Everything but the style, ``(B, T, channels)``; ``asked`` ``(B, T, 7)`` are the channels of :mod:`requested`."""
+        features = super().encode(mfcc, words, seeds, prosody)
+        if not self.config.meanings:
+            return features
+        asked = seeds.new_zeros(1, 1, 7) if asked is None else asked
+        return torch.cat([features, self.asked_encoder(asked).expand(*features.shape[:2], -1)], -1)
+
+    def conditions(self, features: torch.Tensor, style: torch.Tensor) -> list[torch.Tensor]:
+        """What :meth:`velocity` needs of features ``(B, T, channels)`` and styles ``(B, size)`` or ``(B, T, size)``."""
+        style = style if style.dim() == 3 else style[:, None].expand(-1, features.shape[1], -1)
+        return self.denoiser.condition(torch.cat([features, style], -1))
+
+    def velocity(self, x: torch.Tensor, mask: torch.Tensor, time: torch.Tensor, conditions: list[torch.Tensor]) -> torch.Tensor:
+        """Where the poses ``(B, T, noise_size)`` at ``time`` ``(B,)`` go; those where ``mask`` ``(B, T, 1)`` is 1 are given."""
+        return self.denoiser(x, mask, time, conditions)
+
+    def numbers(self, seeds: torch.Tensor) -> torch.Tensor:
+        """Poses as the dataset and :func:`seeds.seed_input` give them, ``(..., noise_size)``, as the flow's numbers."""
+        return (seeds - self.centre) / self.scale
+
+    def directions(self, x: torch.Tensor) -> torch.Tensor:
+        """Unit directions ``(B, T, 9, 3)`` of the flow's numbers ``(B, T, noise_size)``."""
+        poses = (x * self.scale + self.centre)[..., :POSE].unflatten(-1, (len(EDGES), 3)) + self.mean
+        return functional.normalize(poses, dim=-1)
+
+    def forward(
+        self,
+        mfcc: torch.Tensor,
+        words: torch.Tensor,
+        seeds: torch.Tensor,
+        style: torch.Tensor,
+        prosody: torch.Tensor | None = None,
+        asked: torch.Tensor | None = None,
+        noise: torch.Tensor | None = None,
+    ) -> torch.Tensor:
+        """Directions ``(B, T, 9, 3)`` drawn from ``noise`` ``(B, T, noise_size)``, whose last frames and mask ``seeds`` hold.
+
+        ``seeds`` ``(B, T, noise_size + 1)``: poses less their mean on given frames and zeros elsewhere, last channel 1 on
+        given frames, anywhere in the window.
+        """
+        conditions = self.conditions(self.encode(mfcc, words, seeds, prosody, asked), style)
+        given, mask = self.numbers(seeds[..., :-1]), seeds[..., -1:]
+        x = noise + mask * (given - noise)
+
+        def velocity(x, time):
+            return self.velocity(x, mask, time, conditions) * (1 - mask)
+
+        return self.directions(solve(velocity, x))
+
+    def _affect(self, seeds: torch.Tensor) -> torch.Tensor:
+        # Given frames may lie anywhere, and what is encoded must not depend on where another performance has its last.
+        mask = seeds[..., -1:]
+        return self.aff_encoder(seeds[..., :POSE].unflatten(-1, (len(EDGES), 3))) * mask
+
+
+def solve(velocity: Callable[[torch.Tensor, torch.Tensor], torch.Tensor], x: torch.Tensor, steps: int = STEPS) -> torch.Tensor:
+    """Carry ``x`` from time 0 to 1 in ``steps`` evaluations of ``velocity(x, time)`` (Adams and Bashforth of second order)."""
+    before = None
+    for step in range(steps):
+        now = velocity(x, x.new_full((1,), step / steps))
+        x = x + (now if before is None else 1.5 * now - 0.5 * before) / steps
+        before = now
+    return x
