@@ -57,7 +57,7 @@ class ModelConfig:
     part_size: int = 16  # (Da2)
     affect_size: int = 16  # (Da)
     affect_slope: float = 0.01
-    seed_view: int = 32  # channels of a linear view of seed poses and seed mask for the GRU; 0: it sees neither
+    seed_view: int = 32  # channels of a linear view of seed poses and seed mask for the GRU; 0: none (a flow sees them anyway)
 
     decoder: str = "gru"  # "gru": the paper's, one performance; "flow": flow matching, performances drawn from noise
     extras: int = 0  # numbers of a frame beyond the nine directions; only a flow has any
@@ -114,7 +114,7 @@ class ModelConfig:
     @classmethod
     def flow(cls, speakers: int = 1, **changes) -> "ModelConfig":
         """The default's encoders with a decoder that draws performances from noise (conditional flow matching)."""
-        return cls.default(speakers, **{"name": "flow", "decoder": "flow", **changes})
+        return cls.default(speakers, **{"name": "flow", "decoder": "flow", "seed_view": 0, **changes})
 
     @classmethod
     def paper(cls, speakers: int = 1, **changes) -> "ModelConfig":

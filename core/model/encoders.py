@@ -41,7 +41,7 @@ class Encoders(nn.Module):
         self.speaker_mu = nn.Linear(config.style_size, config.style_size)
         self.speaker_log_var = nn.Linear(config.style_size, config.style_size)
         if config.seed_view:
-            self.seed_view = nn.Linear(POSE + config.extras + 1, config.seed_view)
+            self.seed_view = nn.Linear(POSE + 1, config.seed_view)
         if config.prosody_features:
             self.prosody_encoder = ProsodyEncoder(config)
         if config.controls:
