@@ -4,7 +4,7 @@
 The root of this tree is both a Blender extension and the Python package ``s2ag``; nothing heavy is imported here.
 """
 
-__version__ = "0.1.0"
+from .core.version import VERSION as __version__  # noqa: F401
 
 
 def register():

@@ -1,4 +1,4 @@
-"""What a character may be called: human, human:RIG, mannequin, or a file. Blender's side of it is ``s2ag_blender.cast``."""
+"""What a character may be called: human, human:RIG, mannequin, or a file. Blender's side of it is :mod:`s2ag_blender.cast`."""
 
 from pathlib import Path
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..core.errors import RigUnusable
-from ..core.skeleton import EDGE_NAMES
+from ..core.motion.skeleton import EDGE_NAMES
 from . import limbs
 from .family import SIDES, TRUNK_PARTS, families
 from .names import Match, Names, missing_reason, rival

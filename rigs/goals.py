@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core import skeleton
+from ..core.motion import skeleton
 from . import arms, fingers, limits, proportions, quaternion, spread
 from .plain import ARMS, Bones, Mapping, character_frame
 

@@ -1,6 +1,6 @@
 """How far a character's shoulders and arms turn: bounds that are reached softly, so that no curve gets a corner.
 
-``core.limits`` keeps the motion itself human. Here it is about a character, whose rest pose and strengths are its own.
+``core.motion.limits`` keeps the motion itself human. Here it is about a character, whose rest pose and strengths are its own.
 """
 
 import numpy as np

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..core.errors import RigUnusable
-from ..core.skeleton import EDGE_NAMES
+from ..core.motion.skeleton import EDGE_NAMES
 from . import quaternion
 from .family import Switch
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core import skeleton
+from ..core.motion import skeleton
 from . import quaternion
 from .plain import Bones, Mapping, character_frame
 

@@ -6,7 +6,7 @@ and rolls.
 
 import numpy as np
 
-from ..core import skeleton
+from ..core.motion import skeleton
 from . import quaternion, twist
 from .goals import Goals, Options
 from .plain import Bones, Mapping

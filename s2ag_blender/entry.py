@@ -1,6 +1,6 @@
 """Starts a module of this package: ``blender -b --python entry.py -- MODULE ARGUMENTS``, or the same in Python with bpy.
 
-``MODULE`` is one of this folder, or ``core.cli.main``, the command line, which needs no Blender.
+``MODULE`` is named from the package's root: ``s2ag_blender.film.job``, or ``core.cli.main``, the command line.
 
 Blender's own Python has no package called s2ag, so the tree around this file is made one, without touching ``sys.path``.
 """
@@ -23,6 +23,6 @@ def package(name: str = "s2ag"):
 
 if __name__ == "__main__":
     module, *arguments = sys.argv[sys.argv.index("--") + 1 :]
-    started = importlib.import_module(f"{package().__name__}.{module if '.' in module else f's2ag_blender.{module}'}")
+    started = importlib.import_module(f"{package().__name__}.{module}")
     if status := started.main(arguments):
         sys.exit(status)

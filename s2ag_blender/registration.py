@@ -2,12 +2,13 @@
 
 import bpy
 
-from . import (
+from . import translations
+from .takes import gesture
+from .ui import (
     bone_maps,
     command,
     drop,
     engine_ops,
-    gesture,
     handlers,
     learn,
     operators,
@@ -17,7 +18,6 @@ from . import (
     properties,
     subpanels,
     take_ops,
-    translations,
 )
 
 CLASSES = (

@@ -59,7 +59,7 @@ def plain_checkpoint(tmp_path_factory):
 def save_random_network(path, **changes):
     """Save a network of random weights to ``path`` and return the path."""
     torch = pytest.importorskip("torch", reason="the engine is not installed")
-    from s2ag.core import checkpoint
+    from s2ag.core.model import checkpoint
     from s2ag.core.model.config import ModelConfig
     from s2ag.core.model.generator import Generator
 

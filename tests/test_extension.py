@@ -52,7 +52,9 @@ def test_zip_is_valid(blender_ext, built):
 
 def test_zip_holds_the_extension_and_nothing_else(built):
     names = zipfile.ZipFile(built).namelist()
-    assert {"blender_manifest.toml", "__init__.py", "LICENSE", "core/worker.py", "s2ag_blender/client.py"} <= set(names)
+    assert {"blender_manifest.toml", "__init__.py", "LICENSE", "core/engine/worker.py", "s2ag_blender/engine/client.py"} <= set(
+        names
+    )
     assert not [name for name in names if name.endswith((".whl", ".pyc", ".blend1", ".zip"))]
     outside = ("tests/", "examples/", "docs/", "farm/", "build/", "dist/", ".git/", ".ci/", "work/")
     assert not [name for name in names if name.startswith(outside) or "__pycache__" in name]

@@ -4,14 +4,11 @@ import ast
 import subprocess
 import sys
 import tomllib
-from functools import cache
-from pathlib import Path
 
 import pytest
 import s2ag
+from imports import ALL, ROOT, modules, reachable, tree
 
-ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("core", "rigs", "s2ag_blender")
 BLENDER = {"bpy", "mathutils", "bpy_extras", "bmesh", "gpu", "aud"}
 HEAVY = {"torch", "scipy", "librosa", "gensim", "av", "pocketsphinx", "safetensors", "numba", "sklearn", "tqdm"}
 VERSION_BOUND = {
@@ -26,64 +23,6 @@ VERSION_BOUND = {
 }
 
 
-@cache
-def tree(path):
-    return ast.parse(path.read_text("utf-8"))
-
-
-def modules(*packages):
-    """Dotted name below the root -> file, of every module in ``packages``."""
-    found = {}
-    for package in packages:
-        for path in (ROOT / package).rglob("*.py"):
-            parts = path.relative_to(ROOT).with_suffix("").parts
-            found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
-    return found
-
-
-ALL = modules(*PACKAGES)
-
-
-def imports(name, nested=True):
-    """What module ``name`` imports: modules of ours by dotted name, others by their first word.
-
-    ``nested`` includes imports inside functions, which happen when they are called and not at import time.
-    """
-    nodes = ast.walk(tree(ALL[name])) if nested else _top_level(tree(ALL[name]))
-    package = name.split(".") if ALL[name].name == "__init__.py" else name.split(".")[:-1]
-    for node in nodes:
-        if isinstance(node, ast.Import):
-            yield from (alias.name.split(".")[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.level == 0:
-            yield node.module.split(".")[0]
-        elif isinstance(node, ast.ImportFrom):
-            base = package[: len(package) - node.level + 1] + (node.module.split(".") if node.module else [])
-            for alias in node.names:
-                inner = ".".join([*base, alias.name])
-                yield inner if inner in ALL else ".".join(base)
-
-
-def _top_level(node):
-    for child in ast.iter_child_nodes(node):
-        if not isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
-            yield child
-            yield from _top_level(child)
-
-
-def reachable(name, nested=True):
-    """Everything that importing (and with ``nested`` running) ``name`` can import, with the packages on the way."""
-    seen, todo = set(), [name]
-    while todo:
-        here = todo.pop()
-        if here not in seen:
-            seen.add(here)
-            if here in ALL:
-                parents = here.split(".")
-                todo += [parent for end in range(1, len(parents)) if (parent := ".".join(parents[:end])) in ALL]
-                todo += imports(here, nested)
-    return seen
-
-
 def every_source_file():
     return [ROOT / "__init__.py", ROOT / "__main__.py", *ALL.values()]
 
@@ -93,10 +32,10 @@ def offences(files, wrong):
 
 
 def test_the_scan_sees_the_package():
-    assert {"core.worker", "core.cli.main", "s2ag_blender.client", "core.errors"} <= set(ALL)
-    assert "core.protocol" in reachable("s2ag_blender.client")
-    assert "torch" in reachable("core.synthesis")
-    assert "torch" not in reachable("core.synthesis", nested=False)
+    assert {"core.engine.worker", "core.cli.main", "s2ag_blender.engine.client", "core.errors"} <= set(ALL)
+    assert "core.engine.protocol" in reachable("s2ag_blender.engine.client")
+    assert "torch" in reachable("core.performance.synthesis")
+    assert "torch" not in reachable("core.performance.synthesis", nested=False)
 
 
 @pytest.mark.parametrize("name", sorted(modules("core", "rigs")))
@@ -109,14 +48,14 @@ def test_blenders_process_never_reaches_the_engine(name):
     assert not reachable(name) & HEAVY
 
 
-@pytest.mark.parametrize("name", ["core.cli.main", "core.worker", "core.synthesis"])
+@pytest.mark.parametrize("name", ["core.cli.main", "core.engine.worker", "core.performance.synthesis"])
 def test_nothing_heavy_at_start(name):
     assert not reachable(name, nested=False) & HEAVY
 
 
 def test_importing_what_blender_imports_loads_numpy_at_most():
     light = [name for name in modules("rigs", "s2ag_blender") if not reachable(name, nested=False) & BLENDER]
-    assert "s2ag_blender.client" in light
+    assert "s2ag_blender.engine.client" in light
     code = "import importlib, sys\nfor name in sys.argv[1:]: importlib.import_module('s2ag.' + name)\nprint(*sys.modules)"
     # Isolated from the tests' own folder; -S is not possible, because the installed package is found by site.
     done = subprocess.run([sys.executable, "-c", code, *light], capture_output=True, text=True, check=True)

@@ -6,15 +6,18 @@ from functools import cache
 from pathlib import Path
 
 from ...rigs import maps
-from .. import audio, characters, language, readers, recognise, styles, transcript, words
-from ..catalogue import describe
+from .. import characters, styles
 from ..errors import S2agError, UsageError
+from ..model.catalogue import describe
+from ..sound import audio
+from ..vectors import table
+from ..words import language, readers, recognise, transcript
 from .clip import ASKED, CHARACTER_OUTPUTS, SCENE_OUTPUTS, Clip, Unit, units
 from .manifest import Problem
 
 _SHARED = ("takes", "preset", "engine", "resolution", "fps", "start_frame")
 _AGREE = "Rows of one scene must agree on it."
-_FILES = (("audio", audio.check), ("vectors", words.check), ("map", maps.load))
+_FILES = (("audio", audio.check), ("vectors", table.check), ("map", maps.load))
 
 
 def check(clips: list[Clip], looked_at: set[int] | None = None) -> list[Problem]:
@@ -86,7 +89,7 @@ def _ask(clip: Clip, known: dict) -> None:
 
 def request(clip: Clip):
     """The :class:`synthesis.Request` of a clip; raises :class:`UsageError`."""
-    from ..synthesis import Request
+    from ..performance.synthesis import Request
 
     return Request(**{name: getattr(clip, name) for name in ("audio", "transcript", *ASKED)})
 

@@ -10,7 +10,8 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from .. import child, protocol
+from .. import child
+from ..engine import protocol
 from ..errors import S2agError, WorkerFailed
 
 TRIES = 2

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import audio
 from ..errors import AudioUnreadable, OutputUnwritable
+from ..sound import audio
 
 PATTERN = "%06d.png"
 """Names of the images, for FFmpeg; Blender writes the same."""

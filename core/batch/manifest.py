@@ -9,9 +9,9 @@ import unicodedata
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from .. import sampling
-from ..beside import beside
 from ..errors import ManifestUnusable, S2agError
+from ..performance import sampling
+from ..words.beside import beside
 from .clip import OUTPUTS, PRESETS, Clip, safe_name
 
 SUFFIXES = (".csv", ".jsonl", ".ndjson")

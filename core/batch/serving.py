@@ -11,7 +11,7 @@ import threading
 import traceback
 from collections.abc import Callable
 
-from .. import protocol
+from ..engine import protocol
 from ..errors import EngineMissing, OutputUnwritable, S2agError, UsageError
 from ..files import abandon
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 
-from ..catalogue import DEFAULT, facts_path
 from ..errors import S2agError
+from ..model.catalogue import DEFAULT, facts_path
 from .clip import ASKED, CHARACTER_OUTPUTS, MODELS, MOTION_OUTPUTS, SCENE_OUTPUTS, SEQUENCES, Clip, Unit, units
 from .crew import PATIENCE, Crew, Task
 from .folder import Folder, Record, digest, key
@@ -127,7 +127,7 @@ class Batch:
         }
 
     def _job(self, unit: Unit, take: int, made_of: str) -> dict:
-        """The job for Blender (:class:`s2ag_blender.job.Job`) and where its files go."""
+        """The job for Blender (:class:`s2ag_blender.film.job.Job`) and where its files go."""
         name, folder = unit.take_name(take), self.folder
         performers, places = [], {}
         for clip in unit.clips:
@@ -195,7 +195,8 @@ def settle(batch: Batch, chosen: Sequence[Unit]) -> None:
 
 def _engine(checkpoint, vectors, aligner_model, recogniser_model, language, has_words: bool, recognises: bool) -> list:
     """Everything that gestures depend on beside the row: this program, and the models that have a say in them."""
-    from .. import align, recognise, synthesis
+    from ..performance import synthesis
+    from ..words import align, recognise
 
     weights = Path(checkpoint or DEFAULT)
     used = [VERSION, synthesis.VERSION, _content(facts_path(weights)), _content(weights)]

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from .. import skeleton
 from ..files import whole_file
+from ..motion import skeleton
 from .clip import Clip, Unit
 from .folder import STAGES
 from .stages import Batch, Step

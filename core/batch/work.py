@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import skeleton
+from ..motion import skeleton
 from ..threads import share_cores
 from . import encode, serving
 from .checks import request
@@ -49,7 +49,7 @@ class Synthesis:
 def _open(**models):
     import torch
 
-    from ..synthesis import Session
+    from ..performance.synthesis import Session
 
     # One thread each, so that the bytes do not depend on how many processes share the machine.
     torch.set_num_threads(1)
@@ -63,10 +63,10 @@ def motion_paths(folder: Folder, clip: Clip) -> list[Path]:
 
 def _motion_files(motion, clip: Clip, take: int, folder: Folder, part: Path) -> dict[Path, Path]:
     """Files of one take in ``part`` and their places; the ``.npz`` is always there, because rendering needs it."""
-    from .. import bvh, motion_json
+    from ..motion import as_json, bvh
 
     name = clip.take_name(take)
-    savers = {"npz": lambda motion, path: motion.save(path), "bvh": bvh.save, "json": motion_json.save}
+    savers = {"npz": lambda motion, path: motion.save(path), "bvh": bvh.save, "json": as_json.save}
     made = {}
     for kind in _SAVED:
         if kind == "npz" or kind in clip.outputs:
@@ -85,7 +85,7 @@ def _speech_files(clip: Clip, words, folder: Folder, part: Path) -> dict[Path, P
     """The recording as 16-bit WAV at 16 kHz, and its words with their times."""
     import json
 
-    from .. import audio
+    from ..sound import audio
 
     sound, text = part / f"{clip.name}.wav", part / f"{clip.name}.words.json"
     with wave.open(str(sound), "wb") as file:

@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
     wanted = performance.request(options)
     inputs = [*performance.inputs(options), Path(who), *filter(None, [options.map])]
     files = outputs.plan(options.outputs, SUFFIXES, wanted.takes, inputs)
-    blender.command("job")
+    blender.command("film.job")
     result = performance.perform(options, wanted)
     with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
         for take, (motion, paths) in enumerate(zip(result.motions, files, strict=True)):
@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
             job = Path(folder) / f"{take}.json"
             job.write_text(json.dumps(_job(options, who, path, paths)), "utf-8")
             with Progress() as progress:
-                done = blender.run("job", str(job), progress=progress, talk="all" if options.verbose else "last")
+                done = blender.run("film.job", str(job), progress=progress, talk="all" if options.verbose else "last")
             for warning in done.get("warnings", ()):
                 note(warning)
     return 0

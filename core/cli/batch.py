@@ -161,7 +161,7 @@ def _commands(batch, chosen, wanted) -> dict[str, list[str]]:
     own = [sys.executable, "-m", f"{__package__.rpartition('.')[0]}.batch.work"]
     commands = dict.fromkeys(STAGES, own)
     if "render" in wanted and any(unit.is_filmed for unit in chosen):
-        commands["render"] = blender.command("serve")
+        commands["render"] = blender.command("film.serve")
     return commands
 
 

@@ -39,11 +39,11 @@ def run(options: argparse.Namespace) -> int:
     share_cores()
     import torch
 
-    from ..bench import run as bench
-    from ..bench import table
-    from ..bench.setting import SETTINGS
-    from ..systems.catalogue import KNOWN, SYSTEMS
-    from ..train.process import Interruption
+    from ..learning.bench import run as bench
+    from ..learning.bench import table
+    from ..learning.bench.setting import SETTINGS
+    from ..learning.systems.catalogue import KNOWN, SYSTEMS
+    from ..learning.train.process import Interruption
 
     if options.setting not in SETTINGS:
         raise UsageError(f"There is no setting {options.setting!r}.", f"Settings are {', '.join(SETTINGS)}.")

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
-from .. import protocol
+from ..engine import protocol
 from ..errors import BlenderUnavailable
 
 ENTRY = Path(__file__).parents[2] / "s2ag_blender" / "entry.py"
@@ -29,7 +29,7 @@ def command(module: str, *arguments: str) -> list[str]:
     if named and not shutil.which(named):
         raise BlenderUnavailable(f"S2AG_BLENDER names {named}, which cannot be run.", "Let it name Blender's executable.")
     if not named and importlib.util.find_spec("bpy"):
-        return [sys.executable, "-P", str(ENTRY), "--", module, *arguments]
+        return [sys.executable, "-P", str(ENTRY), "--", f"s2ag_blender.{module}", *arguments]
     program = shutil.which(named or "blender")
     if not program:
         raise BlenderUnavailable(
@@ -37,7 +37,7 @@ def command(module: str, *arguments: str) -> list[str]:
             'Install it with: pip install "s2ag[blender]", or let S2AG_BLENDER name its executable.',
         )
     options = ["--background", "--factory-startup", "--python-exit-code", "1", "--python", str(ENTRY)]
-    return [program, *options, "--", module, *arguments]
+    return [program, *options, "--", f"s2ag_blender.{module}", *arguments]
 
 
 def run(module: str, *arguments: str, progress: Callable[[str, float], None] = lambda *_: None, talk: str = "last") -> dict:

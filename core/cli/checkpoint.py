@@ -28,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
     """Convert and say what was found."""
     check_output(options.output)
     share_cores()
-    from ..foreign import import_checkpoint
+    from ..model.foreign import import_checkpoint
 
     facts = import_checkpoint(options.file, options.output, options.vocabulary, options.speakers)
     config = facts["config"]

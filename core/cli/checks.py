@@ -12,9 +12,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..cache import Cache, default_folder
-from ..catalogue import describe
 from ..errors import S2agError
+from ..model.catalogue import describe
+from ..words.cache import Cache, default_folder
 from . import blender
 
 TORCH = (2, 4), (2, 14)
@@ -88,7 +88,7 @@ def _aligner() -> Check:
 
 
 def _recogniser() -> Check:
-    from .. import recognise
+    from ..words import recognise
 
     there = recognise.available()
     return Check("recogniser", there, "installed" if there else "not installed", recognise.ADVICE, required=False)

@@ -11,14 +11,14 @@ SUMMARY = "convert a data set of speech and motion"
 EXAMPLE = """examples:
   s2ag data plain my_takes --speaker me -o mine          NAME.bvh, NAME.wav and NAME.txt
   s2ag data trinity genea2020 -o trinity
-  s2ag data ted exported_ted --split talk -o ted         after core/datasets/ted_export.py
+  s2ag data ted exported_ted --split talk -o ted         after core/learning/datasets/ted_export.py
   s2ag data directed corpus --speech corpus/speech -o data"""
 KINDS = {
     "plain": "motion (.bvh, SMPL-X .npz), sound and words under the same name",
     "trinity": "GENEA Challenge 2020 / Trinity",
     "zeroeggs": "ZeroEGGS",
     "beat2": "BEAT2",
-    "ted": "TED Gesture, exported by core/datasets/ted_export.py",
+    "ted": "TED Gesture, exported by core/learning/datasets/ted_export.py",
     "directed": "this project's directed corpus, with its sound",
 }
 
@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
     if options.kind not in KINDS:
         raise UsageError(f"There is no kind of data set {options.kind!r}.", f"Kinds are {', '.join(KINDS)}.")
     share_cores()
-    from ..datasets import directed, readers, smplx, ted, writer
+    from ..learning.datasets import directed, readers, smplx, ted, writer
 
     with Progress() as progress:
         if options.kind == "directed":

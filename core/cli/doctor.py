@@ -20,7 +20,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print every check with its remedy; 0 if a recording can become a character, else 2."""
     if options.clear_cache:
-        from ..cache import Cache, default_folder
+        from ..words.cache import Cache, default_folder
 
         cache = Cache(default_folder())
         print(f"{cache.clear()} files removed from {cache.folder or 'nowhere: no cache is kept'}")

@@ -45,10 +45,10 @@ def run(options: argparse.Namespace) -> int:
         if not path.is_file():
             raise AudioUnreadable(f"The recording {path} does not exist.", "Check the name and the folder.")
     if options.films:
-        blender.command("job")  # complain now, not after the measuring
+        blender.command("film.job")  # complain now, not after the measuring
     _need_matplotlib()
     share_cores()
-    from ..evaluate import folder, report
+    from ..learning.evaluate import folder, report
 
     place = folder.prepare(options.report)
     setting = report.Setting(
@@ -67,9 +67,9 @@ def run(options: argparse.Namespace) -> int:
 
 def _films(outcome, place: Path, progress) -> None:
     """Films of the first talk, as generated and as directed, and of every recording, with a mannequin."""
-    from ..evaluate.folder import file_name
-    from ..evaluate.studio import write_wave
-    from ..motion import Motion
+    from ..learning.evaluate.folder import file_name
+    from ..learning.evaluate.studio import write_wave
+    from ..motion.motion import Motion
 
     shown = {"generated": outcome.made[0], "directed": outcome.directed[0]}
     films = {f"{file_name(case.talk.name)}-{kind}": case for kind, case in shown.items()}
@@ -83,7 +83,8 @@ def _films(outcome, place: Path, progress) -> None:
             film = str((place / "films" / f"{name}.mp4").absolute())
             wanted = {"motions": [str(motion)], "audio": str(audio), "character": "mannequin", "outputs": [film]}
             job.write_text(json.dumps(wanted), "utf-8")
-            done = blender.run("job", str(job), progress=lambda stage, value, name=name: progress(f"{name}: {stage}", value))
+            tell = lambda stage, value, name=name: progress(f"{name}: {stage}", value)  # noqa: E731
+            done = blender.run("film.job", str(job), progress=tell)
         for warning in done.get("warnings", ()):
             note(warning)
 

@@ -7,6 +7,7 @@ import signal
 import sys
 
 from ..errors import EngineMissing, S2agError, UsageError
+from ..version import VERSION
 from . import animate, batch, bench, checkpoint, data, doctor, evaluate, rig, sample, study, styles, synth
 from .progress import say
 
@@ -62,7 +63,7 @@ def _parser() -> Parser:
         epilog="example:\n  s2ag animate voice.mp3 --character human -o talk.mp4",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=f"s2ag {_version()}")
+    parser.add_argument("--version", action="version", version=f"s2ag {VERSION}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for verb in (synth, animate, sample, batch, rig, styles, doctor, evaluate, bench, checkpoint, data, study):
         name = verb.__name__.rpartition(".")[2]
@@ -76,10 +77,6 @@ def _parser() -> Parser:
         verb.configure(command)
         command.set_defaults(run=verb.run)
     return parser
-
-
-def _version() -> str:
-    return sys.modules[__package__.rpartition(".core")[0]].__version__
 
 
 if __name__ == "__main__":

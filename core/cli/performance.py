@@ -72,7 +72,7 @@ def inputs(options: argparse.Namespace) -> list[Path]:
 
 def request(options: argparse.Namespace, **changes):
     """The :class:`Request` that the options describe; raises :class:`UsageError` for values out of range."""
-    from ..synthesis import Request
+    from ..performance.synthesis import Request
 
     if getattr(options, "chosen", None):
         return _chosen(options)
@@ -97,8 +97,8 @@ def request(options: argparse.Namespace, **changes):
 
 def _chosen(options: argparse.Namespace):
     """The request that makes a cell of a sample again; its recording becomes that of the options."""
-    from ..sampling import again
-    from ..synthesis import Request
+    from ..performance.sampling import again
+    from ..performance.synthesis import Request
 
     steered = options.affect or options.rate or options.hand or options.mirror or options.intensity != 1
     if options.takes != 1 or options.style or options.seed or steered:
@@ -115,7 +115,7 @@ def _chosen(options: argparse.Namespace):
 
 def session(options: argparse.Namespace):
     """The engine that the options describe."""
-    from ..synthesis import Session
+    from ..performance.synthesis import Session
 
     share_cores()
     models = {"aligner_model": options.aligner_model, "recogniser_model": options.recogniser_model}
@@ -155,13 +155,13 @@ def _transcript(options: argparse.Namespace) -> Path | None:
     """The transcript file: named, or one of the recording's name beside it."""
     if options.transcript or options.text is not None or options.no_transcript or options.recognise:
         return options.transcript
-    from ..beside import beside
+    from ..words.beside import beside
 
     found = beside(options.audio)
     if found is None and not options.audio.is_file():
         return None  # what is wrong with the recording is said by whoever reads it
     if found is None:
-        from .. import recognise
+        from ..words import recognise
 
         how = "--recognise has the words written down." if recognise.available() else recognise.ADVICE
         note(f"Without a transcript the gestures follow the sound alone. {how}")

@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
         path = Path(folder) / "survey.json"
         path.write_text(json.dumps(job), "utf-8")
-        told = blender.run("survey", str(path))
+        told = blender.run("cast.survey", str(path))
     print(f"{told['armature']}: {told['family']}, {told['bones']} bones\n\n{told['table']}")
     for warning in told["warnings"]:
         note(warning)

@@ -46,8 +46,8 @@ def run(options: argparse.Namespace) -> int:
     if options.map:
         _need_matplotlib()
     if any(path.suffix.lower() != ".json" for path in files):
-        blender.command("sheet")
-    from .. import sampling
+        blender.command("film.sheet")
+    from ..performance import sampling
 
     session, sheet = performance.session(options), None
     if options.audio:
@@ -107,7 +107,7 @@ def _show(options: argparse.Namespace, sheet, motions, files: list[Path]) -> Non
         content = {"cells": cells, "audio": str(options.audio.absolute()), "fps": options.fps, "outputs": shown}
         job.write_text(json.dumps(content), "utf-8")
         with Progress() as progress:
-            blender.run("sheet", str(job), progress=progress)
+            blender.run("film.sheet", str(job), progress=progress)
 
 
 def _need_matplotlib() -> None:

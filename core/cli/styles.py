@@ -20,7 +20,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print names and descriptions."""
-    from ..catalogue import describe
+    from ..model.catalogue import describe
 
     known = describe(options.checkpoint)
     speakers, controls = known["speakers"], known["controls"]

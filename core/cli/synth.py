@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
 
 def save(motion, path) -> None:
     """Write a motion in the format of the path's suffix."""
-    from .. import bvh, motion_json
+    from ..motion import as_json, bvh
 
-    writers = {".npz": lambda motion, path: motion.save(path), ".bvh": bvh.save, ".json": motion_json.save}
+    writers = {".npz": lambda motion, path: motion.save(path), ".bvh": bvh.save, ".json": as_json.save}
     writers[path.suffix.lower()](motion, path)

@@ -4,7 +4,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from ..requested import CHANNELS
+from ..motion.requested import CHANNELS
 from .config import ModelConfig
 
 

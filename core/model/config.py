@@ -41,7 +41,7 @@ class ModelConfig:
     text_dropout: float = 0.1
     text_size: int = 32  # (Dx)
 
-    prosody_features: int = 0  # columns of core.prosody; 0: the network hears no prosody but the MFCCs
+    prosody_features: int = 0  # columns of core.sound.prosody; 0: the network hears no prosody but the MFCCs
     prosody_size: int = 32
 
     style_size: int = 16  # (Ds)
@@ -105,7 +105,7 @@ class ModelConfig:
     @classmethod
     def default(cls, speakers: int = 1, **changes) -> "ModelConfig":
         """The lean network trained here: temporal MFCC differences, prosody, controls, any length, outside word vectors."""
-        from ..prosody import FEATURES
+        from ..sound.prosody import FEATURES
         from ..styles import CONTROLS
 
         settings = dict(prosody_features=FEATURES, controls=len(CONTROLS))

@@ -3,7 +3,7 @@
 import torch
 from torch import nn
 
-from ..skeleton import EDGES, MEAN
+from ..motion.skeleton import EDGES, MEAN
 from .affective_encoder import AffectiveEncoder
 from .config import ModelConfig
 from .layers import make_gru, make_norm, run_gru

@@ -4,7 +4,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from ..skeleton import EDGES, MEAN
+from ..motion.skeleton import EDGES, MEAN
 from .affective_encoder import AffectiveEncoder
 from .config import ModelConfig
 from .mfcc_encoder import MfccEncoder

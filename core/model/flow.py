@@ -10,7 +10,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from ..skeleton import EDGES
+from ..motion.skeleton import EDGES
 from .asked_encoder import AskedEncoder
 from .config import ModelConfig
 from .denoiser import Denoiser

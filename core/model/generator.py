@@ -4,7 +4,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from ..skeleton import EDGES
+from ..motion.skeleton import EDGES
 from .config import ModelConfig
 from .encoders import POSE, Encoders
 from .layers import exact, make_gru, run_gru

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..skeleton import EDGES
+from ..motion.skeleton import EDGES
 
 PARTS = ((0, 1, 2), (3, 4, 5), (6, 7, 8))
 """Edges of the trunk, the left arm and the right arm (paper section 3.1.4)."""

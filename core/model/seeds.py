@@ -3,7 +3,7 @@
 import torch
 from torch.nn import functional
 
-from ..skeleton import MEAN
+from ..motion.skeleton import MEAN
 
 
 def seed_input(poses: torch.Tensor, frames: int) -> torch.Tensor:

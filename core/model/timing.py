@@ -2,7 +2,7 @@
 
 from fractions import Fraction
 
-from ..skeleton import FPS
+from ..motion.skeleton import FPS
 
 MFCC_RATE = 16000 / 512
 """MFCC frames a second (reference section A.2)."""

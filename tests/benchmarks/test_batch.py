@@ -16,7 +16,7 @@ for needed in ("torch", "bpy", "piper"):
     pytest.importorskip(needed)
 
 from s2ag.core.batch import crew, folder, manifest, stages  # noqa: E402
-from s2ag.core.synthesis import Request, Session  # noqa: E402
+from s2ag.core.performance.synthesis import Request, Session  # noqa: E402
 from short_clips import make  # noqa: E402
 from sounds import write_wav  # noqa: E402
 
@@ -46,7 +46,7 @@ def calm(clips, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def ten_seconds(tmp_path_factory, examples):
-    from s2ag.core import audio
+    from s2ag.core.sound import audio
 
     path = tmp_path_factory.mktemp("voice") / "ten.wav"
     write_wav(path, audio.load(examples / "hello.flac")[: 10 * audio.SAMPLE_RATE])
@@ -143,7 +143,7 @@ def test_memory_over_two_hundred_clips(benchmark, clips, calm, tmp_path, stage):
     whole = [one for one in whole if one.line != POISONED]
     shutil.copytree(calm[0], out)
     batch = stages.Batch(folder.Folder(out), whole)
-    command = [*S2AG[:1], "-m", "s2ag.core.batch.work"] if stage == "synth" else blender.command("serve")
+    command = [*S2AG[:1], "-m", "s2ag.core.batch.work"] if stage == "synth" else blender.command("film.serve")
     ready = batch.steps(stage, batch.units)
     if stage == "render":  # one short film again and again, its images thrown away
         job = {**ready[0].task.params["job"], "sequences": [], "outputs": [], "places": {}}

@@ -15,10 +15,10 @@ import pytest
 torch = pytest.importorskip("torch")
 pytest.importorskip("pytest_benchmark")
 
-from s2ag.core.bench.data import Data  # noqa: E402
-from s2ag.core.bench.setting import SETTINGS  # noqa: E402
-from s2ag.core.bench.training import Training  # noqa: E402
-from s2ag.core.systems.catalogue import SYSTEMS, Build  # noqa: E402
+from s2ag.core.learning.bench.data import Data  # noqa: E402
+from s2ag.core.learning.bench.setting import SETTINGS  # noqa: E402
+from s2ag.core.learning.bench.training import Training  # noqa: E402
+from s2ag.core.learning.systems.catalogue import SYSTEMS, Build  # noqa: E402
 from toy_bench import write_bench_corpus  # noqa: E402
 
 DEVICE = os.environ.get("S2AG_DEVICE", "cpu")

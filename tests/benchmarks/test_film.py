@@ -5,7 +5,8 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from s2ag.core.errors import S2agError  # noqa: E402
-from s2ag.s2ag_blender import human, render, stage  # noqa: E402
+from s2ag.s2ag_blender.cast import human  # noqa: E402
+from s2ag.s2ag_blender.film import render, stage  # noqa: E402
 
 FRAMES = 24
 

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 from bodies import body, performance
-from s2ag.core.motion import Motion
+from s2ag.core.motion.motion import Motion
 from s2ag.rigs import quaternion
 
 bpy = pytest.importorskip("bpy")
 pytest.importorskip("pytest_benchmark")
 
 import rigging  # noqa: E402
-from s2ag.s2ag_blender import keyframes  # noqa: E402
-from s2ag.s2ag_blender.apply import apply_motion  # noqa: E402
+from s2ag.s2ag_blender.keys import keyframes  # noqa: E402
+from s2ag.s2ag_blender.keys.apply import apply_motion  # noqa: E402
 
 FRAMES = 300
 BONES = 10

@@ -9,9 +9,9 @@ import pytest
 pytest.importorskip("scipy")
 librosa = pytest.importorskip("librosa")
 
-from s2ag.core import mfcc  # noqa: E402
+from s2ag.core.sound import mfcc  # noqa: E402
 
-OURS = "from s2ag.core.mfcc import mfcc; f = mfcc"
+OURS = "from s2ag.core.sound.mfcc import mfcc; f = mfcc"
 THEIRS = "import librosa; f = lambda y: librosa.feature.mfcc(y=y, sr=16000, n_mfcc=14)"
 TIMED = (
     "{}\nimport time, numpy as np\ny = np.random.default_rng(0).normal(0, 0.1, 960000).astype('float32')\n"

@@ -5,8 +5,8 @@ import time
 import numpy as np
 import pytest
 from bodies import body, performance
-from s2ag.core.motion import Motion
-from s2ag.core.skeleton import EDGE_NAMES
+from s2ag.core.motion.motion import Motion
+from s2ag.core.motion.skeleton import EDGE_NAMES
 from s2ag.rigs.retarget import solve
 
 pytest.importorskip("pytest_benchmark")
@@ -31,8 +31,8 @@ def test_control_rig_solver(benchmark, tmp_path):
     """A frame of Rigify's human: everything from reading the rig to its keys, beside one evaluation of the rig as it is."""
     bpy = pytest.importorskip("bpy")
     import rigify_files
-    from s2ag.s2ag_blender import controls
-    from s2ag.s2ag_blender.apply import apply_motion
+    from s2ag.s2ag_blender.keys.apply import apply_motion
+    from s2ag.s2ag_blender.rig import controls
 
     bpy.ops.wm.open_mainfile(filepath=str(rigify_files.build(tmp_path)[1]))
     item = next(thing for thing in bpy.data.objects if thing.type == "ARMATURE")

@@ -12,8 +12,9 @@ from sounds import write_wav
 av = pytest.importorskip("av")
 pytest.importorskip("torch")
 
-from s2ag.core import audio, transcript  # noqa: E402
-from s2ag.core.synthesis import Request, Session  # noqa: E402
+from s2ag.core.performance.synthesis import Request, Session  # noqa: E402
+from s2ag.core.sound import audio  # noqa: E402
+from s2ag.core.words import transcript  # noqa: E402
 
 MINUTE = 60.0
 
@@ -62,7 +63,7 @@ def test_cold_command_line(benchmark, minute, tmp_path, words):
 
 
 def test_worker_memory(benchmark, minute):
-    from s2ag.s2ag_blender.client import WorkerClient
+    from s2ag.s2ag_blender.engine.client import WorkerClient
 
     client = WorkerClient()
     params = {"audio": str(minute / "minute.wav"), "transcript": str(minute / "minute.txt")}

@@ -11,12 +11,12 @@ import pytest
 torch = pytest.importorskip("torch")
 pytest.importorskip("pytest_benchmark")
 
+from s2ag.core.learning.train.config import TrainConfig  # noqa: E402
+from s2ag.core.learning.train.dataset import Corpus, draw  # noqa: E402
+from s2ag.core.learning.train.process import start  # noqa: E402
+from s2ag.core.learning.train.trainer import Trainer  # noqa: E402
 from s2ag.core.model.seeds import seed_input  # noqa: E402
 from s2ag.core.model.timing import mfcc_slice  # noqa: E402
-from s2ag.core.train.config import TrainConfig  # noqa: E402
-from s2ag.core.train.dataset import Corpus, draw  # noqa: E402
-from s2ag.core.train.process import start  # noqa: E402
-from s2ag.core.train.trainer import Trainer  # noqa: E402
 from toy_corpus import PROSODY, write_toy_corpus  # noqa: E402
 
 

@@ -16,8 +16,9 @@ import pytest
 
 pytest.importorskip("pocketsphinx")
 
-from s2ag.core import align, audio, transcript  # noqa: E402
-from s2ag.core.cache import Cache  # noqa: E402
+from s2ag.core.sound import audio  # noqa: E402
+from s2ag.core.words import align, transcript  # noqa: E402
+from s2ag.core.words.cache import Cache  # noqa: E402
 
 
 @pytest.fixture(scope="module")

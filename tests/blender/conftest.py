@@ -6,8 +6,8 @@ import sys
 
 import numpy as np
 import pytest
-from s2ag.core import skeleton
-from s2ag.core.motion import Motion
+from s2ag.core.motion import skeleton
+from s2ag.core.motion.motion import Motion
 
 try:
     import bpy
@@ -65,7 +65,7 @@ def extension():
 def engine():
     """A Python that can run the engine, beside a checkpoint to run."""
     from s2ag.core.errors import WorkerFailed
-    from s2ag.s2ag_blender import client
+    from s2ag.s2ag_blender.engine import client
 
     try:
         return client.find_interpreter()

@@ -3,7 +3,7 @@
 import bpy
 import pytest
 import s2ag
-from s2ag.s2ag_blender import generate, session
+from s2ag.s2ag_blender.takes import generate, session
 
 
 @pytest.fixture(autouse=True)

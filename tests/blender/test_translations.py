@@ -9,8 +9,12 @@ from pathlib import Path
 import bpy
 import pytest
 import s2ag
-from s2ag.core import errors, skeleton
-from s2ag.s2ag_blender import bone_maps, engine_pip, readiness, registration, translations
+from s2ag.core import errors
+from s2ag.core.motion import skeleton
+from s2ag.s2ag_blender import registration, translations
+from s2ag.s2ag_blender.engine import pip
+from s2ag.s2ag_blender.rig import readiness
+from s2ag.s2ag_blender.ui import bone_maps
 
 FOLDER = Path(__file__).resolve().parents[2] / "s2ag_blender"
 PRESETS = FOLDER.parent / "presets"
@@ -196,7 +200,7 @@ def texts_of_errors():
                     yield from named.get(argument.id, []) if isinstance(argument, ast.Name) else template(argument)
             if isinstance(node, ast.Call) and ast.unparse(node.func).endswith(WARNING) and len(node.args) == 1:
                 yield from template(node.args[0])
-    for _, message, remedy in engine_pip._FAULTS:
+    for _, message, remedy in pip._FAULTS:
         yield from (message, remedy)
 
 
@@ -214,7 +218,7 @@ def test_errors_are_told_in_german_with_their_names():
     told = translations.sentence("de_DE", "The recording /a {b} c.wav does not exist.")
     assert told == "Die Aufnahme /a {b} c.wav gibt es nicht."
     assert translations.sentence("de_DE", "Nobody thought of this.") == "Nobody thought of this."
-    message, remedy = engine_pip.explain(["ERROR: No matching distribution found for av>=12"], "the package registry")
+    message, remedy = pip.explain(["ERROR: No matching distribution found for av>=12"], "the package registry")
     assert translations.sentence("de_DE", message).startswith("av>=12 gibt es")
     assert translations.sentence("de_DE", remedy) != remedy
 

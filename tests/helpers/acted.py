@@ -2,7 +2,8 @@
 
 import bpy
 import numpy as np
-from s2ag.s2ag_blender import compat, keyframes
+from s2ag.s2ag_blender import compat
+from s2ag.s2ag_blender.keys import keyframes
 
 
 def press(operator, **options):
@@ -122,7 +123,7 @@ class Sheet:
 
 def drawn(*panels):
     """What panels show now: ``{property, operator or text: whether it is active}``; all of the extension's if none is named."""
-    from s2ag.s2ag_blender import panel, subpanels
+    from s2ag.s2ag_blender.ui import panel, subpanels
 
     every = [panel.S2AG_PT_gestures, *[one for one in subpanels.CLASSES if issubclass(one, bpy.types.Panel)]]
     sheet = Sheet()

@@ -6,7 +6,7 @@ Positions are in Blender's frame (z up, facing -y, left at +x), centimetres; ``t
 from dataclasses import dataclass
 
 import numpy as np
-from s2ag.core import skeleton
+from s2ag.core.motion import skeleton
 from s2ag.rigs import quaternion
 from s2ag.rigs.plain import Bones, Mapping
 

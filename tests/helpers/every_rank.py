@@ -4,8 +4,8 @@ import json
 import os
 import sys
 
-from s2ag.core.train import loop
-from s2ag.core.train.config import TrainConfig
+from s2ag.core.learning.train import loop
+from s2ag.core.learning.train.config import TrainConfig
 from safetensors.torch import save_file
 
 

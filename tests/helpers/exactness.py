@@ -3,11 +3,11 @@
 import numpy as np
 import rigging
 from bodies import ARM_EDGES, degrees, turned_degrees
-from s2ag.core import skeleton
+from s2ag.core.motion import skeleton
 from s2ag.rigs import quaternion
 from s2ag.rigs.goals import NEUTRAL, Options, head_turn, torso_turn
 from s2ag.rigs.plain import character_frame
-from s2ag.s2ag_blender import rig
+from s2ag.s2ag_blender.rig import reading
 
 EXACT = Options(clear_body=0.0, limits=False)
 """Random performances go where no human does; here every direction must be reached."""
@@ -32,7 +32,7 @@ def arm_pairs(mapping) -> dict:
 
 def arm_error(item, motion, mapping, at=None, pairs=None, first: int = 1, parts=ARM_EDGES) -> float:
     """Degrees by which the arms miss their directions at worst, at scene frames ``first`` + ``at`` (every third, if None)."""
-    goal = wanted(motion, character_frame(rig.read(item), mapping))
+    goal = wanted(motion, character_frame(reading.read(item), mapping))
     at = range(0, len(goal), 3) if at is None else at
     found = rigging.directions(item, pairs or arm_pairs(mapping), [first + frame for frame in at])
     return max(degrees(found[edge], goal[list(at), skeleton.EDGE_NAMES.index(edge)]).max() for edge in parts)
@@ -43,7 +43,7 @@ def relative_errors(item, motion, mapping, seen: dict, rest: dict, at=None, clav
 
     ``rest`` is the evaluated pose without animation, by bone. Full strength, but for the clavicles.
     """
-    frame = character_frame(rig.read(item), mapping)
+    frame = character_frame(reading.read(item), mapping)
     moved, mean = wanted(motion, frame), skeleton.normalize(rigging.in_blender(NEUTRAL) @ frame)
     at = list(range(0, len(moved), 3) if at is None else at)
     torso = torso_turn(moved, mean)

@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from s2ag.core import audio
+from s2ag.core.sound import audio
 
 SHARE = Path(os.environ.get("S2AG_SHARE", "/usr/share"))
 """Where Debian's packages put their data."""

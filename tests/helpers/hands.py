@@ -2,7 +2,7 @@
 
 import numpy as np
 from bodies import Body, body
-from s2ag.core import skeleton
+from s2ag.core.motion import skeleton
 
 FINGERS = {"index": -2.8, "middle": -0.8, "ring": 1.2, "little": 3.0}
 """Centimetres from the middle of the hand to each knuckle, away from the thumb's side."""

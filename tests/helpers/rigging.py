@@ -4,8 +4,8 @@ import bpy
 import numpy as np
 from bodies import Body
 from mathutils import Vector
-from s2ag.core import skeleton
-from s2ag.s2ag_blender.apply import at_scene_frames, scene_fps
+from s2ag.core.motion import skeleton
+from s2ag.s2ag_blender.keys.apply import at_scene_frames, scene_fps
 
 
 def make_armature(body: Body, name: str = "Rig", rename: dict | None = None, seed: int = 0):

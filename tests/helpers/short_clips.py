@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from s2ag.core.corpus.texts import Sentence
-from s2ag.core.corpus.voices import Manner, voice
+from s2ag.core.learning.corpus.texts import Sentence
+from s2ag.core.learning.corpus.voices import Manner, voice
 from sounds import write_wav
 
 STARTS = ("I think", "We know", "They say", "You see", "She told me", "He hopes", "Nobody doubts", "My friends believe")

@@ -1,7 +1,7 @@
 """The toy corpus with sound, words and a test split: enough for every system of the bench."""
 
 import numpy as np
-from s2ag.core.train.storage import save_arrays
+from s2ag.core.learning.train.storage import save_arrays
 from toy_corpus import META, toy_arrays
 
 

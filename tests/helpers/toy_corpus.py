@@ -1,10 +1,10 @@
 """A tiny corpus whose arms rise with the voice's energy: enough to see whether a network can learn to follow a voice."""
 
 import numpy as np
+from s2ag.core.learning.train.storage import save_arrays
 from s2ag.core.model.timing import nearest_mfcc
-from s2ag.core.skeleton import MEAN_UNIT, normalize
+from s2ag.core.motion.skeleton import MEAN_UNIT, normalize
 from s2ag.core.styles import CONTROLS
-from s2ag.core.train.storage import save_arrays
 
 SPEAKERS = 2
 PROSODY = 4

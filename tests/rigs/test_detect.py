@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import skeletons
 from s2ag.core.errors import RigUnusable
-from s2ag.core.skeleton import EDGE_NAMES
+from s2ag.core.motion.skeleton import EDGE_NAMES
 from s2ag.rigs.detect import ROWS, detect, survey
 from s2ag.rigs.family import ARM_PARTS, EXTRAS, KEYS, LINES, Family, families
 from s2ag.rigs.plain import ARMS, PARTS, Bones, Mapping

@@ -1,1 +1,0 @@
-"""Data sets of others, and the user's own performers, in the project's one format (``core/train/storage.py``)."""

@@ -1,0 +1,85 @@
+"""What the engine has to run with: ``python -m s2ag.core.engine.inventory`` loads it all and prints one JSON object.
+
+Blender runs this with the interpreter it found and shows the answer in the preferences.
+"""
+
+import importlib
+import importlib.metadata
+import json
+import os
+import platform
+import sys
+
+from ..extras import recogniser
+from ..version import VERSION
+
+PACKAGES = {
+    "numpy": "numpy",
+    "torch": "torch",
+    "scipy": "scipy",
+    "safetensors": "safetensors",
+    "av": "av",
+    "pocketsphinx": "pocketsphinx",
+    "praat-parselmouth": "parselmouth",
+    "tqdm": "tqdm",
+    "pysubs2": "pysubs2",
+    "praatio": "praatio",
+    "platformdirs": "platformdirs",
+}
+"""Distribution name -> module, of everything that the worker imports."""
+
+
+def take() -> dict:
+    """Versions, device and checkpoint as the worker will see them; ``problem`` is empty where it can work."""
+    from ..errors import S2agError
+    from ..model import catalogue
+
+    found = {
+        "interpreter": sys.executable,
+        "python": platform.python_version(),
+        "s2ag": VERSION,
+        "packages": {name: _version(name) for name in PACKAGES},
+        "recogniser": recogniser(),
+        "device": "",
+        "checkpoint": "",
+        "hash": "",
+        "problem": _problem(),
+    }
+    try:
+        checkpoint = catalogue.describe()
+        found["checkpoint"], found["hash"] = os.path.basename(checkpoint["path"]), checkpoint["hash"] or ""
+    except S2agError as error:
+        found["problem"] = found["problem"] or str(error)
+    if not found["problem"]:
+        found["device"] = _device()
+    return found
+
+
+def _version(distribution: str) -> str:
+    try:
+        return importlib.metadata.version(distribution)
+    except importlib.metadata.PackageNotFoundError:
+        return ""
+
+
+def _problem() -> str:
+    """The first package that does not import: being listed is not enough, its libraries may be missing."""
+    for name, module in PACKAGES.items():
+        try:
+            importlib.import_module(module)
+        except (ImportError, OSError) as error:
+            text = (str(error).strip().splitlines() or [type(error).__name__])[0]
+            return f"{name} does not load: {text[:200]}"
+    return ""
+
+
+def _device() -> str:
+    """Where the network runs, and what else there is."""
+    import torch
+
+    other = "CUDA" if torch.cuda.is_available() else "Metal" if torch.backends.mps.is_available() else ""
+    return f"cpu ({other} unused)" if other else "cpu"
+
+
+if __name__ == "__main__":
+    print(json.dumps(take()))

@@ -1,0 +1,263 @@
+"""The process that holds the network warm for Blender: ``python -m s2ag.core.engine.worker`` (design, section 4).
+
+Requests come as JSON lines on standard input, replies leave on standard output, standard error is the log. One request
+is served at a time, on the main thread; a second thread reads, so that a request can be cancelled while it runs and the
+worker ends when its parent does. Nothing heavy is imported before the first request that needs the network.
+"""
+
+import os
+import platform
+import queue
+import sys
+import tempfile
+import threading
+import traceback
+from pathlib import Path
+
+from ..errors import Cancelled, EngineMissing, S2agError, UsageError
+from ..files import check_output
+from ..threads import share_cores
+from ..version import VERSION
+from . import protocol
+
+GRACE = 5.0
+"""Seconds that a running request gets to notice that the parent is gone."""
+
+_PARAMETERS = {
+    "audio": str,
+    "transcript": str,
+    "text": str,
+    "style": (str, dict),
+    "seed": int,
+    "takes": int,
+    "intensity": (int, float),
+    "affect": dict,
+    "rate": (int, float),
+    "hand": (int, float),
+    "mirror": bool,
+    "pose": list,
+    "take": int,
+    "near": list,
+    "spread": (int, float),
+    "step": int,
+    "recognise": bool,
+}
+_SETTINGS = ("checkpoint", "vectors", "device", "aligner_model", "recogniser_model", "cache", "language")
+
+
+class Worker:
+    """Serves the protocol between two file descriptors until end of file or ``shutdown``."""
+
+    def __init__(self, requests: int, replies: int):
+        self._requests = requests
+        self._replies = replies
+        self._waiting: queue.SimpleQueue = queue.SimpleQueue()
+        self._cancelled: set = set()
+        self._ending = threading.Event()
+        self._writing = threading.Lock()
+        self._session = None
+        self._settings: dict | None = None
+        self._served = 0
+        self._folder = tempfile.TemporaryDirectory(prefix="s2ag-", ignore_cleanup_errors=True)
+
+    def run(self) -> None:
+        """Serve until the parent goes away or says ``shutdown``."""
+        threading.Thread(target=self._read, daemon=True).start()
+        with self._folder:
+            while (message := self._waiting.get()) is not None:
+                try:
+                    self._serve(message)
+                except BrokenPipeError:
+                    return
+
+    def _read(self) -> None:
+        """Sort incoming lines: what must act at once is done here, the rest waits for the main thread."""
+        try:
+            for line in _lines(self._requests):
+                if line.strip() and not self._accept(line):
+                    break
+        finally:
+            self._ending.set()
+            self._waiting.put(None)
+            watchdog = threading.Timer(GRACE, os._exit, (1,))
+            watchdog.daemon = True
+            watchdog.start()
+
+    def _accept(self, line: bytes) -> bool:
+        """Queue or obey one line; False when it was ``shutdown``."""
+        try:
+            message = protocol.decode(line)
+        except protocol.NotProtocol as error:
+            self._send(
+                protocol.failure(None, UsageError(f"A request was {error}.", "Send one JSON object a line.", "BadRequest"))
+            )
+            return True
+        method, request = message.get("method"), message.get("id")
+        if method == "shutdown":
+            return False
+        if not isinstance(request, (int, str)):
+            self._send(protocol.failure(None, UsageError("A request has no id.", "Give it a number.", "BadRequest")))
+        elif method == "cancel":
+            self._cancelled.add(request)
+        else:
+            self._cancelled.discard(request)
+            self._waiting.put(message)
+        return True
+
+    def _serve(self, message: dict) -> None:
+        request = message["id"]
+        try:
+            if self._is_cancelled(request):
+                raise Cancelled("Cancelled.")
+            handler = {"hello": self._hello, "styles": self._styles, "synthesize": self._synthesize}.get(message.get("method"))
+            if handler is None:
+                raise UsageError(
+                    f"There is no method {message.get('method')!r}.", f"Methods are {', '.join(protocol.METHODS)}."
+                )
+            params = message.get("params") or {}
+            if not isinstance(params, dict):
+                raise UsageError("The params of a request must be an object.", "Send names and values.")
+            reply = {"id": request, "result": handler(request, params)}
+        except S2agError as error:
+            reply = protocol.failure(request, error)
+        except ModuleNotFoundError as error:
+            reply = protocol.failure(request, EngineMissing.of(error))
+        except BrokenPipeError:
+            raise
+        except Exception as error:
+            traceback.print_exc()
+            reply = protocol.failure(
+                request, S2agError(f"The engine failed: {_first_line(error)}", "Its log has the details.", "Internal")
+            )
+        self._cancelled.discard(request)
+        self._send(reply)
+
+    def _hello(self, request, params: dict) -> dict:
+        """Who answers; with ``warm`` the network is loaded now rather than with the first request."""
+        from ..model import catalogue
+
+        answer = {"version": VERSION, "protocol": protocol.VERSION, "python": platform.python_version()}
+        try:
+            answer["checkpoint"] = catalogue.describe(params.get("checkpoint"))
+        except S2agError as error:
+            answer["checkpoint"] = None
+            answer["warning"] = str(error)
+        known = answer["checkpoint"] or {"speakers": [], "controls": []}
+        answer["styles"], answer["controls"] = known["speakers"], known["controls"]
+        if params.get("warm"):
+            self._open(params).warm_up()
+        return answer
+
+    def _styles(self, request, params: dict) -> dict:
+        from ..model import catalogue
+
+        known = catalogue.describe(params.get("checkpoint"))
+        return {"styles": known["speakers"], "controls": known["controls"]}
+
+    def _synthesize(self, request, params: dict) -> dict:
+        """``takes`` motions of one style, or with ``styles``, a list of style expressions, as many of each."""
+        from ..performance.synthesis import Request
+
+        options = _checked(params)
+        wanted = Request(**options)
+        every = [Request(**{**options, "style": style}) for style in _styles(params)] or [wanted]
+        folder = Path(params.get("output_dir") or self._folder.name)
+        self._served += 1
+        stem = Path(wanted.audio).stem[:60] if params.get("output_dir") else str(self._served)
+        paths = [check_output(folder / f"{stem}-{take + 1}.npz") for take in range(wanted.takes * len(every))]
+        last = ("", -1.0)
+
+        def progress(stage: str, value: float) -> None:
+            nonlocal last
+            if self._is_cancelled(request):
+                raise Cancelled("Cancelled.")
+            if stage != last[0] or value >= last[1] + 0.01:
+                last = (stage, value)
+                self._send({"id": request, "event": "progress", "stage": stage, "value": round(float(value), 3)})
+
+        results = self._open(params).synthesize_all(every, progress, lambda: self._is_cancelled(request))
+        result = results[0]
+        for motion, path in zip([motion for one in results for motion in one.motions], paths, strict=True):
+            motion.save(path)
+        return {
+            "motions": [str(path) for path in paths],
+            "words": [list(word) for word in result.words],
+            "warnings": list(result.warnings),
+            "seconds": round(sum(result.seconds.values()), 4),
+            "stages": {stage: round(seconds, 4) for stage, seconds in result.seconds.items()},
+        }
+
+    def _open(self, params: dict):
+        """The session for these settings; only one is kept, so that memory stays bounded."""
+        settings = {name: params[name] for name in _SETTINGS if params.get(name)}
+        if self._session is None or settings != self._settings:
+            from ..performance.synthesis import Session
+
+            self._session = None
+            self._session, self._settings = Session(**settings, remember=True), settings
+        return self._session
+
+    def _is_cancelled(self, request) -> bool:
+        return self._ending.is_set() or request in self._cancelled
+
+    def _send(self, message: dict) -> None:
+        line = memoryview(protocol.encode(message))
+        with self._writing:
+            while line:
+                line = line[os.write(self._replies, line) :]
+
+
+def _checked(params: dict) -> dict:
+    """The parameters of a synthesis request, without absent ones; raises :class:`UsageError` for anything odd."""
+    unknown = set(params) - set(_PARAMETERS) - set(_SETTINGS) - {"output_dir", "styles"}
+    if unknown:
+        raise UsageError(f"There is no parameter {sorted(unknown)[0]!r}.", f"Parameters are {', '.join(_PARAMETERS)}.")
+    options = {name: params[name] for name in _PARAMETERS if params.get(name) is not None}
+    if "audio" not in options:
+        raise UsageError("The request names no audio.", "Give the path of a recording.")
+    for name, value in options.items():
+        if not isinstance(value, _PARAMETERS[name]) or (isinstance(value, bool) and _PARAMETERS[name] is not bool):
+            raise UsageError(f"The parameter {name} cannot be {value!r}.", "Give a value of the right kind.")
+    return options
+
+
+def _styles(params: dict) -> list:
+    """The style expressions of a request that wants several."""
+    found = params.get("styles") or []
+    if not isinstance(found, list) or len(found) > 64 or not all(isinstance(style, (str, dict)) for style in found):
+        raise UsageError(f"The parameter styles cannot be {found!r}.", "Give a list of up to 64 style expressions.")
+    return found
+
+
+def _lines(descriptor: int):
+    """Lines of a file descriptor until end of file, read without a lock that could outlive the thread."""
+    rest = b""
+    while chunk := os.read(descriptor, 65536):
+        *lines, rest = (rest + chunk).split(b"\n")
+        yield from lines
+    if rest:
+        yield rest
+
+
+def _first_line(error: Exception) -> str:
+    text = str(error).strip().splitlines()
+    return f"{type(error).__name__}: {text[0][:200]}" if text else f"{type(error).__name__}."
+
+
+def main() -> int:
+    """Take standard input and output for the protocol, so that no library's chatter or child process can touch them."""
+    share_cores()
+    requests, replies = os.dup(0), os.dup(1)
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    os.dup2(2, 1)
+    os.close(nothing)
+    try:
+        Worker(requests, replies).run()
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

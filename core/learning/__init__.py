@@ -1,0 +1,1 @@
+"""What only training and research need: corpora, data sets, training, systems to compare, metrics, evaluation."""

@@ -1,0 +1,35 @@
+"""How the systems came along in training, as a picture. Needs matplotlib."""
+
+from pathlib import Path
+
+from ...files import whole_file
+
+_AXES = (("maje_code", "MAJE (code) of validation windows, mm"), ("fgd", "FGD of validation windows"))
+
+
+def draw(report: dict, path: Path) -> None:
+    """MAJE and FGD of every validation over the step, a line for every training; the dot is where weights were taken.
+
+    ``report`` is what :func:`run.bench` writes as JSON; where nothing was validated nothing is drawn.
+    """
+    rows = {name: row for name, row in report["systems"].items() if any(row["curves"])}
+    if not rows:
+        return
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 4.5), dpi=100, layout="constrained")
+    FigureCanvasAgg(figure)
+    for axes, (key, title) in zip(figure.subplots(1, 2), _AXES, strict=True):
+        for number, (name, row) in enumerate(rows.items()):
+            look = {"color": f"C{number}", "linewidth": 2.6 if name == "s2ag" else 1.3}
+            for seed, (curve, best) in enumerate(zip(row["curves"], row["best"], strict=True)):
+                steps, values = ([point[field] for point in curve] for field in ("step", key))
+                axes.plot(steps, values, label="" if seed else row["title"], **look)
+                axes.plot(best, values[steps.index(best)], "o", color=look["color"], markersize=5)
+        axes.set(xlabel="batches", title=title)
+        axes.grid(alpha=0.3)
+    axes.set_yscale("log")
+    axes.legend(fontsize=8)
+    with whole_file(path) as temporary:
+        figure.savefig(temporary, format="png")

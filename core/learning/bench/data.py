@@ -1,0 +1,161 @@
+"""Windows of a data set as the bench takes them, with the features that training would else compute again and again."""
+
+import hashlib
+import json
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from ...errors import CorpusUnreadable
+from ...model.timing import nearest_mfcc
+from ...model.wave_encoder import FRAMES, SAMPLES
+from ...motion import skeleton
+from ...sound.audio import SAMPLE_RATE
+from ...sound.mfcc import mfcc
+from ...vectors.table import spans
+from ..datasets.filters import usable
+from ..systems import timing
+from ..systems.sample import PAD, SPECIAL, Sample
+from ..train.dataset import TEST, TRAIN, VALIDATION, Corpus
+from ..train.storage import whole_folder
+
+STRIDE, SEEDS, CEPSTRA = 10, 4, 71
+_KEY = "key"
+_FEATURES = ("cepstra", "onsets", "timing")
+_CHUNK = 2048
+
+
+class Data:
+    """A packed corpus with sound, cut into windows of 34 frames every 10, as published.
+
+    ``windows[split]`` is ``(n, 2)``: performance and first frame. Words count at their onset; one that is under way when a
+    window begins counts in its first frame.
+    """
+
+    def __init__(self, folder: str | PathLike, cache: str | PathLike, filtered: bool = True, progress=lambda value: None):
+        self.corpus = Corpus.load(folder)
+        arrays = self.corpus.arrays
+        if "wave" not in arrays or "wave_starts" not in arrays:
+            message = f"{folder} holds no sound (wave.npy and wave_starts.npy), which some systems hear as it is."
+            raise CorpusUnreadable(
+                message, "Make them with: s2ag data directed --speech FOLDER, or convert the data set again."
+            )
+        self.wave, self.wave_starts = arrays["wave"], arrays["wave_starts"]
+        self._check(folder)
+        features = _prepared(self, Path(cache), progress)
+        self.cepstra, self.onsets, self.timing = (features[name] for name in _FEATURES)
+        self.windows = {split: self._windows(split, filtered) for split in (TRAIN, VALIDATION, TEST)}
+        for split, name in ((TRAIN, "training"), (TEST, "test")):
+            if not len(self.windows[split]):
+                raise CorpusUnreadable(f"{folder} holds no {name} windows.", "Use a larger data set.")
+
+    @property
+    def vectors(self) -> torch.Tensor:
+        """Word vectors ``(W, width)`` without the special rows."""
+        return self.corpus.vectors[:-1]
+
+    @property
+    def speakers(self) -> int:
+        """How many there are."""
+        return len(self.corpus.speakers)
+
+    def spread(self, split: int, count: int) -> np.ndarray:
+        """At most ``count`` windows ``(n, 2)`` of a split, evenly spread: the same ones at every call."""
+        every = self.windows[split]
+        return every[np.unique(np.linspace(0, len(every) - 1, min(count, len(every))).astype(np.int64))]
+
+    def motions(self, windows: np.ndarray) -> np.ndarray:
+        """Performed directions ``(n, 34, 9, 3)`` float32, unit vectors."""
+        talk, first = windows.T
+        rows = (self.corpus.starts[talk] + first)[:, None] + np.arange(FRAMES)
+        return skeleton.normalize(self.corpus.directions[rows].astype(np.float32))
+
+    def sounds(self, windows: np.ndarray) -> np.ndarray:
+        """Samples ``(n, 36267)`` int16, silence beyond a recording's end."""
+        recording = self.corpus.recording[windows[:, 0]]
+        begin = self.wave_starts[recording] + np.round(windows[:, 1] * (SAMPLE_RATE / skeleton.FPS)).astype(np.int64)
+        end = np.minimum(begin + SAMPLES, self.wave_starts[recording + 1])
+        heard = np.zeros((len(windows), SAMPLES), np.int16)
+        for row, first, last in zip(heard, begin, np.maximum(begin, end), strict=True):
+            row[: last - first] = self.wave[first:last]
+        return heard
+
+    def sample(self, windows: np.ndarray) -> Sample:
+        """Windows ``(n, 2)`` with everything that any system takes."""
+        talk, first = windows.T
+        corpus, recording = self.corpus, self.corpus.recording[talk]
+        spoken = (corpus.frame_starts[recording] + first)[:, None] + np.arange(FRAMES)
+        heard = (corpus.mfcc_starts[recording] + nearest_mfcc(first))[:, None] + np.arange(CEPSTRA)
+        heard = np.minimum(heard, corpus.mfcc_starts[recording + 1][:, None] - 1)
+        words = self.onsets[spoken].astype(np.int64)
+        under_way = corpus.word_index[spoken[:, 0]].astype(np.int64) + SPECIAL
+        words[:, 0] = np.where((words[:, 0] == PAD) & (under_way >= SPECIAL), under_way, words[:, 0])
+        return Sample(
+            wave=torch.from_numpy(self.sounds(windows).astype(np.float32) / 32768),
+            cepstra=torch.from_numpy(self.cepstra[heard].astype(np.float32)),
+            words=torch.from_numpy(words),
+            timing=torch.from_numpy(self.timing[spoken].astype(np.float32)),
+            speaker=torch.from_numpy(corpus.speaker[talk]),
+            directions=torch.from_numpy(self.motions(windows)),
+            seed_frames=SEEDS,
+        )
+
+    def _windows(self, split: int, filtered: bool) -> np.ndarray:
+        corpus = self.corpus
+        found = []
+        for talk in np.flatnonzero(corpus.split == split):
+            length = corpus.starts[talk + 1] - corpus.starts[talk]
+            firsts = np.arange(0, max(length - FRAMES + 1, 0), STRIDE)
+            if not len(firsts):
+                continue
+            windows = np.stack([np.full_like(firsts, talk), firsts], 1)
+            if filtered:
+                rows = (corpus.frame_starts[corpus.recording[talk]] + firsts)[:, None] + np.arange(FRAMES)
+                words = (self.onsets[rows] != PAD).sum(1) + (
+                    (self.onsets[rows[:, 0]] == PAD) & (corpus.word_index[rows[:, 0]] >= 0)
+                )
+                windows = windows[usable(self.motions(windows), words)]
+            found.append(windows)
+        return np.concatenate(found) if found else np.zeros((0, 2), np.int64)
+
+    def _check(self, folder) -> None:
+        corpus = self.corpus
+        if len(self.wave_starts) != len(corpus.frame_starts) or self.wave_starts[-1] != len(self.wave):
+            raise CorpusUnreadable(f"The sound of {folder} does not fit its recordings.", "Convert the data set again.")
+        known = corpus.meta.get("recordings", ())
+        if len(known) != len(corpus.frame_starts) - 1 or not all(isinstance(one.get("words"), list) for one in known):
+            raise CorpusUnreadable(f"{folder} does not list the words of its recordings.", "Convert the data set again.")
+
+
+def _prepared(data: Data, cache: Path, progress) -> dict[str, np.ndarray]:
+    """Features of all recordings, memory-mapped from ``cache``, computed first where they are absent or of other data."""
+    key = hashlib.sha256(json.dumps([data.corpus.meta, int(data.wave_starts[-1])], sort_keys=True).encode()).hexdigest()
+    folder = cache / "features"
+    try:
+        if (folder / "meta.json").is_file() and json.loads((folder / "meta.json").read_text("utf-8")).get(_KEY) == key:
+            return {name: np.load(folder / f"{name}.npy", mmap_mode="r", allow_pickle=False) for name in _FEATURES}
+    except (OSError, ValueError):
+        pass  # a damaged cache is made again
+    cache.mkdir(parents=True, exist_ok=True)
+    parts: dict[str, list[np.ndarray]] = {name: [] for name in _FEATURES}
+    corpus, rows = data.corpus, {word: row for row, word in enumerate(data.corpus.meta["words"])}
+    count = len(corpus.frame_starts) - 1
+    for number in range(count):
+        words = [(str(word), float(start), float(end)) for word, start, end in corpus.meta["recordings"][number]["words"]]
+        frames = int(corpus.frame_starts[number + 1] - corpus.frame_starts[number])
+        sound = data.wave[data.wave_starts[number] : data.wave_starts[number + 1]].astype(np.float32) / 32768
+        heard = int(corpus.mfcc_starts[number + 1] - corpus.mfcc_starts[number])
+        cepstra = mfcc(sound)[:heard] / 1000
+        parts["cepstra"].append(np.pad(cepstra, ((0, heard - len(cepstra)), (0, 0)), mode="edge").astype(np.float16))
+        table = np.array([rows[word] + SPECIAL for word, _, _ in words] + [PAD], np.int32)
+        parts["onsets"].append(table[spans(words, frames, skeleton.FPS, mode="onset")])
+        parts["timing"].append(timing.describe(words, frames, skeleton.FPS).astype(np.float16))
+        progress((number + 1) / count)
+    features = {name: np.concatenate(part) for name, part in parts.items()}
+    with whole_folder(folder) as temporary:
+        for name, array in features.items():
+            np.save(temporary / f"{name}.npy", array, allow_pickle=False)
+        (temporary / "meta.json").write_text(json.dumps({_KEY: key}), encoding="utf-8")
+    return features

@@ -1,0 +1,84 @@
+"""How large a bench is: one object, named settings, and what may be changed from the command line."""
+
+from dataclasses import asdict, dataclass, replace
+
+from ...errors import UsageError
+from ...model.config import build
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Sizes of one bench.
+
+    ``share``: widths of all systems against the published ones. ``epochs``: passes over the training windows, at most
+    ``steps`` batches (0: no limit). ``windows``: test windows. ``draws``: styles drawn for each test window.
+    ``trained_words``: word tables are trained, as published, or frozen. ``diversity_share``: part of a batch that is made
+    a second time for the diversity term. ``filtered``: only windows that pass :mod:`datasets.filters`, as published.
+    ``faithful``: the public code's bugs instead of the corrected forms (reference section G). ``validate_every`` so many
+    batches ``validation_windows`` are judged, and the weights with the lowest ``select`` are the ones that count (0: the
+    last ones are); the public codes select by L1 (S2AG) and FGD (GTC; reference A.11, 26 and C). ``precision``: of the
+    training; judged is in float32.
+    """
+
+    name: str
+    share: float = 1.0
+    epochs: float = 300.0
+    steps: int = 0
+    batch: int = 512
+    extractor_steps: int = 20000
+    windows: int = 20000
+    draws: int = 5
+    seeds: tuple[int, ...] = (1, 2, 3)
+    trained_words: bool = True
+    diversity_share: float = 1.0
+    filtered: bool = True
+    faithful: bool = False
+    validate_every: int = 0
+    validation_windows: int = 600
+    select: str = "maje_code"  # or "fgd"
+    precision: str = "32-true"  # or "bf16-mixed"
+    save_minutes: float = 2.0
+
+    def __post_init__(self):
+        for name in ("batch", "extractor_steps", "windows", "draws"):
+            if getattr(self, name) < 1:
+                raise UsageError(f"{name} is {getattr(self, name)}.", "Set it to 1 or more.")
+        for name, known in (("select", ("maje_code", "fgd")), ("precision", ("32-true", "bf16-mixed"))):
+            if getattr(self, name) not in known:
+                raise UsageError(f"There is no {name} {getattr(self, name)!r}.", f"Known are {' and '.join(known)}.")
+        if not (0 < self.share <= 4 and self.epochs > 0 and self.seeds):
+            raise UsageError("share, epochs and seeds must not be empty.", "Set share and epochs above 0 and name a seed.")
+
+    def length(self, windows: int) -> int:
+        """Steps of a training on so many windows."""
+        steps = max(round(self.epochs * windows / self.batch), 1)
+        return min(steps, self.steps) if self.steps else steps
+
+    def replace(self, **changes) -> "Setting":
+        """The same with some changed."""
+        return replace(self, **changes)
+
+    def to_dict(self) -> dict:
+        """JSON-ready."""
+        return asdict(self) | {"seeds": list(self.seeds)}
+
+    @classmethod
+    def from_dict(cls, settings: dict) -> "Setting":
+        """Inverse of :meth:`to_dict`; raises :class:`UsageError`."""
+        return build(cls, settings, "bench setting")
+
+
+SETTINGS = {
+    setting.name: setting
+    for setting in (
+        Setting("tiny", 0.05, 1, 3, 8, extractor_steps=30, windows=40, draws=2, seeds=(1,), trained_words=False,
+                diversity_share=0.25, filtered=False, validate_every=2, validation_windows=20),
+        Setting("small", 0.25, 1, 400, 64, extractor_steps=600, windows=600, draws=2, seeds=(1,), trained_words=False,
+                diversity_share=0.25),
+        Setting("core", 0.25, 4, 0, 64, extractor_steps=3000, windows=2000, draws=3, seeds=(1,), trained_words=False,
+                diversity_share=0.25, validate_every=200, precision="bf16-mixed"),
+        Setting("full", validate_every=1000, validation_windows=2000),
+    )
+}  # fmt: skip
+"""tiny: for tests. small: minutes on two cores. core: a quarter of the published widths, hours on two cores. full: as
+published, for a GPU."""

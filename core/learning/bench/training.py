@@ -1,0 +1,157 @@
+"""The one loop that trains every system of the bench, and goes on where it was stopped."""
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from ...errors import UsageError
+from ..systems.system import System
+from ..train import state
+from ..train.dataset import TRAIN
+from ..train.prefetch import Prefetch
+from .data import Data
+from .setting import Setting
+
+STATE, BEST, LOG = "state.safetensors", "best.safetensors", "log.jsonl"
+_LOG_STEPS = 50
+_SKIPPED = 0.05
+"""Share of updates without finite gradients that are left out before a training counts as diverged."""
+
+
+class Training:
+    """One system on one data set with one seed, in one folder.
+
+    Windows are drawn in shuffled passes over the training split. Every random number of a step follows from seed and step,
+    so a continued training repeats an uninterrupted one on the same machine. ``curve`` holds the figures of all validations
+    so far, each with its step; ``skipped`` counts updates that were left out because their gradient was not finite.
+    """
+
+    def __init__(self, system: System, data: Data, setting: Setting, seed: int, folder: Path, device: str = "cpu"):
+        self.system, self.data, self.setting, self.seed, self.folder = system.to(device), data, setting, seed, folder
+        self.device = device
+        self.steps = setting.length(len(data.windows[TRAIN]))
+        self.done, self.seconds, self.skipped, self.curve = 0, 0.0, 0, []
+        mixed = setting.precision == "bf16-mixed" and system.mixed
+        self._autocast = torch.autocast(torch.device(device).type, torch.bfloat16, enabled=mixed)
+        self.optimizers = {"performer": _adam(system.performer, system.rate)}
+        if system.judge is not None:
+            self.optimizers["judge"] = _adam(system.judge, system.judge_rate)
+        self._order: tuple[int, np.ndarray] = (-1, np.zeros(0, np.int64))
+        folder.mkdir(parents=True, exist_ok=True)
+        if (folder / STATE).is_file():
+            facts = state.load(folder / STATE, self._parts(), device)
+            self.done, self.seconds = facts["steps"], facts["seconds"]
+            self.skipped, self.curve = facts.get("skipped", 0), facts.get("curve", [])
+
+    def run(self, stopping: Callable[[], bool] = lambda: False, validate: Callable[[], dict] | None = None) -> bool:
+        """All steps that are left; False where ``stopping()`` ended them early. Everything is saved either way.
+
+        ``validate()`` judges the system as it is; see :class:`Setting`. At the end the system holds the weights that it
+        found best, or the last ones where the setting wants no validation.
+        """
+        batches = Prefetch(lambda step: self.data.sample(self._windows(step)))
+        saved = time.monotonic()
+        sums: dict[str, float] = {}
+        try:
+            while self.done < self.steps and not stopping():
+                began = time.monotonic()
+                for name, value in self.step(batches.take(self.done)).items():
+                    sums[name] = sums.get(name, 0.0) + float(value) / _LOG_STEPS
+                now = time.monotonic()
+                self.seconds += now - began
+                if self.done % _LOG_STEPS == 0:
+                    self._log(sums)
+                    sums = {}
+                if validate is not None and self._due():
+                    self._validate(validate)
+                if now - saved > 60 * self.setting.save_minutes:
+                    self.save()
+                    saved = now
+        finally:
+            batches.close()
+        self.save()
+        if self.done >= self.steps and self.curve:
+            state.load(self.folder / BEST, {"system": self.system}, self.device)
+        return self.done >= self.steps
+
+    def step(self, sample) -> dict[str, torch.Tensor]:
+        """One update of the judge, where there is one, and one of the performer; the loss terms.
+
+        Raises :class:`UsageError` where the training has diverged.
+        """
+        sample, system, progress = sample.to(self.device), self.system.train(), self.done / self.steps
+        torch.manual_seed(hash((self.seed, self.done)) % 2**31)
+        report = {}
+        with self._autocast:
+            made = system.make(sample, progress)
+            if system.judge is not None:
+                report["judge"] = system.judge_loss(sample, made.directions.detach())
+        if system.judge is not None:
+            self._update("judge", report["judge"])
+        with self._autocast:
+            terms = system.terms(sample, made, progress)
+        self._update("performer", sum(terms.values()), system.clip)
+        self.done += 1
+        return {name: value.detach() for name, value in (terms | report).items()}
+
+    def save(self) -> None:
+        """Weights, optimisers and how far they are."""
+        facts = {"steps": self.done, "seconds": self.seconds, "skipped": self.skipped, "curve": self.curve}
+        state.save(self.folder / STATE, self._parts(), facts)
+
+    @property
+    def best(self) -> int:
+        """The step whose weights count."""
+        return min(self.curve, key=lambda figures: figures[self.setting.select])["step"] if self.curve else self.done
+
+    @property
+    def rate(self) -> float:
+        """Windows a second so far."""
+        return self.done * self.setting.batch / max(self.seconds, 1e-9)
+
+    def _due(self) -> bool:
+        every = self.setting.validate_every
+        return bool(every) and (self.done % every == 0 or self.done == self.steps)
+
+    def _validate(self, validate: Callable[[], dict]) -> None:
+        self.curve.append({"step": self.done, **validate()})
+        if self.best == self.done:
+            state.save(self.folder / BEST, {"system": self.system}, self.curve[-1])
+
+    def _parts(self) -> dict:
+        optimizers = {f"optimizer_{name}": optimizer for name, optimizer in self.optimizers.items()}
+        return {"system": self.system, **optimizers}
+
+    def _windows(self, step: int) -> np.ndarray:
+        every, batch = self.data.windows[TRAIN], self.setting.batch
+        count = max(len(every) // batch, 1)
+        if self._order[0] != step // count:
+            self._order = step // count, np.random.default_rng((self.seed, step // count)).permutation(len(every))
+        here = step % count * batch
+        return every[np.take(self._order[1], range(here, here + batch), mode="wrap")]
+
+    def _update(self, name: str, loss: torch.Tensor, clip: float = 0.0) -> None:
+        optimizer, parameters = self.optimizers[name], list(getattr(self.system, name).parameters())
+        optimizer.zero_grad(set_to_none=True)
+        loss.backward()
+        norm = torch.nn.utils.clip_grad_norm_(parameters, clip or torch.inf)
+        if norm.isfinite():
+            optimizer.step()
+            return
+        # On a CPU oneDNN's bfloat16 gradients of raw audio are not finite once in a thousand steps or more.
+        self.skipped += 1
+        if not loss.isfinite() or self.skipped > _SKIPPED * (self.done + _LOG_STEPS):
+            raise UsageError(f"The training has diverged after {self.done} batches.", "Try --precision 32-true.")
+
+    def _log(self, sums: dict[str, float]) -> None:
+        line = {"step": self.done, "seconds": round(self.seconds, 1), "windows_per_second": round(self.rate, 1)}
+        with open(self.folder / LOG, "a", encoding="utf-8") as file:
+            file.write(json.dumps(line | {name: round(value, 4) for name, value in sums.items()}) + "\n")
+
+
+def _adam(module: torch.nn.Module, rate: float) -> torch.optim.Adam:
+    return torch.optim.Adam(module.parameters(), rate, betas=(0.5, 0.999), fused=True)

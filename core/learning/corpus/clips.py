@@ -1,0 +1,148 @@
+"""A recorded clip as canonical directions with its phases: the raw material of the director.
+
+Arms come from joint positions as they are; torso, neck, head and clavicles as turns relative to the clip's first
+(resting) frame applied to the mean direction of the TED data, because that is how retargeting reads them.
+"""
+
+from dataclasses import dataclass, replace
+from os import PathLike
+
+import numpy as np
+
+from ...motion import skeleton
+from ...motion.motion import cubic
+from . import rotation, skm
+
+_MARKED = 0.3  # of the hands' way: where they have gone less far, the emphasis mark is a leftover
+
+
+@dataclass(frozen=True)
+class Roles:
+    """Names, in one family of skeletons, of the joints that become ours."""
+
+    root: str
+    torso: str
+    chest: str
+    neck: str
+    head: str
+    left: tuple[str, str, str, str]
+    right: tuple[str, str, str, str]
+
+    def all(self) -> set[str]:
+        """Every name."""
+        return {self.root, self.torso, self.chest, self.neck, self.head, *self.left, *self.right}
+
+
+SMARTBODY = Roles(
+    "JtRoot", "JtSpineB", "JtSpineC", "JtNeckA", "JtSkullA",
+    ("JtClavicleLf", "JtShoulderLf", "JtElbowLf", "JtWristLf"),
+    ("JtClavicleRt", "JtShoulderRt", "JtElbowRt", "JtWristRt"),
+)  # fmt: skip
+PERCEPTION_NEURON = Roles(
+    "Hips", "Spine1", "Spine3", "Neck", "Head",
+    ("LeftShoulder", "LeftArm", "LeftForeArm", "LeftHand"),
+    ("RightShoulder", "RightArm", "RightForeArm", "RightHand"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Clip:
+    """One gesture: ``directions`` ``(frames, 9, 3)`` at ``fps``, and its phases in seconds.
+
+    ``onset``: the hands leave rest; ``ready``: they are half-way up and a stroke may begin from there; ``emphasis``: the
+    stroke lands; ``end`` of the stroke; ``relax``: they begin to sink; ``rest``: they are down. The emphasis and the end
+    are the file's own marks, the others are measured, because a good many of the marks lie where nothing moves.
+    ``hands`` says how much the left and right arm take part, 0 to 1.
+    """
+
+    name: str
+    fps: float
+    directions: np.ndarray
+    onset: float
+    ready: float
+    emphasis: float
+    end: float
+    relax: float
+    rest: float
+    hands: tuple[float, float]
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first to the last frame."""
+        return (len(self.directions) - 1) / self.fps
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """Directions ``(n, 9, 3)`` at seconds ``times``; before the start and after the end the pose stays."""
+        return cubic(self.directions, np.asarray(times) * self.fps)
+
+    def mirrored(self) -> "Clip":
+        """The same gesture by the other hand."""
+        return replace(self, name=self.name + "~", directions=skeleton.mirror(self.directions), hands=self.hands[::-1])
+
+
+def to_directions(joints: list[skm.Joint], recording: skm.Recording | None, roles: Roles) -> np.ndarray:
+    """Canonical directions ``(frames, 9, 3)`` of a recording; the body faces forward at its first frame and turns of
+    its root about the vertical are taken out."""
+    positions, rotations = skm.forward(joints, recording, roles.all())
+    shoulders = positions[roles.left[1]][0] - positions[roles.right[1]][0]
+    turn = np.unwrap(rotation.heading(rotations[roles.root]))
+    facing = rotation.about(1, np.arctan2(-shoulders[2], shoulders[0]) + turn - turn[0])
+    straight = rotation.conjugate(facing)
+    result = np.zeros((len(turn), len(skeleton.EDGES), 3))
+    relative = {}
+    for name in {roles.torso, roles.chest, roles.neck, roles.head, roles.left[0], roles.right[0]}:
+        world = rotation.multiply(straight, rotations[name])
+        relative[name] = rotation.multiply(world, rotation.conjugate(world[:1]))
+    mean = skeleton.canonical_to_y_up(skeleton.MEAN_UNIT.astype(float))
+    for edge, name in ((0, roles.torso), (2, roles.head), (3, roles.left[0]), (6, roles.right[0])):
+        result[:, edge] = rotation.rotate(relative[name], mean[edge])
+    # the nose is carried by neck and skull together
+    result[:, 1] = rotation.rotate(relative[roles.neck], mean[1]) + rotation.rotate(relative[roles.head], mean[1])
+    for first, (_, shoulder, elbow, wrist) in ((4, roles.left), (7, roles.right)):
+        result[:, first] = rotation.rotate(straight, positions[elbow] - positions[shoulder])
+        result[:, first + 1] = rotation.rotate(straight, positions[wrist] - positions[elbow])
+    return skeleton.normalize(skeleton.y_up_to_canonical(result)).astype(np.float32)
+
+
+def load(path: str | PathLike, joints: list[skm.Joint], roles: Roles, name: str) -> Clip:
+    """Read one motion file; ``ValueError`` if it is shorter than half a second or lacks its phases."""
+    recording = skm.load_recording(path)
+    missing = [phase for phase in skm.PHASES if phase not in recording.phases]
+    if missing or len(recording.times) < 12:
+        raise ValueError(f"{path}: no {missing or 'motion'}")
+    directions = to_directions(joints, recording, roles)
+    fps = (len(recording.times) - 1) / (recording.times[-1] - recording.times[0])
+    marks = {phase: recording.phases[phase] - recording.times[0] for phase in ("emphasis", "stroke")}
+    return Clip(name, float(fps), directions, *_phases(directions, fps, **marks), hands=_participation(directions))
+
+
+def _phases(directions: np.ndarray, fps: float, emphasis: float, stroke: float) -> tuple[float, ...]:
+    """Onset, ready, emphasis, end, relax, rest from how far the hands are from where they rest."""
+    points = skeleton.to_positions(directions)[:, [4, 5, 6, 7, 8, 9]]
+    away = np.linalg.norm(points - points[:1], axis=-1).max(axis=1)
+    last = len(away) - 1
+    peak = int(np.clip(round(emphasis * fps), 2, last - 2))
+    if away[max(peak - 2, 0) : peak + 3].max() < _MARKED * away.max():
+        # nobody set this mark: strokes land about 0.2 s after the hands have got nearly as far as they go
+        peak = min(int(np.argmax(away >= 0.95 * away.max())) + round(0.2 * fps), last - 2)
+    reach = away[max(peak - 2, 0) : peak + 3].max()
+
+    def before(share: float) -> int:
+        low = np.flatnonzero(away[:peak] < share * reach)
+        return int(low[-1]) if len(low) else 0
+
+    def after(share: float) -> int:
+        low = np.flatnonzero(away[peak:] < share * reach)
+        return int(peak + low[0]) if len(low) else last
+
+    onset, ready, relax, rest = before(0.05), before(0.5), after(0.85), after(0.08)
+    end = float(np.clip(round(stroke * fps), peak + 1, max(relax, peak + 1)))
+    times = np.array([onset, max(ready, onset + 1), peak, end, max(relax, end), max(rest, end + 2)]) / fps
+    return tuple(map(float, np.maximum.accumulate(times)))
+
+
+def _participation(directions: np.ndarray) -> tuple[float, float]:
+    """How far each arm goes from where it rests, against 25 degrees, at most 1."""
+    arms = directions[:, skeleton.ARM_EDGES]
+    away = np.degrees(np.arccos(np.clip((arms * arms[:1]).sum(-1), -1, 1))).max(0)
+    return float(min(1.0, max(away[:2]) / 25)), float(min(1.0, max(away[2:]) / 25))

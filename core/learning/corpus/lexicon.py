@@ -1,0 +1,79 @@
+"""Words that ask for a gesture of their own, as data: meaning -> words; and words that mean nearly the same."""
+
+import numpy as np
+
+from ...sound.prosody import FUNCTION
+
+WORDS = {
+    "me": "i me my mine myself i'm i've i'd i'll",
+    "you": "you your yours yourself you're you've you'd you'll",
+    "we": "we us our ours ourselves together we're we've we'd we'll let's community family friends share",
+    "not": "not no don't doesn't didn't can't cannot couldn't won't wouldn't isn't aren't wasn't weren't haven't hasn't "
+    "hadn't shouldn't without neither nor refuse wrong deny reject",
+    "none": "never nothing nobody none nowhere gone empty finished lost",
+    "however": "but however although though instead except rather unless otherwise yet despite besides",
+    "example": "example instance when while during meanwhile such",
+    "all": "all every everyone everybody everything everywhere whole entire always world total complete completely "
+    "around throughout everybody's",
+    "big": "big huge great large enormous vast giant massive bigger biggest larger greater more most many much grow "
+    "growing increase rise wide",
+    "thing": "thing things something kind sort idea small little tiny bit part piece few less form story plan system",
+    "here": "here now this today these right",
+    "there": "there those far away outside beyond over across distant yonder",
+    "stop": "stop wait enough hold end ends stopped prevent against keep",
+    "maybe": "maybe perhaps probably possibly guess somehow whatever unknown",
+    "think": "think thought believe know knew wonder remember understand imagine learn feel felt mind seems seemed",
+    "please": "please help need hope wish sorry beg want love dear thank thanks forgive",
+    "offer": "give gave offer would could might suggest show take here's bring send provide",
+    "receive": "get got receive came come comes accept welcome join",
+    "question": "what why how who where which whose",
+    "list": "first second third one two three four five six seven eight nine ten hundred thousand finally must "
+    "exactly every day",
+}
+"""Order matters: the first meaning that lists a word has it."""
+
+MEANING = {}
+for _meaning, _words in WORDS.items():
+    for _word in _words.split():
+        MEANING.setdefault(_word, _meaning)
+
+
+_SHARED = "all big example however list maybe none offer please question receive stop there thing think we"
+_OPEN = frozenset(_SHARED.split())
+"""Meanings that words near to the listed ones share; the others are grammar rather than meaning."""
+_NEAR = 0.55
+
+
+class Lexicon:
+    """What words mean to a gesturer: the list above, and by their vectors words close to it, so that "gigantic" is big.
+
+    ``vectors`` maps a list of words to ``(n, 300)``, as :meth:`WordVectors.vectors` does. What follows from a vector can
+    be learnt by a network that reads vectors.
+    """
+
+    def __init__(self, vectors):
+        self._vectors = vectors
+        self._known = {word: meaning for word, meaning in MEANING.items() if meaning in _OPEN}
+        self._table = _unit(vectors(list(self._known)))
+        self._found: dict[str, str | None] = {}
+
+    def meaning(self, word: str) -> str | None:
+        """The meaning of a word in lower case, or None."""
+        if word not in self._found:
+            self._found[word] = MEANING.get(word) or self._near(word)
+        return self._found[word]
+
+    def _near(self, word: str) -> str | None:
+        if word in FUNCTION:
+            return None
+        cosine = self._table @ _unit(self._vectors([word]))[0]
+        best: dict[str, list[float]] = {}
+        for value, meaning in zip(cosine, self._known.values(), strict=True):
+            best.setdefault(meaning, []).append(float(value))
+        score = {meaning: float(np.mean(sorted(values)[-2:])) for meaning, values in best.items()}
+        nearest = max(score, key=score.get)
+        return nearest if score[nearest] > _NEAR else None
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-9)

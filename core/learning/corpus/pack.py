@@ -1,0 +1,140 @@
+"""The packed corpus that training reads, and what is worth knowing about it."""
+
+from os import PathLike
+
+import numpy as np
+
+from ...motion import rest, skeleton
+from ...sound import prosody
+from ...sound.mfcc import HOP
+from ...styles import CONTROLS
+from ...vectors.table import WordVectors, spans
+from ..evaluate.kinematics import FOREARMS, UPPER_ARMS, angular_speed
+from ..train.storage import FORMAT, save_arrays
+from . import speakers
+from .build import Performance, Talk
+
+QUIET_BEFORE, QUIET_AFTER = 1.5, 3.0
+"""Seconds around a stroke in which the arms may be on their way."""
+ARMS = {"forearms": FOREARMS, "upper arms": UPPER_ARMS}
+
+
+def save(talks: list[Talk], folder: str | PathLike, seed: int) -> dict:
+    """Write the corpus ``folder`` (:mod:`train.storage` describes it) and return its statistics.
+
+    Beyond what training needs: ``accents`` ``(A, 3)`` time, strength, main, and ``affect`` ``(R, 3)`` of every recording;
+    ``strokes`` ``(S,)`` of every performance; all with their own starts. ``ValueError`` for no talks.
+    """
+    if not talks:
+        raise ValueError("no talks to pack")
+    vocabulary = sorted({word for talk in talks for word, _, _ in talk.words})
+    row = {word: number for number, word in enumerate(vocabulary)}
+    performances = [performance for talk in talks for performance in talk.performances]
+    owner = [number for number, talk in enumerate(talks) for _ in talk.performances]
+    figures = statistics(talks)
+    meta = {
+        "format": FORMAT,
+        "fps": skeleton.FPS,
+        "speakers": [
+            {**known, "rest": pose.round(4).tolist()}
+            for known, pose in zip(speakers.describe(), rest_poses(performances), strict=True)
+        ],
+        "controls": list(CONTROLS),
+        "prosody": list(prosody.NAMES),
+        "mfcc": f"core.sound.mfcc.temporal_features of core.sound.audio.level, {HOP} samples at 16 kHz a frame",
+        "words": vocabulary,
+        "recordings": [{"speech": f"{talk.index:04d}.npz", "kind": talk.kind, "words": talk.words} for talk in talks],
+        "seed": seed,
+        "statistics": figures,
+    }
+    vectors = WordVectors.load().vectors(vocabulary) if vocabulary else np.zeros((1, 300))
+    arrays = {
+        "mfcc": np.concatenate([talk.mfcc for talk in talks]),
+        "mfcc_starts": _starts(talk.mfcc for talk in talks),
+        "frame_starts": _starts(talk.prosody for talk in talks),
+        "word_index": np.concatenate([_rows(talk, row) for talk in talks]),
+        "vectors": vectors.astype(np.float16),
+        "prosody": np.concatenate([talk.prosody for talk in talks]),
+        "prosody_plain": np.concatenate([talk.plain for talk in talks]),
+        "affect": np.array([talk.affect for talk in talks], np.float32),
+        "accents": np.concatenate([talk.accents for talk in talks]),
+        "accent_starts": _starts(talk.accents for talk in talks),
+        "directions": np.concatenate([p.directions for p in performances]).astype(np.float16),
+        "starts": _starts(p.directions for p in performances),
+        "recording": np.array(owner, np.int64),
+        "speaker": np.array([p.speaker for p in performances], np.int64),
+        "split": np.array([talks[number].split for number in owner], np.int64),
+        "controls": np.array([p.controls for p in performances], np.float32),
+        "strokes": np.concatenate([p.strokes for p in performances]),
+        "stroke_starts": _starts(p.strokes for p in performances),
+    }
+    save_arrays(folder, arrays, meta)
+    return figures
+
+
+def statistics(talks: list[Talk]) -> dict:
+    """Hours, words, voices, strokes a minute, share of frames at rest, arm speeds (degrees a second), splits, speakers."""
+    performances = [performance for talk in talks for performance in talk.performances]
+    lengths = np.array([len(p.directions) for p in performances])
+    hours = lengths.sum() / skeleton.FPS / 3600
+    heard = sum(talk.frames for talk in talks) / skeleton.FPS / 3600
+    kinds: dict[str, float] = {}
+    for talk in talks:
+        kinds[talk.kind] = kinds.get(talk.kind, 0.0) + talk.frames / skeleton.FPS / 3600
+    result = {
+        "recordings": len(talks),
+        "hours of speech": heard,
+        "hours by voice": {kind: round(value, 3) for kind, value in sorted(kinds.items())},
+        "performances": len(performances),
+        "hours of performances": hours,
+        "words a minute": sum(len(talk.words) for talk in talks) / heard / 60,
+        "strokes a minute": sum(len(p.strokes) for p in performances) / hours / 60,
+        "share of strokes on main accents": _on_main(talks),
+        "share of time at rest": 1 - float(np.average([p.active for p in performances], weights=lengths)),
+        "recordings by split": np.bincount([talk.split for talk in talks], minlength=3).tolist(),
+        "performances by speaker": np.bincount([p.speaker for p in performances], minlength=len(speakers.PERFORMERS)).tolist(),
+    }
+    for name, edges in ARMS.items():
+        speed = np.concatenate([angular_speed(p.directions)[:, edges].ravel() for p in performances])
+        result[f"{name} median speed"] = float(np.median(speed))
+        result[f"{name} 90th percentile speed"] = float(np.percentile(speed, 90))
+        result[f"{name} share under 5"] = float(np.mean(speed < 5))
+    return {key: round(value, 3) if isinstance(value, float) else value for key, value in result.items()}
+
+
+def _on_main(talks: list[Talk]) -> float:
+    """Share of planned strokes within 0.15 s of a main accent."""
+    hits, count = 0, 0
+    for talk in talks:
+        mains = np.append(talk.accents[talk.accents[:, 2] > 0, 0], 1e9)
+        for performance in talk.performances:
+            hits += int((np.abs(performance.strokes[:, None] - mains).min(1) < 0.15).sum())
+            count += len(performance.strokes)
+    return hits / max(count, 1)
+
+
+def rest_poses(performances: list[Performance]) -> np.ndarray:
+    """How each performer stands between gestures when nothing is asked for, unit directions ``(speakers, 9, 3)``.
+
+    The mean of all frames a while from any stroke; the natural rest pose for a performer who never pauses so long.
+    """
+    sums = np.zeros((len(speakers.PERFORMERS), 9, 3))
+    for performance in performances:
+        if performance.controls.any():
+            continue
+        time = np.arange(len(performance.directions))[:, None] / skeleton.FPS - performance.strokes
+        quiet = ~((time > -QUIET_BEFORE) & (time < QUIET_AFTER)).any(1)
+        sums[performance.speaker] += performance.directions[quiet].sum(0)
+    unseen = ~sums.any((1, 2))
+    sums[unseen] = rest.REST
+    return skeleton.normalize(sums)
+
+
+def _rows(talk: Talk, row: dict[str, int]) -> np.ndarray:
+    number = spans(talk.words, talk.frames, skeleton.FPS)
+    table = np.array([row[word] for word, _, _ in talk.words] + [-1], np.int32)
+    return table[number]
+
+
+def _starts(arrays) -> np.ndarray:
+    return np.concatenate([[0], np.cumsum([len(array) for array in arrays])]).astype(np.int64)

@@ -1,0 +1,191 @@
+"""The spoken half of the corpus: talks in many voices with the time of every word."""
+
+import json
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from os import PathLike
+
+import numpy as np
+
+from ...files import whole_file
+from ...sound.audio import SAMPLE_RATE
+from . import acting, human, recording, texts, voices
+from .phonemes import Spoken
+
+KINDS = (
+    *("piper", "flite:slt", "piper", "flite:rms", "piper", "flite:awb", "piper", "flite:kal16", "piper", "flite:slt"),
+    *("piper", "espeak", "piper", "flite:rms", "piper", "flite:slt", "piper", "flite:awb", "piper", "flite:kal16"),
+)
+"""Voices of the talks of a split in turn. Every other one is Piper's, so that a second reading, a place on, is another's."""
+
+_HUMAN_EVERY, _HUMANS = 20, 28
+"""Every twentieth talk is a person's, 28 in all; the places are kept where their material is missing."""
+
+
+@dataclass(frozen=True)
+class Word:
+    """A word in a talk. Times in seconds; ``vowel`` is its most stressed vowel; ``stress`` 0 none, 1 second, 2 main.
+
+    ``sentence`` counts from 0; ``closing`` is the punctuation mark after it, or "".
+    """
+
+    text: str
+    start: float
+    end: float
+    vowel: tuple[float, float]
+    stress: int
+    sentence: int
+    closing: str
+
+
+@dataclass(frozen=True)
+class Speech:
+    """A spoken talk: ``clean`` and ``recorded`` audio ``(n,)`` float32 at 16 kHz, words, affect of each sentence ``(s, 3)``.
+
+    ``voice`` holds its ``kind``, as in ``piper``, ``flite:slt``, ``espeak:en-gb`` or ``human:prompts``. A recording
+    without known text has no words and one row of middling affect.
+    """
+
+    index: int
+    split: int
+    clean: np.ndarray
+    recorded: np.ndarray
+    words: tuple[Word, ...]
+    affect: np.ndarray
+    voice: dict
+
+    @property
+    def duration(self) -> float:
+        """Seconds."""
+        return len(self.clean) / SAMPLE_RATE
+
+    def save(self, path: str | PathLike) -> None:
+        """Write as ``.npz`` with 16-bit audio, whole or not at all."""
+        words = [asdict(word) for word in self.words]
+        text = json.dumps({"index": self.index, "split": self.split, "words": words, "voice": self.voice})
+        pcm = {name: np.round(getattr(self, name) * 32767).astype(np.int16) for name in ("clean", "recorded")}
+        with whole_file(path) as temporary, open(temporary, "wb") as file:
+            np.savez(file, **pcm, affect=self.affect, text=np.array(text))
+
+    @classmethod
+    def load(cls, path: str | PathLike) -> "Speech":
+        """Read what :meth:`save` wrote."""
+        with np.load(path) as data:
+            text = json.loads(str(data["text"]))
+            clean, recorded = (data[name].astype(np.float32) / 32767 for name in ("clean", "recorded"))
+            affect = data["affect"]
+        words = tuple(Word(**{**word, "vowel": tuple(word["vowel"])}) for word in text["words"])
+        return cls(text["index"], text["split"], clean, recorded, words, affect, text["voice"])
+
+
+@dataclass(frozen=True)
+class Talk:
+    """A talk to be made: its index for ever, the ``kind`` of its voice, the script (None: a person's recording) and its
+    ``number`` (which reading of the script, from 0; which of the persons' talks)."""
+
+    index: int
+    kind: str
+    script: texts.Script | None
+    number: int
+
+    @property
+    def split(self) -> int:
+        """0 train, 1 validation, 2 test; people are for training."""
+        return self.script.split if self.script else 0
+
+
+@lru_cache(maxsize=1)
+def talks(material: str, seed: int) -> list[Talk]:
+    """All talks there can be: every script in one voice, people between them, then every script in another voice.
+
+    Any beginning of the list has all splits and nearly the same share of every voice.
+    """
+    scripts = texts.scripts(texts.load_sentences(material), seed)
+    result, persons = [], 0
+    for reading in (0, 1):
+        turn = [reading] * len(texts.SPLITS)
+        espeak = reading
+        for script in scripts:
+            if persons < _HUMANS and len(result) % _HUMAN_EVERY == _HUMAN_EVERY - 1:
+                result.append(Talk(len(result), "human:prompts" if persons else "human:sonnet", None, persons))
+                persons += 1
+            kind = KINDS[turn[script.split] % len(KINDS)]
+            turn[script.split] += 1
+            if kind == "espeak":
+                kind, espeak = f"espeak:{voices.ESPEAK[espeak % len(voices.ESPEAK)]}", espeak + 1
+            result.append(Talk(len(result), kind, script, reading))
+    return result
+
+
+def count(material: str, seed: int) -> int:
+    """How many talks :func:`talks` lists."""
+    return len(talks(material, seed))
+
+
+def make(material: str, index: int, seed: int) -> Speech | None:
+    """Speak (or join from recordings) talk ``index`` of :func:`talks`; None if nothing could be said or found.
+
+    Everything random follows from ``seed`` and the index, except the noise inside Piper's generator: two runs differ in
+    detail there, and the cache keeps the first. Raises :class:`S2agError` where a voice's program is missing.
+    """
+    talk = talks(material, seed)[index]
+    random = np.random.default_rng([seed, index])
+    if talk.script is None:
+        return _person(material, talk, seed, random)
+    return speak(talk.script, talk.kind, random, index)
+
+
+def speak(script: texts.Script, kind: str, random: np.random.Generator, index: int = 0) -> Speech | None:
+    """Perform a script in a voice of this kind; None if none of its sentences could be placed."""
+    person, voice = acting.draw_voice(kind, random), voices.voice(kind)
+    pieces, words, affects = [_silence(random.uniform(0.3, 1.5))], [], []
+    for sentence in script.sentences:
+        affect = 0.6 * np.array(sentence.affect) + 0.4 * script.affect
+        arousal = float(affect[1])
+        delivery = acting.deliver(person, affect, random)
+        said = voice.say(sentence, delivery.manner)
+        if said is None:
+            continue
+        pauses = [acting.comma_pause(arousal, random) for _ in said[1][:-1]] + [0.0]
+        audio, placed = acting.paused(acting.act(*said, delivery), said[1], pauses)
+        numbers = [len(affects)] * len(placed)
+        words += _words(placed, sum(map(len, pieces)), numbers, texts.closings(sentence.text))
+        pieces += [audio, _silence(acting.sentence_pause(arousal, random))]
+        affects.append(affect)
+    if not affects:
+        return None
+    return _recorded(index, script.split, np.concatenate(pieces), words, np.array(affects), asdict(person), random)
+
+
+def _person(material: str, talk: Talk, seed: int, random: np.random.Generator) -> Speech | None:
+    words, voice = [], {"kind": talk.kind}
+    if talk.kind == "human:sonnet":
+        audio, placed, closings, numbers = human.sonnet(material)
+        words = _words(placed, 0, numbers, closings)
+    else:
+        groups = human.prompt_talks(seed)
+        if talk.number > len(groups):
+            return None
+        audio = human.join_prompts(groups[talk.number - 1], random)
+    rows = 1 + (words[-1].sentence if words else 0)
+    return _recorded(talk.index, 0, audio, words, np.full((rows, 3), 0.5), voice, random)
+
+
+def _recorded(index, split, audio, words, affect, voice, random) -> Speech:
+    """Levelled, and heard by a microphone."""
+    clean = (audio / max(np.abs(audio).max(), 1e-9) * 0.9).astype(np.float32)
+    recorded = recording.record(clean, random).astype(np.float32)
+    return Speech(index, split, clean, recorded, tuple(words), affect, voice)
+
+
+def _words(placed: list[Spoken], offset: int, sentences: list[int], closings) -> list[Word]:
+    """Words in seconds from words in samples that begin ``offset`` samples into the talk."""
+    result = []
+    for word, sentence, closing in zip(placed, sentences, closings, strict=True):
+        start, end, first, last = ((x + offset) / SAMPLE_RATE for x in (word.start, word.end, *word.vowel))
+        result.append(Word(word.text, start, end, (first, last), word.stress, sentence, closing))
+    return result
+
+
+def _silence(seconds: float) -> np.ndarray:
+    return np.zeros(round(seconds * SAMPLE_RATE))

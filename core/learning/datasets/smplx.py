@@ -1,0 +1,68 @@
+"""SMPL-X motion as BEAT2 has it: axis-angle poses in ``.npz``, turned into a skeleton in motion."""
+
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ....rigs import quaternion
+from ...errors import CorpusUnreadable
+from .ten import Posed, chain
+
+NAMES = (
+    "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2", "left_ankle", "right_ankle", "spine3",
+    "left_foot", "right_foot", "neck", "left_collar", "right_collar", "head", "left_shoulder", "right_shoulder", "left_elbow",
+    "right_elbow", "left_wrist", "right_wrist",
+)  # fmt: skip
+"""SMPL-X's first 22 joints; y up, facing z, left at +x."""
+PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19)
+OFFSETS = np.array(
+    [
+        (0, 0, 0), (0.06, -0.09, 0), (-0.06, -0.09, 0), (0, 0.11, -0.02), (0.04, -0.38, 0), (-0.04, -0.38, 0), (0, 0.14, 0.02),
+        (0, -0.4, -0.04), (0, -0.4, -0.04), (0, 0.05, 0.02), (0.03, -0.06, 0.12), (-0.03, -0.06, 0.12), (0, 0.2, -0.05),
+        (0.05, 0.11, -0.03), (-0.05, 0.11, -0.03), (0, 0.08, 0.05), (0.12, 0.04, -0.01), (-0.12, 0.04, -0.01),
+        (0.26, -0.01, -0.02), (-0.26, -0.01, -0.02), (0.25, 0.01, 0), (-0.25, 0.01, 0),
+    ]
+)  # fmt: skip
+"""Metres at rest of an average body, rounded: directions hardly depend on them, and the model itself may not be passed on."""
+
+
+def read(path: str | PathLike, offsets: np.ndarray = OFFSETS) -> tuple[Posed, float]:
+    """The skeleton in motion and its frames a second, from ``poses`` (frames, 66 or more), ``trans`` and the frame rate.
+
+    Raises :class:`CorpusUnreadable`.
+    """
+    path = Path(path)
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            poses = np.asarray(data["poses"], float)
+            root = np.asarray(data["trans"], float) if "trans" in data else np.zeros((len(poses), 3))
+            fps = float(data.get("mocap_frame_rate", 30.0))
+    except (OSError, ValueError, KeyError, EOFError, TypeError) as error:
+        raise CorpusUnreadable(f"{path} is no SMPL-X motion: {' '.join(str(error).split())[:100]}.", "Get it again.") from error
+    if poses.ndim != 2 or poses.shape[1] < 3 * len(NAMES) or root.shape != (len(poses), 3) or not len(poses) or not fps > 0:
+        message = f"{path} holds poses of shape {poses.shape}, not (frames, {3 * len(NAMES)} or more)."
+        raise CorpusUnreadable(message, "Get it again.")
+    if not np.isfinite(poses).all():
+        raise CorpusUnreadable(f"{path} holds poses that are no numbers.", "Get it again.")
+    local = rotations(poses[:, : 3 * len(NAMES)].reshape(len(poses), -1, 3))
+    return Posed(NAMES, *chain(offsets, PARENTS, local, root + offsets[0])), fps
+
+
+def rotations(axis_angles: np.ndarray) -> np.ndarray:
+    """Matrices ``(..., 3, 3)`` of rotation vectors ``(..., 3)`` in radians."""
+    angle = np.linalg.norm(axis_angles, axis=-1)
+    axis = axis_angles / np.maximum(angle, 1e-12)[..., None]
+    half = np.concatenate([np.cos(angle / 2)[..., None], axis * np.sin(angle / 2)[..., None]], -1)
+    return quaternion.to_matrix(half)
+
+
+def model_offsets(path: str | PathLike) -> np.ndarray:
+    """Rest offsets ``(22, 3)`` of the user's own SMPL-X model file (.npz with ``v_template`` and ``J_regressor``)."""
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            joints = (data["J_regressor"] @ data["v_template"])[: len(NAMES)]
+    except (OSError, ValueError, KeyError, EOFError, TypeError) as error:
+        raise CorpusUnreadable(f"{path} is no SMPL-X model.", "Give SMPLX_NEUTRAL.npz or leave it out.") from error
+    parents = np.array(PARENTS)
+    return joints - np.where(parents[:, None] >= 0, joints[parents], 0)

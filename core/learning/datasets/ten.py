@@ -1,0 +1,141 @@
+"""Ten joints from any skeleton whose joints have names: the canonical directions of a recorded performance. numpy alone.
+
+The canonical pose is frontal, as TED's is: the hips' (or shoulders') turn about the vertical is taken out of every frame.
+A skeleton's head joint stands where head and neck meet, TED's nose and crown do not exist there; both are set up from the
+rotations of neck and head so that a head at rest has the directions of TED's mean (reference sections B.1 and D.5).
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import CorpusUnreadable
+from ...motion import skeleton
+
+_NOSE, _CROWN = skeleton.canonical_to_y_up(skeleton.MEAN_UNIT)[[1, 2]] * [[0, 1, 1]]
+"""From the neck to the nose and on to the crown at rest, without the mean's small lean to a side."""
+
+_NAMES = {
+    "hips": ("hips", "pelvis", "root", "bodyworld", "bip01pelvis"),
+    "spine": ("spine1", "spine", "spine01", "bip01spine1"),
+    "chest": ("spine3", "spine2", "chest", "upperchest", "spine03"),
+    "neck": ("neck", "neck1", "neck01", "bip01neck"),
+    "neck_end": ("neck1", "neck2"),
+    "head": ("head", "bip01head"),
+    "left_shoulder": ("leftarm", "leftupperarm", "upperarml", "lupperarm", "bip01lupperarm"),
+    "left_elbow": ("leftforearm", "leftlowerarm", "lowerarml", "leftelbow", "lforearm", "bip01lforearm"),
+    "left_wrist": ("lefthand", "handl", "leftwrist", "lhand", "bip01lhand"),
+    "right_shoulder": ("rightarm", "rightupperarm", "upperarmr", "rupperarm", "bip01rupperarm"),
+    "right_elbow": ("rightforearm", "rightlowerarm", "lowerarmr", "rightelbow", "rforearm", "bip01rforearm"),
+    "right_wrist": ("righthand", "handr", "rightwrist", "rhand", "bip01rhand"),
+    "left_hip": ("leftupleg", "leftupperleg", "thighl", "lefthip", "leftleg", "bip01lthigh"),
+    "right_hip": ("rightupleg", "rightupperleg", "thighr", "righthip", "rightleg", "bip01rthigh"),
+}
+_NEEDED = ("hips", "neck", "head", *(f"{side}_{part}" for side in ("left", "right") for part in ("shoulder", "elbow", "wrist")))
+PAPER = (
+    "hips",
+    "chest",
+    "neck_end",
+    "head",
+    *(f"{side}_{part}" for side in ("right", "left") for part in ("shoulder", "elbow", "wrist")),
+)
+"""The joints that the authors put in TED's places on Trinity: the hips for the spine, the right arm first (reference D.5)."""
+
+
+@dataclass(frozen=True)
+class Posed:
+    """A skeleton in motion in a frame with y up and, at rest, facing z with the left at +x.
+
+    ``names`` of n joints; ``positions`` (frames, n, 3) in any unit; ``rotations`` (frames, n, 3, 3) against the rest pose.
+    """
+
+    names: tuple[str, ...]
+    positions: np.ndarray
+    rotations: np.ndarray
+
+    def row(self, role: str) -> int:
+        """Row of the joint with a role; -1 where there is none."""
+        known = {_plain(name): row for row, name in reversed(list(enumerate(self.names)))}
+        if "leftshoulder" in known and "leftarm" not in known and role in ("left_shoulder", "right_shoulder"):
+            return known.get(role.replace("_", ""), -1)  # SMPL-X calls the upper arm's joint the shoulder
+        return next((known[name] for name in _NAMES[role] if name in known), -1)
+
+
+def directions(posed: Posed, paper: bool = False, where: str = "The skeleton") -> np.ndarray:
+    """Unit directions ``(frames, 9, 3)`` float32 in the canonical frame.
+
+    ``paper`` takes the authors' ten joints of Trinity instead, in their order but with the axes turned rightly. Raises
+    :class:`CorpusUnreadable` where a joint is missing.
+    """
+    missing = [role for role in (PAPER if paper else _NEEDED) if posed.row(role) < 0]
+    if missing:
+        message = f"{where} has no joint for {', '.join(missing).replace('_', ' ')}."
+        raise CorpusUnreadable(message, "Name the joints as Mixamo, SMPL-X or Trinity do.")
+    turn = frontal(posed)
+    joints = np.einsum("fij,fkj->fki", turn, _paper(posed) if paper else _joints(posed))
+    return skeleton.to_directions(skeleton.y_up_to_canonical(joints)).astype(np.float32)
+
+
+def frontal(posed: Posed) -> np.ndarray:
+    """Rotations ``(frames, 3, 3)`` about the vertical that bring the line of the hips, else of the shoulders, to x."""
+    pair = (
+        ("left_hip", "right_hip")
+        if posed.row("left_hip") >= 0 <= posed.row("right_hip")
+        else ("left_shoulder", "right_shoulder")
+    )
+    left, right = (posed.positions[:, posed.row(role)] for role in pair)
+    across = left - right
+    angle = np.arctan2(across[:, 2], across[:, 0])
+    cosine, sine, turn = np.cos(angle), np.sin(angle), np.zeros((len(angle), 3, 3))
+    turn[:, 0, 0], turn[:, 0, 2], turn[:, 2, 0], turn[:, 2, 2], turn[:, 1, 1] = cosine, sine, -sine, cosine, 1
+    return turn
+
+
+def resample(values: np.ndarray, fps: float, wanted: float = skeleton.FPS) -> np.ndarray:
+    """Directions ``(n, 9, 3)`` at another rate by linear interpolation, normalised; the first frame stays (reference B.4)."""
+    count = max(int(round(len(values) / fps * wanted)), 1)
+    at = np.minimum(np.arange(count) * (fps / wanted), len(values) - 1)
+    low = np.minimum(at.astype(int), max(len(values) - 2, 0))
+    share = (at - low)[:, None, None]
+    following = values[np.minimum(low + 1, len(values) - 1)]
+    return skeleton.normalize(values[low] * (1 - share) + following * share).astype(np.float32)
+
+
+def _joints(posed: Posed) -> np.ndarray:
+    def at(role: str) -> np.ndarray:
+        return posed.positions[:, posed.row(role)]
+
+    neck, head, hips = at("neck"), at("head"), at("hips")
+    spine = at("spine") if posed.row("spine") >= 0 else 0.5 * (hips + neck)
+    length = np.linalg.norm(head - neck, axis=1, keepdims=True)
+    bent = posed.rotations[:, posed.row("neck_end" if posed.row("neck_end") >= 0 else "neck")]
+    turned = posed.rotations[:, posed.row("head")]
+    nose = neck + length * (bent[:, :, 1] * _NOSE[1] + turned[:, :, 2] * _NOSE[2])  # the neck lifts it, the head aims it
+    crown = nose + length * (turned @ _CROWN)
+    arms = [at(f"{side}_{part}") for side in ("left", "right") for part in ("shoulder", "elbow", "wrist")]
+    return np.stack([spine, neck, nose, crown, *arms], 1)
+
+
+def _paper(posed: Posed) -> np.ndarray:
+    return posed.positions[:, [posed.row(role) for role in PAPER]]
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.rpartition(":")[2].lower())
+
+
+def chain(offsets: np.ndarray, parents: Sequence[int], local: np.ndarray, root: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Forward kinematics: world positions ``(f, n, 3)`` and rotations ``(f, n, 3, 3)``.
+
+    ``offsets`` (n, 3) from the parent at rest, ``local`` (f, n, 3, 3), ``root`` (f, 3) places of joint 0.
+    """
+    positions, rotations = np.empty((len(local), len(parents), 3)), np.empty_like(local)
+    for row, parent in enumerate(parents):
+        if parent < 0:
+            positions[:, row], rotations[:, row] = root, local[:, row]
+        else:
+            positions[:, row] = positions[:, parent] + rotations[:, parent] @ offsets[row]
+            rotations[:, row] = rotations[:, parent] @ local[:, row]
+    return positions, rotations

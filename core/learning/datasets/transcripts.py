@@ -1,0 +1,57 @@
+"""Words with times in the forms that data sets have: Google's JSON, Praat's TextGrid, our list, plain text."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import CorpusUnreadable
+
+Word = tuple[str, float, float]
+SUFFIXES = (".json", ".TextGrid", ".txt")
+_INTERVAL = re.compile(r'xmin\s*=\s*([-\d.eE+]+)\s+xmax\s*=\s*([-\d.eE+]+)\s+text\s*=\s*"((?:[^"]|"")*)"')
+
+
+def read(path: Path, audio: np.ndarray) -> list[Word]:
+    """Words of a transcript file; plain text is aligned to the ``audio``. Raises :class:`CorpusUnreadable`."""
+    try:
+        if path.suffix == ".TextGrid":
+            return textgrid(path)
+        if path.suffix == ".json":
+            content = json.loads(path.read_text(encoding="utf-8-sig"))
+            return google(content) if _is_google(content) else [(str(w), float(a), float(b)) for w, a, b in content]
+    except (OSError, ValueError, TypeError, KeyError, IndexError) as error:
+        reason = " ".join(str(error).split())[:100]
+        raise CorpusUnreadable(f"The transcript {path} cannot be read: {reason}.", "Mend it or take it away.") from error
+    from ...words.transcript import resolve
+
+    return list(resolve(audio, path)[0])
+
+
+def beside(path: Path, folder: Path | None = None) -> Path | None:
+    """The transcript of a recording: the same name with a transcript's suffix, here or in ``folder``."""
+    places = (path.with_suffix(suffix) if folder is None else folder / f"{path.stem}{suffix}" for suffix in SUFFIXES)
+    return next((place for place in places if place.is_file()), None)
+
+
+def google(segments: list) -> list[Word]:
+    """GENEA 2020's form: segments, of each the first alternative's words with times such as "0.400s" (reference D.3)."""
+    words = [word for segment in segments for word in (segment.get("alternatives") or [{}])[0].get("words", ())]
+    return [(word["word"], float(word["start_time"].rstrip("s")), float(word["end_time"].rstrip("s"))) for word in words]
+
+
+def textgrid(path: Path) -> list[Word]:
+    """The tier "words" (else the first) of a long-form TextGrid; empty intervals are pauses."""
+    raw = path.read_bytes()
+    text = raw.decode("utf-16" if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
+    tiers = re.split(r"item\s*\[\d+\]\s*:", text)[1:]
+    if not tiers:
+        raise ValueError("it holds no tiers")
+    tier = next((tier for tier in tiers if re.search(r'name\s*=\s*"words?"', tier, re.IGNORECASE)), tiers[0])
+    found = [(match[2].replace('""', '"').strip(), float(match[0]), float(match[1])) for match in _INTERVAL.findall(tier)]
+    return [word for word in found if word[0] and not word[0].startswith("<")]
+
+
+def _is_google(content) -> bool:
+    return isinstance(content, list) and all(isinstance(segment, dict) for segment in content)

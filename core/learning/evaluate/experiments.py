@@ -1,0 +1,124 @@
+"""Figures that compare performances: variety, who is who, arousal, and the affect slider."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...motion import skeleton
+from . import figures, identity, kinematics
+from .talks import TEST, Corpus
+
+EXCERPT = 24.0
+"""Seconds of a talk by which a speaker must be known."""
+
+ENOUGH_TALKS = 4
+"""By which a correlation can be judged."""
+
+
+def takes(motions: Sequence[np.ndarray]) -> dict[str, float]:
+    """``takes_apart``: degrees between the arms of variations ``(takes, frames, 9, 3)``, one array a talk."""
+    return {"takes_apart": _mean([figures.apart(variations) for variations in motions])}
+
+
+def speakers(motions: Sequence[np.ndarray]) -> dict[str, float]:
+    """Of all speakers' performances ``(speakers, frames, 9, 3)`` of the same talks, one array a talk.
+
+    ``speakers_apart``: degrees between their arms at the same time. ``told_apart``: how many times more often than by
+    chance a classifier that was trained on two thirds of the talks names the speaker of the others.
+    """
+    count, known = len(motions[0]), -(-2 * len(motions) // 3)
+    result = {"speakers_apart": _mean([figures.apart(performances) for performances in motions])}
+    if count < 2 or not 2 <= known < len(motions):
+        return result
+    rows = [np.stack([identity.features(motion) for motion in performances]) for performances in motions]
+    train, test = np.concatenate(rows[:known]), np.concatenate(rows[known:])
+    who = np.arange(count)
+    share = identity.accuracy(train, np.tile(who, known), test, np.tile(who, len(rows) - known))
+    return {**result, "told_apart": share * count, "told_apart_share": share}
+
+
+def directed_speakers(corpus: Corpus, train_each: int = 8, test_each: int = 4) -> dict[str, float]:
+    """The same of directed performances: trained on those of the training split, tested on the test split.
+
+    Here every performance may have a speech and controls of its own, which makes it a little harder.
+    """
+    arrays = corpus.arrays
+    rows: dict[bool, list] = {True: [], False: []}
+    for speaker in range(len(corpus.speakers)):
+        for held_out, most in ((False, train_each), (True, test_each)):
+            mine = np.flatnonzero((arrays["speaker"] == speaker) & ((arrays["split"] == TEST) == held_out))
+            for number in _spread(mine, most):
+                motion = corpus.performance(number)[: int(EXCERPT * skeleton.FPS)]
+                rows[held_out].append((speaker, identity.features(motion)))
+    result = {"speakers_apart": _directed_apart(corpus)}
+    train, test = ([np.array(column) for column in zip(*rows[held_out], strict=True)] for held_out in (False, True))
+    if train and test and set(test[0]) <= set(train[0]):
+        share = identity.accuracy(train[1], train[0], test[1], test[0])
+        result |= {"told_apart": share * len(corpus.speakers), "told_apart_share": share}
+    return result
+
+
+def arousal(acted: Sequence[float], energy: dict[str, Sequence[float]]) -> dict[str, float | dict]:
+    """Correlation of the talks' acted arousal with the motion energy of one style's performances; the least of all styles.
+
+    ``energy``: by style, mean arm speed of every talk. Nothing for fewer talks than :data:`ENOUGH_TALKS`.
+    """
+    if len(acted) < ENOUGH_TALKS:
+        return {}
+    found = {style: figures.correlations(acted, values) for style, values in energy.items()}
+    return {
+        "arousal_spearman": min(rank for rank, _ in found.values()),
+        "arousal_pearson": min(linear for _, linear in found.values()),
+        "arousal_by_style": {style: list(pair) for style, pair in found.items()},
+    }
+
+
+def directed_arousal(corpus: Corpus, most: int = 600) -> dict[str, float]:
+    """The same of directed performances without controls, energies compared within each speaker."""
+    arrays = corpus.arrays
+    chosen = _spread(np.flatnonzero(_plain(corpus) & corpus.acted()[arrays["recording"]]), most)
+    if not len(chosen):
+        return {}
+    energy = np.log([kinematics.arm_speed(corpus.performance(number)).mean() + 1 for number in chosen])
+    acted = np.asarray(arrays["affect"])[arrays["recording"][chosen], 1]
+    who = np.asarray(arrays["speaker"])[chosen]
+    for speaker in np.unique(who):
+        mine = who == speaker
+        energy[mine] = (energy[mine] - energy[mine].mean()) / (energy[mine].std() + 1e-9)
+    rank, linear = figures.correlations(acted, energy)
+    return {"arousal_spearman": rank, "arousal_pearson": linear}
+
+
+def slider(low: Sequence[np.ndarray], middle: Sequence[np.ndarray], high: Sequence[np.ndarray]) -> dict[str, float]:
+    """Motion energy with the arousal slider at its ends against its middle: the same talks, ``(frames, 9, 3)`` each."""
+    below, zero, above = (_mean([kinematics.arm_speed(motion).mean() for motion in part]) for part in (low, middle, high))
+    return {"slider_low": below / max(zero, 1e-9), "slider_high": above / max(zero, 1e-9)}
+
+
+def _directed_apart(corpus: Corpus) -> float:
+    """Mean angle between the arms of different speakers' performances of the same test recording, without controls."""
+    arrays = corpus.arrays
+    plain = _plain(corpus) & (arrays["split"] == TEST)
+    apart = []
+    for recording in np.unique(arrays["recording"][plain])[:12]:
+        numbers = np.flatnonzero(plain & (arrays["recording"] == recording))
+        _, first = np.unique(arrays["speaker"][numbers], return_index=True)
+        if len(first) > 1:
+            apart.append(figures.apart(np.stack([corpus.performance(number) for number in numbers[first]])))
+    return _mean(apart)
+
+
+def _plain(corpus: Corpus) -> np.ndarray:
+    """Which performances have no controls."""
+    return np.abs(corpus.arrays["controls"]).max(axis=1) < 1e-3
+
+
+def _spread(numbers: np.ndarray, most: int) -> np.ndarray:
+    """At most so many of ``numbers``, evenly spread."""
+    return (
+        numbers[np.unique(np.linspace(0, len(numbers) - 1, min(most, len(numbers))).astype(int))] if len(numbers) else numbers
+    )
+
+
+def _mean(values: Sequence[float]) -> float:
+    return float(np.mean(values)) if len(values) else float("nan")

@@ -1,0 +1,97 @@
+"""A checkpoint performs talks as it would for a user: the same request, the same session."""
+
+import json
+import wave
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ... import styles
+from ...motion import rest
+from ...performance import windows
+from ...performance.synthesis import Request, Session
+from ...sound.audio import SAMPLE_RATE
+from .talks import Talk
+
+
+@dataclass(frozen=True)
+class Wish:
+    """How a talk shall be performed: style, seed, takes and controls by name (:data:`styles.CONTROLS`)."""
+
+    style: str
+    seed: int = 0
+    takes: int = 1
+    controls: dict[str, float] = field(default_factory=dict)
+
+
+class Studio:
+    """A warm session, and a folder for recordings and transcripts as a user's files."""
+
+    def __init__(self, checkpoint: str | PathLike | None, folder: str | PathLike):
+        self.session = Session(checkpoint)
+        self.folder = Path(folder)
+
+    @property
+    def names(self) -> list[str]:
+        """The checkpoint's speakers."""
+        return [speaker["name"] for speaker in self.session.styles()]
+
+    @property
+    def steerable(self) -> bool:
+        """Whether the checkpoint has controls."""
+        return self.session.checkpoint.config.controls > 0
+
+    @property
+    def seed_frames(self) -> int:
+        """Frames of a join."""
+        return self.session.checkpoint.window[1]
+
+    def known(self, name: str) -> str:
+        """The name if the checkpoint knows it, else always the same one of its speakers; its default for no name."""
+        if not name:
+            return styles.default(self.session.styles())
+        return name if name in self.names else self.names[sum(map(ord, name)) % len(self.names)]
+
+    def rest(self, style: str) -> np.ndarray:
+        """Where the speaker's hands are between gestures, ``(9, 3)``."""
+        return np.array(self.session.styles()[self.names.index(style)].get("rest", rest.REST), np.float32)
+
+    def joins(self, frames: int) -> list[int]:
+        """Frames at which windows after the first begin."""
+        return windows.starts(frames, *self.session.checkpoint.window)[1:]
+
+    def perform(self, talk: Talk, wishes: Sequence[Wish]) -> list[np.ndarray]:
+        """Directions ``(takes, frames, 9, 3)`` for every wish."""
+        audio, transcript = self._files(talk)
+        requests = [
+            Request(audio, transcript, style=wish.style, seed=wish.seed, takes=wish.takes, **self._controls(wish.controls))
+            for wish in wishes
+        ]
+        results = self.session.synthesize_all(requests)
+        return [np.stack([motion.directions for motion in result.motions]) for result in results]
+
+    def _controls(self, controls: dict[str, float]) -> dict:
+        """Arguments of a :class:`Request`; nothing for a checkpoint without controls."""
+        wanted = {name: value for name, value in controls.items() if value} if self.steerable else {}
+        affect = {name: wanted.pop(name) for name in ("arousal", "valence", "dominance") if name in wanted}
+        return {**wanted, "affect": affect} if affect else wanted
+
+    def _files(self, talk: Talk) -> tuple[Path, Path | None]:
+        """The recording and its timed words as files."""
+        audio, transcript = self.folder / f"{talk.name}.wav", self.folder / f"{talk.name}.json"
+        if not audio.exists():
+            write_wave(talk.audio, audio)
+            transcript.write_text(json.dumps(talk.words), "utf-8")
+        return audio, transcript if talk.words else None
+
+
+def write_wave(audio: np.ndarray, path: str | PathLike) -> None:
+    """Write ``(n,)`` float32 at 16 kHz as 16-bit WAV."""
+    with wave.open(str(path), "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(SAMPLE_RATE)
+        file.writeframes(np.round(np.clip(audio, -1, 1) * 32767).astype("<i2").tobytes())

@@ -1,0 +1,145 @@
+"""The network whose features the Frechet gesture distance compares: the published autoencoder (reference section F.3).
+
+The public weights were trained on Human3.6M and are not comparable between papers; this one is trained here on the
+performances of a data set, and refused where it has collapsed.
+"""
+
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+import torch
+from safetensors import SafetensorError
+from safetensors.torch import load_file, save_file
+from torch import nn
+from torch.nn import functional
+
+from ...errors import CheckpointUnreadable, UsageError
+from ...files import whole_file
+from ...motion.skeleton import MEAN
+from .frechet import frechet_distance
+
+FRAMES = 34
+SIZE = 32
+POSE = 27
+BATCH = 128
+MOST_ERROR = 0.8
+"""Share of the data's variance that the reconstruction may miss before the extractor counts as collapsed."""
+LEAST_RATIO = 10.0
+"""How much farther a frozen mean pose must be from real motion than one half of real motion from the other."""
+
+
+class Extractor(nn.Module):
+    """Convolutional autoencoder of 34 mean-subtracted poses; the features are the 32 numbers in its middle.
+
+    ``slope`` is of the activation between fully connected layers: 1, which makes them linear, in the public code.
+    """
+
+    def __init__(self, slope: float = 1.0):
+        super().__init__()
+        self.encoder = nn.Sequential(
+            *_block(POSE, 32, 3), *_block(32, 64, 3), *_block(64, 64, 4, 2), nn.Conv1d(64, 32, 3), nn.Flatten(),
+            nn.Linear(384, 256), nn.BatchNorm1d(256), nn.LeakyReLU(slope),
+            nn.Linear(256, 128), nn.BatchNorm1d(128), nn.LeakyReLU(slope),
+            nn.Linear(128, SIZE), nn.Linear(SIZE, SIZE),
+        )  # fmt: skip
+        self.widen = nn.Sequential(
+            nn.Linear(SIZE, 64), nn.BatchNorm1d(64), nn.LeakyReLU(slope),
+            nn.Linear(64, 4 * FRAMES), nn.Unflatten(1, (4, FRAMES)),
+        )  # fmt: skip
+        self.decoder = nn.Sequential(
+            nn.ConvTranspose1d(4, 32, 3), nn.BatchNorm1d(32), nn.LeakyReLU(0.2),
+            nn.ConvTranspose1d(32, 32, 3), nn.BatchNorm1d(32), nn.LeakyReLU(0.2),
+            nn.Conv1d(32, 32, 3), nn.Conv1d(32, POSE, 3),
+        )  # fmt: skip
+        self.register_buffer("mean", torch.from_numpy(MEAN.copy()), persistent=False)
+
+    def encode(self, directions: torch.Tensor) -> torch.Tensor:
+        """Features ``(B, 32)`` of directions ``(B, 34, 9, 3)``."""
+        return self.encoder((directions - self.mean).flatten(2).transpose(1, 2))
+
+    def forward(self, directions: torch.Tensor) -> torch.Tensor:
+        """Directions ``(B, 34, 9, 3)`` as the 32 numbers remember them."""
+        made = self.decoder(self.widen(self.encode(directions))).transpose(1, 2)
+        return made.unflatten(2, (9, 3)) + self.mean
+
+    @torch.inference_mode()
+    def features(self, directions: np.ndarray, batch: int = 1024) -> np.ndarray:
+        """``(n, 32)`` float64 of motions ``(n, 34, 9, 3)``."""
+        self.eval()
+        parts = torch.from_numpy(np.ascontiguousarray(directions, np.float32)).split(batch)
+        return np.concatenate([self.encode(part.to(self.mean.device)).double().cpu().numpy() for part in parts])
+
+    def save(self, path: str | PathLike) -> None:
+        """Write the weights to ``path`` (.safetensors), whole or not at all."""
+        with whole_file(path) as temporary:
+            save_file({name: value.cpu().contiguous() for name, value in self.state_dict().items()}, temporary)
+
+    @classmethod
+    def load(cls, path: str | PathLike) -> "Extractor":
+        """Inverse of :meth:`save`; raises :class:`CheckpointUnreadable`."""
+        extractor = cls()
+        try:
+            extractor.load_state_dict(load_file(Path(path)))
+        except (OSError, SafetensorError, RuntimeError) as error:
+            reason = " ".join(str(error).split())[:200]
+            raise CheckpointUnreadable(f"{path} holds no extractor: {reason}", "Train it again with: s2ag bench") from error
+        return extractor.eval()
+
+
+def reconstruction_loss(made: torch.Tensor, real: torch.Tensor) -> torch.Tensor:
+    """Mean L1 of places plus mean L1 of frame differences of ``(B, T, 9, 3)``, summed over the batch, as published."""
+    apart = functional.l1_loss(made, real) + functional.l1_loss(made.diff(dim=1), real.diff(dim=1))
+    return apart * len(real)
+
+
+def train(take: Callable[[np.random.Generator, int], np.ndarray], steps: int, seed: int = 0, device: str = "cpu") -> Extractor:
+    """A trained extractor; ``take(rng, count)`` gives real training motions ``(count, 34, 9, 3)``. Same seed, same weights."""
+    torch.manual_seed(seed)
+    rng = np.random.default_rng(seed)
+    extractor = Extractor().to(device).train()
+    optimizer = torch.optim.Adam(extractor.parameters(), 5e-4, betas=(0.5, 0.999), fused=True)
+    for _ in range(steps):
+        real = torch.from_numpy(np.ascontiguousarray(take(rng, BATCH), np.float32)).to(device)
+        optimizer.zero_grad(set_to_none=True)
+        reconstruction_loss(extractor(real), real).backward()
+        optimizer.step()
+    return extractor.eval()
+
+
+@torch.inference_mode()
+def checks(extractor: Extractor, real: np.ndarray, seed: int = 0) -> dict[str, float]:
+    """Whether an extractor deserves trust, on real motions ``(n, 34, 9, 3)`` it was not trained on.
+
+    ``missed``: share of the variance that its reconstruction misses. ``halves``: distance of two random halves of the
+    real motions; ``still``: of the real motions and their mean pose held still. ``ratio``: the second over the first.
+    """
+    extractor.eval()
+    parts = torch.from_numpy(np.ascontiguousarray(real, np.float32)).split(1024)
+    made = np.concatenate([extractor(part.to(extractor.mean.device)).cpu().numpy() for part in parts])
+    missed = float(((made - real) ** 2).sum() / ((real - real.mean((0, 1))) ** 2).sum())
+    order = np.random.default_rng(seed).permutation(len(real))
+    features = extractor.features(real)
+    halves = frechet_distance(features[order[::2]], features[order[1::2]])
+    frozen = np.broadcast_to(np.asarray(real).mean((0, 1)), real.shape)
+    still = frechet_distance(features, extractor.features(frozen))
+    return {"missed": missed, "halves": halves, "still": still, "ratio": still / max(halves, 1e-12)}
+
+
+def require_sound(found: dict[str, float]) -> None:
+    """Raise :class:`UsageError` where :func:`checks` tell of a collapsed extractor."""
+    if found["missed"] > MOST_ERROR:
+        raise UsageError(
+            f"The feature extractor has collapsed: its reconstruction misses {found['missed']:.0%} of the variance.",
+            "Train it for more steps or on more motion.",
+        )
+    if found["ratio"] < LEAST_RATIO:
+        raise UsageError(
+            f"The feature extractor cannot tell a held mean pose from motion (ratio {found['ratio']:.1f}).",
+            "Train it for more steps or evaluate more windows.",
+        )
+
+
+def _block(inputs: int, outputs: int, kernel: int, stride: int = 1) -> tuple[nn.Module, ...]:
+    return nn.Conv1d(inputs, outputs, kernel, stride), nn.BatchNorm1d(outputs), nn.LeakyReLU(0.2)

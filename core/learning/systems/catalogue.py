@@ -1,0 +1,83 @@
+"""The eight systems of the paper's Table 2 by name, and what the paper says of them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import torch
+
+from ...model.config import ModelConfig
+from .adversarial import Adversarial
+from .gesticulator import Gesticulator
+from .joint_embedding import JointEmbedding
+from .seq2seq import Seq2Seq
+from .speech2gesture import Speech2Gesture
+from .system import System, wide
+
+
+@dataclass(frozen=True)
+class Known:
+    """A row of the table: ``paper`` and ``genea`` are MAJE (mm), MAD and FGD as printed, None where there is no number."""
+
+    title: str
+    build: Callable[..., System]
+    paper: tuple[float, float, float] | None = None
+    genea: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Build:
+    """What every system is built from. ``share`` scales the published widths; ``faithful`` names the public code's bugs.
+
+    ``trained_words``: the word table is trained, as published, or frozen. ``diversity_share``: see :class:`Adversarial`.
+    """
+
+    vectors: torch.Tensor
+    speakers: int
+    share: float = 1.0
+    trained_words: bool = True
+    diversity_share: float = 1.0
+    faithful: bool = False
+
+
+def _adversarial(preset: Callable[..., ModelConfig], warm_up: float = 0.0, trimodal: bool = False, judge: str = ""):
+    def build(of: Build) -> System:
+        words = len(of.vectors) + 4 if of.trained_words else 0
+        config = preset(words, of.speakers, word_size=of.vectors.shape[1])
+        if of.share != 1:
+            sizes = ("text_channels", "gru_size", "head_size", "discriminator_size")
+            config = config.replace(**{name: wide(getattr(config, name), of.share) for name in sizes})
+        if of.faithful and trimodal:
+            config = config.replace(head_slope=1.0)
+        foreign = of.faithful and not trimodal
+        return Adversarial(config, of.vectors, warm_up, of.diversity_share, foreign, judge)
+
+    return build
+
+
+SYSTEMS: dict[str, Known] = {
+    "seq2seq": Known("Seq2Seq", lambda of: Seq2Seq(of.vectors, of.trained_words, of.share), (45.62, 6.33, 6.62)),
+    "s2g": Known("S2G-IS", lambda of: Speech2Gesture(of.faithful, of.share), (45.11, 7.22, 6.73)),
+    "jem": Known("JEM", lambda of: JointEmbedding(of.vectors, of.trained_words, True, of.share), (48.56, 4.31, 5.88)),
+    "gtc": Known("GTC", _adversarial(ModelConfig.trimodal, 0.1, trimodal=True), (27.30, 3.20, 4.49)),
+    "gesticulator": Known("Gesticulator", lambda of: Gesticulator(of.vectors, of.share), None, (82.41, 3.62, 31.04)),
+    "s2ag-no-mfcc": Known(
+        "S2AG w/o MFCC Enc.", _adversarial(ModelConfig.without_mfcc), (27.84, 3.02, 4.21), (105.71, 1.57, 23.03)
+    ),
+    "s2ag-no-affect": Known(
+        "S2AG w/o Aff. Enc.", _adversarial(ModelConfig.without_affect), (25.38, 3.51, 4.84), (92.90, 2.81, 24.28)
+    ),
+    "s2ag": Known("S2AG", _adversarial(ModelConfig.published), (24.49, 2.93, 3.54), (54.93, 1.49, 20.36)),
+}
+"""Seq2Seq to S2AG in the order of the paper; its Gesticulator was measured on GENEA alone."""
+
+PROBES: dict[str, Known] = {
+    "s2ag-no-judge": Known("S2AG w/o discriminator", _adversarial(ModelConfig.published, judge="none")),
+    "s2ag-gtc-judge": Known("S2AG with GTC's discriminator", _adversarial(ModelConfig.published, judge="raw")),
+    "no-affect-s2ag-judge": Known(
+        "S2AG w/o Aff. Enc. with S2AG's discriminator", _adversarial(ModelConfig.without_affect, judge="graph")
+    ),
+}
+"""Not in the paper: the ablation of the affective encoder takes it out of generator and discriminator at once; these do not."""
+
+KNOWN = SYSTEMS | PROBES
+"""All that can be trained."""

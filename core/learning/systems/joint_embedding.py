@@ -1,0 +1,77 @@
+"""JEM: speech and motion meet in one space, from which poses are decoded (Ahuja and Morency 2019, reference section G.3)."""
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+from ...model.config import ModelConfig
+from ...model.layers import exact, make_gru, run_gru
+from ...model.text_encoder import TextEncoder
+from ...model.wave_encoder import WaveEncoder
+from ..metrics.extractor import Extractor
+from .sample import POSE, Sample, WordTable, word_vectors
+from .system import Made, System, wide
+
+LATENT = 32
+
+
+class JointEmbedding(System):
+    """An encoder of words and sound, an encoder of motion, and one decoder for either latent.
+
+    As in the public code it hears sound too, where the paper calls it text-only (reference A.11, 25); ``audio=False`` is
+    the paper's wording. The first text layer narrows 300 channels to 200 by a projection, where the public code has a
+    1x1 shortcut around a wider convolution.
+    """
+
+    def __init__(self, vectors: torch.Tensor, trained_words: bool = True, audio: bool = True, share: float = 1.0):
+        super().__init__()
+        table = WordTable(word_vectors(vectors, trained_words), trained_words)
+        self.performer = _Network(table, audio, share)
+
+    def make(self, sample: Sample, progress: float) -> Made:
+        """From speech or from the motion itself, as a coin says, once for the whole batch."""
+        return Made(self._decode(sample, from_speech=bool(torch.rand(()) < 0.5)))
+
+    def terms(self, sample: Sample, made: Made, progress: float) -> dict[str, torch.Tensor]:
+        """L1, summed over the batch as published."""
+        return {"places": functional.l1_loss(made.directions, sample.directions) * len(sample.directions)}
+
+    def perform(self, sample: Sample) -> torch.Tensor:
+        """From speech."""
+        return self._decode(sample, from_speech=True)
+
+    def _decode(self, sample: Sample, from_speech: bool) -> torch.Tensor:
+        network, given = self.performer, sample.poses[:, : sample.seed_frames]
+        latent = network.hear(sample.words, sample.wave) if from_speech else network.motion(sample.poses.transpose(1, 2))
+        return self.directions(network.decode(latent, given, sample.poses.shape[1]))
+
+
+class _Network(nn.Module):
+    def __init__(self, table: WordTable, audio: bool, share: float):
+        super().__init__()
+        self.table = table
+        self.text = TextEncoder(
+            ModelConfig.published(words=0, text_channels=wide(200, share), text_levels=2, word_size=table.weight.shape[1])
+        )
+        self.audio = WaveEncoder() if audio else None
+        size = wide(256, share)
+        self.context = nn.GRU(64 if audio else 32, size, 2, batch_first=True)
+        self.enter = nn.Sequential(nn.Linear(size, 128), nn.BatchNorm1d(128), nn.ReLU(), nn.Linear(128, LATENT))
+        self.mu, self.log_var = nn.Linear(LATENT, LATENT), nn.Linear(LATENT, LATENT)
+        self.motion = Extractor().encoder
+        self.pose = nn.Sequential(nn.LazyLinear(32), nn.BatchNorm1d(32), nn.ReLU(), nn.Linear(32, 32))
+        self.pose(torch.zeros(2, 4 * POSE))
+        size = wide(300, share)
+        self.gru = make_gru(LATENT + 32, size, 4, 0.3)
+        self.out = nn.Sequential(nn.Linear(size, size // 2), nn.LeakyReLU(0.01), nn.Linear(size // 2, POSE))
+
+    def hear(self, words: torch.Tensor, wave: torch.Tensor) -> torch.Tensor:
+        """A latent ``(B, 32)`` drawn for speech."""
+        features = [self.text(self.table(words))] + ([self.audio(wave)] if self.audio is not None else [])
+        state = self.enter(self.context(torch.cat(features, -1))[0][:, -1])
+        return self.mu(state) + torch.randn_like(state) * torch.exp(0.5 * self.log_var(state))
+
+    def decode(self, latent: torch.Tensor, given: torch.Tensor, frames: int) -> torch.Tensor:
+        """Poses ``(B, frames, 27)`` from a latent and the given poses."""
+        x = torch.cat([self.pose(given.flatten(1)), latent], 1)[:, None].expand(-1, frames, -1)
+        return exact(self.out, run_gru(self.gru, x))

@@ -1,0 +1,124 @@
+"""S2G-IS: a spectrogram to poses by convolutions (Ginosar et al. 2019, reference section G.2)."""
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+from ...model.layers import exact
+from .sample import POSE, Sample
+from .spectrogram import decibels, log_mel
+from .system import Made, System, wide
+
+WINDOW, HOP = 1024, 512
+PIXELS, JUDGED = 100.0, 10.0
+
+
+class Speech2Gesture(System):
+    """Two-dimensional convolutions over the spectrogram, a one-dimensional U-Net over time, and a judge of motion.
+
+    Time runs along the first axis of the spectrogram, and its 64 mel bands are joined by the last convolution, as in the
+    original. ``port`` gives the public port's form instead: 128 bands along the first axis, so that the poses' time axis is
+    made of mel bands while time shrinks to its middle column, and a judge that differences differences.
+    """
+
+    rate = 1e-3
+    judge_rate = 2e-4
+
+    def __init__(self, port: bool = False, share: float = 1.0):
+        super().__init__()
+        self.port, self.bands = port, 128 if port else 64
+        self.performer = _Network(port, share)
+        self.judge = _judge(share)
+
+    def make(self, sample: Sample, progress: float) -> Made:
+        """The same as in use."""
+        return Made(self.perform(sample))
+
+    def terms(self, sample: Sample, made: Made, progress: float) -> dict[str, torch.Tensor]:
+        """L1 and the least-squares adversarial term."""
+        self.judge.requires_grad_(False)
+        judged = self.judge(self._motion(made.directions))
+        self.judge.requires_grad_(True)
+        return {
+            "pixels": PIXELS * functional.l1_loss(made.directions, sample.directions),
+            "adversarial": JUDGED * functional.mse_loss(judged, torch.ones_like(judged)),
+        }
+
+    def judge_loss(self, sample: Sample, made: torch.Tensor) -> torch.Tensor:
+        """Least squares: 1 for performed, 0 for made motion."""
+        real, fake = self.judge(self._motion(sample.directions)), self.judge(self._motion(made))
+        return functional.mse_loss(real, torch.ones_like(real)) + functional.mse_loss(fake, torch.zeros_like(fake))
+
+    def perform(self, sample: Sample) -> torch.Tensor:
+        """From sound and the given poses alone."""
+        count = (sample.wave.shape[1] - WINDOW) // HOP + 2  # the last one reaches a little beyond the sound
+        centres = torch.arange(count) * HOP + WINDOW // 2
+        heard = decibels(log_mel(sample.wave, centres, WINDOW, self.bands)) / 40 + 1
+        heard = heard.transpose(1, 2) if self.port else heard
+        given = sample.poses[:, : sample.seed_frames]
+        return self.directions(self.performer(heard, given, sample.poses.shape[1]))
+
+    def _motion(self, directions: torch.Tensor) -> torch.Tensor:
+        return (directions - self.mean).flatten(2).transpose(1, 2).diff(n=2 if self.port else 1)
+
+
+class _Same(nn.Module):
+    """Convolution whose output has the input's length over the stride, rounded up."""
+
+    def __init__(self, conv: nn.Module):
+        super().__init__()
+        self.conv = conv
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        pads: list[int] = []
+        for length, kernel, stride in zip(x.shape[:1:-1], self.conv.kernel_size[::-1], self.conv.stride[::-1], strict=True):
+            need = max((-(-length // stride) - 1) * stride + kernel - length, 0)
+            pads += [need // 2, need - need // 2]
+        return self.conv(functional.pad(x, pads))
+
+
+def _block2d(inputs: int, outputs: int, kernel, stride: int = 1, same: bool = True) -> nn.Sequential:
+    conv = nn.Conv2d(inputs, outputs, kernel, stride)
+    return nn.Sequential(_Same(conv) if same else conv, nn.BatchNorm2d(outputs), nn.LeakyReLU(0.2))
+
+
+def _block1d(inputs: int, outputs: int, kernel: int = 3, stride: int = 1) -> nn.Sequential:
+    return nn.Sequential(_Same(nn.Conv1d(inputs, outputs, kernel, stride)), nn.BatchNorm1d(outputs), nn.LeakyReLU(0.2))
+
+
+class _Network(nn.Module):
+    def __init__(self, port: bool, share: float):
+        super().__init__()
+        a, b, c = (wide(channels, share) for channels in (64, 128, 256))
+        self.audio = nn.Sequential(
+            _block2d(1, a, 3), _block2d(a, a, 4, 2), _block2d(a, b, 3), _block2d(b, b, 4, 2), _block2d(b, c, 3),
+            _block2d(c, c, 4, 2), _block2d(c, c, 3), _block2d(c, c, 3 if port else (3, 8), same=False),
+        )  # fmt: skip
+        self.enter = nn.Sequential(_block1d(c, c), _block1d(c, c))
+        self.down = nn.ModuleList(_block1d(c, c, 4, 2) for _ in range(5))
+        self.up = nn.ModuleList(_block1d(c, c) for _ in range(5))
+        self.pose = nn.Sequential(nn.LazyLinear(32), nn.BatchNorm1d(32), nn.ReLU(), nn.Linear(32, 16))
+        self.pose(torch.zeros(2, 4 * POSE))
+        self.out = nn.Sequential(_block1d(c + 16, c), *(_block1d(c, c) for _ in range(3)), nn.Conv1d(c, POSE, 1))
+
+    def forward(self, heard: torch.Tensor, given: torch.Tensor, frames: int) -> torch.Tensor:
+        """Spectrogram ``(B, first, second)`` and poses ``(B, 4, 27)`` to poses ``(B, frames, 27)``; rows become time."""
+        x = self.audio(heard[:, None])
+        x = functional.interpolate(x, size=(frames, 1), mode="bilinear", align_corners=False).squeeze(-1)
+        x = self.enter(x)
+        kept = []
+        for block in self.down:
+            kept.append(x)
+            x = block(x)
+        for block, skip in zip(self.up, reversed(kept), strict=True):
+            x = block(functional.interpolate(x, scale_factor=2.0, mode="nearest")[..., : skip.shape[-1]] + skip)
+        pose = self.pose(given.flatten(1))[:, :, None].expand(-1, -1, frames)
+        return exact(self.out[-1], self.out[:-1](torch.cat([x, pose], 1))).transpose(1, 2)
+
+
+def _judge(share: float) -> nn.Sequential:
+    a, b, c = (wide(channels, share) for channels in (64, 128, 256))
+    return nn.Sequential(
+        nn.Conv1d(POSE, a, 4, 2), nn.LeakyReLU(0.2), nn.Conv1d(a, b, 4, 2), nn.BatchNorm1d(b), nn.LeakyReLU(0.2),
+        nn.Conv1d(b, c, 4), nn.BatchNorm1d(c), nn.LeakyReLU(0.2), nn.Conv1d(c, 1, 3),
+    )  # fmt: skip

@@ -1,0 +1,106 @@
+"""Everything a training run depends on, in one object that is also a JSON file."""
+
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+from ...errors import UsageError
+from ...model.config import ModelConfig, build
+from .kept import KINDS
+
+
+@dataclass(frozen=True)
+class TrainConfig:
+    """Settings of a run. Weights of the paper's loss terms are those of Yoon et al. (reference section C).
+
+    The model decides what is learned: `flow` learns by flow matching (:mod:`flow`), the others against a discriminator
+    (:mod:`adversarial`).
+    """
+
+    data: str = ""  # packed corpus, a folder
+    out: str = ""  # folder for checkpoint, training state and log
+    model: str = "default"  # "flow", "default" or "paper"
+    model_settings: dict = field(default_factory=dict)  # changes to that configuration
+    minutes: float = 0.0  # stop after so many; 0: after all steps
+    resume: bool = False
+    steps: int = 30000
+    seed: int = 1
+    device: str = "cpu"  # "cpu", "cuda" or "mps"
+    precision: str = "32-true"  # or "bf16-mixed", for GPUs
+    threads: int = 0  # of a process on the CPU; 0: torch's own choice
+
+    batch: int = 32  # windows a step of each process; 64 run faster a window on a CPU, but take half the steps
+    frames: int = 128  # pose frames a window
+    seed_frames: int = 10  # seed poses at a window's start
+    discriminator_frames: int = 64  # length of the random cut that the discriminator judges; 0: whole windows
+    diversity_share: float = 0.125  # part of the batch that is also generated in another speaker's style
+
+    word_drop: float = 0.15  # chance that a window has no words, and prosody from sound alone, so that audio suffices
+    seed_drop: float = 0.1  # chance that a window has no seed poses
+    kept: dict = field(default_factory=dict)  # instead: shares of start, end, both, gap and frames (kept.py); the rest is none
+    stroke_tell: float = 0.0  # chance that a window is told some of its strokes
+    style_drop: float = 0.0  # chance that a flow is not told the style, for guidance
+    text_drop: float = 0.0  # chance that a flow is not told the words, with all else as it is, for guidance
+    seed_noise: float = 0.02  # seeds of later windows are generated, so exact ones must not be relied on
+    mfcc_noise: float = 0.03  # white noise on every value
+    mfcc_gain: float = 0.1  # offset of the first coefficient, one a window: another recording level
+    mirror: float = 0.0  # chance of left and right (and the hand control) exchanged; it takes hand preference out of styles
+
+    generator_rate: float = 5e-4
+    discriminator_rate: float = 1e-4
+    warm_up: int = 0  # steps in which the generator's rate rises
+    weight_decay: float = 0.0  # of the generator's weights, decoupled
+    clip: float = 0.0  # largest norm of the generator's gradient; 0: any
+    final_rate: float = 0.1  # share of both rates left at the last step, approached along a cosine; 1: constant
+    average: float = 0.999  # decay of the moving average of weights that becomes the checkpoint
+    huber: float = 500.0
+    adversarial: float = 5.0
+    diversity: float = 0.05
+    divergence: float = 0.1
+    velocity: float = 5000.0  # 0 in the paper; about half the Huber term's share, it teaches when to move
+    acceleration: float = 1000.0  # 0 in the paper; counters jitter
+    wrist: float = 0.0  # 0 in the paper; places and speeds of elbows and wrists, where small angles of the arms add up
+    arm_weight: float = 1.0  # factor on upper arms and forearms in the three terms on directions and their motion
+    real_label: float = 0.9  # 1 in the paper; less keeps the discriminator from certainty
+
+    log_steps: int = 50
+    validate_steps: int = 500
+    validation_windows: int = 64
+    save_minutes: float = 2.0
+
+    def __post_init__(self):
+        if self.model not in ("flow", "default", "paper"):
+            raise UsageError(f"{self.model!r} cannot be trained here.", "Set model to flow, default or paper.")
+        for name, known in (("device", ("cpu", "cuda", "mps")), ("precision", ("32-true", "bf16-mixed"))):
+            if getattr(self, name) not in known:
+                raise UsageError(f"{name} is {getattr(self, name)!r}.", f"Use one of {', '.join(known)}.")
+        for name in ("steps", "batch", "frames", "log_steps", "validate_steps", "validation_windows"):
+            if getattr(self, name) < 1:
+                raise UsageError(f"{name} is {getattr(self, name)}.", "Set it to 1 or more.")
+        if not 0 <= self.seed_frames < self.frames:
+            raise UsageError("seed_frames does not fit into frames.", "Set it below frames.")
+        shares = [*self.kept.values()]
+        if not (set(self.kept) <= set(KINDS) and all(isinstance(share, int | float) for share in shares)):
+            raise UsageError("kept names what is not known.", f"Give shares of {', '.join(KINDS)}.")
+        if shares and not (min(shares) >= 0 and sum(shares) <= 1 + 1e-9):
+            raise UsageError("The shares in kept make no sense.", "Give numbers from 0 whose sum is 1 at most.")
+
+    def model_config(self, speakers: int, meanings: int = 0, extras: int = 0) -> ModelConfig:
+        """The network's settings for a corpus of so many speakers; a flow also learns its meanings and extras."""
+        base = getattr(ModelConfig, self.model)().to_dict()
+        if base["decoder"] == "flow":
+            base |= {"meanings": meanings if self.stroke_tell else 0, "extras": extras}
+        return ModelConfig.from_dict({**base, "speakers": speakers, **self.model_settings})
+
+    @property
+    def out_path(self) -> Path:
+        """The run's folder."""
+        return Path(self.out)
+
+    def to_dict(self) -> dict:
+        """JSON-ready settings."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, settings: dict) -> "TrainConfig":
+        """Inverse of :meth:`to_dict`; raises :class:`UsageError` on an unknown name or a value of the wrong kind."""
+        return build(cls, settings, "training setting")

@@ -1,0 +1,225 @@
+"""Batches of random windows from the packed corpus (:mod:`storage` describes its arrays)."""
+
+from dataclasses import dataclass, fields, replace
+from os import PathLike
+
+import numpy as np
+import torch
+from torch.nn import functional
+
+from ...errors import CorpusUnreadable
+from ...model.seeds import kept_input
+from ...model.timing import mfcc_slice, nearest_mfcc
+from ...motion.skeleton import FPS, mirror
+from ...styles import CONTROLS
+from .config import TrainConfig
+from .kept import draw_kept
+from .revealing import Revealing, mirrored
+from .storage import load_arrays
+
+TRAIN, VALIDATION, TEST = range(3)
+HAND = CONTROLS.index("hand")
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Which windows a batch holds and what is taken from each, all ``(B,)``.
+
+    ``talk`` is the performance, ``first`` its first frame; ``flip`` windows are mirrored, ``wordless`` ones have no words
+    and the prosody of sound alone. None: no window. ``kept`` ``(B, T)`` marks the frames whose poses are given; None: the
+    seed frames at the start. ``draws`` ``(B, T)`` decide which strokes are told (:mod:`revealing`); None: none.
+    """
+
+    talk: np.ndarray
+    first: np.ndarray
+    flip: np.ndarray | None = None
+    wordless: np.ndarray | None = None
+    kept: np.ndarray | None = None
+    draws: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Windows on one device: what a network takes, and the performance it should give.
+
+    ``mfcc`` (B, Ta, 40), ``words`` (B, T, 300), ``seeds`` (B, T, 28 + n), ``prosody`` (B, T, K), ``directions``
+    (B, T, 9, 3), ``extras`` (B, T, n), ``speaker`` (B,), ``controls`` (B, 5), ``asked`` (B, T, 7) (:mod:`requested`).
+    """
+
+    mfcc: torch.Tensor
+    words: torch.Tensor
+    seeds: torch.Tensor
+    prosody: torch.Tensor
+    directions: torch.Tensor
+    extras: torch.Tensor
+    speaker: torch.Tensor
+    controls: torch.Tensor
+    asked: torch.Tensor
+
+
+@dataclass(frozen=True)
+class Raw:
+    """A batch as gathered from the files: small numbers in main memory, words still as rows of the table."""
+
+    mfcc: torch.Tensor
+    words: torch.Tensor
+    prosody: torch.Tensor
+    directions: torch.Tensor
+    extras: torch.Tensor
+    speaker: torch.Tensor
+    controls: torch.Tensor
+    asked: torch.Tensor
+    kept: torch.Tensor
+
+    def pinned(self) -> "Raw":
+        """The same in memory that a GPU can copy from on its own."""
+        return Raw(*(getattr(self, field.name).pin_memory() for field in fields(self)))
+
+
+class Corpus:
+    """A packed corpus, its arrays memory-mapped; only the word vectors lie on ``device``, because batches repeat them."""
+
+    def __init__(self, arrays: dict[str, np.ndarray], meta: dict, device: str | torch.device = "cpu"):
+        self.meta, self.device = meta, torch.device(device)
+        # Plain views: numpy's memmap class costs more than the gathers themselves.
+        self.arrays = {name: np.asarray(array) for name, array in arrays.items()}
+        for name in ("mfcc", "word_index", "prosody", "prosody_plain", "directions", "controls"):
+            setattr(self, name, self.arrays[name])
+        for name in ("mfcc_starts", "frame_starts", "starts", "recording", "speaker", "split"):
+            setattr(self, name, self.arrays[name].astype(np.int64))
+        self.extras = self.arrays.get("extras", np.zeros((len(self.directions), 0), np.float16))
+        self._check()
+        self.revealing = Revealing(self.arrays.get("strokes"), self.starts)
+        silent = np.zeros((1, self.arrays["vectors"].shape[1]), np.float32)
+        self.vectors = torch.from_numpy(np.concatenate([self.arrays["vectors"], silent]).astype(np.float32)).to(self.device)
+
+    @classmethod
+    def load(cls, folder: str | PathLike, device: str | torch.device = "cpu") -> "Corpus":
+        """Open a packed corpus; raises :class:`CorpusUnreadable`."""
+        arrays, meta = load_arrays(folder)
+        try:
+            return cls(arrays, meta, device)
+        except (ValueError, KeyError, IndexError, TypeError) as error:
+            message = f"{folder} is not a packed corpus: {error}."
+            raise CorpusUnreadable(message, "Build one with: python -m s2ag.core.learning.corpus") from error
+
+    @property
+    def speakers(self) -> list[dict]:
+        """Names and descriptions in the order of the speaker ids."""
+        return self.meta["speakers"]
+
+    @property
+    def meanings(self) -> list[str]:
+        """Names of the kinds of strokes; empty in a corpus that does not tell them."""
+        return list(self.meta.get("meanings", ())) if self.revealing.row is not None else []
+
+    def window_starts(self, split: int, frames: int) -> tuple[np.ndarray, np.ndarray]:
+        """Performances of a split that hold a window of so many frames, and how many starts each offers."""
+        room = np.maximum(np.diff(self.starts) - frames + 1, 0) * (self.split == split)
+        talks = np.flatnonzero(room)
+        if not len(talks):
+            raise CorpusUnreadable(f"No talk of split {split} has {frames} frames.", "Use shorter windows or a larger corpus.")
+        return talks, room[talks]
+
+    def random_windows(self, rng: np.random.Generator, count: int, frames: int) -> tuple[np.ndarray, np.ndarray]:
+        """Performance and first frame of training windows, every start equally likely."""
+        talks, room = self.window_starts(TRAIN, frames)
+        return _pick(talks, room, rng.integers(room.sum(), size=count))
+
+    def spread_windows(self, split: int, count: int, frames: int) -> tuple[np.ndarray, np.ndarray]:
+        """At most ``count`` windows of a split, evenly spread over its talks: the same ones at every call."""
+        talks, room = self.window_starts(split, frames)
+        return _pick(talks, room, np.unique(np.linspace(0, room.sum() - 1, count).astype(np.int64)))
+
+    def gather(self, windows: Windows, frames: int, seed_frames: int) -> Raw:
+        """Copy windows of ``frames`` out of the files; any thread may do it."""
+        talk, first = windows.talk, windows.first
+        recording = self.recording[talk]
+        spoken = (self.frame_starts[recording] + first)[:, None] + np.arange(frames)
+        heard = (self.mfcc_starts[recording] + nearest_mfcc(first))[:, None] + np.arange(mfcc_slice(0, frames).stop)
+        heard = np.minimum(heard, self.mfcc_starts[recording + 1][:, None] - 1)
+        performed = (self.starts[talk] + first)[:, None] + np.arange(frames)
+        directions, controls = self.directions[performed], self.controls[talk].astype(np.float32)
+        asked = self.revealing.tell(talk, first, np.ones(spoken.shape) if windows.draws is None else windows.draws)
+        words, prosody = self.word_index[spoken].astype(np.int64) % len(self.vectors), self.prosody[spoken]
+        if windows.flip is not None and windows.flip.any():
+            directions = directions.astype(np.float32)
+            directions[windows.flip] = mirror(directions[windows.flip])
+            controls[windows.flip, HAND] *= -1
+            asked[windows.flip] = mirrored(asked[windows.flip])
+        if windows.wordless is not None and windows.wordless.any():
+            words[windows.wordless] = len(self.vectors) - 1
+            prosody[windows.wordless] = self.prosody_plain[spoken[windows.wordless]]
+        kept = np.arange(frames) < np.full((len(talk), 1), seed_frames) if windows.kept is None else windows.kept
+        parts = (self.mfcc[heard], words, prosody, directions, self.extras[performed], self.speaker[talk], controls, asked, kept)
+        return Raw(*map(torch.from_numpy, parts))
+
+    def finish(self, raw: Raw) -> Batch:
+        """The batch on the corpus's device in float32, word vectors and given poses in place."""
+        mfcc, words, prosody, directions, extras, speaker, controls, asked, kept = (
+            getattr(raw, field.name).to(self.device, non_blocking=True) for field in fields(raw)
+        )
+        directions, extras = functional.normalize(directions.float(), dim=-1), extras.float()
+        return Batch(
+            mfcc=mfcc.float(),
+            words=functional.embedding(words, self.vectors),
+            seeds=kept_input(directions, kept[..., None], extras),
+            prosody=prosody.float(),
+            directions=directions,
+            extras=extras,
+            speaker=speaker,
+            controls=controls,
+            asked=asked,
+        )
+
+    def batch(self, windows: Windows, frames: int, seed_frames: int) -> Batch:
+        """Windows of ``frames``; where they say nothing of it, the first ``seed_frames`` poses are given."""
+        return self.finish(self.gather(windows, frames, seed_frames))
+
+    def _check(self) -> None:
+        talks, recordings, fps = len(self.starts) - 1, len(self.frame_starts) - 1, self.meta.get("fps", FPS)
+        if not (
+            talks > 0
+            and self.directions.shape[1:] == (9, 3)
+            and self.controls.shape == (talks, len(CONTROLS))
+            and len(self.recording) == len(self.speaker) == len(self.split) == talks
+            and 0 <= self.recording.min() <= self.recording.max() < recordings
+            and 0 <= self.speaker.min() <= self.speaker.max() < len(self.speakers)
+            and np.array_equal(np.diff(self.starts), np.diff(self.frame_starts)[self.recording])
+            and len(self.mfcc_starts) == recordings + 1
+            and len(self.directions) == self.starts[-1]
+            and len(self.mfcc) == self.mfcc_starts[-1]
+            and len(self.word_index) == len(self.prosody) == self.frame_starts[-1]
+            and self.prosody.shape == self.prosody_plain.shape
+            and len(self.extras) == len(self.directions)
+            and -1 <= self.word_index.min() <= self.word_index.max() < len(self.arrays["vectors"])
+        ):
+            raise ValueError("its arrays do not fit each other")
+        if fps != FPS:
+            raise ValueError(f"it runs at {fps} fps, not {FPS}")
+
+
+def draw(corpus: Corpus, config: TrainConfig, rng: np.random.Generator) -> Windows:
+    """Random training windows: which are mirrored and wordless, what poses are given and what strokes are told."""
+    size = config.batch, config.frames
+    talk, first = corpus.random_windows(rng, *size)
+    flip, wordless = (rng.random(config.batch) < chance for chance in (config.mirror, config.word_drop))
+    kept = draw_kept(rng, *size, config.seed_frames, config.kept or {"start": 1 - config.seed_drop})
+    draws = np.where(rng.random((config.batch, 1)) < config.stroke_tell, rng.random(size), 1.0)
+    return Windows(talk, first, flip, wordless, kept, draws)
+
+
+def disturb(batch: Batch, config: TrainConfig) -> Batch:
+    """White noise on MFCCs and seed poses and another recording level, from torch's own random numbers."""
+    mfcc = batch.mfcc + config.mfcc_noise * torch.randn_like(batch.mfcc)
+    mfcc[..., 0] += config.mfcc_gain * torch.randn(len(mfcc), 1, device=mfcc.device)
+    poses, mask = batch.seeds[..., :-1], batch.seeds[..., -1:]
+    poses = poses + config.seed_noise * torch.randn_like(poses) * mask
+    return replace(batch, mfcc=mfcc, seeds=torch.cat([poses, mask], dim=-1))
+
+
+def _pick(talks: np.ndarray, room: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Talk and first frame of the windows with these numbers, all starts of all talks counted through."""
+    ends = np.cumsum(room)
+    row = np.searchsorted(ends, numbers, side="right")
+    return talks[row], numbers - (ends - room)[row]

@@ -1,0 +1,100 @@
+"""The packed corpus as a folder: one memory-mapped ``.npy`` an array and ``meta.json``.
+
+Recordings (R of them, F pose frames in all) and their performances (P of them, N frames in all) are laid end to end:
+
+- ``mfcc`` (M, 40) float16 at 31.25 fps, ``mfcc_starts`` and ``frame_starts`` (R + 1,) int64; ``word_index`` (F,) int32, row of
+  ``vectors`` (W, 300) float16 or -1; ``prosody`` (F, K) float16 with words known and ``prosody_plain`` from sound alone.
+- ``directions`` (N, 9, 3) float16 at 15 fps, ``starts`` (P + 1,), ``recording``, ``speaker`` and ``split`` (P,) int64,
+  ``controls`` (P, 5) float32. A performance has exactly the frames of its recording.
+
+A corpus may also hold its sound, which some systems of the bench hear as it is: ``wave`` (S,) int16 at 16 kHz with
+``wave_starts`` (R + 1,) int64; and further arrays for evaluation. ``meta`` needs "format", "fps" and "speakers"; the
+bench also needs "words", the vocabulary in the order of ``vectors``, and "recordings", of each at least its "words" with
+times; see ``core/learning/corpus/pack.py``.
+"""
+
+import contextlib
+import json
+import os
+import shutil
+import tempfile
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import CorpusUnreadable, OutputUnwritable
+
+FORMAT = 2
+META = "meta.json"
+ARRAYS = (
+    "mfcc", "mfcc_starts", "frame_starts", "word_index", "vectors", "prosody", "prosody_plain",
+    "directions", "starts", "recording", "speaker", "split", "controls",
+)  # fmt: skip
+"""What training needs."""
+
+
+def save_arrays(folder: str | PathLike, arrays: dict[str, np.ndarray], meta: dict) -> Path:
+    """Write ``arrays`` and JSON ``meta`` to ``folder``, whole or not at all; an older corpus there is replaced.
+
+    Raises :class:`OutputUnwritable` where the file system refuses or where ``folder`` holds anything but a corpus.
+    """
+    with whole_folder(folder) as temporary:
+        for name, array in arrays.items():
+            np.save(temporary / f"{name}.npy", array, allow_pickle=False)
+        (temporary / META).write_text(json.dumps(meta), encoding="utf-8")
+    return Path(folder)
+
+
+@contextlib.contextmanager
+def whole_folder(folder: str | PathLike):
+    """Yield an empty folder that takes the place of the corpus ``folder`` on success and is deleted on failure.
+
+    Raises :class:`OutputUnwritable` as :func:`save_arrays` does.
+    """
+    folder = Path(folder)
+    if folder.exists() and not (folder / META).is_file() and (not folder.is_dir() or any(folder.iterdir())):
+        raise OutputUnwritable(f"{folder} holds something else than a corpus.", "Choose another folder.")
+    try:
+        temporary = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}."))
+    except OSError as error:
+        raise _refused(folder, error) from error
+    try:
+        yield temporary
+        temporary.chmod(0o755)
+        _swap(temporary, folder)
+    except OSError as error:
+        raise _refused(folder, error) from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
+def load_arrays(folder: str | PathLike) -> tuple[dict[str, np.ndarray], dict]:
+    """All arrays of a corpus, memory-mapped and read-only, and its meta; raises :class:`CorpusUnreadable`."""
+    folder = Path(folder)
+    try:
+        meta = json.loads((folder / META).read_text(encoding="utf-8"))
+        if not isinstance(meta, dict) or meta.get("format") != FORMAT:
+            raise ValueError(f"it is not of format {FORMAT}")
+        arrays = {path.stem: np.load(path, mmap_mode="r", allow_pickle=False) for path in sorted(folder.glob("*.npy"))}
+        missing = [name for name in ARRAYS if name not in arrays]
+        if missing:
+            raise ValueError(f"{missing[0]}.npy is missing")
+    except (OSError, ValueError, EOFError) as error:
+        message = f"{folder} is not a packed corpus: {error}."
+        raise CorpusUnreadable(message, "Build one with: python -m s2ag.core.learning.corpus") from error
+    return arrays, meta
+
+
+def _swap(temporary: Path, folder: Path) -> None:
+    """Put the finished folder in place; what stood there goes only once it has been moved away."""
+    with contextlib.ExitStack() as stack:
+        if folder.exists():
+            old = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}.old."))
+            stack.callback(shutil.rmtree, old, ignore_errors=True)
+            os.replace(folder, old / folder.name)
+        os.replace(temporary, folder)
+
+
+def _refused(folder: Path, error: OSError) -> OutputUnwritable:
+    return OutputUnwritable(f"{folder} cannot be written: {error.strerror or error}.", "Free space or choose another folder.")

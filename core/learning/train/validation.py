@@ -1,0 +1,73 @@
+"""How good are the gestures of talks that were never trained on?"""
+
+import numpy as np
+import torch
+
+from ...model.encoders import Encoders
+from ...motion.skeleton import ARM_EDGES, FPS, MIRRORED_EDGES
+from . import losses
+from .config import TrainConfig
+from .dataset import VALIDATION, Batch, Corpus, Windows
+
+
+def edge_speed(directions: torch.Tensor) -> torch.Tensor:
+    """Angular speed ``(B, T - 1, 9)`` of every edge in degrees a second, from ``(B, T, 9, 3)``."""
+    # The chord gives small angles exactly, where an arc cosine would lose them to rounding.
+    chord = (directions[:, 1:] - directions[:, :-1]).norm(dim=-1)
+    return torch.rad2deg(2 * torch.arcsin((chord / 2).clamp(max=1))) * FPS
+
+
+def arm_speed(directions: torch.Tensor) -> torch.Tensor:
+    """Mean angular speed of upper arms and forearms ``(B, T - 1)`` in degrees a second, from ``(B, T, 9, 3)``."""
+    return edge_speed(directions[:, :, ARM_EDGES]).mean(-1)
+
+
+def correlation(a: torch.Tensor, b: torch.Tensor) -> float:
+    """Mean over rows of the correlation of ``a`` and ``b`` ``(B, T)``; a row without variation counts as 0."""
+    a, b = a - a.mean(1, keepdim=True), b - b.mean(1, keepdim=True)
+    return float(((a * b).sum(1) / (a.norm(dim=1) * b.norm(dim=1) + 1e-9)).mean())
+
+
+class Validation:
+    """A fixed set of held-out windows, judged with each speaker's mean style, the real controls and seed poses."""
+
+    def __init__(self, corpus: Corpus, config: TrainConfig):
+        talks, first = corpus.spread_windows(VALIDATION, config.validation_windows, config.frames)
+        self.seed_frames = config.seed_frames
+        self.batches = [
+            corpus.batch(Windows(talks[rows], first[rows]), config.frames, config.seed_frames)
+            for rows in np.array_split(np.arange(len(talks)), -(-len(talks) // config.batch))
+        ]
+
+    @torch.inference_mode()
+    def figures(self, generator: Encoders) -> dict:
+        """Huber loss, arm speed against the real one, and how the rhythm of arm speed follows the real one.
+
+        ``speed_ratio`` is of the arms, ``edge_speed_ratios`` of all nine edges, left and right taken together.
+        ``rhythm`` correlates generated and real arm speed frame by frame after the seeds; ``rhythm_shuffled`` is the
+        same with all that is heard turned round by half a window, so the voice explains the difference between the two.
+        """
+        generator.eval()
+        results = [self._judge(generator, batch) for batch in self.batches]
+        share = np.array([len(batch.speaker) for batch in self.batches], float) / sum(len(b.speaker) for b in self.batches)
+        figures = {name: share @ np.array([result[name] for result in results]) for name in results[0]}
+        return {name: np.round(value, 4).tolist() for name, value in figures.items()}
+
+    def _judge(self, generator: Encoders, batch: Batch) -> dict:
+        style = generator.speaker(batch.speaker)[0]
+        if generator.config.controls:
+            style = generator.steer(style, batch.controls)
+        noise = torch.randn(*batch.seeds.shape[:2], generator.noise_size, generator=torch.Generator().manual_seed(0)).to(style)
+        made = generator(batch.mfcc, batch.words, batch.seeds, style, batch.prosody, noise=noise)
+        mfcc, words, prosody = (x.roll(x.shape[1] // 2, dims=1) for x in (batch.mfcc, batch.words, batch.prosody))
+        shuffled = generator(mfcc, words, batch.seeds, style, prosody, noise=noise)
+        speeds = [edge_speed(x[:, self.seed_frames :]).mean((0, 1)).cpu().numpy() for x in (made, batch.directions)]
+        made_speed, real_speed = (speed + speed[list(MIRRORED_EDGES)] for speed in speeds)
+        real, right, wrong = (arm_speed(x[:, self.seed_frames :]) for x in (batch.directions, made, shuffled))
+        return {
+            "huber": float(losses.huber(made, batch.directions)),
+            "speed_ratio": float(right.mean() / real.mean()),
+            "edge_speed_ratios": made_speed / np.maximum(real_speed, 1e-6),
+            "rhythm": correlation(right, real),
+            "rhythm_shuffled": correlation(wrong, real),
+        }

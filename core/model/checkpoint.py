@@ -1,0 +1,116 @@
+"""Checkpoints: weights as safetensors, facts as JSON beside them. Nothing in them is code."""
+
+import hashlib
+import json
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+import torch
+from safetensors import SafetensorError
+from safetensors.torch import load_file, save_file
+
+from ..errors import CheckpointUnreadable, S2agError
+from ..files import whole_file
+from ..motion.skeleton import EDGES
+from . import network
+from .catalogue import DEFAULT, FORMAT, REMEDY, facts_path, read_facts
+from .config import ModelConfig
+from .discriminator import Discriminator
+from .encoders import Encoders
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A generator ready for use, its speakers, and where it comes from.
+
+    ``speakers`` are ``{"name", "description"}`` in the order of the speaker table; ``meta`` is the whole JSON file;
+    ``hash`` is the SHA-256 of the weights file; ``discriminator`` is None where the file holds none.
+    """
+
+    config: ModelConfig
+    generator: Encoders
+    discriminator: Discriminator | None
+    speakers: list[dict]
+    meta: dict
+    hash: str
+
+    @property
+    def window(self) -> tuple[int, int]:
+        """Pose frames of a window and seed poses at its start, as in training (34 and 4 in the public code)."""
+        if self.config.frames:
+            return self.config.frames, 4
+        settings = self.meta["training"]["settings"]
+        return settings["frames"], settings["seed_frames"]
+
+    @property
+    def gain(self) -> np.ndarray:
+        """How much smaller than the directed performances its own are, edge by edge ``(9,)``, as validation found: 1 to 1.4."""
+        found = self.meta.get("training", {}).get("validation", {})
+        ratios = found.get("edge_speed_ratios") or [found.get("speed_ratio", 1.0)] * len(EDGES)
+        return np.clip(1 / np.maximum(ratios, 1e-3), 1.0, 1.4)
+
+
+def save(path: str | PathLike, generator: Encoders, discriminator: Discriminator | None, meta: dict, half: bool = True) -> str:
+    """Write weights to ``path`` (.safetensors) and facts to the .json beside it, each whole or not at all.
+
+    ``meta`` must be JSON and may hold "speakers" (names and descriptions in table order), training facts and feature
+    settings; format, configuration and the weights' hash are added. ``half`` stores float16. Returns the hash.
+    """
+    path = Path(path)
+    tensors = _prefixed("generator", generator, half)
+    if discriminator is not None:
+        tensors |= _prefixed("discriminator", discriminator, half)
+    with whole_file(path) as temporary:
+        save_file(tensors, temporary)
+        digest = _sha256(temporary)
+    facts = {**meta, "format": FORMAT, "weights_sha256": digest, "config": generator.config.to_dict()}
+    with whole_file(facts_path(path)) as temporary:
+        temporary.write_text(json.dumps(facts, indent=1), encoding="utf-8")
+    return digest
+
+
+def load(path: str | PathLike | None = None, device: str = "cpu") -> Checkpoint:
+    """Read a checkpoint (None: the one that is shipped) onto ``device``, in float32 and evaluation mode.
+
+    Raises :class:`CheckpointUnreadable` where a file is missing or damaged, where weights and JSON do not belong
+    together, or where the file is of another version.
+    """
+    path = Path(path or DEFAULT)
+    facts = read_facts(path)
+    try:
+        digest = _sha256(path)
+        tensors = load_file(path)
+    except (OSError, SafetensorError) as error:
+        raise CheckpointUnreadable(f"The checkpoint {path} cannot be read: {error}.", REMEDY) from error
+    if facts.get("weights_sha256") != digest:
+        raise CheckpointUnreadable(f"{facts_path(path)} describes other weights than {path.name} holds.", REMEDY)
+    try:
+        config = ModelConfig.from_dict(facts["config"])
+        generator = _filled(network.make(config), tensors, "generator", device)
+        judged = any(name.startswith("discriminator.") for name in tensors)
+        discriminator = _filled(Discriminator(config), tensors, "discriminator", device) if judged else None
+        speakers = [dict(speaker) for speaker in facts.get("speakers", [])]
+    except (S2agError, KeyError, TypeError, ValueError, RuntimeError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise CheckpointUnreadable(f"The checkpoint {path} does not fit this version: {reason}", REMEDY) from error
+    return Checkpoint(config, generator, discriminator, speakers, facts, digest)
+
+
+def _prefixed(prefix: str, module: torch.nn.Module, half: bool) -> dict[str, torch.Tensor]:
+    return {
+        f"{prefix}.{name}": (value.detach().half() if half and value.is_floating_point() else value.detach()).cpu().contiguous()
+        for name, value in module.state_dict().items()
+    }
+
+
+def _filled(module: torch.nn.Module, tensors: dict[str, torch.Tensor], prefix: str, device: str) -> torch.nn.Module:
+    start = prefix + "."
+    module.load_state_dict({name[len(start) :]: value for name, value in tensors.items() if name.startswith(start)})
+    return module.to(device).eval()
+
+
+def _sha256(path: Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

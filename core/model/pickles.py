@@ -1,0 +1,238 @@
+"""Reading other people's pickles without running anything in them.
+
+A pickle is a program that may call any function it can name, so Python's own reader is never used. This one walks through
+the program's text and builds numbers, texts, containers and numpy arrays; every object of a class and every call becomes a
+:class:`Record` that keeps what it was given and does nothing.
+"""
+
+import pickletools
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import S2agError
+
+
+class PickleUnreadable(S2agError):
+    """A pickle is damaged or of an unknown kind."""
+
+
+class Record:
+    """What stands in for an object of a class that was not run, or for a call: its ``arguments`` and ``state``."""
+
+    state: Any = None
+    arguments: tuple = ()
+
+    def __init__(self, *arguments, **named):
+        self.arguments = arguments
+
+    def __setstate__(self, state) -> None:
+        self.state = state
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """A value of the state by name."""
+        return self.state.get(name, default) if isinstance(self.state, dict) else default
+
+
+def stand_in(module: str, name: str) -> type[Record]:
+    """The class that takes the place of ``module.name``."""
+    return type(name, (Record,), {"__module__": module, "__qualname__": name})
+
+
+def read(source: bytes | str | PathLike) -> Any:
+    """What a pickle in memory or in a file holds; raises :class:`PickleUnreadable`."""
+    name = "The pickle" if isinstance(source, bytes) else str(source)
+    try:
+        data = source if isinstance(source, bytes) else Path(source).read_bytes()
+        return _Reader().read(data)
+    except Exception as error:  # damaged pickles fail wherever their bytes happen to lead
+        reason = " ".join(str(error).split())[:120]
+        raise PickleUnreadable(f"{name} cannot be read ({type(error).__name__}: {reason}).", "Get the file again.") from error
+
+
+_MARK = object()
+_LITERALS = {"NONE": None, "NEWTRUE": True, "NEWFALSE": False, "EMPTY_TUPLE": ()}
+_FRESH = {"EMPTY_LIST": list, "EMPTY_DICT": dict, "EMPTY_SET": set}
+_TUPLES = {"TUPLE1": 1, "TUPLE2": 2, "TUPLE3": 3}
+_IGNORED = ("PROTO", "FRAME")
+_STORING = ("PUT", "BINPUT", "LONG_BINPUT")
+_FETCHING = ("GET", "BINGET", "LONG_BINGET")
+_CONTAINERS = {kind.__name__: kind for kind in (set, frozenset, bytearray, list, tuple, dict)}
+
+
+class _Reader:
+    """A stack, marks on it and a memo, as the pickle machine has them; no opcode calls anything that a pickle names."""
+
+    def __init__(self):
+        self.stack: list[Any] = []
+        self.memo: dict[int, Any] = {}
+
+    def read(self, data: bytes) -> Any:
+        for opcode, argument, _ in pickletools.genops(data):
+            if opcode.name == "STOP":
+                return self.stack.pop()
+            self.step(opcode.name, argument)
+        raise ValueError("it has no end")
+
+    def step(self, name: str, argument: Any) -> None:
+        if name in _LITERALS:
+            self.stack.append(_LITERALS[name])
+        elif name in _FRESH:
+            self.stack.append(_FRESH[name]())
+        elif name in _TUPLES:
+            self.stack[-_TUPLES[name] :] = [tuple(self.stack[-_TUPLES[name] :])]
+        elif name in _STORING:
+            self.memo[int(argument)] = self.stack[-1]
+        elif name in _FETCHING:
+            self.stack.append(self.memo[int(argument)])
+        elif hasattr(self, f"do_{name.lower()}"):
+            getattr(self, f"do_{name.lower()}")(argument)
+        elif name not in _IGNORED:
+            if argument is None or "PERSID" in name or "EXT" in name:
+                raise ValueError(f"it uses {name}")
+            self.stack.append(argument)  # numbers, texts and bytes stand in the pickle themselves
+
+    def since_mark(self) -> list[Any]:
+        place = len(self.stack) - 1 - next(i for i, value in enumerate(reversed(self.stack)) if value is _MARK)
+        values = self.stack[place + 1 :]
+        del self.stack[place:]
+        return values
+
+    def do_mark(self, _) -> None:
+        self.stack.append(_MARK)
+
+    def do_pop(self, _) -> None:
+        self.stack.pop()
+
+    def do_pop_mark(self, _) -> None:
+        self.since_mark()
+
+    def do_dup(self, _) -> None:
+        self.stack.append(self.stack[-1])
+
+    def do_memoize(self, _) -> None:
+        self.memo[len(self.memo)] = self.stack[-1]
+
+    def do_tuple(self, _) -> None:
+        self.stack.append(tuple(self.since_mark()))
+
+    def do_list(self, _) -> None:
+        self.stack.append(self.since_mark())
+
+    def do_dict(self, _) -> None:
+        values = self.since_mark()
+        self.stack.append(dict(zip(values[::2], values[1::2], strict=True)))
+
+    def do_frozenset(self, _) -> None:
+        self.stack.append(frozenset(self.since_mark()))
+
+    def do_append(self, _) -> None:
+        self.extend([self.stack.pop()])
+
+    def do_appends(self, _) -> None:
+        self.extend(self.since_mark())
+
+    do_additems = do_appends
+
+    def extend(self, values: list[Any]) -> None:
+        owner = self.stack[-1]
+        if isinstance(owner, set):
+            owner.update(values)
+        elif isinstance(owner, list):
+            owner.extend(values)
+
+    def do_setitem(self, _) -> None:
+        value, key = self.stack.pop(), self.stack.pop()
+        self.fill([key, value])
+
+    def do_setitems(self, _) -> None:
+        self.fill(self.since_mark())
+
+    def fill(self, values: list[Any]) -> None:
+        if isinstance(self.stack[-1], dict):
+            self.stack[-1].update(zip(values[::2], values[1::2], strict=True))
+
+    def do_global(self, argument: str) -> None:
+        module, _, name = argument.partition(" ")
+        self.stack.append(stand_in(module, name))
+
+    def do_stack_global(self, _) -> None:
+        name, module = self.stack.pop(), self.stack.pop()
+        self.stack.append(stand_in(str(module), str(name)))
+
+    def do_reduce(self, _) -> None:
+        arguments, kind = self.stack.pop(), self.stack.pop()
+        self.stack.append(_made(kind, arguments))
+
+    do_newobj = do_reduce
+
+    def do_newobj_ex(self, _) -> None:
+        self.stack.pop()
+        self.do_reduce(None)
+
+    def do_inst(self, argument: str) -> None:
+        module, _, name = argument.partition(" ")
+        self.stack.append(_made(stand_in(module, name), tuple(self.since_mark())))
+
+    def do_obj(self, _) -> None:
+        kind, *arguments = self.since_mark()
+        self.stack.append(_made(kind, tuple(arguments)))
+
+    def do_build(self, _) -> None:
+        state, owner = self.stack.pop(), self.stack[-1]
+        if not isinstance(owner, Record):
+            return
+        owner.state = state
+        if _called(type(owner)) in _ARRAYS:
+            array = _array(state)
+            self.memo = {key: array if value is owner else value for key, value in self.memo.items()}
+            self.stack[-1] = array
+
+
+_ARRAYS = ("numpy.core.multiarray._reconstruct", "numpy._core.multiarray._reconstruct")
+_SCALARS = ("numpy.core.multiarray.scalar", "numpy._core.multiarray.scalar")
+
+
+def _called(kind: type) -> str:
+    return f"{kind.__module__}.{kind.__qualname__}"
+
+
+def _made(kind: Any, arguments: tuple) -> Any:
+    """What calling ``kind`` would give, for containers and numbers; a :class:`Record` for all else."""
+    if not (isinstance(kind, type) and issubclass(kind, Record) and isinstance(arguments, tuple)):
+        raise ValueError("it calls something that is no name")
+    name = _called(kind)
+    module, _, last = name.rpartition(".")
+    if name == "collections.OrderedDict":
+        return dict(*arguments[:1])
+    if (
+        module in ("builtins", "__builtin__")
+        and last in _CONTAINERS
+        and all(isinstance(a, list | tuple | bytes) for a in arguments)
+    ):
+        return _CONTAINERS[last](*arguments[:1])
+    if name == "_codecs.encode" and isinstance(arguments[0], str):
+        return arguments[0].encode("latin1")
+    if name in _SCALARS:
+        return np.frombuffer(_bytes(arguments[1]), _dtype(arguments[0]), 1)[0].item()
+    return kind(*arguments)
+
+
+def _array(state: tuple) -> np.ndarray:
+    _, shape, dtype, fortran, data = state
+    flat = np.frombuffer(_bytes(data), _dtype(dtype)).copy()
+    return flat.reshape(shape, order="F" if fortran else "C")
+
+
+def _dtype(record: Record) -> np.dtype:
+    order = record.state[1] if isinstance(record.state, tuple) and record.state[1] in "<>" else ""
+    kind = np.dtype(order + str(record.arguments[0]))
+    if kind.hasobject:
+        raise ValueError("it holds an array of objects")
+    return kind
+
+
+def _bytes(data: Any) -> bytes:
+    return data.encode("latin1") if isinstance(data, str) else bytes(data)

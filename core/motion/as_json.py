@@ -1,0 +1,27 @@
+"""Motion as JSON, for anything that reads neither NumPy's files nor BVH."""
+
+import json
+from os import PathLike
+
+from ..files import whole_file
+from . import skeleton
+from .motion import Motion
+
+
+def save(motion: Motion, path: str | PathLike) -> None:
+    """Write ``{"fps", "joints", "edges", "directions", "words", "meta"}``: whole or not at all.
+
+    ``directions`` is a list of frames of nine unit vectors in the canonical frame, to five decimals; ``edges`` names them
+    and gives the indices of parent and child joint.
+    """
+    data = {
+        "fps": motion.fps,
+        "joints": skeleton.JOINTS,
+        "edges": [{"name": name, "joints": edge} for name, edge in zip(skeleton.EDGE_NAMES, skeleton.EDGES, strict=True)],
+        "words": motion.words,
+        "meta": motion.meta,
+        "directions": motion.directions.astype(float).round(5).tolist(),
+    }
+    with whole_file(path) as temporary, open(temporary, "w", encoding="utf-8") as file:
+        json.dump(data, file, allow_nan=False, separators=(",", ":"))
+        file.write("\n")

@@ -1,0 +1,89 @@
+"""A gesture performance: unit directions over time, and where they came from."""
+
+import io
+import json
+import zipfile
+from dataclasses import dataclass, field, replace
+from os import PathLike
+
+import numpy as np
+
+from ..errors import MotionUnreadable
+from ..files import whole_file
+from . import skeleton
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Directions ``(frames, 9, 3)`` float32 in the canonical frame at ``fps`` frames a second.
+
+    ``words`` are ``(word, start, end)`` in seconds from the start of the audio. ``meta`` is the provenance (audio and
+    transcript hash, style, seed, checkpoint hash, version) and must be JSON.
+    """
+
+    directions: np.ndarray
+    fps: float = skeleton.FPS
+    words: tuple = ()
+    meta: dict = field(default_factory=dict)
+
+    @property
+    def duration(self) -> float:
+        """Seconds covered."""
+        return len(self.directions) / self.fps
+
+    def mirrored(self) -> "Motion":
+        """The same performance with left and right exchanged."""
+        return replace(self, directions=skeleton.mirror(self.directions))
+
+    def resampled(self, fps: float) -> "Motion":
+        """The same performance at another frame rate, through a cubic (Catmull-Rom) curve over the directions."""
+        if fps == self.fps or len(self.directions) < 2:
+            return replace(self, fps=float(fps))
+        count = int(round((len(self.directions) - 1) * fps / self.fps)) + 1
+        return replace(self, directions=cubic(self.directions, np.arange(count) * (self.fps / fps)), fps=float(fps))
+
+    def save(self, path: str | PathLike) -> None:
+        """Write an ``.npz`` (directions, fps, words and meta as JSON text): whole or not at all."""
+        buffer = io.BytesIO()  # a zip file that meets a full disk complains once more when it is collected
+        np.savez_compressed(
+            buffer,
+            directions=np.asarray(self.directions, np.float32),
+            fps=np.float64(self.fps),
+            words=np.array(json.dumps([list(word) for word in self.words])),
+            meta=np.array(json.dumps(self.meta, sort_keys=True)),
+        )
+        with whole_file(path) as temporary:
+            temporary.write_bytes(buffer.getbuffer())
+
+    @classmethod
+    def load(cls, path: str | PathLike) -> "Motion":
+        """Read what :meth:`save` wrote; raises :class:`MotionUnreadable`."""
+        try:
+            with np.load(path) as data:
+                directions = data["directions"]
+                motion = cls(
+                    np.asarray(directions, np.float32),
+                    float(data["fps"]),
+                    tuple((str(word), float(start), float(end)) for word, start, end in json.loads(str(data["words"]))),
+                    json.loads(str(data["meta"])),
+                )
+        except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+            raise MotionUnreadable(f"{path} is not a motion file.", "Make one with: s2ag synth AUDIO -o OUT.npz") from error
+        if directions.ndim != 3 or directions.shape[1:] != (9, 3) or not len(directions) or not np.isfinite(directions).all():
+            raise MotionUnreadable(
+                f"{path} holds directions of shape {directions.shape}, not (frames, 9, 3).", "Make it again."
+            )
+        return motion
+
+
+def cubic(directions: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Directions ``(frames, 9, 3)`` at fractional frames ``at`` by a Catmull-Rom curve, renormalised, float32."""
+    last = len(directions) - 1
+    at = np.clip(np.asarray(at, float), 0, last)
+    index = np.minimum(at.astype(int), max(last - 1, 0))
+    t = (at - index).astype(np.float32)[:, None, None]
+    before, here, there, after = (directions[np.clip(index + step, 0, last)] for step in (-1, 0, 1, 2))
+    curve = here + 0.5 * t * (
+        there - before + t * (2 * before - 5 * here + 4 * there - after + t * (3 * (here - there) + after - before))
+    )
+    return skeleton.normalize(curve).astype(np.float32)

@@ -1,0 +1,103 @@
+"""What a performance is asked for by, and what comes of it."""
+
+from dataclasses import dataclass, field
+from os import PathLike
+
+import numpy as np
+
+from .. import styles
+from ..errors import UsageError
+from ..motion.motion import Motion
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to make. ``audio`` is a path; give ``transcript`` (a path) or ``text``, or neither: audio alone still gestures.
+
+    ``style`` is a style expression (:func:`styles.parse`), ``takes`` how many variations, ``intensity`` how far the
+    performance departs from rest. ``affect`` (any of :data:`styles.AFFECTS`), ``rate`` and ``hand`` steer the style, -1..1
+    each, 0 as the speaker would. ``mirror`` exchanges left and right of the finished performance. ``pose`` are unit
+    directions ``(9, 3)`` to start from (canonical frame; natural rest if None). With ``recognise`` words that nobody wrote
+    down are recognised, which needs the extra of that name.
+
+    ``take`` is the number of the first take. ``near`` are the steps ``(number, spread)`` that lead to a variation of it;
+    with ``spread`` (0..1, a share of how far takes differ) all takes are one more step away from that, numbered from ``step``
+    on (:func:`styles.identities`). ``latent`` ``(steps, size)``, as :class:`Result` gives it, is the point of the latent
+    space for each step of the style, instead of drawing it.
+    """
+
+    audio: str | PathLike
+    transcript: str | PathLike | None = None
+    text: str | None = None
+    style: str | dict = ""
+    seed: int = 0
+    takes: int = 1
+    intensity: float = 1.0
+    affect: dict[str, float] = field(default_factory=dict)
+    rate: float = 0.0
+    hand: float = 0.0
+    mirror: bool = False
+    pose: np.ndarray | None = None
+    take: int = 0
+    near: tuple = ()
+    spread: float = 0.0
+    step: int = 1
+    recognise: bool = False
+    latent: np.ndarray | None = None
+
+    def __post_init__(self):
+        if self.transcript is not None and self.text is not None:
+            raise UsageError("Both a transcript file and a text were given.", "Give one of them.")
+        if not 1 <= self.takes <= 64:
+            raise UsageError(f"{self.takes} takes were asked for.", "Ask for 1 to 64.")
+        if not 0 <= self.intensity <= 3:
+            raise UsageError(f"Intensity {self.intensity:g} is out of range.", "Give a number from 0 to 3.")
+        if self.seed < 0:
+            raise UsageError(f"Seed {self.seed} is negative.", "Give zero or a positive whole number.")
+        if self.pose is not None and not _is_pose(self.pose):
+            raise UsageError("The seed pose is not nine directions.", "Give nine times three numbers, no direction zero.")
+        if self.take < 0 or self.step < 1:
+            raise UsageError(f"Take {self.take} or step {self.step} is too low.", "Takes count from 0, steps from 1.")
+        if not 0 <= self.spread <= 1 or not _are_steps(self.near):
+            raise UsageError("The variation asked for makes no sense.", "Give a spread of 0 to 1, steps as (number, spread).")
+        styles.controls(self.affect, self.rate, self.hand)
+        if self.latent is not None and self.takes != 1:
+            raise UsageError("A point of the latent space is one performance.", "Ask for one take.")
+
+    @property
+    def identities(self) -> list[tuple]:
+        """What tells the takes apart (:func:`styles.identities`)."""
+        return styles.identities(self.take, self.takes, tuple(self.near), self.spread, self.step)
+
+    @property
+    def controls(self) -> np.ndarray:
+        """Affect, rate and hand ``(5,)`` in the order of :data:`styles.CONTROLS`."""
+        return styles.controls(self.affect, self.rate, self.hand)
+
+
+@dataclass(frozen=True)
+class Result:
+    """Motions (one a take), words with times, warnings for the user, seconds spent by stage, and the styles that performed:
+    ``latents`` ``(takes, steps, size)``, one step unless the style walks.
+    """
+
+    motions: list[Motion]
+    words: tuple
+    warnings: list[str] = field(default_factory=list)
+    seconds: dict[str, float] = field(default_factory=dict)
+    latents: np.ndarray | None = None
+
+
+def _are_steps(near) -> bool:
+    try:
+        return all(int(number) > 0 and 0 < float(spread) <= 1 for number, spread in near)
+    except (TypeError, ValueError):
+        return False
+
+
+def _is_pose(value) -> bool:
+    try:
+        pose = np.asarray(value, float)
+    except (TypeError, ValueError):
+        return False
+    return pose.shape == (9, 3) and bool(np.isfinite(pose).all()) and bool(np.linalg.norm(pose, axis=1).min() > 0)

@@ -1,0 +1,189 @@
+"""Takes to choose from: many styles and seeds of one recording in one batch, and the map of the space they come from."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from .. import styles
+from ..errors import SampleUnreadable, UsageError
+from ..files import whole_file
+from ..model.catalogue import describe
+
+FORMAT = 1
+_REMEDY = "Make one with: s2ag sample AUDIO -o SHEET.mp4"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One take on a sheet: where it stands (from 0), its ``style`` expression, its ``seed`` and which ``take`` of that seed
+    it is (from 0), and the points of the latent space ``(steps, size)`` that perform.
+    """
+
+    row: int
+    column: int
+    style: str
+    seed: int
+    take: int
+    latent: list[list[float]]
+
+    @property
+    def label(self) -> tuple[str, str]:
+        """What is printed under it: style, and seed with take, as in ``--seed 3 --takes 5``."""
+        return self.style, f"seed {self.seed}  take {self.take + 1}"
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """What a sample is of, and its cells; ``audio`` and ``transcript`` are absolute paths."""
+
+    audio: str
+    checkpoint: str
+    cells: list[Cell]
+    transcript: str | None = None
+    text: str | None = None
+    intensity: float = 1.0
+    mirror: bool = False
+    recognise: bool = False
+
+    @property
+    def columns(self) -> int:
+        """Cells in a row."""
+        return 1 + max(cell.column for cell in self.cells)
+
+    def save(self, path: str | PathLike, **more) -> None:
+        """Write the sheet as JSON, whole or not at all; cells are numbered from 1."""
+        content = {"format": FORMAT, **asdict(self), **more}
+        content["cells"] = [{"cell": number, **cell} for number, cell in enumerate(content["cells"], 1)]
+        with whole_file(path) as temporary:
+            temporary.write_text(json.dumps(content, indent=1) + "\n", "utf-8")
+
+    @classmethod
+    def load(cls, path: str | PathLike) -> "Sheet":
+        """Read what :meth:`save` wrote; raises :class:`SampleUnreadable`."""
+        try:
+            content = json.loads(Path(path).read_text("utf-8"))
+            if content["format"] != FORMAT:
+                raise ValueError("another format")
+            cells = [Cell(**{name: one[name] for name in Cell.__dataclass_fields__}) for one in content["cells"]]
+            known = {name: content[name] for name in cls.__dataclass_fields__ if name in content}
+            return cls(**{**known, "cells": cells})
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise SampleUnreadable(f"{path} is not a sample.", _REMEDY) from error
+
+
+def perform(session, request, every_style: Sequence[str], takes: int, progress=lambda stage, value: None):
+    """``takes`` of each style, generated in one batch: the :class:`Sheet` and its motions, one a cell.
+
+    ``request`` gives everything but style and takes. With one style the cells make a square, else a row for each style.
+    Raises what :meth:`Session.synthesize_all` raises.
+    """
+    wanted = [replace(request, style=style, takes=takes) for style in every_style]
+    results = session.synthesize_all(wanted, progress)
+    known = session.checkpoint.speakers
+    columns = takes if len(every_style) > 1 else int(np.ceil(np.sqrt(takes)))
+    cells, motions = [], []
+    for style, result in zip(every_style, results, strict=True):
+        for take, (motion, latent) in enumerate(zip(result.motions, result.latents, strict=True)):
+            row, column = divmod(len(cells), columns)
+            points = [[float(value) for value in point] for point in latent]
+            cells.append(Cell(row, column, style or styles.default(known), request.seed, take, points))
+            motions.append(motion)
+    audio, transcript = (path and str(Path(path).absolute()) for path in (request.audio, request.transcript))
+    about = (transcript, request.text, request.intensity, request.mirror, request.recognise)
+    return Sheet(audio, session.checkpoint.hash, cells, *about), motions, results[0]
+
+
+def cell(reference: str) -> tuple[Sheet, Cell]:
+    """The sheet and cell that ``SHEET.json:NUMBER`` names; raises :class:`SampleUnreadable`."""
+    path, _, number = reference.rpartition(":")
+    sheet = Sheet.load(path or reference)
+    if not (path and number.isdecimal() and 1 <= int(number) <= len(sheet.cells)):
+        message = f"{path} has no cell {number}." if path else f"{reference} names no cell."
+        raise SampleUnreadable(message, f"Name one from 1 to {len(sheet.cells)}.")
+    return sheet, sheet.cells[int(number) - 1]
+
+
+def again(reference: str, checkpoint: str | PathLike | None = None) -> dict:
+    """What makes the cell ``SHEET.json:NUMBER`` again: fields of a :class:`synthesis.Request`, recording and words included.
+
+    Raises :class:`SampleUnreadable`, and :class:`UsageError` where it was sampled with another ``checkpoint``.
+    """
+    sheet, one = cell(reference)
+    if describe(checkpoint)["hash"] not in ("", sheet.checkpoint):
+        raise UsageError(f"{reference} was sampled with another checkpoint.", "Name that one with --checkpoint.")
+    words = {"transcript": sheet.transcript, "text": sheet.text, "recognise": sheet.recognise}
+    asked = {"intensity": sheet.intensity, "mirror": sheet.mirror, "style": one.style, "latent": one.latent}
+    # Breathing and sway are drawn from the sum of seed and take, whatever the style.
+    return {"audio": sheet.audio, **words, **asked, "seed": one.seed + one.take}
+
+
+def style_map(checkpoint, sheet: Sheet | None = None) -> dict:
+    """The latent space seen from where its speakers lie farthest apart: their first two principal components.
+
+    ``speakers``: name, ``at`` (2,) and ``spread`` (2,), the deviation that takes have there. ``controls``: the way (2,) that
+    a control at 1 goes. ``cells``: where the cells of ``sheet`` lie. ``centre`` and ``axes`` lead back into the space:
+    centre + at @ axes. ``explained`` is the share of the speakers' variance on each axis.
+    """
+    import torch
+
+    with torch.inference_mode():
+        mean, log_variance = checkpoint.generator.speaker(torch.arange(len(checkpoint.speakers)))
+        mean, deviation = mean.cpu().numpy().astype(float), log_variance.mul(0.5).exp().cpu().numpy()
+        steered = bool(checkpoint.config.controls)
+        ways = checkpoint.generator.controls.weight.T.cpu().numpy() if steered else np.zeros((0, mean.shape[1]))
+    centre = mean.mean(0)
+    _, sizes, axes = np.linalg.svd(mean - centre, full_matrices=True)
+    variance = np.zeros(len(axes))
+    variance[: len(sizes)] = sizes**2
+    axes = axes[:2] * np.sign(axes[:2][np.arange(2), np.abs(axes[:2]).argmax(1)])[:, None]
+    spread = np.hypot(deviation, styles.TAKE_SPREAD * mean.std(0))
+    names = [speaker["name"] for speaker in checkpoint.speakers]
+    wide = np.sqrt(spread**2 @ (axes**2).T)
+    place = lambda points: (np.asarray(points, float) - centre) @ axes.T  # noqa: E731
+    return {
+        "checkpoint": checkpoint.hash,
+        "explained": (variance[:2] / max(variance.sum(), 1e-12)).tolist(),
+        "centre": centre.tolist(),
+        "axes": axes.tolist(),
+        "speakers": [
+            {"name": name, "at": at.tolist(), "spread": size.tolist()}
+            for name, at, size in zip(names, place(mean), wide, strict=True)
+        ],
+        "controls": [{"name": name, "way": way.tolist()} for name, way in zip(styles.CONTROLS, (ways @ axes.T), strict=False)],
+        "cells": [
+            {"cell": number, "style": one.style, "seed": one.seed, "take": one.take, "at": place(one.latent).tolist()}
+            for number, one in enumerate(sheet.cells if sheet else (), 1)
+        ],
+    }
+
+
+def draw_map(content: dict, path: str | PathLike) -> None:
+    """Draw a :func:`style_map` as a PNG, whole or not at all; needs matplotlib."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Ellipse
+
+    figure = Figure(figsize=(11, 8), layout="constrained")
+    axes = figure.add_subplot()
+    for one in content["speakers"]:
+        axes.add_patch(Ellipse(one["at"], 2 * one["spread"][0], 2 * one["spread"][1], color="tab:blue", alpha=0.06))
+        axes.plot(*one["at"], "o", color="tab:blue")
+        axes.annotate(one["name"], one["at"], xytext=(5, 4), textcoords="offset points", fontsize=9)
+    for one in content["controls"]:
+        axes.annotate("", one["way"], (0, 0), arrowprops={"arrowstyle": "->", "color": "tab:gray"})
+        axes.annotate(one["name"], one["way"], color="tab:gray", fontsize=9, ha="center")
+    for one in content["cells"]:
+        points = np.array(one["at"])
+        axes.plot(points[:, 0], points[:, 1], "-s", color="tab:red", markersize=5)
+        axes.annotate(str(one["cell"]), points[-1], xytext=(4, -10), textcoords="offset points", fontsize=8, color="tab:red")
+    shares = [f"{share:.0%} of the difference between performers" for share in content["explained"]]
+    axes.set(xlabel=shares[0], ylabel=shares[1], title="Performers, the spread of their takes, controls, and sampled cells")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.08)
+    FigureCanvasAgg(figure)
+    with whole_file(path) as temporary:
+        figure.savefig(temporary, dpi=120, format="png", metadata={"Software": None})

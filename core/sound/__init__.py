@@ -1,0 +1,1 @@
+"""What is heard: samples, MFCC, prosody, speech and silence."""

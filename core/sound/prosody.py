@@ -1,0 +1,336 @@
+"""Prosody of a recording: loudness, pitch, phrases, and which syllables are accented. Directors and networks hear this.
+
+A stroke lands on an accent (McNeill), so the accents are worked out once, in the same way when performances are directed
+and when a user's recording is performed, with words where they are known and from the sound alone where not. Prominence
+is what the literature says it is: louder, higher and longer than the neighbourhood, on a word that carries meaning.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..motion.skeleton import FPS
+from . import voice
+from .audio import SAMPLE_RATE, gain
+
+RATE = 100
+"""Analysis frames a second."""
+PHRASE_PAUSE = 0.16
+"""Seconds without voice that end a phrase."""
+LONGEST_PHRASE = 4.0
+"""Seconds; a longer phrase is cut at its quietest place."""
+
+NAMES = (
+    "voice", "level", "pitch", "pitch trend", "accent", "main accent", "until main accent", "since main accent",
+    "phrase strength", "since phrase start", "until phrase end", "pause", "syllable rate", "register", "pitch range",
+    "dynamics", "brightness",
+)  # fmt: skip
+FEATURES = len(NAMES)
+
+_STRESSED = 0.95  # strength of an accent that an author asked for
+_BUMP = 0.06  # seconds: width of the bump that marks an accent
+_NEAR, _FAR = 1.2, 8.0  # seconds: neighbourhoods for "louder than around it" and for a speaker's present manner
+_LOWEST, _HIGHEST = 65.0, 500.0  # Hz
+
+_FUNCTION = (
+    "a an the of to in on at by for from with and or as is are was were be been being it its he him his she her they them "
+    "their i you we us our your my me that this these those there which who whom whose than then if so but not has have had "
+    "do does did will would can could shall should may might into onto upon about it's i'm that's he's she's they're i'd "
+    "i'll you'd we'd he'd some any no nor"
+)
+FUNCTION = frozenset(_FUNCTION.split())
+"""Words that rarely carry an accent."""
+_EMPHATIC = "very really so too only even just never always must every all no not nothing great big huge best worst"
+EMPHATIC = frozenset(_EMPHATIC.split())
+"""Words that carry an accent more often than their kind says."""
+
+
+@dataclass(frozen=True)
+class Accent:
+    """One syllable that could bear an accent: ``time`` of its peak (s), ``strength`` 0..1, whether it is its phrase's main
+    accent, the number of the phrase, and the word it belongs to (-1 where words are unknown)."""
+
+    time: float
+    strength: float
+    main: bool
+    phrase: int
+    word: int
+
+
+@dataclass(frozen=True)
+class Prosody:
+    """What :func:`analyse` finds: accents in order of time, ``phrases`` ``(p, 2)`` in seconds, ``features``
+    ``(frames, FEATURES)`` float32 at 15 fps with columns :data:`NAMES`, all of order one, and the 100 Hz tracks
+    ``level`` (dB over the speaker's mean) and ``pitch`` (semitones over the speaker's median, bridged)."""
+
+    accents: tuple[Accent, ...]
+    phrases: np.ndarray
+    features: np.ndarray
+    level: np.ndarray
+    pitch: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Tracks:
+    """100 Hz tracks: voice 0..1, level (dB), pitch (semitones over the median), median (log2 of 150 Hz), tilt (dB)."""
+
+    voice: np.ndarray
+    level: np.ndarray
+    pitch: np.ndarray
+    register: float
+    bright: np.ndarray
+
+
+def analyse(
+    audio: np.ndarray,
+    words: Sequence[tuple[str, float, float]] = (),
+    frames: int | None = None,
+    stressed: Collection[int] = (),
+) -> Prosody:
+    """Prosody of ``(n,)`` float32 samples at 16 kHz; ``words`` are (text, start, end) in seconds, in order of time.
+
+    ``frames``: pose frames of the features, by default as many as the recording fills. ``stressed`` are numbers of words
+    that bear a main accent whatever the sound says.
+    """
+    audio = np.asarray(audio, np.float32)
+    frames = voice.frame_count(audio, FPS) if frames is None else frames
+    tracks = _tracks(audio)
+    phrases = _phrases(tracks)
+    units = _word_units(tracks, words) if len(words) else _syllable_units(tracks)
+    accents = _stress(_accents(tracks, phrases, *units), stressed)
+    return Prosody(accents, phrases, _features(tracks, phrases, accents, frames), tracks.level, tracks.pitch)
+
+
+def _tracks(audio: np.ndarray) -> _Tracks:
+    active = voice.probability(audio)
+    count = len(active)
+    if not count:
+        return _Tracks(*(np.zeros(1) for _ in range(3)), 0.0, np.zeros(1))
+    low, high = _bands(audio, count)
+    level = 10 * np.log10(low + high + 1e-7)
+    level = np.maximum(level, np.percentile(level, 98) - 45)
+    spoken = active > 0.5
+    level = level - (level[spoken].mean() if spoken.any() else level.mean())
+    pitch, register = _pitch(audio, count)
+    return _Tracks(active, _smooth(level, 0.03), pitch, register, 10 * np.log10((high + 1e-7) / (low + 1e-7)))
+
+
+def _bands(audio: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Power below and above 1 kHz, ``(count,)`` each, in the band that vowels fill (200 to 3400 Hz)."""
+    from scipy.signal import butter, sosfilt
+
+    hop = SAMPLE_RATE // RATE
+    result = []
+    for edges in ((200, 1000), (1000, 3400)):
+        band = sosfilt(butter(2, edges, "bandpass", fs=SAMPLE_RATE, output="sos"), audio * gain(audio))
+        result.append(np.mean(band[: count * hop].reshape(count, hop) ** 2, axis=1))
+    return result[0], result[1]
+
+
+def _pitch(audio: np.ndarray, count: int) -> tuple[np.ndarray, float]:
+    """Semitones over the median, bridged where there is no voice, and the median as octaves over 150 Hz."""
+    import parselmouth
+
+    block = 60 * SAMPLE_RATE
+    hertz = np.zeros(count)
+    for begin in range(0, len(audio), block):
+        piece = audio[begin : begin + block]
+        if len(piece) < SAMPLE_RATE // 10:
+            break
+        sound = parselmouth.Sound(piece.astype(float), SAMPLE_RATE)
+        found = sound.to_pitch_ac(time_step=0.02, pitch_floor=_LOWEST, pitch_ceiling=_HIGHEST)
+        at = np.clip(np.round((begin / SAMPLE_RATE + found.xs()) * RATE).astype(int), 0, count - 1)
+        hertz[at] = found.selected_array["frequency"]
+    known = np.flatnonzero(hertz)
+    if len(known) < 10:
+        return np.zeros(count), 0.0
+    octaves = np.log2(hertz[known] / 150)
+    register = float(np.median(octaves))
+    # octave errors of the tracker lie about an octave off the rest
+    semitones = np.clip(12 * (octaves - register), -11, 11)
+    return _smooth(np.interp(np.arange(count), known, semitones), 0.04), register
+
+
+def _phrases(tracks: _Tracks) -> np.ndarray:
+    """``(p, 2)`` seconds: voiced stretches between pauses, over-long ones cut at the quietest place of their middle."""
+    waiting = [tuple(edge) for edge in voice.stretches(tracks.voice, shortest=0.12, pause=PHRASE_PAUSE)][::-1]
+    quiet = _smooth(tracks.level, 0.06)
+    phrases = []
+    while waiting:
+        start, end = waiting.pop()
+        if end - start <= LONGEST_PHRASE:
+            phrases.append((start, end))
+            continue
+        low, high = int((start + 1.2) * RATE), int(min(start + LONGEST_PHRASE, end - 0.8) * RATE)
+        cut = (low + int(np.argmin(quiet[low:high]))) / RATE
+        waiting += [(cut, end), (start, cut)]
+    return np.array(phrases).reshape(-1, 2)
+
+
+def _word_units(tracks: _Tracks, words) -> tuple[np.ndarray, ...]:
+    """Time, level, pitch, length (s, in proportion to what its letters ask for), meaningfulness and number of words."""
+    last = len(tracks.level) - 1
+    times, levels, pitches, lengths, weights = (np.zeros(len(words)) for _ in range(5))
+    for k, (text, start, end) in enumerate(words):
+        low = int(np.clip(round(start * RATE), 0, last))
+        window = slice(low, int(np.clip(round(end * RATE), low + 1, last + 1)))
+        # of the peaks of a long word the first is favoured: English stresses early
+        lead = np.linspace(1.5, 0, window.stop - low)
+        peak = low + int(np.argmax(tracks.level[window] + 0.4 * tracks.pitch[window] + lead))
+        times[k] = peak / RATE
+        levels[k] = tracks.level[peak]
+        pitches[k] = tracks.pitch[max(peak - 5, 0) : peak + 6].max()
+        lengths[k] = (end - start) / (0.09 + 0.055 * len(text))
+        plain = text.lower().strip(".,;:!?\"'")
+        weights[k] = (plain not in FUNCTION) + 0.7 * (plain in EMPHATIC)
+    order = np.argsort(times, kind="stable")
+    return times[order], levels[order], pitches[order], lengths[order], weights[order], order
+
+
+def _syllable_units(tracks: _Tracks) -> tuple[np.ndarray, ...]:
+    """The same from the sound alone: one unit for every peak of loudness that stands out by 3 dB."""
+    from scipy.signal import find_peaks, peak_widths
+
+    loud = _smooth(tracks.level, 0.04)
+    peaks, _ = find_peaks(loud, prominence=3.0, distance=8)
+    peaks = peaks[tracks.voice[peaks] > 0.5]
+    widths = peak_widths(loud, peaks, rel_height=0.6)[0] / RATE if len(peaks) else np.zeros(0)
+    lengths = np.clip(widths, 0.05, 0.4) / 0.16
+    return (
+        peaks / RATE, loud[peaks], tracks.pitch[peaks], lengths, np.full(len(peaks), 0.75), np.full(len(peaks), -1),
+    )  # fmt: skip
+
+
+def _accents(tracks: _Tracks, phrases: np.ndarray, times, levels, pitches, lengths, weights, numbers) -> tuple[Accent, ...]:
+    if not len(times):
+        return ()
+    louder = np.clip((levels - _around(times, levels, weights)) / 5, -1, 1)
+    higher = np.clip((pitches - _around(times, pitches, weights)) / 4, -1, 1)
+    longer = np.clip(np.log(np.maximum(lengths, 0.1) / np.maximum(_around(times, lengths, weights), 0.1)) / 0.7, -1, 1)
+    strength = 0.14 + 0.22 * weights + 0.17 * louder + 0.12 * higher + 0.12 * longer
+    phrase = np.clip(np.searchsorted(phrases[:, 0], times + 0.02, side="right") - 1, 0, None) if len(phrases) else times * 0
+    main = np.zeros(len(times), bool)
+    for number in np.unique(phrase):
+        members = np.flatnonzero(phrase == number)
+        # the nuclear accent is usually the last strong one
+        late = np.linspace(0, 0.14, len(members))
+        main[members[np.argmax(strength[members] + late)]] = True
+    strength = np.clip(strength + 0.22 * main, 0.02, 1)
+    return tuple(
+        Accent(float(t), float(s), bool(m), int(p), int(n))
+        for t, s, m, p, n in zip(times, strength, main, phrase, numbers, strict=True)
+    )
+
+
+def _stress(accents: tuple[Accent, ...], stressed: Collection[int]) -> tuple[Accent, ...]:
+    """Accents of the words ``stressed`` become main ones, in the place of those that were their phrases' main accents."""
+    chosen = set(stressed)
+    phrases = {accent.phrase for accent in accents if accent.word in chosen}
+    result = []
+    for accent in accents:
+        if accent.word in chosen:
+            accent = replace(accent, strength=_STRESSED, main=True)
+        elif accent.main and accent.phrase in phrases:
+            accent = replace(accent, main=False)
+        result.append(accent)
+    return tuple(result)
+
+
+def _around(times: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Mean of the values within about a second of each time; what carries meaning counts more."""
+    result = np.empty(len(times))
+    for begin in range(0, len(times), 512):
+        rows = slice(begin, begin + 512)
+        low, high = np.searchsorted(times, [times[rows][0] - 4 * _NEAR, times[rows][-1] + 4 * _NEAR])
+        share = np.exp(-0.5 * ((times[rows, None] - times[low:high]) / _NEAR) ** 2) * (0.2 + weights[low:high])
+        result[rows] = share @ values[low:high] / share.sum(1)
+    return result
+
+
+def _features(tracks: _Tracks, phrases: np.ndarray, accents: tuple[Accent, ...], frames: int) -> np.ndarray:
+    time = np.arange(frames) / FPS
+    mains = [accent for accent in accents if accent.main]
+    manner = _manner(tracks, (tracks.voice > 0.5) & (tracks.level > -15))
+    ahead, behind = _distance(time, np.array([accent.time for accent in mains]))
+    number = np.clip(np.searchsorted(phrases[:, 0], time, side="right") - 1, 0, max(len(phrases) - 1, 0))
+    begins, ends = phrases[number].T if len(phrases) else np.zeros((2, frames))
+    strengths = np.zeros(max(len(phrases), 1))
+    for accent in mains:
+        strengths[accent.phrase] = accent.strength
+    inside = (time >= begins) & (time < ends)
+    pause = np.where(time < begins, begins, np.append(phrases[1:, 0], 1e6)[number] - ends if len(phrases) else 1e6)
+    columns = [
+        _sample(_smooth(tracks.voice, 0.03), time),
+        _sample(_smooth(np.maximum(tracks.level, -25), 0.05), time) / 10,
+        _sample(tracks.pitch, time) / 4,
+        _sample(_smooth(tracks.pitch, 0.5), time) / 3,
+        _bumps(time, accents),
+        _bumps(time, mains),
+        np.exp(-ahead / 0.5),
+        np.exp(-behind / 0.5),
+        np.where(inside, strengths[number], 0.0),
+        np.where(inside, np.minimum((time - begins) / 2, 1), 0.0),
+        np.where(inside, np.minimum((ends - time) / 2, 1), 0.0),
+        np.where(inside, 0.0, np.clip(pause, 0, 3) / 2),
+        _sample(_rate(tracks), time),
+        *(_sample(track, time) for track in manner),
+    ]
+    return np.stack(columns, axis=1).astype(np.float32)
+
+
+def _manner(tracks: _Tracks, counted: np.ndarray) -> list[np.ndarray]:
+    """Register, pitch range, dynamics and brightness of the last and next seconds, from voiced frames."""
+    weight = _slow(counted.astype(float)) + 1e-3
+    sure = weight / (weight + 0.03)
+    pitch = _slow(tracks.pitch * counted) / weight
+    level = _slow(tracks.level * counted) / weight
+    spread = np.sqrt(np.maximum(_slow(tracks.pitch**2 * counted) / weight - pitch**2, 0))
+    dynamics = np.sqrt(np.maximum(_slow(tracks.level**2 * counted) / weight - level**2, 0))
+    bright = _slow(tracks.bright * counted) / weight
+    values = 2 * tracks.register + pitch / 6, (spread - 2.5) / 1.5, (dynamics - 8) / 2, (bright + 6) / 6
+    return [sure * value for value in values]
+
+
+def _rate(tracks: _Tracks) -> np.ndarray:
+    """Syllables a second while speaking, over some seconds, less 2.5, over 1.5."""
+    peaks = np.zeros(len(tracks.level))
+    peaks[np.round(_syllable_units(tracks)[0] * RATE).astype(int)] = RATE
+    return (_slow(peaks) / (_slow((tracks.voice > 0.5).astype(float)) + 0.05) - 2.5) / 1.5
+
+
+def _bumps(time: np.ndarray, accents) -> np.ndarray:
+    """Gaussian bumps as high as the accents are strong, ``(frames,)``; neighbours that overlap do not add up."""
+    result = np.zeros(len(time))
+    for accent in accents:
+        low, high = np.searchsorted(time, [accent.time - 4 * _BUMP, accent.time + 4 * _BUMP])
+        bump = accent.strength * np.exp(-0.5 * ((time[low:high] - accent.time) / _BUMP) ** 2)
+        result[low:high] = np.maximum(result[low:high], bump)
+    return result
+
+
+def _distance(time: np.ndarray, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Seconds to the next and from the last of ``marks``, large where there is none."""
+    padded = np.concatenate([[-1e3], marks, [1e9]])
+    following = np.searchsorted(padded, time, side="left")
+    return padded[following] - time, time - padded[following - 1]
+
+
+def _sample(track: np.ndarray, time: np.ndarray) -> np.ndarray:
+    return np.interp(time, (np.arange(len(track)) + 0.5) / RATE, track)
+
+
+def _smooth(track: np.ndarray, seconds: float) -> np.ndarray:
+    from scipy.ndimage import gaussian_filter1d
+
+    return gaussian_filter1d(np.asarray(track, float), seconds * RATE, mode="nearest")
+
+
+def _slow(track: np.ndarray) -> np.ndarray:
+    """Smoothing over :data:`_FAR` seconds; three running means are nearly Gaussian and cost nothing at any width."""
+    from scipy.ndimage import uniform_filter1d
+
+    width = int(_FAR * RATE / 2)
+    for _ in range(3):
+        track = uniform_filter1d(track, width, mode="nearest")
+    return track

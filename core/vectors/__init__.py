@@ -1,0 +1,1 @@
+"""Word vectors: the table that ships, the user's own, and how a table is built."""

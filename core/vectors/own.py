@@ -1,0 +1,61 @@
+"""The user's own word vectors through gensim: FastText ``.bin``, word2vec ``.bin``, gensim ``.kv``, text ``.vec``."""
+
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import VectorsUnreadable
+
+DIMENSIONS = 300
+_FASTTEXT_MAGIC = 793712314
+
+
+class Keyed:
+    """A gensim ``KeyedVectors`` behind the interface of :class:`words.Packed`."""
+
+    def __init__(self, vectors):
+        self._vectors = vectors
+        self.key_to_index = vectors.key_to_index
+
+    def rows(self, indices: np.ndarray) -> np.ndarray:
+        """``(len(indices), 300)`` float32."""
+        return np.asarray(self._vectors.vectors[indices], np.float32)
+
+    def guess(self, word: str) -> np.ndarray | None:
+        """A vector for an unknown word where the file has n-grams, else None."""
+        if not hasattr(self._vectors, "vectors_ngrams"):
+            return None
+        try:
+            return self._vectors.get_vector(word)
+        except KeyError:
+            return None
+
+
+def read(path: Path) -> Keyed:
+    """Load a file by its suffix, and ``.bin`` by its first bytes; raises :class:`VectorsUnreadable`."""
+    from gensim.models import KeyedVectors
+    from gensim.models.fasttext import load_facebook_vectors
+
+    name = str(path)
+    try:
+        if path.suffix == ".kv":
+            vectors = KeyedVectors.load(name)
+        elif path.suffix == ".bin" and _is_fasttext(path):
+            vectors = load_facebook_vectors(name)
+        else:
+            vectors = KeyedVectors.load_word2vec_format(name, binary=path.suffix == ".bin")
+        width = vectors.vector_size
+    except Exception as error:  # gensim lets struct, unpickling, Unicode and value errors through
+        raise VectorsUnreadable(
+            f"{path} cannot be read as word vectors ({type(error).__name__}).", "Download or save the file again."
+        ) from error
+    if width != DIMENSIONS:
+        raise VectorsUnreadable(
+            f"{path} holds {width}-dimensional vectors; the network reads {DIMENSIONS}.", "Choose vectors of 300 dimensions."
+        )
+    return Keyed(vectors)
+
+
+def _is_fasttext(path: Path) -> bool:
+    with open(path, "rb") as file:
+        return int.from_bytes(file.read(4), "little") == _FASTTEXT_MAGIC

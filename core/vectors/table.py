@@ -1,0 +1,197 @@
+"""Word vectors: 300 numbers for any word, known or not, and their places on the pose frames.
+
+The shipped file holds 50,000 words and 50,000 FastText n-gram buckets, packed by :mod:`vectors_build` with a mean cosine
+of 0.983 to the vectors it was made from; assets/NOTICE.txt names their sources.
+"""
+
+import importlib.util
+import unicodedata
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import VectorsUnreadable
+from ..words.spelling import normalise, spoken
+
+DIMENSIONS = 300
+SHIPPED = Path(__file__).parents[1] / "assets" / "words.npz"
+
+
+class WordVectors:
+    """300-d vectors looked up by word, in the manner of gensim's ``KeyedVectors``.
+
+    A word is tried as written, normalised (lower case, straight apostrophe, no punctuation), without accents, without a
+    possessive ``'s``, as its spoken parts (``well-known``, ``25``: the mean of the parts), and last through FastText
+    character n-grams where the file has them. What remains, such as a dash, is the zero vector.
+    """
+
+    def __init__(self, table, name: str):
+        self._table = table
+        self.name = name
+        self._cache: dict[str, np.ndarray] = {}
+
+    @classmethod
+    def load(cls, path: str | PathLike | None = None) -> "WordVectors":
+        """The shipped vectors, or a user's file: our ``.npz``, FastText or word2vec ``.bin``, gensim ``.kv``, ``.vec``.
+
+        All but ``.npz`` need gensim. A ``.kv`` is a Python pickle: load only files whose maker you trust. Raises
+        :class:`VectorsUnreadable`.
+        """
+        path = Path(path) if path is not None else SHIPPED
+        check(path)
+        if path.suffix == ".npz":
+            return cls(Packed.read(path), path.name)
+        from .own import read
+
+        return cls(read(path), path.name)
+
+    @property
+    def key_to_index(self) -> dict[str, int]:
+        """Row of every word in the vocabulary."""
+        return self._table.key_to_index
+
+    def __len__(self) -> int:
+        return len(self.key_to_index)
+
+    def __contains__(self, word: str) -> bool:
+        """Whether the word, as written or normalised, is in the vocabulary itself; unknown words still get a vector."""
+        return self._known(word) is not None
+
+    def vector(self, word: str) -> np.ndarray:
+        """``(300,)`` float32, read-only; zero for what is no word."""
+        if word not in self._cache:
+            vector = np.asarray(self._find(word), np.float32)
+            vector.flags.writeable = False
+            self._cache[word] = vector
+        return self._cache[word]
+
+    get_vector = vector
+
+    def vectors(self, words) -> np.ndarray:
+        """``(len(words), 300)`` float32."""
+        return np.stack([self.vector(word) for word in words]) if len(words) else np.zeros((0, DIMENSIONS), np.float32)
+
+    def most_similar(self, word: str, topn: int = 10) -> list[tuple[str, float]]:
+        """Nearest words of the vocabulary by cosine, as ``(word, cosine)``; decodes the whole table, so for curious people."""
+        table = self._table.rows(np.arange(len(self)))
+        query = self.vector(word)
+        cosine = table @ query / np.maximum(np.linalg.norm(table, axis=1) * np.linalg.norm(query), 1e-9)
+        names, own = list(self.key_to_index), self._known(word)
+        ranked = [index for index in np.argsort(-cosine)[: topn + 1] if names[index] != own]
+        return [(names[index], float(cosine[index])) for index in ranked[:topn]]
+
+    def _known(self, word: str) -> str | None:
+        plain = normalise(word)
+        for form in (word, plain, _without_accents(plain), plain.removesuffix("'s")):
+            if form in self.key_to_index:
+                return form
+        return None
+
+    def _find(self, word: str) -> np.ndarray:
+        known = self._known(word)
+        if known is not None:
+            return self._table.rows(np.array([self.key_to_index[known]]))[0]
+        parts = spoken(word)
+        if parts and parts != [normalise(word)]:
+            return self.vectors(parts).mean(0)
+        guess = self._table.guess(parts[0]) if parts else None
+        return np.zeros(DIMENSIONS, np.float32) if guess is None else guess
+
+
+def check(path: str | PathLike) -> None:
+    """Raise :class:`VectorsUnreadable` unless ``path`` is a file of a kind that :meth:`WordVectors.load` reads here."""
+    path = Path(path)
+    if not path.is_file():
+        raise VectorsUnreadable(f"The word vectors {path} do not exist.", "Check the name, or use the shipped ones.")
+    if path.suffix not in (".npz", ".bin", ".kv", ".vec"):
+        raise VectorsUnreadable(f"{path} is no known kind of word vectors.", "Use .npz, .bin, .kv or .vec.")
+    if path.suffix != ".npz" and importlib.util.find_spec("gensim") is None:
+        raise VectorsUnreadable(f"{path} needs gensim, which is not installed.", 'Install it with: pip install "s2ag[vectors]"')
+
+
+class Packed:
+    """Product-quantised words and FastText n-gram buckets, as :mod:`vectors_build` writes them; decoded row by row."""
+
+    def __init__(self, arrays: dict[str, np.ndarray]):
+        names = arrays["words"].tobytes().decode().split("\n")
+        self.key_to_index = {name: row for row, name in enumerate(names)}
+        self._words = {key.removeprefix("word_"): value for key, value in arrays.items() if key.startswith("word_")}
+        self._ngrams = {key.removeprefix("ngram_"): value for key, value in arrays.items() if key.startswith("ngram_")}
+
+    @classmethod
+    def read(cls, path: Path) -> "Packed":
+        """Raises :class:`VectorsUnreadable` for anything but a packed file."""
+        try:
+            with np.load(path, allow_pickle=False) as data:
+                packed = cls({key: data[key] for key in data.files})
+            packed.rows(np.array([0, len(packed.key_to_index) - 1]))
+            packed.guess("word")
+        except Exception as error:  # np.load and zipfile raise half a dozen types on damaged files
+            raise VectorsUnreadable(f"{path} holds no packed word vectors.", "Build it with core/vectors/build.py.") from error
+        return packed
+
+    def rows(self, indices: np.ndarray) -> np.ndarray:
+        """``(len(indices), 300)`` float32."""
+        return decode(self._words, indices)
+
+    def guess(self, word: str) -> np.ndarray:
+        """Mean of the word's n-gram vectors ``(300,)``: FastText's answer to unknown words."""
+        low, high = self._ngrams["bounds"]
+        hashes = ngram_hashes(word, int(low), int(high), len(self._ngrams["codes"]))
+        return decode(self._ngrams, np.array(hashes)).mean(0) if hashes else np.zeros(DIMENSIONS, np.float32)
+
+
+def decode(packed: dict[str, np.ndarray], indices: np.ndarray) -> np.ndarray:
+    """Rows ``(len(indices), 300)`` float32 of a product-quantised table: centroids side by side, axes back in order, norms."""
+    codes, centroids = packed["codes"][indices], packed["centroids"]
+    rows = np.empty((len(codes), centroids.shape[0] * centroids.shape[2]), np.float32)
+    rows[:, packed["order"]] = centroids[np.arange(len(centroids)), codes].reshape(len(codes), -1)
+    return rows * packed["norms"][indices].astype(np.float32)[:, None]
+
+
+def ngram_hashes(word: str, shortest: int, longest: int, buckets: int) -> list[int]:
+    """FastText's bucket numbers of all character n-grams of ``<word>``: 32-bit FNV-1a over UTF-8 bytes read as signed."""
+    characters = [char.encode() for char in f"<{word}>"]
+    result = []
+    for start in range(len(characters)):
+        value = 2166136261
+        for length, char in enumerate(characters[start : start + longest], 1):
+            for byte in char:
+                value = (value ^ (byte if byte < 128 else byte | 0xFFFFFF00)) * 16777619 & 0xFFFFFFFF
+            if length >= shortest and not (length == 1 and start in (0, len(characters) - 1)):
+                result.append(value % buckets)
+    return result
+
+
+def spans(words, frames: int, fps: float = 15.0, start: float = 0.0, mode: str = "span") -> np.ndarray:
+    """``(frames,)`` int32: which of the ``(word, start, end)`` is heard in each pose frame, -1 for none.
+
+    ``mode="span"`` marks every frame from a word's onset to its end (at least one); ``"onset"`` only the first, as in the
+    published code (reference section B.4). Frame 0 is at ``start`` seconds. A word under way at ``start`` begins in
+    frame 0, one that is over by then is absent, and of two words in one frame the later wins.
+    """
+    if mode not in ("span", "onset"):
+        raise ValueError(f"mode is 'span' or 'onset', not {mode!r}")
+    index = np.full(frames, -1, np.int32)
+    for number, (_, begin, end) in enumerate(words):
+        if max(begin, end) < start or (begin < start and end == start):
+            continue
+        first = max(int(np.floor((begin - start) * fps + 1e-6)), 0)
+        last = max(int(np.ceil((end - start) * fps - 1e-6)), first + 1) if mode == "span" else first + 1
+        index[first:last] = number
+    return index
+
+
+def place(words, vectors: WordVectors, frames: int, fps: float = 15.0, start: float = 0.0, mode: str = "span") -> np.ndarray:
+    """``(frames, 300)`` float32: the vector of the word heard in each pose frame, zero where none is; see :func:`spans`."""
+    index = spans(words, frames, fps, start, mode)
+    heard, inverse = np.unique(index[index >= 0], return_inverse=True)
+    result = np.zeros((frames, DIMENSIONS), np.float32)
+    if len(heard):
+        result[index >= 0] = vectors.vectors([words[number][0] for number in heard])[inverse]
+    return result
+
+
+def _without_accents(word: str) -> str:
+    return "".join(char for char in unicodedata.normalize("NFKD", word) if not unicodedata.combining(char))

@@ -1,0 +1,13 @@
+"""Forced alignment by pocketsphinx, run as a program of its own: its C code can crash, and then only that process dies.
+
+Started by :mod:`align` as ``python -P .../aligner/start.py``, whatever name this package goes by. Standard input is one line
+of JSON and then ``samples`` little-endian int16 samples at 16 kHz::
+
+    {"stretches": [{"words": [[spoken, ...], ...], "start": 0.0, "end": 61.5}, ...],     words said between two moments
+     "pauses": [[start, end], ...], "samples": n, "folder": "for temporary files", "model": null or {"acoustic": folder or null,
+     "dictionary": file or null, "letters": {"sch": "SH", ...} or null, "voice": "de" or null}}
+
+Standard output is JSON lines, ``{"progress": 0..1}`` and last ``{"spans": [[start, end, confidence] or null, ...]}``, one for
+every word of every stretch. A word in capitals is spelt out where no dictionary knows it. Sound is read as it is needed and
+forgotten afterwards, so memory does not grow with the recording.
+"""

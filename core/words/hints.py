@@ -1,0 +1,127 @@
+"""What an author asked for between the lines, as changes to the performance: stress, pauses, gestures, size, side, rest."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..motion import rest, skeleton
+from .markup import Mark
+
+GESTURES = {
+    "me": "me", "you": "you", "we": "we", "us": "we", "not": "not", "no": "not", "all": "everything", "every": "everything",
+    "question": "what", "stop": "stop", "wait": "wait", "here": "here", "there": "there", "point": "there", "think": "think",
+    "maybe": "maybe", "please": "please", "offer": "give", "give": "give", "take": "get", "list": "first", "one": "one",
+    "two": "two", "three": "three", "thing": "thing", "example": "example", "but": "but", "huge": "huge", "wide": "huge",
+    "never": "never",
+}  # fmt: skip
+"""Hint -> the word whose gesture it asks for; the network hears that word instead of the one that is said."""
+SIZES = {"big": 1.6, "bigger": 1.6, "large": 1.6, "small": 0.55, "smaller": 0.55, "calm": 0.55}
+REST = ("none", "rest", "still")
+SIDES = {"left": -1.0, "right": 1.0}
+
+_STRESSED = 1.25
+"""How much larger a gesture is on a stressed word."""
+_RAMP = 0.45
+"""Seconds in which a wish comes and goes."""
+_HELD_BACK = 0.8
+"""How far the other arm goes to rest where a side was asked for."""
+_ARMS = ((4, 5), (7, 8))  # edges of the left and the right upper arm and forearm
+_LEAD = 0.5
+"""Seconds before a word in which its gesture is prepared."""
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """Marks that are understood, for ``words`` ``(text, start, end)``; ``unknown`` are hints that mean nothing here.
+
+    ``stressed`` are numbers of words, ``instead`` maps some to the words the network is to hear, ``pauses`` are moments
+    between words and the others ``(start, end, value)``, all in seconds.
+    """
+
+    stressed: frozenset[int] = frozenset()
+    instead: dict[int, str] = field(default_factory=dict)
+    sizes: tuple[tuple[float, float, float], ...] = ()
+    sides: tuple[tuple[float, float, float], ...] = ()
+    rests: tuple[tuple[float, float], ...] = ()
+    unknown: tuple[str, ...] = ()
+
+    @property
+    def shapes_motion(self) -> bool:
+        """Whether the finished motion is to be changed."""
+        return bool(self.sizes or self.sides or self.rests)
+
+
+def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]]) -> Wishes:
+    """Wishes of marks whose numbers count ``words``."""
+    stressed, instead, sizes, sides, rests, unknown = set(), {}, [], [], [], []
+    for mark in marks:
+        if mark.kind == "pause":
+            if 0 < mark.first < len(words):
+                rests.append((words[mark.first - 1][2], words[mark.first][1]))
+            continue
+        start, end = words[mark.first][1], words[min(mark.last, len(words)) - 1][2]
+        names = mark.value.split()
+        if mark.kind == "stress":
+            stressed.add(mark.first)
+        elif mark.value in REST:
+            rests.append((start, end))
+        elif mark.value in SIZES:
+            sizes.append((start, end, SIZES[mark.value]))
+        elif names[-1] in SIDES and (len(names) == 1 or " ".join(names[:-1]) in GESTURES):
+            gesture = " ".join(names[:-1]) or "point"
+            instead[mark.first] = GESTURES[gesture]
+            stressed.add(mark.first)
+            sides.append((start - _LEAD, words[mark.first][2] + _LEAD, SIDES[names[-1]]))
+        elif mark.value in GESTURES:
+            instead[mark.first] = GESTURES[mark.value]
+            stressed.add(mark.first)
+        else:
+            unknown.append(mark.value)
+    sizes += [(words[number][1], words[number][2], _STRESSED) for number in sorted(stressed)]
+    return Wishes(frozenset(stressed), instead, tuple(sizes), tuple(sides), tuple(rests), tuple(dict.fromkeys(unknown)))
+
+
+def heard(words: Sequence[tuple[str, float, float]], wishes: Wishes, understood: bool = True) -> list[tuple[str, float, float]]:
+    """The words as the network is to hear them: those of a language that is not ``understood`` as unknown ones."""
+    known = ((wishes.instead.get(number, text if understood else ""), *span) for number, (text, *span) in enumerate(words))
+    return list(known)
+
+
+def perform(directions: np.ndarray, wishes: Wishes, pose: np.ndarray) -> np.ndarray:
+    """Directions ``(frames, 9, 3)`` at 15 fps with sizes, sides and rests as wished, and all else as it was to the bit.
+
+    ``pose`` is rest, ``(9, 3)``, or ``(frames, 9, 3)`` where it changes on the way.
+    """
+    if not wishes.shapes_motion:
+        return directions
+    time = np.arange(len(directions)) / skeleton.FPS
+    for start, end, side in wishes.sides:
+        directions = _sided(directions, envelope(time, start, end), side, pose)
+    size = np.ones(len(time))
+    for start, end, value in wishes.sizes:
+        size *= 1 + (value - 1) * envelope(time, start, end)
+    directions = rest.scale(directions, size, pose)
+    still = np.zeros(len(time))
+    for start, end in wishes.rests:
+        still = np.maximum(still, envelope(time, start, end))
+    return rest.slerp(directions, pose, still[:, None]).astype(np.float32) if still.any() else directions
+
+
+def envelope(time: np.ndarray, start: float, end: float) -> np.ndarray:
+    """1 between two moments, easing to 0 within half a second outside."""
+    outside = np.maximum(np.maximum(start - time, time - end), 0) / _RAMP
+    share = np.clip(1 - outside, 0, 1)
+    return share * share * (3 - 2 * share)
+
+
+def _sided(directions: np.ndarray, weight: np.ndarray, side: float, pose: np.ndarray) -> np.ndarray:
+    """The hand of the wished side leads: the mirror image where the other arm does more, and that arm held back."""
+    lift = np.arccos(np.clip((directions * rest.REST).sum(-1), -1, 1))
+    left, right = ((weight[:, None] * lift[:, list(arm)]).sum() for arm in _ARMS)
+    if (right - left) * side < 0:
+        directions = rest.slerp(directions, skeleton.mirror(directions), weight[:, None])
+    other = list(_ARMS[side < 0])
+    result = directions.astype(np.float32)
+    result[:, other] = rest.slerp(result[:, other], np.asarray(pose)[..., other, :], _HELD_BACK * weight[:, None])
+    return result

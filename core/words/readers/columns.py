@@ -1,0 +1,88 @@
+"""Words with times in columns: NIST CTM, and tab-separated labels as Audacity, GENEA, Whisper and the MFA write them."""
+
+import csv
+import io
+import re
+from pathlib import Path
+
+from ...errors import TranscriptUnreadable
+from .items import Item, Source, times
+
+_NUMBER = r"\d+(?:\.\d*)?|\.\d+"
+_CTM = re.compile(rf"\S+\s+\S+\s+({_NUMBER})\s+({_NUMBER})\s+(\S+)(\s+\S+)*")
+_LABEL = re.compile(rf"({_NUMBER})\t({_NUMBER})\t(.+)")
+_EMPTY = {"<eps>", "<sil>", "sil", "sp", "<unk>", "[noise]", "[laughter]", "!sil"}
+
+
+def form(content: str) -> str | None:
+    """``ctm``, ``labels``, ``whisper`` or ``mfa`` if every line that says something has that shape, else None."""
+    lines = _lines(content)
+    if not lines:
+        return None
+    if lines[0].lower().split(",")[:3] == ["begin", "end", "label"]:
+        return "mfa"
+    if lines[0].lower().split("\t") == ["start", "end", "text"]:
+        return "whisper"
+    for name, shape in (("labels", _LABEL), ("ctm", _CTM)):
+        if all(shape.fullmatch(line) for line in lines[:50]):
+            return name
+    return None
+
+
+def parse(content: str, form: str, path: Path) -> Source:
+    """Items of a file of this :func:`form`."""
+    if form == "mfa":
+        return Source("labels of the Montreal Forced Aligner", _mfa(content, path))
+    lines = _lines(content)
+    if form == "ctm":
+        return Source("CTM", [item for number, line in enumerate(lines, 1) for item in _ctm(line, number, path)])
+    scale = 0.001 if form == "whisper" else 1.0
+    items = []
+    for number, line in enumerate(lines[form == "whisper" :], 1):
+        fields = line.split("\t", 2)
+        span = times(*(_scaled(part, scale) for part in fields[:2])) if len(fields) == 3 else None
+        if span is None:
+            raise TranscriptUnreadable(f"Label {number} of {path} has no start, end and text.", "Separate them by tabs.")
+        items.append(_item(fields[2].strip(), *span))
+    return Source("labels", items)
+
+
+def _ctm(line: str, number: int, path: Path):
+    match = _CTM.fullmatch(line)
+    if match is None:
+        raise TranscriptUnreadable(f"Line {number} of {path} is not CTM.", "Write: recording channel start duration word.")
+    span = times(float(match[1]), float(match[1]) + float(match[2]))
+    if span is None:
+        raise TranscriptUnreadable(f"Line {number} of {path} has no sensible time.", "Times are in seconds.")
+    if match[3].lower() not in _EMPTY:
+        yield Item(match[3], *span, word=True)
+
+
+def _mfa(content: str, path: Path) -> list[Item]:
+    try:
+        rows = list(csv.reader(io.StringIO(content.strip("\ufeff\r\n ").replace("\0", ""))))
+    except csv.Error as error:
+        raise TranscriptUnreadable(f"{path} is not a readable CSV file.", "Export it again.") from error
+    items = []
+    for number, row in enumerate(rows[1:], 2):
+        if len(row) > 3 and row[3] != "words" or not row:
+            continue
+        span = times(*row[:2]) if len(row) > 2 else None
+        if span is None:
+            raise TranscriptUnreadable(f"Row {number} of {path} has no begin, end and label.", "Export it again.")
+        if row[2].lower() not in _EMPTY:
+            items.append(Item(row[2], *span, word=True))
+    return items
+
+
+def _item(text: str, start: float, end: float) -> Item:
+    return Item(text, start, end, word=len(text.split()) == 1)
+
+
+def _scaled(text: str, scale: float) -> float | None:
+    return float(text) * scale if re.fullmatch(_NUMBER, text, re.ASCII) else None
+
+
+def _lines(content: str) -> list[str]:
+    lines = (line.strip(" \r\ufeff") for line in content.split("\n"))
+    return [line for line in lines if line.strip() and not line.startswith(";;")]

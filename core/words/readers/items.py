@@ -1,0 +1,44 @@
+"""What every reader gives: pieces of text with the times that they state."""
+
+import re
+from dataclasses import dataclass, field
+
+LONGEST = 1e9
+"""Seconds; no time is later."""
+
+
+@dataclass(frozen=True)
+class Item:
+    """Some text, its ``start`` and ``end`` in seconds (None: unknown), and whether it is one ``word`` with times of its own."""
+
+    text: str
+    start: float | None = None
+    end: float | None = None
+    word: bool = False
+
+
+@dataclass(frozen=True)
+class Source:
+    """What a file holds: its ``form`` for people, and its items in the order of the text."""
+
+    form: str
+    items: list[Item] = field(default_factory=list)
+
+
+def times(start: object, end: object) -> tuple[float, float] | None:
+    """Two moments in seconds from numbers, ``"1.5"``, ``"1.5s"`` or ``{"seconds": "1", "nanos": 5}``; None for others."""
+    first, last = _seconds(start), _seconds(end)
+    if first is None or last is None or not 0 <= first <= last < LONGEST:
+        return None
+    return first, last
+
+
+def _seconds(value: object) -> float | None:
+    if isinstance(value, dict) and set(value) <= {"seconds", "nanos"}:
+        seconds, nanos = _seconds(value.get("seconds", 0)), _seconds(value.get("nanos", 0))
+        return None if seconds is None or nanos is None else seconds + nanos / 1e9
+    if isinstance(value, str) and re.fullmatch(r"\d{1,12}(\.\d{0,12})?s?", value, re.ASCII):
+        return float(value.rstrip("s"))
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LONGEST:
+        return None
+    return float(value)

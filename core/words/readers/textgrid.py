@@ -1,0 +1,49 @@
+"""Praat's TextGrid, long and short, through praatio."""
+
+import re
+from pathlib import Path
+
+from ...errors import EngineMissing, TranscriptUnreadable
+from .items import Item, Source, times
+
+_WORDS = re.compile(r"(?:.*[\s_:-])?(?:words?|ort|orthography|orthographic)", re.IGNORECASE)
+_PHONES = re.compile(r"(?:.*[\s_:-])?(?:phones?|phonemes?|segments?|mau|syllables?|pitch|tones?)", re.IGNORECASE)
+_SILENT = {"", "sil", "sp", "spn", "<eps>", "<sil>", "#", "<p:>", "..."}
+
+
+def is_textgrid(head: str) -> bool:
+    """Whether a text begins as Praat's text files do."""
+    return "ootextfile" in head[:200].lower() and "textgrid" in head[:400].lower()
+
+
+def parse(content: str, path: Path) -> Source:
+    """Items of the tier of words, else of the tier with the most text that does not look like phones."""
+    try:
+        from praatio.utilities.textgrid_io import parseTextgridStr
+    except ModuleNotFoundError as error:
+        raise EngineMissing.of(error) from error
+    try:
+        tiers = parseTextgridStr(content.replace("\r\n", "\n").lstrip("\ufeff"), includeEmptyIntervals=False)["tiers"]
+        found = {tier["name"]: [tuple(entry) for entry in tier["entries"]] for tier in tiers if tier["class"] == "IntervalTier"}
+    except Exception as error:  # praatio parses by index and lets whatever follows from that through
+        raise TranscriptUnreadable(f"{path} is a damaged TextGrid.", "Save it again in Praat.") from error
+    entries = found.get(_choose(found), [])
+    items = []
+    for number, entry in enumerate(entries, 1):
+        span = times(*entry[:2]) if len(entry) == 3 else None
+        if span is None:
+            raise TranscriptUnreadable(f"Interval {number} of {path} has no sensible time.", "Save it again in Praat.")
+        text = str(entry[2]).strip()
+        if text.lower() not in _SILENT:
+            items.append(Item(text, *span, word=len(text.split()) == 1))
+    if not found:
+        raise TranscriptUnreadable(f"{path} has no tier of intervals.", "Put the words into an interval tier named words.")
+    return Source("TextGrid", items)
+
+
+def _choose(tiers: dict[str, list]) -> str:
+    for name in tiers:
+        if _WORDS.fullmatch(name):
+            return name
+    plain = [name for name in tiers if not _PHONES.fullmatch(name)] or list(tiers)
+    return max(plain, key=lambda name: sum(len(str(entry[-1])) for entry in tiers[name]), default="")

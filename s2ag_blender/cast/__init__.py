@@ -1,0 +1,1 @@
+"""Characters: the mannequin, the human, and those from files."""

@@ -1,0 +1,75 @@
+"""Who the human is: two recipes of MakeHuman shape targets, an adult woman and an adult man."""
+
+import numpy as np
+
+from ....core.errors import UsageError
+from . import data
+
+GENDERS = ("female", "male")
+_BODY = {
+    "female": {"averagemuscle-averageweight": 0.5, "minmuscle-averageweight": 0.2, "averagemuscle-minweight": 0.3},
+    "male": {"averagemuscle-averageweight": 0.75, "averagemuscle-minweight": 0.25},
+}
+"""Parts of MakeHuman's builds, which add up to one."""
+
+_IDEAL = {"female": 0.4, "male": 0.35}
+"""How far each leans to MakeHuman's ideal proportions."""
+
+_HANDS = {f"hands/{side}-hand-fingers-distance-decr": 0.7 for side in "lr"}
+"""Fingers closer together than the base mesh spreads them."""
+
+_ANCESTRY = {
+    "female": {"caucasian": 0.5, "asian": 0.25, "african": 0.25},
+    "male": {"caucasian": 0.6, "asian": 0.15, "african": 0.25},
+}
+_FACE = {
+    "female": {
+        "head/head-oval": 0.25,
+        "head/head-age-decr": 0.2,
+        "mouth/mouth-angles-up": 0.55,
+        "mouth/mouth-upperlip-volume-incr": 0.3,
+        "mouth/mouth-lowerlip-volume-incr": 0.2,
+        "nose/nose-width2-decr": 0.3,
+        "nose/nose-scale-vert-decr": 0.2,
+        "chin/chin-width-decr": 0.2,
+        "cheek/l-cheek-bones-incr": 0.3,
+        "cheek/r-cheek-bones-incr": 0.3,
+        "eyes/l-eye-scale-incr": 0.35,
+        "eyes/r-eye-scale-incr": 0.35,
+        "eyes/l-eye-height2-incr": 0.25,
+        "eyes/r-eye-height2-incr": 0.25,
+        "torso/measure-shoulder-dist-decr": 0.4,
+    },
+    "male": {
+        "head/head-square": 0.2,
+        "mouth/mouth-angles-up": 0.5,
+        "mouth/mouth-lowerlip-volume-incr": 0.2,
+        "chin/chin-prominent-incr": 0.2,
+        "chin/chin-width-incr": 0.15,
+        "nose/nose-width2-decr": 0.2,
+        "eyes/l-eye-scale-incr": 0.3,
+        "eyes/r-eye-scale-incr": 0.3,
+        "eyes/l-eye-height2-incr": 0.25,
+        "eyes/r-eye-height2-incr": 0.25,
+        "torso/measure-shoulder-dist-decr": 0.35,
+        "neck/neck-scale-horiz-decr": 0.35,
+    },
+}
+
+
+def person(gender: str) -> np.ndarray:
+    """Points (19158, 3) of the base mesh in the shape of a young adult: metres, z up, facing -y, soles at z = 0.
+
+    Raises :class:`UsageError` for a gender other than ``female`` or ``male``.
+    """
+    if gender not in GENDERS:
+        raise UsageError(f"The human cannot be {gender}.", f"Choose one of: {', '.join(GENDERS)}.")
+    weights = dict(_HANDS)
+    for build, part in _BODY[gender].items():
+        weights[f"macrodetails/universal-{gender}-young-{build}"] = part
+        weights[f"macrodetails/proportions/{gender}-young-{build}-idealproportions"] = part * _IDEAL[gender]
+    weights |= {f"macrodetails/{origin}-{gender}-young": part for origin, part in _ANCESTRY[gender].items()}
+    points = data.to_blender(data.morph(weights | _FACE[gender]))
+    body = np.unique(data.base_mesh().faces["body"])
+    points[:, 2] -= points[body, 2].min()
+    return points

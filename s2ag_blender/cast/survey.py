@@ -1,0 +1,58 @@
+"""Which bones of a character would gesture: ``python -m s2ag.s2ag_blender.cast.survey SURVEY.json``, in a process of its own.
+
+The file is a JSON object: ``character``, ``gender``, ``armature`` or null, ``map`` (a bone map's path) or null. One JSON line
+on stdout tells the ``result`` (armature, family, number of ``bones``, ``table``, ``map``, ``warnings``, and as ``refusal`` what
+makes it unusable, or null) or the ``error`` (kind, message, remedy). Exit status 0, or 2 after an error.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+from ...core.errors import UsageError
+from .. import program
+
+KEYS = {"character", "gender", "armature", "map"}
+
+
+def main(arguments: list[str]) -> int:
+    """Survey what the file says that ``arguments`` names; returns the exit status."""
+    return program.run(arguments, lambda path, voice: survey(**_read(path)), "survey")
+
+
+def survey(character: str, gender: str = "female", armature: str | None = None, map: str | None = None) -> dict:
+    """Look at a character in this Blender, whose open file is lost; returns the ``result``'s content. Raises S2agError."""
+    import bpy
+
+    from ...rigs import maps
+    from ...rigs.family import families
+    from ..rig import reading
+    from . import cast
+
+    mapping = maps.load(map) if map else None
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    item = cast.summon(character, gender, armature, mapping)[0].armature
+    found, refusal = reading.survey(item, mapping)
+    return {
+        "armature": item.name,
+        "family": {one.key: one.name for one in families()}.get(found.family, found.family),
+        "bones": len(item.data.bones),
+        "table": maps.table(found),
+        "map": json.loads(maps.dump(found)),
+        "warnings": list(found.warnings),
+        "refusal": refusal and {"message": refusal.message, "remedy": refusal.remedy},
+    }
+
+
+def _read(path: str) -> dict:
+    try:
+        content = json.loads(Path(path).read_text("utf-8"))
+        if not KEYS >= set(content) >= {"character"}:
+            raise ValueError(f"its keys are {sorted(content)}")
+    except (OSError, ValueError, TypeError) as error:
+        raise UsageError(f"{path} is not a survey: {error}", "Let s2ag rig write it.") from error
+    return content
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,333 @@
+"""Blender's end of the worker: starts it, talks to it without ever blocking, survives its death (design, section 4).
+
+Nothing here imports Blender or torch. A modal operator calls :meth:`WorkerClient.request` and then :meth:`Job.poll` from
+its timer; headless code calls :meth:`WorkerClient.call`, which waits. Use a client from one thread only.
+"""
+
+import contextlib
+import importlib.util
+import itertools
+import os
+import queue
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from pathlib import Path
+
+from ...core import child
+from ...core.engine import protocol
+from ...core.errors import Cancelled, S2agError, WorkerFailed
+
+PATIENCE = 300.0
+"""Seconds without a word from a busy worker after which it counts as hung."""
+GRACE = 10.0
+"""Seconds that a cancelled request or a closing worker gets before its process is killed."""
+PAUSE = 0.02
+"""Seconds between looks while waiting."""
+
+_ROOT = Path(__file__).parents[2]  # not resolved: a linked checkout keeps the name of its link
+_PATHS = ("audio", "transcript", "checkpoint", "vectors", "output_dir")
+_AGAIN = "Try again: it starts anew by itself."
+
+
+def find_interpreter(python: str | os.PathLike | None = None) -> str:
+    """The Python that runs the worker: ``python``, else ``$S2AG_PYTHON``, else this one if torch is installed in it.
+
+    Raises :class:`WorkerFailed` when there is none, or the named one cannot be run.
+    """
+    named = os.fspath(python) if python else os.environ.get("S2AG_PYTHON", "")
+    if named:
+        found = shutil.which(named)
+        if not found:
+            raise WorkerFailed(
+                f"The Python interpreter {named} cannot be run.", "Name the python of an environment with s2ag[engine]."
+            )
+        return found
+    if sys.executable and importlib.util.find_spec("torch"):
+        return sys.executable
+    raise WorkerFailed(
+        "No Python interpreter with the gesture engine is known.",
+        'Install it with: pip install "s2ag[engine]", and name that Python in the preferences or in S2AG_PYTHON.',
+    )
+
+
+def module_command(python: str, module: str) -> tuple[list[str], Path]:
+    """The command that runs ``module`` of this package in ``python``, and the folder it must run in.
+
+    The package need not be installed there. Raises :class:`WorkerFailed` where the folder around it cannot be a package.
+    """
+    if "." in _ROOT.name:
+        raise WorkerFailed(f"The folder {_ROOT.name} cannot be run as a Python package.", "Rename it to one without dots.")
+    return [python, "-m", f"{_ROOT.name}.{module}"], _ROOT.parent
+
+
+class Job:
+    """One request under way. After :meth:`poll` returned True, :meth:`outcome` has its result or raises its error."""
+
+    def __init__(self, client: "WorkerClient", number: int, method: str):
+        self._client = client
+        self.id = number
+        self.method = method
+        self.stage = ""
+        self.value = 0.0
+        self.result: dict | None = None
+        self.error: S2agError | None = None
+        self.cancelled_at: float | None = None
+
+    @property
+    def done(self) -> bool:
+        """Whether an answer is here; does not look for new messages."""
+        return self.result is not None or self.error is not None
+
+    def poll(self) -> bool:
+        """Take in what the worker has said by now, without waiting; ``stage`` and ``value`` (0..1) are then current."""
+        self._client.pump()
+        return self.done
+
+    def outcome(self) -> dict:
+        """The result; raises the :class:`S2agError` that the request ended with."""
+        if self.error is not None:
+            raise self.error
+        return self.result
+
+
+class WorkerClient:
+    """Owns at most one worker process, started with the first request and again after it died.
+
+    ``python`` is an interpreter (:func:`find_interpreter`), ``log`` a callable that gets each line of the worker's log,
+    ``patience`` the seconds of silence after which a busy worker counts as hung, ``command`` replaces the whole command.
+    """
+
+    def __init__(self, python=None, log=None, patience: float = PATIENCE, command: list[str] | None = None):
+        self._python = python
+        self._log = log
+        self._patience = patience
+        self._command = command
+        self._process: _Process | None = None
+        self._numbers = itertools.count(1)
+        self._jobs: dict[int, Job] = {}
+        self._heard = 0.0
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    @property
+    def pid(self) -> int | None:
+        """Process id of the worker, or None while there is none."""
+        return self._process and self._process.pid
+
+    def request(self, method: str, params: dict | None = None) -> Job:
+        """Send a request and return at once; raises :class:`WorkerFailed` if no worker can be started."""
+        self.pump()
+        if self._process is None:
+            self._process = _Process(*self._start_with())
+        if not self._jobs:
+            self._heard = time.monotonic()
+        job = Job(self, next(self._numbers), method)
+        self._jobs[job.id] = job
+        # The worker has its own working directory, so paths leave here absolute.
+        told = {name: os.path.abspath(value) if name in _PATHS and value else value for name, value in (params or {}).items()}
+        self._process.send({"id": job.id, "method": method, "params": told})
+        return job
+
+    def call(self, method: str, params: dict | None = None, progress=None, timeout: float | None = None) -> dict:
+        """Send a request, wait, and return its result or raise its error.
+
+        ``progress(stage, value)`` hears of the worker's progress. ``timeout`` are seconds of silence, not of work.
+        Ctrl-C cancels the request and is then passed on.
+        """
+        patience = self._patience
+        self._patience = timeout or patience
+        try:
+            job = self.request(method, params)
+            said = None
+            while not job.poll():
+                if progress and job.stage and (job.stage, job.value) != said:
+                    said = (job.stage, job.value)
+                    progress(*said)
+                time.sleep(PAUSE)
+        except KeyboardInterrupt:
+            self._abandon()
+            raise
+        finally:
+            self._patience = patience
+        return job.outcome()
+
+    def cancel(self, job: Job) -> None:
+        """Ask the worker to drop ``job``, which then ends with :class:`Cancelled`; a worker that cannot is killed."""
+        if not job.done and job.cancelled_at is None:
+            job.cancelled_at = time.monotonic()
+            self._process.send({"method": "cancel", "id": job.id})
+
+    def pump(self) -> None:
+        """Take in all messages that have come, and notice a worker that died or hangs. Never waits."""
+        process = self._process
+        while process is self._process is not None:
+            try:
+                message = process.inbox.get_nowait()
+            except queue.Empty:
+                break
+            self._take(message)
+        if self._jobs:
+            self._watch()
+
+    def close(self) -> None:
+        """End the worker; unfinished jobs end with :class:`Cancelled`. Its result files are gone unless moved."""
+        process, self._process = self._process, None
+        self._fail_all(Cancelled("Cancelled."))
+        if process:
+            process.end()
+
+    def _start_with(self) -> tuple[list[str], Path]:
+        if self._command:
+            return self._command, Path.cwd()
+        return module_command(find_interpreter(self._python), "core.engine.worker")
+
+    def _take(self, message: object) -> None:
+        """One item of the inbox: bytes are a line of the protocol, text is a line of the log, None the end."""
+        if message is None:
+            self._lose(self._process.epitaph())
+        elif isinstance(message, str):
+            if self._log:
+                self._log(message)
+        else:
+            self._heard = time.monotonic()
+            try:
+                self._dispatch(protocol.decode(message))
+            except (protocol.NotProtocol, TypeError, ValueError):
+                self._lose(f"The engine talks nonsense ({message[:40].decode('ascii', 'replace').strip()}).")
+
+    def _dispatch(self, message: dict) -> None:
+        job = self._jobs.get(message.get("id"))
+        if "error" in message:
+            error = protocol.revive(message["error"])
+            if job is None and message.get("id") is None:
+                raise ValueError("the worker did not understand a request")
+            if job is not None:
+                del self._jobs[job.id]
+                job.error = error
+        elif "result" in message:
+            if not isinstance(message["result"], dict):
+                raise TypeError("a result must be an object")
+            if job is not None:
+                del self._jobs[job.id]
+                job.result = message["result"]
+        elif message.get("event") == "progress":
+            if job is not None:
+                job.stage, job.value = str(message["stage"]) if "stage" in message else "", float(message.get("value", 0))
+        else:
+            raise ValueError("neither event, result nor error")
+
+    def _watch(self) -> None:
+        now = time.monotonic()
+        if any(job.cancelled_at is not None and now - job.cancelled_at > GRACE for job in self._jobs.values()):
+            self._lose("The engine did not react to the cancellation.")
+        elif now - self._heard > self._patience:
+            self._lose(f"The engine has not said a word for {self._patience:g} seconds.")
+
+    def _lose(self, message: str) -> None:
+        process, self._process = self._process, None
+        process.kill()
+        self._fail_all(WorkerFailed(message, process.advice() or _AGAIN))
+
+    def _fail_all(self, error: S2agError) -> None:
+        jobs, self._jobs = self._jobs, {}
+        for job in jobs.values():
+            job.error = error if job.cancelled_at is None else Cancelled("Cancelled.")
+
+    def _abandon(self) -> None:
+        """Cancel everything under way and wait for it, at most :data:`GRACE` seconds."""
+        for job in list(self._jobs.values()):
+            self.cancel(job)
+        while self._jobs:
+            self.pump()
+            time.sleep(PAUSE)
+
+
+class _Process:
+    """A worker process with a thread for each of its three pipes, so that nobody ever waits for a pipe."""
+
+    def __init__(self, command: list[str], folder: Path):
+        environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONSAFEPATH")}
+        # A terminal's Ctrl-C goes to the whole group: the client decides what it means, not the worker.
+        try:
+            self._popen = subprocess.Popen(
+                command,
+                cwd=folder,
+                env=environment,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                **child.apart(),
+            )
+        except OSError as error:
+            raise WorkerFailed(f"The engine cannot be started: {error.strerror}.", f"Check that {command[0]} runs.") from error
+        self.inbox: queue.SimpleQueue = queue.SimpleQueue()
+        self._outbox: queue.SimpleQueue = queue.SimpleQueue()
+        self._said: deque[str] = deque(maxlen=40)
+        self._threads = [threading.Thread(target=work, daemon=True) for work in (self._hear, self._read_log, self._write)]
+        for thread in reversed(self._threads):  # the first one joins the second, which must have been started by then
+            thread.start()
+
+    @property
+    def pid(self) -> int:
+        return self._popen.pid
+
+    def send(self, message: dict) -> None:
+        self._outbox.put(protocol.encode(message))
+
+    def epitaph(self) -> str:
+        """One sentence on how the process ended."""
+        code = self._popen.poll()
+        if code is None:
+            return "The engine closed its output."
+        return f"The engine was killed by signal {-code}." if code < 0 else f"The engine ended with status {code}."
+
+    def advice(self) -> str:
+        """What the log suggests, when the worker could not even import itself."""
+        missing = next((line for line in self._said if line.startswith(("ModuleNotFoundError", "ImportError"))), "")
+        return f"Its Python lacks something ({missing.strip()}); install s2ag[engine] there." if missing else ""
+
+    def end(self) -> None:
+        """Ask the process to end, and make sure that it does."""
+        self.send({"method": "shutdown"})
+        self._outbox.put(None)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._popen.wait(GRACE)
+        self.kill()
+
+    def kill(self) -> None:
+        self._outbox.put(None)
+        self._popen.kill()
+        self._popen.wait()
+        for thread in self._threads:
+            thread.join(0.2)
+
+    def _hear(self) -> None:
+        with self._popen.stdout as pipe:
+            for line in pipe:
+                if line.strip():
+                    self.inbox.put(line)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._popen.wait(1.0)
+        self._threads[1].join(1.0)  # the log explains the end, so it comes first
+        self.inbox.put(None)
+
+    def _read_log(self) -> None:
+        with self._popen.stderr as pipe:
+            for line in pipe:
+                text = line.decode("utf-8", "replace").rstrip()
+                self._said.append(text)
+                self.inbox.put(text)
+
+    def _write(self) -> None:
+        with contextlib.suppress(OSError, ValueError), self._popen.stdin as pipe:
+            while (line := self._outbox.get()) is not None:
+                pipe.write(line)
+                pipe.flush()

@@ -1,0 +1,270 @@
+"""The engine's own Python environment: found, made, mended and removed, in one folder. Needs no Blender and no torch.
+
+The folder holds ``engine-N``, environments of which the newest that was finished (its ``engine.json`` says so) is the
+engine's, and ``logs``. A half-made environment is never used, and a new one takes over only when it works.
+"""
+
+import contextlib
+import importlib.util
+import json
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...core.errors import S2agError
+from .client import module_command
+
+PYTHONS = (3, 11), (3, 14)
+"""First version of Python that the engine's packages are made for, first that they are not."""
+SPACE = 2e9
+"""Bytes that the environment and its making need; with CUDA it is several times as much."""
+CPU_INDEX = "https://download.pytorch.org/whl/cpu"
+"""Where PyTorch's builds without CUDA are, which are a tenth in size and all that the engine uses."""
+STALE = 3600.0
+"""Seconds after which a half-made environment that nobody works on is removed."""
+
+_ROOT = Path(__file__).parents[2]
+_UNWANTED = ("PYTHONHOME", "PYTHONPATH", "PYTHONSAFEPATH", "PIP_USER", "PIP_TARGET", "PIP_PREFIX", "VIRTUAL_ENV")
+_ABOUT = (
+    "import importlib.util as u, json, sys; "
+    "print(json.dumps([sys.version_info[:2], [n for n in ('venv', 'ensurepip') if not u.find_spec(n)]]))"
+)
+
+
+class SetupFailed(S2agError):
+    """The engine's environment could not be made; ``log`` is the file that has all that was said."""
+
+    log: Path | None = None
+
+
+@dataclass(frozen=True)
+class Environment:
+    """A finished environment: its folder, and the facts that were found when it was made."""
+
+    folder: Path
+    facts: dict
+
+    @property
+    def python(self) -> Path:
+        """Its interpreter."""
+        return python_in(self.folder)
+
+    @property
+    def broken(self) -> bool:
+        """Whether its interpreter is gone, as when the Python that it was made with was removed."""
+        return not self.python.exists()
+
+    @property
+    def outdated(self) -> bool:
+        """Whether this version of s2ag needs other packages than those that were installed."""
+        return self.facts.get("requirements") != requirements(self.recognises)
+
+    @property
+    def recognises(self) -> bool:
+        """Whether it was made with the speech recogniser."""
+        return bool(self.facts.get("recognise"))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How an environment is made: ``python`` makes ``environment``, pip fills it from the registry or from ``wheels``."""
+
+    python: str
+    environment: Path
+    wheels: Path | None = None
+    cpu_only: bool = True
+    recognise: bool = False
+
+    @property
+    def make(self) -> list[str]:
+        """The command that makes the empty environment."""
+        return [self.python, "-I", "-m", "venv", str(self.environment)]
+
+    @property
+    def fill(self) -> list[str]:
+        """The command that installs the packages."""
+        command = [str(python_in(self.environment)), "-I", "-m", "pip", "install"]
+        command += ["--disable-pip-version-check", "--no-input", "--no-cache-dir", "--only-binary", ":all:"]
+        if self.wheels:
+            command += ["--no-index", "--find-links", str(self.wheels)]
+        elif self.cpu_only and sys.platform == "linux":
+            command += ["--extra-index-url", CPU_INDEX]
+        return command + wanted(self.recognise)
+
+    @property
+    def text(self) -> str:
+        """Both commands as a terminal takes them."""
+        quoted = subprocess.list2cmdline if os.name == "nt" else shlex.join
+        return f"{quoted(self.make)}\n{quoted(self.fill)}"
+
+    @property
+    def source(self) -> str:
+        """Where the packages come from, for people."""
+        return str(self.wheels) if self.wheels else "the package registry"
+
+
+def requirements(recognise: bool = False) -> list[str]:
+    """What the engine needs, as pyproject.toml says it, other languages included; with ``recognise`` the recogniser, too."""
+    import tomllib  # not at the start of every Blender
+
+    project = tomllib.loads((_ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    return project["dependencies"] + extras["engine"] + extras["languages"] + (extras["recognise"] if recognise else [])
+
+
+def wanted(recognise: bool = False) -> list[str]:
+    """:func:`requirements`, with torch as ``$S2AG_TORCH`` wants it."""
+    torch = os.environ.get("S2AG_TORCH", "")
+    return [torch if torch and line.startswith("torch") else line for line in requirements(recognise)]
+
+
+def python_in(environment: Path) -> Path:
+    """The interpreter of an environment."""
+    return environment / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+
+def environment(folder: str | os.PathLike) -> Environment | None:
+    """The engine's environment in ``folder``: the newest that was finished, or None."""
+    for path in sorted(_environments(Path(folder)), key=_number, reverse=True):
+        try:
+            facts = json.loads((path / "engine.json").read_text("utf-8"))
+        except (OSError, ValueError):
+            continue
+        if isinstance(facts, dict):
+            return Environment(path, facts)
+    return None
+
+
+def plan(
+    folder: str | os.PathLike,
+    python: str = "",
+    wheels: str = "",
+    cpu_only: bool = True,
+    check: bool = True,
+    recognise: bool = False,
+) -> Plan:
+    """How the next environment in ``folder`` would be made; raises :class:`SetupFailed` where it cannot be.
+
+    ``python`` makes it (empty: this one or one on the search path), ``wheels`` is a folder of wheels to use instead of the
+    registry, ``recognise`` adds the speech recogniser. Without ``check`` nothing is tried out, which is quick and enough to
+    show the commands.
+    """
+    folder = Path(folder)
+    number = 1 + max((_number(path) for path in _environments(folder)), default=0)
+    place = Path(os.path.abspath(wheels)) if wheels else None
+    if check and place and not (place.is_dir() and any(place.glob("*.whl"))):
+        raise SetupFailed(f"{place} is no folder of wheels.", "Choose a folder with .whl files.")
+    if check:
+        _require_space(folder)
+    return Plan(find_python(python, check), folder / f"engine-{number}", place, cpu_only, recognise)
+
+
+def find_python(named: str = "", check: bool = True) -> str:
+    """A Python that can make environments of the engine; raises :class:`SetupFailed`.
+
+    ``named``, else this one, else python3.13 to python3.11 and python3 on the search path. Without ``check`` none is run.
+    """
+    if named:
+        found = shutil.which(named)
+        if not found:
+            raise SetupFailed(f"The Python {named} cannot be run.", "Choose a Python from 3.11 to 3.13, or none.")
+        if check and (fault := _fault(found)):
+            raise SetupFailed(f"{found} {fault}.", "Choose another Python from 3.11 to 3.13 that has venv, or none.")
+        return found
+    own = all(importlib.util.find_spec(name) for name in ("venv", "ensurepip"))
+    if sys.executable and own and PYTHONS[0] <= sys.version_info[:2] < PYTHONS[1]:
+        return sys.executable
+    names = [f"python3.{minor}" for minor in range(PYTHONS[1][1] - 1, PYTHONS[0][1] - 1, -1)] + ["python3", "python"]
+    for candidate in filter(None, map(shutil.which, names)):
+        if not check or not _fault(candidate):
+            return candidate
+    version = ".".join(map(str, sys.version_info[:2]))
+    because = f"; Blender's own is {version}." if own else ", and Blender's own cannot make environments."
+    raise SetupFailed(
+        f"No Python from 3.11 to 3.13 is here{because}", "Install one (with venv), or choose it in the preferences."
+    )
+
+
+def remove(folder: str | os.PathLike) -> None:
+    """Delete every environment in ``folder``, half-made ones too; raises :class:`SetupFailed` if one stays."""
+    for path in _environments(Path(folder)):
+        (path / "engine.json").unlink(missing_ok=True)  # from here on it is no engine, whatever else stays
+        discard(path)
+        if path.exists():
+            raise SetupFailed(f"{path} cannot be deleted.", "Close what uses it, and delete the folder by hand.")
+
+
+def discard(path: Path) -> None:
+    """Delete a folder as far as the system lets us."""
+    shutil.rmtree(path, ignore_errors=True)
+
+
+def tidy(folder: Path, keep: Path) -> threading.Thread:
+    """Delete other environments than ``keep``, in the thread that is returned; one that another Blender makes is left alone."""
+
+    def work():
+        for path in _environments(folder):
+            if path != keep and ((path / "engine.json").is_file() or time.time() - _worked_on(path) > STALE):
+                discard(path)
+
+    thread = threading.Thread(target=work, name="s2ag tidy")
+    thread.start()
+    return thread
+
+
+def clean_environment(place: Path, wheels: Path | None) -> dict:
+    """The variables with which an environment is made: nothing of Blender's or the user's may leak into it."""
+    variables = {name: value for name, value in os.environ.items() if name not in _UNWANTED}
+    variables.update(TMPDIR=str(place), TEMP=str(place), TMP=str(place), PYTHONUNBUFFERED="1", PIP_PROGRESS_BAR="off")
+    if wheels:  # the folder and nothing else, whatever pip's settings say
+        variables = {name: value for name, value in variables.items() if not name.startswith("PIP_")}
+        variables.update(PIP_CONFIG_FILE=os.devnull, PIP_PROGRESS_BAR="off")
+    return variables
+
+
+def inventory_command(python: str | os.PathLike) -> tuple[list[str], Path]:
+    """Command and working folder that print what ``python`` has for the engine."""
+    return module_command(os.fspath(python), "core.engine.inventory")
+
+
+def _fault(python: str) -> str:
+    """Why ``python`` cannot make the environment, or nothing."""
+    variables = {name: value for name, value in os.environ.items() if name not in _UNWANTED}
+    with contextlib.suppress(OSError, ValueError, subprocess.SubprocessError):
+        done = subprocess.run([python, "-I", "-c", _ABOUT], capture_output=True, timeout=20, check=True, env=variables)
+        version, missing = json.loads(done.stdout)
+        if not PYTHONS[0] <= tuple(version) < PYTHONS[1]:
+            return f"is version {'.'.join(map(str, version))}"
+        return f"lacks {' and '.join(missing)}" if missing else ""
+    return "does not run"
+
+
+def _require_space(folder: Path) -> None:
+    there = next(path for path in (folder, *folder.parents) if path.exists())
+    free = shutil.disk_usage(there).free
+    if free < SPACE:
+        message = f"Only {free / 1e9:.1f} GB are free in {there}; the engine needs {SPACE / 1e9:.1f} GB."
+        raise SetupFailed(message, "Free some space.")
+
+
+def _environments(folder: Path) -> list[Path]:
+    return [path for path in folder.glob("engine-*") if path.name[7:].isdigit()] if folder.is_dir() else []
+
+
+def _number(path: Path) -> int:
+    return int(path.name[7:])
+
+
+def _worked_on(path: Path) -> float:
+    """When a half-made environment was last seen growing; the one who makes it touches ``building``."""
+    times = [0.0]
+    for place in (path, path / "building"):
+        with contextlib.suppress(OSError):
+            times.append(place.stat().st_mtime)
+    return max(times)

@@ -1,0 +1,134 @@
+"""A character and its gesture as files: .blend, .bvh, .fbx, .glb, .usd, by Blender's own exporters."""
+
+import contextlib
+from pathlib import Path
+
+import bpy
+
+from ...core.errors import OutputUnwritable, UsageError
+from ...core.files import whole_file
+from ..cast.character import Character
+
+SUFFIXES = (".blend", ".bvh", ".fbx", ".glb", ".usd", ".usda", ".usdc")
+_PACK = 64 * 2**20
+"""Bytes up to which a recording travels inside the .blend."""
+
+
+def export(scene, character: Character, path: str | Path) -> None:
+    """Write ``path`` by its suffix, whole or not at all: the scene as ``.blend``, else only the character with the scene's
+    frame range.
+
+    Raises :class:`UsageError` for another suffix and :class:`OutputUnwritable` where writing fails.
+    """
+    path = Path(path)
+    writers = {".blend": _blend, ".bvh": _bvh, ".fbx": _fbx, ".glb": _glb} | dict.fromkeys(SUFFIXES[4:], _usd)
+    if path.suffix.lower() not in writers:
+        raise UsageError(f"Nothing writes {path.suffix or path.name} files.", f"Use one of: {', '.join(SUFFIXES)}.")
+    with whole_file(path) as temporary:
+        try:
+            with _selected(character):
+                writers[path.suffix.lower()](scene, character, temporary)
+        except RuntimeError as error:
+            reason = str(error).strip().splitlines()[-1]
+            raise OutputUnwritable(f"{path} could not be written: {reason}", "Free space or choose another folder.") from error
+        if not temporary.stat().st_size:
+            raise OutputUnwritable(f"{path} could not be written.", "Free space or choose another folder.")
+
+
+def _blend(scene, character, path: Path) -> None:
+    path.unlink(missing_ok=True)  # Blender would keep the empty file beside it as a backup
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True, relative_remap=True, check_existing=False)
+
+
+@contextlib.contextmanager
+def portable(sound, folder: str | Path):
+    """While a ``.blend`` is saved into ``folder``: a recording packed unless it is huge, its path relative where possible."""
+    absolute = bpy.path.abspath(sound.filepath)
+    source = Path(absolute)
+    if not sound.packed_file and source.is_file() and source.stat().st_size <= _PACK:
+        sound.pack()
+    with contextlib.suppress(ValueError):  # another drive
+        sound.filepath = bpy.path.relpath(absolute, start=str(Path(folder).resolve()))
+    try:
+        yield
+    finally:
+        sound.filepath = absolute
+
+
+def _bvh(scene, character, path: Path) -> None:
+    bpy.ops.export_anim.bvh(
+        filepath=str(path),
+        check_existing=False,
+        frame_start=scene.frame_start,
+        frame_end=scene.frame_end,
+        rotate_mode="NATIVE",
+        root_transform_only=True,
+    )
+
+
+def _fbx(scene, character, path: Path) -> None:
+    bpy.ops.export_scene.fbx(
+        filepath=str(path),
+        check_existing=False,
+        use_selection=True,
+        object_types={"ARMATURE", "MESH"},
+        add_leaf_bones=False,
+        bake_anim_use_nla_strips=False,
+        bake_anim_use_all_actions=False,
+        bake_anim_force_startend_keying=True,
+        bake_anim_simplify_factor=0.0,
+        path_mode="COPY",
+        embed_textures=True,
+    )
+
+
+def _glb(scene, character, path: Path) -> None:
+    bpy.ops.export_scene.gltf(
+        filepath=str(path),
+        check_existing=False,
+        export_format="GLB",
+        use_selection=True,
+        export_animation_mode="ACTIVE_ACTIONS",
+        export_frame_range=True,
+        export_force_sampling=True,
+        export_anim_slide_to_zero=True,
+        export_yup=True,
+    )
+
+
+def _usd(scene, character, path: Path) -> None:
+    """Skeleton and skinned meshes; pictures become files beside it, so they stay in the ``.blend``."""
+    bpy.ops.wm.usd_export(
+        filepath=str(path),
+        check_existing=False,
+        selected_objects_only=True,
+        export_animation=True,
+        export_armatures=True,
+        export_textures_mode="KEEP",
+        convert_world_material=False,
+        evaluation_mode="RENDER",
+    )
+
+
+@contextlib.contextmanager
+def _selected(character: Character):
+    """Select only the character, its armature active; give the selection back."""
+    layer = bpy.context.view_layer
+    before, active = [item for item in layer.objects if item.select_get()], layer.objects.active
+    hidden = [item for item in (character.armature, *character.meshes) if item.hide_get()]
+    for item in before:
+        item.select_set(False)
+    for item in (character.armature, *character.meshes):
+        item.hide_set(False)
+        item.select_set(True)
+    layer.objects.active = character.armature
+    try:
+        yield
+    finally:
+        for item in (character.armature, *character.meshes):
+            item.select_set(False)
+        for item in hidden:
+            item.hide_set(True)
+        for item in before:
+            item.select_set(True)
+        layer.objects.active = active

@@ -1,0 +1,212 @@
+"""Motions on characters to files: ``python -m s2ag.s2ag_blender.film.job JOB.json``, in a process of its own.
+
+The job is a JSON object with the fields of :class:`Job`; one with a single performer may hold the fields of
+:class:`Performer` itself. What happens is told as JSON lines on stdout: ``progress`` (stage, value 0..1), then one ``result``
+or ``error`` (kind, message, remedy). Exit status 0, or 2 after an error.
+"""
+
+import contextlib
+import json
+import sys
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from ...core.errors import UsageError
+from ...core.files import check_output
+from ...core.motion import skeleton
+from ...core.motion.motion import Motion
+from .. import program
+
+DEFAULT_FPS = 24
+RENDERED = (".mp4", ".png", ".exr")
+
+
+@dataclass(frozen=True)
+class Performer:
+    """A character and what it performs: ``motions`` (``.npz`` paths; the last is the one shown) and ``audio`` or None, which
+    begin ``delay`` seconds into the scene. ``map`` is a bone map's path or None, ``outputs`` are files of this character alone
+    (.bvh, .fbx, .glb, .usd).
+    """
+
+    motions: tuple[str, ...]
+    audio: str | None = None
+    character: str = "human"
+    gender: str = "female"
+    armature: str | None = None
+    map: str | None = None
+    delay: float = 0.0
+    outputs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Job:
+    """What to do. ``outputs`` are files of the scene, or of the first performer where the suffix is a character's; a stem with
+    ``####`` is a series of numbered images, of which those that are there already are kept if ``resume``.
+
+    ``engine``, ``resolution``, ``samples`` and ``fps`` are the scene's own where None; ``frame`` of a still is the most
+    expressive one.
+    """
+
+    performers: tuple[Performer, ...]
+    outputs: tuple[str, ...] = ()
+    start_frame: int = 1
+    fps: float | None = None
+    engine: str | None = "workbench"
+    resolution: tuple[int, int] | None = (960, 540)
+    percentage: int = 100
+    samples: int | None = None
+    transparent: bool = False
+    frame: int | None = None
+    resume: bool = False
+
+    @classmethod
+    def of(cls, content: dict) -> "Job":
+        """A job from its JSON; raises TypeError for fields that do not exist."""
+        content = dict(content)
+        if "performers" not in content:
+            own = {one.name for one in fields(Performer)} - {"outputs"}
+            content["performers"] = [{name: content.pop(name) for name in own & set(content)}]
+        performers = tuple(Performer(**_tuples(one)) for one in content.pop("performers"))
+        return cls(performers, **_tuples(content))
+
+    @classmethod
+    def read(cls, path: str | Path) -> "Job":
+        """Read a job file; raises :class:`UsageError`."""
+        try:
+            return cls.of(json.loads(Path(path).read_text("utf-8")))
+        except (OSError, ValueError, TypeError, AttributeError) as error:
+            raise UsageError(f"{path} is not a job: {error}", "Let s2ag animate write it.") from error
+
+
+def main(arguments: list[str]) -> int:
+    """Run the job file that ``arguments`` names; returns the exit status."""
+    return program.run(arguments, lambda path, voice: perform(Job.read(path), voice))
+
+
+def perform(job: Job, voice: program.Voice) -> dict:
+    """Do the job in this Blender, whose open file is lost; returns the ``result`` event's content. Raises S2agError."""
+    from ...rigs import maps
+    from ..cast import cast
+    from . import render, stage
+    from .sound import add_sound
+
+    for path in (*job.outputs, *(path for one in job.performers for path in one.outputs)):
+        check_output(path)
+    motions = [[Motion.load(path) for path in one.motions] for one in job.performers]
+    if not motions or not all(motions):
+        raise UsageError("The job names no motion.", "Give at least one .npz file.")
+    maps_of = [maps.load(one.map) if one.map else None for one in job.performers]
+    wanted = [(one.character, one.gender, one.armature, own) for one, own in zip(job.performers, maps_of, strict=True)]
+    warnings: list[str] = []
+    with voice.stage("character"):
+        scene, characters, theirs = cast.assemble(wanted)
+        if any(Path(path).suffix.lower() in RENDERED for path in job.outputs):
+            render.require_engine(job.engine, scene)
+        _set_rate(scene, job.fps if job.fps or theirs else DEFAULT_FPS)
+    with voice.stage("keyframes"):
+        spans, sounds = [], []
+        for one, character, played in zip(job.performers, characters, motions, strict=True):
+            start = job.start_frame + round(one.delay * scene.render.fps / scene.render.fps_base)
+            spans.append(_key(scene, character, played, start, warnings))
+            sounds += [add_sound(scene, one.audio, start).sound] if one.audio else []
+        span = job.start_frame, max(end for _, end in spans)
+    with voice.stage("stage"):
+        if theirs:
+            stage.complete(scene, characters)
+            if job.resolution:
+                scene.render.resolution_x, scene.render.resolution_y = job.resolution
+                scene.render.resolution_percentage = 100
+        else:
+            stage.dress(scene, characters, job.resolution or (960, 540), backdrop=not job.transparent)
+    _set_range(scene, span, theirs)
+    for path in job.outputs:
+        _write(job, scene, characters[0], Path(path), span, sounds, motions[0][-1], voice)
+    for one, character, own in zip(job.performers, characters, spans, strict=True):
+        for path in one.outputs:
+            _write(job, scene, character, Path(path), own, sounds, motions[0][-1], voice)
+    fps = scene.render.fps / scene.render.fps_base
+    outputs = [*job.outputs, *(path for one in job.performers for path in one.outputs)]
+    return {"outputs": outputs, "warnings": warnings, "frames": list(span), "fps": fps, "seconds": voice.seconds}
+
+
+def expressive_frame(motion: Motion) -> int:
+    """The row of ``motion`` that tells most in a still: hands high, apart from the body, and not in a hurry."""
+    joints = skeleton.canonical_to_blender(skeleton.to_positions(motion.directions))
+    hands = joints[:, [skeleton.JOINTS.index(f"{side}_wrist") for side in ("left", "right")]]
+    if len(hands) < 3:
+        return 0
+    lift = np.clip(hands[..., 2] - np.median(hands[..., 2]), -0.3, 0.3).sum(1)
+    reach = np.linalg.norm(hands[..., :2], axis=-1).sum(1)
+    speed = np.linalg.norm(np.gradient(hands, 1 / motion.fps, axis=0), axis=-1).sum(1)
+    return int(np.argmax(lift + 0.6 * reach - 0.25 * speed))
+
+
+def _key(scene, character, motions, start: int, warnings: list) -> tuple[int, int]:
+    """Key every motion into an action of its own, the last one active; returns its first and last frame."""
+    from ..keys.apply import apply_motion
+
+    for motion in motions:
+        apply_motion(character.armature, motion, start, scene=scene, mapping=character.mapping, report=warnings.append)
+    fps = scene.render.fps / scene.render.fps_base
+    return start, start + max(int(np.ceil((len(motions[-1].directions) - 1) * fps / motions[-1].fps - 1e-6)), 1)
+
+
+def _write(job: Job, scene, character, path: Path, span, sounds, motion: Motion, voice: program.Voice) -> None:
+    from . import export, render
+
+    kind, name = path.suffix.lower(), f"write {path.name}"
+    size = job.percentage * scene.render.resolution_percentage // 100
+    look = render.Look(job.engine, size, job.samples, job.transparent)
+    with voice.stage(name):
+        if kind == ".blend":
+            with contextlib.ExitStack() as portable:
+                for sound in sounds:
+                    portable.enter_context(export.portable(sound, path.parent))
+                export.export(scene, character, path)
+            return
+        with _range(scene, span):
+            if "#" in path.stem:
+                render.images(scene, path, look, job.resume, lambda share: voice.progress(name, share))
+            elif kind == ".mp4":
+                render.film(scene, path, look, lambda share: voice.progress(name, share))
+            elif kind == ".png":
+                fps = scene.render.fps / scene.render.fps_base
+                frame = span[0] + round(expressive_frame(motion) * fps / motion.fps) if job.frame is None else job.frame
+                render.still(scene, path, frame, look)
+            else:
+                export.export(scene, character, path)
+
+
+def _set_rate(scene, fps: float | None) -> None:
+    if fps:
+        scene.render.fps = max(round(fps), 1)
+        scene.render.fps_base = scene.render.fps / fps
+
+
+def _set_range(scene, span, theirs: bool) -> None:
+    """Our scene lasts as long as the gesture; the user's is only made longer where the gesture would be cut off."""
+    if not theirs:
+        scene.frame_start = span[0]
+        scene.frame_set(span[0])
+    scene.frame_end = max(scene.frame_end, span[1]) if theirs else span[1]
+
+
+@contextlib.contextmanager
+def _range(scene, span):
+    """Limit the scene to the gesture while it is written."""
+    before = scene.frame_start, scene.frame_end
+    scene.frame_start, scene.frame_end = span
+    try:
+        yield
+    finally:
+        scene.frame_start, scene.frame_end = before
+
+
+def _tuples(content: dict) -> dict:
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in content.items()}
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

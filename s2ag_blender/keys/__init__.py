@@ -1,0 +1,1 @@
+"""Motion onto the timeline."""

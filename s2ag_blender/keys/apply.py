@@ -1,0 +1,154 @@
+"""A motion onto a character: frame rate, retargeting, one new action."""
+
+import logging
+from collections.abc import Callable
+from typing import NamedTuple
+
+import bpy
+import numpy as np
+
+from ...core.errors import UsageError
+from ...core.motion.motion import Motion, cubic
+from ...rigs.goals import Options
+from ...rigs.plain import Mapping
+from .. import compat, provenance
+from ..rig import reading, solver
+from ..rig.controls import Take
+from . import keyframes
+
+_LOG = logging.getLogger(__name__)
+
+
+def apply_motion(
+    armature: bpy.types.Object,
+    motion: Motion,
+    start_frame: int | None = None,
+    *,
+    scene: bpy.types.Scene | None = None,
+    mapping: Mapping | dict | None = None,
+    options: Options | None = None,
+    step: int = 1,
+    strip: bool = False,
+    name: str = "",
+    report: Callable[[str], None] | None = None,
+) -> bpy.types.Action:
+    """Key ``motion`` on the bones of ``armature`` and return the new action.
+
+    The first key is at ``start_frame`` (the scene's first frame), one every ``step`` frames at the scene's frame rate.
+    The action becomes the active one, the former gets a fake user; with ``strip`` it goes onto a new NLA track instead
+    and the active action stays. ``mapping`` is ``{part: bone or bones}``, detected if None. Everything that keeps a
+    part from moving as asked is told to ``report``, one sentence each (the log, if None).
+
+    Only adds data: other actions, the rest pose, transforms and rotation modes stay as they are. A setting that the rig
+    needs to follow its bones, such as a switch from IK to FK, is keyed in the action; :func:`take_off` puts it back.
+    Raises :class:`RigUnusable` or :class:`UsageError` before anything is changed.
+    """
+    if step < 1 or int(step) != step:
+        raise UsageError(f"A key every {step} frames is not possible.", "Use a whole number of at least 1.")
+    reading.require_armature(armature)
+    scene = scene or bpy.context.scene
+    start = scene.frame_start if start_frame is None else start_frame
+    keys = pose_keys(armature, motion, start, scene=scene, mapping=mapping, options=options, step=int(step), report=report)
+    interpolation = "LINEAR" if step == 1 else "BEZIER"
+    name = name or f"{armature.name} gesture"
+    action, slot = keyframes.write_action(name, armature, keys.rotations, keys.frames, interpolation, keys.settings)
+    provenance.stamp(action, motion.meta)
+    keyframes.remember(action, armature)
+    if strip:
+        _push(armature, action, slot, int(start))
+    else:
+        _activate(armature, action, slot)
+    return action
+
+
+def take_off(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+    """Take a keyed motion off ``armature`` again, and give the rig back the pose and the settings that it had before.
+
+    Blender itself leaves everything at its last value when an action goes. The action stays in the file.
+    """
+    animation = armature.animation_data
+    if animation is not None:
+        for track in list(animation.nla_tracks):
+            for strip in [strip for strip in track.strips if strip.action == action]:
+                track.strips.remove(strip)
+            if not len(track.strips) and track.name == action.name:
+                animation.nla_tracks.remove(track)
+        if animation.action == action:
+            animation.action = None
+    keyframes.give_back(armature, action)
+
+
+class Keys(NamedTuple):
+    """Scene ``frames`` (keys,), ``rotations`` ``{bone: (keys, 4)}``, or (1, 4) for all frames, ``settings`` by data path."""
+
+    frames: np.ndarray
+    rotations: dict[str, np.ndarray]
+    settings: dict[str, float]
+
+
+def pose_keys(
+    armature: bpy.types.Object,
+    motion: Motion,
+    start: float,
+    *,
+    scene: bpy.types.Scene,
+    mapping: Mapping | dict | None = None,
+    options: Options | None = None,
+    step: int = 1,
+    first: float = -np.inf,
+    last: float = np.inf,
+    measured: int = 1,
+    report: Callable[[str], None] | None = None,
+) -> Keys:
+    """What to key for ``motion`` starting at frame ``start``; a rig's ``settings`` let it follow these keys.
+
+    Only frames from ``first`` to ``last`` are made. A control rig is measured at every ``measured``-th frame of the motion:
+    between them its answer is taken to change evenly, which is quick and near. Changes nothing. Raises :class:`RigUnusable`
+    for an unusable rig and :class:`UsageError` where the motion has no frame in that range.
+    """
+    tell = report or _LOG.warning
+    bones = reading.read(armature)
+    mapping = reading.resolve_mapping(armature, bones, mapping)
+    for warning in mapping.warnings:
+        tell(warning)
+    fps = scene_fps(scene)
+    offsets, directions, rate = at_scene_frames(motion, fps, step)
+    frames = start + offsets
+    inside = (frames >= first) & (frames <= last)
+    if not inside.any():
+        raise UsageError("The recording has no frame in the chosen range.", "Choose another range or start frame.")
+    keys = Take(directions[inside], rate, frames[inside])
+    given = start + np.arange(len(motion.directions)) * (fps / motion.fps)
+    near = np.flatnonzero(np.abs(given - np.clip(given, keys.frames[0], keys.frames[-1])) <= 2 * fps / motion.fps)
+    near = np.union1d(near[::measured], near[-1:])
+    whole = Take(motion.directions[near], motion.fps / measured, given[near])
+    found = solver.solve(armature, bones, mapping, whole, keys, scene=scene, options=options, tell=tell)
+    return Keys(keys.frames, found.rotations, found.values)
+
+
+def scene_fps(scene: bpy.types.Scene) -> float:
+    """Frames a second of a scene, such as 24 / 1.001."""
+    return scene.render.fps / scene.render.fps_base
+
+
+def at_scene_frames(motion: Motion, fps: float, step: int = 1) -> tuple[np.ndarray, np.ndarray, float]:
+    """Frame offsets ``(keys,)``, directions ``(keys, 9, 3)`` at them, and keys a second, for keys every ``step`` frames.
+
+    The last key is at or after the motion's end, so that nothing of it is lost.
+    """
+    last = int(np.ceil((len(motion.directions) - 1) * fps / motion.fps / step - 1e-6))
+    offsets = np.arange(last + 1) * step
+    return offsets, cubic(motion.directions, offsets * (motion.fps / fps)), fps / step
+
+
+def _activate(armature, action, slot) -> None:
+    former = armature.animation_data.action if armature.animation_data else None
+    if former is not None and former.library is None:
+        former.use_fake_user = True
+    compat.assign_action(armature, action, slot)
+
+
+def _push(armature, action, slot, start: int) -> None:
+    track = armature.animation_data_create().nla_tracks.new()
+    track.name = action.name
+    compat.strip_slot(track.strips.new(action.name, start, action), slot)

@@ -1,0 +1,210 @@
+"""Motions of one run onto a character: keys beside, over or added to the animation that is there, as actions of ours."""
+
+import bpy
+import numpy as np
+
+from ...core.errors import UsageError
+from ...core.motion import skeleton
+from ...core.motion.motion import Motion
+from ...rigs.plain import Mapping
+from .. import compat, provenance
+from ..rig import readiness, reading
+from ..translations import told
+from . import apply, keyframes, layers, mixing, posing
+
+MEASURED = 10
+"""A draft on a control rig is measured at one of so many frames of the motion, which has 15 a second."""
+_PARTS = {
+    "TORSO": ("torso",),
+    "HEAD": ("neck", "head"),
+    "CLAVICLES": ("left_clavicle", "right_clavicle"),
+    "LEFT_ARM": ("left_upper_arm", "left_forearm"),
+    "RIGHT_ARM": ("right_upper_arm", "right_forearm"),
+}
+_ALIKE = "result", "parts", "bone_map"
+"""Settings by which drafts key the same bones."""
+_NEUTRAL: dict[int, tuple] = {}  # a character's number in this session -> (what its rotations at ease hang on, they)
+
+
+class Laying:
+    """What all takes of a run share: the animation below, poses to start from and to reach, and the rig."""
+
+    def __init__(self, planned, armature: bpy.types.Object, scene: bpy.types.Scene, warn):
+        """Lay out a ``generate.Plan``; ``warn`` hears every warning once."""
+        self.planned, self.armature, self.scene, self.warn = planned, armature, scene, warn
+        self.settings, self.span = planned.settings, planned.voice.span
+        self.told: set[str] = set()
+        self.there: dict[tuple, dict] = {}
+        self.former = keyframes.former(armature.animation_data and armature.animation_data.action)
+
+    def action(self, motion: Motion) -> bpy.types.Action:
+        """A new action with one motion, stamped with everything that it came from; a draft is made in its own action."""
+        frames, rotations, settings = self._keys(motion)
+        place = self._place(frames)
+        base = layers.base_action(self.armature, place.first, place.last)
+        interpolation = "LINEAR" if self.settings["key_step"] == 1 else "BEZIER"
+        keyed = self._channels(frames, rotations, place, base) + self._settings(settings, place)
+        copied = place.result == "ACTION" and base is not None
+        action, slot, bag = self._draft(place) if self.planned.draft else (None, None, None)
+        if action is None and copied:
+            action, slot, bag = compat.copy_action(base, layers.slot_of(self.armature, base), self._name())
+        elif action is None:
+            action, slot, bag = compat.new_action(self._name(), self.armature)
+        keyframes.write_channels(bag, keyed, frames, interpolation)
+        if not copied:
+            keyframes.set_range(action, frames)
+        provenance.stamp(action, self._provenance(motion, place))
+        layers.remember(action, slot, base)
+        replaced = {one.path for one in keyed} if self.planned.draft else settings
+        keyframes.remember(action, self.armature, replaced, self.former)
+        return action
+
+    def _keys(self, motion) -> apply.Keys:
+        planned = self.planned
+        keys = apply.pose_keys(
+            self.armature,
+            motion,
+            self.span.start,
+            scene=self.scene,
+            mapping=planned.mapping,
+            options=planned.options,
+            step=self.settings["key_step"],
+            first=self.span.first,
+            last=np.inf if self.span.last is None else self.span.last,
+            measured=MEASURED if planned.draft else 1,
+            report=self._tell,
+        )
+        left_out = self._left_out()
+        return keys._replace(rotations={bone: values for bone, values in keys.rotations.items() if bone not in left_out})
+
+    def _left_out(self) -> set[str]:
+        parts = [part for name, parts in _PARTS.items() if name not in self.settings["parts"] for part in parts]
+        if len(self.settings["parts"]) == 0:
+            raise UsageError("No part of the body is to be keyed.", "Choose parts under Advanced.")
+        mapping = self._mapping() if parts else Mapping({})
+        return {bone for part in parts for bone in mapping.chains.get(part, ())}
+
+    def _mapping(self) -> Mapping:
+        return reading.resolve_mapping(self.armature, reading.read(self.armature), self.planned.mapping)
+
+    def _tell(self, warning: str) -> None:
+        if warning not in self.told:
+            self.told.add(warning)
+            self.warn(warning)
+
+    def _place(self, frames) -> layers.Place:
+        kept = self.settings
+        first, last = int(frames[0]), int(frames[-1])
+        # Keys of a strip are those of a new action; for a draft the one is as good as the other, and quicker.
+        result = "ACTION" if self.planned.draft and kept["result"] == "STRIP" else kept["result"]
+        room = max((last - first) // 2, 0)
+        fades = [min(kept[name], room) for name in ("blend_in", "blend_out")]
+        if result == "STRIP":  # poses to continue from and to reach are in the keys
+            fades = [fades[0] * (kept["start_pose"] == "REST"), fades[1] * (kept["end_pose"] == "FREE")]
+        return layers.Place(result, first, last, kept["influence"] if result != "ACTION" else 1.0, *fades)
+
+    def _channels(self, frames, rotations, place, base) -> list:
+        if place.result == "LAYER":
+            # What is the same on all frames is no departure from anything.
+            rotations = {bone: values for bone, values in rotations.items() if len(values) == len(frames)}
+            near = layers.added_numbers(self.armature, rotations)
+            if near:
+                self._tell(told("{count} bones turn by angles: far from rest the layer is only near on them.", count=len(near)))
+            seen = layers.share(place, frames) if self.planned.draft else None  # a take's strip has it keyed
+            return layers.deltas(self.armature, rotations, self._neutral(rotations), seen)
+        mixed = self._mixed(frames, rotations, place, base)
+        return [keyframes.channels(self.armature.pose.bones[bone], values) for bone, values in mixed.items()]
+
+    def _neutral(self, rotations) -> dict:
+        """Rotations (4,) of the bones when the body stands at ease; for drafts kept while the rig stays as it is."""
+        uid, planned = self.armature.session_uid, self.planned
+        made_of = (readiness.made_of(self.armature), planned.mapping, planned.options, _dials(self.armature, self.former))
+        if not planned.draft or _NEUTRAL.get(uid, (None,))[0] != made_of:
+            still = Motion(np.repeat(skeleton.REST[None], 2, 0))
+            alike = {"scene": self.scene, "mapping": planned.mapping, "options": planned.options}
+            found = apply.pose_keys(self.armature, still, 0, **alike, report=lambda warning: None)
+            _NEUTRAL[uid] = made_of, {bone: values[0] for bone, values in found.rotations.items()}
+        return {bone: _NEUTRAL[uid][1][bone] for bone in rotations}
+
+    def _settings(self, settings: dict[str, float], place) -> list:
+        """Channels of what lets the rig follow its keys; a layer adds to what is there."""
+        if place.result == "LAYER":
+            before = self.former if self.planned.draft else {}  # what the draft that plays has set is not there
+            present = {path: before.get(path, self.armature.path_resolve(path)) for path in settings}
+            settings = {path: value - present[path] for path, value in settings.items() if value != present[path]}
+        return keyframes.setting_channels(settings)
+
+    def _mixed(self, frames, rotations, place, base) -> dict:
+        """Rotations with the start, the end, and in a new action the animation that is there, blended in."""
+        kept = self.settings
+        there = place.result == "ACTION" and layers.is_animated(self.armature, base)
+        if kept["start_pose"] == "CURRENT":
+            share = mixing.ramp(frames, max(kept["blend_in"], 1))
+            rotations = mixing.mix(rotations, self.planned.pose, share)
+        elif there and place.blend_in:
+            rotations = self._over(frames, rotations, base, place.blend_in, at_end=False)
+        if kept["end_pose"] != "FREE":
+            pose = self.planned.pose
+            if kept["end_pose"] == "THERE":
+                pose = {bone: values[0] for bone, values in self._there(rotations, frames[-1:], base).items()}
+            rotations = mixing.mix(rotations, pose, mixing.ramp(frames, max(kept["blend_out"], 1), at_end=True))
+        elif there and place.blend_out:
+            rotations = self._over(frames, rotations, base, place.blend_out, at_end=True)
+        return rotations
+
+    def _over(self, frames, rotations, base, length, at_end) -> dict:
+        share = mixing.ramp(frames, length, at_end)
+        few = share < 1
+        below = self._there(rotations, frames[few], base)
+        mixed = {}
+        for bone, values in rotations.items():
+            mixed[bone] = np.array(np.broadcast_to(values, (len(frames), 4)))
+        part = mixing.mix({bone: values[few] for bone, values in mixed.items()}, below, share[few])
+        for bone, values in part.items():
+            mixed[bone][few] = values
+        return mixed
+
+    def _there(self, bones, frames, base) -> dict:
+        """What the animation that is there has on these frames, read once for all takes."""
+        key = tuple(int(frame) for frame in frames)
+        if key not in self.there:
+            with layers.below(self.armature, base, self.span):
+                self.there[key] = posing.local_rotations(self.armature, list(bones), key, self.scene)
+        return self.there[key]
+
+    def _draft(self, place) -> tuple:
+        """The draft that the character plays already, with slot and curves, if it has these frames and bones, else nothing."""
+        action = layers.draft_of(self.armature)
+        if action is None or not place.same(layers.Place.of(action)):
+            return None, None, None
+        before = provenance.of(action)["settings"]
+        if any(before.get(name) != self.settings[name] for name in _ALIKE):
+            return None, None, None
+        slot = layers.slot_of(self.armature, action)
+        return action, slot, compat.bag(action, slot)
+
+    def _name(self) -> str:
+        return f"{self.armature.name} {'draft' if self.planned.draft else 'gesture'}"
+
+    def _provenance(self, motion, place) -> dict:
+        planned = self.planned
+        origin = {
+            **motion.meta,
+            "place": place.__dict__,
+            "start": self.span.start,
+            "settings": self.settings,
+            "pose": planned.params.get("pose"),
+            "keyed_pose": {bone: values.round(6).tolist() for bone, values in planned.pose.items()},
+        }
+        return {**origin, layers.DRAFT: True} if planned.draft else origin
+
+
+def _dials(armature, former: dict) -> tuple:
+    """The numbers that a rig's bones carry for its constraints and drivers, as they are without a draft."""
+    found = []
+    for bone in armature.pose.bones:
+        for key, value in bone.items():
+            if isinstance(value, (int, float)):
+                path = f'pose.bones["{bpy.utils.escape_identifier(bone.name)}"]["{bpy.utils.escape_identifier(key)}"]'
+                found.append((path, former.get(path, value)))
+    return tuple(found)

@@ -1,0 +1,91 @@
+"""Poses of a character: what its bones have on given frames, and the pose as the network sees it."""
+
+from dataclasses import replace
+
+import bpy
+import numpy as np
+
+from ...core.motion import skeleton
+from ...rigs import quaternion
+from ...rigs.goals import NEUTRAL, SIDES, Options
+from ...rigs.plain import Bones, Mapping, character_frame
+
+
+def local_rotations(armature: bpy.types.Object, bones, frames, scene: bpy.types.Scene) -> dict[str, np.ndarray]:
+    """Rotations ``{bone: (frames, 4)}`` that the character's animation has on scene frames, as its keys would hold them."""
+    found = {name: np.empty((len(frames), 4)) for name in bones}
+    current = scene.frame_current, scene.frame_subframe
+    for row, frame in enumerate(frames):
+        scene.frame_set(int(frame))
+        for name, values in current_rotations(armature, bones).items():
+            found[name][row] = values
+    scene.frame_set(current[0], subframe=current[1])
+    return {name: quaternion.continuous(values) for name, values in found.items()}
+
+
+def current_rotations(armature: bpy.types.Object, bones) -> dict[str, np.ndarray]:
+    """Rotations ``{bone: (4,)}`` that the character has now, keyed or not."""
+    pose = armature.pose.bones
+    return {name: np.array(pose[name].matrix_basis.to_quaternion()) for name in bones}
+
+
+def directions(armature: bpy.types.Object, bones: Bones, mapping: Mapping, options: Options | None = None) -> np.ndarray:
+    """The pose that the character shows now as unit directions ``(9, 3)`` in the canonical frame.
+
+    The inverse of laying a motion onto it: arms point where they point, seen from the hips; torso, neck, head and clavicles
+    are the data's mean with the character's departure from its own rest added. Parts without bones have the mean.
+    """
+    options = options or Options()
+    frame = character_frame(bones, mapping)
+    posed = replace(bones, matrices=np.array([bone.matrix for bone in _in_order(armature, bones)], float))
+    hips = quaternion.conjugate(_turned(bones, posed, _below(bones, mapping)))
+    mean = skeleton.normalize(_to_armature(frame, NEUTRAL))
+    pose = mean.copy()
+
+    def turned(part):
+        chain = mapping.chains.get(part)
+        return quaternion.multiply(hips, _turned(bones, posed, bones.row(chain[-1]))) if chain else None
+
+    torso = turned("torso")
+    torso = np.array(quaternion.IDENTITY, float) if torso is None else torso
+    head = turned("head") if "head" in mapping.chains else turned("neck")
+    pose[0] = quaternion.rotate(torso, mean[0])
+    pose[1:3] = quaternion.rotate(torso if head is None else head, mean[1:3])
+    for side in SIDES:
+        for part in ("clavicle", "upper_arm", "forearm"):
+            edge = skeleton.EDGE_NAMES.index(f"{side}_{part}")
+            if part != "clavicle":
+                pose[edge] = quaternion.rotate(hips, mapping.segment(posed, f"{side}_{part}"))
+                continue
+            clavicle = turned(f"{side}_clavicle")
+            lifted = quaternion.multiply(quaternion.conjugate(torso), torso if clavicle is None else clavicle)
+            share = 1 / options.clavicle if options.clavicle > 0.2 else 1.0
+            pose[edge] = quaternion.rotate(torso, quaternion.rotate(quaternion.power(lifted, share), mean[edge]))
+    return skeleton.normalize(_to_canonical(frame, pose)).astype(np.float32)
+
+
+def _in_order(armature, bones: Bones) -> list:
+    return [armature.pose.bones[name] for name in bones.names]
+
+
+def _turned(bones: Bones, posed: Bones, row: int) -> np.ndarray:
+    """How a bone is turned away from rest in armature space (4,)."""
+    if row < 0:
+        return np.array(quaternion.IDENTITY, float)
+    turn = posed.matrices[row, :3, :3] @ np.linalg.inv(bones.matrices[row, :3, :3])
+    left, _, right = np.linalg.svd(turn)  # without any scale
+    return quaternion.from_matrix(left @ right)
+
+
+def _below(bones: Bones, mapping: Mapping) -> int:
+    """Row of the bone that all of the body hangs on: the parent of the spine, else none."""
+    chain = mapping.chains.get("torso")
+    return int(bones.parents[bones.row(chain[0])]) if chain else -1
+
+
+def _to_armature(frame: np.ndarray, canonical: np.ndarray) -> np.ndarray:
+    return skeleton.canonical_to_blender(np.asarray(canonical, float)) @ frame
+
+
+def _to_canonical(frame: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    return skeleton.blender_to_canonical(np.asarray(vectors, float) @ frame.T)

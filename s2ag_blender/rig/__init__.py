@@ -1,0 +1,1 @@
+"""Reading an armature, and solving a pose on it."""

@@ -1,0 +1,47 @@
+"""Which bones beside the gesture's own may be keyed without taking anything from the user: hands, fingers, twist bones."""
+
+import bpy
+
+from .. import compat, provenance
+from . import dependencies
+
+_REST = 1e-4
+"""Largest departure of a rotation from none that still counts as rest."""
+
+
+def free_bones(armature: bpy.types.Object, ruled: bool = False) -> set[str]:
+    """Names of bones that rest, or that only this package's actions have keyed, and that nothing else turns.
+
+    A bone that the user posed or keyed, that is locked, or that a constraint or a driver rules is left to them; the last
+    two are not, if ``ruled``.
+    """
+    ours, theirs = _keyed(armature)
+    if not ruled:
+        theirs |= {dependencies.bone_of(curve.data_path) for curve in dependencies.drivers(armature)}
+        theirs |= set(dependencies.pulled(armature))
+    return {
+        bone.name
+        for bone in armature.pose.bones
+        if bone.name not in theirs
+        and not any(bone.lock_rotation)
+        and (ruled or not any(one.influence > 0 and not one.mute for one in bone.constraints))
+        and (bone.name in ours or _rests(bone))
+    }
+
+
+def _rests(bone: bpy.types.PoseBone) -> bool:
+    """Whether a bone's own rotation is none."""
+    return abs(bone.matrix_basis.to_quaternion().angle) < _REST
+
+
+def _keyed(armature) -> tuple[set[str], set[str]]:
+    """Names of the bones whose rotation actions of this package key, and of those that others key."""
+    ours, theirs = set(), set()
+    animation = armature.animation_data
+    if animation is None:
+        return ours, theirs
+    actions = [animation.action, *(strip.action for track in animation.nla_tracks for strip in track.strips)]
+    for action in {action for action in actions if action is not None}:
+        names = ours if provenance.of(action) is not None else theirs
+        names |= {dependencies.bone_of(curve.data_path) for curve in compat.curves(action) if "rotation" in curve.data_path}
+    return ours - theirs, theirs

@@ -1,0 +1,21 @@
+"""What a bone keeps of a rotation where some of its channels are locked."""
+
+import bpy
+import numpy as np
+
+from ...rigs import quaternion
+
+
+def held(bone: bpy.types.PoseBone, rotations: np.ndarray) -> np.ndarray:
+    """Rotations ``(frames, 4)`` as a bone at rest takes them where some of its channels are locked."""
+    if not any(bone.lock_rotation):
+        return rotations
+    order = bone.rotation_mode
+    if order not in quaternion.EULER_ORDERS:
+        if bone.lock_rotations_4d:
+            locks = np.array([bone.lock_rotation_w, *bone.lock_rotation])
+            kept = np.where(locks, quaternion.IDENTITY, rotations)
+            return kept / np.maximum(np.linalg.norm(kept, axis=-1, keepdims=True), 1e-9)
+        order = "XYZ"
+    angles = quaternion.to_euler(rotations, order) * [not lock for lock in bone.lock_rotation]
+    return quaternion.from_euler(angles, order)

@@ -1,0 +1,133 @@
+"""One call for every rig: the formula for plain skeletons where it holds, measuring where constraints rule."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ...core.motion.skeleton import EDGE_NAMES
+from ...rigs import retarget
+from ...rigs.goals import Goals, Options
+from ...rigs.plain import ARMS, Bones, Mapping, character_frame
+from . import controls, dependencies, girth, hands
+from .controls import Take
+
+_TRANSFORMS = ("location", "rotation_quaternion", "rotation_euler", "rotation_axis_angle", "scale")
+
+
+@dataclass(frozen=True)
+class Solution:
+    """``rotations`` ``{bone: (keys, 4)}``, and the settings by data path (``values``) without which the rig would not follow.
+
+    ``why`` says in words why bones had to be measured; "" where the formula for plain skeletons held.
+    """
+
+    rotations: dict[str, np.ndarray]
+    values: dict[str, float]
+    why: str = ""
+
+
+def solve(
+    armature: bpy.types.Object,
+    bones: Bones,
+    mapping: Mapping,
+    motion: Take,
+    keys: Take,
+    *,
+    scene: bpy.types.Scene,
+    options: Options | None = None,
+    tell: Callable[[str], None],
+) -> Solution:
+    """Rotations of the mapped bones at ``keys``, by the solver that the rig needs.
+
+    ``motion`` and ``keys`` are the same performance, as it came and at the frames to be keyed. What keeps a bone from
+    its goal is told. Nothing in the file changes. Raises :class:`RigUnusable` for an unusable mapping.
+    """
+    values = switches(armature, mapping, tell)
+    why = entangled(armature, bones, mapping, values)
+    trunk, free = girth.read(armature, bones, mapping), hands.free_bones(armature)
+
+    frame = character_frame(bones, mapping.check(bones))
+
+    def ask(rest: Bones, take: Take) -> Goals:
+        return Goals(rest, mapping, take.directions, take.fps, options, girth=trunk, free=free, frame=frame)
+
+    goals = ask(bones, keys)
+    if why:
+        followers = hands.free_bones(armature, ruled=True)
+        rotations = controls.solve(
+            armature, bones, mapping, motion, keys, scene=scene, ask=ask, values=values, hands=followers, tell=tell
+        )
+    else:
+        rotations = retarget.rotations(goals)
+    return Solution(goals.extras() | rotations, values, why)
+
+
+def switches(armature: bpy.types.Object, mapping: Mapping, tell: Callable[[str], None]) -> dict[str, float]:
+    """What must be set for the rig to follow its mapped bones, by data path from the object.
+
+    A switch that the rig lacks, or that a driver rules, is told.
+    """
+    result, driven = {}, {curve.data_path for curve in dependencies.drivers(armature)}
+    for switch in mapping.switches:
+        path = f'pose.bones["{bpy.utils.escape_identifier(switch.bone)}"]'
+        path += switch.path if switch.path.startswith("[") else f".{switch.path}"
+        try:
+            armature.path_resolve(path)
+        except ValueError:
+            tell(f'Bone "{switch.bone}" has no {switch.path}: the rig may not follow its arms.')
+            continue
+        if path in driven:
+            tell(f'A driver rules {switch.path} of bone "{switch.bone}": the rig may not follow its arms.')
+        else:
+            result[path] = switch.value
+    return result
+
+
+def entangled(armature: bpy.types.Object, bones: Bones, mapping: Mapping, values: dict[str, float] | None = None) -> str:
+    """Why the formula for plain skeletons does not hold for a rig, in words; "" where it does.
+
+    ``values`` are settings to come, by data path from the object.
+    """
+    moved = [name for part in EDGE_NAMES for name in mapping.chains.get(part, ())]
+    marks = [tip for part in mapping.chains if (tip := mapping.tip(part))]
+    rows = {bones.row(name) for name in (*moved, *marks)}
+    lineage = {bones.names[row] for own in rows for row in (own, *bones.ancestors(own))}
+    for row in sorted(bones.row(name) for name in lineage):
+        if bones.parents[row] >= 0 and not bones.inherits[row]:
+            return f'bone "{bones.names[row]}" does not turn with its parent'
+    for part in ARMS:
+        tip = mapping.tip(part)
+        if tip and bones.row(mapping.chains[part][-1]) not in bones.ancestors(bones.row(tip)):
+            return f'bone "{tip}" does not hang on "{mapping.chains[part][-1]}"'
+    for name in moved:
+        if any(armature.pose.bones[name].lock_rotation):
+            return f'part of the rotation of bone "{name}" is locked'
+    return _constrained(armature, lineage, values or {}) or _driven(armature, lineage)
+
+
+def _constrained(armature, lineage: set[str], values: dict[str, float]) -> str:
+    driven = {curve.data_path for curve in dependencies.drivers(armature)}
+
+    def acts(constraint) -> bool:
+        path = constraint.path_from_id("influence")
+        return path in driven or (not constraint.mute and values.get(path, constraint.influence) > 0)
+
+    for name in sorted(lineage):
+        for constraint in armature.pose.bones[name].constraints:
+            if acts(constraint):
+                return f'bone "{name}" has the constraint "{constraint.name}"'
+    for name, pullers in dependencies.pulled(armature).items():
+        for bone, constraint in pullers:
+            if name in lineage and acts(constraint):
+                return f'the constraint "{constraint.name}" of bone "{bone.name}" turns bone "{name}"'
+    return ""
+
+
+def _driven(armature, lineage: set[str]) -> str:
+    for curve in dependencies.drivers(armature):
+        name, setting = dependencies.bone_of(curve.data_path), curve.data_path.rpartition(".")[2]
+        if name in lineage and setting in _TRANSFORMS:
+            return f'a driver rules {setting} of bone "{name}"'
+    return ""

@@ -1,0 +1,1 @@
+"""One run of the engine, and what it leaves on a character."""

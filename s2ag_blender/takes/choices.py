@@ -1,0 +1,149 @@
+"""What the panel offers to choose from: styles of the checkpoint, sound strips of the scene."""
+
+import functools
+import textwrap
+from pathlib import Path
+
+import bpy
+
+from ...core.errors import CheckpointUnreadable
+from ...core.model import catalogue
+from ...core.styles import RANDOM
+from .. import compat
+
+WRITTEN = "__written__"
+"""Stands for a style that is neither a name nor random, such as a blend written by hand."""
+NOBODY = "__nobody__"
+"""Stands for no second style."""
+
+
+def style_names(checkpoint: str = "") -> list[str]:
+    """Names of a checkpoint's speakers, the shipped one's if it is not named; read from its metadata without torch."""
+    return [speaker["name"] for speaker in known(checkpoint)["speakers"]]
+
+
+def control_names(checkpoint: str = "") -> list[str]:
+    """Names of the controls that a checkpoint has; none for one that was trained without."""
+    return [control["name"] for control in known(checkpoint)["controls"]]
+
+
+def known(checkpoint: str = "") -> dict:
+    """Speakers and controls of a checkpoint; empty where it cannot be read."""
+    path = Path(bpy.path.abspath(checkpoint)) if checkpoint else catalogue.DEFAULT
+    facts = catalogue.facts_path(path)
+    return _described(path, facts.stat().st_mtime_ns if facts.is_file() else 0)
+
+
+@functools.lru_cache(maxsize=4)
+def _described(path: Path, written: int) -> dict:
+    """A checkpoint as its JSON, ``written`` then, describes it; the panel asks at every redraw."""
+    try:
+        return catalogue.describe(path)
+    except CheckpointUnreadable:
+        return {"speakers": [], "controls": []}
+
+
+def description(settings) -> str:
+    """What the chosen style looks like, in a sentence; empty for a blend and for random."""
+    name = settings.style or _default(settings.checkpoint)
+    return next((one["description"] for one in known(settings.checkpoint)["speakers"] if one["name"] == name), "")
+
+
+def expression(settings) -> str:
+    """The style to ask the engine for: what is written, with the second style blended in where there is one."""
+    first, share = settings.style, round(settings.style_mix, 4)
+    if not (settings.style_second and share and can_blend(settings)):
+        return first
+    first = first or _default(settings.checkpoint)
+    return f"{first}:{1 - share:g}+{settings.style_second}:{share:g}"
+
+
+def is_written(settings) -> bool:
+    """Whether the style is an expression rather than a name."""
+    return bool(set(settings.style) & set(":+"))
+
+
+def can_blend(settings) -> bool:
+    """Whether a second style may be blended in: only a single named style can be."""
+    return settings.style != RANDOM and not is_written(settings)
+
+
+@functools.lru_cache(maxsize=32)
+def wrapped(text: str, width: int = 36) -> list[str]:
+    """A sentence in lines that fit the sidebar."""
+    return textwrap.wrap(text, width)
+
+
+def style_items(settings, context) -> list:
+    """Items of the style menu: the checkpoint's speakers with their descriptions, random, and what is written by hand."""
+    return _style_items(tuple((one["name"], one["description"]) for one in known(settings.checkpoint)["speakers"]))
+
+
+def second_items(settings, context) -> list:
+    """Items of the menu of the style that is blended in."""
+    return _second_items(tuple((one["name"], one["description"]) for one in known(settings.checkpoint)["speakers"]))
+
+
+@functools.lru_cache(maxsize=4)  # Blender keeps no reference to the texts of a menu
+def _style_items(speakers: tuple) -> list:
+    items = [(name, name.capitalize(), text, number) for number, (name, text) in enumerate(speakers)]
+    items.append((RANDOM, "Random", "Another speaker with every seed", len(items)))
+    items.append((WRITTEN, "As Written", "A style expression written by hand, such as A:0.6+B:0.4", len(items)))
+    return items
+
+
+@functools.lru_cache(maxsize=4)
+def _second_items(speakers: tuple) -> list:
+    items = [(NOBODY, "Nobody", "Only the first style", 0)]
+    return items + [(name, name.capitalize(), text, number) for number, (name, text) in enumerate(speakers, 1)]
+
+
+def get_style(settings) -> int:
+    """Number of the style menu's item for what is stored."""
+    names = style_names(settings.checkpoint)
+    name = settings.style or _default(settings.checkpoint)
+    if name in names:
+        return names.index(name)
+    return len(names) + (name != RANDOM)
+
+
+def set_style(settings, number: int) -> None:
+    """Store the style menu's item."""
+    names = [*style_names(settings.checkpoint), RANDOM]
+    if number < len(names):
+        settings.style = names[number]
+    elif not is_written(settings):
+        settings.style = f"{settings.style or _default(settings.checkpoint)}:1"
+
+
+def get_second(settings) -> int:
+    """Number of the second menu's item for what is stored."""
+    names = style_names(settings.checkpoint)
+    return names.index(settings.style_second) + 1 if settings.style_second in names else 0
+
+
+def set_second(settings, number: int) -> None:
+    """Store the second menu's item."""
+    settings.style_second = style_names(settings.checkpoint)[number - 1] if number else ""
+
+
+def search_styles(settings, context, text: str) -> list[str]:
+    """Names for the style field that contain ``text``."""
+    return [name for name in [*style_names(settings.checkpoint), RANDOM] if text.lower() in name.lower()]
+
+
+def search_strips(settings, context, text: str) -> list[str]:
+    """Names of the scene's sound strips that contain ``text``."""
+    return [strip.name for strip in compat.sound_strips(context.scene) if text.lower() in strip.name.lower()]
+
+
+def search_bones(item, context, text: str) -> list[str]:
+    """What the field of a part may become: what is written up to the last comma, and any bone's name after it."""
+    before, comma, last = text.rpartition(",")
+    names = [bone.name for bone in item.id_data.data.bones if last.strip().lower() in bone.name.lower()]
+    return [f"{before}{comma} {name}".strip() for name in names[:50]]
+
+
+def _default(checkpoint: str) -> str:
+    speakers = known(checkpoint)["speakers"]
+    return next((one["name"] for one in speakers if one["default"]), speakers[0]["name"] if speakers else "")

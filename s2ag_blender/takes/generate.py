@@ -1,0 +1,195 @@
+"""From a character's settings to gestures on it, in three steps: plan, let the engine work, finish.
+
+:func:`plan` reads everything from Blender, :func:`finish` writes everything; between them no Blender data is held, so undo,
+renaming and loading another file cannot hurt. Scripts and ``-b`` use :func:`wait`, which does all three.
+"""
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from ...core.errors import AudioUnreadable, S2agError
+from ...core.motion.motion import Motion
+from ...rigs.goals import Options
+from ...rigs.plain import PARTS as BODY_PARTS
+from ...rigs.plain import Mapping
+from .. import provenance
+from ..film import sound
+from ..keys import layers, posing
+from ..keys.laying import Laying
+from ..rig import handpicked, readiness, reading
+from ..translations import told
+from . import choices, drafts, gesture, markers, recall, sources, takes
+
+
+@dataclass(frozen=True)
+class Handle:
+    """A datablock to find again: by what it is in this session, else by its name."""
+
+    uid: int
+    name: str
+
+    @classmethod
+    def of(cls, datablock: bpy.types.ID) -> "Handle":
+        return cls(datablock.session_uid, datablock.name)
+
+    def find(self, collection):
+        """The datablock, or None if it is gone."""
+        return next((item for item in collection if item.session_uid == self.uid), None) or collection.get(self.name)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All that a run needs to know: ``params`` for the engine, and what to do with its answer."""
+
+    armature: Handle
+    scene: Handle
+    params: dict
+    voice: sources.Voice
+    settings: dict
+    mapping: Mapping | dict | None = None
+    options: Options = field(default_factory=Options)
+    pose: dict[str, np.ndarray] = field(default_factory=dict)
+    draft: bool = False
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What :func:`finish` made: actions, one a take, seconds of speech, and warnings for the user."""
+
+    actions: list
+    seconds: float
+    warnings: list[str]
+
+
+def plan(
+    context,
+    armature: bpy.types.Object,
+    draft: bool = False,
+    kept: dict | None = None,
+    keyed_pose: dict[str, list] | None = None,
+    **changes,
+) -> Plan:
+    """Read a character's settings and pose; ``changes`` go to the engine as they are (``styles``, ``near`` and so on).
+
+    ``kept`` are settings of an earlier take (:func:`recall.snapshot`) to use instead of those that are set, and
+    ``keyed_pose`` the pose ``{bone: (4,)}`` that it grew out of.
+
+    Raises :class:`S2agError` for all that the user must mend first.
+    """
+    reading.require_armature(armature)
+    settings, scene = recall.view(kept) if kept else armature.s2ag, context.scene
+    voice = sources.voice(settings, scene)
+    if not kept and not keyed_pose:
+        keyed_pose, changes = _posed_before(armature, settings, changes)
+    params = {**gesture.request(settings, voice.path), **({"takes": 1} if draft else {}), **changes}
+    params = {name: value for name, value in params.items() if value is not None}
+    warnings = _without_controls(params, settings)
+    mapping = handpicked.chosen(settings)
+    bones = reading.read(armature)
+    resolved = (readiness.mapping(armature) if draft else None) or reading.resolve_mapping(armature, bones, mapping)
+    pose = {bone: np.array(values) for bone, values in (keyed_pose or {}).items()}
+    layered = settings.result == "LAYER"  # what is below it has the poses already
+    if not pose and not layered and "CURRENT" in (settings.start_pose, settings.end_pose):
+        pose = posing.current_rotations(armature, [name for part in BODY_PARTS for name in resolved.chains.get(part, ())])
+    if settings.start_pose == "CURRENT" and not layered and "pose" not in params:
+        params["pose"] = posing.directions(armature, bones, resolved, options(settings)).tolist()
+    return Plan(
+        Handle.of(armature),
+        Handle.of(scene),
+        params,
+        voice,
+        kept or recall.snapshot(settings),
+        resolved if draft else mapping,
+        options(settings),
+        pose,
+        draft,
+        warnings,
+    )
+
+
+def _posed_before(armature, settings, changes: dict) -> tuple[dict | None, dict]:
+    """``keyed_pose`` and ``changes`` with the pose that the draft which plays grew out of: its own pose is nobody's start.
+
+    A draft that does not know it goes, so that the pose below it can be read.
+    """
+    shown = layers.draft_of(armature)
+    if shown is None or "CURRENT" not in (settings.start_pose, settings.end_pose):
+        return None, changes
+    told = provenance.of(shown)
+    if any(told["settings"][name] != getattr(settings, name) for name in ("start_pose", "end_pose", "result")):
+        drafts.drop(armature)
+        bpy.context.view_layer.update()
+        return None, changes
+    return told["keyed_pose"], ({"pose": told["pose"]} if told["pose"] else {}) | changes
+
+
+def _without_controls(params: dict, settings) -> tuple[str, ...]:
+    """Take sliders that the checkpoint does not know from the engine's parameters; tells if any was set."""
+    if choices.control_names(settings.checkpoint):
+        return ()
+    asked = [*params.pop("affect", {}).values(), params.pop("rate", 0), params.pop("hand", 0)]
+    return (told("This checkpoint has intensity only: the other sliders were left out."),) if any(asked) else ()
+
+
+def options(settings) -> Options:
+    """How motions are laid onto a character, from its settings."""
+    return Options(
+        torso=settings.torso_strength if "TORSO" in settings.parts else 0.0,
+        head=settings.head_strength if "HEAD" in settings.parts else 0.0,
+        clavicle=settings.clavicle_strength if "CLAVICLES" in settings.parts else 0.0,
+        palms=settings.palms,
+    )
+
+
+def wait(context, planned: Plan, progress=None) -> Outcome:
+    """Let the engine work and finish: the way without a window. ``progress(stage, value)`` hears of it."""
+    return finish(planned, gesture.call(context, planned.params, progress))
+
+
+def finish(planned: Plan, result: dict) -> Outcome:
+    """Lay the engine's motions onto the character; nothing is left behind if that fails.
+
+    Raises :class:`S2agError`, also where the character or the scene is gone.
+    """
+    armature = planned.armature.find(bpy.data.objects)
+    if armature is None:
+        raise S2agError(f"The character {planned.armature.name} is gone.", "Nothing was changed.")
+    scene = planned.scene.find(bpy.data.scenes) or bpy.context.scene
+    reading.require_armature(armature)
+    warnings = [*planned.warnings, *result.get("warnings", ())]
+    if not planned.draft or (drafts.is_staged(armature) and planned.settings["result"] != "LAYER"):
+        drafts.drop(armature)
+    laying = Laying(planned, armature, scene, warnings.append)
+    known = {action.name for action in bpy.data.actions}
+    try:
+        actions = [laying.action(motion) for motion in result["motions"]]
+    except Exception:
+        for action in [action for action in bpy.data.actions if action.name not in known]:
+            bpy.data.actions.remove(action)
+        raise
+    if planned.draft:
+        drafts.show(armature, actions[0])
+        return Outcome(actions, result["motions"][0].duration, warnings)
+    takes.add(armature, actions)
+    _accompany(planned, scene, result["motions"][0], warnings)
+    return Outcome(actions, result["motions"][0].duration, list(dict.fromkeys(warnings)))
+
+
+def _accompany(planned: Plan, scene, motion: Motion, warnings: list[str]) -> None:
+    """The sound strip and the word markers, where they are wanted."""
+    span, kept = planned.voice.span, planned.settings
+    if kept["add_sound"] and not planned.voice.placed:
+        try:
+            sound.add_sound(scene, planned.voice.path, round(span.start))
+        except AudioUnreadable as error:  # the engine reads more formats than Blender's sound system
+            warnings.append(f"The gestures are there, the sound strip is not: {error}")
+    elif planned.voice.placed:
+        scene.sync_mode = "AUDIO_SYNC"
+    if kept["add_markers"]:
+        if motion.words:
+            markers.add(scene, motion.words, span.start, kept["marker_prefix"], span.first, span.last)
+        else:
+            warnings.append("There are no word markers, because the words are not known.")

@@ -1,0 +1,112 @@
+"""What the panel does, as functions a script can call: ask the engine for gestures and key them on a character."""
+
+import bpy
+
+from ...core.errors import UsageError
+from ...core.motion.motion import Motion
+from ...core.styles import AFFECTS
+from ..engine import errors_log
+from ..engine.client import Job, WorkerClient
+from ..engine.known import interpreter
+from . import choices, sources
+
+_engine: WorkerClient | None = None
+
+
+def engine(context) -> WorkerClient:
+    """The one warm engine of this Blender, started with the interpreter of the preferences when first asked something."""
+    global _engine
+    if _engine is None:
+        _engine = WorkerClient(interpreter(context), log=errors_log.note)
+    return _engine
+
+
+def stop_engine() -> None:
+    """End the engine's process, if there is one."""
+    global _engine
+    if _engine is not None:
+        _engine.close()
+        _engine = None
+
+
+def request(settings, audio: str = "") -> dict:
+    """The engine's parameters for a character's settings; ``audio`` is what it hears if that is not the named file.
+
+    Raises :class:`UsageError` where something is not chosen.
+    """
+    audio = audio or bpy.path.abspath(settings.audio)
+    if not audio:
+        raise UsageError("No recording is chosen.", "Choose one in the panel.")
+    params = {
+        "audio": audio,
+        "style": choices.expression(settings),
+        "seed": settings.seed,
+        "takes": settings.take_count,
+        "intensity": slider(settings, "intensity"),
+        "affect": {name: slider(settings, name) for name in AFFECTS},
+        "rate": slider(settings, "rate"),
+        "hand": slider(settings, "hand"),
+        "mirror": settings.mirror,
+        **sources.words(settings, "" if settings.audio_source == "MIXDOWN" else audio),
+    }
+    if settings.checkpoint:
+        params["checkpoint"] = bpy.path.abspath(settings.checkpoint)
+    if settings.language.strip() and {"transcript", "text"} & set(params):
+        params["language"] = settings.language.strip()
+    return params
+
+
+def start(context, params: dict) -> Job:
+    """Ask for gestures and return at once."""
+    return engine(context).request("synthesize", params)
+
+
+def cancel(job: Job | None) -> None:
+    """Ask the engine to drop a job; nothing in the file has been touched."""
+    if job is not None and _engine is not None:
+        _engine.cancel(job)
+
+
+def poll(job: Job, progress) -> dict | None:
+    """The finished job's result with its motions loaded, or None while it runs; raises the error it ended with."""
+    if not job.poll():
+        progress(job.stage, job.value)
+        return None
+    return _loaded(job.outcome())
+
+
+def call(context, params: dict, progress=None) -> dict:
+    """Ask for gestures and wait: the headless way."""
+    return _loaded(engine(context).call("synthesize", params, progress))
+
+
+def export(context, armature, path: str) -> None:
+    """Write the character with what it plays as ``.bvh``, ``.fbx`` or ``.glb``, by the suffix of ``path``.
+
+    Raises :class:`UsageError` for another suffix, :class:`OutputUnwritable` where writing fails.
+    """
+    from ..cast import cast
+    from ..cast.character import Character
+    from ..film import export
+
+    export.export(context.scene, Character(armature, tuple(cast.meshes(armature))), path)
+
+
+def add_character(name: str, gender: str = "female"):
+    """Build ``human`` or ``mannequin`` in the current scene; returns its armature object."""
+    if name == "human":
+        from ..cast import human
+
+        return human.build(gender=gender).armature
+    from ..cast import mannequin
+
+    return mannequin.build().armature
+
+
+def slider(settings, name: str) -> float:
+    """A slider's value as it was set: Blender keeps 0.8 as 0.800000012."""
+    return round(getattr(settings, name), 4)
+
+
+def _loaded(result: dict) -> dict:
+    return {**result, "motions": [Motion.load(path) for path in result["motions"]]}

@@ -1,0 +1,118 @@
+"""The one way in which operators run the engine: modal in a window, to completion without one."""
+
+import bpy
+
+from ...core.errors import S2agError
+from ..translations import told, told_error
+from . import generate, session
+
+TICK = 0.1
+"""Seconds between looks at the engine."""
+
+
+def character(context) -> bpy.types.Object | None:
+    """The armature that the active object is or is deformed by, or None."""
+    active = context.active_object
+    if active is None or active.type == "ARMATURE":
+        return active
+    return active.find_armature()
+
+
+class Generating:
+    """Base of operators that make gestures; they say with ``planned(context, armature)`` which.
+
+    Nothing in the file changes before all is done, and then in one undo step.
+    """
+
+    bl_options = {"REGISTER", "UNDO"}
+    _timer = None
+    _run = None
+
+    def planned(self, context, armature) -> generate.Plan:
+        """What to make."""
+        return generate.plan(context, armature)
+
+    def execute(self, context):
+        """Run to completion."""
+        armature = character(context)
+        session.MESSAGES.pop(armature.session_uid, None)
+        try:
+            outcome = generate.wait(context, self.planned(context, armature))
+        except S2agError as error:
+            return self._fail(armature.session_uid, error)
+        return self._done(armature.session_uid, armature.name, outcome)
+
+    def invoke(self, context, event):
+        """Start and come back to the user; without a window, run to completion."""
+        if bpy.app.background or context.window is None:
+            return self.execute(context)
+        armature = character(context)
+        self._uid, self._name = armature.session_uid, armature.name
+        session.MESSAGES.pop(self._uid, None)
+        try:
+            self._run = session.Run(context, armature, self.planned(context, armature))
+        except S2agError as error:
+            return self._fail(self._uid, error)
+        self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        """Look at the engine on every tick; ESC cancels."""
+        if event.type == "ESC" and event.value == "PRESS":
+            self._run.cancel()
+        elif event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        before = self._run.stage, self._run.value
+        try:
+            outcome = self._run.step()
+        except S2agError as error:
+            self._stop(context)
+            return self._fail(self._uid, error)
+        except BaseException:
+            self._stop(context)
+            raise
+        if outcome is None:
+            if before != (self._run.stage, self._run.value):
+                redraw(context)
+            return {"PASS_THROUGH"}
+        self._stop(context)
+        return self._done(self._uid, self._name, outcome)
+
+    def cancel(self, context):
+        """Blender ends the operator: another file is opened, or the window closes."""
+        if self._run is not None:
+            self._run.cancel()
+        self._stop(context)
+
+    def _stop(self, context) -> None:
+        if self._run is not None:
+            self._run.end()
+        redraw(context)
+        if self._timer is not None:
+            context.window_manager.event_timer_remove(self._timer)
+            self._timer = None
+
+    def _done(self, uid: int, name: str, outcome: generate.Outcome):
+        session.MESSAGES[uid] = [(told(warning), "ERROR") for warning in outcome.warnings]
+        for warning in outcome.warnings:
+            self.report({"WARNING"}, told(warning))
+        self.report({"INFO"}, told("{name} gestures for {seconds:.1f} seconds", name=name, seconds=outcome.seconds))
+        return {"FINISHED"}
+
+    def _fail(self, uid: int, error: S2agError):
+        if error.kind == "Cancelled":
+            self.report({"INFO"}, told("Cancelled"))
+            return {"CANCELLED"}
+        session.fail(uid, error)
+        self.report({"ERROR"}, told_error(error))
+        return {"CANCELLED"}
+
+
+def redraw(context) -> None:
+    """Draw the sidebars of all 3D viewports anew, and not the viewports themselves."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            for region in area.regions if area.type == "VIEW_3D" else ():
+                if region.type == "UI":
+                    region.tag_redraw()

@@ -1,0 +1,73 @@
+"""What goes on in this Blender: runs of the engine, one a character at a time, and what they have to tell. Never saved."""
+
+import bpy
+
+from ...core.errors import Cancelled, S2agError
+from ..engine import errors_log
+from ..translations import told, told_error
+from . import generate, gesture
+
+
+class Run:
+    """One press of the button on its way: asks the engine, and finishes when its answer is here."""
+
+    def __init__(self, context, armature: bpy.types.Object, planned: generate.Plan):
+        self.planned = planned
+        self.stage, self.value = "", 0.0
+        self.cancelled = False
+        self._job = gesture.start(context, planned.params)
+        RUNS[armature.session_uid] = self
+
+    def step(self) -> generate.Outcome | None:
+        """The outcome when it is done, None while it is not; never waits. Raises the :class:`S2agError` it ended with."""
+        if self.cancelled:
+            raise Cancelled("Cancelled.")
+        result = gesture.poll(self._job, self._note)
+        return None if result is None else generate.finish(self.planned, result)
+
+    def cancel(self) -> None:
+        """Give up at once; the engine hears of it and drops what it was at."""
+        self.cancelled = True
+        gesture.cancel(self._job)
+
+    def end(self) -> None:
+        """Forget this run."""
+        for uid in [uid for uid, run in RUNS.items() if run is self]:
+            del RUNS[uid]
+
+    def _note(self, stage: str, value: float) -> None:
+        self.stage, self.value = stage, value
+
+
+RUNS: dict[int, Run] = {}
+"""Runs under way, by the character's number in this session."""
+MESSAGES: dict[int, list[tuple[str, str]]] = {}
+"""What a character's last run had to tell: texts and icons."""
+
+
+def run_of(armature: bpy.types.Object | None) -> Run | None:
+    """The run under way for a character, or None."""
+    return RUNS.get(armature.session_uid) if armature is not None else None
+
+
+def messages(armature: bpy.types.Object) -> list[tuple[str, str]]:
+    """What the last run of a character had to tell."""
+    return MESSAGES.get(armature.session_uid, [])
+
+
+def fail(uid: int, error: S2agError) -> str:
+    """Keep an error and its remedy for the panel, save the engine's log, and return both as one line."""
+    lines = [(told(error.message), "ERROR")]
+    if error.remedy:
+        lines.append((told(error.remedy), "BLANK1"))
+    MESSAGES[uid] = lines
+    errors_log.save(error)
+    return told_error(error)
+
+
+def clear() -> None:
+    """Cancel all runs and forget everything: another file has come."""
+    for run in list(RUNS.values()):
+        run.cancel()
+    RUNS.clear()
+    MESSAGES.clear()

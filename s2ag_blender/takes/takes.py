@@ -1,0 +1,109 @@
+"""Takes of a character: actions to flip through, keep, name, delete, and to make more of."""
+
+import bpy
+
+from .. import provenance
+from ..keys import layers
+from . import drafts, recall
+
+
+def add(armature: bpy.types.Object, actions: list[bpy.types.Action]) -> None:
+    """Put the actions of one run at the end of the list and show the first of them."""
+    settings = armature.s2ag
+    run = 1 + max((take.run for take in settings.takes), default=0)
+    first = len(settings.takes)
+    for number, action in enumerate(actions):
+        take = settings.takes.add()
+        # A library override finds its own items again by their names, so no two may have the same.
+        take.name, take.title, take.action, take.run = f"{run}.{number}", title(action), action, run
+    settings.active_take = first  # shows it
+
+
+def title(action: bpy.types.Action) -> str:
+    """A take's first name: its style, seed and number."""
+    told = provenance.of(action)
+    style = told.get("style", "")
+    if isinstance(style, dict):
+        style = " + ".join(style)
+    near = "".join(f"~{number}" for number, _ in told.get("near", ()))
+    return f"{style.capitalize()} {told.get('seed', 0)}.{told.get('take', 0)}{near}"
+
+
+def active(armature: bpy.types.Object):
+    """The take that the list has selected and whose action is still there, or None."""
+    settings = armature.s2ag
+    if not 0 <= settings.active_take < len(settings.takes):
+        return None
+    take = settings.takes[settings.active_take]
+    return take if take.action is not None else None
+
+
+def show(armature: bpy.types.Object) -> None:
+    """Let the character play the selected take; called whenever the selection changes."""
+    take = active(armature)
+    if take is not None and provenance.of(take.action):
+        drafts.drop(armature)
+        layers.show(armature, take.action)
+
+
+def delete(armature: bpy.types.Object, indices) -> None:
+    """Delete takes, and their actions unless something else uses them; where the one that plays goes, its neighbour plays,
+    or what was there before.
+    """
+    settings = armature.s2ag
+    shown = active(armature)
+    playing = shown.action if shown else None
+    nearest = settings.active_take
+    for index in sorted(set(indices), reverse=True):
+        action = settings.takes[index].action
+        settings.takes.remove(index)
+        if action is not None and not any(take.action == action for take in settings.takes):
+            playing = None if action == playing else playing
+            layers.hide(armature, action)
+            if action.users - action.use_fake_user <= 0:
+                bpy.data.actions.remove(action)
+    survived = next((number for number, take in enumerate(settings.takes) if playing and take.action == playing), None)
+    settings.active_take = min(nearest, len(settings.takes) - 1) if survived is None else survived
+
+
+def delete_others(armature: bpy.types.Object) -> int:
+    """Delete takes that are neither kept nor selected; returns how many."""
+    settings = armature.s2ag
+    doomed = [number for number, take in enumerate(settings.takes) if not take.keep and number != settings.active_take]
+    delete(armature, doomed)
+    return len(doomed)
+
+
+def again(action: bpy.types.Action, **changes) -> dict:
+    """Arguments for ``generate.plan`` that make a take of ours once more, the same unless ``changes`` say otherwise."""
+    told = provenance.of(action)
+    same = {"kept": told["settings"], "keyed_pose": told.get("keyed_pose"), "pose": told.get("pose")}
+    identity = {"style": told["style"], "take": told.get("take", 0), "near": told.get("near") or [], "takes": 1}
+    return {**same, **identity, "seed": told["seed"], **changes}
+
+
+def recall_settings(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+    """Set the character's settings to those that a take was made with."""
+    told = provenance.of(action)
+    recall.restore(armature.s2ag, told["settings"])
+    armature.s2ag.seed = told["seed"]
+
+
+def rerolled(armature: bpy.types.Object, action: bpy.types.Action) -> dict:
+    """Arguments for ``generate.plan``: the settings of a take, and the lowest seed above its own that no take has."""
+    told = [provenance.of(take.action) or {} for take in armature.s2ag.takes if take.action is not None]
+    used = {one.get("seed") for one in told}
+    seed = provenance.of(action)["seed"] + 1
+    while seed in used:
+        seed += 1
+    return again(action, seed=seed, take=0, near=[])
+
+
+def varied(armature: bpy.types.Object, action: bpy.types.Action, spread: float, count: int) -> dict:
+    """Arguments for ``generate.plan``: ``count`` variations of a take, ``spread`` (0..1) away from it, none made before."""
+    told = provenance.of(action)
+    here = told.get("take", 0), told.get("near") or []
+    made = [provenance.of(take.action) or {} for take in armature.s2ag.takes if take.action is not None]
+    steps = [one["near"] for one in made if one.get("near") and (one["take"], one["near"][:-1]) == here]
+    step = 1 + max((near[-1][0] for near in steps), default=0)
+    return again(action, spread=round(spread, 4), takes=count, step=step)

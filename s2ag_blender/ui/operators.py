@@ -1,0 +1,162 @@
+"""Operators of the panel: thin, one undo step each. All they do, a script can do through the functions they call."""
+
+import bpy
+from bpy_extras.io_utils import ExportHelper
+
+from ...core.errors import S2agError
+from ..engine import known
+from ..rig import readiness
+from ..takes import gesture, markers, session, sources
+from ..takes.running import Generating, character
+from ..translations import told, told_error
+
+
+def obstacle(context) -> str:
+    """Why no gestures can be made now, as a short phrase; empty if they can."""
+    armature = character(context)
+    if armature is None:
+        return told("Select a character's armature")
+    if session.run_of(armature) is not None:
+        return told("Gestures are being made for this character")
+    if armature.library is not None:
+        return told("The character is linked: make a library override of it first")
+    if armature.mode == "EDIT":
+        return told("Leave edit mode first")
+    ready = readiness.known(armature)
+    if ready is not None and ready.problem:
+        return ready.problem
+    if armature.s2ag.transcript_source == "RECOGNISE" and known.recogniser(context) is False:
+        return told("The engine has no speech recogniser yet")
+    return sources.missing(armature.s2ag, context.scene)
+
+
+class S2AG_OT_generate(Generating, bpy.types.Operator):
+    """Make the character gesture to its recording"""
+
+    bl_idname = "s2ag.generate"
+    bl_label = "Generate Gestures"
+
+    @classmethod
+    def poll(cls, context):
+        reason = obstacle(context)
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
+
+
+class S2AG_OT_cancel(bpy.types.Operator):
+    """Stop making gestures for this character; nothing has been changed"""
+
+    bl_idname = "s2ag.cancel"
+    bl_label = "Cancel"
+
+    @classmethod
+    def poll(cls, context):
+        if session.run_of(character(context)) is not None:
+            return True
+        cls.poll_message_set(told("No gestures are being made for this character"))
+        return False
+
+    def execute(self, context):
+        session.run_of(character(context)).cancel()
+        return {"FINISHED"}
+
+
+class NeedsCharacter:
+    """Base of operators that need no more than a character."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        if character(context) is not None:
+            return True
+        cls.poll_message_set(told("Select a character's armature"))
+        return False
+
+
+class S2AG_OT_remove_markers(NeedsCharacter, bpy.types.Operator):
+    """Remove the timeline markers that stand for words"""
+
+    bl_idname = "s2ag.remove_markers"
+    bl_label = "Remove Word Markers"
+
+    @classmethod
+    def poll(cls, context):
+        armature = character(context)
+        if armature is None or not markers.ours(context.scene, armature.s2ag.marker_prefix):
+            cls.poll_message_set(told("No marker starts with this prefix"))
+            return False
+        return True
+
+    def execute(self, context):
+        count = markers.remove(context.scene, character(context).s2ag.marker_prefix)
+        self.report({"INFO"}, told("{count} markers removed", count=count))
+        return {"FINISHED"}
+
+
+class S2AG_OT_export(NeedsCharacter, bpy.types.Operator, ExportHelper):
+    """Write the character with its gestures as a file for other programs"""
+
+    bl_idname = "s2ag.export"
+    bl_label = "Export Character"
+    bl_options = {"REGISTER"}
+    check_extension = True
+
+    format: bpy.props.EnumProperty(
+        name="Format",
+        description="Kind of file",
+        items=[
+            (".bvh", "BVH", "The skeleton and its motion"),
+            (".fbx", "FBX", "The character with its meshes and motion"),
+            (".glb", "GLB", "The character with its meshes and motion, as glTF"),
+        ],
+    )
+    filter_glob: bpy.props.StringProperty(default="*.bvh;*.fbx;*.glb", options={"HIDDEN"})
+
+    @property
+    def filename_ext(self):
+        return self.format
+
+    def execute(self, context):
+        try:
+            gesture.export(context, character(context), self.filepath)
+        except S2agError as error:
+            self.report({"ERROR"}, told_error(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, told("Written: {path}", path=self.filepath))
+        return {"FINISHED"}
+
+
+class _AddCharacter:
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        try:
+            armature = gesture.add_character(self.character, getattr(self, "gender", "female"))
+        except S2agError as error:
+            self.report({"ERROR"}, told_error(error))
+            return {"CANCELLED"}
+        for selected in context.selected_objects:
+            selected.select_set(False)
+        armature.select_set(True)
+        context.view_layer.objects.active = armature
+        return {"FINISHED"}
+
+
+class S2AG_OT_add_human(_AddCharacter, bpy.types.Operator):
+    """Add a person with a skeleton, ready to gesture"""
+
+    bl_idname = "s2ag.add_human"
+    bl_label = "Gesturing Human"
+    character = "human"
+
+    gender: bpy.props.EnumProperty(name="Gender", items=[("female", "Woman", ""), ("male", "Man", "")])
+
+
+class S2AG_OT_add_mannequin(_AddCharacter, bpy.types.Operator):
+    """Add a plain figure, ready to gesture"""
+
+    bl_idname = "s2ag.add_mannequin"
+    bl_label = "Gesturing Mannequin"
+    character = "mannequin"

@@ -1,0 +1,219 @@
+"""The sidebar panel: who gestures, to what, how, on which frames; then one button, and what happens."""
+
+import bpy
+
+from ...core.styles import AFFECTS
+from ..engine import errors_log, known
+from ..rig import readiness
+from ..takes import choices, preview, session, sources
+from ..takes.running import character
+from ..translations import told, told_error
+from . import presets
+
+
+class Sidebar:
+    """Where all panels of the extension are."""
+
+    bl_category = "S2AG"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+
+
+class S2AG_PT_gestures(Sidebar, bpy.types.Panel):
+    bl_label = "Gestures"
+
+    def draw_header_preset(self, context):
+        if character(context) is not None:
+            presets.S2AG_PT_presets.draw_panel_header(self.layout)
+
+    def draw(self, context):
+        layout = self.layout
+        armature = character(context)
+        if armature is None:
+            layout.label(text="Select a character", icon="INFO")
+            column = layout.column(align=True)
+            column.operator("s2ag.add_human", icon="OUTLINER_OB_ARMATURE")
+            column.operator("s2ag.add_mannequin", icon="ARMATURE_DATA")
+            return
+        settings = armature.s2ag
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        draw_character(layout, armature)
+        draw_voice(layout, settings, context.scene)
+        draw_words(layout, settings, context)
+        draw_style(layout, settings)
+        draw_affect(layout, settings)
+        draw_frames(layout, settings, context.scene)
+        draw_run(layout, armature, context)
+
+
+def draw_character(layout, armature) -> None:
+    """The character and in one line whether it can gesture."""
+    row = layout.row()
+    row.label(text=armature.name, icon="ARMATURE_DATA", translate=False)
+    ready = readiness.known(armature)
+    if ready is None:
+        row.label(text="Looking for bones", icon="TIME")
+    elif ready.problem:
+        sentence(layout, ready.problem, "ERROR")
+    else:
+        icon = "CHECKMARK" if ready.found == len(ready.rows) else "INFO"
+        row.label(text=told("{found} of {all} parts", found=ready.found, all=len(ready.rows)), icon=icon)
+
+
+def sentence(layout, text: str, icon: str) -> None:
+    """A sentence in as many lines as it needs, its icon before the first."""
+    column = layout.column(align=True)
+    for number, line in enumerate(choices.wrapped(text)):
+        column.label(text=line, icon="BLANK1" if number else icon, translate=False)
+
+
+def draw_voice(layout, settings, scene) -> None:
+    """Where the voice comes from."""
+    column = layout.column()
+    column.prop(settings, "audio_source")
+    if settings.audio_source == "FILE":
+        column.prop(settings, "audio")
+    elif settings.audio_source == "STRIP":
+        strip = sources.chosen_strip(settings, scene)
+        column.prop(settings, "sound_strip", icon="SOUND")
+        if strip is not None and not settings.sound_strip:
+            column.label(text=told("The only strip: {name}", name=strip.name), icon="SOUND")
+    reason = sources.missing(settings, scene)
+    if reason and not (settings.audio_source == "FILE" and not settings.audio):
+        column.label(text=reason, icon="INFO", translate=False)
+
+
+def draw_words(layout, settings, context) -> None:
+    """Where the words come from."""
+    column = layout.column()
+    column.prop(settings, "transcript_source")
+    if settings.transcript_source == "FILE":
+        column.prop(settings, "transcript")
+        if not settings.transcript:
+            draw_beside(column, settings, context.scene)
+    elif settings.transcript_source == "BLOCK":
+        column.prop(settings, "transcript_block")
+    elif settings.transcript_source == "TYPED":
+        column.prop(settings, "typed")
+    elif settings.transcript_source == "RECOGNISE":
+        draw_recogniser(column, context)
+
+
+def draw_recogniser(layout, context) -> None:
+    """What the speech recogniser knows; where the engine has none, how it gets one."""
+    if known.recogniser(context) is not False:
+        layout.label(text="English speech only", icon="INFO")
+        return
+    sentence(layout, told("The engine has no speech recogniser yet"), "INFO")
+    if known.is_own(known.facts(context)):
+        layout.operator("s2ag.engine_setup", text="Add the Recogniser", icon="IMPORT").recognise = True
+    else:
+        sentence(layout, told('Add it to the engine\'s Python: pip install "s2ag[recognise]"'), "BLANK1")
+
+
+def draw_beside(layout, settings, scene) -> None:
+    """Whether the words were found beside the recording."""
+    recording = settings.audio
+    if settings.audio_source == "MIXDOWN":
+        recording = ""
+    elif settings.audio_source == "STRIP":
+        strip = sources.chosen_strip(settings, scene)
+        recording = sources.strip_path(strip) if strip is not None and strip.sound else ""
+    found = sources.beside(recording)
+    if found:
+        named = told("{name} beside the recording is used", name=bpy.path.basename(found))
+        layout.label(text=named, icon="CHECKMARK", translate=False)
+    else:
+        layout.label(text="No words: the audio alone gestures", icon="INFO")
+
+
+def draw_style(layout, settings) -> None:
+    """Style, what it looks like, and a second one to blend in."""
+    column = layout.column()
+    column.prop(settings, "style_pick")
+    if choices.is_written(settings):
+        column.prop(settings, "style", text="Expression")
+        return
+    about = choices.description(settings)
+    if about:
+        for line in choices.wrapped(told(about)):
+            column.label(text=line, translate=False)
+    if not choices.can_blend(settings):
+        column.label(text="Random styles are not blended", icon="INFO")
+        return
+    column.prop(settings, "style_second_pick")
+    if settings.style_second:
+        column.prop(settings, "style_mix", slider=True)
+
+
+def draw_affect(layout, settings) -> None:
+    """Sliders of affect and gesture; greyed with the reason where the checkpoint lacks them."""
+    header, body = layout.panel("s2ag_affect")
+    header.label(text="Affect")
+    if body is None:
+        return
+    known = choices.control_names(settings.checkpoint)
+    body.prop(settings, "intensity", slider=True)
+    steered = body.column(align=True)
+    for name in (*AFFECTS, "rate", "hand"):
+        steered.prop(settings, name, slider=True)
+    body.prop(settings, "mirror")
+    # Greyed, not locked: whoever opens a file whose sliders are set must be able to set them back.
+    steered.active = bool(known)
+    if not known:
+        body.label(text="This checkpoint has intensity only", icon="INFO")
+
+
+def draw_frames(layout, settings, scene) -> None:
+    """Seed, number of takes, and frames."""
+    column = layout.column(align=True)
+    column.prop(settings, "seed")
+    column.prop(settings, "take_count")
+    column = layout.column()
+    column.prop(settings, "range")
+    if settings.range == "OWN" and settings.audio_source != "STRIP":
+        column.prop(settings, "start_frame")
+    elif settings.range == "OWN":
+        column.label(text="The strip tells the frames", icon="INFO")
+
+
+def draw_run(layout, armature, context) -> None:
+    """The button, or the progress; then what the last run had to tell."""
+    run = session.run_of(armature)
+    if known.STATE.work is not None:
+        draw_engine_work(layout, known.STATE.work)
+    elif not known.engine_known(context):
+        layout.label(text="The gesture engine is not set up yet", icon="INFO")
+        setup = layout.operator("s2ag.engine_setup", icon="IMPORT")
+        setup.recognise = armature.s2ag.transcript_source == "RECOGNISE"
+        if known.STATE.error is not None:
+            sentence(layout, told_error(known.STATE.error), "ERROR")
+    elif run is None:
+        row = layout.row(align=True)
+        row.scale_y = 1.4
+        row.operator("s2ag.generate", icon="PLAY")
+        row.prop(context.window_manager.s2ag, "live", text="", icon="HIDE_OFF" if preview.is_on(context) else "HIDE_ON")
+    else:
+        row = layout.row(align=True)
+        text = told("Cancelling") if run.cancelled else told(run.stage).capitalize() or told("Waiting for the engine")
+        row.progress(factor=run.value, text=text)
+        row.operator("s2ag.cancel", text="", icon="X")
+    for text, icon in session.messages(armature):
+        sentence(layout, text, icon)
+    if errors_log.latest() is not None and session.messages(armature):
+        layout.operator("s2ag.open_log", icon="TEXT")
+
+
+def draw_engine_work(layout, work) -> None:
+    """How far the engine's set-up is, with the button that stops it."""
+    row = layout.row(align=True)
+    row.progress(factor=work.value, text=told(work.stage, **work.names))
+    row.operator("s2ag.engine_cancel", text="", icon="X")
+
+
+def draw_add_menu(self, context):
+    """Entries of the Add > Armature menu."""
+    self.layout.separator()
+    self.layout.operator("s2ag.add_human", icon="OUTLINER_OB_ARMATURE")
+    self.layout.operator("s2ag.add_mannequin", icon="ARMATURE_DATA")

@@ -1,0 +1,78 @@
+"""Presets of how a character gestures, through Blender's own preset system; the shipped ones are files in ``presets/``."""
+
+from pathlib import Path
+
+import bpy
+from bl_operators.presets import AddPresetBase
+from bl_ui.utils import PresetPanel
+
+from ..translations import told
+
+LABEL = "Gesture Presets"
+FOLDER = "s2ag/character"
+"""Below ``presets`` in every place where Blender looks for presets."""
+CHARACTER = "person = bpy.context.object"
+SETTINGS = "settings = (person if person.type == 'ARMATURE' else person.find_armature()).s2ag"
+VALUES = (
+    "style",
+    "style_second",
+    "style_mix",
+    "intensity",
+    "arousal",
+    "valence",
+    "dominance",
+    "rate",
+    "hand",
+    "mirror",
+    "torso_strength",
+    "head_strength",
+    "clavicle_strength",
+    "palms",
+)
+"""What a preset sets: the manner of gesturing, nothing of the recording, the frames or the layers."""
+
+_ROOT = str(Path(__file__).parents[2])
+
+
+def _character(context):
+    person = context.object
+    return person if person is None or person.type == "ARMATURE" else person.find_armature()
+
+
+class S2AG_OT_preset_add(AddPresetBase, bpy.types.Operator):
+    """Keep how this character gestures as a preset, or remove the preset"""
+
+    bl_idname = "s2ag.preset_add"
+    bl_label = "Add Gesture Preset"
+    preset_menu = "S2AG_PT_presets"
+    preset_subdir = FOLDER
+    preset_defines = [CHARACTER, SETTINGS]
+    preset_values = [f"settings.{name}" for name in VALUES]
+
+    @classmethod
+    def poll(cls, context):
+        if _character(context) is None:
+            cls.poll_message_set(told("Select a character"))
+            return False
+        return True
+
+
+class S2AG_PT_presets(PresetPanel, bpy.types.Panel):
+    bl_label = LABEL
+    preset_subdir = FOLDER
+    preset_operator = "script.execute_preset"
+    preset_add_operator = "s2ag.preset_add"
+
+
+CLASSES = (S2AG_OT_preset_add, S2AG_PT_presets)
+
+
+def register() -> None:
+    """Let Blender find the shipped presets."""
+    S2AG_PT_presets.bl_label = LABEL  # Blender makes it the name of the last preset that was used
+    bpy.utils.register_preset_path(_ROOT)
+
+
+def unregister() -> None:
+    """Undo :func:`register`."""
+    bpy.utils.unregister_preset_path(_ROOT)

@@ -1,0 +1,342 @@
+"""What the animator set for a character, kept on its object and saved with the file."""
+
+import bpy
+
+from ...core.styles import EXPLAINED
+from .. import compat
+from ..takes import choices
+from ..takes.choices import control_names, style_names
+
+__all__ = ["S2AG_BoneChoice", "S2AG_Session", "S2AG_Settings", "S2AG_Take", "control_names", "style_names"]
+
+EDITABLE = {"LIBRARY_OVERRIDABLE"}
+"""Settings of a library override are the animator's own, too."""
+PARTS = (
+    ("TORSO", "Torso", "Key the spine"),
+    ("HEAD", "Head", "Key neck and head"),
+    ("CLAVICLES", "Clavicles", "Key both shoulders"),
+    ("LEFT_ARM", "Left Arm", "Key the left upper arm and forearm"),
+    ("RIGHT_ARM", "Right Arm", "Key the right upper arm and forearm"),
+)
+
+
+def _changed(settings, context) -> None:
+    from ..takes import preview
+
+    preview.touch(settings.id_data)
+
+
+def _live_switched(settings, context) -> None:
+    from ..takes import preview
+
+    preview.switched(context)
+
+
+def _switched(settings, context) -> None:
+    from ..takes import takes
+
+    takes.show(settings.id_data)
+
+
+def _kept(take, context) -> None:
+    if take.action is not None and take.keep:
+        take.action.use_fake_user = True
+
+
+def _remapped(item, context) -> None:
+    from ..rig import readiness
+
+    readiness.forget(item.id_data)
+
+
+def _control(name: str, label: str):
+    return bpy.props.FloatProperty(
+        name=label, description=EXPLAINED[name], min=-1.0, max=1.0, step=5, precision=2, override=EDITABLE, update=_changed
+    )
+
+
+def _share(name: str, description: str, default: float, largest: float = 1.5, update=None):
+    return bpy.props.FloatProperty(
+        name=name, description=description, default=default, min=0.0, max=largest, precision=2, override=EDITABLE, update=update
+    )
+
+
+class S2AG_BoneChoice(bpy.types.PropertyGroup):
+    """Bones that the animator chose for a part of the body; ``name`` is the part."""
+
+    bones: bpy.props.StringProperty(
+        name="Bones",
+        description="Bones that carry this part, from the lowest to the highest, with commas between; empty leaves it out",
+        search=choices.search_bones,
+        search_options={"SUGGESTION"},
+        override=EDITABLE,
+        update=_remapped,
+    )
+
+
+class S2AG_Take(bpy.types.PropertyGroup):
+    """One take of a character; all else about it stands on its action. ``name`` is its number, never used twice."""
+
+    title: bpy.props.StringProperty(name="Title", description="What this take is called", override=EDITABLE)
+    action: bpy.props.PointerProperty(type=bpy.types.Action, name="Action", override=EDITABLE)
+    keep: bpy.props.BoolProperty(
+        name="Keep", description="Spare this take when the others are deleted", override=EDITABLE, update=_kept
+    )
+    run: bpy.props.IntProperty(options={"HIDDEN"}, override=EDITABLE)  # takes of one press of the button share it
+
+
+class S2AG_Session(bpy.types.PropertyGroup):
+    """What belongs to this Blender and not to a file."""
+
+    live: bpy.props.BoolProperty(
+        name="Live Preview",
+        description="Show a draft while sliders move; nothing is kept until gestures are generated",
+        update=_live_switched,
+        options={"SKIP_SAVE"},
+    )
+
+
+class S2AG_Settings(bpy.types.PropertyGroup):
+    """Inputs of one character's gestures."""
+
+    audio_source: bpy.props.EnumProperty(
+        name="Voice",
+        description="Where the voice is",
+        items=[
+            ("FILE", "File", "A recording on disk"),
+            ("STRIP", "Strip", "A sound strip of the sequencer, in sync with it"),
+            ("MIXDOWN", "Sequencer", "All that the sequencer plays in the range"),
+        ],
+        override=EDITABLE,
+    )
+    audio: bpy.props.StringProperty(
+        name="Recording",
+        description="Voice recording, in any common format",
+        subtype="FILE_PATH",
+        options=compat.RELATIVE,
+        override=EDITABLE,
+    )
+    sound_strip: bpy.props.StringProperty(
+        name="Sound Strip",
+        description="Sound strip of this scene's sequencer to gesture to",
+        search=choices.search_strips,
+        override=EDITABLE,
+    )
+    transcript_source: bpy.props.EnumProperty(
+        name="Words",
+        description="Where the words of the recording are; with words, gestures follow their meaning",
+        items=[
+            ("FILE", "File", "A transcript of any form; if none is named, the one beside the recording, by the same name"),
+            ("BLOCK", "Text Block", "A text of this file, as the text editor shows it"),
+            ("TYPED", "Typed", "Words typed here"),
+            ("NONE", "None", "The audio alone gestures"),
+            ("RECOGNISE", "Recognise", "What the engine's speech recogniser hears in the recording, in English"),
+        ],
+        override=EDITABLE,
+    )
+    transcript: bpy.props.StringProperty(
+        name="Transcript",
+        description="Words of the recording: a text, subtitles, a TextGrid, or a .json of [word, start, end]; "
+        "if empty, the transcript of the same name beside the recording",
+        subtype="FILE_PATH",
+        options=compat.RELATIVE,
+        override=EDITABLE,
+    )
+    transcript_block: bpy.props.PointerProperty(
+        type=bpy.types.Text, name="Text Block", description="Text with the words of the recording", override=EDITABLE
+    )
+    typed: bpy.props.StringProperty(name="Words", description="What is said in the recording", override=EDITABLE)
+
+    style: bpy.props.StringProperty(
+        name="Style",
+        description="A speaker, a blend such as calm lecturer:0.6+stern:0.4, or random",
+        search=choices.search_styles,
+        search_options={"SUGGESTION"},
+        override=EDITABLE,
+        update=_changed,
+    )
+    style_pick: bpy.props.EnumProperty(
+        name="Style",
+        description="Whose manner of gesturing to take on",
+        items=choices.style_items,
+        get=choices.get_style,
+        set=choices.set_style,
+        options={"SKIP_SAVE"},
+    )
+    style_second: bpy.props.StringProperty(
+        name="Second Style", description="Name of the style that is blended in", override=EDITABLE, update=_changed
+    )
+    style_second_pick: bpy.props.EnumProperty(
+        name="Blend With",
+        description="A second style to blend in",
+        items=choices.second_items,
+        get=choices.get_second,
+        set=choices.set_second,
+        options={"SKIP_SAVE"},
+    )
+    style_mix: bpy.props.FloatProperty(
+        name="Share",
+        description="How much of the second style: 0 is the first style, 1 the second",
+        default=0.5,
+        min=0.0,
+        max=1.0,
+        subtype="FACTOR",
+        override=EDITABLE,
+        update=_changed,
+    )
+    seed: bpy.props.IntProperty(name="Seed", description="Same seed, same gestures", min=0, override=EDITABLE, update=_changed)
+    intensity: bpy.props.FloatProperty(
+        name="Intensity",
+        description="How far gestures depart from rest",
+        default=1.0,
+        min=0.0,
+        max=3.0,
+        soft_max=1.5,
+        override=EDITABLE,
+        update=_changed,
+    )
+    arousal: _control("arousal", "Arousal")
+    valence: _control("valence", "Valence")
+    dominance: _control("dominance", "Dominance")
+    rate: _control("rate", "Rate")
+    hand: _control("hand", "Hand")
+    mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right", override=EDITABLE, update=_changed)
+    take_count: bpy.props.IntProperty(
+        name="Takes", description="How many variations to make in one go", default=1, min=1, max=16, override=EDITABLE
+    )
+
+    range: bpy.props.EnumProperty(
+        name="Frames",
+        description="Frames that may be keyed, and where the recording starts",
+        items=[
+            ("OWN", "From Frame", "The whole recording, from a frame on"),
+            ("SCENE", "Scene", "The recording starts with the scene and is cut where the scene ends"),
+            ("PREVIEW", "Preview", "The recording starts with the preview range and is cut where that ends"),
+            ("STRIP", "Strip", "The frames that the sound strip covers, in sync with it"),
+        ],
+        override=EDITABLE,
+        update=_changed,
+    )
+    start_frame: bpy.props.IntProperty(
+        name="Start Frame", description="Frame on which the recording starts", default=1, override=EDITABLE, update=_changed
+    )
+    result: bpy.props.EnumProperty(
+        name="Result",
+        description="How gestures meet the animation that is there; existing actions are never changed",
+        items=[
+            ("ACTION", "Action", "A new active action: the former one's copy with gestures in the range"),
+            ("STRIP", "Strip", "An NLA strip over the animation that is there"),
+            ("LAYER", "Layer", "An NLA strip that adds gestures to the animation that is there"),
+        ],
+        override=EDITABLE,
+        update=_changed,
+    )
+    influence: _share("Influence", "How much of the strip or layer is seen", 1.0, 1.0, update=_changed)
+    blend_in: bpy.props.IntProperty(
+        name="Blend In",
+        description="Frames over which the animation that is there turns into gestures",
+        default=8,
+        min=0,
+        soft_max=48,
+        override=EDITABLE,
+        update=_changed,
+    )
+    blend_out: bpy.props.IntProperty(
+        name="Blend Out",
+        description="Frames over which gestures turn back into the animation that is there",
+        default=8,
+        min=0,
+        soft_max=48,
+        override=EDITABLE,
+        update=_changed,
+    )
+    start_pose: bpy.props.EnumProperty(
+        name="Start",
+        description="The pose that gestures grow out of",
+        items=[
+            ("REST", "At Ease", "The speaker's own way of standing"),
+            ("CURRENT", "This Pose", "Continue from the pose that the character has now"),
+        ],
+        override=EDITABLE,
+        update=_changed,
+    )
+    end_pose: bpy.props.EnumProperty(
+        name="End",
+        description="The pose that gestures lead to",
+        items=[
+            ("FREE", "Free", "Wherever the gestures end"),
+            ("CURRENT", "This Pose", "Reach the pose that the character has now"),
+            ("THERE", "Pose There", "Reach the pose that the character's animation has on the last frame"),
+        ],
+        override=EDITABLE,
+        update=_changed,
+    )
+    add_sound: bpy.props.BoolProperty(
+        name="Sound Strip", description="Put the recording into the sequencer", default=True, override=EDITABLE
+    )
+    add_markers: bpy.props.BoolProperty(
+        name="Word Markers", description="Put a timeline marker on every word", override=EDITABLE
+    )
+    marker_prefix: bpy.props.StringProperty(
+        name="Marker Prefix",
+        description="What the names of word markers start with; by it they are found again and removed",
+        default="w:",
+        override=EDITABLE,
+    )
+
+    torso_strength: _share("Torso", "How much the spine takes part", 1.0, update=_changed)
+    head_strength: _share("Head", "How much neck and head take part", 1.0, update=_changed)
+    clavicle_strength: _share("Clavicles", "How much the shoulders take part", 0.6, update=_changed)
+    palms: _share("Palms", "How far forearms turn the palms inwards and down", 0.4, 1.0, update=_changed)
+    key_step: bpy.props.IntProperty(
+        name="Key Every",
+        description="Frames between keys; more are easier to edit",
+        default=1,
+        min=1,
+        max=12,
+        override=EDITABLE,
+        update=_changed,
+    )
+    parts: bpy.props.EnumProperty(
+        name="Parts",
+        description="Parts of the body that are keyed; the others keep what they have",
+        items=PARTS,
+        options={"ENUM_FLAG"},
+        default={part for part, _, _ in PARTS},
+        override=EDITABLE,
+        update=_changed,
+    )
+    checkpoint: bpy.props.StringProperty(
+        name="Checkpoint",
+        description="Another network to gesture with; empty for the one that comes with the extension",
+        subtype="FILE_PATH",
+        options=compat.RELATIVE,
+        override=EDITABLE,
+    )
+    language: bpy.props.StringProperty(
+        name="Language",
+        description="Code of the language of the words, such as de or fr; empty for English",
+        maxlen=16,
+        override=EDITABLE,
+    )
+    bone_map: bpy.props.CollectionProperty(
+        type=S2AG_BoneChoice,
+        name="Bone Map",
+        description="Bones chosen by hand; empty for those that were found",
+        override={"LIBRARY_OVERRIDABLE", "USE_INSERTION"},
+    )
+    bone_map_notes: bpy.props.StringProperty(
+        name="Bone Map Notes",
+        description="What a loaded bone map says besides its bones: kind of rig and switches, as JSON",
+        options={"HIDDEN"},
+        override=EDITABLE,
+    )
+    takes: bpy.props.CollectionProperty(
+        type=S2AG_Take,
+        name="Takes",
+        description="Takes of this character",
+        override={"LIBRARY_OVERRIDABLE", "USE_INSERTION"},
+    )
+    active_take: bpy.props.IntProperty(
+        name="Take", description="The take that the character plays", default=-1, override=EDITABLE, update=_switched
+    )

@@ -1,0 +1,156 @@
+"""Panels below the main one: bones, layers and blending, takes, export, advanced."""
+
+import bpy
+
+from ..rig import handpicked, readiness
+from ..takes import markers, takes
+from ..takes.running import character
+from ..translations import told
+from .panel import Sidebar, sentence
+
+
+class _Below(Sidebar):
+    """A closed panel below the main one, there while there is a character."""
+
+    bl_parent_id = "S2AG_PT_gestures"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return character(context) is not None
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        armature = character(context)
+        self.draw_settings(layout, armature, armature.s2ag, context)
+
+
+class S2AG_UL_takes(bpy.types.UIList):
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
+        row = layout.row(align=True)
+        if item.action is None:
+            row.label(text=item.title, icon="ERROR", translate=False)
+            row.label(text="Its action is gone")
+            return
+        row.prop(item, "title", text="", emboss=False, icon="ACTION")
+        row.prop(item, "keep", text="", emboss=False, icon="FAKE_USER_ON" if item.keep else "FAKE_USER_OFF")
+
+
+class S2AG_PT_takes(_Below, bpy.types.Panel):
+    bl_label = "Takes"
+
+    def draw_settings(self, layout, armature, settings, context):
+        row = layout.row()
+        row.template_list("S2AG_UL_takes", "", settings, "takes", settings, "active_take", rows=4)
+        column = row.column(align=True)
+        column.operator("s2ag.delete_take", text="", icon="REMOVE")
+        column.operator("s2ag.delete_others", text="", icon="TRASH")
+        if takes.active(armature) is None:
+            layout.label(text="Takes to choose from appear here", icon="INFO")
+        column = layout.column(align=True)
+        column.operator("s2ag.reroll", icon="FILE_REFRESH")
+        column.operator("s2ag.vary", icon="MOD_NOISE")
+        column.operator("s2ag.style_grid", icon="MESH_GRID")
+        layout.operator("s2ag.recall_take", icon="LOOP_BACK")
+
+
+class S2AG_PT_layers(_Below, bpy.types.Panel):
+    bl_label = "Layers and Blending"
+
+    def draw_settings(self, layout, armature, settings, context):
+        layout.row().prop(settings, "result", expand=True)
+        layered = settings.result == "LAYER"
+        if settings.result != "ACTION":
+            layout.prop(settings, "influence", slider=True)
+        column = layout.column(align=True)
+        column.prop(settings, "blend_in")
+        column.prop(settings, "blend_out")
+        ends = layout.column()
+        ends.active = not layered
+        ends.prop(settings, "start_pose")
+        ends.prop(settings, "end_pose")
+        if layered:
+            sentence(layout, told("A layer starts and ends in what is below it"), "INFO")
+        column = layout.column(heading="Add")
+        sound = column.column()
+        sound.active = settings.audio_source == "FILE" and settings.range != "STRIP"
+        sound.prop(settings, "add_sound")
+        if not sound.active:
+            sentence(column, told("The sequencer plays the voice already"), "INFO")
+        column.prop(settings, "add_markers")
+        if settings.add_markers or markers.ours(context.scene, settings.marker_prefix):
+            column.prop(settings, "marker_prefix")
+            layout.operator("s2ag.remove_markers", icon="MARKER")
+
+
+class S2AG_PT_bone_map(_Below, bpy.types.Panel):
+    bl_label = "Bone Map"
+
+    def draw_settings(self, layout, armature, settings, context):
+        ready = readiness.known(armature)
+        if settings.bone_map:
+            layout.label(text="By hand; commas between bones", icon="GREASEPENCIL")
+        elif ready is not None and ready.family:
+            layout.label(text=told("Found as: {family}", family=ready.family), icon="ARMATURE_DATA")
+        column = layout.column(align=True)
+        if settings.bone_map:
+            for item in settings.bone_map:
+                row = column.row()
+                row.alert = not all(bone in armature.data.bones for bone in handpicked.split(item.bones))
+                row.prop(item, "bones", text=told(readiness.label(item.name)))
+        elif ready is not None:
+            for found in ready.rows:
+                row = column.row()
+                row.label(text=told(readiness.label(found.part)), icon="CHECKMARK" if found.found else "REMOVE")
+                row.label(text=", ".join(found.bones) or found.note, translate=False)
+        for warning in ready.warnings if ready is not None else ():
+            sentence(layout, told(warning), "ERROR")
+        if settings.bone_map:
+            layout.operator("s2ag.reset_bone_map", icon="LOOP_BACK")
+        else:
+            layout.operator("s2ag.edit_bone_map", icon="GREASEPENCIL")
+        row = layout.row(align=True)
+        row.operator("s2ag.load_bone_map", text="Load", icon="FILE_FOLDER")
+        row.operator("s2ag.save_bone_map", text="Save", icon="FILE_TICK")
+
+
+class S2AG_PT_export(_Below, bpy.types.Panel):
+    bl_label = "Export"
+
+    def draw_settings(self, layout, armature, settings, context):
+        column = layout.column(align=True)
+        for suffix in ("bvh", "fbx", "glb"):
+            operator = column.operator("s2ag.export", text=suffix.upper(), icon="EXPORT", translate=False)
+            operator.format = f".{suffix}"
+        layout.label(text="Exports the frames of the scene", icon="INFO")
+
+
+class S2AG_PT_advanced(_Below, bpy.types.Panel):
+    bl_label = "Advanced"
+
+    def draw_settings(self, layout, armature, settings, context):
+        layout.column().prop(settings, "parts")
+        column = layout.column(align=True)
+        for part, name in (("TORSO", "torso_strength"), ("HEAD", "head_strength"), ("CLAVICLES", "clavicle_strength")):
+            row = column.row()
+            row.active = part in settings.parts
+            row.prop(settings, name, slider=True)
+        column.prop(settings, "palms", slider=True)
+        if not {"TORSO", "HEAD", "CLAVICLES"} <= set(settings.parts):
+            layout.label(text="Greyed parts are not keyed", icon="INFO")
+        layout.prop(settings, "key_step")
+        layout.prop(settings, "checkpoint")
+        layout.prop(settings, "language")
+        layout.operator("s2ag.learn", icon="ACTION")
+
+
+CLASSES = (
+    S2AG_UL_takes,
+    S2AG_PT_takes,
+    S2AG_PT_layers,
+    S2AG_PT_bone_map,
+    S2AG_PT_export,
+    S2AG_PT_advanced,
+)

@@ -1,0 +1,163 @@
+"""Operators on takes: more of them, and what becomes of those that are there."""
+
+import bpy
+
+from .. import provenance
+from ..takes import choices, generate, takes
+from ..takes.running import Generating, character
+from ..translations import told
+from .operators import obstacle
+
+
+def _selected(context):
+    """The character and its selected take; None where there is none."""
+    armature = character(context)
+    return armature, takes.active(armature) if armature is not None else None
+
+
+class _OnTake:
+    """Base of operators that need a selected take."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        if _selected(context)[1] is not None:
+            return True
+        cls.poll_message_set(told("Select a take in the list"))
+        return False
+
+
+class _MoreTakes(Generating):
+    """Base of operators that make more takes like the selected one."""
+
+    @classmethod
+    def poll(cls, context):
+        armature, take = _selected(context)
+        reason = obstacle(context) if armature is None or take is not None else told("Select a take in the list")
+        if not reason and provenance.of(take.action) is None:
+            reason = told("Nothing is known of how this take was made")
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
+
+
+class S2AG_OT_reroll(_MoreTakes, bpy.types.Operator):
+    """Make another take with the settings of the selected one and a new seed"""
+
+    bl_idname = "s2ag.reroll"
+    bl_label = "Re-Roll"
+
+    def planned(self, context, armature):
+        action = takes.active(armature).action
+        return generate.plan(context, armature, **takes.rerolled(armature, action))
+
+
+class S2AG_OT_vary(_MoreTakes, bpy.types.Operator):
+    """Make takes that are near the selected one"""
+
+    bl_idname = "s2ag.vary"
+    bl_label = "Variations"
+
+    spread: bpy.props.FloatProperty(
+        name="Spread",
+        description="How far variations go, as a share of how far takes differ",
+        default=0.3,
+        min=0.05,
+        max=1.0,
+        subtype="FACTOR",
+    )
+    count: bpy.props.IntProperty(name="Variations", description="How many variations to make", default=3, min=1, max=15)
+
+    def planned(self, context, armature):
+        action = takes.active(armature).action
+        return generate.plan(context, armature, **takes.varied(armature, action, self.spread, self.count))
+
+
+class S2AG_OT_style_grid(Generating, bpy.types.Operator):
+    """Make one take in every style of the checkpoint, to choose from"""
+
+    bl_idname = "s2ag.style_grid"
+    bl_label = "One of Each Style"
+
+    @classmethod
+    def poll(cls, context):
+        reason = obstacle(context)
+        if not reason and len(choices.style_names(character(context).s2ag.checkpoint)) < 2:
+            reason = told("This checkpoint has one style only")
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
+
+    def planned(self, context, armature):
+        styles = choices.style_names(armature.s2ag.checkpoint)
+        return generate.plan(context, armature, styles=styles, takes=1)
+
+
+class S2AG_OT_keep_take(_OnTake, bpy.types.Operator):
+    """Keep the selected take when the others are deleted, or no longer keep it"""
+
+    bl_idname = "s2ag.keep_take"
+    bl_label = "Keep Take"
+
+    def execute(self, context):
+        _, take = _selected(context)
+        take.keep = not take.keep
+        return {"FINISHED"}
+
+
+class S2AG_OT_delete_take(_OnTake, bpy.types.Operator):
+    """Delete the selected take and its action"""
+
+    bl_idname = "s2ag.delete_take"
+    bl_label = "Delete Take"
+
+    def execute(self, context):
+        armature, _ = _selected(context)
+        takes.delete(armature, [armature.s2ag.active_take])
+        return {"FINISHED"}
+
+
+class S2AG_OT_delete_others(_OnTake, bpy.types.Operator):
+    """Delete all takes that are not kept and not selected"""
+
+    bl_idname = "s2ag.delete_others"
+    bl_label = "Delete Others"
+
+    def execute(self, context):
+        armature, _ = _selected(context)
+        count = takes.delete_others(armature)
+        self.report({"INFO"}, told("{count} takes deleted", count=count))
+        return {"FINISHED"}
+
+
+class S2AG_OT_recall_take(_OnTake, bpy.types.Operator):
+    """Set all settings to those that the selected take was made with"""
+
+    bl_idname = "s2ag.recall_take"
+    bl_label = "Recall Settings"
+
+    @classmethod
+    def poll(cls, context):
+        _, take = _selected(context)
+        if take is None or "settings" not in (provenance.of(take.action) or {}):
+            nothing = told("Nothing is known of how this take was made")
+            cls.poll_message_set(told("Select a take in the list") if take is None else nothing)
+            return False
+        return True
+
+    def execute(self, context):
+        armature, take = _selected(context)
+        takes.recall_settings(armature, take.action)
+        return {"FINISHED"}
+
+
+CLASSES = (
+    S2AG_OT_reroll,
+    S2AG_OT_vary,
+    S2AG_OT_style_grid,
+    S2AG_OT_keep_take,
+    S2AG_OT_delete_take,
+    S2AG_OT_delete_others,
+    S2AG_OT_recall_take,
+)

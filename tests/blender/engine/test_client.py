@@ -1,0 +1,225 @@
+"""The client against the real worker, and against workers that die, hang or talk nonsense."""
+
+import os
+import signal
+import sys
+import time
+
+import pytest
+from s2ag.core.errors import Cancelled, S2agError, UsageError, WorkerFailed
+from s2ag.s2ag_blender.engine import client as module
+from s2ag.s2ag_blender.engine.client import WorkerClient, find_interpreter
+
+HELLO = """import json
+for line in open(0):
+    m = json.loads(line)
+    print(json.dumps({"id": m.get("id"), "result": m}), flush=True)
+"""
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Makes clients of fake workers (a Python script each) that are closed at the end."""
+    clients = []
+
+    def make(script, **options):
+        path = tmp_path / f"fake{len(clients)}.py"
+        path.write_text(script)
+        clients.append(WorkerClient(command=[sys.executable, str(path)], **options))
+        return clients[-1]
+
+    yield make
+    for one in clients:
+        one.close()
+
+
+def wait(job, seconds=20.0):
+    end = time.monotonic() + seconds
+    while not job.poll():
+        assert time.monotonic() < end, "no answer"
+        time.sleep(0.01)
+    return job
+
+
+@pytest.fixture(scope="module")
+def real():
+    """A client of the real worker; its interpreter needs nothing for ``hello``."""
+    with WorkerClient(python=os.environ.get("S2AG_PYTHON") or sys.executable) as client:
+        yield client
+
+
+def test_real_worker_answers(real):
+    assert real.call("hello")["protocol"] == 1
+    with pytest.raises(UsageError, match="no audio"):
+        real.call("synthesize", {})
+
+
+def test_real_worker_restarts_after_a_kill(real):
+    real.call("hello")
+    first = real.pid
+    job = real.request("hello")
+    os.kill(first, signal.SIGKILL)
+    time.sleep(0.2)
+    wait(job)
+    assert real.call("hello")["protocol"] == 1
+    assert real.pid != first
+
+
+def test_real_worker_killed_in_mid_synthesis(random_checkpoint, examples):
+    params = {"audio": str(examples / "hello.flac"), "checkpoint": str(random_checkpoint)}
+    with WorkerClient() as client:
+        job = client.request("synthesize", params)
+        while not job.stage:
+            assert not job.poll()
+        os.kill(client.pid, signal.SIGKILL)
+        with pytest.raises(WorkerFailed, match="killed by signal 9"):
+            wait(job).outcome()
+        heard = []
+        result = client.call("synthesize", params, progress=lambda *said: heard.append(said))
+        assert [os.path.exists(path) for path in result["motions"]] == [True]
+        assert heard
+    assert not os.path.exists(result["motions"][0])
+
+
+def test_killed_in_mid_job_says_so_and_the_next_request_works(start):
+    client = start(
+        "import os, json\n"
+        "first = not os.path.exists(__file__ + '.again')\n"
+        "open(__file__ + '.again', 'w').close()\n"
+        "for line in open(0):\n"
+        "    m = json.loads(line)\n"
+        "    if first: print(json.dumps({'id': m['id'], 'event': 'progress', 'stage': 'align', 'value': 0.5}), flush=True)\n"
+        "    else: print(json.dumps({'id': m['id'], 'result': {}}), flush=True)\n"
+    )
+    job = client.request("synthesize")
+    while not job.stage:
+        assert not job.poll()
+    assert (job.stage, job.value) == ("align", 0.5)
+    os.kill(client.pid, signal.SIGKILL)
+    with pytest.raises(WorkerFailed, match="killed by signal 9") as caught:
+        wait(job).outcome()
+    assert caught.value.remedy
+    assert client.call("hello") == {}
+
+
+@pytest.mark.parametrize(
+    "line", ["hello there", "[1]", '{"id": 1}', '{"id": 1, "result": 5}', '{"id": 1, "event": "progress", "value": "x"}']
+)
+def test_nonsense_is_one_clear_error(start, line):
+    client = start(f"input()\nprint({line!r}, flush=True)\nimport time; time.sleep(60)\n")
+    with pytest.raises(WorkerFailed, match="nonsense"):
+        client.call("hello")
+
+
+def test_hung_worker_is_given_up(start):
+    client = start("import time\ntime.sleep(60)\n")
+    with pytest.raises(WorkerFailed, match="not said a word"):
+        client.call("hello", timeout=0.3)
+    assert client.pid is None
+
+
+def test_large_request_to_a_hung_worker_does_not_block(start):
+    client = start("import time\ntime.sleep(60)\n", patience=0.3)
+    began = time.monotonic()
+    job = client.request("synthesize", {"text": "word " * 200_000})
+    assert not job.done
+    with pytest.raises(WorkerFailed):
+        wait(job).outcome()
+    assert time.monotonic() - began < 30
+
+
+def test_worker_that_ends_at_once_gives_status_and_advice(start):
+    client = start("import a_package_that_is_not_there\n")
+    with pytest.raises(WorkerFailed, match="ended with status 1") as caught:
+        client.call("hello")
+    assert "a_package_that_is_not_there" in caught.value.remedy
+
+
+def test_cancel_is_passed_on(start):
+    client = start(
+        "import json\n"
+        "for line in open(0):\n"
+        "    m = json.loads(line)\n"
+        "    if m['method'] == 'cancel':\n"
+        "        e = {'kind': 'Cancelled', 'message': 'Cancelled.', 'remedy': ''}\n"
+        "        print(json.dumps({'id': m['id'], 'error': e}), flush=True)\n"
+    )
+    job = client.request("synthesize")
+    client.cancel(job)
+    client.cancel(job)
+    with pytest.raises(Cancelled):
+        wait(job).outcome()
+    assert client.pid is not None
+
+
+def test_worker_deaf_to_cancellation_is_killed(start, monkeypatch):
+    monkeypatch.setattr(module, "GRACE", 0.2)
+    client = start("import time\ntime.sleep(60)\n")
+    job = client.request("synthesize")
+    other = client.request("synthesize")
+    client.cancel(job)
+    with pytest.raises(Cancelled):
+        wait(job).outcome()
+    with pytest.raises(WorkerFailed, match="cancellation"):
+        wait(other).outcome()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
+def test_interrupt_cancels_and_is_passed_on(start, monkeypatch, interruptible):
+    monkeypatch.setattr(module, "GRACE", 0.2)
+    client = start("import os, signal, time\nos.kill(os.getppid(), signal.SIGINT)\ntime.sleep(60)\n")
+    with pytest.raises(KeyboardInterrupt):
+        client.call("synthesize")
+    assert client.pid is None
+
+
+def test_progress_log_and_unknown_errors(start):
+    client = start(
+        "import json, sys\n"
+        "i = json.loads(input())['id']\n"
+        "print('a log line', file=sys.stderr, flush=True)\n"
+        "for v in (0.0, 0.5):\n"
+        "    print(json.dumps({'id': i, 'event': 'progress', 'stage': 's', 'value': v}), flush=True)\n"
+        "print(json.dumps({'id': i, 'error': {'kind': 'New', 'message': 'M.', 'remedy': 'R.'}}), flush=True)\n"
+        "input()\n",
+        log=(lines := []).append,
+    )
+    heard = []
+    with pytest.raises(S2agError) as caught:
+        client.call("synthesize", progress=lambda *said: heard.append(said))
+    assert (caught.value.kind, str(caught.value)) == ("New", "M. R.")
+    assert heard in ([], [("s", 0.0)], [("s", 0.5)], [("s", 0.0), ("s", 0.5)])
+    while not lines:
+        client.pump()
+    assert lines == ["a log line"]
+
+
+def test_close_ends_jobs_and_process(start):
+    client = start(HELLO)
+    assert client.call("hello")["method"] == "hello"
+    pid = client.pid
+    job = client.request("hello")
+    client.close()
+    with pytest.raises(Cancelled):
+        job.outcome()
+    if os.name != "nt":
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)
+
+
+def test_interpreter_is_the_named_one_or_an_error_with_a_remedy(monkeypatch):
+    assert find_interpreter(sys.executable) == sys.executable
+    monkeypatch.setenv("S2AG_PYTHON", "/no/such/python")
+    with pytest.raises(WorkerFailed, match="/no/such/python"):
+        find_interpreter()
+    monkeypatch.setenv("S2AG_PYTHON", "")
+    monkeypatch.setattr(module.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(WorkerFailed) as caught:
+        find_interpreter()
+    assert "S2AG_PYTHON" in caught.value.remedy
+
+
+def test_folder_that_is_no_package_name_is_refused(monkeypatch, tmp_path):
+    monkeypatch.setattr(module, "_ROOT", tmp_path / "s2ag-1.0")
+    with pytest.raises(WorkerFailed, match="s2ag-1.0"):
+        WorkerClient(python=sys.executable).call("hello")

@@ -1,0 +1,179 @@
+"""Fingers, twist bones and the trunk's shape on real armatures."""
+
+import bpy
+import numpy as np
+import pytest
+import rigging
+from bodies import body
+from hands import FINGERS, with_hands
+from s2ag.rigs.plain import Mapping
+from s2ag.rigs.proportions import guess
+from s2ag.rigs.retarget import Options
+from s2ag.s2ag_blender import compat, provenance
+from s2ag.s2ag_blender.keys.apply import apply_motion
+from s2ag.s2ag_blender.rig import girth, hands, reading
+
+LITTLE = "left_little2"
+
+
+def keyed(action, item):
+    """{bone: number of keys} of an action."""
+    names = {bone.name: f'pose.bones["{bone.name}"].rot' for bone in item.pose.bones}
+    curves = compat.curves(action)
+    found = {name: [len(c.keyframe_points) for c in curves if c.data_path.startswith(path)] for name, path in names.items()}
+    return {name: counts[0] for name, counts in found.items() if counts}
+
+
+@pytest.fixture
+def gestured(wave):
+    """A function that makes a character with hands, lets ``change(item)`` alter it, and keys a motion on it."""
+
+    def make(change=lambda item: None, options=None):
+        whole = with_hands()
+        item = rigging.make_armature(whole)
+        change(item)
+        return item, apply_motion(item, wave(), 1, mapping=whole.mapping, options=options), whole
+
+    return make
+
+
+def test_fingers_get_one_key_and_arms_get_all(gestured):
+    item, action, _ = gestured()
+    counts = keyed(action, item)
+    for side in ("left", "right"):
+        assert all(counts[f"{side}_{finger}{link}"] == 1 for finger in FINGERS for link in (1, 2, 3))
+        assert counts[f"{side}_fore"] > 1
+    pose = rigging.evaluated(item, 5)
+    rest = np.array(item.data.bones["left_little3"].head_local)
+    hand = pose["left_hand"] @ np.linalg.inv(np.array(item.data.bones["left_hand"].matrix_local))
+    moved = np.linalg.inv(hand) @ pose["left_little3"][:, 3] - [*rest, 1]
+    assert moved[2] < -1  # the palm of a T pose looks down
+
+
+def test_no_fingers_when_not_wanted(gestured):
+    item, action, _ = gestured(options=Options(fingers=0.0))
+    assert not [name for name in keyed(action, item) if "little" in name]
+
+
+def posed(item):
+    bone = item.pose.bones[LITTLE]
+    bone.rotation_mode = "XYZ"
+    bone.rotation_euler.x = 0.3
+
+
+def constrained(item):
+    item.pose.bones[LITTLE].constraints.new("LIMIT_ROTATION")
+
+
+def locked(item):
+    item.pose.bones[LITTLE].lock_rotation[1] = True
+
+
+def driven(item):
+    item.pose.bones[LITTLE].driver_add("rotation_quaternion", 1)
+
+
+def keyed_by_the_user(item):
+    item.pose.bones[LITTLE].keyframe_insert("rotation_quaternion", frame=1)
+
+
+@pytest.mark.parametrize("change", [posed, constrained, locked, driven, keyed_by_the_user])
+def test_what_the_user_did_with_a_finger_stays(gestured, change):
+    free = []
+
+    def changed(item):
+        change(item)
+        free.extend(hands.free_bones(item))
+
+    item, action, _ = gestured(changed)
+    assert LITTLE not in keyed(action, item) and LITTLE not in free and "left_middle2" in free
+    assert keyed(action, item)["left_middle2"] == 1
+    if change is posed:
+        bpy.context.scene.frame_set(5)
+        assert item.pose.bones[LITTLE].rotation_euler.x == pytest.approx(0.3)
+
+
+def test_a_second_performance_keys_them_again(gestured, wave):
+    item, first, whole = gestured()
+    bpy.context.scene.frame_set(4)
+    second = apply_motion(item, wave(), 1, mapping=whole.mapping)
+    assert second != first and provenance.of(second) is not None
+    assert keyed(second, item)[LITTLE] == 1
+    values = [[c.evaluate(1) for c in compat.curves(action) if LITTLE in c.data_path] for action in (first, second)]
+    np.testing.assert_allclose(*values, atol=1e-6)
+
+
+def trunk(item, width, depth, groups=("spine2",), transform=None):
+    """An elliptic tube around the spine, skinned to ``groups``, in centimetres like the bodies of the tests."""
+    turn, height = (
+        grid.ravel() for grid in np.meshgrid(np.linspace(0, 2 * np.pi, 40, endpoint=False), np.linspace(90, 146, 40))
+    )
+    points = np.stack([width * np.cos(turn), depth * np.sin(turn), height], -1)
+    mesh = bpy.data.meshes.new("Trunk")
+    skin = bpy.data.objects.new("Trunk", mesh)
+    bpy.context.collection.objects.link(skin)
+    if transform is not None:
+        skin.matrix_world = transform
+        bpy.context.view_layer.update()
+        inverse = np.array(skin.matrix_world.inverted() @ item.matrix_world)
+        points = points @ inverse[:3, :3].T + inverse[:3, 3]
+    mesh.from_pydata(points.tolist(), [], [])
+    for name in groups:
+        skin.vertex_groups.new(name=name).add(range(len(points)), 1.0, "REPLACE")
+    skin.modifiers.new("Armature", "ARMATURE").object = item
+    return skin
+
+
+def test_the_trunk_is_measured_whatever_the_transforms_of_its_mesh():
+    from mathutils import Matrix
+
+    whole = body()
+    item = rigging.make_armature(whole)
+    item.matrix_world = Matrix.LocRotScale((3, 1, 0), None, (0.01, 0.01, 0.01)) @ Matrix.Rotation(0.7, 4, "Z")
+    bones = reading.read(item)
+    assert girth.read(item, bones, whole.mapping) is None
+    trunk(item, 19, 12, transform=Matrix.Rotation(1.0, 4, "X") @ Matrix.Scale(0.5, 4))
+    found = girth.read(item, bones, whole.mapping)
+    np.testing.assert_allclose(found.halves, [[19, 12]] * len(found.halves), rtol=0.03)
+
+
+def test_shape_keys_count_as_they_are_set():
+    whole = body()
+    item = rigging.make_armature(whole)
+    skin = trunk(item, 15, 10)
+    skin.shape_key_add(name="Basis")
+    broad = skin.shape_key_add(name="Broad")
+    for point in broad.data:
+        point.co.x *= 2
+    for value in (0.0, 0.4):
+        broad.value = value
+        found = girth.read(item, reading.read(item), whole.mapping)
+        np.testing.assert_allclose(found.halves, [[15 * (1 + value), 10]] * len(found.halves), rtol=0.03)
+
+
+def test_arms_sleeves_and_hidden_meshes_do_not_count():
+    whole = body("I")
+    item = rigging.make_armature(whole)
+    bones = reading.read(item)
+    trunk(item, 30, 30, groups=("left_upper",))
+    trunk(item, 40, 40).hide_render = True
+    assert girth.read(item, bones, whole.mapping) is None
+    trunk(item, 15, 10)
+    assert girth.read(item, bones, whole.mapping).halves[5, 0] == pytest.approx(15, rel=0.03)
+    assert guess(bones, whole.mapping).halves[0, 0] == pytest.approx(0.75 * 18)
+
+
+def test_control_rigs_find_the_trunk_by_where_its_bones_are():
+    """The mapped controls carry no skin: bones with other names beside the spine do."""
+    whole = body()
+    joints = dict(whole.joints) | {
+        "DEF_a": ((0, 0.5, 106), "root"),
+        "DEF_b": ((0, 0.5, 125), "root"),
+        "DEF_arm": ((30, 1, 130), "root"),
+    }
+    item = rigging.make_armature(type(whole)(joints, whole.chains))
+    bones = reading.read(item)
+    trunk(item, 17, 11, groups=("DEF_b",))
+    trunk(item, 60, 60, groups=("DEF_arm",))
+    found = girth.read(item, bones, Mapping(whole.chains, hips="hips"))
+    np.testing.assert_allclose(found.halves, [[17, 11]] * len(found.halves), rtol=0.03)

@@ -1,0 +1,108 @@
+"""Live preview: a draft that follows the sliders and leaves no trace."""
+
+import time
+
+import bpy
+import pytest
+from acted import curves, press, same_curves
+from s2ag.s2ag_blender import provenance
+from s2ag.s2ag_blender.keys import layers
+from s2ag.s2ag_blender.takes import gesture, preview, session
+
+
+@pytest.fixture
+def live(speaker):
+    """A mannequin with the preview on and a warm engine."""
+    gesture.engine(bpy.context).call("hello", {"warm": True})
+    bpy.context.window_manager.s2ag.live = True
+    yield speaker
+    bpy.context.window_manager.s2ag.live = False
+
+
+def settle(seconds=30.0):
+    """Run the preview's timer until it has nothing left to do; returns the seconds it took."""
+    began = time.monotonic()
+    while preview.tick() is not None:
+        assert time.monotonic() - began < seconds, "no draft"
+        time.sleep(0.005)
+    return time.monotonic() - began
+
+
+def test_off_unless_asked_for(speaker):
+    speaker.s2ag.intensity = 0.5
+    assert not preview._wanted and preview.tick() is None
+
+
+def test_a_slider_moves_the_draft_in_place(live):
+    settle()
+    draft = layers.draft_of(live)
+    assert draft and live.animation_data.action == draft and not live.s2ag.takes
+    before = curves(draft)
+    live.s2ag.intensity = 0.3
+    settle()
+    assert layers.draft_of(live) == draft and not same_curves(before, curves(draft)) and len(bpy.data.actions) == 1
+
+
+def test_switching_off_gives_back_what_was_there(live):
+    bpy.context.window_manager.s2ag.live = False
+    press(bpy.ops.s2ag.generate)
+    take = live.animation_data.action
+    bpy.context.window_manager.s2ag.live = True
+    live.s2ag.style = "stern"
+    settle()
+    assert layers.draft_of(live) and live.animation_data.action != take
+    bpy.context.window_manager.s2ag.live = False
+    assert live.animation_data.action == take and list(bpy.data.actions) == [take]
+
+
+def test_the_button_replaces_the_draft_by_a_take(live):
+    settle()
+    press(bpy.ops.s2ag.generate)
+    assert [take.action for take in live.s2ag.takes] == list(bpy.data.actions) == [live.animation_data.action]
+
+
+def test_a_newer_change_supersedes_the_older(live):
+    settle()
+    live.s2ag.style = "stern"
+    time.sleep(preview.PAUSE)
+    preview.tick()
+    (first, _) = preview._working[live.session_uid]
+    live.s2ag.style = "tired"
+    assert not preview._working and first.cancelled_at is not None
+    settle()
+
+    assert provenance.of(layers.draft_of(live))["style"] == {"tired": 1.0}
+
+
+def test_many_changes_are_one_request(live):
+    settle()
+    before = next(gesture.engine(bpy.context)._numbers)
+    for step in range(20):
+        live.s2ag.intensity = 0.5 + step / 40
+    settle()
+    assert next(gesture.engine(bpy.context)._numbers) - before == 2
+
+
+def test_a_failing_draft_is_told_and_changes_nothing(live):
+    settle()
+    live.s2ag.style = "nobody"
+    settle()
+    assert any("nobody" in text for text, _ in session.messages(live))
+    live.s2ag.style = "stern"
+    settle()
+    assert not session.messages(live)
+
+
+def test_drafts_are_not_saved(live, tmp_path):
+    settle()
+    path = str(tmp_path / "scene.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    assert not bpy.data.actions and not preview.is_on()
+
+
+def test_a_draft_does_not_survive_another_file(live):
+    settle()
+    live.s2ag.style = "stern"
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    assert settle() < 1 and not bpy.data.actions

@@ -1,0 +1,42 @@
+"""The scripts of docs/scripting.md, run as they stand there."""
+
+import re
+from pathlib import Path
+
+import bpy
+import pytest
+import s2ag
+from s2ag.core.errors import WorkerFailed
+from s2ag.s2ag_blender.engine import client
+
+PAGE = (Path(__file__).resolve().parents[3] / "docs" / "scripting.md").read_text("utf-8")
+SCRIPTS = re.findall(r"```python\n(.*?)```", PAGE, re.S)
+
+
+@pytest.fixture
+def figure(monkeypatch, examples):
+    s2ag.register()
+    bpy.ops.s2ag.add_mannequin()
+    figure = bpy.context.object
+    figure.name = "Armature"
+    monkeypatch.chdir(examples)
+    yield figure
+    s2ag.unregister()
+
+
+def test_a_dozen_lines_make_a_character_gesture(figure, capsys):
+    try:
+        client.find_interpreter()
+    except WorkerFailed as error:
+        pytest.skip(str(error))
+    script = SCRIPTS[0].replace("talk.flac", "hello.flac")
+    assert len([line for line in script.splitlines() if line.strip()]) <= 12
+    exec(compile(script, "docs/scripting.md", "exec"), {})
+    action = figure.animation_data.action
+    assert action.frame_range[0] == 11 and action.name in capsys.readouterr().out
+
+
+def test_a_motion_that_was_made_elsewhere(figure, wave, tmp_path):
+    wave(30).save(tmp_path / "talk.npz")
+    exec(compile(SCRIPTS[1].replace("talk.npz", str(tmp_path / "talk.npz")), "docs/scripting.md", "exec"), {"bpy": bpy})
+    assert figure.animation_data.action

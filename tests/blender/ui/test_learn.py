@@ -1,0 +1,72 @@
+"""A performance animated in Blender comes back as the motion it was keyed from, and becomes a take to learn from."""
+
+import bpy
+import numpy as np
+import pytest
+from acted import drawn
+from s2ag.core.errors import UsageError
+from s2ag.core.motion.motion import Motion
+from s2ag.s2ag_blender.cast import mannequin
+from s2ag.s2ag_blender.keys.apply import apply_motion
+from s2ag.s2ag_blender.ui import learn, subpanels
+
+
+@pytest.mark.parametrize("fps", [15, 24])
+def test_an_action_comes_back_as_its_motion(wave, fps):
+    armature = mannequin.build().armature
+    scene = bpy.context.scene
+    scene.render.fps = fps
+    motion = wave(31)
+    apply_motion(armature, motion, 1)
+    armature.rotation_euler = (0, 0, 1.2)  # where the object stands does not matter
+    scene.frame_set(7)
+    found = learn.capture(armature, 1, 1 + 2 * fps)
+    assert scene.frame_current == 7 and len(found.directions) == 31
+    arms = [4, 5, 7, 8]
+    apart = np.degrees(np.arccos(np.clip((found.directions[:, arms] * motion.directions[:, arms]).sum(-1), -1, 1)))
+    assert apart.max() < (1 if fps == 15 else 6)
+    rest = np.degrees(np.arccos(np.clip((found.directions * motion.directions).sum(-1), -1, 1)))
+    assert rest[:, [0, 3, 6]].max() < 25
+
+
+def test_a_take_is_written_beside_its_speech(wave, tmp_path, examples):
+    armature = mannequin.build().armature
+    apply_motion(armature, wave(60), 1, name="my talk!")
+    speech = str(examples / "hello.flac"), str(examples / "hello.txt")
+    path = learn.save_take(armature, tmp_path / "takes", *speech, first=1, last=90)
+    assert sorted(file.name for file in path.parent.iterdir()) == ["my_talk_.flac", "my_talk_.npz", "my_talk_.txt"]
+    assert Motion.load(path).meta["source"] == armature.name
+    with pytest.raises(UsageError, match="does not exist"):
+        learn.save_take(armature, tmp_path, "nothing.wav")
+    with pytest.raises(UsageError, match="no motion"):
+        learn.capture(armature, 5, 5)
+
+
+def test_the_button_saves_what_the_panel_says(speaker, tmp_path):
+    """The recording of the panel, its words and the frames on which it is heard."""
+    kept = speaker.s2ag
+    assert drawn(subpanels.S2AG_PT_advanced)["s2ag.learn"]
+    with pytest.raises(RuntimeError, match="no animation to learn from"):
+        bpy.ops.s2ag.learn(directory=str(tmp_path))
+    kept.start_frame, kept.transcript_source, kept.typed = 10, "TYPED", "good day"
+    bpy.context.scene.frame_end = 70
+    bpy.ops.s2ag.generate()
+    bpy.ops.s2ag.learn(directory=str(tmp_path))
+    files = {path.suffix: path for path in tmp_path.iterdir()}
+    assert set(files) == {".wav", ".txt", ".npz"} and files[".txt"].read_text() == "good day"
+    assert len(Motion.load(files[".npz"]).directions) == 1 + 60 * 15 // 24  # frames 10 to 70 of 24 a second
+    kept.audio = ""
+    with pytest.raises(RuntimeError, match="Choose a recording"):
+        bpy.ops.s2ag.learn(directory=str(tmp_path))
+
+
+def test_a_take_is_read_as_a_performance(wave, tmp_path, examples):
+    pytest.importorskip("av")
+    pytest.importorskip("torch")
+    from s2ag.core.learning.datasets import readers
+
+    armature = mannequin.build().armature
+    apply_motion(armature, wave(60), 1)
+    learn.save_take(armature, tmp_path / "ann", str(examples / "hello.flac"), str(examples / "hello.json"), first=1, last=90)
+    (one,) = readers.recordings(readers.plain(tmp_path))
+    assert one.speaker == "ann" and len(one.words) > 20 and np.isfinite(one.directions).all()

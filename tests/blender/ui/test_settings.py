@@ -1,0 +1,117 @@
+"""What is set in the panel reaches the engine: styles, sliders, words."""
+
+import bpy
+import pytest
+from acted import drawn
+from s2ag.core import styles
+from s2ag.core.errors import UsageError
+from s2ag.core.model import catalogue
+from s2ag.s2ag_blender import provenance
+from s2ag.s2ag_blender.takes import choices, generate, gesture, sources
+from s2ag.s2ag_blender.ui import properties
+
+
+@pytest.fixture
+def shipped(monkeypatch):
+    """Makes a checkpoint the shipped one."""
+
+    def make(path):
+        monkeypatch.setattr(catalogue, "DEFAULT", path)
+
+    yield make
+    choices._described.cache_clear()
+
+
+def test_sliders_of_a_checkpoint_with_controls(figure, shipped, random_checkpoint):
+    shipped(random_checkpoint)
+    assert properties.control_names() == list(styles.CONTROLS) and properties.style_names() == ["calm one", "lively one"]
+    shown = drawn()
+    assert all(shown[name] for name in (*styles.CONTROLS, "intensity"))
+
+
+def test_sliders_are_grey_with_the_reason_where_the_checkpoint_has_none(figure, shipped, plain_checkpoint):
+    shipped(plain_checkpoint)
+    shown = drawn()
+    assert not any(shown[name] for name in styles.CONTROLS)
+    assert shown["intensity"] and any("checkpoint" in text for text in shown)
+
+
+def test_a_missing_checkpoint_does_not_break_the_panel(figure, shipped, tmp_path):
+    shipped(tmp_path / "none.safetensors")
+    assert properties.style_names() == [] and not drawn()["arousal"]
+
+
+def test_the_style_menu_reads_and_writes_the_style(figure):
+    kept = figure.s2ag
+    names = choices.style_names()
+    assert kept.style_pick in names and choices.description(kept)
+    kept.style_pick = "stern"
+    assert kept.style == "stern" and choices.expression(kept) == "stern"
+    kept.style_second_pick, kept.style_mix = "tired", 0.4
+    assert choices.expression(kept) == "stern:0.6+tired:0.4"
+    kept.style_second_pick = choices.NOBODY
+    assert kept.style_second == "" and choices.expression(kept) == "stern"
+    kept.style_pick = "random"
+    assert choices.expression(kept) == "random" and not choices.can_blend(kept)
+    kept.style_pick = choices.WRITTEN
+    assert choices.is_written(kept) and "style" in drawn()
+
+
+def test_sliders_reach_the_action(speaker, random_checkpoint):
+    speaker.s2ag.checkpoint = str(random_checkpoint)
+    speaker.s2ag.valence, speaker.s2ag.rate = -0.5, 1.0
+    assert bpy.ops.s2ag.generate() == {"FINISHED"}
+    told = provenance.of(speaker.animation_data.action)
+    assert told["affect"] == {"arousal": 0.0, "valence": -0.5, "dominance": 0.0}
+    assert (told["rate"], told["hand"]) == (1.0, 0.0)
+
+
+def test_sliders_that_the_checkpoint_lacks_are_left_out_and_told(speaker, plain_checkpoint):
+    speaker.s2ag.checkpoint = str(plain_checkpoint)
+    speaker.s2ag.arousal = 0.5
+    outcome = generate.wait(bpy.context, generate.plan(bpy.context, speaker))
+    assert "sliders were left out" in outcome.warnings[0] and speaker.animation_data.action
+
+
+def test_words_typed_in_a_block_beside_and_none(figure, tmp_path, voice):
+    kept = figure.s2ag
+    recording = tmp_path / "line.wav"
+    recording.write_bytes(voice.read_bytes())
+    kept.audio = str(recording)
+    assert "transcript" not in gesture.request(kept)
+    for suffix, words in ((".srt", "1\n00:00:00,000 --> 00:00:01,000\nhello there"), (".txt", "hello there")):
+        beside = recording.with_suffix(suffix)
+        beside.write_text(words)
+        sources._seen.clear()
+        assert gesture.request(kept)["transcript"] == str(beside)
+        assert f"line{suffix} beside the recording is used" in drawn()
+    kept.transcript_source, kept.typed = "TYPED", "good day"
+    assert gesture.request(kept)["text"] == "good day" and "language" not in gesture.request(kept)
+    kept.language = "de"
+    assert gesture.request(kept)["language"] == "de"
+    kept.transcript_source = "BLOCK"
+    with pytest.raises(UsageError, match="text block"):
+        gesture.request(kept)
+    kept.transcript_block = bpy.data.texts.new("lines")
+    kept.transcript_block.write("from the editor")
+    assert gesture.request(kept)["text"] == "from the editor"
+    kept.transcript_source = "NONE"
+    assert not {"text", "transcript"} & set(gesture.request(kept))
+
+
+def test_words_that_the_engine_recognises(speaker, examples):
+    """Where the engine has the extra, words come by themselves; where it has not, one sentence says how to add it."""
+    speaker.s2ag.audio, speaker.s2ag.transcript_source = str(examples / "hello.flac"), "RECOGNISE"
+    speaker.s2ag.add_markers = True
+    told = gesture.request(speaker.s2ag)
+    assert told["recognise"] and not {"text", "transcript"} & set(told)
+    assert "English speech only" in drawn()
+    try:
+        bpy.ops.s2ag.generate()
+    except RuntimeError as error:
+        (line,) = str(error).strip().splitlines()
+        assert "recogniser is not installed" in line and 'pip install "s2ag[recognise]"' in line
+        assert not bpy.data.actions and "s2ag.open_log" in drawn()
+        return
+    names = [marker.name.lower() for marker in bpy.context.scene.timeline_markers]
+    assert len(names) > 20

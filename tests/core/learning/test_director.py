@@ -1,0 +1,238 @@
+"""The director: plans, performances and the packed corpus, on a talk of noise bursts and a small library made here."""
+
+import json
+import zlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from captured import wave_clip
+from s2ag.core.learning.corpus import build, idling, lexicon, library, pack, performance, planning, speakers
+from s2ag.core.learning.corpus.scene import Scene
+from s2ag.core.learning.corpus.speech import Speech, Word
+from s2ag.core.learning.evaluate import kinematics
+from s2ag.core.learning.train.dataset import Corpus
+from s2ag.core.motion import limits, rest, skeleton
+
+MATERIAL = Path(__file__).parents[3].parent / "shared" / "data"
+needs_material = pytest.mark.skipif(not (MATERIAL / "smartbody").is_dir(), reason="../shared is absent")
+
+
+def small_speech(sentences: int = 3, arousal: float = 0.6) -> Speech:
+    """Bursts of noise for words: every fourth louder and longer, a pause of two seconds between sentences."""
+    random = np.random.default_rng(5)
+    texts = ["the", "table", "of", "mountain", "is", "you", "never", "window", "garden"]
+    words, pieces, at = [], [np.zeros(16000)], 1.0
+    for sentence in range(sentences):
+        for number, text in enumerate(texts):
+            length = 0.42 if number % 4 == 3 else 0.24
+            loud = 0.3 if number % 4 == 3 else 0.1
+            burst = loud * np.hanning(int(length * 16000)) * random.normal(size=int(length * 16000))
+            closing = "." if number == len(texts) - 1 else ""
+            words.append(Word(text, at, at + length, (at + 0.05, at + length - 0.05), 2, sentence, closing))
+            pieces += [burst, np.zeros(800)]
+            at += length + 0.05
+        pieces.append(np.zeros(32000))
+        at += 2.0
+    audio = np.concatenate(pieces).astype(np.float32)
+    return Speech(3, 0, audio, audio, tuple(words), np.tile([0.5, arousal, 0.5], (sentences, 1)), {"kind": "noise"})
+
+
+def small_library() -> list[library.Gesture]:
+    gestures = []
+    for meaning, label in (("beat", "BeatMid"), ("list", "Chop"), ("offer", "Offer"), ("you", "You"), ("none", "Safe")):
+        gestures.append(library._describe(wave_clip(f"Set/{label}Rt01"), "Set", label, meaning, False))
+    return gestures + [gesture.mirrored() for gesture in gestures]
+
+
+def word_vectors(words: list[str]) -> np.ndarray:
+    """One direction for big things, another for every other word."""
+    kin = [0 if word in ("big", "huge", "large", "gigantic") else zlib.crc32(word.encode()) for word in words]
+    return np.stack([np.random.default_rng(seed).normal(size=40) for seed in kin])
+
+
+@pytest.fixture(scope="module")
+def gestures() -> list[library.Gesture]:
+    return small_library()
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return Scene.of(small_speech())
+
+
+def vocabulary(performer: speakers.Performer, gestures) -> planning.Vocabulary:
+    return planning.Vocabulary(performer, gestures, lexicon.Lexicon(word_vectors))
+
+
+def perform(performer, gestures, scene) -> np.ndarray:
+    strokes = planning.plan(vocabulary(performer, gestures), scene)
+    still = np.zeros((len(scene.prosody.features), 9, 3))
+    return performance.perform(performer, strokes, scene, performance.resting_pose(performer), still)
+
+
+def test_words_near_to_listed_ones_share_their_meaning():
+    meanings = lexicon.Lexicon(word_vectors)
+    assert meanings.meaning("big") == meanings.meaning("gigantic") == "big"
+    assert meanings.meaning("you") == "you" and meanings.meaning("quartz") is None and meanings.meaning("the") is None
+
+
+def test_strokes_land_on_accents_and_phases_are_in_order(scene, gestures):
+    times = np.array([accent.time for accent in scene.accents])
+    for performer in speakers.PERFORMERS:
+        strokes = planning.plan(vocabulary(performer, gestures), scene)
+        assert strokes
+        for stroke, following in zip(strokes, [*strokes[1:], None], strict=True):
+            assert np.abs(times - planning.LEAD - stroke.emphasis).min() < 1e-6
+            assert stroke.onset <= stroke.ready <= stroke.emphasis <= stroke.end <= min(stroke.until) <= max(stroke.rest)
+            if following is not None:
+                assert following.onset >= stroke.emphasis
+
+
+def test_most_strokes_are_on_main_accents(scene, gestures):
+    mains = np.array([accent.time for accent in scene.accents if accent.main])
+    strokes = [s.emphasis for p in speakers.PERFORMERS for s in planning.plan(vocabulary(p, gestures), scene)]
+    assert (np.abs(np.array(strokes)[:, None] - mains).min(1) < 0.15).mean() > 0.5
+
+
+def test_the_same_performer_gives_the_same_word_the_same_gesture(gestures):
+    performer = speakers.PERFORMERS[0]
+    first, second = (vocabulary(performer, pool) for pool in (gestures, gestures[::-1]))
+    assert first.choose("you", 0.5).name == second.choose("you", 0.5).name
+    for strength in (0.3, 0.6, 0.9):
+        assert first.beat(strength, True).name == second.beat(strength, True).name
+
+
+def test_a_hand_is_preferred_when_asked_for(gestures):
+    performer = next(p for p in speakers.PERFORMERS if p.hand == "right")
+    assert performer.handed(0.1) is performer and performer.handed(-1).hand == "left" and performer.handed(1).hand == "right"
+    own, other = vocabulary(performer, gestures), vocabulary(performer.handed(-1), gestures)
+    assert own.choose("you", 0.5).hand == "right" and other.choose("you", 0.5).hand == "left"
+
+
+@pytest.mark.parametrize(("control", "more"), [(0, "speed"), (3, "strokes")])
+def test_controls_of_arousal_and_rate_do_what_they_say(scene, gestures, control, more):
+    performer = speakers.PERFORMERS[1]
+    speeds, counts = [], []
+    for value in (-1, 0, 1):
+        controls = np.zeros(5)
+        controls[control] = value
+        steered = replace(scene, controls=controls)
+        counts.append(len(planning.plan(vocabulary(performer, gestures), steered)))
+        speeds.append(kinematics.angular_speed(perform(performer, gestures, steered))[:, [5, 8]].mean())
+    if more == "speed":
+        assert speeds[0] < speeds[1] < speeds[2]
+    assert counts[0] <= counts[1] <= counts[2] and (counts[0] < counts[2] or more == "speed")
+
+
+def test_dominance_and_valence_open_the_arms(scene, gestures):
+    widths = []
+    for value in (-1, 1):
+        body = perform(speakers.PERFORMERS[1], gestures, replace(scene, controls=np.array([0, value, value, 0, 0])))
+        widths.append(np.abs(skeleton.to_positions(body)[:, [6, 9], 0]).mean())
+    assert widths[1] > widths[0] + 0.02
+
+
+def test_a_performance_moves_on_accents_and_rests(scene, gestures):
+    performer = speakers.PERFORMERS[0]
+    ease = performance.resting_pose(performer)
+    strokes = planning.plan(vocabulary(performer, gestures), scene)
+    body = perform(performer, gestures, scene)
+    assert body.shape == (int(scene.speech.duration * 15), 9, 3) and body.dtype == np.float32
+    np.testing.assert_allclose(np.linalg.norm(body, axis=-1), 1, atol=1e-5)
+    speed = kinematics.angular_speed(body)
+    assert speed.max() < 700
+    before = np.concatenate([speed[int((s.emphasis - 0.4) * 15) : int(s.emphasis * 15), [5, 8]].ravel() for s in strokes])
+    assert before.mean() > 4 * speed[-15:, [5, 8]].mean()
+    assert np.degrees(np.arccos(np.clip(np.sum(body[-1, [5, 8]] * ease[[5, 8]], -1), -1, 1))).max() < 25
+    assert not limits.backward_elbows(body).any()
+
+
+def test_a_talk_without_words_is_performed_with_beats(gestures):
+    spoken = replace(small_speech(), words=(), affect=np.full((1, 3), 0.5))
+    silent = Scene.of(spoken)
+    strokes = planning.plan(vocabulary(speakers.PERFORMERS[1], gestures), silent)
+    assert strokes and all(stroke.gesture.meaning in ("beat", "list", "offer") for stroke in strokes)
+
+
+def test_the_warp_meets_every_phase_and_never_runs_backwards():
+    clip = wave_clip()
+    gesture = library._describe(clip, "Set", "BeatMid", "beat", False)
+    stroke = planning.Stroke(gesture, 1.0, 1.5, 2.0, 2.2, (2.5, 3.0), (3.2, 3.8), 1.0, False)
+    at = performance.warp(clip, stroke, np.array([1.0, 1.5, 2.0, 2.2, 3.0, 3.8]))
+    np.testing.assert_allclose(at, [clip.onset, clip.ready, clip.emphasis, clip.end, clip.relax, clip.rest], atol=0.02)
+    assert (np.diff(performance.warp(clip, stroke, np.linspace(0, 5, 200))) >= -1e-9).all()
+
+
+def test_performers_differ_and_have_names_people_understand():
+    names = [performer.name for performer in speakers.PERFORMERS]
+    assert len(set(names)) == len(names) == 24
+    assert len({(p.size, p.gap, p.hand, p.height, p.rest, p.nod, p.families) for p in speakers.PERFORMERS}) == len(names)
+    assert all(performer.description.endswith(".") for performer in speakers.PERFORMERS)
+    assert sum(known["default"] for known in speakers.describe()) == 1
+
+
+def test_every_performer_gets_a_fair_share_of_talks():
+    counts = np.bincount([p for index in range(240) for p in build.cast(index, 3)], minlength=len(speakers.PERFORMERS))
+    assert counts.min() > 0.8 * counts.mean()
+    assert all(len(set(build.cast(index, 3))) == 3 for index in range(50))
+
+
+def test_some_performances_are_steered_and_all_within_range():
+    drawn = np.array([build.draw_controls(index, number, 0) for index in range(60) for number in range(6)])
+    assert drawn.shape[1] == 5 and np.abs(drawn).max() <= 1
+    assert 0.3 < (drawn == 0).all(1).mean() < 0.55
+    np.testing.assert_array_equal(build.draw_controls(7, 3, 0), build.draw_controls(7, 3, 0))
+
+
+def test_the_packed_corpus_is_what_training_reads(tmp_path):
+    spoken = small_speech()
+    talks = []
+    for number in range(3):
+        frames = 40 + number
+        tracks = np.full((frames, 17), 0.5, np.float16)
+        moves = [
+            build.Performance(k, np.zeros(5, np.float32), np.tile(rest.REST, (frames, 1, 1)), np.array([1.0], np.float32), 0.4)
+            for k in (number, number + 3)
+        ]
+        words = [("hello", 0.2, 0.5), ("world", 0.7, 1.0)]
+        mfcc = build.features(spoken.recorded[: 16000 * 3])
+        accents = np.array([[1.0, 0.5, 1.0]], np.float32)
+        talks.append(build.Talk(number, number, "noise", mfcc, tracks, tracks, words, accents, np.full(3, 0.5), moves))
+    figures = pack.save(talks, tmp_path / "corpus", 0)
+    assert figures["recordings"] == 3 and figures["performances"] == 6 and figures["share of strokes on main accents"] == 1
+    corpus = Corpus.load(tmp_path / "corpus")
+    arrays = corpus.arrays
+    assert arrays["directions"].shape == (246, 9, 3) and arrays["starts"].tolist() == [0, 40, 80, 121, 162, 204, 246]
+    assert arrays["frame_starts"].tolist() == [0, 40, 81, 123] and arrays["recording"].tolist() == [0, 0, 1, 1, 2, 2]
+    assert arrays["split"].tolist() == [0, 0, 1, 1, 2, 2] and arrays["speaker"].tolist() == [0, 3, 1, 4, 2, 5]
+    first = arrays["word_index"][:40]
+    assert set(first.tolist()) == {-1, 0, 1} and first[4] == 0 and first[12] == 1 and first[20] == -1
+    assert np.abs(arrays["vectors"].astype(float)).sum(axis=1).min() > 0
+    assert len(corpus.speakers) == 24 and np.shape(corpus.speakers[0]["rest"]) == (9, 3)
+
+
+@needs_material
+def test_a_tiny_corpus_is_built_from_the_command(tmp_path):
+    """One talk in the cache, four performers; a second run gives the same motion."""
+    from s2ag.core.learning.corpus.__main__ import main
+
+    (tmp_path / "speech").mkdir()
+    replace(small_speech(), index=0).save(tmp_path / "speech" / "0000.npz")
+    command = ["--material", str(MATERIAL), "--out", str(tmp_path / "corpus"), "--hours", "0.001", "--workers", "1"]
+    assert main(command) == 0
+    first = np.load(tmp_path / "corpus" / "directions.npy")
+    meta = json.loads((tmp_path / "corpus" / "meta.json").read_text())
+    assert len(np.load(tmp_path / "corpus" / "speaker.npy")) == 4 and meta["recordings"][0]["speech"] == "0000.npz"
+    assert np.degrees(np.abs(idling.between(first[:1].astype(float), first.astype(float)))).max() > 20, "nobody gestured"
+    assert main(command) == 0
+    np.testing.assert_array_equal(np.load(tmp_path / "corpus" / "directions.npy"), first)
+
+
+def test_missing_material_is_one_sentence_and_exit_2(tmp_path, capsys):
+    from s2ag.core.learning.corpus.__main__ import main
+
+    assert main(["--material", str(tmp_path), "--out", str(tmp_path / "out")]) == 2
+    assert "holds no smartbody" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

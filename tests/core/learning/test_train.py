@@ -1,0 +1,279 @@
+"""Training: losses against hand-computed values, and runs that learn, stop, continue and share their work."""
+
+import json
+import math
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from s2ag.core.errors import CheckpointUnreadable, UsageError  # noqa: E402
+from s2ag.core.learning.train import losses  # noqa: E402
+from s2ag.core.learning.train.__main__ import main  # noqa: E402
+from s2ag.core.learning.train.config import TrainConfig  # noqa: E402
+from s2ag.core.learning.train.health import Watch  # noqa: E402
+from s2ag.core.learning.train.loop import CHECKPOINT, LOG, STATE, train  # noqa: E402
+from s2ag.core.learning.train.validation import arm_speed, correlation  # noqa: E402
+from s2ag.core.model import checkpoint  # noqa: E402
+from s2ag.core.motion import skeleton  # noqa: E402
+from toy_corpus import PROSODY, write_toy_corpus  # noqa: E402
+
+SMALL = {
+    "gru_size": 32, "gru_layers": 1, "head_size": 32, "mfcc_channels": [16, 16, 16], "text_channels": 16,
+    "prosody_features": PROSODY, "prosody_size": 8,
+}  # fmt: skip
+
+
+@pytest.fixture
+def one_thread():
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
+@pytest.fixture
+def settings(tmp_path):
+    data = write_toy_corpus(tmp_path / "corpus")
+    return dict(
+        data=str(data), out=str(tmp_path / "run"), model_settings=SMALL, batch=8, frames=48, steps=3, threads=1,
+        discriminator_frames=32, generator_rate=3e-3, diversity_share=0.25, log_steps=1, validate_steps=2,
+    )  # fmt: skip
+
+
+def test_huber_is_quadratic_below_a_tenth():
+    d = torch.tensor([0.05, -0.05, 0.3, -1.0])
+    assert losses.huber(d, torch.zeros(4)).item() == pytest.approx((2 * 0.5 * 0.05**2 / 0.1 + 0.25 + 0.95) / 4)
+
+
+def test_motion_compares_differences():
+    moving = torch.tensor([0.0, 0.05, 0.15]).view(1, 3, 1)
+    still = torch.full((1, 3, 1), 7.0)
+    assert losses.motion(moving, still, 1).item() == pytest.approx((0.0125 + 0.05) / 2, rel=1e-4)
+    assert losses.motion(moving, still, 2).item() == pytest.approx(0.0125, rel=1e-4)
+
+
+def test_arms_may_count_more():
+    made, real = torch.zeros(1, 3, 9, 3), torch.zeros(1, 3, 9, 3)
+    made[..., 0, 0], made[..., 5, 0] = 0.3, 0.3
+    once = 3 * 0.25 / made.numel()
+    assert losses.huber(made, real).item() == pytest.approx(2 * once)
+    assert losses.huber(made, real, arm_weight=4).item() == pytest.approx(5 * once)
+    still = losses.motion(made, real, 1, arm_weight=4)
+    made[:, 1, 5, 0] = 0.35
+    assert still == 0 and losses.motion(made, real, 1, 4).item() == pytest.approx(4 * 2 * 0.0125 / 54, rel=1e-4)
+
+
+def test_arm_positions_are_those_of_forward_kinematics():
+    directions = skeleton.normalize(np.random.default_rng(0).normal(size=(2, 5, 9, 3)))
+    joints = [skeleton.JOINTS.index(name) for name in ("left_elbow", "left_wrist", "right_elbow", "right_wrist")]
+    made = losses.arm_positions(torch.from_numpy(3 * directions))
+    np.testing.assert_allclose(made.numpy(), skeleton.to_positions(directions)[..., joints, :], atol=1e-6)
+
+
+def test_reach_judges_places_and_displacements():
+    directions = torch.from_numpy(np.tile(skeleton.MEAN_UNIT, (1, 4, 1, 1)))
+    assert losses.reach(directions, directions) == 0
+    lifted = directions.clone()
+    lifted[..., 5, :] = torch.tensor([0.0, -1.0, 0.0])
+    apart = losses.arm_positions(lifted) - losses.arm_positions(directions)
+    assert apart[..., [0, 2, 3], :].abs().max() == 0
+    assert losses.reach(lifted, directions).item() == pytest.approx(losses.huber(apart, 0 * apart).item(), rel=1e-5)
+    moving = torch.cat([directions[:, :2], lifted[:, 2:]], dim=1)
+    assert losses.reach(moving, directions) > 2 * losses.reach(lifted, directions)
+
+
+def test_adversarial_losses():
+    real, made = torch.tensor([[0.9], [0.8]]), torch.tensor([[0.2], [0.4]])
+    assert losses.adversarial(made).item() == pytest.approx(-(math.log(0.2) + math.log(0.4)) / 2)
+    expected = -(math.log(0.9) + math.log(0.8) + math.log(0.8) + math.log(0.6)) / 2
+    assert losses.discriminator(real, made).item() == pytest.approx(expected)
+    soft = -(0.9 * math.log(0.9) + 0.1 * math.log(0.1) + math.log(0.8))
+    assert losses.discriminator(real[:1], made[:1], 0.9).item() == pytest.approx(soft, rel=1e-5)
+    assert math.isfinite(losses.adversarial(torch.zeros(1, 1))) and math.isfinite(
+        losses.discriminator(torch.zeros(1), torch.ones(1))
+    )
+
+
+def test_divergence_from_a_standard_normal():
+    assert losses.divergence(torch.zeros(2, 16), torch.zeros(2, 16)).item() == 0
+    mu, logvar = torch.tensor([[1.0, 0.0]]), torch.tensor([[0.0, math.log(2.0)]])
+    assert losses.divergence(mu, logvar).item() == pytest.approx((0.5 + 0.5 * (2 - 1 - math.log(2))) / 2)
+
+
+def test_diversity_rewards_distance_per_style():
+    made = torch.zeros(1, 2, 1, requires_grad=True)
+    other = torch.tensor([[[0.02], [1.0]]], requires_grad=True)
+    style, other_style = torch.zeros(1, 4), torch.full((1, 4), 0.5)
+    value = losses.diversity(made, other, style, other_style)
+    assert value.item() == pytest.approx(-(0.5 * 0.02**2 / 0.05 + 0.975) / 0.50001)
+    value.backward()
+    assert made.grad.abs().sum() > 0 and other.grad is None
+    assert losses.diversity(made, other, style, style).item() == -1000
+
+
+def test_arm_speed_is_in_degrees_a_second():
+    angle = torch.deg2rad(6.0 * torch.arange(5))
+    directions = torch.zeros(1, 5, 9, 3)
+    directions[..., 2] = 1
+    directions[0, :, (4, 5, 7, 8)] = torch.stack([angle.cos(), angle.sin(), 0 * angle], -1)[:, None]
+    torch.testing.assert_close(arm_speed(directions), torch.full((1, 4), 90.0), rtol=1e-4, atol=1e-3)
+
+
+def test_correlation():
+    a = torch.tensor([[1.0, 2.0, 3.0], [1.0, 2.0, 3.0]])
+    assert correlation(a, 2 * a + 5) == pytest.approx(1)
+    assert correlation(a, torch.tensor([[3.0, 2.0, 1.0], [4.0, 4.0, 4.0]])) == pytest.approx(-0.5)
+
+
+def test_the_watch_warns_once_of_a_discriminator_that_wins_or_is_dead():
+    watch = Watch()
+    wins = {"right_real": 0.99, "right_made": 0.93, "judged_real": 0.9, "judged_made": 0.1}
+    fair = {"right_real": 0.7, "right_made": 0.6, "judged_real": 0.6, "judged_made": 0.4}
+    dead = {"right_real": 1.0, "right_made": 0.0, "judged_real": 0.551, "judged_made": 0.55}
+    assert not watch.look(wins, 150) and not watch.look(fair, 50) and not watch.look(wins, 150)
+    assert [news[:27] for news in watch.look(wins, 50)] == ["The discriminator is right "]
+    assert not watch.look(wins, 500) and not watch.look(dead, 199)
+    assert "no longer tells" in watch.look(dead, 1)[0]
+    assert not watch.look(dead, 500)
+
+
+def test_training_learns_to_follow_the_voice(settings, tmp_path, one_thread):
+    figures = train(TrainConfig.from_dict({**settings, "steps": 60, "log_steps": 10, "validate_steps": 60}))
+    lines = [json.loads(line) for line in (tmp_path / "run" / LOG).read_text().splitlines()]
+    huber = [line["huber"] for line in lines if "huber" in line]
+    assert huber[-1] < 0.5 * huber[0]
+    assert figures["rhythm"] > figures["rhythm_shuffled"] + 0.3
+    assert 0.5 < figures["speed_ratio"] < 1.5
+    logged = {"windows_per_second", "frames_per_second", "outside", "generator_gradient", "discriminator_gradient"}
+    assert (logged | {"judged_real", "judged_made", "right_real", "right_made"}) <= lines[0].keys()
+    assert 0 <= lines[0]["outside"] < 1 and lines[0]["frames_per_second"] > 0
+    loaded = checkpoint.load(settings["out"] + "/" + CHECKPOINT)
+    assert [speaker["name"] for speaker in loaded.speakers] == ["small", "large"]
+    assert loaded.meta["training"]["steps"] == 60 and loaded.meta["training"]["validation"] == figures
+    assert loaded.meta["features"] == {"mfcc": "toy", "fps": 15, "prosody": "", "controls": ""}
+
+
+@pytest.mark.parametrize("model", ["default", "paper"])
+def test_a_continued_run_equals_an_uninterrupted_one(settings, tmp_path, one_thread, model):
+    if model == "paper":
+        settings |= {"model_settings": {"mfcc_features": 40, "text_channels": 16, "gru_size": 16, "discriminator_size": 16}}
+    settings["model"] = model
+    train(TrainConfig.from_dict(settings))
+    parted = {**settings, "out": str(tmp_path / "parted")}
+    # The rate's course depends on all steps, so the first part stops early by its time and not by its steps.
+    train(TrainConfig.from_dict({**parted, "minutes": 1e-6}))
+    first = json.loads((tmp_path / "parted" / CHECKPOINT).with_suffix(".json").read_text())
+    assert first["training"]["steps"] == 1
+    train(TrainConfig.from_dict({**parted, "resume": True}))
+    for name in (CHECKPOINT, STATE):
+        whole, joined = (torch_tensors(f"{out}/{name}") for out in (settings["out"], parted["out"]))
+        assert whole.keys() == joined.keys()
+        assert all(torch.equal(whole[key], joined[key]) for key in whole)
+
+
+def torch_tensors(path):
+    from safetensors.torch import load_file
+
+    return load_file(path)
+
+
+def test_a_run_is_neither_overwritten_nor_conjured_up(settings):
+    with pytest.raises(UsageError, match="nothing to resume"):
+        train(TrainConfig.from_dict({**settings, "resume": True}))
+    train(TrainConfig.from_dict({**settings, "steps": 1}))
+    with pytest.raises(UsageError, match="already holds"):
+        train(TrainConfig.from_dict(settings))
+    with pytest.raises(CheckpointUnreadable, match="cannot be continued"):
+        train(TrainConfig.from_dict({**settings, "resume": True, "model_settings": {**SMALL, "gru_size": 40}}))
+
+
+def test_command_line(settings, tmp_path, capsys):
+    (tmp_path / "train.json").write_text(json.dumps({**settings, "steps": 500}))
+    assert main(["--config", str(tmp_path / "train.json"), "--steps", "1"]) == 0
+    assert "validation_rhythm" in capsys.readouterr().out
+    (tmp_path / "train.json").write_text('{"batchsize": 3}')
+    for arguments, says in (
+        (["--config", str(tmp_path / "train.json")], "batchsize"),
+        (["--config", str(tmp_path / "none.json")], "none.json"),
+        (["--data", str(tmp_path / "none.npz"), "--out", str(tmp_path / "b")], "not a packed corpus"),
+        ([], "--data"),
+    ):
+        assert main(arguments) == 2
+        output = capsys.readouterr().err
+        assert says in output and "Traceback" not in output
+    assert not (tmp_path / "b").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"model": "published"}, "default or paper"),
+        ({"seed_frames": 48}, "seed_frames"),
+        ({"batch": 0}, "batch"),
+        ({"device": "tpu"}, "cpu, cuda, mps"),
+        ({"precision": "int4"}, "bf16-mixed"),
+        ({"model_settings": {"words": 9}}, "word vectors"),
+        ({"model_settings": {"prosody_features": PROSODY + 1}}, f'"prosody_features": {PROSODY}'),
+        ({"model_settings": {**SMALL, "controls": 2}}, '"controls": 5'),
+    ],
+)
+def test_bad_settings_are_refused(settings, tmp_path, change, says):
+    with pytest.raises(UsageError, match=says):
+        train(TrainConfig.from_dict({**settings, **change}))
+    assert not (tmp_path / "run" / STATE).exists()
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU")
+def test_an_absent_device_is_named(settings):
+    with pytest.raises(UsageError, match="no cuda device"):
+        train(TrainConfig.from_dict({**settings, "device": "cuda"}))
+
+
+def test_a_missing_fabric_is_named(settings, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "lightning_fabric", None)
+    assert main(["--data", settings["data"], "--out", settings["out"]]) == 2
+    assert "s2ag[train]" in capsys.readouterr().err
+
+
+def test_all_switches_train_at_low_precision(settings, one_thread):
+    switches = {"precision": "bf16-mixed", "wrist": 100.0, "arm_weight": 2.0, "mirror": 0.5, "discriminator_frames": 0}
+    figures = train(TrainConfig.from_dict({**settings, **switches}))
+    tensors = torch_tensors(f"{settings['out']}/{STATE}")
+    assert all(value.isfinite().all() for value in tensors.values()) and math.isfinite(figures["huber"])
+    assert {value.dtype for name, value in tensors.items() if name.startswith("generator")} == {torch.float32}
+    assert tensors["generator/controls.weight"].shape == (16, 5)
+
+
+def test_a_told_end_finishes_the_step_and_saves(settings):
+    command = [sys.executable, "-m", "s2ag.core.learning.train", "--config", settings["out"] + ".json"]
+    Path(command[-1]).write_text(json.dumps({**settings, "steps": 10**6}))
+    run = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert run.stdout.readline().startswith("step 1")
+    run.send_signal(signal.SIGTERM)
+    said, _ = run.communicate(timeout=60)
+    assert run.returncode == 0 and "everything is saved" in said
+    facts = json.loads((Path(settings["out"]) / CHECKPOINT).with_suffix(".json").read_text())
+    lines = [json.loads(line) for line in (Path(settings["out"]) / LOG).read_text().splitlines()]
+    assert 0 < facts["training"]["steps"] == max(line["step"] for line in lines if "huber" in line) < 10**6
+
+
+def test_two_processes_share_their_work(settings, tmp_path):
+    """Each learns from windows of its own, and both hold the same weights bit for bit."""
+    script = Path(__file__).parents[2] / "helpers" / "every_rank.py"
+    command = [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node", "2", str(script)]
+    run = subprocess.run([*command, json.dumps({**settings, "batch": 4})], capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+    one, two = (torch_tensors(f"{settings['out']}/{rank}.safetensors") for rank in (0, 1))
+    assert not torch.equal(one.pop("windows"), two.pop("windows"))
+    assert one.keys() == two.keys() and all(torch.equal(one[name], two[name]) for name in one)
+    lines = [json.loads(line) for line in (tmp_path / "run" / LOG).read_text().splitlines()]
+    assert [line["step"] for line in lines if "huber" in line] == [1, 2, 3]
+    assert all(np.isfinite(value).all() for line in lines for value in line.values())
+    facts = checkpoint.load(settings["out"] + "/" + CHECKPOINT).meta["training"]
+    assert (facts["steps"], facts["processes"]) == (3, 2)

@@ -1,0 +1,183 @@
+"""Corpus folders: windows against the arrays they are cut from, mirroring, dropped words, and damage."""
+
+import json
+import shutil
+import threading
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from s2ag.core.errors import CorpusUnreadable, OutputUnwritable  # noqa: E402
+from s2ag.core.learning.train.config import TrainConfig  # noqa: E402
+from s2ag.core.learning.train.dataset import TRAIN, VALIDATION, Corpus, Windows, disturb, draw  # noqa: E402
+from s2ag.core.learning.train.prefetch import Prefetch  # noqa: E402
+from s2ag.core.learning.train.storage import save_arrays  # noqa: E402
+from s2ag.core.model.seeds import seed_input  # noqa: E402
+from s2ag.core.model.timing import nearest_mfcc  # noqa: E402
+from s2ag.core.motion import skeleton  # noqa: E402
+from toy_corpus import META, toy_arrays, write_toy_corpus  # noqa: E402
+
+
+def toy(talks, frames):
+    arrays = toy_arrays(talks=talks, frames=frames)
+    return arrays, Corpus(arrays, META)
+
+
+def test_windows_are_cuts_of_their_talk():
+    arrays, corpus = toy(talks=3, frames=60)
+    assert arrays["recording"].tolist() == [0, 0, 1]
+    batch = corpus.batch(Windows(np.array([1, 2]), np.array([7, 20])), 40, 10)
+    for row, (talk, first) in enumerate([(1, 7), (2, 20)]):
+        recording = talk // 2
+        real = arrays["directions"][talk * 60 + first : talk * 60 + first + 40].astype(np.float32)
+        np.testing.assert_allclose(batch.directions[row].numpy(), real, atol=2e-3)
+        heard = arrays["mfcc_starts"][recording] + nearest_mfcc(first)
+        np.testing.assert_array_equal(batch.mfcc[row].numpy(), arrays["mfcc"][heard : heard + 83].astype(np.float32))
+        here = slice(recording * 60 + first, recording * 60 + first + 40)
+        spoken = arrays["word_index"][here]
+        wanted = np.where(spoken[:, None] >= 0, arrays["vectors"][spoken], 0).astype(np.float32)
+        np.testing.assert_array_equal(batch.words[row].numpy(), wanted)
+        np.testing.assert_array_equal(batch.prosody[row].numpy(), arrays["prosody"][here].astype(np.float32))
+        np.testing.assert_array_equal(batch.controls[row].numpy(), arrays["controls"][talk])
+        assert int(batch.speaker[row]) == talk % 2
+    np.testing.assert_allclose(batch.directions.norm(dim=-1).numpy(), 1, atol=1e-6)
+    seeds = batch.seeds.numpy()
+    assert (seeds[:, :10, 27] == 1).all() and not seeds[:, 10:].any()
+    np.testing.assert_allclose(
+        seeds[:, :10, :27].reshape(2, 10, 9, 3) + skeleton.MEAN, batch.directions[:, :10].numpy(), atol=1e-6
+    )
+
+
+def test_windows_stay_inside_talks_of_their_split():
+    _, corpus = toy(talks=5, frames=60)
+    talks, first = corpus.random_windows(np.random.default_rng(0), 500, 48)
+    assert set(talks) == {0, 1, 2, 3} and set(first) == set(range(13))
+    held, first = corpus.spread_windows(VALIDATION, 5, 48)
+    assert set(held) == {4} and first.tolist() == [0, 3, 6, 9, 12]
+    with pytest.raises(CorpusUnreadable, match="61 frames"):
+        corpus.window_starts(TRAIN, 61)
+
+
+def test_a_mirrored_window_is_gestured_with_the_other_hand():
+    arrays = toy_arrays(talks=2, frames=60)
+    arrays["controls"][0] = (0.1, 0.2, 0.3, 0.4, 0.5)
+    corpus = Corpus(arrays, META)
+    windows = Windows(np.array([0, 0]), np.array([5, 5]), flip=np.array([False, True]))
+    batch = corpus.batch(windows, 48, 10)
+    np.testing.assert_allclose(batch.directions[1].numpy(), skeleton.mirror(batch.directions[0].numpy()), atol=1e-6)
+    np.testing.assert_allclose(batch.seeds[1, :10, :27], seed_input(batch.directions[1:], 48)[0, :10, :27])
+    torch.testing.assert_close(batch.controls[0], torch.tensor([0.1, 0.2, 0.3, 0.4, 0.5]))
+    torch.testing.assert_close(batch.controls[1], torch.tensor([0.1, 0.2, 0.3, 0.4, -0.5]))
+    assert arrays["controls"][0, 4] == np.float32(0.5)
+
+
+def test_windows_without_words_have_the_prosody_of_sound_alone():
+    arrays, corpus = toy(talks=2, frames=60)
+    windows = Windows(np.array([0, 1]), np.array([3, 3]), wordless=np.array([False, True]), kept=np.arange(40) < [[0], [10]])
+    batch = corpus.batch(windows, 40, 10)
+    assert batch.words[0].any() and not batch.words[1].any()
+    np.testing.assert_array_equal(batch.prosody[0].numpy(), arrays["prosody"][3:43].astype(np.float32))
+    np.testing.assert_array_equal(batch.prosody[1].numpy(), arrays["prosody_plain"][3:43].astype(np.float32))
+    assert not batch.seeds[0].any() and batch.seeds[1].any()
+
+
+def test_chances_decide_over_whole_windows():
+    _, corpus = toy(talks=4, frames=60)
+    config = TrainConfig(batch=2000, frames=48, word_drop=0.25, seed_drop=0.5)
+    windows = draw(corpus, config, np.random.default_rng(0))
+    assert windows.wordless.mean() == pytest.approx(0.25, abs=0.05)
+    assert windows.kept[:, :10].all(1).mean() == pytest.approx(0.5, abs=0.05) and not windows.kept[:, 10:].any()
+    assert not windows.flip.any()
+    assert draw(corpus, TrainConfig(batch=50, frames=48, mirror=1.0), np.random.default_rng(0)).flip.all()
+
+
+def test_noise_leaves_performances_and_empty_seeds_alone():
+    _, corpus = toy(talks=4, frames=60)
+    batch = corpus.batch(Windows(np.array([0, 1]), np.array([0, 4])), 48, 10)
+    torch.manual_seed(0)
+    changed = disturb(batch, TrainConfig())
+    assert not torch.equal(changed.mfcc, batch.mfcc) and not torch.equal(changed.seeds, batch.seeds)
+    assert torch.equal(changed.seeds[..., 27], batch.seeds[..., 27]) and not changed.seeds[:, 10:].any()
+    assert torch.equal(changed.directions, batch.directions) and torch.equal(changed.words, batch.words)
+
+
+@pytest.mark.parametrize("name", ["starts", "word_index", "speaker", "recording", "frame_starts"])
+def test_arrays_that_do_not_fit_are_refused(tmp_path, name):
+    arrays = toy_arrays(talks=2, frames=60)
+    arrays[name] = arrays[name] + 100
+    save_arrays(tmp_path / "corpus", arrays, META)
+    with pytest.raises(CorpusUnreadable, match="do not fit"):
+        Corpus.load(tmp_path / "corpus")
+
+
+def cut_short(folder):
+    path = folder / "directions.npy"
+    path.write_bytes(path.read_bytes()[:-500])
+
+
+@pytest.mark.parametrize(
+    ("damage", "says"),
+    [
+        (lambda folder: shutil.rmtree(folder), "No such file"),
+        (lambda folder: (folder / "prosody.npy").unlink(), "prosody.npy is missing"),
+        (lambda folder: (folder / "mfcc.npy").write_text("hello"), "not a packed corpus"),
+        (lambda folder: (folder / "speaker.npy").write_bytes(b""), "not a packed corpus"),
+        (lambda folder: (folder / "meta.json").write_text("{"), "not a packed corpus"),
+        (lambda folder: (folder / "meta.json").write_text(json.dumps({**META, "format": 1})), "format 2"),
+        (lambda folder: (folder / "meta.json").write_text(json.dumps({**META, "fps": 30})), "30 fps"),
+        (lambda folder: (folder / "meta.json").write_text('{"format": 2}'), "speakers"),
+        (cut_short, "not a packed corpus"),
+    ],
+)
+def test_damaged_folders_are_no_corpus(tmp_path, damage, says):
+    folder = write_toy_corpus(tmp_path / "corpus", talks=2, frames=60)
+    Corpus.load(folder)
+    damage(folder)
+    with pytest.raises(CorpusUnreadable, match=says) as caught:
+        Corpus.load(folder)
+    assert "s2ag.core.learning.corpus" in caught.value.remedy
+
+
+def test_a_corpus_is_written_whole_or_not_at_all(tmp_path):
+    folder = write_toy_corpus(tmp_path / "corpus", talks=2, frames=60)
+    with pytest.raises(ValueError):
+        save_arrays(folder, {"directions": np.array([object()])}, META)
+    assert Corpus.load(folder).starts[-1] == 120
+    write_toy_corpus(folder, talks=2, frames=80)
+    assert Corpus.load(folder).starts[-1] == 160
+    assert [path.name for path in tmp_path.iterdir()] == ["corpus"]
+
+
+def test_a_corpus_replaces_nothing_else(tmp_path):
+    (tmp_path / "thesis.txt").write_text("precious")
+    with pytest.raises(OutputUnwritable, match="something else"):
+        write_toy_corpus(tmp_path)
+    with pytest.raises(OutputUnwritable):
+        write_toy_corpus(tmp_path / "absent" / "corpus")
+    assert (tmp_path / "thesis.txt").read_text() == "precious"
+
+
+def test_the_next_batch_is_begun_while_one_is_used():
+    begun, go_on = [], threading.Event()
+
+    def prepare(step):
+        begun.append(step)
+        if step == 8:
+            go_on.set()
+        return step * 10
+
+    batches = Prefetch(prepare)
+    assert batches.take(7) == 70
+    assert go_on.wait(10) and begun == [7, 8]
+    assert batches.take(8) == 80
+    assert batches.take(3) == 30  # after a resume
+    batches.close()
+
+
+def test_a_failure_to_gather_reaches_the_step():
+    batches = Prefetch(lambda step: 1 // step)
+    with pytest.raises(ZeroDivisionError):
+        batches.take(0)
+    batches.close()

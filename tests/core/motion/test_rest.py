@@ -1,0 +1,98 @@
+import numpy as np
+from s2ag.core.motion import rest, skeleton
+
+FPS = skeleton.FPS
+
+
+def gesture(frames):
+    """A performance far from rest: forearms raised and waving."""
+    time = np.arange(frames) / FPS
+    directions = np.tile(skeleton.MEAN_UNIT, (frames, 1, 1))
+    directions[:, 5] = np.stack([0.3 * np.sin(6 * time), -0.5 + 0.3 * np.cos(5 * time), np.ones(frames)], -1)
+    return skeleton.normalize(directions).astype(np.float32)
+
+
+def angles(a, b):
+    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(-1)))
+
+
+def test_hands_come_to_rest_in_a_long_silence_and_are_back_before_speech():
+    frames = 300
+    activity = np.ones(frames)
+    activity[100:220] = 0
+    performed = rest.rest(gesture(frames), activity)
+    resting = slice(100 + int((rest.SETTLE_AFTER + rest.SETTLE_TIME) * FPS) + 1, 220 - int(rest.RAISE_TIME * FPS) - 1)
+    assert angles(performed[resting], rest.REST).max() < 6
+    assert angles(performed[90, 5], rest.REST[5]) > 40
+    assert angles(performed[222], gesture(frames)[222]).max() < 6
+
+
+def test_short_pauses_are_left_to_the_network():
+    activity = np.ones(200)
+    activity[100 : 100 + int(rest.SETTLE_AFTER * FPS)] = 0
+    assert rest.settle_weight(activity).max() == 0
+
+
+def test_settling_is_smooth():
+    activity = np.ones(300)
+    activity[50:150] = 0
+    weight = rest.settle_weight(activity)
+    assert weight[:50].max() == weight[150:].max() == 0 and weight.max() == 1
+    assert np.abs(np.diff(weight, 2)).max() < 0.12
+
+
+def test_a_silent_clip_rests_from_the_first_frame_to_the_last_yet_no_frame_is_frozen():
+    performed = rest.rest(gesture(450), np.zeros(450))
+    assert angles(performed, rest.REST).max() < 6
+    speed = angles(performed[1:], performed[:-1]).max(1) * FPS
+    assert speed.min() > 0.05
+
+
+def test_idle_depends_on_the_seed_alone():
+    assert np.array_equal(rest.idle(60, seed=3), rest.idle(60, seed=3))
+    assert not np.allclose(rest.idle(60, seed=3), rest.idle(60, seed=4))
+
+
+def test_intensity_scales_the_departure_from_rest():
+    directions = gesture(20)
+    np.testing.assert_allclose(rest.scale(directions, 0), np.broadcast_to(rest.REST, directions.shape), atol=1e-6)
+    assert rest.scale(directions, 1) is directions
+    half, more = (angles(rest.scale(directions, x), rest.REST)[:, 5] for x in (0.5, 1.3))
+    full = angles(directions, rest.REST)[:, 5]
+    np.testing.assert_allclose(half, full / 2, atol=0.05)
+    np.testing.assert_allclose(more, np.minimum(full * 1.3, 170), atol=0.05)
+
+
+def test_restoring_enlarges_small_departures_and_leaves_large_ones():
+    turned = away_from_rest([0.3] * 15 + [0.1, 0.2, 0.9])
+    before, after = angles(turned, rest.REST)[15:], angles(rest.restore(turned, 1.25), rest.REST)[15:]
+    small, large = before < 35, before > 95
+    assert small.any() and large.any()
+    np.testing.assert_allclose(after[small], before[small] * 1.25, atol=0.05)
+    np.testing.assert_allclose(after[large], before[large], atol=0.05)
+    np.testing.assert_allclose(rest.restore(turned, 1.0), turned, atol=1e-5)
+    np.testing.assert_allclose(rest.restore(turned, 1.25)[0], turned[0], atol=1e-5)
+
+
+def test_restoring_keeps_the_order_of_departures():
+    turned = away_from_rest(np.linspace(0, 1, 200))
+    assert (np.diff(angles(rest.restore(turned, 1.4), rest.REST)[:, 5]) > 0).all()
+
+
+def away_from_rest(shares):
+    """Poses a share of the way from rest to its opposite."""
+    opposite = skeleton.canonical_to_y_up(rest.REST)
+    return np.stack([rest.slerp(rest.REST, opposite, np.array(share)) for share in shares])
+
+
+def test_slerp_survives_equal_and_opposite_vectors():
+    up = np.array([0.0, 1.0, 0.0])
+    assert np.isfinite(rest.slerp(up, up, np.array(0.5))).all()
+    assert np.isfinite(rest.slerp(up, -up, np.array(0.5))).all()
+
+
+def test_softening_takes_tremble_and_leaves_gestures():
+    turned = gesture(90)
+    shaken = skeleton.normalize(turned + 0.05 * (-1.0) ** np.arange(90)[:, None, None] * np.array([1.0, 0, 0]))
+    assert angles(rest.soften(turned), turned).max() < 1.0
+    assert angles(rest.soften(shaken), turned)[1:-1].mean() < 0.8 * angles(shaken, turned).mean()

@@ -1,0 +1,85 @@
+import json
+import os
+
+import pytest
+from s2ag.core.sound import audio
+from s2ag.core.words import align, transcript
+from s2ag.core.words.cache import Cache, default_folder, key
+
+
+@pytest.fixture(scope="module")
+def sound(examples):
+    return audio.load(examples / "hello.flac")
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Calls of the aligner."""
+    calls, real = [], align.place
+    monkeypatch.setattr(align, "place", lambda *arguments: calls.append(1) or real(*arguments))
+    return calls
+
+
+def test_the_same_again_is_not_aligned_again(sound, examples, tmp_path, counted):
+    pytest.importorskip("pocketsphinx")
+    ways, text = transcript.Ways(Cache(tmp_path / "kept")), (examples / "hello.txt").read_text()
+    first = transcript.hear(sound, text=text, ways=ways)
+    assert transcript.hear(sound, text=text, ways=ways) == first and len(counted) == 1
+    with_marks = text.replace("hands", "*hands* [laughs]").replace("When", "{none} When")
+    assert transcript.hear(sound, text=with_marks, ways=ways).words == first.words and len(counted) == 1
+    transcript.hear(sound[:-800], text=text, ways=ways)
+    transcript.hear(sound, text=text + " Indeed.", ways=ways)
+    assert len(counted) == 3
+    assert sorted(path.suffix for path in (tmp_path / "kept").iterdir()) == [".json"] * 3
+
+
+@pytest.mark.parametrize("damage", ["", "{", "[]", '{"spans": 3}', '{"spans": [[0]], "confidence": [], "complaint": ""}'])
+def test_a_damaged_file_is_made_again(sound, examples, tmp_path, counted, damage):
+    pytest.importorskip("pocketsphinx")
+    ways = transcript.Ways(Cache(tmp_path))
+    first = transcript.hear(sound, examples / "hello.txt", ways=ways)
+    (path,) = tmp_path.iterdir()
+    path.write_text(damage)
+    assert transcript.hear(sound, examples / "hello.txt", ways=ways) == first and len(counted) == 2
+    assert json.loads(path.read_text())["spans"]
+
+
+def test_a_dead_aligner_is_not_remembered(sound, examples, tmp_path, monkeypatch):
+    monkeypatch.setattr(align, "command", lambda: [str(tmp_path / "nothing")])
+    transcript.hear(sound, examples / "hello.txt", ways=transcript.Ways(Cache(tmp_path)))
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_least_recently_used_goes_first(tmp_path):
+    cache = Cache(tmp_path, limit=350)
+    for number in range(5):
+        cache.put(f"{number}", "x" * 98)
+        os.utime(tmp_path / f"{number}.words.json", (number, number))
+        cache.get("0")
+    assert cache.get("0") and cache.get("4") and cache.get("1") is None
+    files, size = cache.size()
+    assert files == 3 and size == 300 <= 350
+    (tmp_path / "notes.txt").write_text("of the user")
+    assert cache.clear() == 3 and cache.size() == (0, 0) and (tmp_path / "notes.txt").exists()
+
+
+def test_where_it_is(tmp_path, monkeypatch):
+    platformdirs = pytest.importorskip("platformdirs")
+    monkeypatch.delenv("S2AG_CACHE", raising=False)
+    assert default_folder().is_relative_to(platformdirs.user_cache_dir("s2ag", appauthor=False))
+    monkeypatch.setenv("S2AG_CACHE", str(tmp_path))
+    assert default_folder() == tmp_path
+    monkeypatch.setenv("S2AG_CACHE", "off")
+    assert default_folder() is None and Cache(None).get("a") is None
+    Cache(None).put("a", 1)
+
+
+def test_a_folder_that_cannot_be_written_is_told_and_harms_nothing(sound, examples, tmp_path):
+    pytest.importorskip("pocketsphinx")
+    (tmp_path / "file").write_text("")
+    found = transcript.hear(sound, examples / "hello.txt", ways=transcript.Ways(Cache(tmp_path / "file" / "kept")))
+    assert len(found.words) == 41 and len(found.warnings) == 1 and "cannot be kept" in found.warnings[0]
+
+
+def test_keys_differ_with_everything():
+    assert len({key("a", [1]), key("a", [2]), key("b", [1]), key("a", ["1"])}) == 4
