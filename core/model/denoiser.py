@@ -110,7 +110,7 @@ class Denoiser(nn.Module):
         return [self.heard(tokens), *(block.film(wide) for block in self.blocks)]
 
     def forward(self, x: torch.Tensor, mask: torch.Tensor, time: torch.Tensor, conditions: list[torch.Tensor]) -> torch.Tensor:
-        """Velocities ``(B, T, channels)`` of ``x`` at ``time`` ``(B,)`` or ``(1,)``; ``mask`` ``(B, T, 1)`` is 1 on given frames."""
+        """Velocities ``(B, T, channels)`` of ``x`` at ``time`` ``(B,)``; ``mask`` ``(B, T, 1)`` is 1 on given frames."""
         moment = self.time(_waves(time).to(x.dtype))[:, None]
         tokens = self._fold(torch.cat([x, mask.expand(len(x), -1, -1)], -1))
         hidden = self.into(tokens.transpose(1, 2)).transpose(1, 2) + conditions[0]

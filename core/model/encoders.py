@@ -53,7 +53,9 @@ class Encoders(nn.Module):
         """Channels of :meth:`encode`."""
         config = self.config
         seen = config.seed_view + 1 if config.seed_view else 0
-        return config.seed_size + config.mfcc_size + config.text_size + seen + bool(config.prosody_features) * config.prosody_size
+        return (
+            config.seed_size + config.mfcc_size + config.text_size + seen + bool(config.prosody_features) * config.prosody_size
+        )
 
     def speaker(self, ids: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Mean and log-variance ``(B, style_size)`` of the styles of speaker ``ids`` ``(B,)`` (paper eq. 3, 4)."""

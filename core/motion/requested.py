@@ -5,9 +5,9 @@ import numpy as np
 from .skeleton import FPS
 
 CHANNELS = ("known", "stroke", "emphasis", "left", "right", "size", "meaning")
-"""Channels of a frame: whether anything is said about it, whether a stroke is wished there, how near its emphasis is, the hands,
-the size and the meaning (one more than its index). Known frames without a stroke are asked to be without one; all zero means
-that nothing is said.
+"""Channels of a frame: whether anything is said about it, whether a stroke is wished there, how near its emphasis is, hands,
+size and meaning (one more than its index). Known frames without a stroke are to be without one; all zero: nothing is
+said.
 """
 COLUMNS = ("performance", "ready", "emphasis", "end", "meaning", "hand", "size")
 """Columns of a table of strokes: times in seconds, hand 0 left, 1 right, 2 both."""

@@ -151,7 +151,17 @@ class Corpus:
             words[windows.wordless] = len(self.vectors) - 1
             prosody[windows.wordless] = self.prosody_plain[spoken[windows.wordless]]
         kept = np.arange(frames) < np.full((len(talk), 1), seed_frames) if windows.kept is None else windows.kept
-        parts = (self.mfcc[heard], words, prosody, directions, self.extras[performed], self.speaker[talk], controls, asked, kept)
+        parts = (
+            self.mfcc[heard],
+            words,
+            prosody,
+            directions,
+            self.extras[performed],
+            self.speaker[talk],
+            controls,
+            asked,
+            kept,
+        )
         return Raw(*map(torch.from_numpy, parts))
 
     def finish(self, raw: Raw) -> Batch:

@@ -26,7 +26,7 @@ class FlowMatching(Trainer):
         self.generator.centre.copy_(centre)
         self.generator.scale.copy_(scale)
         weight = torch.ones(self.generator.noise_size)
-        weight.view(-1)[: 27].view(9, 3)[list(ARM_EDGES)] = self.config.arm_weight
+        weight.view(-1)[:27].view(9, 3)[list(ARM_EDGES)] = self.config.arm_weight
         self._weight = weight.to(self.fabric.device)
 
     def _optimizer(self) -> torch.optim.Optimizer:

@@ -12,6 +12,7 @@ torch = pytest.importorskip("torch")
 from s2ag.core.errors import CorpusUnreadable, OutputUnwritable  # noqa: E402
 from s2ag.core.learning.train.config import TrainConfig  # noqa: E402
 from s2ag.core.learning.train.dataset import TRAIN, VALIDATION, Corpus, Windows, disturb, draw  # noqa: E402
+from s2ag.core.learning.train.kept import draw_kept  # noqa: E402
 from s2ag.core.learning.train.prefetch import Prefetch  # noqa: E402
 from s2ag.core.learning.train.storage import save_arrays  # noqa: E402
 from s2ag.core.model.seeds import seed_input  # noqa: E402
@@ -181,3 +182,34 @@ def test_a_failure_to_gather_reaches_the_step():
     with pytest.raises(ZeroDivisionError):
         batches.take(0)
     batches.close()
+
+
+def test_given_frames_may_lie_anywhere():
+    shares = {"start": 0.3, "end": 0.2, "both": 0.1, "gap": 0.1, "frames": 0.1}
+    masks = draw_kept(np.random.default_rng(0), 4000, 48, 10, shares)
+    start, end, count = masks[:, :10].all(1), masks[:, -1], masks.sum(1)
+    assert (count == 0).mean() == pytest.approx(0.22, abs=0.04)
+    assert (start & ~end & (count == 10)).mean() == pytest.approx(0.3, abs=0.04)
+    assert (end & ~masks[:, 0] & (count <= 10)).mean() == pytest.approx(0.2, abs=0.03)
+    assert (start & end & (count > 20)).mean() > 0.03
+    _, corpus = toy(talks=2, frames=60)
+    windows = Windows(np.array([0, 1]), np.array([3, 3]), kept=masks[:2])
+    seeds = corpus.batch(windows, 48, 10).seeds
+    np.testing.assert_array_equal(seeds[..., 27].numpy() > 0, masks[:2])
+    assert not seeds[..., :27].numpy()[~masks[:2]].any() and seeds[..., :27].numpy()[masks[:2]].any(-1).all()
+
+
+def test_strokes_are_told_in_some_windows_and_mirrored_with_them():
+    _, corpus = toy(talks=2, frames=60)
+    draws = np.ones((3, 48))
+    draws[:2] = 0
+    windows = Windows(np.array([0, 0, 0]), np.array([3, 3, 3]), np.array([False, True, False]), draws=draws)
+    asked = corpus.batch(windows, 48, 10).asked.numpy()
+    assert asked[:2, :, 0].all() and not asked[2].any()
+    assert np.flatnonzero(asked[0, :, 1]).tolist() == list(range(12, 43)) and asked[0, :, 2].argmax() == 27
+    assert asked[0, 27].tolist() == [1, 1, 1, 0, 1, 0.5, 1] and asked[1, 27].tolist() == [1, 1, 1, 1, 0, 0.5, 1]
+    arrays = toy_arrays(talks=2, frames=60)
+    del arrays["strokes"]
+    silent = Corpus(arrays, META)
+    assert silent.meanings == [] and not silent.batch(windows, 48, 10).asked.any()
+    assert TrainConfig(model="flow", stroke_tell=0.3).model_config(2, len(silent.meanings)).meanings == 0

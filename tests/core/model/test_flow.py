@@ -120,7 +120,9 @@ def test_the_depthwise_convolution_has_the_values_and_gradients_of_torchs():
     theirs = x.detach().clone().requires_grad_()
     kernel = layer.weight.detach().T[:, None].clone().requires_grad_()
     made = layer(x)
-    wanted = torch.nn.functional.conv1d(theirs.transpose(1, 2), kernel, layer.bias, padding=4, dilation=2, groups=6).transpose(1, 2)
+    wanted = torch.nn.functional.conv1d(theirs.transpose(1, 2), kernel, layer.bias, padding=4, dilation=2, groups=6).transpose(
+        1, 2
+    )
     torch.testing.assert_close(made, wanted)
     (made * weights).sum().backward(), (wanted * weights).sum().backward()
     torch.testing.assert_close(x.grad, theirs.grad)
@@ -136,7 +138,9 @@ def test_the_solver_follows_a_field_to_second_order():
 def test_strokes_as_channels():
     table = np.array([[0, 0.4, 1.0, 1.6, 2, 1, 0.8], [1, 0, 0.2, 0.5, 0, 2, 5.0]])
     rows = requested.rows(table, np.array([0, 30, 60]))
-    assert np.flatnonzero(rows == 0).tolist() == list(range(6, 25)) and np.flatnonzero(rows == 1).tolist() == list(range(30, 38))
+    assert np.flatnonzero(rows == 0).tolist() == list(range(6, 25)) and np.flatnonzero(rows == 1).tolist() == list(
+        range(30, 38)
+    )
     channels = requested.asked(table[:1], [(1.7, 1.9)], 30)
     assert channels.shape == (30, 7) and not channels[:6].any()
     assert channels[15].tolist() == pytest.approx([1, 1, 1, 0, 1, 0.8, 3]) and channels[26].tolist() == [1, 0, 0, 0, 0, 0, 0]
