@@ -36,7 +36,7 @@ class TrainConfig:
 
     word_drop: float = 0.15  # chance that a window has no words, and prosody from sound alone, so that audio suffices
     seed_drop: float = 0.1  # chance that a window has no seed poses
-    kept: dict = field(default_factory=dict)  # instead: shares of start, end, both, gap and frames (kept.py); the rest is none
+    kept: dict = field(default_factory=dict)  # instead: shares of what kept.py knows; the rest of the windows have none
     stroke_tell: float = 0.0  # chance that a window is told some of its strokes
     style_drop: float = 0.0  # chance that a flow is not told the style, for guidance
     text_drop: float = 0.0  # chance that a flow is not told the words, with all else as it is, for guidance

@@ -214,7 +214,7 @@ def draw(corpus: Corpus, config: TrainConfig, rng: np.random.Generator) -> Windo
     size = config.batch, config.frames
     talk, first = corpus.random_windows(rng, *size)
     flip, wordless = (rng.random(config.batch) < chance for chance in (config.mirror, config.word_drop))
-    kept = draw_kept(rng, *size, config.seed_frames, config.kept or {"start": 1 - config.seed_drop})
+    kept = draw_kept(rng, *size, config.seed_frames, config.kept or {"seeds": 1 - config.seed_drop})
     draws = np.where(rng.random((config.batch, 1)) < config.stroke_tell, rng.random(size), 1.0)
     return Windows(talk, first, flip, wordless, kept, draws)
 

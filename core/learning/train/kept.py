@@ -10,6 +10,8 @@ LONGEST_END = 10
 
 def draw_kept(rng: np.random.Generator, batch: int, frames: int, seeds: int, shares: dict[str, float]) -> np.ndarray:
     """Masks ``(batch, frames)`` of given frames, kinds drawn with ``shares`` (:data:`KINDS`); what they lack of one is none."""
+    if not seeds:
+        return np.zeros((batch, frames), bool)
     names = list(shares)
     chances = np.array([shares[name] for name in names])
     kind = np.searchsorted(np.cumsum(chances), rng.random(batch), side="right")
@@ -21,7 +23,9 @@ def draw_kept(rng: np.random.Generator, batch: int, frames: int, seeds: int, sha
 
 
 def _start(rng: np.random.Generator, count: int, time: np.ndarray, seeds: int) -> np.ndarray:
-    return np.broadcast_to(time < seeds, (count, len(time)))
+    # As many as a window before would hand on, or fewer: a single pose to start from.
+    length = np.where(rng.random((count, 1)) < 0.5, seeds, rng.integers(1, seeds + 1, (count, 1)))
+    return time < length
 
 
 def _end(rng: np.random.Generator, count: int, time: np.ndarray, seeds: int) -> np.ndarray:
@@ -42,5 +46,9 @@ def _frames(rng: np.random.Generator, count: int, time: np.ndarray, seeds: int) 
     return rng.random((count, len(time))) < rng.choice([1, 2, 3], (count, 1)) / len(time)
 
 
-KINDS: dict[str, Callable] = {"start": _start, "end": _end, "both": _both, "gap": _gap, "frames": _frames}
+def _seeds(rng: np.random.Generator, count: int, time: np.ndarray, seeds: int) -> np.ndarray:
+    return np.broadcast_to(time < seeds, (count, len(time)))
+
+
+KINDS: dict[str, Callable] = {"seeds": _seeds, "start": _start, "end": _end, "both": _both, "gap": _gap, "frames": _frames}
 """What can be given, by name: ``draw(rng, count, time, seeds)`` to masks ``(count, frames)``."""
