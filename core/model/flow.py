@@ -100,9 +100,12 @@ class FlowGenerator(Encoders):
         return self.directions(solve(velocity, x))
 
     def _affect(self, seeds: torch.Tensor) -> torch.Tensor:
-        # Given frames may lie anywhere, and what is encoded must not depend on where another performance has its last.
+        # Nothing beyond the encoder's reach of the last given frame is felt by one, so nothing there is computed.
         mask = seeds[..., -1:]
-        return self.aff_encoder(seeds[..., :POSE].unflatten(-1, (len(EDGES), 3))) * mask
+        filled = mask.amax((0, 2)).nonzero()
+        last = min(int(filled[-1]) + 1 + self.aff_encoder.reach, seeds.shape[1]) if len(filled) else 1
+        poses = seeds[:, :last, :POSE].unflatten(-1, (len(EDGES), 3))
+        return functional.pad(self.aff_encoder(poses) * mask[:, :last], (0, 0, 0, seeds.shape[1] - last))
 
 
 def solve(velocity: Callable[[torch.Tensor, torch.Tensor], torch.Tensor], x: torch.Tensor, steps: int = STEPS) -> torch.Tensor:

@@ -88,6 +88,13 @@ def test_one_performance_does_not_depend_on_those_beside_it(network):
     torch.testing.assert_close(together, alone, rtol=0, atol=1e-4)
 
 
+def test_features_of_given_frames_do_not_depend_on_where_others_end(network):
+    seeds = inputs(batch=2, frames=80)["seeds"]
+    seeds[1, 50:60] = seeds[1, :10]
+    with torch.no_grad():
+        torch.testing.assert_close(network._affect(seeds)[:1], network._affect(seeds[:1]), rtol=0, atol=1e-5)
+
+
 def test_what_is_heard_once_serves_all(network):
     chosen = inputs()
     for name in ("mfcc", "words", "prosody", "asked"):
