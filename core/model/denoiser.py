@@ -4,6 +4,8 @@ Blocks after Liu et al. 2022 (A ConvNet for the 2020s), conditioned as Peebles a
 """
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import torch
 from torch import nn
@@ -15,18 +17,28 @@ _WAVES = 32
 _NORM_EPSILON = 1e-5
 
 
+Film = Sequence[torch.Tensor]
+"""Scales and shifts ``(B, T, size)`` of a block."""
+
+
+class Conditions(NamedTuple):
+    """What is added to the blocks' input ``(B, T, size)``, and what each block's channels are scaled and shifted by."""
+
+    heard: torch.Tensor
+    films: list[Film]
+
+
 class Depthwise(nn.Module):
     """A convolution along time for each channel of ``(B, T, channels)``, as long as its input."""
 
     def __init__(self, channels: int, kernel: int, dilation: int):
         super().__init__()
         self.weight = nn.Parameter(torch.empty(kernel, channels).uniform_(-1, 1) * kernel**-0.5)
-        self.bias = nn.Parameter(torch.zeros(channels))
         self.dilation = dilation
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         """Same shape."""
-        return _Depthwise.apply(x, self.weight.to(x.dtype), self.dilation) + self.bias.to(x.dtype)
+        return _Depthwise.apply(x, self.weight.to(x.dtype), self.dilation)
 
 
 class _Depthwise(torch.autograd.Function):
@@ -63,25 +75,29 @@ class Block(nn.Module):
         super().__init__()
         size, wide = config.flow_size, config.flow_size * config.flow_expand
         self.conv = Depthwise(size, config.flow_kernel, dilation)
-        self.film = nn.Linear(config.flow_condition, 2 * size)
+        self.scale, self.shift = (nn.Linear(config.flow_condition, size) for _ in range(2))
         self.widen = nn.Linear(size, wide)
         self.narrow = nn.Linear(wide, size)
-        nn.init.zeros_(self.film.weight)
-        nn.init.zeros_(self.film.bias)
+        for part, start in ((self.scale, 1.0), (self.shift, 0.0)):
+            nn.init.zeros_(part.weight)
+            nn.init.constant_(part.bias, start)
 
-    def forward(self, x: torch.Tensor, film: torch.Tensor) -> torch.Tensor:
-        """``(B, T, size)`` to the same shape; ``film`` ``(B, T, 2 size)`` holds scales and shifts."""
-        scale, shift = film.chunk(2, dim=-1)
+    def film(self, wide: torch.Tensor) -> Film:
+        """Scales and shifts of conditions ``(B, T, flow_condition)``."""
+        return self.scale(wide), self.shift(wide)
+
+    def forward(self, x: torch.Tensor, film: Film) -> torch.Tensor:
+        """``(B, T, size)`` to the same shape."""
+        scale, shift = film
         y = functional.layer_norm(self.conv(x), x.shape[-1:], eps=_NORM_EPSILON)
-        y = torch.addcmul(shift + y, y, scale)
-        return x + self.narrow(functional.silu(self.widen(y)))
+        return x + self.narrow(functional.silu(self.widen(torch.addcmul(shift, y, scale))))
 
 
 class Denoiser(nn.Module):
     """Noisy poses and conditions to velocities, in tokens of ``flow_patch`` frames.
 
-    ``channels`` are the numbers of a frame, ``features`` those of its conditions. Conditions and time are added before the
-    linear maps to scales and shifts, so that those of the conditions are worked out once for all steps (:meth:`condition`).
+    ``channels`` are the numbers of a frame, ``features`` those of its conditions. Scales and shifts are linear in conditions
+    and time, so that those of the conditions are worked out once for all steps (:meth:`condition`).
     """
 
     def __init__(self, config: ModelConfig, channels: int, features: int):
@@ -103,21 +119,36 @@ class Denoiser(nn.Module):
         tokens = 2 + sum(block.conv.dilation * (len(block.conv.weight) // 2) for block in self.blocks)
         return self.patch * (tokens + 1)
 
-    def condition(self, features: torch.Tensor) -> list[torch.Tensor]:
-        """What the blocks need of conditions ``(B, T, features)``: one addition to the input, then scales and shifts."""
+    def condition(self, features: torch.Tensor, time: torch.Tensor | None = None) -> Conditions:
+        """What the blocks need of conditions ``(B, T, features)``; with times ``(B,)`` for that moment alone."""
         tokens = self._fold(features)
         wide = self.features(tokens)
-        return [self.heard(tokens), *(block.film(wide) for block in self.blocks)]
+        if time is not None:
+            wide = wide + self._moment(time)
+        return Conditions(self.heard(tokens), [block.film(wide) for block in self.blocks])
 
-    def forward(self, x: torch.Tensor, mask: torch.Tensor, time: torch.Tensor, conditions: list[torch.Tensor]) -> torch.Tensor:
-        """Velocities ``(B, T, channels)`` of ``x`` at ``time`` ``(B,)``; ``mask`` ``(B, T, 1)`` is 1 on given frames."""
-        moment = self.time(_waves(time).to(x.dtype))[:, None]
+    def forward(
+        self, x: torch.Tensor, mask: torch.Tensor, conditions: Conditions, time: torch.Tensor | None = None
+    ) -> torch.Tensor:
+        """Velocities ``(B, T, channels)`` of ``x`` at ``time`` ``(B,)``; ``mask`` ``(B, T, 1)`` is 1 on given frames.
+
+        ``time`` is None where the conditions are those of one moment.
+        """
         tokens = self._fold(torch.cat([x, mask.expand(len(x), -1, -1)], -1))
-        hidden = self.into(tokens.transpose(1, 2)).transpose(1, 2) + conditions[0]
-        for block, film in zip(self.blocks, conditions[1:], strict=True):
-            hidden = block(hidden, film + functional.linear(moment, block.film.weight))
+        hidden = self.into(tokens.transpose(1, 2)).transpose(1, 2) + conditions.heard
+        moment = None if time is None else self._moment(time)
+        for block, film in zip(self.blocks, conditions.films, strict=True):
+            if moment is not None:
+                film = [
+                    part + functional.linear(moment, layer.weight)
+                    for part, layer in zip(film, (block.scale, block.shift), strict=True)
+                ]
+            hidden = block(hidden, film)
         made = self.out(self.norm(hidden).transpose(1, 2)).transpose(1, 2)
         return made.unflatten(-1, (self.patch, -1)).flatten(1, 2)[:, : x.shape[1]]
+
+    def _moment(self, time: torch.Tensor) -> torch.Tensor:
+        return self.time(_waves(time))[:, None]
 
     def _fold(self, x: torch.Tensor) -> torch.Tensor:
         """``(B, T, C)`` to tokens ``(B, T / patch, patch C)``; the last one is filled up with zeros."""

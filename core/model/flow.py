@@ -13,7 +13,7 @@ from torch.nn import functional
 from ..motion.skeleton import EDGES
 from .asked_encoder import AskedEncoder
 from .config import ModelConfig
-from .denoiser import Denoiser
+from .denoiser import Conditions, Denoiser
 from .encoders import POSE, Encoders
 
 STEPS = 8
@@ -57,14 +57,19 @@ class FlowGenerator(Encoders):
         asked = seeds.new_zeros(1, 1, 7) if asked is None else asked
         return torch.cat([features, self.asked_encoder(asked).expand(*features.shape[:2], -1)], -1)
 
-    def conditions(self, features: torch.Tensor, style: torch.Tensor) -> list[torch.Tensor]:
-        """What :meth:`velocity` needs of features ``(B, T, channels)`` and styles ``(B, size)`` or ``(B, T, size)``."""
-        style = style if style.dim() == 3 else style[:, None].expand(-1, features.shape[1], -1)
-        return self.denoiser.condition(torch.cat([features, style], -1))
+    def conditions(self, features: torch.Tensor, style: torch.Tensor, time: torch.Tensor | None = None) -> Conditions:
+        """What :meth:`velocity` needs of features ``(B, T, channels)`` and styles ``(B, size)`` or ``(B, T, size)``.
 
-    def velocity(self, x: torch.Tensor, mask: torch.Tensor, time: torch.Tensor, conditions: list[torch.Tensor]) -> torch.Tensor:
+        With times ``(B,)`` it is for that moment alone, and a little cheaper.
+        """
+        style = style if style.dim() == 3 else style[:, None].expand(-1, features.shape[1], -1)
+        return self.denoiser.condition(torch.cat([features, style], -1), time)
+
+    def velocity(
+        self, x: torch.Tensor, mask: torch.Tensor, conditions: Conditions, time: torch.Tensor | None = None
+    ) -> torch.Tensor:
         """Where the poses ``(B, T, noise_size)`` at ``time`` ``(B,)`` go; those where ``mask`` ``(B, T, 1)`` is 1 are given."""
-        return self.denoiser(x, mask, time, conditions)
+        return self.denoiser(x, mask, conditions, time)
 
     def numbers(self, seeds: torch.Tensor) -> torch.Tensor:
         """Poses as the dataset and :func:`seeds.seed_input` give them, ``(..., noise_size)``, as the flow's numbers."""
@@ -95,7 +100,7 @@ class FlowGenerator(Encoders):
         x = noise + mask * (given - noise)
 
         def velocity(x, time):
-            return self.velocity(x, mask, time, conditions) * (1 - mask)
+            return self.velocity(x, mask, conditions, time) * (1 - mask)
 
         return self.directions(solve(velocity, x))
 

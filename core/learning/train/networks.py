@@ -75,10 +75,10 @@ class Estimator(nn.Module):
         unstyled, speechless = (torch.rand(len(speaker), 1, device=mu.device) < p for p in (self.style_drop, self.text_drop))
         style = torch.where(unstyled, generator.no_style, style)
         words = words * ~speechless[..., None]
-        conditions = generator.conditions(generator.encode(mfcc, words, seeds, prosody, asked), style)
+        conditions = generator.conditions(generator.encode(mfcc, words, seeds, prosody, asked), style, time)
         mask = seeds[..., -1:]
         mixed = torch.lerp(mixed, generator.numbers(seeds[..., :-1]), mask)
-        return Estimated(generator.velocity(mixed, mask, time, conditions), mu, logvar)
+        return Estimated(generator.velocity(mixed, mask, conditions), mu, logvar)
 
 
 class Judge(nn.Module):

@@ -114,10 +114,17 @@ def test_a_velocity_reaches_no_farther_than_told(network):
     conditions = network.conditions(torch.zeros(1, 400, network.feature_size), torch.zeros(1, 16))
     changed = x.clone()
     changed[:, 200] += 1
-    apart = network.velocity(x, mask, torch.ones(1), conditions) - network.velocity(changed, mask, torch.ones(1), conditions)
+    apart = network.velocity(x, mask, conditions, torch.ones(1)) - network.velocity(changed, mask, conditions, torch.ones(1))
     touched = apart.abs().amax((0, 2)).nonzero().flatten()
     reach = network.denoiser.reach
     assert 200 - reach <= touched.min() < 200 - reach // 2 and 200 + reach // 2 < touched.max() <= 200 + reach
+
+
+def test_the_time_may_come_with_the_conditions_or_with_the_poses(network):
+    x, mask, time = torch.randn(2, 40, 27), torch.zeros(1, 40, 1), torch.tensor([0.2, 0.7])
+    features, style = torch.randn(2, 40, network.feature_size), torch.randn(2, 16)
+    once = network.velocity(x, mask, network.conditions(features, style), time)
+    torch.testing.assert_close(network.velocity(x, mask, network.conditions(features, style, time)), once, rtol=0, atol=1e-4)
 
 
 def test_the_depthwise_convolution_has_the_values_and_gradients_of_torchs():
@@ -127,9 +134,7 @@ def test_the_depthwise_convolution_has_the_values_and_gradients_of_torchs():
     theirs = x.detach().clone().requires_grad_()
     kernel = layer.weight.detach().T[:, None].clone().requires_grad_()
     made = layer(x)
-    wanted = torch.nn.functional.conv1d(theirs.transpose(1, 2), kernel, layer.bias, padding=4, dilation=2, groups=6).transpose(
-        1, 2
-    )
+    wanted = torch.nn.functional.conv1d(theirs.transpose(1, 2), kernel, padding=4, dilation=2, groups=6).transpose(1, 2)
     torch.testing.assert_close(made, wanted)
     (made * weights).sum().backward(), (wanted * weights).sum().backward()
     torch.testing.assert_close(x.grad, theirs.grad)
