@@ -66,7 +66,7 @@ def test_worker_starts_from_the_installed_extension(built, tmp_path):
     zipfile.ZipFile(built).extractall(folder)
     code = (
         "import sys\n"
-        "from bl_ext.user_default.s2ag_blender.s2ag_blender.client import WorkerClient\n"
+        "from bl_ext.user_default.s2ag_blender.s2ag_blender.engine.client import WorkerClient\n"
         "with WorkerClient(python=sys.executable) as client:\n"
         "    print(client.call('hello')['version'], 's2ag' in sys.modules)\n"
     )

@@ -110,6 +110,7 @@ def test_the_template_is_valid(openjd):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_the_template_makes_clips(openjd, examples, tmp_path):
     """The whole graph, really run: plan, two chunks of synthesis, then what the films need, then the status."""
     pytest.importorskip("torch", reason="the engine is not installed")

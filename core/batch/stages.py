@@ -195,11 +195,11 @@ def settle(batch: Batch, chosen: Sequence[Unit]) -> None:
 
 def _engine(checkpoint, vectors, aligner_model, recogniser_model, language, has_words: bool, recognises: bool) -> list:
     """Everything that gestures depend on beside the row: this program, and the models that have a say in them."""
-    from ..performance import synthesis
+    from ..performance import finishing
     from ..words import align, recognise
 
     weights = Path(checkpoint or DEFAULT)
-    used = [VERSION, synthesis.VERSION, _content(facts_path(weights)), _content(weights)]
+    used = [VERSION, finishing.VERSION, _content(facts_path(weights)), _content(weights)]
     if has_words:
         used += [align.VERSION, _content(vectors), _contents(aligner_model), language]
     if recognises:

@@ -10,6 +10,7 @@ import numpy as np
 from ...rigs import quaternion
 from .. import compat
 from ..rig import dependencies
+from ..rig.locks import held
 
 FORMER = "s2ag_former"
 """Name of an action's custom property that holds, as JSON text, what its keys replaced."""
@@ -45,7 +46,7 @@ def channels(bone: bpy.types.PoseBone, rotations: np.ndarray) -> Channels:
     else:
         locks = [bone.lock_rotation_w, *bone.lock_rotation] if bone.lock_rotations_4d else [all(bone.lock_rotation)] * 4
         if not bone.lock_rotations_4d:
-            rotations = quaternion.continuous(locks.held(bone, rotations))
+            rotations = quaternion.continuous(held(bone, rotations))
         if mode == "QUATERNION":
             values, name = rotations, "rotation_quaternion"
         else:

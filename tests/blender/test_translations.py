@@ -130,10 +130,10 @@ def texts_of_reasons():
                 for target, value in zip(parts, node.value.elts, strict=False):
                     if ast.unparse(target).endswith("stage"):
                         yield from literals(value)
-    engine = ast.parse((FOLDER.parent / "core" / "synthesis.py").read_text("utf-8"))
-    for node in ast.walk(engine):
-        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("self.stage", "self.progress") and node.args:
-            yield from literals(node.args[0])
+    for path in (FOLDER.parent / "core" / "performance").glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Call) and ast.unparse(node.func) in ("stages.run", "stages.within") and node.args:
+                yield from literals(node.args[0])
 
 
 def wanted():
@@ -175,16 +175,20 @@ def template(node):
     return literals(node)
 
 
-ELSEWHERE = {"cli", "corpus", "train", "evaluate", "model", "job.py", "sampling.py", "sheet.py", "vectors_build.py"}
-ELSEWHERE |= {"batch", "bench", "datasets", "foreign.py", "metrics", "pickles.py", "study", "systems"}
+ELSEWHERE = (
+    *("core/cli", "core/batch", "core/study", "core/learning", "core/performance/sampling.py", "core/vectors/build.py"),
+    *("core/model/config.py", "core/model/foreign.py", "core/model/pickles.py"),
+    *("s2ag_blender/film/job.py", "s2ag_blender/film/sheet.py", "s2ag_blender/program.py"),
+)
+"""What runs in other processes, for other people."""
 
 
 def texts_of_errors():
     """Message and remedy of every error, and every warning, that can reach Blender."""
     kinds = {name for name, value in vars(errors).items() if isinstance(value, type) and issubclass(value, errors.S2agError)}
     for path in (path for folder in ("core", "rigs", "s2ag_blender") for path in (FOLDER.parent / folder).rglob("*.py")):
-        if ELSEWHERE & set(path.parts):
-            continue  # these run in other processes, for other people
+        if path.relative_to(FOLDER.parent).as_posix().startswith(ELSEWHERE):
+            continue
         tree = ast.parse(path.read_text("utf-8"))
         named = {}
         for node in ast.walk(tree):

@@ -121,7 +121,7 @@ def test_fingers_are_bent_towards_the_palm():
 
 @needs_body
 def test_neither_anny_nor_torch_is_imported():
-    code = "import sys; from s2ag.s2ag_blender import human; human.build(); print(*sys.modules)"
+    code = "import sys; from s2ag.s2ag_blender.cast import human; human.build(); print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert not {"anny", "torch", "scipy"} & set(done.stdout.split())
 

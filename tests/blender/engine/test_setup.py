@@ -20,7 +20,7 @@ from acted import drawn
 from s2ag.core.errors import Cancelled, WorkerFailed
 from s2ag.s2ag_blender.engine import client, errors_log, known, pip, run, setup
 from s2ag.s2ag_blender.takes import gesture
-from s2ag.s2ag_blender.ui import engine_ops, preferences
+from s2ag.s2ag_blender.ui import engine_ops
 
 ROOT = Path(__file__).resolve().parents[3]
 ENGINE = os.environ.get("S2AG_PYTHON")  # the extension fixture hides it
@@ -33,13 +33,13 @@ needs_venv = pytest.mark.skipif(
 def extension(tmp_path, monkeypatch):
     """The extension registered, with a user folder of its own and no engine known."""
     monkeypatch.delenv("S2AG_PYTHON", raising=False)
-    monkeypatch.setattr(preferences, "folder", lambda: tmp_path / "user")
-    preferences._engine.cache_clear()
+    monkeypatch.setattr(known, "folder", lambda: tmp_path / "user")
+    known._engine.cache_clear()
     known.look(None)
     s2ag.register()
     yield tmp_path / "user"
     s2ag.unregister()
-    preferences._engine.cache_clear()
+    known._engine.cache_clear()
     known.look(None)
 
 

@@ -90,6 +90,7 @@ def test_usd_holds_skeleton_and_motion(batch, tmp_path):
     assert np.ptp(turns, axis=0).max() > 0.05
 
 
+@pytest.mark.slow
 @needs_opengl
 def test_images_of_a_killed_process_are_kept(batch, tmp_path):
     whole = batch({"outputs": ("mp4",), "resolution": (640, 360)}, frames=60)
@@ -248,6 +249,7 @@ def test_a_preview_of_a_scene_for_another_engine_shows_its_textures(batch, tmp_p
     assert bpy.context.scene.render.engine == "CYCLES" and bpy.context.scene.display.shading.color_type == "MATERIAL"
 
 
+@pytest.mark.slow
 @needs_opengl
 def test_many_clips_do_not_grow_blender(batch):
     """The second half of a hundred exports needs no more memory than the first."""

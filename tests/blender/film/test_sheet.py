@@ -75,6 +75,7 @@ def test_parts_move_as_the_skinned_mannequin_does(cells):
     assert np.linalg.norm(points - spot, axis=1).min() < 0.01  # a part has fewer points than the whole
 
 
+@pytest.mark.slow
 @needs_opengl
 def test_film_and_contact_sheet(cells, tmp_path, examples):
     outputs = [str(tmp_path / "sheet.mp4"), str(tmp_path / "sheet.png")]

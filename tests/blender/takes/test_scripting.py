@@ -40,3 +40,10 @@ def test_a_motion_that_was_made_elsewhere(figure, wave, tmp_path):
     wave(30).save(tmp_path / "talk.npz")
     exec(compile(SCRIPTS[1].replace("talk.npz", str(tmp_path / "talk.npz")), "docs/scripting.md", "exec"), {"bpy": bpy})
     assert figure.animation_data.action
+
+
+def test_a_session_stays_warm(tmp_path, examples):
+    pytest.importorskip("torch", reason="the engine is not installed")
+    script = SCRIPTS[2].replace("talk.flac", str(examples / "hello.flac")).replace('f"talk_', f'f"{tmp_path}/talk_')
+    exec(compile(script, "docs/scripting.md", "exec"), {})
+    assert len(list(tmp_path.glob("talk_*.npz"))) == 3

@@ -13,7 +13,7 @@ from s2ag.s2ag_blender.engine import client, setup
 START = (
     "import sys, bpy, s2ag\n"
     "s2ag.register()\n"
-    "from s2ag.s2ag_blender import command\n"
+    "from s2ag.s2ag_blender.ui import command\n"
     "code = command.main(sys.argv[1:])\n"
     "assert 'torch' not in sys.modules\n"
     "s2ag.unregister()\n"

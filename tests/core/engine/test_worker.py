@@ -22,7 +22,7 @@ class Pipe:
     """A worker and the two ends of its protocol."""
 
     def __init__(self, **options):
-        command = [sys.executable, "-m", f"{ROOT.name}.core.worker"]
+        command = [sys.executable, "-m", f"{ROOT.name}.core.engine.worker"]
         self.process = subprocess.Popen(
             command, cwd=ROOT.parent, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options
         )
@@ -157,7 +157,7 @@ def test_dies_with_its_parent(tmp_path):
         "print(p.pid, flush=True)\n"
         "time.sleep(60)\n"
     )
-    arguments = [sys.executable, "-c", code, f"{ROOT.name}.core.worker", str(ROOT.parent)]
+    arguments = [sys.executable, "-c", code, f"{ROOT.name}.core.engine.worker", str(ROOT.parent)]
     parent = subprocess.Popen(arguments, stdout=subprocess.PIPE)
     child = int(parent.stdout.readline())
     os.kill(parent.pid, signal.SIGKILL)

@@ -190,6 +190,7 @@ def test_every_window_is_seen_once_a_pass(data, tmp_path):
     assert not np.array_equal(training._windows(0), training._windows(steps))
 
 
+@pytest.mark.slow
 def test_performed_motion_is_its_own_best_score(data):
     torch.manual_seed(0)
     bench = Bench(data, Extractor().eval(), 40)
@@ -201,6 +202,7 @@ def test_performed_motion_is_its_own_best_score(data):
     assert set(real) == set(FIGURES) - {"multimodality"}
 
 
+@pytest.mark.slow
 def test_all_eight_from_the_command_line(corpus, tmp_path, capsys):
     command = ["bench", "--data", str(corpus), "--out", str(tmp_path / "b"), "--setting", "tiny", "--threads", "1"]
     assert main(command) == 0
@@ -220,6 +222,7 @@ def test_all_eight_from_the_command_line(corpus, tmp_path, capsys):
     assert main([*command, "--steps", "9"]) == 2 and "other settings" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_figures(corpus, tmp_path):
     figures = []
     for place in "ab":
@@ -228,6 +231,7 @@ def test_the_same_seed_gives_the_same_figures(corpus, tmp_path):
     assert figures[0] == figures[1]
 
 
+@pytest.mark.slow
 def test_side_by_side_gives_the_same_figures(corpus, tmp_path, capsys):
     common = ["bench", "--data", str(corpus), "--setting", "tiny", "--threads", "1", "--systems", "seq2seq,jem,s2ag"]
     assert main([*common, "--out", str(tmp_path / "a")]) == 0
@@ -238,12 +242,14 @@ def test_side_by_side_gives_the_same_figures(corpus, tmp_path, capsys):
     assert (tmp_path / "b" / "curves.png").read_bytes()[:4] == b"\x89PNG"
 
 
+@pytest.mark.slow
 def test_trainings_side_by_side_stop_and_go_on(corpus, tmp_path):
     runner = Runner(tmp_path, corpus, TINY, say=print)
     assert runner.go(["seq2seq", "gtc"], "", lambda: True, jobs=2) is None and not (tmp_path / "table.md").exists()
     assert list(runner.go(["seq2seq", "gtc"], "", jobs=2)["systems"]) == ["seq2seq", "gtc"]
 
 
+@pytest.mark.slow
 def test_what_one_of_several_trainings_refuses_is_told(corpus, tmp_path):
     runner = Runner(tmp_path, corpus, TINY, say=print)
     (tmp_path / "seq2seq-1").mkdir()

@@ -251,6 +251,7 @@ def test_a_talk_of_flite_holds_its_words_and_acts_its_arousal():
     assert rate(talk[0.1].words) > 1.2 * rate(talk[0.9].words)
 
 
+@pytest.mark.slow
 @needs_flite
 def test_a_stopped_cache_goes_on_and_keeps_what_it_has(tmp_path, capfd):
     """A few talks by Piper and Flite; the second run makes only what is missing."""

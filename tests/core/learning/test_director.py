@@ -213,6 +213,7 @@ def test_the_packed_corpus_is_what_training_reads(tmp_path):
     assert len(corpus.speakers) == 24 and np.shape(corpus.speakers[0]["rest"]) == (9, 3)
 
 
+@pytest.mark.slow
 @needs_material
 def test_a_tiny_corpus_is_built_from_the_command(tmp_path):
     """One talk in the cache, four performers; a second run gives the same motion."""

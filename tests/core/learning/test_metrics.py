@@ -139,6 +139,7 @@ def test_canonical_correlation_of_strangers_is_low():
     assert dynamics.canonical_correlation(a, np.ones((5000, 2))) == 0
 
 
+@pytest.mark.slow
 def test_extractor_is_the_published_one_and_learns():
     torch = pytest.importorskip("torch")
     from s2ag.core.learning.metrics import extractor

@@ -87,6 +87,7 @@ def test_wrong_combinations_are_refused():
         ModelConfig.default(affect="raw")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWN)
 def test_every_system_learns_what_it_is_shown(name):
     torch.set_num_threads(1)

@@ -148,6 +148,7 @@ def test_the_watch_warns_once_of_a_discriminator_that_wins_or_is_dead():
     assert not watch.look(dead, 500)
 
 
+@pytest.mark.slow
 def test_training_learns_to_follow_the_voice(settings, tmp_path, one_thread):
     figures = train(TrainConfig.from_dict({**settings, "steps": 60, "log_steps": 10, "validate_steps": 60}))
     lines = [json.loads(line) for line in (tmp_path / "run" / LOG).read_text().splitlines()]
@@ -286,6 +287,7 @@ def test_a_told_end_finishes_the_step_and_saves(settings):
     assert 0 < facts["training"]["steps"] == max(line["step"] for line in lines if "huber" in line) < 10**6
 
 
+@pytest.mark.slow
 def test_two_processes_share_their_work(settings, tmp_path):
     """Each learns from windows of its own, and both hold the same weights bit for bit."""
     script = Path(__file__).parents[2] / "helpers" / "every_rank.py"

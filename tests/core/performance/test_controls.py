@@ -6,7 +6,8 @@ from s2ag.core import styles
 from s2ag.core.errors import UsageError
 from s2ag.core.motion import limits, skeleton
 from s2ag.core.motion.motion import Motion
-from s2ag.core.performance.synthesis import Request, Session, _Run
+from s2ag.core.performance import casting
+from s2ag.core.performance.synthesis import Request, Session
 from sounds import write_wav
 
 pytest.importorskip("torch", reason="the engine is not installed")
@@ -32,8 +33,8 @@ def perform(session, voice, **options):
 
 def latents(session, voice, **options):
     """The styles that a request ends up with, ``(takes, size)``."""
-    run = _Run(session, Request(voice, **options), lambda stage, value: None, lambda: False)
-    return run._latents(styles.parse("calm one", ["calm one", "lively one"]))
+    weights = styles.parse("calm one", ["calm one", "lively one"])
+    return casting.draw(session.checkpoint, Request(voice, **options), weights)
 
 
 @pytest.mark.parametrize("control", [{"affect": {name: 1.0}} for name in styles.AFFECTS] + [{"rate": 1.0}, {"hand": 1.0}])

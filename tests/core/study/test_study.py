@@ -175,6 +175,7 @@ def served(study):
     server.shutdown()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(bool(browser.MISSING), reason=browser.MISSING)
 def test_a_participant_goes_through_the_page(study, served, tmp_path):
     downloads = tmp_path / "downloads"

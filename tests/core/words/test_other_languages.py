@@ -36,6 +36,7 @@ def measured(name, code, sound, said):
     return off, lost
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", ["de", "es", "fr"])
 def test_formants(code, tmp_path):
     pytest.importorskip("espeakng_loader", reason="the extra `languages` is not installed")
@@ -63,6 +64,7 @@ def test_people(code):
     assert np.median(off) < 40 and np.mean(off <= 80) > 0.75 and lost < 0.08
 
 
+@pytest.mark.slow
 def test_a_missing_sentence_and_another_text(german):
     text, sound, said = german
     ways = transcript.Ways(model=language.load(code="de"))

@@ -1,0 +1,98 @@
+"""Who performs: points of the latent space, poses at rest, and the poses to start from."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import styles
+from ..errors import UsageError
+from ..motion import rest, skeleton
+from .request import Request
+
+
+@dataclass(frozen=True)
+class Performers:
+    """The takes of a request.
+
+    ``style``: weights of speakers by name for each step of the walk; ``rests`` ``(steps, 9, 3)``: where each step keeps its
+    hands; ``latents`` ``(takes, steps, size)``; ``seeds`` ``(takes, frames, 9, 3)``: unit directions to start from.
+    """
+
+    style: list[dict[str, float] | str]
+    rests: np.ndarray
+    latents: np.ndarray
+    seeds: np.ndarray
+
+    @property
+    def walks(self) -> bool:
+        """Whether the style changes on the way."""
+        return self.latents.shape[1] > 1
+
+    def on_the_way(self, frames: int) -> np.ndarray:
+        """``latents`` at every frame ``(takes, frames, size)``, or ``(takes, size)`` for one frame."""
+        if frames == 1:
+            return self.latents[:, 0]
+        return styles.along(self.latents, frames) if self.walks else np.repeat(self.latents, frames, axis=1)
+
+    def rest(self, frames: int) -> np.ndarray:
+        """The pose at rest: ``(9, 3)``, or ``(frames, 9, 3)`` of a walk."""
+        if not self.walks:
+            return self.rests[0]
+        return skeleton.normalize(styles.along(self.rests.reshape(len(self.rests), -1), frames).reshape(-1, 9, 3))
+
+
+def cast(checkpoint, request: Request, device: str = "cpu") -> Performers:
+    """The performers of a request; raises :class:`UsageError` for unknown styles and controls that are not there."""
+    _check_controls(checkpoint, request)
+    speakers = checkpoint.speakers
+    names = [speaker["name"] for speaker in speakers]
+    weights = [styles.parse(step, names) for step in styles.steps(request.style or styles.default(speakers))]
+    rests = np.stack([_rest_pose(speakers, step) for step in weights])
+    if request.latent is not None:
+        latents = _given(checkpoint, request, len(weights))
+    else:
+        latents = np.stack([draw(checkpoint, request, step, device) for step in weights], axis=1)
+    start = rests[0] if request.pose is None else np.asarray(request.pose)
+    shape = request.takes, checkpoint.window[1], 9, 3
+    seeds = np.broadcast_to(skeleton.normalize(start), shape).astype(np.float32)
+    named = [{names[index]: weight for index, weight in (step or {}).items()} or styles.RANDOM for step in weights]
+    return Performers(named, rests, latents, seeds)
+
+
+def draw(checkpoint, request: Request, weights: dict[int, float] | None, device: str = "cpu") -> np.ndarray:
+    """Styles ``(takes, size)``, one a take, each steered by the controls; takes after the first vary them a little."""
+    import torch
+
+    with torch.inference_mode():
+        mean, log_variance = checkpoint.generator.speaker(torch.arange(len(checkpoint.speakers), device=device))
+    mean, deviation = mean.cpu().numpy(), log_variance.mul(0.5).exp().cpu().numpy()
+    drawn = styles.latent(weights, mean, deviation, request.seed, request.identities)
+    if not checkpoint.config.controls:
+        return drawn
+    wishes = styles.vary(request.controls, request.seed, request.identities)
+    with torch.inference_mode():
+        style, controls = (torch.from_numpy(part).to(device) for part in (drawn, wishes))
+        return checkpoint.generator.steer(style, controls).cpu().numpy()
+
+
+def _given(checkpoint, request: Request, steps: int) -> np.ndarray:
+    """The request's own point of the latent space for each step of its style."""
+    given = np.atleast_2d(np.asarray(request.latent, np.float32))
+    if given.shape != (steps, checkpoint.config.style_size) or not np.isfinite(given).all():
+        message = f"The point of the latent space has shape {given.shape}, not {(steps, checkpoint.config.style_size)}."
+        raise UsageError(message, "Sample again with this checkpoint.")
+    return given[None]
+
+
+def _check_controls(checkpoint, request: Request) -> None:
+    if request.controls.any() and not checkpoint.config.controls:
+        named = next(name for name, value in zip(styles.CONTROLS, request.controls, strict=True) if value)
+        raise UsageError(f"This checkpoint has no control of {named}.", "Leave it at 0, or choose one with controls.")
+
+
+def _rest_pose(speakers: list[dict], weights: dict[int, float] | None) -> np.ndarray:
+    """Where the style's speakers keep their hands when nothing is said, unit directions ``(9, 3)``."""
+    if weights is None:
+        return rest.REST
+    poses = sum(weight * np.array(speakers[index].get("rest", rest.REST)) for index, weight in weights.items())
+    return skeleton.normalize(poses).astype(np.float32)

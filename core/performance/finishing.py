@@ -1,0 +1,49 @@
+"""What the network made becomes motions: at rest where nobody speaks, as large as asked, human, and told where from."""
+
+import hashlib
+import json
+
+import numpy as np
+
+from ..motion import limits, rest, skeleton
+from ..motion.motion import Motion
+from ..words import hints
+from .casting import Performers
+from .hearing import Heard
+from .request import Request
+
+VERSION = 1  # of the provenance written into every motion
+
+
+def finish(checkpoint, request: Request, heard: Heard, performers: Performers, made: np.ndarray) -> list[Motion]:
+    """Motions of the directions ``(takes, frames, 9, 3)`` that were made for a request."""
+    meta = _meta(checkpoint, request, heard, performers)
+    pose = performers.rest(heard.frames)
+    motions = []
+    for (take, near), directions in zip(request.identities, made, strict=True):
+        about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
+        directions = rest.restore(rest.soften(directions), checkpoint.gain, pose)
+        directions = hints.perform(directions, heard.wishes, pose)
+        directions = rest.rest(directions, heard.activity, request.seed + take, pose, at_rest=request.pose is None)
+        directions = limits.keep_human(rest.scale(directions, request.intensity, pose))
+        motion = Motion(directions, skeleton.FPS, heard.words, about)
+        motions.append(motion.mirrored() if request.mirror else motion)
+    return motions
+
+
+def _meta(checkpoint, request: Request, heard: Heard, performers: Performers) -> dict:
+    words, style = heard.words, performers.style
+    return {
+        "version": VERSION,
+        "audio": heard.digest,
+        "transcript": hashlib.sha256(json.dumps(words).encode()).hexdigest() if words else None,
+        "style": style[0] if len(style) == 1 else style,
+        "seed": request.seed,
+        "intensity": request.intensity,
+        "affect": {name: float(value) for name, value in request.affect.items()},
+        "rate": float(request.rate),
+        "hand": float(request.hand),
+        "mirror": request.mirror,
+        "checkpoint": checkpoint.hash,
+        **({} if request.latent is None else {"latent": performers.latents[0].tolist()}),
+    }

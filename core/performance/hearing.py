@@ -1,0 +1,81 @@
+"""A recording as performers hear it: all that does not depend on style, pose or seed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..motion import skeleton
+from ..words import hints
+from .request import Request
+from .stages import Stages
+
+
+@dataclass(frozen=True)
+class Heard:
+    """A recording as performers hear it: digest, words, wishes, warnings, features, voice activity, frames, seconds spent.
+
+    ``features`` are :class:`VectorFeatures`, or :class:`TableFeatures` for an imported network.
+    """
+
+    digest: str
+    words: tuple
+    wishes: hints.Wishes
+    warnings: list[str]
+    features: object
+    activity: np.ndarray
+    frames: int
+    seconds: dict[str, float]
+
+
+def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
+    """Words, pauses and features of ``sound`` ``(n,)`` at 16 kHz, as the session's network wants them."""
+    from ..sound import audio, voice
+
+    said = stages.run("align words", lambda: session.words(sound, request, stages.within("align words")))
+    words, wishes = said.words, hints.understand(said.marks, said.words)
+    warnings = said.warnings + _unknown(wishes)
+    unheard = not words or session.checkpoint.config.words
+    vectors = None if unheard else stages.run("load word vectors", lambda: session.vectors)
+    frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
+    told = hints.heard(words, wishes, session.understands)
+    stressed = wishes.stressed
+
+    def features():
+        if session.checkpoint.config.words:
+            return _published(session.checkpoint, sound, told, warnings)
+        from ..model.vector_features import VectorFeatures
+
+        return VectorFeatures(sound, told, vectors, _prosody(session.checkpoint.config, sound, words, frames, stressed))
+
+    features = stages.run("extract MFCC", features)
+    activity = stages.run("find pauses", lambda: _fit(voice.active(sound), frames))
+    return Heard(audio.digest(sound), words, wishes, warnings, features, activity, frames, stages.seconds)
+
+
+def _published(checkpoint, sound: np.ndarray, words: tuple, warnings: list[str]):
+    """What an imported network hears."""
+    from ..model.table_words import TableFeatures
+
+    vocabulary = checkpoint.meta.get("vocabulary")
+    if words and not vocabulary:
+        warnings.append("This checkpoint was imported without its vocabulary, so its gestures do not follow the words.")
+    return TableFeatures(sound, words, vocabulary, checkpoint.config)
+
+
+def _prosody(config, sound: np.ndarray, words: tuple, frames: int, stressed) -> np.ndarray | None:
+    if not config.prosody_features:
+        return None
+    from ..sound import prosody
+
+    return prosody.analyse(sound, words, frames, stressed).features
+
+
+def _unknown(wishes: hints.Wishes) -> list[str]:
+    if not wishes.unknown:
+        return []
+    names = ", ".join(f"{{{name}}}" for name in wishes.unknown[:3])
+    return [f"The transcript's hint {names} is not one that gestures know; it is left out (docs/transcripts.md lists them)."]
+
+
+def _fit(values: np.ndarray, frames: int) -> np.ndarray:
+    return np.pad(values[:frames], (0, max(frames - len(values), 0)), mode="edge" if len(values) else "constant")
