@@ -45,8 +45,18 @@ class Checkpoint:
         return settings["frames"], settings["seed_frames"]
 
     @property
+    def meanings(self) -> list[str]:
+        """Kinds of strokes that can be asked for, in the network's order; none of a regressor."""
+        return list(self.meta.get("meanings", ()))[: self.config.meanings]
+
+    @property
     def gain(self) -> np.ndarray:
-        """How much smaller than the directed performances its own are, edge by edge ``(9,)``, as validation found: 1 to 1.4."""
+        """How much smaller than the directed performances its own are, edge by edge ``(9,)``, as validation found: 1 to 1.4.
+
+        What is drawn from noise is as large as what was learned, whatever it measures beside one performance: 1.
+        """
+        if self.generator.noise_size:
+            return np.ones(len(EDGES))
         found = self.meta.get("training", {}).get("validation", {})
         ratios = found.get("edge_speed_ratios") or [found.get("speed_ratio", 1.0)] * len(EDGES)
         return np.clip(1 / np.maximum(ratios, 1e-3), 1.0, 1.4)

@@ -4,17 +4,19 @@ A network of this kind learns the velocity that carries noise at time 0 along st
 what is heard, the style, frames that are kept and strokes that are asked for.
 """
 
+import math
 from collections.abc import Callable
 
 import torch
 from torch import nn
 from torch.nn import functional
 
-from ..motion.skeleton import EDGES
+from ..motion.skeleton import EDGES, FPS
 from .asked_encoder import AskedEncoder
 from .config import ModelConfig
 from .denoiser import Conditions, Denoiser
 from .encoders import POSE, Encoders
+from .timing import MFCC_RATE
 
 STEPS = 8
 """Velocities that one performance takes."""
@@ -41,6 +43,19 @@ class FlowGenerator(Encoders):
     def feature_size(self) -> int:
         """Channels of :meth:`encode`."""
         return super().feature_size + (self.config.asked_size if self.config.meanings else 0)
+
+    @property
+    def hears(self) -> int:
+        """Frames to each side on which the features of a frame depend."""
+        config = self.config
+        text = 2 * (config.text_kernel // 2) * (2**config.text_levels - 1)
+        voice = math.ceil((sum(kernel // 2 for kernel in config.mfcc_kernels) + 1) * FPS / MFCC_RATE)
+        return max(text, voice, self.aff_encoder.reach, 3 * bool(config.prosody_features))
+
+    @property
+    def looks(self) -> int:
+        """Frames to each side on which one velocity depends; a whole performance sees :data:`STEPS` times as far."""
+        return self.denoiser.reach
 
     def encode(
         self,
@@ -95,14 +110,25 @@ class FlowGenerator(Encoders):
         ``seeds`` ``(B, T, noise_size + 1)``: poses less their mean on given frames and zeros elsewhere, last channel 1 on
         given frames, anywhere in the window.
         """
-        conditions = self.conditions(self.encode(mfcc, words, seeds, prosody, asked), style)
+        return self.draw(self.encode(mfcc, words, seeds, prosody, asked), style, seeds, noise)
+
+    def draw(
+        self,
+        features: torch.Tensor,
+        style: torch.Tensor,
+        seeds: torch.Tensor,
+        noise: torch.Tensor,
+        begins: Callable[[], None] = lambda: None,
+    ) -> torch.Tensor:
+        """:meth:`forward` of what :meth:`encode` made; ``begins()`` is called before each of the :data:`STEPS`."""
+        conditions = self.conditions(features, style)
         given, mask = self.numbers(seeds[..., :-1]), seeds[..., -1:]
-        x = noise + mask * (given - noise)
 
         def velocity(x, time):
+            begins()
             return self.velocity(x, mask, conditions, time) * (1 - mask)
 
-        return self.directions(solve(velocity, x))
+        return self.directions(solve(velocity, noise + mask * (given - noise)))
 
     def _affect(self, seeds: torch.Tensor) -> torch.Tensor:
         # Nothing beyond the encoder's reach of the last given frame is felt by one, so nothing there is computed.
