@@ -13,6 +13,7 @@ from ..evaluate.kinematics import FOREARMS, UPPER_ARMS, angular_speed
 from ..train.storage import FORMAT, save_arrays
 from . import speakers
 from .build import Performance, Talk
+from .library import ALL_MEANINGS
 
 QUIET_BEFORE, QUIET_AFTER = 1.5, 3.0
 """Seconds around a stroke in which the arms may be on their way."""
@@ -23,14 +24,15 @@ def save(talks: list[Talk], folder: str | PathLike, seed: int) -> dict:
     """Write the corpus ``folder`` (:mod:`train.storage` describes it) and return its statistics.
 
     Beyond what training needs: ``accents`` ``(A, 3)`` time, strength, main, and ``affect`` ``(R, 3)`` of every recording;
-    ``strokes`` ``(S,)`` of every performance; all with their own starts. ``ValueError`` for no talks.
+    ``strokes`` ``(S, 7)`` of every performance: its row, ready, emphasis, end (s), meaning (a row of meta's "meanings"),
+    hand (0 left, 1 right, 2 both), size (m); all with their own starts. ``ValueError`` for no talks.
     """
     if not talks:
         raise ValueError("no talks to pack")
     vocabulary = sorted({word for talk in talks for word, _, _ in talk.words})
-    row = {word: number for number, word in enumerate(vocabulary)}
+    number = {word: k for k, word in enumerate(vocabulary)}
     performances = [performance for talk in talks for performance in talk.performances]
-    owner = [number for number, talk in enumerate(talks) for _ in talk.performances]
+    owner = [k for k, talk in enumerate(talks) for _ in talk.performances]
     figures = statistics(talks)
     meta = {
         "format": FORMAT,
@@ -40,6 +42,7 @@ def save(talks: list[Talk], folder: str | PathLike, seed: int) -> dict:
             for known, pose in zip(speakers.describe(), rest_poses(performances), strict=True)
         ],
         "controls": list(CONTROLS),
+        "meanings": list(ALL_MEANINGS),
         "prosody": list(prosody.NAMES),
         "mfcc": f"core.sound.mfcc.temporal_features of core.sound.audio.level, {HOP} samples at 16 kHz a frame",
         "words": vocabulary,
@@ -52,7 +55,7 @@ def save(talks: list[Talk], folder: str | PathLike, seed: int) -> dict:
         "mfcc": np.concatenate([talk.mfcc for talk in talks]),
         "mfcc_starts": _starts(talk.mfcc for talk in talks),
         "frame_starts": _starts(talk.prosody for talk in talks),
-        "word_index": np.concatenate([_rows(talk, row) for talk in talks]),
+        "word_index": np.concatenate([_rows(talk, number) for talk in talks]),
         "vectors": vectors.astype(np.float16),
         "prosody": np.concatenate([talk.prosody for talk in talks]),
         "prosody_plain": np.concatenate([talk.plain for talk in talks]),
@@ -63,9 +66,9 @@ def save(talks: list[Talk], folder: str | PathLike, seed: int) -> dict:
         "starts": _starts(p.directions for p in performances),
         "recording": np.array(owner, np.int64),
         "speaker": np.array([p.speaker for p in performances], np.int64),
-        "split": np.array([talks[number].split for number in owner], np.int64),
+        "split": np.array([talks[k].split for k in owner], np.int64),
         "controls": np.array([p.controls for p in performances], np.float32),
-        "strokes": np.concatenate([p.strokes for p in performances]),
+        "strokes": np.concatenate([np.insert(p.strokes, 0, row, axis=1) for row, p in enumerate(performances)]),
         "stroke_starts": _starts(p.strokes for p in performances),
     }
     save_arrays(folder, arrays, meta)
@@ -108,7 +111,7 @@ def _on_main(talks: list[Talk]) -> float:
     for talk in talks:
         mains = np.append(talk.accents[talk.accents[:, 2] > 0, 0], 1e9)
         for performance in talk.performances:
-            hits += int((np.abs(performance.strokes[:, None] - mains).min(1) < 0.15).sum())
+            hits += int((np.abs(performance.strokes[:, 1, None] - mains).min(1) < 0.15).sum())
             count += len(performance.strokes)
     return hits / max(count, 1)
 
@@ -122,7 +125,7 @@ def rest_poses(performances: list[Performance]) -> np.ndarray:
     for performance in performances:
         if performance.controls.any():
             continue
-        time = np.arange(len(performance.directions))[:, None] / skeleton.FPS - performance.strokes
+        time = np.arange(len(performance.directions))[:, None] / skeleton.FPS - performance.strokes[:, 1]
         quiet = ~((time > -QUIET_BEFORE) & (time < QUIET_AFTER)).any(1)
         sums[performance.speaker] += performance.directions[quiet].sum(0)
     unseen = ~sums.any((1, 2))

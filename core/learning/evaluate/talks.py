@@ -135,9 +135,14 @@ class Corpus:
             dict(zip(styles.CONTROLS, arrays["controls"][number].tolist(), strict=True)),
             np.array(arrays["affect"][recording]) if self.acted()[recording] else None,
             directed,
-            self._part("strokes", "stroke_starts", number),
+            self._emphases(number),
             self.rest(speaker),
         )
+
+    def _emphases(self, number: int) -> np.ndarray:
+        """When the strokes of a performance land; corpora of 2026's first half keep nothing else of them."""
+        kept = self._part("strokes", "stroke_starts", number)
+        return kept[:, 2] if kept.ndim == 2 else kept
 
     def _part(self, name: str, starts: str, row: int) -> np.ndarray:
         begin, end = self.arrays[starts][row : row + 2]
