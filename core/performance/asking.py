@@ -49,9 +49,6 @@ def channels(wishes: Wishes, words: Sequence, meanings: Sequence[str], frames: i
 def _stroke(hint: str, side: float, word: tuple, meanings: Sequence[str], hand: float) -> tuple:
     """A row of :data:`requested.COLUMNS` for a word."""
     meaning = MEANINGS[hint]
-    if side:
-        which = _LEFT if side < 0 else _RIGHT
-    else:
-        which = _TWO if meaning in _BOTH else _LEFT if hand < -_LEADING else _RIGHT
+    which = _TWO if meaning in _BOTH and not side else _LEFT if (side or hand + _LEADING) < 0 else _RIGHT
     emphasis = word[1] + _LANDS * (word[2] - word[1])
     return 0, emphasis - _READY, emphasis, emphasis + _END, meanings.index(meaning), which, _SIZE

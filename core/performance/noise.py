@@ -1,4 +1,4 @@
-"""The random numbers that a performance is drawn from: those of a seed and a take, wherever one looks and whoever else performs."""
+"""The random numbers that a performance is drawn from: those of a seed and a take, wherever one looks."""
 
 import numpy as np
 
