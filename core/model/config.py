@@ -69,6 +69,8 @@ class ModelConfig:
     flow_dilations: tuple[int, ...] = (1, 2, 4, 1, 2, 4)  # of each block, in tokens
     flow_kernel: int = 5
     flow_expand: int = 2  # how much wider a block is inside
+    flow_noise: float = 1.0  # size of the noise that is drawn from: less is calmer, with fewer movements that nobody makes
+    flow_style: float = 1.0  # how far from the middle of all speakers a style is taken: more sets performers farther apart
 
     gru_size: int = 160  # (De)
     gru_layers: int = 2

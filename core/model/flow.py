@@ -86,6 +86,14 @@ class FlowGenerator(Encoders):
         """Where the poses ``(B, T, noise_size)`` at ``time`` ``(B,)`` go; those where ``mask`` ``(B, T, 1)`` is 1 are given."""
         return self.denoiser(x, mask, conditions, time)
 
+    def exaggerated(self, style: torch.Tensor) -> torch.Tensor:
+        """Styles ``(..., size)`` as performances are drawn with them, farther from the middle of all speakers.
+
+        What guidance without a classifier (Ho and Salimans 2022) does with two evaluations a step this does with one.
+        """
+        middle = self.speaker(torch.arange(self.config.speakers, device=style.device))[0].mean(0)
+        return torch.lerp(middle, style, self.config.flow_style)
+
     def numbers(self, seeds: torch.Tensor) -> torch.Tensor:
         """Poses as the dataset and :func:`seeds.seed_input` give them, ``(..., noise_size)``, as the flow's numbers."""
         return (seeds - self.centre) / self.scale
@@ -121,8 +129,9 @@ class FlowGenerator(Encoders):
         begins: Callable[[], None] = lambda: None,
     ) -> torch.Tensor:
         """:meth:`forward` of what :meth:`encode` made; ``begins()`` is called before each of the :data:`STEPS`."""
-        conditions = self.conditions(features, style)
+        conditions = self.conditions(features, self.exaggerated(style))
         given, mask = self.numbers(seeds[..., :-1]), seeds[..., -1:]
+        noise = self.config.flow_noise * noise
 
         def velocity(x, time):
             begins()

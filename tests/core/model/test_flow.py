@@ -158,3 +158,15 @@ def test_strokes_as_channels():
     assert channels[15].tolist() == pytest.approx([1, 1, 1, 0, 1, 0.8, 3]) and channels[26].tolist() == [1, 0, 0, 0, 0, 0, 0]
     assert channels[:, 2].argmax() == 15
     assert not requested.asked(np.zeros((0, 7)), [], 5).any()
+
+
+def test_less_noise_and_farther_styles_are_settings():
+    network, chosen = made_network(), inputs()
+    made = network(**chosen)
+    for changes in ({"flow_noise": 0.8}, {"flow_style": 2.0}):
+        other = made_network(**changes)
+        assert not torch.allclose(other(**chosen), made, atol=1e-4)
+    middle = network.speaker(torch.arange(2))[0].mean(0)
+    far = made_network(flow_style=2.0).exaggerated(chosen["style"])
+    torch.testing.assert_close(far - middle, 2 * (chosen["style"] - middle))
+    torch.testing.assert_close(network.exaggerated(chosen["style"]), chosen["style"])
