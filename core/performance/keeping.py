@@ -53,16 +53,32 @@ def keep(directions: np.ndarray, kept: Kept) -> np.ndarray:
     if not len(kept):
         return directions
     frames = len(directions)
-    offsets = kept.directions - directions[kept.frames]
+    onwards, back = (_offsets(directions, kept, way) for way in (1, -1))
     before = np.searchsorted(kept.frames, np.arange(frames), side="right") - 1
     after = np.minimum(before + 1, len(kept) - 1)
     since = np.where(before >= 0, np.arange(frames) - kept.frames[before], frames)
     until = np.where(before + 1 < len(kept), kept.frames[after] - np.arange(frames), frames)
     ramp = np.minimum(since + until, EASE * skeleton.FPS)
-    moved = directions + _fade(since / ramp) * offsets[before] + _fade(until / ramp) * offsets[after]
+    moved = directions + _fade(since / ramp) * onwards[before] + _fade(until / ramp) * back[after]
     moved = limits.keep_human(skeleton.normalize(moved).astype(np.float32))
     moved[kept.frames] = kept.directions
     return moved
+
+
+def _offsets(directions: np.ndarray, kept: Kept, way: int) -> np.ndarray:
+    """What is to be added ``(n, 9, 3)`` beside each kept frame, after it (``way`` 1) or before it (-1), so that nothing jumps.
+
+    The step from a kept frame is to be like the next one, and like the one before it if that is kept too.
+    """
+    frames = len(directions)
+    mask, poses = kept.whole(frames)
+    near, far, behind = (np.clip(kept.frames + count * way, 0, frames - 1) for count in (1, 2, -1))
+    free = ~mask[near] & ~mask[far] & (near != far)
+    known = (mask[behind] & (behind != kept.frames))[:, None, None]
+    step = directions[far] - directions[near]
+    step = np.where(known, 0.5 * (step + kept.directions - poses[behind]), step)
+    smooth = kept.directions + step - directions[near]
+    return np.where(free[:, None, None], smooth, kept.directions - directions[kept.frames])
 
 
 def _unit(directions: np.ndarray) -> np.ndarray:
