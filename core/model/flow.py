@@ -16,7 +16,7 @@ from .asked_encoder import AskedEncoder
 from .config import ModelConfig
 from .denoiser import Conditions, Denoiser
 from .encoders import POSE, Encoders
-from .timing import MFCC_RATE
+from .timing import IN_STEP, MFCC_RATE, mfcc_slice
 
 STEPS = 8
 """Velocities that one performance takes."""
@@ -94,6 +94,24 @@ class FlowGenerator(Encoders):
         middle = self.speaker(torch.arange(self.config.speakers, device=style.device))[0].mean(0)
         return torch.lerp(middle, style, self.config.flow_style)
 
+    def emphasized(self, features: torch.Tensor) -> torch.Tensor:
+        """Features ``(B, T, channels)`` with voice and prosody farther from those of silence, as :meth:`exaggerated` styles."""
+        config = self.config
+        if config.flow_voice == 1:
+            return features
+        frames = 4 * IN_STEP
+        mfcc = features.new_zeros(1, mfcc_slice(0, frames).stop, config.mfcc_features)
+        words, seeds, prosody = (
+            features.new_zeros(1, frames, size) for size in (config.word_size, self.noise_size + 1, config.prosody_features)
+        )
+        silence = self.encode(mfcc, words, seeds, prosody)[:, frames // 2, None]
+        share = torch.ones_like(silence)
+        voice = config.seed_size + config.mfcc_size
+        share[..., config.seed_size : voice] = config.flow_voice
+        if config.prosody_features:
+            share[..., voice + config.text_size :][..., : config.prosody_size] = config.flow_voice
+        return torch.lerp(silence, features, share)
+
     def numbers(self, seeds: torch.Tensor) -> torch.Tensor:
         """Poses as the dataset and :func:`seeds.seed_input` give them, ``(..., noise_size)``, as the flow's numbers."""
         return (seeds - self.centre) / self.scale
@@ -129,7 +147,7 @@ class FlowGenerator(Encoders):
         begins: Callable[[], None] = lambda: None,
     ) -> torch.Tensor:
         """:meth:`forward` of what :meth:`encode` made; ``begins()`` is called before each of the :data:`STEPS`."""
-        conditions = self.conditions(features, self.exaggerated(style))
+        conditions = self.conditions(self.emphasized(features), self.exaggerated(style))
         given, mask = self.numbers(seeds[..., :-1]), seeds[..., -1:]
         noise = self.config.flow_noise * noise
 

@@ -163,10 +163,21 @@ def test_strokes_as_channels():
 def test_less_noise_and_farther_styles_are_settings():
     network, chosen = made_network(), inputs()
     made = network(**chosen)
-    for changes in ({"flow_noise": 0.8}, {"flow_style": 2.0}):
+    for changes in ({"flow_noise": 0.8}, {"flow_style": 2.0}, {"flow_voice": 1.5}):
         other = made_network(**changes)
         assert not torch.allclose(other(**chosen), made, atol=1e-4)
     middle = network.speaker(torch.arange(2))[0].mean(0)
     far = made_network(flow_style=2.0).exaggerated(chosen["style"])
     torch.testing.assert_close(far - middle, 2 * (chosen["style"] - middle))
     torch.testing.assert_close(network.exaggerated(chosen["style"]), chosen["style"])
+
+
+def test_only_voice_and_prosody_are_emphasized():
+    network, size = made_network(flow_voice=1.5), ModelConfig.flow()
+    features = torch.randn(2, 30, network.feature_size)
+    changed = (network.emphasized(features) != features).any(1).any(0)
+    voice, words = size.seed_size + size.mfcc_size, size.seed_size + size.mfcc_size + size.text_size
+    assert not changed[: size.seed_size].any() and changed[size.seed_size : voice].all()
+    assert not changed[voice:words].any() and changed[words : words + size.prosody_size].all()
+    assert not changed[words + size.prosody_size :].any()
+    torch.testing.assert_close(made_network().emphasized(features), features)
