@@ -76,11 +76,6 @@ def of_performer(performances: Sequence[Performance]) -> dict[str, float]:
     return result
 
 
-def spread(names: Sequence[str], most: int) -> list[str]:
-    """At most so many of the names, evenly spread, in order."""
-    return [names[row] for row in np.unique(np.linspace(0, len(names) - 1, min(most, len(names))).astype(int))]
-
-
 def ranked(performers: dict[str, Sequence[Performance]]) -> list[str]:
     """Names from the calmest performer to the liveliest."""
     energy = {name: of_performer(performances)["forearm_median"] for name, performances in performers.items()}

@@ -64,8 +64,9 @@ def nearest_neighbour(*motions: np.ndarray, seed: int = 0) -> float:
     for _ in range(DRAWS if len(distance) > DRAWN else 1):
         drawn = random.permutation(len(distance))[:DRAWN]
         nearest = distance[np.ix_(drawn, drawn)].min(axis=1)
-        figures.append(np.median(nearest[np.isfinite(nearest)]))
-    return float(np.mean(figures))
+        if np.isfinite(nearest).any():
+            figures.append(np.median(nearest[np.isfinite(nearest)]))
+    return float(np.mean(figures)) if figures else float("nan")
 
 
 def most_repeated(*motions: np.ndarray) -> float:
@@ -173,7 +174,8 @@ def _between(motions: Sequence[np.ndarray]) -> np.ndarray:
         places = strokes(motion)
         found.append(places[(places >= margin) & (places < len(motion) - margin)] + offset)
         offset += len(motion)
-    return _distances(np.concatenate([wrists(motion) for motion in motions]), np.concatenate(found))
+    places = np.concatenate(found)
+    return _distances(np.concatenate([wrists(motion) for motion in motions]), places) if len(places) else np.zeros((0, 0))
 
 
 def _distances(points: np.ndarray, places: np.ndarray) -> np.ndarray:
