@@ -96,6 +96,7 @@ def _alone(one: Performance) -> dict[str, float]:
         if other is not None:
             result[f"{name}_apart"] = variety.arms_apart(motion, other)
             result[f"{name}_places"] = variety.same_places(motion, other)
+            result[f"{name}_chance"] = variety.places_by_chance(motion, other)
     return result
 
 

@@ -145,7 +145,7 @@ def _facts(report: dict) -> list[str]:
     verdicts = {"": (report["verdicts"], goals.ROWS)}
     verdicts |= {f" ({part})": (each, goals.VARIETY) for part, each in report["variety_verdicts"].items()}
     missed = [
-        f"{row.label.removeprefix('... ')}{part}: by {row.form(each[row.key]['missing'])}"
+        f"{row.name}{part}: by {row.form(each[row.key]['missing'])}"
         for part, (each, rows) in verdicts.items()
         for row in rows
         if each[row.key]["reached"] is False

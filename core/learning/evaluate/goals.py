@@ -56,12 +56,21 @@ class Goal:
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the table: key of the figure, what it is called, how it is written, what is wanted."""
+    """A line of the table: key of the figure, what it is called, how it is written, what is wanted.
+
+    ``alone``: what it is called where the line before it is not seen.
+    """
 
     key: str
     label: str
     form: Callable[[float], str]
     goal: Goal
+    alone: str = ""
+
+    @property
+    def name(self) -> str:
+        """What it is called by itself."""
+        return self.alone or self.label
 
 
 def _percent(value: float) -> str:
@@ -78,10 +87,13 @@ def _plain(value: float) -> str:
 
 _HIGHER, _LOWER = Goal(better="higher"), Goal(better="lower")
 _LIKE_DIRECTED = Goal(0.75, 1.25, of="directed")
+_AS_COMPARED = Goal(1, of="compare", better="higher")
+_RARE = Goal(high=0.10)
+_TIMES = "strokes on main accents, times the shifted ones"
 
 ROWS = (
-    Row("main_accent", "strokes within 0.15 s of a main accent", _percent, Goal(0.8, of="directed")),
-    Row("main_accent_gain", "... times those of the motion shifted in time", _plain, Goal(0.8, of="directed")),
+    Row("main_accent", "strokes within 0.15 s of a main accent", _percent, Goal(0.8, of="directed"), "strokes on main accents"),
+    Row("main_accent_gain", "... times those of the motion shifted in time", _plain, Goal(0.8, of="directed"), _TIMES),
     Row("main_accent_distance", "median way from stroke to main accent", _seconds, Goal(high=1.25, of="directed")),
     Row("accent_alignment", "accents answered by a stroke (0 to 1)", _plain, Goal(0.8, of="directed")),
     Row("beat_align", "beat alignment of speed minima (0 to 1)", _plain, Goal(0.95, of="directed")),
@@ -93,58 +105,59 @@ ROWS = (
     Row("upper_arm_p90", "upper-arm speed, 90th percentile", _plain, _LIKE_DIRECTED),
     Row("upper_arm_under_5", "upper arms under 5 degrees/s", _percent, _LIKE_DIRECTED),
     Row("energy_forearms", "speed in gestures to real clips, forearms", _plain, _LIKE_DIRECTED),
-    Row("energy_upper_arms", "... upper arms", _plain, _LIKE_DIRECTED),
-    Row("energy_clavicles", "... clavicles", _plain, _LIKE_DIRECTED),
-    Row("energy_head", "... neck and head", _plain, _LIKE_DIRECTED),
-    Row("energy_torso", "... torso", _plain, _LIKE_DIRECTED),
-    Row("jerk_ratio", "jerk of the wrists in gestures to real clips", _plain, Goal(0.7, 1.3)),
-    Row("smoothness_ratio", "... for the same speed", _plain, _LIKE_DIRECTED),
+    Row("energy_upper_arms", "... upper arms", _plain, _LIKE_DIRECTED, "speed in gestures to real clips, upper arms"),
+    Row("energy_clavicles", "... clavicles", _plain, _LIKE_DIRECTED, "speed in gestures to real clips, clavicles"),
+    Row("energy_head", "... neck and head", _plain, _LIKE_DIRECTED, "speed in gestures to real clips, neck and head"),
+    Row("energy_torso", "... torso", _plain, _LIKE_DIRECTED, "speed in gestures to real clips, torso"),
+    Row("jerk_ratio", "jerk of the wrists in gestures to real clips", _plain, Goal(0.7, 1.3), "jerk ratio"),
+    Row("smoothness_ratio", "... for the same speed", _plain, _LIKE_DIRECTED, "jerk for the same speed to real clips"),
     Row("pause_speed", "arm speed in pauses over 1.5 s (degrees/s)", _plain, Goal(high=1.25, of="directed")),
-    Row("speech_speed", "arm speed in speech", _plain, _LIKE_DIRECTED),
+    Row("speech_speed", "arm speed in speech", _plain, _LIKE_DIRECTED, "arm speed in speech (degrees/s)"),
     Row("pause_at_rest", "hands at rest in pauses", _percent, Goal(0.9, of="directed")),
     Row("speech_at_rest", "hands at rest in speech", _percent, _LIKE_DIRECTED),
     Row("takes_apart", "arms of two takes apart (degrees)", _plain, _HIGHER),
     Row("speakers_apart", "arms of two speakers apart (degrees)", _plain, Goal(0.75, of="directed")),
     Row("told_apart", "speakers told apart, times chance", _plain, Goal(8)),
     Row("arousal_spearman", "arousal and motion energy, rank correlation", _plain, Goal(0.6)),
-    Row("arousal_pearson", "... linear", _plain, Goal(0.6)),
+    Row("arousal_pearson", "... linear", _plain, Goal(0.6), "arousal and motion energy, linear correlation"),
     Row("slider_low", "energy with the arousal slider at -1, to 0", _plain, Goal(high=0.85)),
-    Row("slider_high", "... at +1, to 0", _plain, Goal(1.15)),
+    Row("slider_high", "... at +1, to 0", _plain, Goal(1.15), "energy with the arousal slider at +1, to 0"),
     Row("through_body", "frames with a hand in the body", _percent, Goal(high=0.005)),
     Row("backward_elbows", "frames with an elbow bent backwards", _percent, Goal(high=0.0)),
     Row("hands_touch", "frames with the wrists within 6 cm", _percent, Goal(high=0.01)),
     Row("seam_speed", "speed at joins of windows to elsewhere", _plain, Goal(0.8, 1.25)),
-    Row("seam_acceleration", "acceleration there", _plain, Goal(0.8, 1.25)),
+    Row("seam_acceleration", "acceleration there", _plain, Goal(0.8, 1.25), "acceleration at joins of windows to elsewhere"),
 )  # fmt: skip
 
 
 VARIETY = (
-    Row("nearest_neighbour", "a stroke from its nearest neighbour (0 always the same)", _plain, Goal(0.80)),
-    Row("nearest_neighbour_least", "... of the least varied performer", _plain, Goal(0.60)),
-    Row("cells", "5-cm cells that a wrist visits in a minute", _plain, Goal(200)),
+    Row("nearest_neighbour", "nearest neighbour of a stroke (0: always the same)", _plain, Goal(0.80), "nearest neighbour"),
+    Row("nearest_neighbour_least", "... of the least varied performer", _plain, Goal(0.60), "nearest neighbour, least"),
+    Row("cells", "5-cm cells that a wrist visits in a minute", _plain, Goal(200), "cells a minute"),
     Row("cells_least", "... least", _plain, _HIGHER),
-    Row("first_axis", "wrist variance along its first axis", _plain, Goal(high=0.66)),
+    Row("first_axis", "wrist variance along its first axis", _plain, Goal(high=0.66), "first axis"),
     Row("first_axis_most", "... most", _plain, _LOWER),
-    Row("components", "components for 95 % of arm motion", _plain, Goal(7)),
+    Row("components", "components for 95 % of arm motion", _plain, Goal(7), "components"),
     Row("components_least", "... least", _plain, _HIGHER),
-    Row("clip_share", "share of the most frequent clip (planned)", _percent, Goal(high=0.10)),
-    Row("most_repeated", "share of strokes that look like the most repeated one", _percent, Goal(high=0.10)),
+    Row("clip_share", "share of the most frequent clip (planned)", _percent, _RARE, "most frequent clip (planned)"),
+    Row("most_repeated", "share of strokes that look like the most repeated one", _percent, _RARE, "most repeated stroke"),
     Row("most_repeated_most", "... most", _percent, _LOWER),
-    Row("forearm_median_least", "forearm speed, median (degrees/s), of the calmest performer", _plain, Goal(high=8)),
-    Row("forearm_median", "... of the middle one", _plain, Goal()),
-    Row("forearm_median_most", "... of the liveliest", _plain, Goal(40)),
-    Row("forearm_p90", "forearm speed, 90th percentile", _plain, Goal()),
+    Row("forearm_median_least", "median forearm speed (degrees/s), calmest one", _plain, Goal(high=8), "calmest forearms"),
+    Row("forearm_median", "... of the middle one", _plain, Goal(), "forearm median"),
+    Row("forearm_median_most", "... of the liveliest", _plain, Goal(40), "liveliest forearms"),
+    Row("forearm_p90", "forearm speed, 90th percentile", _plain, Goal(), "90th percentile"),
     Row("upper_arm_median", "upper-arm speed, median", _plain, Goal()),
     Row("upper_arm_p90", "upper-arm speed, 90th percentile", _plain, Goal()),
-    Row("seeds_apart", "arms of two seeds apart (degrees)", _plain, Goal(15)),
+    Row("seeds_apart", "arms of two seeds apart (degrees)", _plain, Goal(15), "seeds apart (degrees)"),
     Row("seeds_apart_least", "... least", _plain, _HIGHER),
-    Row("seeds_places", "strokes of two seeds in the same places", _percent, Goal(high=0.45)),
+    Row("seeds_places", "strokes of two seeds in the same places", _percent, Goal(high=0.45), "seeds in the same places"),
+    Row("seeds_chance", "... by chance, one of them shifted in time", _percent, Goal(), "seeds in the same places by chance"),
     Row("takes_apart", "arms of two takes apart (degrees)", _plain, _HIGHER),
     Row("takes_places", "strokes of two takes in the same places", _percent, _LOWER),
-    Row("follows_voice", "wrist speed with the voice's energy, correlation", _plain, Goal(1, of="compare", better="higher")),
+    Row("follows_voice", "wrist speed with the voice's energy, correlation", _plain, _AS_COMPARED, "follows the voice"),
     Row("left_right", "left with right wrist's speed, correlation", _plain, Goal()),
     Row("shoulder_yaw", "shoulder line's heading, deviation in 5 s (degrees)", _plain, Goal()),
-    Row("strokes_a_minute", "peaks of wrist speed a minute", _plain, Goal()),
+    Row("strokes_a_minute", "peaks of wrist speed a minute", _plain, Goal(), "peaks a minute"),
 )  # fmt: skip
 """Of the middle of the performers where nothing else is said; goals of ../shared/docs/performance.md."""
 
@@ -194,6 +207,8 @@ def table(columns: dict[str, dict | None], rows: tuple[Row, ...] = ROWS) -> list
             continue
         cells = [row.label, written(row, known)]
         cells += ["" if math.isnan(each) else row.form(each) for each in values.values()]
+        if "directed" in values and row.goal.reached(values["directed"], known) is False:
+            cells[2 + list(values).index("directed")] += " (misses)"
         cells.append(_judged(row, values["this"], known))
         if columns.get("compare"):
             cells.append(_mark(row.goal.beats(values["this"], values["compare"], known)))
@@ -206,7 +221,7 @@ def table(columns: dict[str, dict | None], rows: tuple[Row, ...] = ROWS) -> list
 def short_table(recordings: dict[str, dict[str, dict]], picked: Sequence[tuple[str, str]], rows: tuple[Row, ...]) -> list[str]:
     """One line a recording, ``{name: {column: figures}}``; ``picked``: (column, key of a row) of every cell."""
     known = {row.key: row for row in rows}
-    heads = [known[key].label + ("" if column == "this" else f", {HEADS.get(column, column)}") for column, key in picked]
+    heads = [known[key].name + ("" if column == "this" else f", {HEADS.get(column, column)}") for column, key in picked]
     lines = _head(["recording", *heads])
     for name, columns in recordings.items():
         values = [(known[key], value(columns.get(column), key)) for column, key in picked]

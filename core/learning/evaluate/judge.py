@@ -75,9 +75,17 @@ class Judge:
             column |= experiments.slider(*([motions[len(names) + end] for motions in made] for end in range(3)))
         return column
 
-    def company(self, talks: Sequence[Talk], most: int) -> dict[str, list[Performance]]:
-        """Every recording by the default style and so many others, each by two seeds, one of them in two takes."""
-        names = list(dict.fromkeys([self.studio.known(""), *spread(self.studio.names, most)]))[: max(most, 1)]
+    def cast(self, most: int) -> list[str]:
+        """The default style and so many with it, spread evenly."""
+        names = [name for name in self.studio.names if name != self.studio.known("")]
+        return [self.studio.known(""), *spread(names, most - 1)]
+
+    def company(self, talks: Sequence[Talk], names: Sequence[str]) -> dict[str, list[Performance]]:
+        """Every recording by those of the performers that are known here, each by two seeds, one of them in two takes.
+
+        If none is known, by as many others.
+        """
+        names = [name for name in names if name in self.studio.names] or self.cast(len(names))
         made: dict[str, list[Performance]] = {name: [] for name in names}
         for number, talk in enumerate(talks):
             self.progress("perform recordings", number / len(talks))

@@ -21,21 +21,21 @@ PAUSE = 0.6
 LIBRIVOX = Path("/usr/share/pocketsphinx/test/data/librivox")
 """Of Debian's pocketsphinx-testdata."""
 MINUTE = 60.0
+_NUMERALS = {"I": "one", "II": "two"}
+_SEEN = " (trained on)"
 
 
 def recordings(paths: Sequence[str | PathLike], material: str | PathLike | None = None) -> list[Talk]:
-    """The recordings that were named, or where none was what is at hand: LibriVox clips and the sonnets of ``material``.
+    """The recordings that were named, and with ``material`` what else is at hand: LibriVox clips and its sonnets.
 
     A text file of a recording's name says what is spoken. Raises :class:`S2agError` for what cannot be read.
     """
-    texts: dict[Path, str | None] = {Path(path): None for path in paths}
+    talks = [(Path(path).parent, human(path)) for path in paths]
     if material is not None:
-        texts |= {**_librivox(), **_sonnets(Path(material))}
-    talks = [(path, human(path, text)) for path, text in texts.items()]
-    result = []
-    for _, group in groupby(talks, lambda one: one[0].parent if _seconds(one[1]) < SHORT else one[0]):
-        result.append(joined([talk for _, talk in group]))
-    return _named_apart(result)
+        talks += [(LIBRIVOX, replace(human(path, said), name="LibriVox")) for path, said in _librivox()]
+        talks += [(path, replace(human(path, said), name=name)) for path, said, name in _sonnets(Path(material))]
+    groups = groupby(talks, lambda one: (one[0], None) if _seconds(one[1]) < SHORT else (one[0], id(one[1])))
+    return _named_apart([joined([talk for _, talk in group]) for _, group in groups])
 
 
 def joined(talks: Sequence[Talk]) -> Talk:
@@ -48,7 +48,7 @@ def joined(talks: Sequence[Talk]) -> Talk:
         words += [(text, start + at, end + at) for text, start, end in talk.words]
         accents.append(talk.accents + [at, 0, 0])
         at += _seconds(talk) + PAUSE
-    name = f"{re.sub(r'[-_ .]?[0-9]+$', '', talks[0].name) or talks[0].name} ({len(talks)} joined)"
+    name = f"{re.sub(r'[-_ .]?[0-9]+$', '', talks[0].name) or talks[0].name}, {len(talks)} joined"
     audio = np.concatenate(pieces[:-1])
     return Talk(name, name, audio, tuple(words), np.concatenate(accents))
 
@@ -89,22 +89,25 @@ def gestures_of(material: str | PathLike) -> list:
         raise UsageError(message, "Name the folder with the public material, or leave --material out.") from error
 
 
-def _librivox() -> dict[Path, str]:
+def _librivox() -> list[tuple[Path, str]]:
     """The clips of the package, where it is installed, with their texts."""
     transcription = LIBRIVOX / "transcription"
     if not transcription.is_file():
-        return {}
+        return []
     said = re.findall(r"<s>(.*?)</s>\s*\((\S+?)\)", transcription.read_text("utf-8"))
-    return {LIBRIVOX / f"{name}.wav": text.strip() for text, name in said if (LIBRIVOX / f"{name}.wav").is_file()}
+    found = [(LIBRIVOX / f"{name}.wav", text.strip()) for text, name in said]
+    return [(path, text) for path, text in found if path.is_file()]
 
 
-def _sonnets(material: Path) -> dict[Path, str]:
-    found = {}
+def _sonnets(material: Path) -> list[tuple[Path, str, str]]:
+    """Files, texts and names. The first one is also read to the network in training."""
+    found = []
     for page in sorted((material / "speech").glob("p*.xhtml")):
-        if page.with_suffix(".mp3").is_file():
+        path = page.with_suffix(".mp3")
+        if path.is_file():
             lines = re.findall(r'<span id="f\d+">(.*?)</span>', page.read_text("utf-8"))
-            number = {"I": "one", "II": "two"}
-            found[page.with_suffix(".mp3")] = "\n".join(number.get(line, line) for line in lines)
+            said = "\n".join(_NUMERALS.get(line, line) for line in lines)
+            found.append((path, said, f"sonnet {len(found) + 1}{_SEEN if not found else ''}"))
     return found
 
 

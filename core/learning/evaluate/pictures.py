@@ -20,24 +20,31 @@ _LEFT, _RIGHT = "tab:red", "tab:blue"
 
 
 def contact_sheet(
-    performances: dict[str, Case], path: str | PathLike, seconds: float = 30.0, step: float = STEP, across: int = ACROSS
+    performances: dict[str, Case],
+    path: str | PathLike,
+    seconds: float = 30.0,
+    step: float = STEP,
+    across: int = ACROSS,
+    start: float = 0.0,
 ) -> None:
     """Figures of one talk's performances below each other, every ``step`` seconds, front and side, the words above."""
     first = next(iter(performances.values()))
-    count = int(min(seconds, first.duration) / step)
+    count = int(min(seconds, first.duration - start) / step)
     rows = []
     for begin in range(0, count, across):
-        times = np.arange(begin, min(begin + across, count)) * step
+        times = start + np.arange(begin, min(begin + across, count)) * step
         captions = [_said(first.talk.words, time, time + step) for time in times]
         for number, (name, case) in enumerate(performances.items()):
             shown = skeleton.normalize(cubic(case.directions, np.minimum(times * skeleton.FPS, len(case.directions) - 1)))
-            rows.append((f"{name} {times[0]:.0f} s", shown, [] if number else captions))
+            rows.append((f"{name} {times[0]:.3g} s", shown, [] if number else captions))
     sheet.save(rows, path)
 
 
 def film_sheet(performances: dict[str, Case], path: str | PathLike, seconds: float = 10.0) -> None:
-    """The same at :data:`FILM` figures a second: what happens between two poses."""
-    contact_sheet(performances, path, seconds, 1 / FILM, 2 * FILM)
+    """The same at :data:`FILM` figures a second from the first word on: what happens between two poses."""
+    said = next(iter(performances.values())).talk.spoken
+    start = max(said[0][1] - 0.5, 0.0) if said else 0.0
+    contact_sheet(performances, path, seconds, 1 / FILM, 2 * FILM, start)
 
 
 def wrist_paths(sets: dict[str, dict[str, np.ndarray]], path: str | PathLike, seconds: float = MINUTE) -> None:

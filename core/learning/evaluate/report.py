@@ -65,9 +65,10 @@ def evaluate(setting: Setting, progress: Progress = lambda stage, value: None) -
         if setting.compare:
             judges["compare"] = Judge(setting.compare, folder, lambda stage, value: progress(f"compare: {stage}", value))
         judged = {name: judge.judge(talks) for name, judge in judges.items()}
-        troupes = {name: judge.company(spoken, setting.performers) for name, judge in judges.items() if spoken}
+        names = judges["this"].cast(setting.performers)
+        troupes = {name: judge.company(spoken, names) for name, judge in judges.items() if spoken}
     if setting.material and spoken:
-        troupes["directed"] = _directed_company(corpus, setting, spoken, progress)
+        troupes["directed"] = _directed_company(corpus, setting.material, names, spoken, progress)
     if spoken:
         troupes |= {name: {name: _dull_company(name, spoken)} for name in DULL}
     progress("measure", 0)
@@ -127,11 +128,11 @@ def _by_performer(cases: Sequence[Case]) -> Company:
     return result
 
 
-def _directed_company(corpus: Corpus, setting: Setting, talks: Sequence[Talk], progress: Progress) -> Company:
-    """What the director makes of recordings of people, in two takes by so many performers."""
-    teacher = Teacher(setting.material)
+def _directed_company(corpus: Corpus, material: Path, names: list[str], talks: Sequence[Talk], progress: Progress) -> Company:
+    """What the director makes of recordings of people, in two takes by the same performers, or all if it knows none."""
+    teacher = Teacher(material)
     rests = {speaker["name"]: corpus.rest(row) for row, speaker in enumerate(corpus.speakers)}
-    made: Company = {name: [] for name in experiments.spread(teacher.names, setting.performers)}
+    made: Company = {name: [] for name in [name for name in names if name in teacher.names] or teacher.names}
     for number, talk in enumerate(talks):
         progress("direct recordings", number / len(talks))
         for name, (first, second) in teacher.perform(talk, list(made), 2).items():
