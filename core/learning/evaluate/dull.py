@@ -37,3 +37,4 @@ def _ramp(x: np.ndarray) -> np.ndarray:
 
 
 DULL = {"resting": resting, "one gesture": one_gesture}
+"""By the name of their column."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ...errors import OutputUnwritable
 from ...files import whole_file
-from . import company, experiments, goals, pictures
+from . import company, experiments, goals, people, pictures
 from .measure import Case
 from .report import Outcome
 
@@ -96,13 +96,16 @@ def _of_people(outcome: Outcome) -> list[dict[str, Case]]:
 
 
 def _draw_motion(outcome: Outcome, folder: Path, progress: Callable[[str, float], None]) -> list[str]:
-    """Paths of wrists, and sheets at 12 figures a second, of some performers from calm to lively at the longest recording."""
+    """Paths of wrists, and sheets at 12 figures a second, of some performers from calm to lively.
+
+    At the longest recording that no corpus holds.
+    """
     troupes = outcome.people
     if "this" not in troupes:
         return []
     order = [name for name in company.ranked(troupes["this"]) if all(name in troupe for troupe in troupes.values())]
     chosen = experiments.spread(order or company.ranked(troupes["this"]), PORTRAYED)
-    rows = [performance.case.duration for performance in troupes["this"][chosen[0]]]
+    rows = [(people.SEEN not in one.case.talk.name, one.case.duration) for one in troupes["this"][chosen[0]]]
     row = rows.index(max(rows))
     labels = {"directed": "directed", "this": "these weights", "compare": "compared weights"}
     cases = {

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import groupby
 from os import PathLike
 from pathlib import Path
@@ -22,7 +23,8 @@ LIBRIVOX = Path("/usr/share/pocketsphinx/test/data/librivox")
 """Of Debian's pocketsphinx-testdata."""
 MINUTE = 60.0
 _NUMERALS = {"I": "one", "II": "two"}
-_SEEN = " (trained on)"
+SEEN = " (trained on)"
+"""Part of the name of a recording that corpora hold."""
 
 
 def recordings(paths: Sequence[str | PathLike], material: str | PathLike | None = None) -> list[Talk]:
@@ -78,6 +80,7 @@ def captured(material: str | PathLike) -> dict[str, np.ndarray]:
     return result
 
 
+@lru_cache(maxsize=1)
 def gestures_of(material: str | PathLike) -> list:
     """The library of captured and authored gestures; :class:`UsageError` where ``material`` has none."""
     from ..corpus import library
@@ -107,7 +110,7 @@ def _sonnets(material: Path) -> list[tuple[Path, str, str]]:
         if path.is_file():
             lines = re.findall(r'<span id="f\d+">(.*?)</span>', page.read_text("utf-8"))
             said = "\n".join(_NUMERALS.get(line, line) for line in lines)
-            found.append((path, said, f"sonnet {len(found) + 1}{_SEEN if not found else ''}"))
+            found.append((path, said, f"sonnet {len(found) + 1}{SEEN if not found else ''}"))
     return found
 
 

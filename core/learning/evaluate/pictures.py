@@ -41,9 +41,8 @@ def contact_sheet(
 
 
 def film_sheet(performances: dict[str, Case], path: str | PathLike, seconds: float = 10.0) -> None:
-    """The same at :data:`FILM` figures a second from the first word on: what happens between two poses."""
-    said = next(iter(performances.values())).talk.spoken
-    start = max(said[0][1] - 0.5, 0.0) if said else 0.0
+    """The same at :data:`FILM` figures a second from its first third on: what happens between two poses."""
+    start = np.floor(next(iter(performances.values())).duration / 3)
     contact_sheet(performances, path, seconds, 1 / FILM, 2 * FILM, start)
 
 
