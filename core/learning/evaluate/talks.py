@@ -48,6 +48,14 @@ class Talk:
         """The words, or where they are unknown the voiced stretches, with times."""
         return self.words or tuple(("", start, end) for start, end in voice.segments(self.audio))
 
+    @cached_property
+    def loudness(self) -> np.ndarray:
+        """Root mean square ``(frames,)`` of the sound at 15 fps."""
+        frames, hop = int(len(self.audio) / SAMPLE_RATE * skeleton.FPS), SAMPLE_RATE / skeleton.FPS
+        edges = np.round(np.arange(frames + 1) * hop).astype(int)
+        total = np.concatenate([[0.0], np.cumsum(np.square(self.audio, dtype=float))])
+        return np.sqrt(np.diff(total[edges]) / np.diff(edges))
+
     def cut(self, seconds: float) -> "Talk":
         """The first so many seconds."""
         frames = int(seconds * skeleton.FPS)
@@ -149,14 +157,17 @@ class Corpus:
         return np.array(self.arrays[name][begin:end], float)
 
 
-def human(path: str | PathLike) -> Talk:
-    """A person's recording with the text file of its name beside it, aligned, or without; raises :class:`S2agError`."""
+def human(path: str | PathLike, said: str | None = None) -> Talk:
+    """A person's recording with the text that is ``said`` or in the file of its name beside it, aligned, or without.
+
+    Raises :class:`S2agError`.
+    """
     from ...sound import audio
     from ...words import transcript
 
     path = Path(path)
     sound = audio.load(path)
     text = path.with_suffix(".txt")
-    words, _ = transcript.resolve(sound, text if text.is_file() else None)
+    words, _ = transcript.resolve(sound, text if said is None and text.is_file() else None, said)
     accents = [(accent.time, accent.strength, accent.main) for accent in prosody.analyse(sound, words).accents]
     return Talk(path.stem, path.stem, sound, words, np.array(accents, float).reshape(-1, 3))

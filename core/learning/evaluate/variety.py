@@ -4,6 +4,8 @@ All figures read unit directions ``(frames, 9, 3)`` at 15 fps; wrists are seen f
 trunk nor where somebody stands counts.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ...motion import skeleton
@@ -19,6 +21,8 @@ DRAWN, DRAWS = 15, 60
 """Strokes that are compared with each other, so that long performances do not look poorer, and how often they are drawn."""
 SHIFT = 3
 """Frames by which one stroke may be moved to look like another."""
+ALIKE = 0.5
+"""Distance below which two strokes look like the same gesture; people's nearest are about 0.85 apart."""
 CELL = 0.05
 """Metres."""
 SAME_PLACE = 0.2
@@ -47,21 +51,33 @@ def peaks(values: np.ndarray, height: float, prominence: float, apart: int) -> n
     return np.array(sorted(kept), int)
 
 
-def nearest_neighbour(directions: np.ndarray, seed: int = 0) -> float:
-    """How unlike its most similar fellow a stroke is: 0 all the same, about 0.85 people; nan for fewer than three."""
-    places = strokes(directions)
-    half = WINDOW // 2
-    places = places[(places >= half + SHIFT) & (places < len(directions) - half - SHIFT)]
-    if len(places) < 3:
+def nearest_neighbour(*motions: np.ndarray, seed: int = 0) -> float:
+    """How unlike its most similar fellow a stroke is: 0 all the same, about 0.85 people; nan for fewer than three.
+
+    Several motions, each ``(frames, 9, 3)``, are somebody's performances of several recordings.
+    """
+    distance = _between(motions)
+    if len(distance) < 3:
         return float("nan")
-    distance = _distances(wrists(directions), places)
     random = np.random.default_rng(seed)
     figures = []
-    for _ in range(DRAWS if len(places) > DRAWN else 1):
-        drawn = random.permutation(len(places))[:DRAWN]
+    for _ in range(DRAWS if len(distance) > DRAWN else 1):
+        drawn = random.permutation(len(distance))[:DRAWN]
         nearest = distance[np.ix_(drawn, drawn)].min(axis=1)
-        figures.append(np.median(nearest[np.isfinite(nearest)]))
-    return float(np.mean(figures))
+        if np.isfinite(nearest).any():
+            figures.append(np.median(nearest[np.isfinite(nearest)]))
+    return float(np.mean(figures)) if figures else float("nan")
+
+
+def most_repeated(*motions: np.ndarray) -> float:
+    """Share of the strokes that look like the one that most others look like: 1 always the same; nan for fewer than three.
+
+    Going back the same way looks like going there, or somebody with one gesture only would seem to have two.
+    Stands for the share of the most frequent clip where no plan says which clip is shown: clips are warped, sized and
+    turned so much that a stroke's nearest captured clip is rarely the one it was made from.
+    """
+    distance = _between(motions, both_ways=True)
+    return float(((distance < ALIKE).sum(axis=1).max() + 1) / len(distance)) if len(distance) >= 3 else float("nan")
 
 
 def cells(directions: np.ndarray) -> float:
@@ -124,17 +140,21 @@ def arms_apart(first: np.ndarray, second: np.ndarray) -> float:
 
 def same_places(first: np.ndarray, second: np.ndarray) -> float:
     """Share of the strokes of two performances of the same speech that have a stroke of the other within 0.2 s."""
-    times = [strokes(motion) / skeleton.FPS for motion in (first, second)]
-    if not all(map(len, times)):
-        return float("nan")
-    away = np.abs(times[0][:, None] - times[1])
-    return float(np.mean([(away.min(axis=axis) <= SAME_PLACE).mean() for axis in (0, 1)]))
+    return _shared(strokes(first) / skeleton.FPS, strokes(second) / skeleton.FPS)
+
+
+def places_by_chance(first: np.ndarray, second: np.ndarray, shifts: int = 20) -> float:
+    """The same with the second turned round in time by more than two seconds: what frequent strokes share anyhow."""
+    times, duration = [strokes(motion) / skeleton.FPS for motion in (first, second)], len(second) / skeleton.FPS
+    turned = np.random.default_rng(0).uniform(2, max(duration - 2, 2), shifts)
+    return float(np.mean([_shared(times[0], (times[1] + turn) % duration) for turn in turned]))
 
 
 def measure(directions: np.ndarray, level: np.ndarray | None = None) -> dict[str, float]:
     """All figures of one performance by name; ``level`` ``(frames,)`` is its voice's."""
     result = {
         "nearest neighbour": nearest_neighbour(directions),
+        "most repeated": most_repeated(directions),
         "cells": cells(directions),
         "first axis": first_axis(directions),
         "components": float(components(directions)),
@@ -151,8 +171,31 @@ def measure(directions: np.ndarray, level: np.ndarray | None = None) -> dict[str
 _MARKS = {"median": 50, "p90": 90}
 
 
-def _distances(points: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Distances ``(n, n)`` of strokes over the root of both sizes, the least over small shifts; near ones are infinite."""
+def _shared(first: np.ndarray, second: np.ndarray) -> float:
+    if not (len(first) and len(second)):
+        return float("nan")
+    away = np.abs(first[:, None] - second)
+    return float(np.mean([(away.min(axis=axis) <= SAME_PLACE).mean() for axis in (0, 1)]))
+
+
+def _between(motions: Sequence[np.ndarray], both_ways: bool = False) -> np.ndarray:
+    """Distances ``(n, n)`` of all strokes of motions that have nothing to do with each other in time."""
+    margin, found, offset = WINDOW // 2 + SHIFT, [], 0
+    for motion in motions:
+        places = strokes(motion)
+        found.append(places[(places >= margin) & (places < len(motion) - margin)] + offset)
+        offset += len(motion)
+    places = np.concatenate(found)
+    if not len(places):
+        return np.zeros((0, 0))
+    return _distances(np.concatenate([wrists(motion) for motion in motions]), places, both_ways)
+
+
+def _distances(points: np.ndarray, places: np.ndarray, both_ways: bool = False) -> np.ndarray:
+    """Distances ``(n, n)`` of strokes over the root of both sizes, the least over small shifts; near ones are infinite.
+
+    ``both_ways``: also of the one backwards.
+    """
     half = WINDOW // 2
     shifts = np.arange(-SHIFT, SHIFT + 1)
     index = places[:, None, None] + shifts[:, None] + np.arange(-half, half + 1)
@@ -162,6 +205,9 @@ def _distances(points: np.ndarray, places: np.ndarray) -> np.ndarray:
     middle = flat[:, SHIFT]
     square = (flat**2).mean(axis=-1)
     between = np.einsum("if,jsf->ijs", middle, flat) / flat.shape[-1]
+    if both_ways:
+        backwards = windows[:, :, ::-1].reshape(flat.shape)
+        between = np.maximum(between, np.einsum("if,jsf->ijs", middle, backwards) / flat.shape[-1])
     distance = np.sqrt(np.maximum(square[:, None, None, SHIFT] + square[None] - 2 * between, 0)).min(axis=-1)
     distance = np.minimum(distance, distance.T)
     size = np.sqrt(square[:, SHIFT])

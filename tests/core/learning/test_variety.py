@@ -47,6 +47,17 @@ def test_one_gesture_again_and_again_has_no_neighbours_unlike_it(same, varied):
     assert np.isnan(variety.nearest_neighbour(same[:20]))
 
 
+def test_a_repeated_stroke_is_told_from_new_ones(same, varied):
+    assert variety.most_repeated(same) > 0.9 > 0.4 > variety.most_repeated(varied)
+    assert np.isnan(variety.most_repeated(same[:20]))
+
+
+def test_strokes_of_several_recordings_are_compared_with_each_other(same, varied):
+    assert variety.nearest_neighbour(varied[:450], varied[450:]) == pytest.approx(variety.nearest_neighbour(varied), abs=0.1)
+    assert variety.nearest_neighbour(varied[:105], varied[:105]) < 0.1 < variety.nearest_neighbour(varied[:105])
+    assert np.isnan(variety.nearest_neighbour(np.tile(rest.REST, (90, 1, 1)), same[:20]))
+
+
 def test_arms_in_step_correlate(same, varied):
     assert variety.symmetry(same) == pytest.approx(1, abs=1e-6)
     assert variety.symmetry(varied) < 0.95
@@ -58,6 +69,7 @@ def test_two_performances_are_compared_in_place_and_pose(same, varied):
     later = np.concatenate([same[:8], same[:-8]])
     assert variety.same_places(same, later) < 0.1
     assert np.isnan(variety.same_places(same, np.tile(rest.REST, (900, 1, 1))))
+    assert 0.2 < variety.places_by_chance(same, same) < 0.6  # a stroke a second, 0.4 s of which count
 
 
 def test_a_body_that_turns_has_a_turning_shoulder_line():
