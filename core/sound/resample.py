@@ -16,7 +16,7 @@ _PIECE = 1 << 18
 
 
 def resampled(pieces: Iterable[np.ndarray], source: int, target: int) -> Iterator[np.ndarray]:
-    """Float32 pieces ``(m,)`` at ``target`` Hz of pieces ``(n,)`` at ``source`` Hz; n samples become ceil(n target / source)."""
+    """Float32 pieces ``(m,)`` at ``target`` Hz of pieces ``(n,)`` at ``source`` Hz, as long in seconds up to a sample."""
     if source == target:
         yield from pieces
         return
