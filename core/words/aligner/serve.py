@@ -4,6 +4,7 @@ import json
 import sys
 import tempfile
 
+from .engines import engine
 from .follow import WHOLE, Follower, confidence
 from .search import Searcher
 from .sound import Sound
@@ -19,7 +20,7 @@ def main() -> None:
     vocabulary = {part for stretch in request["stretches"] for parts in stretch["words"] for part in parts}
     spans = []
     with tempfile.TemporaryDirectory(dir=request.get("folder")) as folder:
-        searcher = Searcher(sound, request["pauses"], vocabulary, folder, request.get("model"))
+        searcher = Searcher(sound, request["pauses"], engine(vocabulary, folder, request.get("model")))
         for stretch in request["stretches"]:
             spans += _place(searcher, stretch, lambda time: _tell(progress=round(min(time / sound.duration, 1.0), 3)))
     # what is left of the sound is read, so that its writer does not meet a closed pipe
