@@ -17,11 +17,16 @@ from ...products import rows_by_rows
 INSIDE, BEGINS, ENDS, WHOLE = range(4)
 """Where in its word a phone stands."""
 STATES = 3
-_LOG_BASE = np.log(1.0001) * 1024
+_STEP = np.float32(np.log(1.0001) * 1024)
 """Nats of one step of the 8-bit weights."""
 _FLOOR = 1e-4
 _BLOCK = 400
 """Frames scored at a time: 9 MB."""
+
+
+_FEATURES = """-lowerf 130 -upperf 6800 -nfilt 25 -transform dct -lifter 22 -feat 1s_c_d_dd -svspec 0-12/13-25/26-38 -agc none
+-cmn batch -varnorm no -model ptm -remove_noise yes"""
+"""What ``feat.params`` says of a model whose features are those of :mod:`cepstra`."""
 
 
 class UnreadableModel(ValueError):
@@ -40,6 +45,8 @@ class AcousticModel:
 
     def __init__(self, folder: Path):
         try:
+            if sorted((folder / "feat.params").read_text().split()) != sorted(_FEATURES.split()):
+                raise UnreadableModel("other features")
             self._read_phones((folder / "mdef").read_bytes())
             means, variances = (_gaussians(folder / name) for name in ("means", "variances"))
             self._read_weights((folder / "sendump").read_bytes(), means.shape[1], means.shape[2])
@@ -132,18 +139,25 @@ class AcousticModel:
                     scores[every, found] = -np.inf
         return Heard(which, density)
 
+    def together(self, senones: np.ndarray) -> np.ndarray:
+        """The same senones, those of a codebook side by side, as :meth:`scores` wants them."""
+        return senones[np.argsort(self._book[senones], kind="stable")]
+
     def scores(self, heard: Heard, senones: np.ndarray) -> np.ndarray:
-        """``(frames, n)`` float32 log likelihoods of some senones, which are numbers ``(n,)``."""
+        """``(frames, n)`` float32 log likelihoods of some senones, which are numbers ``(n,)`` put :meth:`together`."""
         result = np.zeros((len(heard.which), len(senones)), np.float32)
-        for book in np.unique(self._book[senones]):
-            mine = np.flatnonzero(self._book[senones] == book)
+        books, begins = np.unique(self._book[senones], return_index=True)
+        for book, begin, end in zip(books, begins, [*begins[1:], len(senones)], strict=True):
+            part = result[:, begin:end]
             for stream in range(self._streams):
                 which, density = heard.which[:, book, stream], heard.density[:, book, stream]
-                shares = np.exp(-_LOG_BASE * self._weights[stream][:, senones[mine]]).astype(np.float32)
-                total = shares[which[:, 0]]
-                for rank in range(1, which.shape[1]):
-                    total += shares[which[:, rank]] * np.exp(density[:, rank] - density[:, 0])[:, None]
-                result[:, mine] += np.log(total) + density[:, :1]
+                logs = -_STEP * self._weights[stream][:, senones[begin:end]].astype(np.float32)
+                if which.shape[1] == 1:
+                    part += logs[which[:, 0]]
+                else:
+                    shares, under = np.exp(logs), np.exp(density - density[:, :1])
+                    part += np.log(sum(shares[which[:, rank]] * under[:, rank, None] for rank in range(which.shape[1])))
+                part += density[:, :1]
         return result
 
 

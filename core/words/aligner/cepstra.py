@@ -31,7 +31,8 @@ def features(sound: np.ndarray) -> np.ndarray:
 
 
 def _mel_power(sound: np.ndarray) -> np.ndarray:
-    sound = sound.astype(np.float32)
+    # a fourth of the samples one step higher, as Sphinx dithers: digital silence is like no silence the model has met
+    sound = sound.astype(np.float32) + (np.random.default_rng(1).random(len(sound), np.float32) < 0.25)
     sound[1:] -= np.float32(0.97) * sound[:-1].copy()
     if len(sound) < _WINDOW:
         return np.zeros((0, _FILTERS))
@@ -65,8 +66,8 @@ def _cleaned(power: np.ndarray) -> np.ndarray:
 
 
 def _envelope(below: np.ndarray, values: np.ndarray) -> np.ndarray:
-    keep = np.where(values >= below, _RISE, _FALL)
-    return keep * below + (1 - keep) * values
+    above = values - below
+    return below + above * np.where(above >= 0, 1 - _RISE, 1 - _FALL)
 
 
 @lru_cache(maxsize=1)

@@ -10,7 +10,7 @@ from .lexicon import Lexicon
 
 _JUMP = -30.0
 """Log probability of going on with any other word of the text than the next one, where what is said is searched for."""
-_LATER = 0.0115
+_LATER = 0.009
 """Seconds from where a frame begins to where, on average, its word does; the middle of a frame is 13 ms in."""
 _FOREIGN = 4
 """Gaussians a mixture for strange sounds; for English one places words as well as four."""
@@ -19,10 +19,12 @@ _FOREIGN = 4
 class Ear:
     """The English acoustic model with a lexicon. Scores are log10 likelihoods over those of the best phone of each frame."""
 
-    worst, drop = -2.2, 1.3
-    """Mean score a frame of eight words below which they are not what is said, as such and under the best of a recording. With
-    its own text clean speech stays above -0.9, speech at 5 dB of signal to noise above -2.0; with another text all runs of
-    eight words are below -2.0 and most below -2.6."""
+    spread = 2.2
+    """How far below what is usual a score says nothing any more."""
+    worst, drop, slack = -2.6, 1.3, 0.4
+    """Mean score a frame of eight words below which they are not what is said, as such and under the best of a recording, and
+    how much less is asked of three. With its own text clean speech stays above -0.9 and speech at 5 dB of signal to noise above
+    -2.0; with another text three of four runs are below -2.5, and some in every recording below -3.4."""
     attempts = (("plain", False), ("hiss", False))
     """Treatments of the sound, tried in this order until one fits: hiss helps where digital silence or a robotic voice fits no
     model. Features are free of noise already, and there are no beams that could be wide."""
@@ -32,7 +34,7 @@ class Ear:
         self._model = AcousticModel(folder)
         self._lexicon, self._best = lexicon, _FOREIGN if foreign else 1
         self._ways: dict[str, list[graph.Way]] = {}
-        self._alone = np.unique(self._model.alone)
+        self._alone = self._model.together(np.unique(self._model.alone))
         self._heard: tuple = (None,)
 
     def learn(self, words: set[str]) -> set[str]:
@@ -62,7 +64,7 @@ class Ear:
         return viterbi.path(self._model, graph.build(self._model, ways, **manner), heard, background)
 
     def _hear(self, sound: np.ndarray):
-        """Gaussians of a sound and the best phone's score a frame; those of the last sound are kept, which is often asked twice."""
+        """Gaussians of a sound and the best phone's score a frame; those of the last sound are kept."""
         if self._heard[0] is not sound:
             heard = self._model.hear(cepstra.features(sound), self._best)
             self._heard = sound, heard, self._model.scores(heard, self._alone).max(axis=1)

@@ -15,8 +15,13 @@ _ASSETS = Path(__file__).parents[2] / "assets" / "english"
 """Where the acoustic model and the dictionary lie if they come with us, named as in pocketsphinx's package."""
 
 
+def switched() -> str:
+    """The engine that :data:`SWITCH` asks for, "" for the usual one."""
+    return "pocketsphinx" if os.environ.get(SWITCH, "").strip().lower() == "pocketsphinx" else ""
+
+
 def english() -> Path | None:
-    """The folder with ``en-us`` (the acoustic model) and ``cmudict-en-us.dict``: our own, or that of the package pocketsphinx."""
+    """The folder with ``en-us`` (the acoustic model) and ``cmudict-en-us.dict``: our own, or pocketsphinx's."""
     if _ASSETS.is_dir():
         return _ASSETS
     spec = importlib.util.find_spec("pocketsphinx")
@@ -32,7 +37,7 @@ def engine(vocabulary: set[str], folder: str, model: dict | None = None) -> Ear 
     home = english()
     lexicon = Lexicon(vocabulary, home / "cmudict-en-us.dict", model)
     acoustic = (model or {}).get("acoustic")
-    if os.environ.get(SWITCH, "") != "pocketsphinx":
+    if not switched():
         try:
             return Ear(Path(acoustic) if acoustic else home / "en-us", lexicon, bool(model))
         except UnreadableModel:

@@ -22,15 +22,16 @@ class Lexicon:
             self._look_up(dictionary, wanted)
         if self._model.get("voice"):
             espeak = Espeak(self._model["voice"])
-            self._ways.update({word: ways for word in sorted(wanted - self._ways.keys()) if (ways := espeak.pronunciations(word))})
+            self._ways.update(
+                {word: ways for word in sorted(wanted - self._ways.keys()) if (ways := espeak.pronunciations(word))}
+            )
 
     def _look_up(self, dictionary, wanted: set[str]) -> None:
         with open(dictionary, encoding="utf-8", errors="replace") as lines:
             for line in lines:
-                word, _, way = line.strip().replace("\t", " ").partition(" ")
-                word = word.partition("(")[0]
-                if word in wanted and way.strip():
-                    self._ways.setdefault(word, []).append(way.strip())
+                parts = line.split(None, 1)
+                if len(parts) == 2 and (word := parts[0].partition("(")[0]) in wanted:
+                    self._ways.setdefault(word, []).append(parts[1].strip())
 
     def known(self) -> dict[str, list[str]]:
         """All words that were found."""

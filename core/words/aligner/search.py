@@ -62,9 +62,14 @@ class Searcher:
 
     def fitting(self, piece: Piece) -> list[int]:
         """Places of the words that sound right, as far as this recording has told, or stand alone among such."""
-        right = piece.scores >= max(self._engine.worst, self.usual - self._engine.drop)
+        engine = self._engine
+        right = piece.scores >= max(engine.worst, self.usual - engine.drop) - engine.slack
         among = np.pad(right, 1, constant_values=True)
         return np.flatnonzero(right | (among[:-2] & among[2:] & right.any())).tolist()
+
+    def confidence(self, score: float) -> float:
+        """0..1 from a score and what is usual in this recording: how surely a word lies where it was found."""
+        return float(np.clip(1 + (score - self.usual) / self._engine.spread, 0.05, 1.0))
 
     def recognise(self, start: float, end: float, words: list[str]) -> list[tuple[str, float]]:
         """What seems to be said, ``(word, start)`` in seconds, in words of the text and mostly in its order."""
@@ -75,7 +80,9 @@ class Searcher:
         """The treated sound between two moments: the same array if it is the same as the last time."""
         asked = start, end, treatment
         if self._treated[0] != asked:
-            pauses = [(max(low, start) - start, min(high, end) - start) for low, high in self.pauses if low < end and high > start]
+            pauses = [
+                (max(low, start) - start, min(high, end) - start) for low, high in self.pauses if low < end and high > start
+            ]
             self._treated = asked, treated(self.sound.cut(start, end), treatment, pauses)
         return self._treated[1]
 

@@ -5,7 +5,7 @@ import sys
 import tempfile
 
 from .engines import engine
-from .follow import WHOLE, Follower, confidence
+from .follow import WHOLE, Follower
 from .search import Searcher
 from .sound import Sound
 
@@ -63,5 +63,5 @@ def _find(searcher: Searcher, words: list[str], start: float, end: float, tell) 
         return [None] * len(words)
     spans: list = [None] * len(words)
     for place in searcher.fitting(piece):
-        spans[place] = (*piece.spans[place], confidence(piece.scores[place], searcher.usual))
+        spans[place] = (*piece.spans[place], searcher.confidence(piece.scores[place]))
     return spans

@@ -31,7 +31,7 @@ class Sphinx:
     a recording, so what fell by more than ``drop`` from the best is wrong too.
     """
 
-    worst, drop = -1.9, 0.9
+    worst, drop, slack, spread = -1.9, 0.9, 0.0, 1.2
     attempts = (("plain", False), ("plain", True), ("hiss", False), ("denoised", True))
     """Treatment of the sound and whether beams are wide; beams beyond 1e-100 lose words."""
 

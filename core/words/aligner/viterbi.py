@@ -11,7 +11,7 @@ _NEVER = np.float32(-1e30)
 
 
 class Said(NamedTuple):
-    """A word on the path: its number, first frame, frame after its last, and its summed log likelihood over the background's."""
+    """A word on the path: its number, first frame, frame after its last, and summed log likelihood over the background's."""
 
     word: int
     begin: int
@@ -24,8 +24,10 @@ def path(model: AcousticModel, graph: Graph, heard: Heard, background: np.ndarra
 
     ``background`` ``(frames,)`` is what a score is compared with.
     """
-    senones, column = np.unique(graph.senones.T, return_inverse=True)
-    column = column.reshape(STATES, -1)
+    senones = model.together(np.unique(graph.senones))
+    place = np.empty(senones.max() + 1, int)
+    place[senones] = np.arange(len(senones))
+    column = place[graph.senones.T]
     scores = model.scores(heard, senones) - background[:, None].astype(np.float32)
     marks = _walk(model, graph, scores, column)
     return _read(graph, scores, column, *marks) if marks else []
@@ -45,15 +47,16 @@ def _walk(model: AcousticModel, graph: Graph, scores: np.ndarray, column: np.nda
     moved = np.empty((frames, (STATES * count + 7) // 8), np.uint8)
     came = np.zeros((frames, len(targets)), np.uint8)
     hub = np.zeros(frames, np.int32)
-    closing = np.flatnonzero(graph.closes)
+    closing = np.flatnonzero(graph.closes) if (graph.source < 0).any() else ()
     enter = np.full((STATES, count), _NEVER)
     out = np.full(count + 2, _NEVER)  # all ends of phones, the end of any word, and none
     every = np.arange(len(targets))
     for frame in range(1, frames):
         np.add(state[:-1], leave[:-1], out=enter[1:])
         np.add(state[-1], leave[-1], out=out[:count])
-        hub[frame] = closing[out[closing].argmax()]
-        out[count] = out[hub[frame]]
+        if len(closing):
+            hub[frame] = closing[out[closing].argmax()]
+            out[count] = out[hub[frame]]
         ways = out[sources] + costs
         choice = ways.argmax(axis=0)
         enter[0, targets] = ways[choice, every]
