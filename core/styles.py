@@ -18,8 +18,8 @@ CONTROLS = ("arousal", "valence", "dominance", "rate", "hand")
 AFFECTS = CONTROLS[:3]
 EXPLAINED = {
     "arousal": "-1 sleepy: small, slow and low gestures; 1 excited: large, fast, frequent and high ones",
-    "valence": "-1 displeased: closed, arms near the body; 1 pleased: open, arms away from it",
-    "dominance": "-1 timid: narrow and held back; 1 in command: broad and upright",
+    "valence": "-1 displeased: sluggish, arms low and closed; 1 pleased: livelier, hands lifted and open, chin up",
+    "dominance": "-1 timid: narrow, hasty and unsteady; 1 in command: wide elbows, slower and steadier, long holds, upright",
     "rate": "-1 rests through most accents; 1 gestures on nearly every accent",
     "hand": "-1 prefers the left hand; 1 the right; 0 is the performer's own habit",
 }

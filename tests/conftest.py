@@ -64,8 +64,30 @@ def save_random_network(path, **changes):
     from s2ag.core.model.generator import Generator
 
     torch.manual_seed(0)
-    speakers = [{"name": "calm one", "description": "small"}, {"name": "lively one", "description": "wide"}]
-    training = {"settings": {"frames": 64, "seed_frames": 10}}
     network = Generator(ModelConfig.default(speakers=2, **changes))
-    checkpoint.save(path, network, None, {"speakers": speakers, "training": training})
+    checkpoint.save(path, network, None, _facts())
+    return path
+
+
+def _facts():
+    """Two speakers and the windows of a training that never was."""
+    speakers = [{"name": "calm one", "description": "small"}, {"name": "lively one", "description": "wide"}]
+    return {"speakers": speakers, "training": {"settings": {"frames": 64, "seed_frames": 10}}}
+
+
+@pytest.fixture(scope="session")
+def flow_checkpoint(tmp_path_factory):
+    """A small network that draws from noise, of random weights, which can be asked for four kinds of strokes."""
+    torch = pytest.importorskip("torch", reason="the engine is not installed")
+    from s2ag.core.model import checkpoint
+    from s2ag.core.model.config import ModelConfig
+    from s2ag.core.model.flow import FlowGenerator
+
+    torch.manual_seed(0)
+    network = FlowGenerator(ModelConfig.flow(speakers=2, meanings=4, flow_size=48, flow_condition=32))
+    for parameter in network.denoiser.parameters():  # some begin at zero, and nothing would be drawn
+        torch.nn.init.normal_(parameter, std=0.1)
+    path = tmp_path_factory.mktemp("flow") / "flow.safetensors"
+    meta = {**_facts(), "meanings": ["beat", "me", "there", "big"]}
+    checkpoint.save(path, network, None, meta)
     return path

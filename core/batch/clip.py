@@ -15,7 +15,7 @@ SCENE_OUTPUTS = {"mp4": ".mp4", "png": ".png", "blend": ".blend", "frames": ".pn
 """One file, or one folder of numbered images, for the whole scene."""
 SEQUENCES = ("frames", "exr")
 OUTPUTS = (*MOTION_OUTPUTS, *CHARACTER_OUTPUTS, *SCENE_OUTPUTS)
-ASKED = ("text", "recognise", "style", "seed", "takes", "intensity", "affect", "rate", "hand", "mirror", "latent")
+ASKED = ("text", "recognise", "style", "seed", "take", "takes", "intensity", "affect", "rate", "hand", "mirror", "latent")
 """What of a row is a field of :class:`synthesis.Request`, beside the files."""
 MODELS = ("checkpoint", "vectors", "aligner_model", "recogniser_model", "language")
 """What of a row is an argument of :class:`synthesis.Session`: paths, and the code of a language."""
@@ -46,10 +46,10 @@ class Clip:
 
     Words come from ``transcript``, ``text`` or ``recognise``, or are none (``no_transcript``). ``checkpoint``,
     ``vectors``, ``aligner_model`` and ``recogniser_model`` are paths, or None for the shipped ones; ``language`` is a
-    code such as ``de``; ``latent`` is the point of the latent space of a chosen cell. ``scene`` names what several rows
-    are rendered into together, each with its own recording, which begins ``delay`` seconds into the film, whose first
-    frame is ``start_frame``. ``engine``, ``resolution`` and ``fps`` override the preset; without any of them a ``.blend``
-    keeps its own.
+    code such as ``de``; ``latent`` is the point of the latent space of a chosen cell; ``take`` is the number of the first
+    take. ``scene`` names what several rows are rendered into together, each with its own recording, which begins ``delay``
+    seconds into the film, whose first frame is ``start_frame``. ``engine``, ``resolution`` and ``fps`` override the preset;
+    without any of them a ``.blend`` keeps its own.
     """
 
     line: int
@@ -61,6 +61,7 @@ class Clip:
     no_transcript: bool = False
     style: str = ""
     seed: int = 0
+    take: int = 0
     takes: int = 1
     intensity: float = 1.0
     affect: dict[str, float] = field(default_factory=dict)

@@ -19,6 +19,9 @@ TRIES = 2
 PATIENCE = 1800.0
 """Seconds without a word from a busy process after which it counts as hung."""
 
+LAST_WAIT = 10.0
+"""Seconds that the end of a crew waits for a thread or a process that was killed."""
+
 
 @dataclass(frozen=True)
 class Task:
@@ -72,6 +75,7 @@ class _Member:
         self._process: subprocess.Popen | None = None
         self._log = tempfile.TemporaryFile("w+b", buffering=0)  # noqa: SIM115 - closed in end()
         self._ending = self._hung = False
+        self._starting = threading.Lock()
         self._heard: float | None = None
         self._thread = threading.Thread(target=self._work, daemon=True)
         self._thread.start()
@@ -85,12 +89,14 @@ class _Member:
 
     def end(self) -> None:
         """Kill the process: nothing of what it is doing is needed, and all it has done has landed."""
-        self._ending = True
+        with self._starting:  # after this no process is started any more
+            self._ending = True
         if self._process is not None:
             child.end(self._process)
-        self._thread.join(10)
+        self._thread.join(LAST_WAIT)
         if self._process is not None:
-            self._process.wait()
+            with contextlib.suppress(subprocess.TimeoutExpired):  # one that the system cannot kill is the system's
+                self._process.wait(LAST_WAIT)
         self._log.close()
 
     def _work(self) -> None:
@@ -109,8 +115,8 @@ class _Member:
         for _ in range(TRIES):
             if self._ending:
                 break
-            if self._process is None or self._process.poll() is not None:
-                self._start()
+            if (self._process is None or self._process.poll() is not None) and not self._start():
+                break
             answer = self._ask(task)
             if answer is not None:
                 return answer
@@ -119,15 +125,21 @@ class _Member:
                 break
         return error or WorkerFailed("The batch was ended.")
 
-    def _start(self) -> None:
+    def _start(self) -> bool:
+        """Start the process; False where the crew is being ended, which waits for the last process that it knows of."""
         environment = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
-        self._hung = False
-        try:
-            pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": self._log}
-            # Ctrl-C is for the parent, which ends them; one that dies of it first would look like a failed clip.
-            self._process = subprocess.Popen(self._command, **pipes, env=environment, **child.apart())
-        except OSError as error:
-            raise WorkerFailed(f"{self._command[0]} cannot be started: {error.strerror}.", "Check that it runs.") from error
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": self._log}
+        with self._starting:
+            if self._ending:
+                return False
+            self._hung = False
+            try:
+                # Ctrl-C is for the parent, which ends them; one that dies of it first would look like a failed clip.
+                self._process = subprocess.Popen(self._command, **pipes, env=environment, **child.apart())
+            except OSError as error:
+                what = f"{self._command[0]} cannot be started: {error.strerror}."
+                raise WorkerFailed(what, "Check that it runs.") from error
+        return True
 
     def _ask(self, task: Task) -> dict | S2agError | None:
         """The answer to a task, or None when the process ended without one."""

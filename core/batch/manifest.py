@@ -18,7 +18,7 @@ SUFFIXES = (".csv", ".jsonl", ".ndjson")
 _LONGEST = 200_000_000
 _WORDS = ("transcript", "text", "recognise", "no_transcript")
 """Where the words of a recording come from: at most one of them."""
-_OF_CELL = ("style", "seed", "takes", "intensity", "affect", "rate", "hand", "mirror", "latent")
+_OF_CELL = ("style", "seed", "take", "takes", "intensity", "affect", "rate", "hand", "mirror", "latent")
 _YES, _NO = ("1", "true", "yes", "on"), ("0", "false", "no", "off")
 
 
@@ -285,6 +285,7 @@ COLUMNS = {
     "no_transcript": _flag,
     "style": _text,
     "seed": _number(int, "whole number"),
+    "take": _number(int, "whole number"),
     "takes": _number(int, "whole number"),
     "intensity": _number(float, "number"),
     "affect": _affect,

@@ -29,9 +29,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--compare", metavar="FILE", type=Path, help="another checkpoint to stand beside")
     clips = "folder with smartbody/: the captured clips that motion is held against"
     parser.add_argument("--material", metavar="FOLDER", type=Path, help=clips)
-    people = "a person's recording, with its text as .txt beside it; several times for several (default: the shipped example)"
+    people = (
+        "a person's recording, with its text as .txt beside it; several times for several, short neighbours are joined "
+        "(default: the shipped example, with --material also its sonnets and Debian's pocketsphinx-testdata)"
+    )
     parser.add_argument("--human", metavar="FILE", type=Path, action="append", help=people)
     parser.add_argument("--talks", metavar="N", type=int, default=40, help="performances of the test split (default 40)")
+    every = "performers at every recording of a person (default 24)"
+    parser.add_argument("--performers", metavar="N", type=int, default=24, help=every)
     films = "also film a talk, as generated and as directed, and the recordings"
     parser.add_argument("--films", action="store_true", help=films)
 
@@ -40,6 +45,8 @@ def run(options: argparse.Namespace) -> int:
     """Evaluate, write the report, film."""
     if not 1 <= options.talks <= MOST_TALKS:
         raise UsageError(f"{options.talks} talks were asked for.", f"Ask for 1 to {MOST_TALKS}.")
+    if options.performers < 1:
+        raise UsageError(f"{options.performers} performers were asked for.", "Ask for at least one.")
     people = options.human if options.human is not None else [EXAMPLE_RECORDING] * EXAMPLE_RECORDING.is_file()
     for path in people:
         if not path.is_file():
@@ -52,7 +59,15 @@ def run(options: argparse.Namespace) -> int:
 
     place = folder.prepare(options.report)
     setting = report.Setting(
-        options.data, options.speech, options.checkpoint, options.compare, options.material, people, options.talks
+        options.data,
+        options.speech,
+        options.checkpoint,
+        options.compare,
+        options.material,
+        people,
+        options.talks,
+        options.performers,
+        named=options.human is not None,
     )
     with Progress() as progress:
         outcome = report.evaluate(setting, progress)
@@ -60,7 +75,8 @@ def run(options: argparse.Namespace) -> int:
         folder.write(outcome, place, progress)
         if options.films:
             _films(outcome, place, progress)
-    missed = [key for key, verdict in outcome.report["verdicts"].items() if verdict["reached"] is False]
+    verdicts = [outcome.report["verdicts"], *outcome.report["variety_verdicts"].values()]
+    missed = dict.fromkeys(key for each in verdicts for key, verdict in each.items() if verdict["reached"] is False)
     note(f"{place / 'report.md'} is written; {len(missed)} goals are missed{': ' if missed else ''}{', '.join(missed)}.")
     return 0
 
@@ -73,7 +89,8 @@ def _films(outcome, place: Path, progress) -> None:
 
     shown = {"generated": outcome.made[0], "directed": outcome.directed[0]}
     films = {f"{file_name(case.talk.name)}-{kind}": case for kind, case in shown.items()}
-    films |= {file_name(case.talk.name): case for case in outcome.people}
+    for performances in list(outcome.people.get("this", {}).values())[:1]:
+        films |= {file_name(one.case.talk.name): one.case for one in performances}
     (place / "films").mkdir(exist_ok=True)
     for name, case in films.items():
         with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:

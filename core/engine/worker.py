@@ -36,11 +36,14 @@ _PARAMETERS = {
     "hand": (int, float),
     "mirror": bool,
     "pose": list,
+    "end_pose": list,
+    "kept": list,
     "take": int,
     "near": list,
     "spread": (int, float),
     "step": int,
     "recognise": bool,
+    "made_by": str,
 }
 _SETTINGS = ("checkpoint", "vectors", "device", "aligner_model", "recogniser_model", "cache", "language")
 

@@ -14,10 +14,11 @@ from safetensors.torch import load_file, save_file
 from ..errors import CheckpointUnreadable, S2agError
 from ..files import whole_file
 from ..motion.skeleton import EDGES
+from . import network
 from .catalogue import DEFAULT, FORMAT, REMEDY, facts_path, read_facts
 from .config import ModelConfig
 from .discriminator import Discriminator
-from .generator import Generator
+from .encoders import Encoders
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Checkpoint:
     """
 
     config: ModelConfig
-    generator: Generator
+    generator: Encoders
     discriminator: Discriminator | None
     speakers: list[dict]
     meta: dict
@@ -44,14 +45,24 @@ class Checkpoint:
         return settings["frames"], settings["seed_frames"]
 
     @property
+    def meanings(self) -> list[str]:
+        """Kinds of strokes that can be asked for, in the network's order; none of a regressor."""
+        return list(self.meta.get("meanings", ()))[: self.config.meanings]
+
+    @property
     def gain(self) -> np.ndarray:
-        """How much smaller than the directed performances its own are, edge by edge ``(9,)``, as validation found: 1 to 1.4."""
+        """How much smaller than the directed performances its own are, edge by edge ``(9,)``, as validation found: 1 to 1.4.
+
+        What is drawn from noise is as large as what was learned, whatever it measures beside one performance: 1.
+        """
+        if self.generator.noise_size:
+            return np.ones(len(EDGES))
         found = self.meta.get("training", {}).get("validation", {})
         ratios = found.get("edge_speed_ratios") or [found.get("speed_ratio", 1.0)] * len(EDGES)
         return np.clip(1 / np.maximum(ratios, 1e-3), 1.0, 1.4)
 
 
-def save(path: str | PathLike, generator: Generator, discriminator: Discriminator | None, meta: dict, half: bool = True) -> str:
+def save(path: str | PathLike, generator: Encoders, discriminator: Discriminator | None, meta: dict, half: bool = True) -> str:
     """Write weights to ``path`` (.safetensors) and facts to the .json beside it, each whole or not at all.
 
     ``meta`` must be JSON and may hold "speakers" (names and descriptions in table order), training facts and feature
@@ -87,7 +98,7 @@ def load(path: str | PathLike | None = None, device: str = "cpu") -> Checkpoint:
         raise CheckpointUnreadable(f"{facts_path(path)} describes other weights than {path.name} holds.", REMEDY)
     try:
         config = ModelConfig.from_dict(facts["config"])
-        generator = _filled(Generator(config), tensors, "generator", device)
+        generator = _filled(network.make(config), tensors, "generator", device)
         judged = any(name.startswith("discriminator.") for name in tensors)
         discriminator = _filled(Discriminator(config), tensors, "discriminator", device) if judged else None
         speakers = [dict(speaker) for speaker in facts.get("speakers", [])]

@@ -57,7 +57,21 @@ class ModelConfig:
     part_size: int = 16  # (Da2)
     affect_size: int = 16  # (Da)
     affect_slope: float = 0.01
-    seed_view: int = 32  # channels of a linear view of seed poses and seed mask for the GRU; 0: it sees neither
+    seed_view: int = 32  # channels of a linear view of seed poses and seed mask for the GRU; 0: none (a flow sees them anyway)
+
+    decoder: str = "gru"  # "gru": the paper's, one performance; "flow": flow matching, performances drawn from noise
+    extras: int = 0  # numbers of a frame beyond the nine directions; only a flow has any
+    meanings: int = 0  # kinds of strokes that can be asked for; 0: none can, as in every regressor
+    asked_size: int = 24  # channels in which a flow sees what is asked for
+    flow_patch: int = 2  # frames in a token of the flow's blocks
+    flow_size: int = 256
+    flow_condition: int = 160  # channels that scale and shift every block
+    flow_dilations: tuple[int, ...] = (1, 2, 4, 1, 2, 4)  # of each block, in tokens
+    flow_kernel: int = 5
+    flow_expand: int = 2  # how much wider a block is inside
+    flow_noise: float = 1.0  # size of the noise that is drawn from: less is calmer, with fewer movements that nobody makes
+    flow_style: float = 1.0  # how far from the middle of all speakers a style is taken: more sets performers farther apart
+    flow_voice: float = 1.0  # how far from silence voice and prosody are taken: more follows the voice more closely
 
     gru_size: int = 160  # (De)
     gru_layers: int = 2
@@ -84,6 +98,10 @@ class ModelConfig:
             raise UsageError("Raw audio is heard in windows of 34 frames.", "Set frames to 34, or audio to mfcc.")
         if self.affect == "raw" and self.seed_view:
             raise UsageError("Raw seed poses need no second view.", "Set seed_view to 0, or affect to graph.")
+        if self.decoder == "flow" and (self.frames or self.words or self.affect == "raw" or self.norm == "batch"):
+            raise UsageError("A flow needs windows of any length.", "Take the default's encoders.")
+        if self.decoder == "gru" and (self.extras or self.meanings):
+            raise UsageError("A regressor has nine directions and is asked for no strokes.", "Set extras and meanings to 0.")
         if self.discriminator_pool == "linear" and not self.frames:
             raise UsageError("A linear pool needs a fixed number of frames.", "Set frames, or discriminator_pool to mean.")
 
@@ -95,6 +113,11 @@ class ModelConfig:
 
         settings = dict(prosody_features=FEATURES, controls=len(CONTROLS))
         return cls(**{**settings, "speakers": speakers, **changes})
+
+    @classmethod
+    def flow(cls, speakers: int = 1, **changes) -> "ModelConfig":
+        """The default's encoders with a decoder that draws performances from noise (conditional flow matching)."""
+        return cls.default(speakers, **{"name": "flow", "decoder": "flow", "seed_view": 0, **changes})
 
     @classmethod
     def paper(cls, speakers: int = 1, **changes) -> "ModelConfig":
@@ -166,6 +189,7 @@ _CHOICES = {
     "graph": ("line", "chain"),
     "partition": ("spatial", "unweighted"),
     "discriminator_pool": ("mean", "linear"),
+    "decoder": ("gru", "flow"),
 }
 
 

@@ -4,90 +4,23 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from ..motion.skeleton import EDGES, MEAN
-from .affective_encoder import AffectiveEncoder
+from ..motion.skeleton import EDGES
 from .config import ModelConfig
+from .encoders import POSE, Encoders
 from .layers import exact, make_gru, run_gru
-from .mfcc_encoder import MfccEncoder
-from .prosody_encoder import ProsodyEncoder
-from .text_encoder import TextEncoder
-from .wave_encoder import WaveEncoder
-
-POSE = len(EDGES) * 3
-"""Numbers in one pose: nine directions."""
 
 
-class Generator(nn.Module):
-    """Voice, words, prosody, seed poses and style to directions.
-
-    Inputs of :meth:`forward` follow the configuration: `published` takes MFCCs ``(B, 37, 71)`` and word indices
-    ``(B, 34)``; with raw audio the first input is samples ``(B, 36267)``; all others take MFCCs ``(B, Ta, features)`` and
-    word vectors ``(B, T, 300)`` at any length. `default` also takes prosody ``(B, T, prosody_features)``, and :meth:`steer`
-    turns its styles towards moods, rates and hands.
-    """
+class Generator(Encoders):
+    """Voice, words, prosody, seed poses and style to directions."""
 
     def __init__(self, config: ModelConfig):
-        super().__init__()
-        self.config = config
-        self.audio_encoder = WaveEncoder(config.mfcc_size) if config.audio == "wave" else MfccEncoder(config)
-        self.text_encoder = TextEncoder(config)
-        if config.affect == "graph":
-            self.aff_encoder = AffectiveEncoder(config)
-        self.speaker_embedding = nn.Sequential(
-            nn.Embedding(config.speakers, config.style_size), nn.Linear(config.style_size, config.style_size)
-        )
-        self.speaker_mu = nn.Linear(config.style_size, config.style_size)
-        self.speaker_log_var = nn.Linear(config.style_size, config.style_size)
-        inputs = config.seed_size + config.mfcc_size + config.text_size + config.style_size
-        if config.seed_view:
-            self.seed_view = nn.Linear(POSE + 1, config.seed_view)
-            inputs += config.seed_view + 1
-        if config.prosody_features:
-            self.prosody_encoder = ProsodyEncoder(config)
-            inputs += config.prosody_size
-        if config.controls:
-            self.controls = nn.Linear(config.controls, config.style_size, bias=False)
-        self.gru = make_gru(inputs, config.gru_size, config.gru_layers, config.gru_dropout)
+        super().__init__(config)
+        self.gru = make_gru(self.feature_size + config.style_size, config.gru_size, config.gru_layers, config.gru_dropout)
         self.out = nn.Sequential(
             nn.Linear(config.gru_size, config.head_size),
             nn.LeakyReLU(config.head_slope),
             nn.Linear(config.head_size, POSE),
         )
-        self.register_buffer("mean", torch.from_numpy(MEAN.copy()), persistent=False)
-
-    def speaker(self, ids: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Mean and log-variance ``(B, style_size)`` of the styles of speaker ``ids`` ``(B,)`` (paper eq. 3, 4)."""
-        embedded = self.speaker_embedding(ids)
-        return self.speaker_mu(embedded), self.speaker_log_var(embedded)
-
-    @staticmethod
-    def sample_style(mu: torch.Tensor, logvar: torch.Tensor, generator: torch.Generator | None = None) -> torch.Tensor:
-        """One style ``(B, style_size)`` drawn from each distribution; draw it once an utterance, not once a window."""
-        noise = torch.randn(mu.shape, generator=generator, device=mu.device, dtype=mu.dtype)
-        return mu + noise * torch.exp(0.5 * logvar)
-
-    def steer(self, style: torch.Tensor, controls: torch.Tensor) -> torch.Tensor:
-        """Styles ``(B, style_size)`` moved along the learned directions by ``controls`` ``(B, 5)`` in -1..1; zeros change none.
-
-        Only for networks whose configuration has controls.
-        """
-        return style + self.controls(controls)
-
-    def encode(
-        self, mfcc: torch.Tensor, words: torch.Tensor, seeds: torch.Tensor, prosody: torch.Tensor | None = None
-    ) -> torch.Tensor:
-        """Everything but the style, ``(B, T, channels)``: affective, MFCC, text, seed and prosody features.
-
-        One row of ``mfcc``, ``words`` and ``prosody`` is enough where all ``B`` seeds hear the same.
-        """
-        batch, frames = seeds.shape[:2]
-        features = [self._affect(seeds), self.audio_encoder(mfcc, frames), self.text_encoder(words)]
-        if self.config.seed_view:
-            mask = seeds[..., POSE:]
-            features += [self.seed_view(seeds) * mask, mask]
-        if self.config.prosody_features:
-            features.append(self.prosody_encoder(prosody))
-        return torch.cat([feature.expand(batch, -1, -1) for feature in features], dim=-1)
 
     def decode(self, features: torch.Tensor, style: torch.Tensor) -> torch.Tensor:
         """Directions ``(B, T, 9, 3)`` from the features of :meth:`encode` and styles ``(B, style_size)``.
@@ -109,24 +42,14 @@ class Generator(nn.Module):
         seeds: torch.Tensor,
         style: torch.Tensor,
         prosody: torch.Tensor | None = None,
+        asked: torch.Tensor | None = None,
+        noise: torch.Tensor | None = None,
     ) -> torch.Tensor:
         """Directions ``(B, T, 9, 3)``, seed frames included.
 
         ``seeds`` ``(B, T, 28)``: mean-subtracted directions on the seed frames and zeros elsewhere, last channel 1 on
         seed frames; ``style`` ``(B, style_size)``; ``prosody`` ``(B, T, prosody_features)`` where the configuration has it.
-        Unit vectors where the configuration says so.
+        Unit vectors where the configuration says so. A regressor has no ear for strokes that are ``asked`` for, and no use
+        for ``noise``.
         """
         return self.decode(self.encode(mfcc, words, seeds, prosody), style)
-
-    def _affect(self, seeds: torch.Tensor) -> torch.Tensor:
-        if self.config.affect == "raw":
-            return seeds
-        poses = seeds[..., :POSE].unflatten(-1, (len(EDGES), 3))
-        if not self.config.seed_view:
-            return self.aff_encoder(poses)
-        # Frames after the last seed hold no pose, so nothing is encoded there, and nothing computed.
-        mask = seeds[..., POSE:]
-        filled = mask.amax((0, 2)).nonzero()
-        last = int(filled[-1]) + 1 if len(filled) else 1
-        affect = self.aff_encoder(poses[:, :last]) * mask[:, :last]
-        return functional.pad(affect, (0, 0, 0, seeds.shape[1] - last))

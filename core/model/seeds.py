@@ -1,4 +1,4 @@
-"""Seed poses as the generator takes them."""
+"""Given poses as networks take them."""
 
 import torch
 from torch.nn import functional
@@ -11,5 +11,17 @@ def seed_input(poses: torch.Tensor, frames: int) -> torch.Tensor:
 
     Mean-subtracted directions and a one in the last channel on the seed frames, zeros after.
     """
-    given = functional.pad((poses[:, :frames] - torch.from_numpy(MEAN).to(poses)).flatten(2), (0, 1), value=1.0)
-    return functional.pad(given, (0, 0, 0, frames - given.shape[1]))
+    poses = poses[:, :frames]
+    mask = poses.new_ones(*poses.shape[:2], 1)
+    return functional.pad(kept_input(poses, mask), (0, 0, 0, frames - poses.shape[1]))
+
+
+def kept_input(poses: torch.Tensor, mask: torch.Tensor, extras: torch.Tensor | None = None) -> torch.Tensor:
+    """The same ``(B, T, 28 + extras)`` for poses ``(B, T, 9, 3)`` that are given where ``mask`` ``(B, T, 1)`` is 1.
+
+    ``extras`` ``(B, T, n)`` are what a frame has beyond its directions.
+    """
+    numbers = (poses - torch.from_numpy(MEAN).to(poses)).flatten(2)
+    if extras is not None:
+        numbers = torch.cat([numbers, extras], -1)
+    return torch.cat([numbers * mask, mask.to(numbers)], -1)

@@ -7,6 +7,8 @@ from ..motion.skeleton import FPS
 MFCC_RATE = 16000 / 512
 """MFCC frames a second (reference section A.2)."""
 _RATIO = Fraction(MFCC_RATE) / Fraction(FPS)
+IN_STEP = _RATIO.denominator
+"""Pose frames after which both rates are in step again: what is cut there hears exactly what it would hear uncut."""
 
 
 def nearest_mfcc(frame):

@@ -7,17 +7,23 @@ import numpy as np
 from .. import styles
 from ..errors import UsageError
 from ..motion import rest, skeleton
+from . import keeping
 from .request import Request
+
+_LEAST = 0.2
+"""Intensity below which a frame that is kept is not enlarged any more for the network to see."""
 
 
 @dataclass(frozen=True)
 class Performers:
-    """The takes of a request.
+    """The takes of a ``request``.
 
     ``style``: weights of speakers by name for each step of the walk; ``rests`` ``(steps, 9, 3)``: where each step keeps its
-    hands; ``latents`` ``(takes, steps, size)``; ``seeds`` ``(takes, frames, 9, 3)``: unit directions to start from.
+    hands; ``latents`` ``(takes, steps, size)``; ``seeds`` ``(takes, frames, 9, 3)``: unit directions from which a regressor
+    starts.
     """
 
+    request: Request
     style: list[dict[str, float] | str]
     rests: np.ndarray
     latents: np.ndarray
@@ -40,6 +46,19 @@ class Performers:
             return self.rests[0]
         return skeleton.normalize(styles.along(self.rests.reshape(len(self.rests), -1), frames).reshape(-1, 9, 3))
 
+    def given(self, frames: int) -> keeping.Kept:
+        """The frames that a network draws the others around: what the request keeps, as it was before it was made larger or
+        smaller, and rest at the start unless something else is kept there.
+        """
+        kept = keeping.wished(self.request, frames)
+        pose = self.rest(frames)
+        numbers, poses = kept.frames, pose[kept.frames] if self.walks else pose
+        directions = rest.scale(kept.directions, 1 / max(self.request.intensity, _LEAST), poses)
+        if not len(numbers) or numbers[0]:
+            start = self.rests[:1].astype(np.float32)
+            numbers, directions = np.concatenate([[0], numbers]), np.concatenate([start, directions])
+        return keeping.Kept(numbers, directions)
+
 
 def cast(checkpoint, request: Request, device: str = "cpu") -> Performers:
     """The performers of a request; raises :class:`UsageError` for unknown styles and controls that are not there."""
@@ -52,11 +71,12 @@ def cast(checkpoint, request: Request, device: str = "cpu") -> Performers:
         latents = _given(checkpoint, request, len(weights))
     else:
         latents = np.stack([draw(checkpoint, request, step, device) for step in weights], axis=1)
-    start = rests[0] if request.pose is None else np.asarray(request.pose)
+    start = rests[0] if request.pose is None else np.asarray(request.pose, float)
+    start = skeleton.mirror(start) if request.mirror and request.pose is not None else start
     shape = request.takes, checkpoint.window[1], 9, 3
     seeds = np.broadcast_to(skeleton.normalize(start), shape).astype(np.float32)
     named = [{names[index]: weight for index, weight in (step or {}).items()} or styles.RANDOM for step in weights]
-    return Performers(named, rests, latents, seeds)
+    return Performers(request, named, rests, latents, seeds)
 
 
 def draw(checkpoint, request: Request, weights: dict[int, float] | None, device: str = "cpu") -> np.ndarray:
@@ -71,8 +91,9 @@ def draw(checkpoint, request: Request, weights: dict[int, float] | None, device:
         return drawn
     wishes = styles.vary(request.controls, request.seed, request.identities)
     with torch.inference_mode():
-        style, controls = (torch.from_numpy(part).to(device) for part in (drawn, wishes))
-        return checkpoint.generator.steer(style, controls).cpu().numpy()
+        styles_and_wishes = (torch.from_numpy(part).to(device).split(1) for part in (drawn, wishes))
+        # one by one, so that none differs in the last bit for those beside it
+        return torch.cat([checkpoint.generator.steer(*pair) for pair in zip(*styles_and_wishes, strict=True)]).cpu().numpy()
 
 
 def _given(checkpoint, request: Request, steps: int) -> np.ndarray:

@@ -10,6 +10,7 @@ from ..motion.motion import Motion
 from ..words import hints
 from .casting import Performers
 from .hearing import Heard
+from .keeping import keep, wished
 from .request import Request
 
 VERSION = 1  # of the provenance written into every motion
@@ -18,14 +19,14 @@ VERSION = 1  # of the provenance written into every motion
 def finish(checkpoint, request: Request, heard: Heard, performers: Performers, made: np.ndarray) -> list[Motion]:
     """Motions of the directions ``(takes, frames, 9, 3)`` that were made for a request."""
     meta = _meta(checkpoint, request, heard, performers)
-    pose = performers.rest(heard.frames)
+    pose, kept = performers.rest(heard.frames), wished(request, heard.frames)
     motions = []
     for (take, near), directions in zip(request.identities, made, strict=True):
         about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
         directions = rest.restore(rest.soften(directions), checkpoint.gain, pose)
         directions = hints.perform(directions, heard.wishes, pose)
         directions = rest.rest(directions, heard.activity, request.seed + take, pose, at_rest=request.pose is None)
-        directions = limits.keep_human(rest.scale(directions, request.intensity, pose))
+        directions = keep(limits.keep_human(rest.scale(directions, request.intensity, pose)), kept)
         motion = Motion(directions, skeleton.FPS, heard.words, about)
         motions.append(motion.mirrored() if request.mirror else motion)
     return motions

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..motion import skeleton
 from ..words import hints
+from . import asking
 from .request import Request
 from .stages import Stages
 
@@ -37,7 +38,7 @@ def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
     unheard = not words or session.checkpoint.config.words
     vectors = None if unheard else stages.run("load word vectors", lambda: session.vectors)
     frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
-    told = hints.heard(words, wishes, session.understands)
+    told = hints.heard(words, wishes, session.understands, asking.asked(wishes, session.checkpoint.meanings))
     stressed = wishes.stressed
 
     def features():

@@ -16,14 +16,18 @@ class Request:
 
     ``style`` is a style expression (:func:`styles.parse`), ``takes`` how many variations, ``intensity`` how far the
     performance departs from rest. ``affect`` (any of :data:`styles.AFFECTS`), ``rate`` and ``hand`` steer the style, -1..1
-    each, 0 as the speaker would. ``mirror`` exchanges left and right of the finished performance. ``pose`` are unit
-    directions ``(9, 3)`` to start from (canonical frame; natural rest if None). With ``recognise`` words that nobody wrote
-    down are recognised, which needs the extra of that name.
+    each, 0 as the speaker would. ``mirror`` exchanges left and right of the finished performance. With ``recognise`` words
+    that nobody wrote down are recognised, which needs the extra of that name.
+
+    Some frames of the finished motion can be given, in unit directions ``(9, 3)`` (canonical frame): ``pose`` is the first
+    (at rest if None), ``end_pose`` the last, and ``kept`` any, as a pair of frame numbers ``(n,)`` and directions
+    ``(n, 9, 3)``; they are kept exactly and the performance leads from one to the next.
 
     ``take`` is the number of the first take. ``near`` are the steps ``(number, spread)`` that lead to a variation of it;
     with ``spread`` (0..1, a share of how far takes differ) all takes are one more step away from that, numbered from ``step``
     on (:func:`styles.identities`). ``latent`` ``(steps, size)``, as :class:`Result` gives it, is the point of the latent
-    space for each step of the style, instead of drawing it.
+    space for each step of the style, instead of drawing it. ``made_by`` is the hash of the checkpoint that made the take of
+    which more is wanted; if another performs now, the result says so.
     """
 
     audio: str | PathLike
@@ -38,12 +42,15 @@ class Request:
     hand: float = 0.0
     mirror: bool = False
     pose: np.ndarray | None = None
+    end_pose: np.ndarray | None = None
+    kept: tuple | None = None
     take: int = 0
     near: tuple = ()
     spread: float = 0.0
     step: int = 1
     recognise: bool = False
     latent: np.ndarray | None = None
+    made_by: str = ""
 
     def __post_init__(self):
         if self.transcript is not None and self.text is not None:
@@ -54,8 +61,11 @@ class Request:
             raise UsageError(f"Intensity {self.intensity:g} is out of range.", "Give a number from 0 to 3.")
         if self.seed < 0:
             raise UsageError(f"Seed {self.seed} is negative.", "Give zero or a positive whole number.")
-        if self.pose is not None and not _is_pose(self.pose):
-            raise UsageError("The seed pose is not nine directions.", "Give nine times three numbers, no direction zero.")
+        for pose in (self.pose, self.end_pose):
+            if pose is not None and not _are_poses(pose, (9, 3)):
+                raise UsageError("The seed pose is not nine directions.", "Give nine times three numbers, no direction zero.")
+        if self.kept is not None and not _is_kept(self.kept):
+            raise UsageError("The frames to keep make no sense.", "Give numbers of frames and nine directions for each.")
         if self.take < 0 or self.step < 1:
             raise UsageError(f"Take {self.take} or step {self.step} is too low.", "Takes count from 0, steps from 1.")
         if not 0 <= self.spread <= 1 or not _are_steps(self.near):
@@ -95,9 +105,19 @@ def _are_steps(near) -> bool:
         return False
 
 
-def _is_pose(value) -> bool:
+def _are_poses(value, shape: tuple) -> bool:
     try:
-        pose = np.asarray(value, float)
+        poses = np.asarray(value, float)
     except (TypeError, ValueError):
         return False
-    return pose.shape == (9, 3) and bool(np.isfinite(pose).all()) and bool(np.linalg.norm(pose, axis=1).min() > 0)
+    return poses.shape == shape and bool(np.isfinite(poses).all()) and bool((np.linalg.norm(poses, axis=-1) > 0).all())
+
+
+def _is_kept(value) -> bool:
+    try:
+        frames, poses = value
+        numbers = np.asarray(frames)
+        whole = np.issubdtype(numbers.dtype, np.integer) and numbers.ndim == 1 and numbers.min() >= 0
+        return bool(whole) and len(set(numbers.tolist())) == len(numbers) and _are_poses(poses, (len(numbers), 9, 3))
+    except (TypeError, ValueError):
+        return False

@@ -10,7 +10,7 @@ from ..errors import UsageError
 from ..words import language as languages
 from ..words import transcript
 from ..words.cache import Cache, default_folder
-from . import casting, finishing, hearing
+from . import casting, finishing, hearing, performing
 from .memory import Memory, signature
 from .request import Request, Result
 from .stages import Stages
@@ -121,22 +121,22 @@ class Session:
         self, heard, cast: list[casting.Performers], recording: tuple, memory: Memory, stages: Stages
     ) -> list[np.ndarray]:
         """Directions ``(takes, frames, 9, 3)`` for each of the performers, all made in one batch or remembered."""
-        walking = any(one.walks for one in cast)
-        latents = np.concatenate([one.on_the_way(heard.frames if walking else 1) for one in cast])
-        seeds = np.concatenate([one.seeds for one in cast])
-        performers = recording, latents.shape, latents.tobytes(), seeds.tobytes()
+        performers = recording, *performing.known_by(self.checkpoint, heard, cast)
         made = memory.made(performers)
         if made is None:
-            made = stages.run("generate", lambda: self._generate(heard, latents, seeds, stages))
+            told = stages.within("generate"), stages.cancelled
+            made = stages.run("generate", lambda: performing.perform(self.checkpoint, heard, cast, *told))
         memory.keep(recording, heard, performers, made)
         return np.split(made, np.cumsum([len(one.latents) for one in cast])[:-1])
 
-    def _generate(self, heard, latents: np.ndarray, seeds: np.ndarray, stages: Stages) -> np.ndarray:
-        from . import windows
-
-        work = self.checkpoint.generator, heard.features.slice, latents, seeds, heard.frames, self.checkpoint.window[0]
-        return windows.generate(*work, stages.within("generate"), stages.cancelled)
-
     def _result(self, request: Request, performers: casting.Performers, made: np.ndarray, heard, stages: Stages) -> Result:
         motions = stages.run("finish", lambda: finishing.finish(self.checkpoint, request, heard, performers, made))
-        return Result(motions, heard.words, heard.warnings, dict(stages.seconds), performers.latents)
+        warnings = heard.warnings + _other_weights(self.checkpoint, request)
+        return Result(motions, heard.words, warnings, dict(stages.seconds), performers.latents)
+
+
+def _other_weights(checkpoint, request: Request) -> list[str]:
+    """What to say where more of a take is wanted than these weights can give."""
+    if request.made_by in ("", checkpoint.hash):
+        return []
+    return ["The take was made by earlier weights and cannot be made again by these: what is new shares its style alone."]

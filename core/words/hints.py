@@ -15,7 +15,7 @@ GESTURES = {
     "two": "two", "three": "three", "thing": "thing", "example": "example", "but": "but", "huge": "huge", "wide": "huge",
     "never": "never",
 }  # fmt: skip
-"""Hint -> the word whose gesture it asks for; the network hears that word instead of the one that is said."""
+"""Hint -> the word whose gesture it asks for; a network that cannot be asked for strokes hears it instead of the one said."""
 SIZES = {"big": 1.6, "bigger": 1.6, "large": 1.6, "small": 0.55, "smaller": 0.55, "calm": 0.55}
 REST = ("none", "rest", "still")
 SIDES = {"left": -1.0, "right": 1.0}
@@ -35,12 +35,12 @@ _LEAD = 0.5
 class Wishes:
     """Marks that are understood, for ``words`` ``(text, start, end)``; ``unknown`` are hints that mean nothing here.
 
-    ``stressed`` are numbers of words, ``instead`` maps some to the words the network is to hear, ``pauses`` are moments
-    between words and the others ``(start, end, value)``, all in seconds.
+    ``stressed`` are numbers of words, ``gestures`` maps some to the hint (of :data:`GESTURES`) and the side (-1 left, 1
+    right, 0 either) of what is to be seen there; ``rests`` are spans and the others ``(start, end, value)``, in seconds.
     """
 
     stressed: frozenset[int] = frozenset()
-    instead: dict[int, str] = field(default_factory=dict)
+    gestures: dict[int, tuple[str, float]] = field(default_factory=dict)
     sizes: tuple[tuple[float, float, float], ...] = ()
     sides: tuple[tuple[float, float, float], ...] = ()
     rests: tuple[tuple[float, float], ...] = ()
@@ -54,7 +54,7 @@ class Wishes:
 
 def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]]) -> Wishes:
     """Wishes of marks whose numbers count ``words``."""
-    stressed, instead, sizes, sides, rests, unknown = set(), {}, [], [], [], []
+    stressed, gestures, sizes, sides, rests, unknown = set(), {}, [], [], [], []
     for mark in marks:
         if mark.kind == "pause":
             if 0 < mark.first < len(words):
@@ -69,22 +69,27 @@ def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]])
         elif mark.value in SIZES:
             sizes.append((start, end, SIZES[mark.value]))
         elif names[-1] in SIDES and (len(names) == 1 or " ".join(names[:-1]) in GESTURES):
-            gesture = " ".join(names[:-1]) or "point"
-            instead[mark.first] = GESTURES[gesture]
+            gestures[mark.first] = " ".join(names[:-1]) or "point", SIDES[names[-1]]
             stressed.add(mark.first)
             sides.append((start - _LEAD, words[mark.first][2] + _LEAD, SIDES[names[-1]]))
         elif mark.value in GESTURES:
-            instead[mark.first] = GESTURES[mark.value]
+            gestures[mark.first] = mark.value, 0.0
             stressed.add(mark.first)
         else:
             unknown.append(mark.value)
     sizes += [(words[number][1], words[number][2], _STRESSED) for number in sorted(stressed)]
-    return Wishes(frozenset(stressed), instead, tuple(sizes), tuple(sides), tuple(rests), tuple(dict.fromkeys(unknown)))
+    return Wishes(frozenset(stressed), gestures, tuple(sizes), tuple(sides), tuple(rests), tuple(dict.fromkeys(unknown)))
 
 
-def heard(words: Sequence[tuple[str, float, float]], wishes: Wishes, understood: bool = True) -> list[tuple[str, float, float]]:
-    """The words as the network is to hear them: those of a language that is not ``understood`` as unknown ones."""
-    known = ((wishes.instead.get(number, text if understood else ""), *span) for number, (text, *span) in enumerate(words))
+def heard(
+    words: Sequence[tuple[str, float, float]], wishes: Wishes, understood: bool = True, asked: frozenset[int] = frozenset()
+) -> list[tuple[str, float, float]]:
+    """The words as the network is to hear them: those of a language that is not ``understood`` as unknown ones.
+
+    Gestures are had by the words that bear them, except at the words whose numbers are in ``asked``.
+    """
+    instead = {number: GESTURES[hint] for number, (hint, _) in wishes.gestures.items() if number not in asked}
+    known = ((instead.get(number, text if understood else ""), *span) for number, (text, *span) in enumerate(words))
     return list(known)
 
 

@@ -106,4 +106,4 @@ def varied(armature: bpy.types.Object, action: bpy.types.Action, spread: float, 
     made = [provenance.of(take.action) or {} for take in armature.s2ag.takes if take.action is not None]
     steps = [one["near"] for one in made if one.get("near") and (one["take"], one["near"][:-1]) == here]
     step = 1 + max((near[-1][0] for near in steps), default=0)
-    return again(action, spread=round(spread, 4), takes=count, step=step)
+    return again(action, spread=round(spread, 4), takes=count, step=step, made_by=told.get("checkpoint", ""))

@@ -11,10 +11,10 @@ import pytest
 torch = pytest.importorskip("torch")
 pytest.importorskip("pytest_benchmark")
 
+from s2ag.core.learning.train.adversarial import Adversarial  # noqa: E402
 from s2ag.core.learning.train.config import TrainConfig  # noqa: E402
 from s2ag.core.learning.train.dataset import Corpus, draw  # noqa: E402
 from s2ag.core.learning.train.process import start  # noqa: E402
-from s2ag.core.learning.train.trainer import Trainer  # noqa: E402
 from s2ag.core.model.seeds import seed_input  # noqa: E402
 from s2ag.core.model.timing import mfcc_slice  # noqa: E402
 from toy_corpus import PROSODY, write_toy_corpus  # noqa: E402
@@ -39,7 +39,7 @@ def report(benchmark, windows):
 @pytest.mark.parametrize("precision", ["32-true", "bf16-mixed"])
 def test_adversarial_step(benchmark, folder, precision):
     config = settings(precision=precision)
-    trainer = Trainer(config, Corpus.load(folder), start(config))
+    trainer = Adversarial(config, Corpus.load(folder), start(config))
     trainer.setup()
     trainer.step()
     trainer.outside_seconds = 0.0

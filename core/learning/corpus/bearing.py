@@ -15,32 +15,43 @@ from .speakers import Performer
 
 _UPPER = tuple(range(9))
 _HEAD = (1, 2)
-_OPEN = skeleton.normalize(np.array([[-0.75, 0.6, 0.25], [-0.6, 0.25, 0.75], [0.75, 0.6, 0.25], [0.6, 0.25, 0.75]]))
-_CLOSED = skeleton.normalize(np.array([[-0.12, 0.98, 0.15], [0.35, 0.6, 0.7], [0.12, 0.98, 0.15], [-0.35, 0.6, 0.7]]))
-"""Arm directions that open and closed postures lean to."""
+_SHAPES = {
+    "pleased": [[-0.34, 0.78, 0.52], [-0.5, -0.25, 0.83], [0.34, 0.78, 0.52], [0.5, -0.25, 0.83]],
+    "displeased": [[-0.1, 0.99, 0.08], [0.5, 0.72, 0.48], [0.1, 0.99, 0.08], [-0.5, 0.72, 0.48]],
+    "dominant": [[-0.86, 0.48, 0.16], [0.12, 0.45, 0.88], [0.86, 0.48, 0.16], [-0.12, 0.45, 0.88]],
+    "timid": [[-0.04, 0.97, 0.24], [0.3, 0.05, 0.95], [0.04, 0.97, 0.24], [-0.3, 0.05, 0.95]],
+}
+_SHAPES = {name: skeleton.normalize(np.array(shape)) for name, shape in _SHAPES.items()}
+"""Arm directions that a mood leans to: pleased arms lift and open, dominant ones make room with their elbows."""
+_SHAKES = frozenset({"not", "none"})
+"""Meanings that shake the head."""
+_SHRUGS = {"unknown": 1.0, "maybe": 0.55}
+"""Meanings that raise the shoulders."""
 
 
 def carry(body: np.ndarray, performer: Performer, scene: Scene, strokes: list[Stroke], time: np.ndarray) -> None:
     """Shoulders, head and trunk of directions ``(frames, 9, 3)``, in place."""
     valence, arousal, dominance = (smooth(column, 0.6) - 0.5 for column in scene.affect(time).T)
     lift = performer.shoulders + 4 * arousal - 3 * dominance
+    lift = lift + 13 * _meant(strokes, time, _SHRUGS)
     _turn(body, (3,), roll=-lift)
     _turn(body, (6,), roll=lift)
-    _head(body, performer, scene, time, valence, arousal, dominance)
+    _head(body, performer, scene, strokes, time, valence, arousal, dominance)
     _trunk(body, performer, scene, strokes, time, arousal, dominance)
 
 
-def open_arms(body: np.ndarray, scene: Scene) -> None:
-    """Spread or fold the arms as the controls of valence and dominance ask, in place."""
-    share = scene.openness
-    if share:
-        towards = _OPEN if share > 0 else _CLOSED
-        arms = list(skeleton.ARM_EDGES)
-        raised = np.clip(np.degrees(np.arccos(np.clip((body[:, arms] * rest.REST[arms]).sum(-1), -1, 1))) / 60, 0.25, 1)
-        body[:, arms] = rest.slerp(body[:, arms], np.broadcast_to(towards, body[:, arms].shape), 0.3 * abs(share) * raised)
+def shape_arms(body: np.ndarray, scene: Scene) -> None:
+    """Lift, drop, spread or narrow raised arms as the controls of valence and dominance ask, in place."""
+    arms = list(skeleton.ARM_EDGES)
+    for value, shapes in ((scene.valence, ("displeased", "pleased")), (scene.dominance, ("timid", "dominant"))):
+        if value:
+            towards = np.broadcast_to(_SHAPES[shapes[int(value > 0)]], body[:, arms].shape)
+            away = np.degrees(np.arccos(np.clip((body[:, arms] * rest.REST[arms]).sum(-1), -1, 1)))
+            raised = np.clip(away.reshape(-1, 2, 2).max(axis=-1) / 50, 0.12, 1).repeat(2, axis=1)
+            body[:, arms] = rest.slerp(body[:, arms], towards, 0.3 * abs(value) * raised)
 
 
-def _head(body, performer: Performer, scene: Scene, time: np.ndarray, valence, arousal, dominance) -> None:
+def _head(body, performer: Performer, scene: Scene, strokes: list[Stroke], time, valence, arousal, dominance) -> None:
     pitch = np.zeros(len(time))
     for accent in scene.accents:
         size = performer.nod * (0.5 + scene.arousal(accent)) * np.clip((accent.strength - 0.3) / 0.4, 0, 1.2)
@@ -58,27 +69,52 @@ def _head(body, performer: Performer, scene: Scene, time: np.ndarray, valence, a
         if word.closing == "?":
             rise = ramp(time, word.start - 0.6, word.end) * (1 - ramp(time, word.end + 0.3, word.end + 1.3))
             question = np.maximum(question, rise)
-    chin = performer.chin + 4 * dominance + 3 * valence
+    steady = 1 - 0.5 * scene.dominance
+    pitch *= steady
+    chin = performer.chin + 2.5 * dominance + 6 * valence
     pitch = pitch - chin + 3 * away - 0.5 * performer.drift * melody
-    yaw = side * (2.2 * performer.drift * away + 0.9 * performer.drift * trend)
-    roll = side * performer.tilt * (0.7 * loud + 1.6 * question)
+    yaw = side * (2.2 * performer.drift * away + 0.9 * performer.drift * trend) * steady + _shake(strokes, time)
+    roll = side * performer.tilt * (0.7 * loud + 1.6 * question) * steady * (1 + 0.5 * scene.valence)
+    roll = roll + side * (9 * _meant(strokes, time, _SHRUGS) + 2.5 * scene.valence)
     _turn(body, _HEAD, pitch, yaw, roll)
 
 
 def _trunk(body, performer: Performer, scene: Scene, strokes: list[Stroke], time: np.ndarray, arousal, dominance) -> None:
-    pitch = performer.lean + 5.0 * arousal - 3.0 * dominance
+    pitch = performer.lean * (1 - 0.5 * scene.dominance) + 5.0 * arousal - 4.0 * dominance
     for accent in scene.accents:
         if accent.main:
             bump = ramp(time, accent.time - 0.3, accent.time + 0.05) * (1 - ramp(time, accent.time + 0.05, accent.time + 0.8))
             pitch = pitch + 0.9 * performer.sway * accent.strength * bump
     turn = np.zeros(len(time))
     for stroke in strokes:
-        left, right = stroke.gesture.clip.hands
+        left, right = stroke.hands
         weight = ramp(time, stroke.onset, stroke.ready + 0.2) * (1 - ramp(time, max(stroke.until), max(stroke.rest)))
         turn += np.clip(left - right, -1, 1) * weight * stroke.amplitude
     turn = smooth(np.clip(turn, -1.2, 1.2), 0.15)
     _turn(body, _UPPER, pitch=0.5 * pitch, yaw=-2.8 * performer.sway * turn, roll=1.0 * performer.sway * turn)
     _turn(body, (0, 1, 2, 3, 6), pitch=0.5 * pitch)
+
+
+def _meant(strokes: list[Stroke], time: np.ndarray, meanings: dict[str, float]) -> np.ndarray:
+    """How much ``(frames,)`` the strokes of some meanings hold, 0..1: up with the stroke, down after it."""
+    held = np.zeros(len(time))
+    for stroke in strokes:
+        if stroke.meaning in meanings:
+            rise = ramp(time, stroke.ready - 0.15, stroke.emphasis + 0.1)
+            fall = 1 - ramp(time, stroke.end + 0.25, stroke.end + 0.9)
+            held = np.maximum(held, meanings[stroke.meaning] * rise * fall)
+    return held
+
+
+def _shake(strokes: list[Stroke], time: np.ndarray) -> np.ndarray:
+    """Degrees ``(frames,)`` of a head that says no: to and fro twice around each stroke of negation."""
+    yaw = np.zeros(len(time))
+    for number, stroke in enumerate(strokes):
+        if stroke.meaning in _SHAKES:
+            within = np.clip((time - stroke.emphasis + 0.35) / 1.3, 0, 1)
+            size = 5 + 5 * stroke.amplitude
+            yaw += (1, -1)[number % 2] * size * np.sin(4 * np.pi * within) * np.sin(np.pi * within)
+    return yaw
 
 
 def _turn(body: np.ndarray, edges: tuple[int, ...], pitch=0.0, yaw=0.0, roll=0.0) -> None:

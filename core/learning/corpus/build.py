@@ -8,19 +8,17 @@ from pathlib import Path
 import numpy as np
 
 from ...motion import skeleton
-from ...sound import prosody
 from ...styles import CONTROLS
 from ...vectors.table import WordVectors
-from . import idling, library, performance, planning, speakers, speech, speech_cache
+from . import heard, idling, library, performance, planning, speakers, speech, speech_cache
 from .lexicon import Lexicon
+from .repertoire import Repertoire
 from .scene import Scene
 
 UNSTEERED = 0.4
 """Share of performances in which every control is zero."""
 _STEERED = 0.45
 """Chance of each control to be drawn in the others."""
-_JITTER = 0.015
-"""Standard deviation (s) of word times as the network gets them: an aligner's error."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +34,7 @@ class Task:
 @dataclass(frozen=True)
 class Performance:
     """One performer's motion for a talk: ``directions`` ``(frames, 9, 3)`` at 15 fps, ``controls`` ``(5,)``, ``strokes``
-    ``(k,)`` times of their emphases, ``active`` share of frames within a gesture."""
+    ``(k, 7)`` as :func:`records`, ``active`` share of frames within a gesture."""
 
     speaker: int
     controls: np.ndarray
@@ -73,8 +71,8 @@ class Talk:
 def build(task: Task, hours: float, workers: int, progress=lambda seconds: None) -> list[Talk]:
     """Talks of about ``hours`` of distinct speech in a fixed order; ``progress`` is told the seconds of each finished one.
 
-    Speech found in the cache is used as it is: a build that was stopped goes on, and a larger one only adds.
-    ``FileNotFoundError`` if material is missing.
+    Speech, and what is heard in it, found in the cache is used as it is: a build that was stopped goes on, and a larger one
+    only adds. ``FileNotFoundError`` if material is missing.
     """
     Path(task.cache).mkdir(parents=True, exist_ok=True)
     count = len(speech.talks(task.material, task.seed))
@@ -94,12 +92,17 @@ def build(task: Task, hours: float, workers: int, progress=lambda seconds: None)
     return talks
 
 
-def cast(index: int, each: int) -> list[int]:
-    """Ids of the performers of talk ``index``: an even round in which partners change."""
+def cast(index: int, each: int) -> list[tuple[int, int]]:
+    """Performers of talk ``index`` by id, each with the number of the take: an even round in which partners change.
+
+    A quarter of the performances are second takes with the same controls, which show that there is a choice.
+    """
     count = len(speakers.PERFORMERS)
     order = np.random.default_rng(index // count).permutation(count)
-    first = index % count
-    return [int(order[(first + k * (count // max(each, 1))) % count]) for k in range(min(each, count))]
+    first, again = index % count, each // 4
+    people = min(each - again, count)
+    chosen = [int(order[(first + k * (count // max(people, 1))) % count]) for k in range(people)]
+    return [(number, 0) for number in chosen] + [(number, 1) for number in chosen[:again]]
 
 
 def draw_controls(index: int, number: int, seed: int) -> np.ndarray:
@@ -109,14 +112,6 @@ def draw_controls(index: int, number: int, seed: int) -> np.ndarray:
         return np.zeros(len(CONTROLS), np.float32)
     values = random.uniform(-1, 1, len(CONTROLS))
     return np.where(random.random(len(CONTROLS)) < _STEERED, values, 0).astype(np.float32)
-
-
-def features(audio: np.ndarray) -> np.ndarray:
-    """What the network hears at inference, ``(frames, 40)`` float16: level and MFCC of :mod:`s2ag.core`."""
-    from ...sound.audio import level
-    from ...sound.mfcc import temporal_features
-
-    return temporal_features(level(audio)).astype(np.float16)
 
 
 _task: Task | None = None
@@ -132,40 +127,51 @@ def _talk(index: int) -> Talk | None:
     spoken = speech_cache.obtain(_task.material, _task.cache, index, _task.seed)
     if spoken is None:
         return None
-    scene = Scene.of(spoken)
-    frames = len(scene.prosody.features)
-    words = [(word.text, word.start, word.end) for word in spoken.words]
+    found = heard.obtain(_task.cache, spoken)
+    scene = Scene(spoken, found.prosody, np.zeros(len(CONTROLS)))
     return Talk(
         index,
         spoken.split,
         spoken.voice.get("kind", ""),
-        features(spoken.recorded),
-        prosody.analyse(spoken.recorded, _jittered(words, index), frames).features.astype(np.float16),
-        prosody.analyse(spoken.recorded, (), frames).features.astype(np.float16),
-        words,
+        found.mfcc,
+        found.tracks,
+        found.plain,
+        [(word.text, word.start, word.end) for word in spoken.words],
         np.array([[accent.time, accent.strength, accent.main] for accent in scene.accents], np.float32).reshape(-1, 3),
         spoken.affect.mean(axis=0).astype(np.float32),
-        [_performance(scene, number) for number in cast(index, _task.performers_each)],
+        [_performance(scene, number, take) for number, take in cast(index, _task.performers_each)],
     )
 
 
-def _performance(scene: Scene, number: int) -> Performance:
-    index = scene.speech.index
-    controls = draw_controls(index, number, _task.seed)
-    scene = Scene(scene.speech, scene.prosody, controls)
-    performer = speakers.PERFORMERS[number].handed(controls[4])
-    strokes = planning.plan(_vocabulary(_task.material, performer), scene)
+def direct(material: str, scene: Scene, number: int, take: int, seed: int) -> tuple[np.ndarray, list[planning.Stroke]]:
+    """Take ``take`` of performer ``number`` in a scene, as its controls ask: directions ``(frames, 9, 3)`` and strokes.
+
+    All chance follows from ``seed``, the talk, the performer and the take.
+    """
+    random = np.random.default_rng((seed, scene.speech.index, number, take))
+    performer = speakers.PERFORMERS[number].handed(scene.controls[4])
+    strokes = planning.plan(_repertoire(material, performer), _lexicon(), scene, random)
     time = np.arange(len(scene.prosody.features)) / skeleton.FPS
-    trunk, head = 0.3 + 0.3 * performer.sway, 0.2 + 0.15 * performer.drift
-    texture = _idling(_task.material).texture(len(time), index * 64 + number, trunk, head, 0.8, scene.speaking(time))
-    directions = performance.perform(performer, strokes, scene, performance.resting_pose(performer), texture)
-    emphases = np.array([stroke.emphasis for stroke in strokes], np.float32)
-    return Performance(number, controls, directions, emphases, _active(strokes, scene.speech.duration))
+    steady = 1 - 0.4 * scene.dominance
+    trunk, head = (0.3 + 0.3 * performer.sway) * steady, (0.2 + 0.15 * performer.drift) * steady
+    idle = int(random.integers(2**31))
+    texture = _idling(material).texture(len(time), idle, trunk, head, 0.8, scene.speaking(time))
+    ease = performance.resting_pose(performer)
+    return performance.perform(performer, strokes, scene, ease, texture, random), strokes
 
 
-def _jittered(words: list[tuple[str, float, float]], index: int) -> list[tuple[str, float, float]]:
-    shifts = np.random.default_rng((7, index)).normal(0, _JITTER, (len(words), 2))
-    return [(text, start + a, max(end + b, start + a + 0.03)) for (text, start, end), (a, b) in zip(words, shifts, strict=True)]
+def _performance(scene: Scene, number: int, take: int) -> Performance:
+    controls = draw_controls(scene.speech.index, number, _task.seed)
+    scene = Scene(scene.speech, scene.prosody, controls)
+    directions, strokes = direct(_task.material, scene, number, take, _task.seed)
+    return Performance(number, controls, directions, records(strokes), _active(strokes, scene.speech.duration))
+
+
+def records(strokes: list[planning.Stroke]) -> np.ndarray:
+    """What is kept of strokes ``(k, 7)`` float32: ready, emphasis, end (s), meaning, hand, size (m), whether words say it."""
+    number = {meaning: k for k, meaning in enumerate(library.ALL_MEANINGS)}
+    rows = [(s.ready, s.emphasis, s.end, number[s.meaning], s.hand, s.size, s.said) for s in strokes]
+    return np.array(rows, np.float32).reshape(-1, 7)
 
 
 def _active(strokes: list[planning.Stroke], duration: float) -> float:
@@ -190,5 +196,5 @@ def _lexicon() -> Lexicon:
 
 
 @cache
-def _vocabulary(material: str, performer: speakers.Performer) -> planning.Vocabulary:
-    return planning.Vocabulary(performer, _library(material), _lexicon())
+def _repertoire(material: str, performer: speakers.Performer) -> Repertoire:
+    return Repertoire(performer, _library(material))

@@ -17,7 +17,8 @@ WORDS = {
     "around throughout everybody's",
     "big": "big huge great large enormous vast giant massive bigger biggest larger greater more most many much grow "
     "growing increase rise wide",
-    "thing": "thing things something kind sort idea small little tiny bit part piece few less form story plan system",
+    "small": "small little tiny bit few less smaller smallest slight slightly narrow thin short minor",
+    "thing": "thing things something kind sort idea part piece form story plan system shape box",
     "here": "here now this today these right",
     "there": "there those far away outside beyond over across distant yonder",
     "stop": "stop wait enough hold end ends stopped prevent against keep",
@@ -27,8 +28,9 @@ WORDS = {
     "offer": "give gave offer would could might suggest show take here's bring send provide",
     "receive": "get got receive came come comes accept welcome join",
     "question": "what why how who where which whose",
-    "list": "first second third one two three four five six seven eight nine ten hundred thousand finally must "
-    "exactly every day",
+    "count": "first second third fourth fifth one two three four five six seven eight nine ten finally firstly secondly "
+    "thirdly lastly",
+    "list": "must exactly day hundred thousand precisely namely next then",
 }
 """Order matters: the first meaning that lists a word has it."""
 
@@ -38,7 +40,7 @@ for _meaning, _words in WORDS.items():
         MEANING.setdefault(_word, _meaning)
 
 
-_SHARED = "all big example however list maybe none offer please question receive stop there thing think we"
+_SHARED = "all big example however list maybe none offer please question receive small stop there thing think we"
 _OPEN = frozenset(_SHARED.split())
 """Meanings that words near to the listed ones share; the others are grammar rather than meaning."""
 _NEAR = 0.55

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...motion import skeleton
-from . import clips, skm
+from . import authored, clips, skm
 from .clips import Clip
 
 SETS = {
@@ -45,6 +45,9 @@ MEANINGS = {
     "think": "Contemplate Think",
 }
 """Meaning -> labels in file names. Labels that are not here (stretching, walking, a guitar) are no speech gestures."""
+
+ALL_MEANINGS = ("beat", *sorted({*MEANINGS, "unknown", "small", "count"} - {"beat"}))
+"""What a stroke may mean, in the order in which corpora count them."""
 
 _LABELS = {label.lower(): meaning for meaning, labels in MEANINGS.items() for label in labels.split()}
 _NAME = re.compile(r"(?:\w+@(?P<rest>\w+?)_)?(?P<label>[A-Za-z]+?)(?P<intense>_intense)?(?P<hand>Lf|Rt|Bt)?(?P<variant>\d*)$")
@@ -101,7 +104,7 @@ def parse_name(stem: str) -> tuple[str, str, str, bool] | None:
 
 
 def load(material: str | PathLike) -> list[Gesture]:
-    """All co-speech gestures below ``material``/smartbody in a fixed order, each also mirrored.
+    """All co-speech gestures below ``material``/smartbody and the authored ones in a fixed order, each also mirrored.
 
     ``FileNotFoundError`` if the sets are not there.
     """
@@ -118,6 +121,7 @@ def load(material: str | PathLike) -> list[Gesture]:
             clip = clips.load(path, joints, roles, f"{family}/{path.stem}")
             if _usable(clip, parsed[0], parsed[2]):
                 gestures.append(_describe(clip, family, *parsed[1:]))
+    gestures += [_describe(clip, authored.FAMILY, label, meaning, False) for meaning, label, clip in authored.clips()]
     return gestures + [gesture.mirrored() for gesture in gestures]
 
 

@@ -13,6 +13,7 @@ from ..evaluate.kinematics import FOREARMS, UPPER_ARMS, angular_speed
 from ..train.storage import FORMAT, save_arrays
 from . import speakers
 from .build import Performance, Talk
+from .library import ALL_MEANINGS
 
 QUIET_BEFORE, QUIET_AFTER = 1.5, 3.0
 """Seconds around a stroke in which the arms may be on their way."""
@@ -23,53 +24,68 @@ def save(talks: list[Talk], folder: str | PathLike, seed: int) -> dict:
     """Write the corpus ``folder`` (:mod:`train.storage` describes it) and return its statistics.
 
     Beyond what training needs: ``accents`` ``(A, 3)`` time, strength, main, and ``affect`` ``(R, 3)`` of every recording;
-    ``strokes`` ``(S,)`` of every performance; all with their own starts. ``ValueError`` for no talks.
+    ``strokes`` ``(S, 7)`` of every performance: its row, ready, emphasis, end (s), meaning (a row of meta's "meanings"),
+    hand (0 left, 1 right, 2 both), size (m); all with their own starts; ``said`` ``(S,)``, whether the words say a stroke's
+    meaning. ``ValueError`` for no talks.
     """
     if not talks:
         raise ValueError("no talks to pack")
-    vocabulary = sorted({word for talk in talks for word, _, _ in talk.words})
-    row = {word: number for number, word in enumerate(vocabulary)}
-    performances = [performance for talk in talks for performance in talk.performances]
-    owner = [number for number, talk in enumerate(talks) for _ in talk.performances]
+    words = sorted({word for talk in talks for word, _, _ in talk.words})
     figures = statistics(talks)
-    meta = {
+    save_arrays(folder, {**_heard(talks, words), **_shown(talks)}, _meta(talks, words, seed, figures))
+    return figures
+
+
+def _meta(talks: list[Talk], words: list[str], seed: int, figures: dict) -> dict:
+    known = zip(speakers.describe(), rest_poses([p for talk in talks for p in talk.performances]), strict=True)
+    return {
         "format": FORMAT,
         "fps": skeleton.FPS,
-        "speakers": [
-            {**known, "rest": pose.round(4).tolist()}
-            for known, pose in zip(speakers.describe(), rest_poses(performances), strict=True)
-        ],
+        "speakers": [{**speaker, "rest": pose.round(4).tolist()} for speaker, pose in known],
         "controls": list(CONTROLS),
+        "meanings": list(ALL_MEANINGS),
         "prosody": list(prosody.NAMES),
         "mfcc": f"core.sound.mfcc.temporal_features of core.sound.audio.level, {HOP} samples at 16 kHz a frame",
-        "words": vocabulary,
+        "words": words,
         "recordings": [{"speech": f"{talk.index:04d}.npz", "kind": talk.kind, "words": talk.words} for talk in talks],
         "seed": seed,
         "statistics": figures,
     }
-    vectors = WordVectors.load().vectors(vocabulary) if vocabulary else np.zeros((1, 300))
-    arrays = {
+
+
+def _heard(talks: list[Talk], words: list[str]) -> dict[str, np.ndarray]:
+    """The arrays of recordings; ``words``: all there are, one a row of ``vectors``."""
+    number = {word: k for k, word in enumerate(words)}
+    vectors = WordVectors.load().vectors(words) if words else np.zeros((1, 300))
+    return {
         "mfcc": np.concatenate([talk.mfcc for talk in talks]),
         "mfcc_starts": _starts(talk.mfcc for talk in talks),
         "frame_starts": _starts(talk.prosody for talk in talks),
-        "word_index": np.concatenate([_rows(talk, row) for talk in talks]),
+        "word_index": np.concatenate([_rows(talk, number) for talk in talks]),
         "vectors": vectors.astype(np.float16),
         "prosody": np.concatenate([talk.prosody for talk in talks]),
         "prosody_plain": np.concatenate([talk.plain for talk in talks]),
         "affect": np.array([talk.affect for talk in talks], np.float32),
         "accents": np.concatenate([talk.accents for talk in talks]),
         "accent_starts": _starts(talk.accents for talk in talks),
+    }
+
+
+def _shown(talks: list[Talk]) -> dict[str, np.ndarray]:
+    """The arrays of performances."""
+    performances = [performance for talk in talks for performance in talk.performances]
+    owner = [k for k, talk in enumerate(talks) for _ in talk.performances]
+    return {
         "directions": np.concatenate([p.directions for p in performances]).astype(np.float16),
         "starts": _starts(p.directions for p in performances),
         "recording": np.array(owner, np.int64),
         "speaker": np.array([p.speaker for p in performances], np.int64),
-        "split": np.array([talks[number].split for number in owner], np.int64),
+        "split": np.array([talks[k].split for k in owner], np.int64),
         "controls": np.array([p.controls for p in performances], np.float32),
-        "strokes": np.concatenate([p.strokes for p in performances]),
+        "strokes": np.concatenate([np.insert(p.strokes[:, :6], 0, row, axis=1) for row, p in enumerate(performances)]),
         "stroke_starts": _starts(p.strokes for p in performances),
+        "said": np.concatenate([p.strokes[:, 6] > 0 for p in performances]),
     }
-    save_arrays(folder, arrays, meta)
-    return figures
 
 
 def statistics(talks: list[Talk]) -> dict:
@@ -78,6 +94,7 @@ def statistics(talks: list[Talk]) -> dict:
     lengths = np.array([len(p.directions) for p in performances])
     hours = lengths.sum() / skeleton.FPS / 3600
     heard = sum(talk.frames for talk in talks) / skeleton.FPS / 3600
+    strokes = np.concatenate([p.strokes for p in performances])
     kinds: dict[str, float] = {}
     for talk in talks:
         kinds[talk.kind] = kinds.get(talk.kind, 0.0) + talk.frames / skeleton.FPS / 3600
@@ -90,6 +107,8 @@ def statistics(talks: list[Talk]) -> dict:
         "words a minute": sum(len(talk.words) for talk in talks) / heard / 60,
         "strokes a minute": sum(len(p.strokes) for p in performances) / hours / 60,
         "share of strokes on main accents": _on_main(talks),
+        "share of strokes with a meaning": float(np.mean(strokes[:, 3] > 0)),
+        "share of strokes with a meaning not in the words": float(np.mean(strokes[:, 6] == 0)),
         "share of time at rest": 1 - float(np.average([p.active for p in performances], weights=lengths)),
         "recordings by split": np.bincount([talk.split for talk in talks], minlength=3).tolist(),
         "performances by speaker": np.bincount([p.speaker for p in performances], minlength=len(speakers.PERFORMERS)).tolist(),
@@ -108,7 +127,7 @@ def _on_main(talks: list[Talk]) -> float:
     for talk in talks:
         mains = np.append(talk.accents[talk.accents[:, 2] > 0, 0], 1e9)
         for performance in talk.performances:
-            hits += int((np.abs(performance.strokes[:, None] - mains).min(1) < 0.15).sum())
+            hits += int((np.abs(performance.strokes[:, 1, None] - mains).min(1) < 0.15).sum())
             count += len(performance.strokes)
     return hits / max(count, 1)
 
@@ -122,7 +141,7 @@ def rest_poses(performances: list[Performance]) -> np.ndarray:
     for performance in performances:
         if performance.controls.any():
             continue
-        time = np.arange(len(performance.directions))[:, None] / skeleton.FPS - performance.strokes
+        time = np.arange(len(performance.directions))[:, None] / skeleton.FPS - performance.strokes[:, 1]
         quiet = ~((time > -QUIET_BEFORE) & (time < QUIET_AFTER)).any(1)
         sums[performance.speaker] += performance.directions[quiet].sum(0)
     unseen = ~sums.any((1, 2))

@@ -1,24 +1,26 @@
 """Which word gets which gesture, and when its phases fall: the director's plan for one performer and one talk.
 
 After McNeill and Kendon: a stroke lands on or just before the stressed syllable of its word, preparation starts before
-it, the hands hold, and go back to rest only if the next stroke is far. Every choice is a function of performer, words
-and prosody, never a coin toss, so that a network can learn it.
+it, the hands hold, and go back to rest only if the next stroke is far. What is shown is drawn, not looked up: the same
+performer says the same word with another gesture each time, and another take of the talk is another performance.
 """
 
-import zlib
+from collections import deque
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from ...motion import skeleton
 from ...sound.prosody import Accent
+from . import choosing, variation
 from .lexicon import Lexicon
 from .library import Gesture
+from .repertoire import BEAT, MEMORY, Repertoire, Wish
 from .scene import Scene
 from .speakers import Performer
+from .variation import Part
 
-LEAD = 0.04
+LEAD = 0.02
 """Seconds by which a stroke's emphasis precedes the accent's energy peak."""
 
 KEEP_UP = 1.3
@@ -27,26 +29,32 @@ KEEP_UP = 1.3
 LONG_SILENCE = 1.3
 """Seconds of silence in which the hands go down whatever comes next."""
 
+WORKING = 0.35
+"""Share in a clip from which an arm takes a real part."""
+
 _SETTLE = 0.12
 
-_FIRST = 1.0
-"""Seconds before which no stroke lands: the recording begins with the hands at rest."""
+_HEIGHTS = {"low": (-0.38, -0.28, -0.18), "mid": (-0.22, -0.09, 0.05), "high": (-0.1, 0.06, 0.22)}
+"""Where the wrist is for weak, middling and strong accents: metres above the spine joint."""
 
-_HEIGHTS = {"low": (-0.4, -0.32, -0.24), "mid": (-0.3, -0.2, -0.05), "high": (-0.18, -0.02, 0.2)}
-"""Where the wrist of a beat is for weak, middling and strong accents: metres above the spine joint."""
-
-_CLASP = -0.22
-"""The same for the lowest beats of those whose hands rest before the belly: they rise from there."""
+_LIFTS = {"low": 0.0, "mid": 6.0, "high": 14.0}
+"""Degrees by which clips are turned up: sized down they would stay below the wanted height."""
 
 _STRONG = (0.52, 0.68)
 """Strengths from which an accent is middling and strong."""
+_TWO_HANDED = frozenset({"big", "all", "small", "unknown", "thing"})
+"""Meanings that one hand alone does not show."""
 
 
 @dataclass(frozen=True)
 class Stroke:
     """A gesture with performance times of its clip's phases (s) and its amplitude.
 
-    ``until``: per arm (left, right), when it starts back to rest or hands over; ``chained``: the hands are already up.
+    ``parts``: what the left and the right arm do, None for an idle one. ``until``: per arm (left, right), when it starts back
+    to rest or hands over; ``chained``: the hands are already up. ``perch`` ``(9, 3)``: where the hands wait afterwards, until
+    ``leave`` (s), None: they rest; ``both_wait``: the idle hand goes there too. ``side``: where the stroke goes in a list or
+    a contrast, -1 left to 1 right. ``said``: the words give the meaning; ``follow``: share of the way that an idle arm goes
+    along.
     """
 
     gesture: Gesture
@@ -58,90 +66,50 @@ class Stroke:
     rest: tuple[float, float]
     amplitude: float
     chained: bool
+    meaning: str = BEAT
+    parts: tuple[Part | None, Part | None] = (None, None)
+    perch: np.ndarray | None = None
+    leave: float = 0.0
+    both_wait: bool = False
+    side: float = 0.0
+    said: bool = True
+    follow: float = 0.0
+
+    @property
+    def hands(self) -> tuple[float, float]:
+        """How much the left and the right arm take part, 0 or 1."""
+        return tuple(float(part is not None) for part in self.parts)
+
+    @property
+    def hand(self) -> int:
+        """0 left, 1 right, 2 both."""
+        left, right = self.hands
+        return 2 if left and right else 0 if left else 1
+
+    @property
+    def size(self) -> float:
+        """Metres that a wrist goes, about."""
+        return self.amplitude * max(part.gesture.size * part.extent[1] for part in self.parts if part is not None)
 
 
-class Vocabulary:
-    """The gestures of one performer, by meaning, most liked first, and what words mean to him."""
-
-    def __init__(self, performer: Performer, library: list[Gesture], lexicon: Lexicon):
-        self.performer, self.lexicon = performer, lexicon
-        self._by_meaning: dict[str, list[Gesture]] = {}
-        for gesture in sorted(library, key=self._dislike):
-            self._by_meaning.setdefault(gesture.meaning, []).append(gesture)
-
-    def _dislike(self, gesture: Gesture) -> tuple:
-        performer = self.performer
-        order = (*performer.families, "").index(gesture.family) if gesture.family in performer.families else 9
-        other = {"left": "right", "right": "left", "both": ""}[performer.hand]
-        wrong_hand = 2 if gesture.hand == other else 0 if gesture.hand == performer.hand else 1
-        unfit = gesture.intense and performer.size < 1
-        # a gesture and its mirror image are liked equally, so that the other hand does the same
-        unfit = unfit or (performer.rest == "front" and gesture.height < _CLASP - 0.06)
-        return (unfit, order >= 9, wrong_hand, order, _hash(performer.name, gesture.name.rstrip("~")), gesture.name)
-
-    def meanings(self) -> set[str]:
-        """What can be shown."""
-        return set(self._by_meaning)
-
-    def meaning(self, word: str) -> str | None:
-        """What this performer shows for a word: the same meanings are always, or never, shown."""
-        meaning = self.lexicon.meaning(word)
-        shown = meaning in self._by_meaning and _hash(self.performer.name, meaning) % 100 < 100 * self.performer.semantic
-        return meaning if shown else None
-
-    def choose(self, meaning: str, strength: float) -> Gesture:
-        """The gesture for a meaning: of the two best liked, the larger one for a strong accent."""
-        options = sorted(self._by_meaning[meaning][:2], key=lambda gesture: gesture.size)
-        return options[-1 if strength > _STRONG[1] else 0]
-
-    def beat(self, strength: float, rising: bool) -> Gesture:
-        """A beat by the accent's strength and by whether the voice is high or low there."""
-        round_ = self._beats[int(strength > _STRONG[0]) + int(strength > _STRONG[1])]
-        return round_[int(rising) % len(round_)]
-
-    @cached_property
-    def _beats(self) -> list[list[Gesture]]:
-        """Two beats each for weak, middling and strong accents: of fitting height, one hand first, then both."""
-        performer = self.performer
-        pool = self._by_meaning["beat"] + self._by_meaning["list"] + self._by_meaning["offer"]
-        rounds = []
-        for level in range(3):
-            wanted = max(_HEIGHTS[performer.height][level], (_CLASP + 0.06 * level) if performer.rest == "front" else -1.0)
-            hand = "both" if level == 2 and not performer.one_handed else performer.hand if level < 1 else None
-
-            def unfit(gesture: Gesture, wanted=wanted, hand=hand) -> float:
-                intense, strange, wrong_hand, order, *_ = self._dislike(gesture)
-                wrong = 0.2 * (hand is not None and gesture.hand != hand) + 0.08 * wrong_hand
-                wrong += 0.006 * max(50 - gesture.bend, 0)  # outstretched arms are no beats
-                return abs(gesture.height - wanted) + wrong + 0.5 * intense + 0.15 * strange + 0.03 * min(order, 3)
-
-            taken: list[Gesture] = []
-            for gesture in sorted(pool, key=unfit):
-                same = (gesture.label.rstrip("0123456789"), gesture.family, gesture.hand == "both" or gesture.hand)
-                if all(same != (g.label.rstrip("0123456789"), g.family, g.hand == "both" or g.hand) for g in taken):
-                    taken.append(gesture)
-                if len(taken) == 2:
-                    break
-            rounds.append(taken)
-        return rounds
-
-
-def plan(vocabulary: Vocabulary, scene: Scene) -> list[Stroke]:
+def plan(repertoire: Repertoire, lexicon: Lexicon, scene: Scene, random: np.random.Generator) -> list[Stroke]:
     """Strokes in order of time for one performance."""
-    performer = vocabulary.performer
+    performer = repertoire.performer
+    shown = choosing.meanings(lexicon, repertoire, scene, random)
     strokes: list[Stroke] = []
-    last = None
-    for accent in _select(vocabulary, scene):
-        arousal = scene.arousal(accent)
+    memory: deque[str] = deque(maxlen=MEMORY)
+    last, side = None, 1.0
+    for accent in choosing.accents(performer, scene, shown, random):
         near = last is not None and _holds(performer, scene, last, accent)
-        meaning = _meaning(vocabulary, scene, accent)
-        if meaning:
-            gesture = vocabulary.choose(meaning, accent.strength)
-        else:
-            gesture = vocabulary.beat(accent.strength, scene.pitch(accent) > 0)
-        amplitude = performer.size * (0.6 + 0.55 * arousal) * (0.82 + 0.3 * accent.strength)
-        amplitude *= 1 + 0.22 * scene.openness
-        strokes.append(_schedule(performer, gesture, accent, arousal, float(np.clip(amplitude, 0.25, 1.12)), near))
+        meaning, said = choosing.meaning(accent, shown, repertoire, random)
+        wish = _wish(performer, scene, accent, meaning, strokes[-1] if near else None, random)
+        gesture = repertoire.draw(random, meaning, wish, memory)
+        stroke = _schedule(performer, scene, gesture, accent, near, random)
+        side = _next_side(meaning, side if near or meaning == "however" else -1.0)
+        stroke = replace(stroke, meaning=meaning, said=said, side=side if meaning in ("count", "list", "however") else 0.0)
+        stroke = replace(stroke, parts=_parts(repertoire, stroke, wish, memory, random))
+        stroke = replace(stroke, follow=float(np.clip(random.normal(0.5 - 0.5 * performer.apart, 0.14), 0.05, 0.7)))
+        strokes.append(_perched(performer, scene, stroke, random))
         last = accent
     return _hand_over(strokes)
 
@@ -151,42 +119,94 @@ def _holds(performer: Performer, scene: Scene, last: Accent, accent: Accent) -> 
     return accent.time - last.time < 1.4 + KEEP_UP * performer.hold and scene.silence(last.time, accent.time) < LONG_SILENCE
 
 
-def _meaning(vocabulary: Vocabulary, scene: Scene, accent: Accent) -> str | None:
-    """The meaning that an accented word claims, if this performer shows it."""
-    word = scene.word(accent)
-    return vocabulary.meaning(word.text) if word is not None and accent.strength > 0.1 else None
+def _wish(performer: Performer, scene: Scene, accent: Accent, meaning: str, before: Stroke | None, random) -> Wish:
+    level = int(accent.strength > _STRONG[0]) + int(accent.strength > _STRONG[1])
+    height = _HEIGHTS[performer.height][level] + 0.03 * np.clip(scene.pitch(accent) / 3, -1, 1) + random.normal(0, 0.09)
+    height += 0.06 * scene.valence + 0.05 * scene.dominance
+    size = 0.52 * performer.size * (0.75 + 0.5 * accent.strength) * np.exp(random.normal(0, 0.25))
+    if meaning in _TWO_HANDED or random.random() < performer.both + 0.12 * (level - 1) * (performer.both > 0.2):
+        hand = "both"
+    elif performer.hand == "both":
+        hand = ("left", "right")[int(random.random() < 0.5)]
+    else:
+        other = {"left": "right", "right": "left"}[performer.hand]
+        hand = performer.hand if random.random() < 0.87 else other
+    wrists = None
+    if before is not None:
+        pose = before.gesture.clip.at(np.array([before.gesture.clip.relax]))[0]
+        wrists = skeleton.to_positions(pose)[[6, 9]]
+    return Wish(hand, float(height), float(size), accent.strength > 0.6 and performer.size > 0.8, wrists)
 
 
-def _select(vocabulary: Vocabulary, scene: Scene) -> list[Accent]:
-    """Accents that get a stroke: main ones first, then by strength, none nearer than the performer's gap to another."""
-    performer = vocabulary.performer
-    scores = []
-    for accent in scene.accents:
-        lively = scene.arousal(accent) - 0.5
-        threshold = performer.threshold - 0.03 - 0.16 * lively - 0.17 * scene.rate
-        score = accent.strength + (0.2 if _meaning(vocabulary, scene, accent) else 0)
-        if score > threshold:
-            gap = performer.gap * (1 - 0.5 * lively) * (1 - 0.4 * scene.rate)
-            scores.append((-score - 0.3 * accent.main, accent, gap))
-    taken: list[Accent] = []
-    for _, accent, gap in sorted(scores, key=lambda item: item[0]):
-        if accent.time > _FIRST and all(abs(accent.time - other.time) >= gap for other in taken):
-            taken.append(accent)
-    return sorted(taken, key=lambda accent: accent.time)
+def _parts(repertoire: Repertoire, stroke: Stroke, wish: Wish, memory: deque, random) -> tuple:
+    """Which gesture each arm follows: one clip for both, one arm alone, or each its own with a timing of its own."""
+    performer, gesture = repertoire.performer, stroke.gesture
+    pair = [gesture if share > WORKING else None for share in gesture.clip.hands]
+    delays = [0.0, 0.0]
+    if not any(pair):
+        pair = [gesture, gesture]  # a shrug that is all shoulders
+    if wish.hand != "both" and all(pair):
+        pair[0 if wish.hand == "right" else 1] = None
+    elif wish.hand == "both" and stroke.meaning not in _TWO_HANDED:
+        alone = not all(pair)
+        arm = pair.index(None) if alone else int(random.random() < 0.5)
+        if alone and random.random() > performer.apart:
+            # the other arm goes along, with a place and a size of its own
+            pair[arm] = gesture.mirrored()
+            delays[arm] = float(np.clip(random.normal(0.02, 0.04), -0.06, 0.12))
+        elif alone or random.random() < performer.apart:
+            own = replace(wish, hand=("left", "right")[arm], wrists=None)
+            other = repertoire.draw(random, BEAT, own, memory)
+            if other.clip.hands[arm] > WORKING:
+                pair[arm] = other
+                delays[arm] = float(np.clip(random.normal(0.02, 0.07), -0.12, 0.2))
+    return variation.draw(random, tuple(pair), performer.plane, tuple(delays), _LIFTS[performer.height])
 
 
-def _schedule(performer: Performer, gesture: Gesture, accent: Accent, arousal: float, amplitude: float, near: bool) -> Stroke:
+def _next_side(meaning: str, side: float) -> float:
+    """Lists step from one side to the other; a contrast goes across."""
+    if meaning in ("count", "list"):
+        return side + 0.5 if side < 0.9 else -1.0
+    return -np.sign(side) if meaning == "however" else side
+
+
+def _perched(performer: Performer, scene: Scene, stroke: Stroke, random) -> Stroke:
+    """Where the hands wait after a stroke, and until when: never through a long silence."""
+    if random.random() > performer.linger:
+        return stroke
+    both = bool(random.random() < 0.5)
+    leave = min(stroke.end + 0.8 + float(random.exponential(2.0)), _next_silence(scene, stroke.emphasis) - 0.2)
+    perch = variation.perch(random, performer.rest == "front")
+    return replace(stroke, perch=perch, leave=max(leave, stroke.end), both_wait=both)
+
+
+def _next_silence(scene: Scene, time: float) -> float:
+    """When (s) the next long silence after ``time`` begins, or infinity."""
+    pauses = scene.pauses
+    long = pauses[(pauses[:, 1] - pauses[:, 0] > LONG_SILENCE) & (pauses[:, 1] > time)]
+    return float(max(long[0, 0], time)) if len(long) else float("inf")
+
+
+def _schedule(performer: Performer, scene: Scene, gesture: Gesture, accent: Accent, near: bool, random) -> Stroke:
     """Phases around the accent from the clip's own timing, the performer's tempo and the arousal."""
-    clip, at = gesture.clip, accent.time - LEAD
-    tempo = performer.tempo * (0.8 + 0.45 * arousal)
+    clip, arousal = gesture.clip, scene.arousal(accent)
+    at = accent.time - LEAD + float(np.clip(random.normal(0, 0.02), -0.05, 0.05))
+    amplitude = performer.size * (0.62 + 0.55 * arousal) * (0.72 + 0.48 * accent.strength)
+    amplitude *= 1 + 0.2 * scene.valence
+    amplitude = float(np.clip(amplitude, 0.25, 1.2))
+    tempo = performer.tempo * (0.8 + 0.45 * arousal) * np.exp(random.normal(0, 0.14))
+    tempo *= (1 + 0.18 * scene.valence) * (1 - 0.4 * scene.dominance)
     lift = max((clip.ready - clip.onset) / tempo, 0.3)
-    stroke = float(np.clip((clip.emphasis - clip.ready) / tempo, 0.2, 0.55))
-    after = float(np.clip((clip.end - clip.emphasis) / tempo, 0.1, 0.4))
-    hold = float(np.clip((clip.relax - clip.end) / tempo, 0.1, 0.7)) * performer.hold
+    stroke = float(np.clip((clip.emphasis - clip.ready) / tempo, 0.2, 0.6))
+    after = float(np.clip((clip.end - clip.emphasis) / tempo, 0.1, 0.45))
+    hold = float(np.clip((clip.relax - clip.end) / tempo, 0.1, 0.7)) * performer.hold * np.exp(random.normal(0.25, 0.4))
+    hold *= 1 + 0.5 * scene.dominance
     sink = float(np.clip((clip.rest - clip.relax) / tempo, 0.55, 1.3))
     # wide ways take longer, or the hands would fly
     lift = max(lift, 0.3 + 0.5 * gesture.size * amplitude - stroke)
     sink = max(sink, 0.5 + 0.6 * gesture.size * amplitude)
+    # who has finished speaking does not hold long
+    hold = min(hold, max(_next_silence(scene, at) - at - after, 0.1))
     ready, end = at - stroke, at + after
     return Stroke(gesture, max(ready - lift, 0.0), ready, at, end, (end + hold,) * 2, (end + hold + sink,) * 2, amplitude, near)
 
@@ -208,9 +228,11 @@ def _hand_over(strokes: list[Stroke]) -> list[Stroke]:
         strokes[k] = this
         until, rest = list(last.until), list(last.rest)
         for arm in range(2):
-            needed = this.gesture.clip.hands[arm] > 0.35
-            if needed and this.chained:
+            if this.hands[arm] and this.chained:
                 until[arm], rest[arm] = this.ready, this.ready + 0.6
+            elif last.hands[arm] and this.chained:
+                # it goes down while the other one gets ready
+                until[arm], rest[arm] = this.onset, this.onset + rest[arm] - until[arm]
         end = min(last.end, max(free, this.onset))
         strokes[k - 1] = replace(last, end=end, until=tuple(max(u, end) for u in until), rest=tuple(rest))
     return strokes
@@ -218,13 +240,11 @@ def _hand_over(strokes: list[Stroke]) -> list[Stroke]:
 
 def _distance(last: Stroke, this: Stroke) -> float:
     """How far (m) the wrists go from one stroke's end to where the next may begin."""
-    before, after = last.gesture.clip, this.gesture.clip
-    poses = before.at(np.array([before.relax])), after.at(np.array([after.ready]))
-    wrists = [skeleton.to_positions(pose[0])[[6, 9]] for pose in poses]
-    used = np.array(this.gesture.clip.hands) > 0.35
-    return float(np.linalg.norm(wrists[1] - wrists[0], axis=-1)[used].max(initial=0.0))
-
-
-def _hash(*parts: str) -> int:
-    """A stable number from names (Python's own hash changes from run to run)."""
-    return zlib.crc32("\n".join(parts).encode())
+    ways = []
+    for arm, (before, after) in enumerate(zip(last.parts, this.parts, strict=True)):
+        if after is not None:
+            poses = [last.gesture.clip if before is None else before.gesture.clip, after.gesture.clip]
+            poses = poses[0].at(np.array([poses[0].relax]))[0], poses[1].at(np.array([poses[1].ready]))[0]
+            wrists = [skeleton.to_positions(pose)[(6, 9)[arm]] for pose in poses]
+            ways.append(np.linalg.norm(wrists[1] - wrists[0]))
+    return float(max(ways, default=0.0))

@@ -68,16 +68,27 @@ class Scene:
         return smooth(active, 0.35)
 
     def silence(self, begin: float, end: float) -> float:
-        """Longest pause (s) between phrases from ``begin`` to ``end``."""
-        phrases = self.prosody.phrases
-        gaps = phrases[1:, 0] - phrases[:-1, 1]
-        within = (phrases[1:, 0] > begin) & (phrases[:-1, 1] < end)
-        return float(gaps[within].max(initial=0.0))
+        """Longest pause (s) that lies at least partly between ``begin`` and ``end``."""
+        gaps = self.pauses[(self.pauses[:, 1] > begin) & (self.pauses[:, 0] < end)]
+        return float((gaps[:, 1] - gaps[:, 0]).max(initial=0.0))
+
+    @cached_property
+    def pauses(self) -> np.ndarray:
+        """Where nothing is said, ``(n, 2)`` in seconds: between words where they are known, else between phrases."""
+        spoken = np.array([(word.start, word.end) for word in self.speech.words]).reshape(-1, 2)
+        spoken = spoken if len(spoken) else self.prosody.phrases.reshape(-1, 2)
+        starts = np.append(spoken[:, 0], self.speech.duration)
+        return np.stack([np.append(0.0, np.maximum.accumulate(spoken[:, 1])), starts], axis=1)
 
     @property
-    def openness(self) -> float:
-        """How open and large the controls make the body, about -1..1: valence opens it, dominance spreads it."""
-        return float(0.5 * self.controls[1] + 0.5 * self.controls[2])
+    def valence(self) -> float:
+        """How pleased the controls make the body, -1..1: it lifts and opens."""
+        return float(self.controls[1])
+
+    @property
+    def dominance(self) -> float:
+        """How much room the controls make the body take, -1..1."""
+        return float(self.controls[2])
 
     @property
     def rate(self) -> float:

@@ -32,8 +32,8 @@ def save(rows: list[tuple[str, np.ndarray, list[str]]], path: str | PathLike, si
             _draw(axis, points[..., [across, 1]] + shift[:, None])
         top = 0.72 - row * views * _HEIGHT
         for column, caption in enumerate(captions):
-            axis.text(column * _WIDTH, top, caption[:_CAPTION], fontsize=6, ha="center", va="top")
-        axis.text(-0.75, top - 1.2, title, fontsize=7, va="top")
+            axis.text(column * _WIDTH, top, caption[:_CAPTION], fontsize=9, ha="center", va="top")
+        axis.text(-0.75, top - 1.2, title, fontsize=9, va="top")
     axis.set_xlim(-0.75, columns * _WIDTH - 0.75)
     axis.set_ylim(0.75 - len(rows) * views * _HEIGHT, 0.75)
     figure.subplots_adjust(0, 0, 1, 1)

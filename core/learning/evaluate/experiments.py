@@ -47,7 +47,7 @@ def directed_speakers(corpus: Corpus, train_each: int = 8, test_each: int = 4) -
     for speaker in range(len(corpus.speakers)):
         for held_out, most in ((False, train_each), (True, test_each)):
             mine = np.flatnonzero((arrays["speaker"] == speaker) & ((arrays["split"] == TEST) == held_out))
-            for number in _spread(mine, most):
+            for number in spread(mine, most):
                 motion = corpus.performance(number)[: int(EXCERPT * skeleton.FPS)]
                 rows[held_out].append((speaker, identity.features(motion)))
     result = {"speakers_apart": _directed_apart(corpus)}
@@ -76,7 +76,7 @@ def arousal(acted: Sequence[float], energy: dict[str, Sequence[float]]) -> dict[
 def directed_arousal(corpus: Corpus, most: int = 600) -> dict[str, float]:
     """The same of directed performances without controls, energies compared within each speaker."""
     arrays = corpus.arrays
-    chosen = _spread(np.flatnonzero(_plain(corpus) & corpus.acted()[arrays["recording"]]), most)
+    chosen = spread(np.flatnonzero(_plain(corpus) & corpus.acted()[arrays["recording"]]), most)
     if not len(chosen):
         return {}
     energy = np.log([kinematics.arm_speed(corpus.performance(number)).mean() + 1 for number in chosen])
@@ -95,6 +95,11 @@ def slider(low: Sequence[np.ndarray], middle: Sequence[np.ndarray], high: Sequen
     return {"slider_low": below / max(zero, 1e-9), "slider_high": above / max(zero, 1e-9)}
 
 
+def spread(items: Sequence, most: int) -> list:
+    """At most so many of the items, evenly spread, in order."""
+    return [items[row] for row in np.unique(np.linspace(0, len(items) - 1, min(most, len(items))).astype(int))]
+
+
 def _directed_apart(corpus: Corpus) -> float:
     """Mean angle between the arms of different speakers' performances of the same test recording, without controls."""
     arrays = corpus.arrays
@@ -111,13 +116,6 @@ def _directed_apart(corpus: Corpus) -> float:
 def _plain(corpus: Corpus) -> np.ndarray:
     """Which performances have no controls."""
     return np.abs(corpus.arrays["controls"]).max(axis=1) < 1e-3
-
-
-def _spread(numbers: np.ndarray, most: int) -> np.ndarray:
-    """At most so many of ``numbers``, evenly spread."""
-    return (
-        numbers[np.unique(np.linspace(0, len(numbers) - 1, min(most, len(numbers))).astype(int))] if len(numbers) else numbers
-    )
 
 
 def _mean(values: Sequence[float]) -> float:

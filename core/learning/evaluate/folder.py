@@ -8,12 +8,33 @@ from pathlib import Path
 
 from ...errors import OutputUnwritable
 from ...files import whole_file
-from . import goals, pictures
+from . import company, experiments, goals, people, pictures
 from .measure import Case
 from .report import Outcome
 
-SHOWN = 4
-"""Talks that are drawn."""
+SHOWN, PORTRAYED = 4, 4
+"""Talks that are drawn, and performers whose motion is."""
+
+_DULL = (
+    "Two dull performances are measured like any other: one only stands, breathes and sways, the other raises both hands on "
+    "every main accent, always the same way. The last column names those that reach a goal, too: such a goal is needed, but "
+    "who reaches it is not yet worth watching."
+)
+_VARIETY = f"The middle of the performers at all recordings together; two seeds and two takes of each. {_DULL}"
+_TIMED = (
+    ("this", "main_accent"), ("compare", "main_accent"), ("directed", "main_accent"), ("this", "main_accent_gain"),
+    ("this", "forearm_median"), ("this", "forearm_p90"), ("this", "jerk_ratio"),
+)  # fmt: skip
+_VARIED = (
+    ("this", "nearest_neighbour"), ("compare", "nearest_neighbour"), ("directed", "nearest_neighbour"), ("this", "cells"),
+    ("this", "first_axis"), ("this", "components"), ("this", "seeds_apart"), ("this", "seeds_places"),
+    ("this", "follows_voice"),
+)  # fmt: skip
+_PERFORMER = (
+    "forearm_median", "forearm_p90", "nearest_neighbour", "most_repeated", "cells", "first_axis", "components", "seeds_apart",
+    "strokes_a_minute",
+)  # fmt: skip
+"""Cells of the shorter tables: (column, figure)."""
 
 
 def prepare(folder: Path) -> Path:
@@ -50,7 +71,7 @@ def _draw(outcome: Outcome, folder: Path, progress: Callable[[str, float], None]
     sets: list[dict[str, Case]] = [
         {"generated": made, "directed": directed} for made, directed in zip(outcome.made, outcome.directed, strict=True)
     ][:SHOWN]
-    sets += [{"generated": case} for case in outcome.people]
+    sets += _of_people(outcome)
     names = []
     for number, performances in enumerate(sets):
         progress("draw", number / len(sets))
@@ -60,34 +81,112 @@ def _draw(outcome: Outcome, folder: Path, progress: Callable[[str, float], None]
             draw(performances, folder / names[-1])
     names.append("curves/speeds.png")
     pictures.speed_histograms({"generated": outcome.made, "directed": outcome.directed}, folder / names[-1])
+    return [*names, *_draw_motion(outcome, folder, progress)]
+
+
+def _of_people(outcome: Outcome) -> list[dict[str, Case]]:
+    """Of every recording of a person the first performer's case and the director's of the same name, if it has one."""
+    names = list(outcome.people.get("this", {}))[:1]
+    sets = []
+    for name in names:
+        for row, performance in enumerate(outcome.people["this"][name]):
+            directed = outcome.people.get("directed", {}).get(name)
+            sets.append({"generated": performance.case} | ({"directed": directed[row].case} if directed else {}))
+    return sets
+
+
+def _draw_motion(outcome: Outcome, folder: Path, progress: Callable[[str, float], None]) -> list[str]:
+    """Paths of wrists, and sheets at 12 figures a second, of some performers from calm to lively.
+
+    At the longest recording that no corpus holds.
+    """
+    troupes = outcome.people
+    if "this" not in troupes:
+        return []
+    order = [name for name in company.ranked(troupes["this"]) if all(name in troupe for troupe in troupes.values())]
+    chosen = experiments.spread(order or company.ranked(troupes["this"]), PORTRAYED)
+    rows = [(people.SEEN not in one.case.talk.name, one.case.duration) for one in troupes["this"][chosen[0]]]
+    row = rows.index(max(rows))
+    labels = {"directed": "directed", "this": "these weights", "compare": "compared weights"}
+    cases = {
+        label: {name: troupes[key][name][row].case for name in chosen if name in troupes[key]}
+        for key, label in labels.items()
+        if key in troupes
+    }
+    paths = {label: {name: case.directions for name, case in each.items()} for label, each in cases.items()}
+    names = ["sheets/wrist-paths.png"]
+    pictures.wrist_paths({**({"captured": outcome.captured} if outcome.captured else {}), **paths}, folder / names[0])
+    for number, name in enumerate(chosen):
+        progress("draw performers", number / len(chosen))
+        names.append(f"sheets/film-{file_name(name)}.png")
+        pictures.film_sheet({label: each[name] for label, each in cases.items() if name in each}, folder / names[-1])
     return names
 
 
 def _page(report: dict, pictured: list[str]) -> list[str]:
+    columns, variety = report["columns"], report["variety"]
+    lines = ["# Gestures on held-out speech", "", f"Command: `{report.get('command', '')}`", "", *_facts(report), ""]
+    if "people" in variety:
+        lines += ["## Variety at recordings of people", "", _VARIETY, "", *_variety_table(variety["people"])]
+        lines += ["", "Recording by recording:", "", *_by_recording(report["human"], _VARIED, goals.VARIETY, "variety")]
+        lines += ["", "Performers, from calm to lively:", "", *_performers(variety["people"]["this"]["performers"])]
+    lines += ["", "## Variety on the test split", "", *_variety_table(variety["talks"])]
+    lines += ["", "## Timing, rest and body on the test split", "", _DULL, "", *goals.table(columns)]
+    styles = columns["this"].get("arousal_by_style", {})
+    lines += ["", "Arousal and motion energy by style (rank, linear): "]
+    lines += [f"- {style}: {rank:.2f}, {linear:.2f}" for style, (rank, linear) in styles.items()]
+    if report["human"]:
+        lines += ["", "## Timing, rest and body at recordings of people", "", "All performers together.", ""]
+        lines += _by_recording(report["human"], _TIMED, goals.ROWS)
+    for name, recording in report["human"].items():
+        lines += ["", f"### {name}", "", *goals.table(recording)]
+    return [*lines, "", "## Pictures", "", *(f"![{name}]({name})" for name in pictured)]
+
+
+def _facts(report: dict) -> list[str]:
     detector = {name: f"{value:.2f}" for name, value in report["detector"].items()}
-    columns, checkpoints = report["columns"], report["checkpoints"]
-    missed = [row.label for row in goals.ROWS if report["verdicts"][row.key]["reached"] is False]
-    lines = [
-        "# Gestures on held-out speech",
-        "",
-        f"Command: `{report.get('command', '')}`",
-        "",
-        *(f"- {name}: checkpoint {facts['hash']}, {facts['speakers']} speakers" for name, facts in checkpoints.items()),
-        f"- {len(report['talks'])} performances of the test split; each beside the directed one, a frozen mean pose, and "
+    verdicts = {"": (report["verdicts"], goals.ROWS)}
+    verdicts |= {f" ({part})": (each, goals.VARIETY) for part, each in report["variety_verdicts"].items()}
+    missed = [
+        f"{row.name}{part}: by {row.form(each[row.key]['missing'])}"
+        for part, (each, rows) in verdicts.items()
+        for row in rows
+        if each[row.key]["reached"] is False
+    ]
+    return [
+        *(
+            f"- {name}: checkpoint {facts['hash']}, {facts['speakers']} speakers"
+            for name, facts in report["checkpoints"].items()
+        ),
+        f"- {len(report['talks'])} performances of the test split; each beside the directed one, two dull ones, and "
         "itself shifted in time against the speech",
         f"- strokes are found in the directed performances with F1 {detector['f1']} (precision {detector['precision']}, recall "
         f"{detector['recall']}) and a bias of {detector['bias']} s",
         f"- goals missed: {len(missed)}" + "".join(f"\n  - {label}" for label in missed),
-        "",
-        *goals.table({name: columns[name] for name in columns}),
     ]
-    styles = columns["this"].get("arousal_by_style", {})
-    lines += ["", "Arousal and motion energy by style (rank, linear): "]
-    lines += [f"- {style}: {rank:.2f}, {linear:.2f}" for style, (rank, linear) in styles.items()]
-    for name, recording in report["human"].items():
-        lines += ["", f"## Recording of a person: {name}", "", "By the default style and some others, together.", ""]
-        lines += goals.table(recording)
-    return [*lines, "", "## Pictures", "", *(f"![{name}]({name})" for name in pictured)]
+
+
+def _variety_table(columns: dict[str, dict]) -> list[str]:
+    return goals.table({**columns, **company.MEASURED}, goals.VARIETY)
+
+
+def _by_recording(recordings: dict, picked: tuple, rows: tuple, part: str = "") -> list[str]:
+    """A line a recording, with the columns of the second weights where there are some."""
+    known = {
+        name: {column: each.get(part, {}) if part else each for column, each in columns.items()}
+        for name, columns in recordings.items()
+    }
+    there = {column for columns in known.values() for column in columns}
+    return goals.short_table(known, [(column, key) for column, key in picked if column in there], rows)
+
+
+def _performers(each: dict[str, dict]) -> list[str]:
+    rows = {row.key: row for row in goals.VARIETY}
+    order = sorted(each, key=lambda name: each[name]["forearm_median"])
+    columns = {name: {"this": each[name]} for name in order}
+    keys = [key for key in _PERFORMER if any(math.isfinite(goals.value(each[name], key)) for name in order)]
+    lines = goals.short_table(columns, [("this", key) for key in keys], tuple(rows.values()))
+    return [lines[0].replace("| recording |", "| performer |"), *lines[1:]]
 
 
 def _finite(value):

@@ -1,42 +1,50 @@
 """The table of the report: which figures, what is wanted of each, and whether it is reached."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+
+from .dull import DULL
+
+HEADS = {"this": "these weights", "compare": "compared weights", "shuffled": "shifted in time"}
+"""How columns are called in tables, if not by their name."""
 
 
 @dataclass(frozen=True)
 class Goal:
-    """What a value should be: from ``low`` to ``high``, times the directed performance's value if ``of_directed``.
+    """What a value should be: from ``low`` to ``high``, times the value of the column ``of`` ("directed", "compare") if given.
 
     Without both bounds ``better`` ("higher" or "lower") alone says which of two values is preferred.
     """
 
     low: float = -math.inf
     high: float = math.inf
-    of_directed: bool = False
+    of: str = ""
     better: str = ""
 
-    def bounds(self, directed: float) -> tuple[float, float] | None:
-        """The range in the figure's own unit; None without one."""
+    def bounds(self, base: float = math.nan) -> tuple[float, float] | None:
+        """The range in the figure's own unit, ``base`` being the other column's value; None without one."""
         if math.isinf(self.low) and math.isinf(self.high):
             return None
-        if self.of_directed:
-            return (self.low * directed, self.high * directed) if math.isfinite(directed) else None
+        if self.of:
+            return (self.low * base, self.high * base) if math.isfinite(base) else None
         return self.low, self.high
 
-    def reached(self, value: float, directed: float) -> bool | None:
+    def reached(self, value: float, base: float = math.nan) -> bool | None:
         """Whether the value lies in the range; None if there is none or no value."""
-        bounds = self.bounds(directed)
-        if bounds is None or not math.isfinite(value):
-            return None
-        return bounds[0] - 1e-9 <= value <= bounds[1] + 1e-9
+        missing = self.missing(value, base)
+        return None if missing is None else missing <= 1e-9
 
-    def beats(self, value: float, other: float, directed: float) -> bool | None:
+    def missing(self, value: float, base: float = math.nan) -> float | None:
+        """How far the value is from the range, 0 inside; None if there is none or no value."""
+        bounds = self.bounds(base)
+        return None if bounds is None or not math.isfinite(value) else self._miss(value, bounds)
+
+    def beats(self, value: float, other: float, base: float = math.nan) -> bool | None:
         """Whether a value is at least as good as another; two that are in the range are equally good. None if unknown."""
         if not (math.isfinite(value) and math.isfinite(other)):
             return None
-        bounds = self.bounds(directed)
+        bounds = self.bounds(base)
         if bounds is None:
             return value >= other if self.better == "higher" else value <= other if self.better == "lower" else None
         return self._miss(value, bounds) <= self._miss(other, bounds) + 1e-9
@@ -48,12 +56,21 @@ class Goal:
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the table: key of the figure, what it is called, how it is written, what is wanted."""
+    """A line of the table: key of the figure, what it is called, how it is written, what is wanted.
+
+    ``alone``: what it is called where the line before it is not seen.
+    """
 
     key: str
     label: str
     form: Callable[[float], str]
     goal: Goal
+    alone: str = ""
+
+    @property
+    def name(self) -> str:
+        """What it is called by itself."""
+        return self.alone or self.label
 
 
 def _percent(value: float) -> str:
@@ -68,56 +85,88 @@ def _plain(value: float) -> str:
     return f"{value:.0f}" if abs(value) >= 99.5 else f"{value:.1f}" if abs(value) >= 9.95 else f"{value:.2f}"
 
 
-def _narration(value: float) -> Goal:
-    """Within a quarter of what was measured on captured narration."""
-    return Goal(0.75 * value, 1.25 * value)
-
-
-_HIGHER = Goal(better="higher")
-_LIKE_DIRECTED = Goal(0.75, 1.25, of_directed=True)
+_HIGHER, _LOWER = Goal(better="higher"), Goal(better="lower")
+_LIKE_DIRECTED = Goal(0.75, 1.25, of="directed")
+_AS_COMPARED = Goal(1, of="compare", better="higher")
+_RARE = Goal(high=0.10)
+_TIMES = "strokes on main accents, times the shifted ones"
 
 ROWS = (
-    Row("main_accent", "strokes within 0.15 s of a main accent", _percent, Goal(0.8, of_directed=True)),
-    Row("main_accent_gain", "... times those of the motion shifted in time", _plain, Goal(2.5)),
-    Row("main_accent_distance", "median way from stroke to main accent", _seconds, Goal(high=1.25, of_directed=True)),
-    Row("accent_alignment", "accents answered by a stroke (0 to 1)", _plain, Goal(0.8, of_directed=True)),
-    Row("beat_align", "beat alignment of speed minima (0 to 1)", _plain, Goal(0.95, of_directed=True)),
+    Row("main_accent", "strokes within 0.15 s of a main accent", _percent, Goal(0.8, of="directed"), "strokes on main accents"),
+    Row("main_accent_gain", "... times those of the motion shifted in time", _plain, Goal(0.8, of="directed"), _TIMES),
+    Row("main_accent_distance", "median way from stroke to main accent", _seconds, Goal(high=1.25, of="directed")),
+    Row("accent_alignment", "accents answered by a stroke (0 to 1)", _plain, Goal(0.8, of="directed")),
+    Row("beat_align", "beat alignment of speed minima (0 to 1)", _plain, Goal(0.95, of="directed")),
     Row("strokes_a_minute", "strokes a minute", _plain, _LIKE_DIRECTED),
-    Row("forearm_median", "forearm speed, median (degrees/s)", _plain, _narration(11)),
-    Row("forearm_p90", "forearm speed, 90th percentile", _plain, _narration(95)),
-    Row("forearm_under_5", "forearms under 5 degrees/s", _percent, _narration(0.31)),
-    Row("upper_arm_median", "upper-arm speed, median (degrees/s)", _plain, _narration(8.5)),
-    Row("upper_arm_p90", "upper-arm speed, 90th percentile", _plain, _narration(50)),
-    Row("upper_arm_under_5", "upper arms under 5 degrees/s", _percent, _narration(0.36)),
+    Row("forearm_median", "forearm speed, median (degrees/s)", _plain, _LIKE_DIRECTED),
+    Row("forearm_p90", "forearm speed, 90th percentile", _plain, _LIKE_DIRECTED),
+    Row("forearm_under_5", "forearms under 5 degrees/s", _percent, _LIKE_DIRECTED),
+    Row("upper_arm_median", "upper-arm speed, median (degrees/s)", _plain, _LIKE_DIRECTED),
+    Row("upper_arm_p90", "upper-arm speed, 90th percentile", _plain, _LIKE_DIRECTED),
+    Row("upper_arm_under_5", "upper arms under 5 degrees/s", _percent, _LIKE_DIRECTED),
     Row("energy_forearms", "speed in gestures to real clips, forearms", _plain, _LIKE_DIRECTED),
-    Row("energy_upper_arms", "... upper arms", _plain, _LIKE_DIRECTED),
-    Row("energy_clavicles", "... clavicles", _plain, _LIKE_DIRECTED),
-    Row("energy_head", "... neck and head", _plain, _LIKE_DIRECTED),
-    Row("energy_torso", "... torso", _plain, _LIKE_DIRECTED),
-    Row("jerk_ratio", "jerk of the wrists in gestures to real clips", _plain, Goal(0.7, 1.3)),
-    Row("smoothness_ratio", "... for the same speed", _plain, _LIKE_DIRECTED),
-    Row("pause_speed", "arm speed in pauses over 1.5 s (degrees/s)", _plain, Goal(high=1.25, of_directed=True)),
-    Row("speech_speed", "arm speed in speech", _plain, _LIKE_DIRECTED),
-    Row("pause_at_rest", "hands at rest in pauses", _percent, Goal(0.9, of_directed=True)),
+    Row("energy_upper_arms", "... upper arms", _plain, _LIKE_DIRECTED, "speed in gestures to real clips, upper arms"),
+    Row("energy_clavicles", "... clavicles", _plain, _LIKE_DIRECTED, "speed in gestures to real clips, clavicles"),
+    Row("energy_head", "... neck and head", _plain, _LIKE_DIRECTED, "speed in gestures to real clips, neck and head"),
+    Row("energy_torso", "... torso", _plain, _LIKE_DIRECTED, "speed in gestures to real clips, torso"),
+    Row("jerk_ratio", "jerk of the wrists in gestures to real clips", _plain, Goal(0.7, 1.3), "jerk ratio"),
+    Row("smoothness_ratio", "... for the same speed", _plain, _LIKE_DIRECTED, "jerk for the same speed to real clips"),
+    Row("pause_speed", "arm speed in pauses over 1.5 s (degrees/s)", _plain, Goal(high=1.25, of="directed")),
+    Row("speech_speed", "arm speed in speech", _plain, _LIKE_DIRECTED, "arm speed in speech (degrees/s)"),
+    Row("pause_at_rest", "hands at rest in pauses", _percent, Goal(0.9, of="directed")),
     Row("speech_at_rest", "hands at rest in speech", _percent, _LIKE_DIRECTED),
     Row("takes_apart", "arms of two takes apart (degrees)", _plain, _HIGHER),
-    Row("speakers_apart", "arms of two speakers apart (degrees)", _plain, Goal(0.75, of_directed=True)),
+    Row("speakers_apart", "arms of two speakers apart (degrees)", _plain, Goal(0.75, of="directed")),
     Row("told_apart", "speakers told apart, times chance", _plain, Goal(8)),
     Row("arousal_spearman", "arousal and motion energy, rank correlation", _plain, Goal(0.6)),
-    Row("arousal_pearson", "... linear", _plain, Goal(0.6)),
+    Row("arousal_pearson", "... linear", _plain, Goal(0.6), "arousal and motion energy, linear correlation"),
     Row("slider_low", "energy with the arousal slider at -1, to 0", _plain, Goal(high=0.85)),
-    Row("slider_high", "... at +1, to 0", _plain, Goal(1.15)),
+    Row("slider_high", "... at +1, to 0", _plain, Goal(1.15), "energy with the arousal slider at +1, to 0"),
     Row("through_body", "frames with a hand in the body", _percent, Goal(high=0.005)),
     Row("backward_elbows", "frames with an elbow bent backwards", _percent, Goal(high=0.0)),
     Row("hands_touch", "frames with the wrists within 6 cm", _percent, Goal(high=0.01)),
     Row("seam_speed", "speed at joins of windows to elsewhere", _plain, Goal(0.8, 1.25)),
-    Row("seam_acceleration", "acceleration there", _plain, Goal(0.8, 1.25)),
+    Row("seam_acceleration", "acceleration there", _plain, Goal(0.8, 1.25), "acceleration at joins of windows to elsewhere"),
 )  # fmt: skip
 
 
-def written(row: Row, directed: float) -> str:
-    """The goal in words; those that are relative to the directed performance need its value."""
-    bounds = row.goal.bounds(directed)
+VARIETY = (
+    Row("nearest_neighbour", "nearest neighbour of a stroke (0: always the same)", _plain, Goal(0.80), "nearest neighbour"),
+    Row("nearest_neighbour_least", "... of the least varied performer", _plain, Goal(0.60), "nearest neighbour, least"),
+    Row("cells", "5-cm cells that a wrist visits in a minute", _plain, Goal(200), "cells a minute"),
+    Row("cells_least", "... least", _plain, _HIGHER),
+    Row("first_axis", "wrist variance along its first axis", _plain, Goal(high=0.66), "first axis"),
+    Row("first_axis_most", "... most", _plain, _LOWER),
+    Row("components", "components for 95 % of arm motion", _plain, Goal(7), "components"),
+    Row("components_least", "... least", _plain, _HIGHER),
+    Row("clip_share", "share of the most frequent clip (planned)", _percent, _RARE, "most frequent clip (planned)"),
+    Row("most_repeated", "share of strokes that look like the most repeated one", _percent, _RARE, "most repeated stroke"),
+    Row("most_repeated_most", "... most", _percent, _LOWER),
+    Row("forearm_median_least", "median forearm speed (degrees/s), calmest one", _plain, Goal(high=8), "calmest forearms"),
+    Row("forearm_median", "... of the middle one", _plain, Goal(), "forearm median"),
+    Row("forearm_median_most", "... of the liveliest", _plain, Goal(40), "liveliest forearms"),
+    Row("forearm_p90", "forearm speed, 90th percentile", _plain, Goal(), "90th percentile"),
+    Row("upper_arm_median", "upper-arm speed, median", _plain, Goal()),
+    Row("upper_arm_p90", "upper-arm speed, 90th percentile", _plain, Goal()),
+    Row("seeds_apart", "arms of two seeds apart (degrees)", _plain, Goal(15), "seeds apart (degrees)"),
+    Row("seeds_apart_least", "... least", _plain, _HIGHER),
+    Row("seeds_places", "strokes of two seeds in the same places", _percent, Goal(high=0.45), "seeds in the same places"),
+    Row("seeds_chance", "... by chance, one of them shifted in time", _percent, Goal(), "seeds in the same places by chance"),
+    Row("takes_apart", "arms of two takes apart (degrees)", _plain, _HIGHER),
+    Row("takes_places", "strokes of two takes in the same places", _percent, _LOWER),
+    Row("follows_voice", "wrist speed with the voice's energy, correlation", _plain, _AS_COMPARED, "follows the voice"),
+    Row("left_right", "left with right wrist's speed, correlation", _plain, Goal()),
+    Row("shoulder_yaw", "shoulder line's heading, deviation in 5 s (degrees)", _plain, Goal()),
+    Row("strokes_a_minute", "peaks of wrist speed a minute", _plain, Goal(), "peaks a minute"),
+)  # fmt: skip
+"""Of the middle of the performers where nothing else is said; goals of ../shared/docs/performance.md.
+
+"From 8 to 40 degrees a second" is read as: the calmest performer at most 8, the liveliest at least 40."""
+
+
+def written(row: Row, base: float = math.nan) -> str:
+    """The goal in words; those that are relative to another column need its value."""
+    bounds = row.goal.bounds(base)
     if bounds is None:
         return row.goal.better
     low, high = bounds
@@ -134,36 +183,75 @@ def value(figures: dict | None, key: str) -> float:
     return float(found) if isinstance(found, int | float) else math.nan
 
 
+def base(row: Row, columns: dict[str, dict | None]) -> float:
+    """The value that a relative goal is relative to."""
+    return value(columns.get(row.goal.of), row.key)
+
+
+def passed_by_dull(row: Row, columns: dict[str, dict | None]) -> list[str]:
+    """Which of the :data:`DULL` performances reach this goal, found by measuring them like any other."""
+    known = base(row, columns)
+    return [name for name in DULL if row.goal.reached(value(columns.get(name), row.key), known)]
+
+
 def table(columns: dict[str, dict | None], rows: tuple[Row, ...] = ROWS) -> list[str]:
-    """Lines of a Markdown table; ``columns`` by name, of which "this" is judged, beside "compare" and "directed" if given."""
-    names = list(columns)
-    judged = ["reached", *(["not worse than compare"] if columns.get("compare") else [])]
-    heads = ["figure", "wanted", *names, *judged]
-    lines = ["| " + " | ".join(heads) + " |", "|" + " --- |" * len(heads)]
+    """Lines of a Markdown table; ``columns`` by name, of which "this" is judged.
+
+    Beside it stand "compare", "directed", the dull performances and whatever else is given.
+    """
+    judged = ["reached", *(["not worse than compared"] if columns.get("compare") else [])]
+    judged += ["dull ones reach it"] * any(columns.get(name) for name in DULL)
+    lines = _head(["figure", "wanted", *(HEADS.get(name, name) for name in columns), *judged])
     for row in rows:
-        directed = value(columns.get("directed"), row.key)
+        known = base(row, columns)
         values = {name: value(figures, row.key) for name, figures in columns.items()}
-        if all(math.isnan(each) for each in values.values()):
+        if all(math.isnan(each) for name, each in values.items() if name not in DULL):
             continue
-        cells = [row.label, written(row, directed)]
+        cells = [row.label, written(row, known)]
         cells += ["" if math.isnan(each) else row.form(each) for each in values.values()]
-        cells.append(_mark(row.goal.reached(values["this"], directed)))
+        if "directed" in values and row.goal.reached(values["directed"], known) is False:
+            cells[2 + list(values).index("directed")] += " (misses)"
+        cells.append(_judged(row, values["this"], known))
         if columns.get("compare"):
-            cells.append(_mark(row.goal.beats(values["this"], values["compare"], directed)))
+            cells.append(_mark(row.goal.beats(values["this"], values["compare"], known)))
+        if "dull ones reach it" in judged:
+            cells.append(", ".join(passed_by_dull(row, columns)))
         lines.append("| " + " | ".join(cells) + " |")
     return lines
 
 
-def verdicts(this: dict, compare: dict | None, directed: dict | None, rows: tuple[Row, ...] = ROWS) -> dict[str, dict]:
-    """``{key: {"reached": ..., "not_worse": ...}}`` for the JSON file."""
+def short_table(recordings: dict[str, dict[str, dict]], picked: Sequence[tuple[str, str]], rows: tuple[Row, ...]) -> list[str]:
+    """One line a recording, ``{name: {column: figures}}``; ``picked``: (column, key of a row) of every cell."""
+    known = {row.key: row for row in rows}
+    heads = [known[key].name + ("" if column == "this" else f", {HEADS.get(column, column)}") for column, key in picked]
+    lines = _head(["recording", *heads])
+    for name, columns in recordings.items():
+        values = [(known[key], value(columns.get(column), key)) for column, key in picked]
+        lines.append("| " + " | ".join([name, *("" if math.isnan(v) else row.form(v) for row, v in values)]) + " |")
+    return lines
+
+
+def verdicts(columns: dict[str, dict | None], rows: tuple[Row, ...] = ROWS) -> dict[str, dict]:
+    """``{key: {"reached": ..., "missing": ..., "not_worse": ..., "dull": [...]}}`` for the JSON file."""
     result = {}
     for row in rows:
-        ceiling = value(directed, row.key)
+        known, this = base(row, columns), value(columns.get("this"), row.key)
         result[row.key] = {
-            "reached": row.goal.reached(value(this, row.key), ceiling),
-            "not_worse": row.goal.beats(value(this, row.key), value(compare, row.key), ceiling),
+            "reached": row.goal.reached(this, known),
+            "missing": row.goal.missing(this, known),
+            "not_worse": row.goal.beats(this, value(columns.get("compare"), row.key), known),
+            "dull": passed_by_dull(row, columns),
         }
     return result
+
+
+def _head(heads: Sequence[str]) -> list[str]:
+    return ["| " + " | ".join(heads) + " |", "|" + " --- |" * len(heads)]
+
+
+def _judged(row: Row, value: float, known: float) -> str:
+    missing = row.goal.missing(value, known)
+    return "" if missing is None else "yes" if missing <= 1e-9 else f"**no**, by {row.form(missing)}"
 
 
 def _mark(verdict: bool | None) -> str:

@@ -6,28 +6,70 @@ from os import PathLike
 import numpy as np
 
 from ...motion import skeleton
+from ...motion.motion import cubic
 from ..corpus import sheet
 from . import kinematics
 from .measure import Case
 
-STEP = 0.5
-"""Seconds between the figures of a sheet."""
-ACROSS = 20
-"""Figures in a row."""
+STEP, ACROSS = 0.5, 20
+"""Seconds between the figures of a sheet of a talk, and figures in a row."""
+FILM = 12
+"""Figures a second of a sheet that shows how somebody moves; two seconds go in a row."""
+MINUTE = 60.0
+_LEFT, _RIGHT = "tab:red", "tab:blue"
 
 
-def contact_sheet(performances: dict[str, Case], path: str | PathLike, seconds: float = 30.0) -> None:
-    """Figures of one talk's performances below each other, every half second, the words above."""
+def contact_sheet(
+    performances: dict[str, Case],
+    path: str | PathLike,
+    seconds: float = 30.0,
+    step: float = STEP,
+    across: int = ACROSS,
+    start: float = 0.0,
+) -> None:
+    """Figures of one talk's performances below each other, every ``step`` seconds, front and side, the words above."""
     first = next(iter(performances.values()))
-    count = int(min(seconds, first.duration) / STEP)
+    count = int(min(seconds, first.duration - start) / step)
     rows = []
-    for begin in range(0, count, ACROSS):
-        times = np.arange(begin, min(begin + ACROSS, count)) * STEP
-        captions = [_said(first.talk.words, time, time + STEP) for time in times]
+    for begin in range(0, count, across):
+        times = start + np.arange(begin, min(begin + across, count)) * step
+        captions = [_said(first.talk.words, time, time + step) for time in times]
         for number, (name, case) in enumerate(performances.items()):
-            frames = np.minimum((times * skeleton.FPS).astype(int), len(case.directions) - 1)
-            rows.append((f"{name} {times[0]:.0f} s", case.directions[frames], [] if number else captions))
+            shown = skeleton.normalize(cubic(case.directions, np.minimum(times * skeleton.FPS, len(case.directions) - 1)))
+            rows.append((f"{name} {times[0]:.3g} s", shown, [] if number else captions))
     sheet.save(rows, path)
+
+
+def film_sheet(performances: dict[str, Case], path: str | PathLike, seconds: float = 10.0) -> None:
+    """The same at :data:`FILM` figures a second from its first third on: what happens between two poses."""
+    start = np.floor(next(iter(performances.values())).duration / 3)
+    contact_sheet(performances, path, seconds, 1 / FILM, 2 * FILM, start)
+
+
+def wrist_paths(sets: dict[str, dict[str, np.ndarray]], path: str | PathLike, seconds: float = MINUTE) -> None:
+    """Where wrists go within a minute, front and side: a row a set, two panels a motion ``(frames, 9, 3)``."""
+    plt = _matplotlib()
+    across = 2 * max(map(len, sets.values()))
+    figure, axes = plt.subplots(len(sets), across, figsize=(2.3 * across, 2.5 * len(sets)), squeeze=False)
+    for axis in axes.ravel():
+        axis.axis("off")
+    for line, (label, motions) in zip(axes, sets.items(), strict=True):
+        for number, (name, motion) in enumerate(motions.items()):
+            points = skeleton.canonical_to_y_up(skeleton.to_positions(motion[: round(seconds * skeleton.FPS)]))
+            for axis, across_axis, view in zip(line[2 * number : 2 * number + 2], (0, 2), ("front", "side"), strict=True):
+                _paths(axis, points[..., [across_axis, 1]])
+                axis.set_title(f"{label}: {name}" if view == "front" else view, fontsize=7)
+    _write(figure, path)
+
+
+def _paths(axis, points: np.ndarray) -> None:
+    """A minute of both wrists ``(frames, 10, 2)`` over the middle pose of the body."""
+    body = np.median(points, axis=0)
+    for edge in (0, 1, 2, 3, 6):
+        axis.plot(*body[list(skeleton.EDGES[edge])].T, color="0.5", linewidth=2)
+    for joint, colour in ((6, _LEFT), (9, _RIGHT)):
+        axis.plot(*points[:, joint].T, color=colour, linewidth=0.6, alpha=0.85)
+    axis.set(xlim=(-0.8, 0.8), ylim=(-0.65, 0.75), aspect="equal")
 
 
 def speed_curve(performances: dict[str, Case], path: str | PathLike, seconds: float = 40.0) -> None:

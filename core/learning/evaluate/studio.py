@@ -11,7 +11,7 @@ import numpy as np
 
 from ... import styles
 from ...motion import rest
-from ...performance import windows
+from ...performance import performing
 from ...performance.synthesis import Request, Session
 from ...sound.audio import SAMPLE_RATE
 from .talks import Talk
@@ -61,7 +61,7 @@ class Studio:
 
     def joins(self, frames: int) -> list[int]:
         """Frames at which windows after the first begin."""
-        return windows.starts(frames, *self.session.checkpoint.window)[1:]
+        return performing.joins(self.session.checkpoint, frames)
 
     def perform(self, talk: Talk, wishes: Sequence[Wish]) -> list[np.ndarray]:
         """Directions ``(takes, frames, 9, 3)`` for every wish."""

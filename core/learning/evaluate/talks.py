@@ -48,6 +48,14 @@ class Talk:
         """The words, or where they are unknown the voiced stretches, with times."""
         return self.words or tuple(("", start, end) for start, end in voice.segments(self.audio))
 
+    @cached_property
+    def loudness(self) -> np.ndarray:
+        """Root mean square ``(frames,)`` of the sound at 15 fps."""
+        frames, hop = int(len(self.audio) / SAMPLE_RATE * skeleton.FPS), SAMPLE_RATE / skeleton.FPS
+        edges = np.round(np.arange(frames + 1) * hop).astype(int)
+        total = np.concatenate([[0.0], np.cumsum(np.square(self.audio, dtype=float))])
+        return np.sqrt(np.diff(total[edges]) / np.diff(edges))
+
     def cut(self, seconds: float) -> "Talk":
         """The first so many seconds."""
         frames = int(seconds * skeleton.FPS)
@@ -135,23 +143,31 @@ class Corpus:
             dict(zip(styles.CONTROLS, arrays["controls"][number].tolist(), strict=True)),
             np.array(arrays["affect"][recording]) if self.acted()[recording] else None,
             directed,
-            self._part("strokes", "stroke_starts", number),
+            self._emphases(number),
             self.rest(speaker),
         )
+
+    def _emphases(self, number: int) -> np.ndarray:
+        """When the strokes of a performance land; corpora of 2026's first half keep nothing else of them."""
+        kept = self._part("strokes", "stroke_starts", number)
+        return kept[:, 2] if kept.ndim == 2 else kept
 
     def _part(self, name: str, starts: str, row: int) -> np.ndarray:
         begin, end = self.arrays[starts][row : row + 2]
         return np.array(self.arrays[name][begin:end], float)
 
 
-def human(path: str | PathLike) -> Talk:
-    """A person's recording with the text file of its name beside it, aligned, or without; raises :class:`S2agError`."""
+def human(path: str | PathLike, said: str | None = None) -> Talk:
+    """A person's recording with the text that is ``said`` or in the file of its name beside it, aligned, or without.
+
+    Raises :class:`S2agError`.
+    """
     from ...sound import audio
     from ...words import transcript
 
     path = Path(path)
     sound = audio.load(path)
     text = path.with_suffix(".txt")
-    words, _ = transcript.resolve(sound, text if text.is_file() else None)
+    words, _ = transcript.resolve(sound, text if said is None and text.is_file() else None, said)
     accents = [(accent.time, accent.strength, accent.main) for accent in prosody.analyse(sound, words).accents]
     return Talk(path.stem, path.stem, sound, words, np.array(accents, float).reshape(-1, 3))

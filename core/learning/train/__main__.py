@@ -21,6 +21,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--config", type=Path, help="training settings as JSON; the options here come before it")
     parser.add_argument("--minutes", type=float, help="stop after so many minutes, everything saved")
     parser.add_argument("--steps", type=int, help="steps in all, resumed ones included")
+    parser.add_argument("--batch", type=int, help="windows a step of each process")
     parser.add_argument("--device", help="cpu, cuda, mps")
     parser.add_argument("--threads", type=int, help="CPU threads")
     parser.add_argument("--resume", action="store_true", default=None, help="continue the run in the folder")

@@ -5,15 +5,20 @@ from pathlib import Path
 
 from ...errors import UsageError
 from ...model.config import ModelConfig, build
+from .kept import KINDS
 
 
 @dataclass(frozen=True)
 class TrainConfig:
-    """Settings of a run. Weights of the paper's loss terms are those of Yoon et al. (reference section C)."""
+    """Settings of a run. Weights of the paper's loss terms are those of Yoon et al. (reference section C).
+
+    The model decides what is learned: `flow` learns by flow matching (:mod:`flow`), the others against a discriminator
+    (:mod:`adversarial`).
+    """
 
     data: str = ""  # packed corpus, a folder
     out: str = ""  # folder for checkpoint, training state and log
-    model: str = "default"  # "default" or "paper"
+    model: str = "default"  # "flow", "default" or "paper"
     model_settings: dict = field(default_factory=dict)  # changes to that configuration
     minutes: float = 0.0  # stop after so many; 0: after all steps
     resume: bool = False
@@ -31,6 +36,10 @@ class TrainConfig:
 
     word_drop: float = 0.15  # chance that a window has no words, and prosody from sound alone, so that audio suffices
     seed_drop: float = 0.1  # chance that a window has no seed poses
+    kept: dict = field(default_factory=dict)  # instead: shares of what kept.py knows; the rest of the windows have none
+    stroke_tell: float = 0.0  # chance that a window is told some of its strokes
+    style_drop: float = 0.0  # chance that a flow is not told the style, for guidance
+    text_drop: float = 0.0  # chance that a flow is not told the words, with all else as it is, for guidance
     seed_noise: float = 0.02  # seeds of later windows are generated, so exact ones must not be relied on
     mfcc_noise: float = 0.03  # white noise on every value
     mfcc_gain: float = 0.1  # offset of the first coefficient, one a window: another recording level
@@ -38,6 +47,9 @@ class TrainConfig:
 
     generator_rate: float = 5e-4
     discriminator_rate: float = 1e-4
+    warm_up: int = 0  # steps in which the generator's rate rises
+    weight_decay: float = 0.0  # of the generator's weights, decoupled
+    clip: float = 0.0  # largest norm of the generator's gradient; 0: any
     final_rate: float = 0.1  # share of both rates left at the last step, approached along a cosine; 1: constant
     average: float = 0.999  # decay of the moving average of weights that becomes the checkpoint
     huber: float = 500.0
@@ -56,8 +68,8 @@ class TrainConfig:
     save_minutes: float = 2.0
 
     def __post_init__(self):
-        if self.model not in ("default", "paper"):
-            raise UsageError(f"{self.model!r} cannot be trained here.", "Set model to default or paper.")
+        if self.model not in ("flow", "default", "paper"):
+            raise UsageError(f"{self.model!r} cannot be trained here.", "Set model to flow, default or paper.")
         for name, known in (("device", ("cpu", "cuda", "mps")), ("precision", ("32-true", "bf16-mixed"))):
             if getattr(self, name) not in known:
                 raise UsageError(f"{name} is {getattr(self, name)!r}.", f"Use one of {', '.join(known)}.")
@@ -66,11 +78,18 @@ class TrainConfig:
                 raise UsageError(f"{name} is {getattr(self, name)}.", "Set it to 1 or more.")
         if not 0 <= self.seed_frames < self.frames:
             raise UsageError("seed_frames does not fit into frames.", "Set it below frames.")
+        shares = [*self.kept.values()]
+        if not (set(self.kept) <= set(KINDS) and all(isinstance(share, int | float) for share in shares)):
+            raise UsageError("kept names what is not known.", f"Give shares of {', '.join(KINDS)}.")
+        if shares and not (min(shares) >= 0 and sum(shares) <= 1 + 1e-9):
+            raise UsageError("The shares in kept make no sense.", "Give numbers from 0 whose sum is 1 at most.")
 
-    def model_config(self, speakers: int) -> ModelConfig:
-        """The network's settings for a corpus of so many speakers."""
-        base = ModelConfig.paper() if self.model == "paper" else ModelConfig.default()
-        return ModelConfig.from_dict({**base.to_dict(), "speakers": speakers, **self.model_settings})
+    def model_config(self, speakers: int, meanings: int = 0, extras: int = 0) -> ModelConfig:
+        """The network's settings for a corpus of so many speakers; a flow also learns its meanings and extras."""
+        base = getattr(ModelConfig, self.model)().to_dict()
+        if base["decoder"] == "flow":
+            base |= {"meanings": meanings if self.stroke_tell else 0, "extras": extras}
+        return ModelConfig.from_dict({**base, "speakers": speakers, **self.model_settings})
 
     @property
     def out_path(self) -> Path:

@@ -8,11 +8,13 @@ import torch
 from torch.nn import functional
 
 from ...errors import CorpusUnreadable
-from ...model.seeds import seed_input
+from ...model.seeds import kept_input
 from ...model.timing import mfcc_slice, nearest_mfcc
 from ...motion.skeleton import FPS, mirror
 from ...styles import CONTROLS
 from .config import TrainConfig
+from .kept import draw_kept
+from .revealing import Revealing, mirrored
 from .storage import load_arrays
 
 TRAIN, VALIDATION, TEST = range(3)
@@ -24,22 +26,24 @@ class Windows:
     """Which windows a batch holds and what is taken from each, all ``(B,)``.
 
     ``talk`` is the performance, ``first`` its first frame; ``flip`` windows are mirrored, ``wordless`` ones have no words
-    and the prosody of sound alone, ``seedless`` ones no seed poses. None: no window.
+    and the prosody of sound alone. None: no window. ``kept`` ``(B, T)`` marks the frames whose poses are given; None: the
+    seed frames at the start. ``draws`` ``(B, T)`` decide which strokes are told (:mod:`revealing`); None: none.
     """
 
     talk: np.ndarray
     first: np.ndarray
     flip: np.ndarray | None = None
     wordless: np.ndarray | None = None
-    seedless: np.ndarray | None = None
+    kept: np.ndarray | None = None
+    draws: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
 class Batch:
-    """Windows on one device: what :class:`Generator` takes, and the performance it should give.
+    """Windows on one device: what a network takes, and the performance it should give.
 
-    ``mfcc`` (B, Ta, 40), ``words`` (B, T, 300), ``seeds`` (B, T, 28), ``prosody`` (B, T, K), ``directions`` (B, T, 9, 3),
-    ``speaker`` (B,), ``controls`` (B, 5).
+    ``mfcc`` (B, Ta, 40), ``words`` (B, T, 300), ``seeds`` (B, T, 28 + n), ``prosody`` (B, T, K), ``directions``
+    (B, T, 9, 3), ``extras`` (B, T, n), ``speaker`` (B,), ``controls`` (B, 5), ``asked`` (B, T, 7) (:mod:`requested`).
     """
 
     mfcc: torch.Tensor
@@ -47,8 +51,10 @@ class Batch:
     seeds: torch.Tensor
     prosody: torch.Tensor
     directions: torch.Tensor
+    extras: torch.Tensor
     speaker: torch.Tensor
     controls: torch.Tensor
+    asked: torch.Tensor
 
 
 @dataclass(frozen=True)
@@ -59,9 +65,11 @@ class Raw:
     words: torch.Tensor
     prosody: torch.Tensor
     directions: torch.Tensor
+    extras: torch.Tensor
     speaker: torch.Tensor
     controls: torch.Tensor
-    seeded: torch.Tensor
+    asked: torch.Tensor
+    kept: torch.Tensor
 
     def pinned(self) -> "Raw":
         """The same in memory that a GPU can copy from on its own."""
@@ -79,7 +87,9 @@ class Corpus:
             setattr(self, name, self.arrays[name])
         for name in ("mfcc_starts", "frame_starts", "starts", "recording", "speaker", "split"):
             setattr(self, name, self.arrays[name].astype(np.int64))
+        self.extras = self.arrays.get("extras", np.zeros((len(self.directions), 0), np.float16))
         self._check()
+        self.revealing = Revealing(self.arrays.get("strokes"), self.starts)
         silent = np.zeros((1, self.arrays["vectors"].shape[1]), np.float32)
         self.vectors = torch.from_numpy(np.concatenate([self.arrays["vectors"], silent]).astype(np.float32)).to(self.device)
 
@@ -97,6 +107,11 @@ class Corpus:
     def speakers(self) -> list[dict]:
         """Names and descriptions in the order of the speaker ids."""
         return self.meta["speakers"]
+
+    @property
+    def meanings(self) -> list[str]:
+        """Names of the kinds of strokes; empty in a corpus that does not tell them."""
+        return list(self.meta.get("meanings", ())) if self.revealing.row is not None else []
 
     def window_starts(self, split: int, frames: int) -> tuple[np.ndarray, np.ndarray]:
         """Performances of a split that hold a window of so many frames, and how many starts each offers."""
@@ -116,47 +131,60 @@ class Corpus:
         talks, room = self.window_starts(split, frames)
         return _pick(talks, room, np.unique(np.linspace(0, room.sum() - 1, count).astype(np.int64)))
 
-    def gather(self, windows: Windows, frames: int) -> Raw:
+    def gather(self, windows: Windows, frames: int, seed_frames: int) -> Raw:
         """Copy windows of ``frames`` out of the files; any thread may do it."""
         talk, first = windows.talk, windows.first
         recording = self.recording[talk]
         spoken = (self.frame_starts[recording] + first)[:, None] + np.arange(frames)
         heard = (self.mfcc_starts[recording] + nearest_mfcc(first))[:, None] + np.arange(mfcc_slice(0, frames).stop)
         heard = np.minimum(heard, self.mfcc_starts[recording + 1][:, None] - 1)
-        directions = self.directions[(self.starts[talk] + first)[:, None] + np.arange(frames)]
-        controls = self.controls[talk].astype(np.float32)
+        performed = (self.starts[talk] + first)[:, None] + np.arange(frames)
+        directions, controls = self.directions[performed], self.controls[talk].astype(np.float32)
+        asked = self.revealing.tell(talk, first, np.ones(spoken.shape) if windows.draws is None else windows.draws)
         words, prosody = self.word_index[spoken].astype(np.int64) % len(self.vectors), self.prosody[spoken]
         if windows.flip is not None and windows.flip.any():
             directions = directions.astype(np.float32)
             directions[windows.flip] = mirror(directions[windows.flip])
             controls[windows.flip, HAND] *= -1
+            asked[windows.flip] = mirrored(asked[windows.flip])
         if windows.wordless is not None and windows.wordless.any():
             words[windows.wordless] = len(self.vectors) - 1
             prosody[windows.wordless] = self.prosody_plain[spoken[windows.wordless]]
-        seeded = np.ones(len(talk), bool) if windows.seedless is None else ~windows.seedless
-        parts = (self.mfcc[heard], words, prosody, directions, self.speaker[talk], controls, seeded)
+        kept = np.arange(frames) < np.full((len(talk), 1), seed_frames) if windows.kept is None else windows.kept
+        parts = (
+            self.mfcc[heard],
+            words,
+            prosody,
+            directions,
+            self.extras[performed],
+            self.speaker[talk],
+            controls,
+            asked,
+            kept,
+        )
         return Raw(*map(torch.from_numpy, parts))
 
-    def finish(self, raw: Raw, seed_frames: int) -> Batch:
-        """The batch on the corpus's device in float32, word vectors and seed poses in place."""
-        mfcc, words, prosody, directions, speaker, controls, seeded = (
+    def finish(self, raw: Raw) -> Batch:
+        """The batch on the corpus's device in float32, word vectors and given poses in place."""
+        mfcc, words, prosody, directions, extras, speaker, controls, asked, kept = (
             getattr(raw, field.name).to(self.device, non_blocking=True) for field in fields(raw)
         )
-        directions = functional.normalize(directions.float(), dim=-1)
-        seeds = seed_input(directions[:, :seed_frames], directions.shape[1]) * seeded[:, None, None]
+        directions, extras = functional.normalize(directions.float(), dim=-1), extras.float()
         return Batch(
             mfcc=mfcc.float(),
             words=functional.embedding(words, self.vectors),
-            seeds=seeds,
+            seeds=kept_input(directions, kept[..., None], extras),
             prosody=prosody.float(),
             directions=directions,
+            extras=extras,
             speaker=speaker,
             controls=controls,
+            asked=asked,
         )
 
     def batch(self, windows: Windows, frames: int, seed_frames: int) -> Batch:
-        """Windows of ``frames`` with the first ``seed_frames`` poses given."""
-        return self.finish(self.gather(windows, frames), seed_frames)
+        """Windows of ``frames``; where they say nothing of it, the first ``seed_frames`` poses are given."""
+        return self.finish(self.gather(windows, frames, seed_frames))
 
     def _check(self) -> None:
         talks, recordings, fps = len(self.starts) - 1, len(self.frame_starts) - 1, self.meta.get("fps", FPS)
@@ -173,6 +201,7 @@ class Corpus:
             and len(self.mfcc) == self.mfcc_starts[-1]
             and len(self.word_index) == len(self.prosody) == self.frame_starts[-1]
             and self.prosody.shape == self.prosody_plain.shape
+            and len(self.extras) == len(self.directions)
             and -1 <= self.word_index.min() <= self.word_index.max() < len(self.arrays["vectors"])
         ):
             raise ValueError("its arrays do not fit each other")
@@ -181,10 +210,13 @@ class Corpus:
 
 
 def draw(corpus: Corpus, config: TrainConfig, rng: np.random.Generator) -> Windows:
-    """Random training windows, and which of them are mirrored, wordless and seedless."""
-    talk, first = corpus.random_windows(rng, config.batch, config.frames)
-    chances = config.mirror, config.word_drop, config.seed_drop
-    return Windows(talk, first, *(rng.random(config.batch) < chance for chance in chances))
+    """Random training windows: which are mirrored and wordless, what poses are given and what strokes are told."""
+    size = config.batch, config.frames
+    talk, first = corpus.random_windows(rng, *size)
+    flip, wordless = (rng.random(config.batch) < chance for chance in (config.mirror, config.word_drop))
+    kept = draw_kept(rng, *size, config.seed_frames, config.kept or {"seeds": 1 - config.seed_drop})
+    draws = np.where(rng.random((config.batch, 1)) < config.stroke_tell, rng.random(size), 1.0)
+    return Windows(talk, first, flip, wordless, kept, draws)
 
 
 def disturb(batch: Batch, config: TrainConfig) -> Batch:

@@ -6,11 +6,12 @@ import time
 
 from ...errors import OutputUnwritable, UsageError
 from ...model import checkpoint
+from .adversarial import Adversarial
 from .config import TrainConfig
 from .dataset import Corpus
-from .health import Means, Watch
+from .flow import FlowMatching
+from .health import Means
 from .process import Interruption, agreed, start
-from .trainer import Trainer
 from .validation import Validation
 
 STATE, CHECKPOINT, LOG = "training.safetensors", "checkpoint.safetensors", "log.jsonl"
@@ -45,7 +46,7 @@ class Run:
 
         self.config, self.corpus, self.fabric = config, corpus, fabric
         self.first = fabric.is_global_zero
-        self.trainer = Trainer(config, corpus, fabric)
+        self.trainer = (FlowMatching if config.model == "flow" else Adversarial)(config, corpus, fabric)
         self.validation = Validation(corpus, config) if self.first else None
         self.figures: dict = {}
         self.trained_seconds = 0.0
@@ -58,7 +59,7 @@ class Run:
 
     def go(self, interruption: Interruption) -> None:
         """All steps that are left, or as many as the time allows."""
-        config, means, watch, pace = self.config, Means(), Watch(), Pace(self)
+        config, means, pace = self.config, Means(), Pace(self)
         began = saved = time.monotonic()
         seconds_before = self.trained_seconds
         while self.trainer.steps_done < config.steps:
@@ -70,7 +71,7 @@ class Run:
             if at_log:
                 count, figures = means.count, means.take()
                 self.log(figures | pace.take())
-                for news in watch.look(figures, count):
+                for news in self.trainer.watch(figures, count):
                     self.log({"warning": news})
             stopping = interruption.asked or bool(config.minutes and now - began >= config.minutes * 60)
             # Many processes must stop at the same step; asking each other at every one would cost more than it saves.
@@ -111,6 +112,8 @@ class Run:
         }
         features = {name: self.corpus.meta.get(name, "") for name in ("mfcc", "fps", "prosody", "controls")}
         meta = {"speakers": self.corpus.speakers, "features": features, "training": facts}
+        if self.trainer.model_config.meanings:
+            meta["meanings"] = self.corpus.meanings
         checkpoint.save(out / CHECKPOINT, self.trainer.average, None, meta)
 
     def log(self, values: dict) -> None:

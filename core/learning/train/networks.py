@@ -6,6 +6,7 @@ import torch
 from torch import nn
 
 from ...model.discriminator import Discriminator
+from ...model.flow import FlowGenerator
 from ...model.generator import Generator
 
 
@@ -45,6 +46,39 @@ class Performer(nn.Module):
     def _style(self, mu: torch.Tensor, logvar: torch.Tensor, controls: torch.Tensor) -> torch.Tensor:
         style = self.generator.sample_style(mu, logvar)
         return self.generator.steer(style, controls) if self.generator.config.controls else style
+
+
+class Estimated(NamedTuple):
+    """Velocities ``(B, T, n)`` of a batch and the distributions of its styles ``(B, style_size)``."""
+
+    velocity: torch.Tensor
+    mu: torch.Tensor
+    logvar: torch.Tensor
+
+
+class Estimator(nn.Module):
+    """A flow at a whole batch, its styles drawn and steered; some windows are told no style, some no words.
+
+    So the network also knows both fields without, which guidance needs (Ho and Salimans 2022).
+    """
+
+    def __init__(self, generator: FlowGenerator, style_drop: float, text_drop: float):
+        super().__init__()
+        self.generator, self.style_drop, self.text_drop = generator, style_drop, text_drop
+
+    def forward(self, mfcc, words, seeds, prosody, asked, speaker, controls, mixed, time) -> Estimated:
+        """Velocities of ``mixed`` ``(B, T, n)`` at ``time`` ``(B,)``, given frames in place."""
+        generator = self.generator
+        mu, logvar = generator.speaker(speaker)
+        style = generator.sample_style(mu, logvar)
+        style = generator.steer(style, controls) if generator.config.controls else style
+        unstyled, speechless = (torch.rand(len(speaker), 1, device=mu.device) < p for p in (self.style_drop, self.text_drop))
+        style = torch.where(unstyled, generator.no_style, style)
+        words = words * ~speechless[..., None]
+        conditions = generator.conditions(generator.encode(mfcc, words, seeds, prosody, asked), style, time)
+        mask = seeds[..., -1:]
+        mixed = torch.lerp(mixed, generator.numbers(seeds[..., :-1]), mask)
+        return Estimated(generator.velocity(mixed, mask, conditions), mu, logvar)
 
 
 class Judge(nn.Module):

@@ -1,4 +1,4 @@
-"""One adversarial training step, and everything that must survive between steps."""
+"""One training step whatever is learned, and everything that must survive between steps."""
 
 import copy
 import math
@@ -8,18 +8,16 @@ import numpy as np
 import torch
 
 from ...errors import UsageError
+from ...model import network
 from ...model.config import ModelConfig
-from ...model.discriminator import Discriminator
-from ...model.generator import Generator
-from . import losses, state
+from . import state
 from .config import TrainConfig
-from .dataset import Corpus, Raw, disturb, draw
-from .networks import Judge, Performed, Performer
+from .dataset import Batch, Corpus, Raw, disturb, draw
 from .prefetch import Prefetch
 
 
 class Trainer:
-    """Generator, discriminator, their optimisers and the moving average of the generator's weights.
+    """The network, its optimiser and the moving average of its weights; subclasses say how it learns.
 
     All random numbers of a step follow from the run's seed, the step's number and the process's rank alone, so a continued
     run repeats an uninterrupted one bit for bit on the same machine. ``fabric`` moves and wraps the networks; after
@@ -28,46 +26,41 @@ class Trainer:
 
     def __init__(self, config: TrainConfig, corpus: Corpus, fabric):
         self.config, self.corpus, self.fabric = config, corpus, fabric
-        self.model_config = config.model_config(len(corpus.speakers))
+        self.model_config = config.model_config(len(corpus.speakers), len(corpus.meanings), corpus.extras.shape[1])
         _check_fit(self.model_config, corpus)
         torch.manual_seed(config.seed)
-        self.generator = Generator(self.model_config).to(fabric.device)
-        self.discriminator = Discriminator(self.model_config).to(fabric.device)
+        self.generator = network.make(self.model_config).to(fabric.device)
+        self.optimizers = {"generator": self._optimizer()}
+        self.networks = {"generator": self.generator}
+        self._begin()
         self.average = copy.deepcopy(self.generator).eval().requires_grad_(False)
-        self.optimizers = {
-            "generator": _adam(self.generator, config.generator_rate),
-            "discriminator": _adam(self.discriminator, config.discriminator_rate),
-        }
         self.steps_done = 0
         self.outside_seconds = 0.0
         self._batches = Prefetch(self._prepare)
 
     def setup(self) -> None:
         """Wrap networks and optimisers for their device, precision and number of processes; after any :meth:`resume`."""
-        together = self.model_config.norm == "layer"
-        parts = {"generator": Performer(self.generator), "discriminator": Judge(self.discriminator, together)}
-        wrapped = {name: self.fabric.setup(part, self.optimizers[name]) for name, part in parts.items()}
-        (self._perform, _), (self._judge, _) = wrapped.values()
+        wrapped = {name: self.fabric.setup(part, self.optimizers[name]) for name, part in self._wrapped().items()}
+        self._run = {name: part for name, (part, _) in wrapped.items()}
         self._steppers = {name: optimizer for name, (_, optimizer) in wrapped.items()}
 
     def step(self) -> dict[str, torch.Tensor]:
-        """One update of both networks; loss terms, judgements and gradient norms as scalar tensors."""
+        """One update; loss terms and what else is worth knowing as scalar tensors."""
         config, began = self.config, time.perf_counter()
-        raw, cut = self._batches.take(self.steps_done)
-        batch = self.corpus.finish(raw, config.seed_frames)
+        raw, chosen = self._batches.take(self.steps_done)
+        batch = self.corpus.finish(raw)
         torch.manual_seed(self._seed(self.steps_done)[1])
         batch = disturb(batch, config)
         self.outside_seconds += time.perf_counter() - began
         self._set_rates()
-        others = round(len(batch.speaker) * config.diversity_share) if config.diversity else 0
-        heard = batch.mfcc, batch.words, batch.seeds, batch.prosody, batch.speaker, batch.controls
-        made = self._perform(*heard, others)
-        report = self._update_discriminator(batch.directions[:, cut], made.directions.detach()[:, cut])
-        terms = self._terms(batch.directions, made, cut)
-        report["generator_gradient"] = self._update("generator", sum(terms.values()))
+        report = self._learn(batch, chosen)
         self._update_average()
         self.steps_done += 1
-        return {name: term.detach() for name, term in (terms | report).items()}
+        return {name: term.detach() for name, term in report.items()}
+
+    def watch(self, means: dict[str, float], steps: int) -> list[str]:
+        """Sentences to report after ``steps`` more steps with these ``means`` of :meth:`step`."""
+        return []
 
     def save(self, path, **facts) -> None:
         """Write everything that :meth:`resume` needs."""
@@ -83,75 +76,60 @@ class Trainer:
         """End the thread that prepares batches."""
         self._batches.close()
 
+    def _begin(self) -> None:
+        """Make what this way of learning needs beside the network, and fill :attr:`networks` and :attr:`optimizers`."""
+
+    def _optimizer(self) -> torch.optim.Optimizer:
+        """The network's."""
+        raise NotImplementedError
+
+    def _wrapped(self) -> dict[str, torch.nn.Module]:
+        """What runs forward in a step, by the name of its optimiser."""
+        raise NotImplementedError
+
+    def _learn(self, batch: Batch, chosen) -> dict[str, torch.Tensor]:
+        """One update on a batch and what :meth:`_choose` chose for it."""
+        raise NotImplementedError
+
+    def _choose(self, rng: np.random.Generator):
+        """What else a step draws beside its windows."""
+        return None
+
     def _parts(self) -> dict:
         optimizers = {f"optimizer_{name}": optimizer for name, optimizer in self.optimizers.items()}
-        return {"generator": self.generator, "discriminator": self.discriminator, "average": self.average, **optimizers}
+        return {**self.networks, "average": self.average, **optimizers}
 
     def _seed(self, step: int) -> tuple[np.random.Generator, int]:
         """The step's random numbers for choosing windows, and its seed of torch's for everything else."""
         rng = np.random.default_rng((self.config.seed, step, self.fabric.global_rank))
         return rng, int(rng.integers(2**62))
 
-    def _prepare(self, step: int) -> tuple[Raw, slice]:
+    def _prepare(self, step: int) -> tuple[Raw, object]:
         rng, _ = self._seed(step)
-        raw = self.corpus.gather(draw(self.corpus, self.config, rng), self.config.frames)
-        return raw.pinned() if self.fabric.device.type == "cuda" else raw, self._cut(rng)
+        raw = self.corpus.gather(draw(self.corpus, self.config, rng), self.config.frames, self.config.seed_frames)
+        return raw.pinned() if self.fabric.device.type == "cuda" else raw, self._choose(rng)
 
-    def _cut(self, rng: np.random.Generator) -> slice:
-        length = min(self.config.discriminator_frames or self.config.frames, self.config.frames)
-        start = int(rng.integers(self.config.frames - length + 1))
-        return slice(start, start + length)
+    def _rates(self) -> dict[str, float]:
+        """Learning rates by optimiser, before their common course."""
+        return {"generator": self.config.generator_rate}
 
     def _set_rates(self) -> None:
         config = self.config
         progress = min(self.steps_done / config.steps, 1.0)
         share = config.final_rate + (1 - config.final_rate) * 0.5 * (1 + math.cos(math.pi * progress))
-        for name, rate in (("generator", config.generator_rate), ("discriminator", config.discriminator_rate)):
+        share *= min((self.steps_done + 1) / max(config.warm_up, 1), 1.0)
+        for name, rate in self._rates().items():
             self.optimizers[name].param_groups[0]["lr"] = rate * share
-
-    def _update_discriminator(self, real: torch.Tensor, made: torch.Tensor) -> dict[str, torch.Tensor]:
-        judged_real, judged_made = self._judge(real, made)
-        loss = losses.discriminator(judged_real, judged_made, self.config.real_label)
-        return {
-            "discriminator_gradient": self._update("discriminator", loss),
-            "discriminator": loss,
-            "judged_real": judged_real.mean(),
-            "judged_made": judged_made.mean(),
-            "right_real": (judged_real > 0.5).float().mean(),
-            "right_made": (judged_made < 0.5).float().mean(),
-        }
-
-    def _terms(self, real: torch.Tensor, made: Performed, cut: slice) -> dict[str, torch.Tensor]:
-        config, directions = self.config, made.directions
-        terms = {
-            "huber": config.huber * losses.huber(directions, real, config.arm_weight),
-            "divergence": config.divergence * losses.divergence(made.mu, made.logvar),
-        }
-        for name, order in (("velocity", 1), ("acceleration", 2)):
-            if getattr(config, name):
-                terms[name] = getattr(config, name) * losses.motion(directions, real, order, config.arm_weight)
-        if config.wrist:
-            terms["wrist"] = config.wrist * losses.reach(directions, real)
-        count = len(made.other)
-        if count:
-            diversity = losses.diversity(directions[:count], made.other, made.style[:count], made.other_style)
-            terms["diversity"] = config.diversity * diversity
-        if config.adversarial:
-            # Only the performance takes a gradient here, so this forward stays out of the discriminator's averaging.
-            self.discriminator.requires_grad_(False)
-            with self.fabric.autocast():
-                judged = self.discriminator(directions[:, cut])
-            terms["adversarial"] = config.adversarial * losses.adversarial(judged)
-            self.discriminator.requires_grad_(True)
-        return terms
 
     def _update(self, name: str, loss: torch.Tensor) -> torch.Tensor:
         """One step of a network's optimiser; returns the norm of its gradient."""
         optimizer = self.optimizers[name]
         optimizer.zero_grad(set_to_none=True)
         self.fabric.backward(loss)
-        gradients = [p.grad for group in optimizer.param_groups for p in group["params"] if p.grad is not None]
-        norm = torch.nn.utils.get_total_norm(gradients)
+        parameters = [p for group in optimizer.param_groups for p in group["params"] if p.grad is not None]
+        norm = torch.nn.utils.get_total_norm([p.grad for p in parameters])
+        if self.config.clip and name == "generator":
+            torch.nn.utils.clip_grads_with_norm_(parameters, self.config.clip, norm)
         self._steppers[name].step()
         return norm
 
@@ -162,10 +140,6 @@ class Trainer:
         torch._foreach_lerp_(list(self.average.parameters()), list(self.generator.parameters()), share)
         for kept, current in zip(self.average.buffers(), self.generator.buffers(), strict=True):
             kept.copy_(current)
-
-
-def _adam(module: torch.nn.Module, rate: float) -> torch.optim.Adam:
-    return torch.optim.Adam(module.parameters(), rate, betas=(0.5, 0.999), fused=True)
 
 
 def _check_fit(model: ModelConfig, corpus: Corpus) -> None:

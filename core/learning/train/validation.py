@@ -3,7 +3,7 @@
 import numpy as np
 import torch
 
-from ...model.generator import Generator
+from ...model.encoders import Encoders
 from ...motion.skeleton import ARM_EDGES, FPS, MIRRORED_EDGES
 from . import losses
 from .config import TrainConfig
@@ -40,7 +40,7 @@ class Validation:
         ]
 
     @torch.inference_mode()
-    def figures(self, generator: Generator) -> dict:
+    def figures(self, generator: Encoders) -> dict:
         """Huber loss, arm speed against the real one, and how the rhythm of arm speed follows the real one.
 
         ``speed_ratio`` is of the arms, ``edge_speed_ratios`` of all nine edges, left and right taken together.
@@ -53,13 +53,14 @@ class Validation:
         figures = {name: share @ np.array([result[name] for result in results]) for name in results[0]}
         return {name: np.round(value, 4).tolist() for name, value in figures.items()}
 
-    def _judge(self, generator: Generator, batch: Batch) -> dict:
+    def _judge(self, generator: Encoders, batch: Batch) -> dict:
         style = generator.speaker(batch.speaker)[0]
         if generator.config.controls:
             style = generator.steer(style, batch.controls)
-        made = generator(batch.mfcc, batch.words, batch.seeds, style, batch.prosody)
+        noise = torch.randn(*batch.seeds.shape[:2], generator.noise_size, generator=torch.Generator().manual_seed(0)).to(style)
+        made = generator(batch.mfcc, batch.words, batch.seeds, style, batch.prosody, noise=noise)
         mfcc, words, prosody = (x.roll(x.shape[1] // 2, dims=1) for x in (batch.mfcc, batch.words, batch.prosody))
-        shuffled = generator(mfcc, words, batch.seeds, style, prosody)
+        shuffled = generator(mfcc, words, batch.seeds, style, prosody, noise=noise)
         speeds = [edge_speed(x[:, self.seed_frames :]).mean((0, 1)).cpu().numpy() for x in (made, batch.directions)]
         made_speed, real_speed = (speed + speed[list(MIRRORED_EDGES)] for speed in speeds)
         real, right, wrong = (arm_speed(x[:, self.seed_frames :]) for x in (batch.directions, made, shuffled))

@@ -14,12 +14,10 @@ from pathlib import Path
 
 import bpy
 import pytest
-import s2ag
 import wheels
 from acted import drawn
 from s2ag.core.errors import Cancelled, WorkerFailed
-from s2ag.s2ag_blender.engine import client, errors_log, known, pip, run, setup
-from s2ag.s2ag_blender.takes import gesture
+from s2ag.s2ag_blender.engine import client, errors_log, known, run, setup
 from s2ag.s2ag_blender.ui import engine_ops
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -27,20 +25,6 @@ ENGINE = os.environ.get("S2AG_PYTHON")  # the extension fixture hides it
 needs_venv = pytest.mark.skipif(
     not setup.PYTHONS[0] <= sys.version_info[:2] < setup.PYTHONS[1], reason="this Python is not for the engine"
 )
-
-
-@pytest.fixture
-def extension(tmp_path, monkeypatch):
-    """The extension registered, with a user folder of its own and no engine known."""
-    monkeypatch.delenv("S2AG_PYTHON", raising=False)
-    monkeypatch.setattr(known, "folder", lambda: tmp_path / "user")
-    known._engine.cache_clear()
-    known.look(None)
-    s2ag.register()
-    yield tmp_path / "user"
-    s2ag.unregister()
-    known._engine.cache_clear()
-    known.look(None)
 
 
 @pytest.fixture(scope="module")
@@ -282,35 +266,6 @@ def test_the_requirements_are_those_of_the_project(monkeypatch):
     assert "torch==2.13.0" in setup.wanted() and "torch>=2.4,<2.14" not in setup.wanted()
 
 
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("ERROR: Could not install packages due to an OSError: [Errno 28] No space left on device", "disk is full"),
-        ("ERROR: Could not install packages due to an OSError: [Errno 13] Permission denied: '/opt/x'", "written"),
-        ("WARNING: Retrying after connection broken by 'NewConnectionError(Temporary failure in name resolution)'", "reached"),
-        ("Could not fetch URL: SSLError(SSLCertVerificationError(1, '[SSL: CERTIFICATE_VERIFY_FAILED]'))", "certificate"),
-        ("ERROR: No matching distribution found for torch<2.14,>=2.4", "no torch<2.14,>=2.4"),
-        ("ERROR: Wheel 'av' located at /x/av-99.0-py3-none-any.whl is invalid.", "damaged"),
-        ("ERROR: ResolutionImpossible: for help visit the documentation", "fit together"),
-        ("ERROR: something nobody thought of", "something nobody thought of"),
-    ],
-)
-def test_what_pip_says_becomes_one_sentence_and_a_remedy(line, message):
-    told, remedy = pip.explain(["Collecting torch", line], "the package registry")
-    assert message in told and remedy.endswith(".")
-
-
-def test_stages_follow_pip():
-    heard = pip.Listener()
-    heard.hear("Collecting torch<2.14,>=2.4")
-    heard.hear("  Downloading torch-2.13.0-cp311-cp311-manylinux_2_28_x86_64.whl (196.0 MB)")
-    assert (heard.stage.format(**heard.names), heard.size) == ("Fetch torch 2.13.0", 196e6)
-    heard.hear("  Downloading numpy-2.4.6-cp311-cp311-manylinux.whl.metadata (60 kB)")
-    assert heard.names == {"package": "torch 2.13.0"}
-    heard.hear("Installing collected packages: mpmath, torch")
-    assert heard.stage == "Install packages" and heard.packages == ["mpmath", "torch"]
-
-
 def test_offline(extension, monkeypatch):
     """Row "Offline": the registry is used by the set-up alone, and not at all while Blender's online access is off.
 
@@ -358,35 +313,6 @@ def test_no_connection_is_opened_while_gestures_are_made(examples, tmp_path):
         assert subprocess.run(probe).returncode == 77  # the hook does its work
     finally:
         os.environ["PYTHONPATH"] = environment
-
-
-def test_a_killed_worker_leaves_a_saved_log(extension, examples, monkeypatch):
-    try:
-        monkeypatch.setenv("S2AG_PYTHON", client.find_interpreter(ENGINE))
-    except WorkerFailed as error:
-        pytest.skip(str(error))
-    engine = client.WorkerClient(log=errors_log.note)
-    job = engine.request("synthesize", {"audio": str(examples / "hello.flac")})
-    time.sleep(0.2)
-    os.kill(engine.pid, 9)
-    errors_log.note("the last words")
-    while not job.poll():
-        time.sleep(0.01)
-    with pytest.raises(WorkerFailed, match="killed by signal 9") as told:
-        job.outcome()
-    path = errors_log.save(told.value)
-    text = path.read_text()
-    assert path.is_relative_to(extension / "logs") and "signal 9" in text and "the last words" in text and "Blender:" in text
-    assert bpy.ops.s2ag.open_log.poll() and bpy.ops.s2ag.open_log() == {"FINISHED"}
-    assert bpy.data.texts[path.name].as_string().startswith("WorkerFailed: The engine was killed by signal 9.")
-    engine.close()
-    gesture.stop_engine()
-
-
-def test_old_logs_go(tmp_path):
-    for _ in range(run.LOGS + 5):
-        run.new_log(tmp_path, "engine").write_text("said")
-    assert len(list(tmp_path.glob("*.log"))) == run.LOGS
 
 
 def test_check_says_what_was_found_or_what_is_missing(extension, monkeypatch, tmp_path):

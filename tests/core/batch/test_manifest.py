@@ -167,7 +167,8 @@ def test_a_cell_of_a_sample_is_a_row(written, tmp_path, random_checkpoint, plain
     sheet.save(tmp_path / "sheet.json")
     clips, problems = written("cell,audio,text\nsheet.json:2,,\nsheet.json:1,,other words\n", style="lively one")
     assert not problems and not checks.check(clips)
-    assert (clips[0].style, clips[0].seed, clips[0].latent, clips[0].text) == ("calm one", 4, cells[1].latent, "hello")
+    assert (clips[0].style, clips[0].seed, clips[0].take, clips[0].text) == ("calm one", 3, 1, "hello")
+    assert clips[0].latent == cells[1].latent
     assert clips[0].audio == sheet.audio and clips[0].mirror and clips[1].text == "other words"
     manifest.write(clips, tmp_path / "plan.jsonl")
     again, _ = manifest.read(tmp_path / "plan.jsonl", {"style": "lively one"})

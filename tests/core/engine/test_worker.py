@@ -105,6 +105,7 @@ def test_empty_lines_are_no_requests(worker):
         ({"audio": "a.wav", "hand": "left"}, "hand"),
         ({"audio": "a.wav", "text": "a", "transcript": "b"}, "transcript"),
         ({"audio": "a.wav", "pose": [[1, 0, 0]]}, "nine directions"),
+        ({"audio": "a.wav", "kept": [[0, 1], [[1, 0, 0]]]}, "frames to keep"),
         ([1], "object"),
     ],
 )

@@ -2,16 +2,30 @@
 
 import json
 import zlib
+from collections import deque
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from captured import wave_clip
-from s2ag.core.learning.corpus import build, idling, lexicon, library, pack, performance, planning, speakers
+from s2ag.core.learning.corpus import (
+    build,
+    heard,
+    idling,
+    lexicon,
+    library,
+    pack,
+    performance,
+    phrases,
+    planning,
+    repertoire,
+    speakers,
+    variation,
+)
 from s2ag.core.learning.corpus.scene import Scene
 from s2ag.core.learning.corpus.speech import Speech, Word
-from s2ag.core.learning.evaluate import kinematics
+from s2ag.core.learning.evaluate import kinematics, variety
 from s2ag.core.learning.train.dataset import Corpus
 from s2ag.core.motion import limits, rest, skeleton
 
@@ -62,14 +76,16 @@ def scene() -> Scene:
     return Scene.of(small_speech())
 
 
-def vocabulary(performer: speakers.Performer, gestures) -> planning.Vocabulary:
-    return planning.Vocabulary(performer, gestures, lexicon.Lexicon(word_vectors))
+def planned(performer: speakers.Performer, gestures, scene, seed: int = 0) -> list[planning.Stroke]:
+    drawn = repertoire.Repertoire(performer, gestures)
+    return planning.plan(drawn, lexicon.Lexicon(word_vectors), scene, np.random.default_rng(seed))
 
 
-def perform(performer, gestures, scene) -> np.ndarray:
-    strokes = planning.plan(vocabulary(performer, gestures), scene)
+def perform(performer, gestures, scene, seed: int = 0) -> np.ndarray:
+    strokes = planned(performer, gestures, scene, seed)
     still = np.zeros((len(scene.prosody.features), 9, 3))
-    return performance.perform(performer, strokes, scene, performance.resting_pose(performer), still)
+    random = np.random.default_rng(seed)
+    return performance.perform(performer, strokes, scene, performance.resting_pose(performer), still, random)
 
 
 def test_words_near_to_listed_ones_share_their_meaning():
@@ -81,34 +97,68 @@ def test_words_near_to_listed_ones_share_their_meaning():
 def test_strokes_land_on_accents_and_phases_are_in_order(scene, gestures):
     times = np.array([accent.time for accent in scene.accents])
     for performer in speakers.PERFORMERS:
-        strokes = planning.plan(vocabulary(performer, gestures), scene)
-        assert strokes
+        strokes = planned(performer, gestures, scene)
+        if performer.threshold < 0.55:
+            assert strokes
         for stroke, following in zip(strokes, [*strokes[1:], None], strict=True):
-            assert np.abs(times - planning.LEAD - stroke.emphasis).min() < 1e-6
+            assert np.abs(times - planning.LEAD - stroke.emphasis).min() < 0.051
             assert stroke.onset <= stroke.ready <= stroke.emphasis <= stroke.end <= min(stroke.until) <= max(stroke.rest)
             if following is not None:
                 assert following.onset >= stroke.emphasis
 
 
-def test_most_strokes_are_on_main_accents(scene, gestures):
+def test_main_accents_get_more_strokes_than_their_share(scene, gestures):
     mains = np.array([accent.time for accent in scene.accents if accent.main])
-    strokes = [s.emphasis for p in speakers.PERFORMERS for s in planning.plan(vocabulary(p, gestures), scene)]
-    assert (np.abs(np.array(strokes)[:, None] - mains).min(1) < 0.15).mean() > 0.5
+    strokes = [s.emphasis for p in speakers.PERFORMERS for s in planned(p, gestures, scene)]
+    on_main = (np.abs(np.array(strokes)[:, None] - mains).min(1) < 0.15).mean()
+    assert on_main > 1.2 * len(mains) / len(scene.accents)
 
 
-def test_the_same_performer_gives_the_same_word_the_same_gesture(gestures):
-    performer = speakers.PERFORMERS[0]
-    first, second = (vocabulary(performer, pool) for pool in (gestures, gestures[::-1]))
-    assert first.choose("you", 0.5).name == second.choose("you", 0.5).name
-    for strength in (0.3, 0.6, 0.9):
-        assert first.beat(strength, True).name == second.beat(strength, True).name
+def test_a_seed_is_a_performance_and_another_seed_another(scene, gestures):
+    performer = speakers.PERFORMERS[1]
+    first, again, other = (perform(performer, gestures, scene, seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first, again)
+    assert variety.arms_apart(first, other) > 5
 
 
-def test_a_hand_is_preferred_when_asked_for(gestures):
-    performer = next(p for p in speakers.PERFORMERS if p.hand == "right")
+def test_what_was_shown_lately_is_not_drawn_again(gestures):
+    pool = [replace(g, clip=replace(g.clip, name=f"Set/{k}")) for k, g in enumerate(gestures * 3)]
+    drawn = repertoire.Repertoire(speakers.PERFORMERS[1], pool)
+    memory, random = deque(maxlen=repertoire.MEMORY), np.random.default_rng(0)
+    wish = repertoire.Wish("both", -0.1, 0.5, False)
+    names = [drawn.draw(random, repertoire.BEAT, wish, memory).name.rstrip("~") for _ in range(60)]
+    assert all(name not in names[max(0, k - repertoire.MEMORY) : k] for k, name in enumerate(names))
+    assert len(set(names)) > 15
+
+
+def test_a_meaning_is_shown_by_its_own_clips(gestures):
+    drawn = repertoire.Repertoire(speakers.PERFORMERS[0], gestures)
+    random, wish = np.random.default_rng(0), repertoire.Wish("right", 0.0, 0.5, False)
+    assert {drawn.draw(random, "none", wish, deque(maxlen=8)).meaning for _ in range(20)} == {"none"}
+    assert "none" in drawn.meanings() and "unknown" not in drawn.meanings()
+
+
+def test_phrases_mean_what_their_words_do_not():
+    found = phrases.find(["but", "i", "don't", "know", "it", "and", "on", "the", "other", "hand", "no", "idea"])
+    assert {bearer: meaning for bearer, (meaning, _) in found.items()} == {3: "unknown", 8: "however", 11: "unknown"}
+    assert not phrases.find(["i", "don't", "know"], [False, True, False]).get(1)
+    assert set(phrases.PHRASES) <= set(library.ALL_MEANINGS) and library.ALL_MEANINGS[0] == repertoire.BEAT
+
+
+def test_a_hand_is_preferred_when_asked_for(scene, gestures):
+    performer = next(p for p in speakers.PERFORMERS if p.hand == "right" and p.both > 0.3)
     assert performer.handed(0.1) is performer and performer.handed(-1).hand == "left" and performer.handed(1).hand == "right"
-    own, other = vocabulary(performer, gestures), vocabulary(performer.handed(-1), gestures)
-    assert own.choose("you", 0.5).hand == "right" and other.choose("you", 0.5).hand == "left"
+    shown = [[s.hand for k in range(8) for s in planned(performer.handed(wish), gestures, scene, k)] for wish in (-1, 1)]
+    hands = [np.bincount(each, minlength=3) for each in shown]
+    assert hands[0][0] > hands[0][1] and hands[1][1] > hands[1][0]
+
+
+def test_arms_turn_and_keep_their_length():
+    directions = skeleton.normalize(np.random.default_rng(0).normal(size=(5, 3)))
+    turned = variation.turned(directions, np.array([0, 0.3, 0]), np.linspace(0, 1, 5))
+    np.testing.assert_allclose(np.linalg.norm(turned, axis=-1), 1)
+    np.testing.assert_allclose(turned[0], directions[0])
+    assert np.allclose(turned[:, 1], directions[:, 1]) and not np.allclose(turned[-1], directions[-1])
 
 
 @pytest.mark.parametrize(("control", "more"), [(0, "speed"), (3, "strokes")])
@@ -119,32 +169,59 @@ def test_controls_of_arousal_and_rate_do_what_they_say(scene, gestures, control,
         controls = np.zeros(5)
         controls[control] = value
         steered = replace(scene, controls=controls)
-        counts.append(len(planning.plan(vocabulary(performer, gestures), steered)))
-        speeds.append(kinematics.angular_speed(perform(performer, gestures, steered))[:, [5, 8]].mean())
+        takes = range(6)
+        counts.append(sum(len(planned(performer, gestures, steered, take)) for take in takes))
+        speeds.append(np.mean([kinematics.angular_speed(perform(performer, gestures, steered, k))[:, [5, 8]] for k in takes]))
     if more == "speed":
         assert speeds[0] < speeds[1] < speeds[2]
     assert counts[0] <= counts[1] <= counts[2] and (counts[0] < counts[2] or more == "speed")
 
 
-def test_dominance_and_valence_open_the_arms(scene, gestures):
-    widths = []
-    for value in (-1, 1):
-        body = perform(speakers.PERFORMERS[1], gestures, replace(scene, controls=np.array([0, value, value, 0, 0])))
-        widths.append(np.abs(skeleton.to_positions(body)[:, [6, 9], 0]).mean())
-    assert widths[1] > widths[0] + 0.02
+def test_valence_lifts_hands_and_dominance_spreads_elbows(scene, gestures):
+    def pose(control, value):
+        steered = replace(scene, controls=np.eye(5)[control] * value)
+        return skeleton.to_positions(perform(speakers.PERFORMERS[1], gestures, steered)).mean(0)
+
+    valence, dominance = (pose(control, 1) - pose(control, -1) for control in (1, 2))
+    assert -valence[[6, 9], 1].mean() > 0.05 and -valence[[6, 9], 1].mean() > -dominance[[6, 9], 1].mean()
+    assert dominance[8, 0] - dominance[5, 0] > 0.05 and dominance[8, 0] - dominance[5, 0] > valence[8, 0] - valence[5, 0]
+    cosine = (valence * dominance).sum() / np.sqrt((valence**2).sum() * (dominance**2).sum())
+    assert cosine < 0.6
+
+
+def test_the_pleased_are_livelier_and_the_dominant_are_not(scene, gestures):
+    def speed(control, value):
+        steered = replace(scene, controls=np.eye(5)[control] * value)
+        bodies = [perform(speakers.PERFORMERS[1], gestures, steered, take) for take in range(6)]
+        return np.mean([kinematics.angular_speed(body)[:, [5, 8]] for body in bodies])
+
+    assert speed(1, 1) > 1.1 * speed(1, -1) and speed(2, 1) < 1.05 * speed(2, -1)
+
+
+def test_an_idle_arm_goes_along_with_the_working_one(scene, gestures):
+    performer = replace(next(p for p in speakers.PERFORMERS if p.hand == "right"), both=0.0)
+    assert all(stroke.follow > 0 for stroke in planned(performer, gestures, scene))
+    assert np.mean([variety.symmetry(perform(performer, gestures, scene, take)) for take in range(4)]) > 0.4
+
+
+def test_some_strokes_show_what_the_words_do_not_say(scene, gestures):
+    strokes = [s for p in speakers.PERFORMERS for take in range(4) for s in planned(p, gestures, scene, take)]
+    unsaid = [stroke for stroke in strokes if not stroke.said]
+    assert 0.01 < len(unsaid) / len(strokes) < 0.15 and all(stroke.meaning != repertoire.BEAT for stroke in unsaid)
+    np.testing.assert_array_equal(build.records(strokes)[:, 6] == 0, [not stroke.said for stroke in strokes])
 
 
 def test_a_performance_moves_on_accents_and_rests(scene, gestures):
     performer = speakers.PERFORMERS[0]
     ease = performance.resting_pose(performer)
-    strokes = planning.plan(vocabulary(performer, gestures), scene)
+    strokes = planned(performer, gestures, scene)
     body = perform(performer, gestures, scene)
     assert body.shape == (int(scene.speech.duration * 15), 9, 3) and body.dtype == np.float32
     np.testing.assert_allclose(np.linalg.norm(body, axis=-1), 1, atol=1e-5)
     speed = kinematics.angular_speed(body)
     assert speed.max() < 700
     before = np.concatenate([speed[int((s.emphasis - 0.4) * 15) : int(s.emphasis * 15), [5, 8]].ravel() for s in strokes])
-    assert before.mean() > 4 * speed[-15:, [5, 8]].mean()
+    assert before.mean() > 3 * speed[-15:, [5, 8]].mean()
     assert np.degrees(np.arccos(np.clip(np.sum(body[-1, [5, 8]] * ease[[5, 8]], -1), -1, 1))).max() < 25
     assert not limits.backward_elbows(body).any()
 
@@ -152,8 +229,8 @@ def test_a_performance_moves_on_accents_and_rests(scene, gestures):
 def test_a_talk_without_words_is_performed_with_beats(gestures):
     spoken = replace(small_speech(), words=(), affect=np.full((1, 3), 0.5))
     silent = Scene.of(spoken)
-    strokes = planning.plan(vocabulary(speakers.PERFORMERS[1], gestures), silent)
-    assert strokes and all(stroke.gesture.meaning in ("beat", "list", "offer") for stroke in strokes)
+    strokes = planned(speakers.PERFORMERS[1], gestures, silent)
+    assert strokes and all(stroke.meaning == repertoire.BEAT for stroke in strokes if stroke.said)
 
 
 def test_the_warp_meets_every_phase_and_never_runs_backwards():
@@ -168,15 +245,15 @@ def test_the_warp_meets_every_phase_and_never_runs_backwards():
 def test_performers_differ_and_have_names_people_understand():
     names = [performer.name for performer in speakers.PERFORMERS]
     assert len(set(names)) == len(names) == 24
-    assert len({(p.size, p.gap, p.hand, p.height, p.rest, p.nod, p.families) for p in speakers.PERFORMERS}) == len(names)
+    assert len({(p.size, p.gap, p.hand, p.height, p.rest, p.both, p.plane) for p in speakers.PERFORMERS}) == len(names)
     assert all(performer.description.endswith(".") for performer in speakers.PERFORMERS)
     assert sum(known["default"] for known in speakers.describe()) == 1
 
 
 def test_every_performer_gets_a_fair_share_of_talks():
-    counts = np.bincount([p for index in range(240) for p in build.cast(index, 3)], minlength=len(speakers.PERFORMERS))
+    counts = np.bincount([p for index in range(240) for p, _ in build.cast(index, 3)], minlength=len(speakers.PERFORMERS))
     assert counts.min() > 0.8 * counts.mean()
-    assert all(len(set(build.cast(index, 3))) == 3 for index in range(50))
+    assert all(len(set(build.cast(index, 8))) == 8 and len({p for p, _ in build.cast(index, 8)}) == 6 for index in range(50))
 
 
 def test_some_performances_are_steered_and_all_within_range():
@@ -186,6 +263,15 @@ def test_some_performances_are_steered_and_all_within_range():
     np.testing.assert_array_equal(build.draw_controls(7, 3, 0), build.draw_controls(7, 3, 0))
 
 
+def test_what_is_heard_is_kept_and_used_as_it_is(tmp_path):
+    spoken = small_speech(1)
+    first = heard.obtain(tmp_path, spoken)
+    assert len(first.prosody.features) == len(first.tracks) == len(first.plain) == int(spoken.duration * 15)
+    again = heard.obtain(tmp_path, replace(spoken, recorded=np.zeros_like(spoken.recorded)))
+    assert again.prosody.accents == first.prosody.accents == Scene.of(spoken).accents
+    np.testing.assert_array_equal(again.mfcc, first.mfcc)
+
+
 def test_the_packed_corpus_is_what_training_reads(tmp_path):
     spoken = small_speech()
     talks = []
@@ -193,11 +279,17 @@ def test_the_packed_corpus_is_what_training_reads(tmp_path):
         frames = 40 + number
         tracks = np.full((frames, 17), 0.5, np.float16)
         moves = [
-            build.Performance(k, np.zeros(5, np.float32), np.tile(rest.REST, (frames, 1, 1)), np.array([1.0], np.float32), 0.4)
+            build.Performance(
+                k,
+                np.zeros(5, np.float32),
+                np.tile(rest.REST, (frames, 1, 1)),
+                np.array([[0.8, 1, 1.2, 2, 1, 0.5, k > 2]], np.float32),
+                0.4,
+            )
             for k in (number, number + 3)
         ]
         words = [("hello", 0.2, 0.5), ("world", 0.7, 1.0)]
-        mfcc = build.features(spoken.recorded[: 16000 * 3])
+        mfcc = heard.features(spoken.recorded[: 16000 * 3])
         accents = np.array([[1.0, 0.5, 1.0]], np.float32)
         talks.append(build.Talk(number, number, "noise", mfcc, tracks, tracks, words, accents, np.full(3, 0.5), moves))
     figures = pack.save(talks, tmp_path / "corpus", 0)
@@ -207,6 +299,9 @@ def test_the_packed_corpus_is_what_training_reads(tmp_path):
     assert arrays["directions"].shape == (246, 9, 3) and arrays["starts"].tolist() == [0, 40, 80, 121, 162, 204, 246]
     assert arrays["frame_starts"].tolist() == [0, 40, 81, 123] and arrays["recording"].tolist() == [0, 0, 1, 1, 2, 2]
     assert arrays["split"].tolist() == [0, 0, 1, 1, 2, 2] and arrays["speaker"].tolist() == [0, 3, 1, 4, 2, 5]
+    assert arrays["strokes"].shape == (6, 7) and arrays["strokes"][:, 0].tolist() == list(range(6))
+    assert np.diff(arrays["stroke_starts"]).tolist() == [1] * 6 and corpus.meta["meanings"][0] == "beat"
+    assert arrays["said"].tolist() == [False, True] * 3
     first = arrays["word_index"][:40]
     assert set(first.tolist()) == {-1, 0, 1} and first[4] == 0 and first[12] == 1 and first[20] == -1
     assert np.abs(arrays["vectors"].astype(float)).sum(axis=1).min() > 0

@@ -218,25 +218,51 @@ def test_strokes_on_the_accents_count_and_the_same_shifted_in_time_do_not():
 
 
 def test_goals_are_reached_and_compared():
-    ratio, share = goals.Goal(2.5), goals.Goal(0.8, of_directed=True)
-    assert ratio.reached(2.5, np.nan) and not ratio.reached(2.4, np.nan)
-    assert share.reached(0.4, 0.5) and not share.reached(0.39, 0.5) and share.reached(0.4, np.nan) is None
+    ratio, share = goals.Goal(2.5), goals.Goal(0.8, of="directed")
+    assert ratio.reached(2.5) and not ratio.reached(2.4) and ratio.missing(2.4) == pytest.approx(0.1)
+    assert share.reached(0.4, 0.5) and not share.reached(0.39, 0.5) and share.reached(0.4) is None
     between = goals.Goal(0.7, 1.3)
-    assert between.beats(1.2, 0.8, np.nan) and between.beats(1.35, 1.5, np.nan) and not between.beats(0.5, 1.4, np.nan)
-    assert goals.Goal(better="lower").beats(0.2, 0.3, np.nan) and not goals.Goal(better="higher").beats(0.2, 0.3, np.nan)
-    assert goals.Goal().beats(1, 2, np.nan) is None and ratio.beats(np.nan, 1, 1) is None
+    assert between.beats(1.2, 0.8) and between.beats(1.35, 1.5) and not between.beats(0.5, 1.4)
+    assert goals.Goal(better="lower").beats(0.2, 0.3) and not goals.Goal(better="higher").beats(0.2, 0.3)
+    assert goals.Goal().beats(1, 2) is None and ratio.beats(np.nan, 1) is None and goals.Goal().missing(3) is None
+
+
+COLUMNS = {
+    "this": {"main_accent_gain": 2.6, "backward_elbows": 0.001, "told_apart": None},
+    "compare": {"main_accent_gain": 2.8, "backward_elbows": 0.002},
+    "directed": {"main_accent_gain": 3.0, "backward_elbows": 0.01},
+    "resting": {"main_accent_gain": 0.0, "backward_elbows": 0.0},
+    "one gesture": {"main_accent_gain": 9.0, "backward_elbows": 0.0},
+}
 
 
 def test_the_table_says_what_is_reached_and_leaves_out_what_is_unknown():
-    columns = {
-        "this": {"main_accent_gain": 2.6, "backward_elbows": 0.001, "told_apart": None},
-        "compare": {"main_accent_gain": 2.8, "backward_elbows": 0.002},
-        "directed": {"main_accent_gain": 5.0},
+    lines = goals.table(COLUMNS)
+    assert len(lines) == 4 and lines[0].startswith(
+        "| figure | wanted | these weights | compared weights | directed | resting |"
+    )
+    assert lines[2].endswith("| at least 2.40 | 2.60 | 2.80 | 3.00 | 0.00 | 9.00 | yes | yes | one gesture |")
+    assert "| at most 0.00 % | 0.10 % | 0.20 % | 1.00 % (misses) | 0.00 % | 0.00 % | **no**, by 0.10 % | yes |" in lines[3]
+    assert lines[3].endswith("| resting, one gesture |")
+    verdicts = goals.verdicts(COLUMNS)
+    assert verdicts["backward_elbows"] == {
+        "reached": False,
+        "missing": pytest.approx(0.001),
+        "not_worse": True,
+        "dull": ["resting", "one gesture"],
     }
-    lines = goals.table(columns)
-    assert len(lines) == 4
-    assert lines[2].endswith("| at least 2.50 | 2.60 | 2.80 | 5.00 | yes | yes |")
-    assert "| at most 0.00 % | 0.10 % | 0.20 % |  | **no** | yes |" in lines[3]
-    verdicts = goals.verdicts(columns["this"], columns["compare"], columns["directed"])
-    assert verdicts["backward_elbows"] == {"reached": False, "not_worse": True}
-    assert verdicts["told_apart"] == {"reached": None, "not_worse": None}
+    assert verdicts["told_apart"] == {"reached": None, "missing": None, "not_worse": None, "dull": []}
+
+
+def test_a_short_table_has_a_line_a_recording():
+    recordings = {"a": COLUMNS, "b": {"this": {"main_accent_gain": 1.0}}}
+    lines = goals.short_table(recordings, [("this", "main_accent_gain"), ("compare", "main_accent_gain")], goals.ROWS)
+    name = "strokes on main accents, times the shifted ones"
+    assert lines[0] == f"| recording | {name} | {name}, compared weights |"
+    assert lines[2:] == ["| a | 2.60 | 2.80 |", "| b | 1.00 |  |"]
+
+
+def test_names_of_goals_stand_alone():
+    for rows in (goals.ROWS, goals.VARIETY):
+        assert len({row.key for row in rows}) == len(rows)
+        assert not [row.name for row in rows if row.goal.bounds(1.0) and row.name.startswith("...")]

@@ -144,21 +144,42 @@ def test_a_report_is_written(corpus_folders, random_checkpoint, examples, tmp_pa
     monkeypatch.setenv("S2AG_DEBUG", "1")
     folder, speech = corpus_folders
     place = tmp_path / "new" / "report"
-    options = ["--data", folder, "--speech", speech, "--talks", 3, "--checkpoint", random_checkpoint, "--report", place]
+    options = [
+        "--data",
+        folder,
+        "--speech",
+        speech,
+        "--talks",
+        3,
+        "--checkpoint",
+        random_checkpoint,
+        "--report",
+        place,
+        "--performers",
+        2,
+    ]
     assert main([str(part) for part in ["evaluate", *options, "--compare", random_checkpoint]]) == 0
     said = capsys.readouterr()
     assert not said.out and "goals are missed" in said.err
     report = json.loads((place / "report.json").read_text())  # strict JSON: no NaN
     columns = report["columns"]
-    assert set(columns) == {"this", "compare", "directed", "mean pose", "shuffled"}
-    assert columns["this"]["forearm_p90"] == columns["compare"]["forearm_p90"] > 0 == columns["mean pose"]["forearm_p90"]
+    assert set(columns) == {"this", "compare", "directed", "resting", "one gesture", "shuffled"}
+    assert columns["this"]["forearm_p90"] == columns["compare"]["forearm_p90"] > columns["resting"]["forearm_p90"]
+    assert set(report["verdicts"]["backward_elbows"]["dull"]) == {"resting", "one gesture"}
+    variety = report["variety"]
+    assert set(variety) == {"people", "talks"} and set(variety["people"]) == {"this", "compare", "resting", "one gesture"}
+    assert variety["people"]["this"]["seeds_apart"] == variety["people"]["compare"]["seeds_apart"] > 0
+    assert set(variety["people"]["this"]["performers"]) == {"calm one", "lively one"}
+    assert report["variety_verdicts"]["people"]["follows_voice"]["reached"]  # exactly as the weights beside it
     assert {"slider_low", "takes_apart", "speakers_apart", "told_apart", "through_body"} <= set(columns["this"])
     assert report["checkpoints"]["this"]["hash"] == report["checkpoints"]["compare"]["hash"]
     assert report["verdicts"]["forearm_p90"]["not_worse"] and set(report["human"]) == {"hello"}
     page = (place / "report.md").read_text()
     assert report["checkpoints"]["this"]["hash"] in page and "| strokes within 0.15 s of a main accent |" in page
+    assert "## Variety at recordings of people" in page and "| narrators | lively talker | reached |" in page
     pictures = {str(path.relative_to(place)) for path in place.rglob("*.png")}
-    assert {"curves/speeds.png", "sheets/hello.png", f"sheets/{file_name('1 calm one')}.png"} <= pictures
+    films = {"sheets/wrist-paths.png", "sheets/film-calm-one.png", "sheets/film-lively-one.png"}
+    assert films | {"curves/speeds.png", "sheets/hello.png", f"sheets/{file_name('1 calm one')}.png"} <= pictures
     assert all(f"![{name}]({name})" in page for name in pictures)
 
 
@@ -168,6 +189,7 @@ def test_a_report_is_written(corpus_folders, random_checkpoint, examples, tmp_pa
         ({"--data": "nowhere"}, "not a packed corpus"),
         ({"--speech": "nowhere"}, "no folder of speech"),
         ({"--talks": "0"}, "0 talks were asked for"),
+        ({"--performers": "0"}, "0 performers were asked for"),
         ({"--human": "nowhere.wav"}, "does not exist"),
         ({"--checkpoint": "nowhere.safetensors"}, "no checkpoint"),
         ({"--material": "nowhere"}, "no smartbody gestures"),

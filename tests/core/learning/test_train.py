@@ -27,6 +27,11 @@ SMALL = {
     "gru_size": 32, "gru_layers": 1, "head_size": 32, "mfcc_channels": [16, 16, 16], "text_channels": 16,
     "prosody_features": PROSODY, "prosody_size": 8,
 }  # fmt: skip
+FLOW = {
+    "model": "flow", "model_settings": {**SMALL, "flow_size": 48, "flow_condition": 32}, "velocity": 0.5, "divergence": 1e-3,
+    "kept": {"start": 0.3, "end": 0.1, "both": 0.1, "gap": 0.2, "frames": 0.1}, "stroke_tell": 0.5, "style_drop": 0.2,
+    "text_drop": 0.2, "clip": 1.0, "warm_up": 5, "weight_decay": 1e-3,
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -160,10 +165,12 @@ def test_training_learns_to_follow_the_voice(settings, tmp_path, one_thread):
     assert loaded.meta["features"] == {"mfcc": "toy", "fps": 15, "prosody": "", "controls": ""}
 
 
-@pytest.mark.parametrize("model", ["default", "paper"])
+@pytest.mark.parametrize("model", ["default", "paper", "flow"])
 def test_a_continued_run_equals_an_uninterrupted_one(settings, tmp_path, one_thread, model):
     if model == "paper":
         settings |= {"model_settings": {"mfcc_features": 40, "text_channels": 16, "gru_size": 16, "discriminator_size": 16}}
+    if model == "flow":
+        settings |= FLOW
     settings["model"] = model
     train(TrainConfig.from_dict(settings))
     parted = {**settings, "out": str(tmp_path / "parted")}
@@ -176,6 +183,19 @@ def test_a_continued_run_equals_an_uninterrupted_one(settings, tmp_path, one_thr
         whole, joined = (torch_tensors(f"{out}/{name}") for out in (settings["out"], parted["out"]))
         assert whole.keys() == joined.keys()
         assert all(torch.equal(whole[key], joined[key]) for key in whole)
+
+
+def test_a_flow_learns_to_follow_the_voice_and_who_performs(settings, tmp_path, one_thread):
+    settings = {**settings, **FLOW, "steps": 120, "log_steps": 20, "validate_steps": 120, "arm_weight": 2.0}
+    figures = train(TrainConfig.from_dict(settings))
+    lines = [json.loads(line) for line in (tmp_path / "run" / LOG).read_text().splitlines()]
+    errors = [line["flow"] for line in lines if "flow" in line]
+    assert errors[-1] < 0.7 * errors[0]
+    assert figures["rhythm"] > figures["rhythm_shuffled"] + 0.1
+    loaded = checkpoint.load(settings["out"] + "/" + CHECKPOINT)
+    assert loaded.config.decoder == "flow" and loaded.meta["meanings"] == ["a", "b"]
+    assert loaded.config.meanings == 2 and float(loaded.generator.scale.min()) >= 0.049
+    assert loaded.discriminator is None
 
 
 def torch_tensors(path):
@@ -214,7 +234,10 @@ def test_command_line(settings, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"model": "published"}, "default or paper"),
+        ({"model": "published"}, "flow, default or paper"),
+        ({"kept": {"middle": 0.5}}, "kept names"),
+        ({"kept": {"start": 0.7, "gap": 0.5}}, "no sense"),
+        ({"model": "flow", "model_settings": {**SMALL, "words": 5}}, "any length"),
         ({"seed_frames": 48}, "seed_frames"),
         ({"batch": 0}, "batch"),
         ({"device": "tpu"}, "cpu, cuda, mps"),

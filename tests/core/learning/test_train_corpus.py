@@ -12,6 +12,7 @@ torch = pytest.importorskip("torch")
 from s2ag.core.errors import CorpusUnreadable, OutputUnwritable  # noqa: E402
 from s2ag.core.learning.train.config import TrainConfig  # noqa: E402
 from s2ag.core.learning.train.dataset import TRAIN, VALIDATION, Corpus, Windows, disturb, draw  # noqa: E402
+from s2ag.core.learning.train.kept import draw_kept  # noqa: E402
 from s2ag.core.learning.train.prefetch import Prefetch  # noqa: E402
 from s2ag.core.learning.train.storage import save_arrays  # noqa: E402
 from s2ag.core.model.seeds import seed_input  # noqa: E402
@@ -75,7 +76,7 @@ def test_a_mirrored_window_is_gestured_with_the_other_hand():
 
 def test_windows_without_words_have_the_prosody_of_sound_alone():
     arrays, corpus = toy(talks=2, frames=60)
-    windows = Windows(np.array([0, 1]), np.array([3, 3]), wordless=np.array([False, True]), seedless=np.array([True, False]))
+    windows = Windows(np.array([0, 1]), np.array([3, 3]), wordless=np.array([False, True]), kept=np.arange(40) < [[0], [10]])
     batch = corpus.batch(windows, 40, 10)
     assert batch.words[0].any() and not batch.words[1].any()
     np.testing.assert_array_equal(batch.prosody[0].numpy(), arrays["prosody"][3:43].astype(np.float32))
@@ -87,7 +88,8 @@ def test_chances_decide_over_whole_windows():
     _, corpus = toy(talks=4, frames=60)
     config = TrainConfig(batch=2000, frames=48, word_drop=0.25, seed_drop=0.5)
     windows = draw(corpus, config, np.random.default_rng(0))
-    assert windows.wordless.mean() == pytest.approx(0.25, abs=0.05) and windows.seedless.mean() == pytest.approx(0.5, abs=0.05)
+    assert windows.wordless.mean() == pytest.approx(0.25, abs=0.05)
+    assert windows.kept[:, :10].all(1).mean() == pytest.approx(0.5, abs=0.05) and not windows.kept[:, 10:].any()
     assert not windows.flip.any()
     assert draw(corpus, TrainConfig(batch=50, frames=48, mirror=1.0), np.random.default_rng(0)).flip.all()
 
@@ -180,3 +182,35 @@ def test_a_failure_to_gather_reaches_the_step():
     with pytest.raises(ZeroDivisionError):
         batches.take(0)
     batches.close()
+
+
+def test_given_frames_may_lie_anywhere():
+    shares = {"start": 0.3, "end": 0.2, "both": 0.1, "gap": 0.1, "frames": 0.1}
+    masks = draw_kept(np.random.default_rng(0), 4000, 48, 10, shares)
+    start, end, count = masks[:, :10].all(1), masks[:, -1], masks.sum(1)
+    assert (count == 0).mean() == pytest.approx(0.22, abs=0.04)
+    assert (masks[:, 0] & ~end & (count <= 10)).mean() == pytest.approx(0.3, abs=0.04)
+    assert (start & ~end).mean() == pytest.approx(0.165, abs=0.03)
+    assert (end & ~masks[:, 0] & (count <= 10)).mean() == pytest.approx(0.2, abs=0.03)
+    assert (start & end & (count > 20)).mean() > 0.03
+    _, corpus = toy(talks=2, frames=60)
+    windows = Windows(np.array([0, 1]), np.array([3, 3]), kept=masks[:2])
+    seeds = corpus.batch(windows, 48, 10).seeds
+    np.testing.assert_array_equal(seeds[..., 27].numpy() > 0, masks[:2])
+    assert not seeds[..., :27].numpy()[~masks[:2]].any() and seeds[..., :27].numpy()[masks[:2]].any(-1).all()
+
+
+def test_strokes_are_told_in_some_windows_and_mirrored_with_them():
+    _, corpus = toy(talks=2, frames=60)
+    draws = np.ones((3, 48))
+    draws[:2] = 0
+    windows = Windows(np.array([0, 0, 0]), np.array([3, 3, 3]), np.array([False, True, False]), draws=draws)
+    asked = corpus.batch(windows, 48, 10).asked.numpy()
+    assert asked[:2, :, 0].all() and not asked[2].any()
+    assert np.flatnonzero(asked[0, :, 1]).tolist() == list(range(12, 43)) and asked[0, :, 2].argmax() == 27
+    assert asked[0, 27].tolist() == [1, 1, 1, 0, 1, 0.5, 1] and asked[1, 27].tolist() == [1, 1, 1, 1, 0, 0.5, 1]
+    arrays = toy_arrays(talks=2, frames=60)
+    del arrays["strokes"]
+    silent = Corpus(arrays, META)
+    assert silent.meanings == [] and not silent.batch(windows, 48, 10).asked.any()
+    assert TrainConfig(model="flow", stroke_tell=0.3).model_config(2, len(silent.meanings)).meanings == 0

@@ -104,7 +104,7 @@ def test_words_say_nothing_to_an_english_network(german, tmp_path):
 
 
 def test_what_the_network_hears():
-    words, wishes = [("die", 0.0, 1.0), ("Zeit", 1.0, 2.0)], hints.Wishes(instead={1: "me"})
+    words, wishes = [("die", 0.0, 1.0), ("Zeit", 1.0, 2.0)], hints.Wishes(gestures={1: ("me", 0.0)})
     assert hints.heard(words, wishes) == [("die", 0.0, 1.0), ("me", 1.0, 2.0)]
     assert hints.heard(words, wishes, understood=False) == [("", 0.0, 1.0), ("me", 1.0, 2.0)]
 

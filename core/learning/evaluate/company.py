@@ -1,0 +1,109 @@
+"""Many performers at the same recordings: what each shows, the middle of them, the least and the most.
+
+Keys of columns are those of :data:`goals.VARIETY`.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...motion import skeleton
+from . import variety
+from .measure import Case
+
+MEASURED = {
+    "narrators": {
+        "nearest_neighbour": 0.85, "cells": 173, "first_axis": 0.54, "components": 7, "forearm_median": 11, "forearm_p90": 95,
+        "upper_arm_median": 8.5, "upper_arm_p90": 50, "left_right": 0.79, "shoulder_yaw": 1.5,
+    },
+    "lively talker": {
+        "nearest_neighbour": 0.84, "cells": 361, "first_axis": 0.71, "components": 7, "forearm_median": 70, "forearm_p90": 197,
+        "upper_arm_median": 38, "upper_arm_p90": 98, "left_right": 0.70, "shoulder_yaw": 8.7,
+    },
+}  # fmt: skip
+"""Motion of people, measured once on what may not be handed on: 12 minutes of several narrators, 64 s of one talker."""
+
+_MINUTE = round(60 * skeleton.FPS)
+
+
+@dataclass(frozen=True)
+class Performance:
+    """A performer's case of one recording, the same by another seed and in another take ``(frames, 9, 3)``, and the clips
+    of its strokes where a plan is known."""
+
+    case: Case
+    seed: np.ndarray | None = None
+    take: np.ndarray | None = None
+    clips: tuple[str, ...] = ()
+
+
+def column(performers: dict[str, Sequence[Performance]]) -> dict:
+    """Of every figure the middle of the performers, and as ``..._least`` and ``..._most`` the ends."""
+    each = {name: of_performer(performances) for name, performances in performers.items() if performances}
+    result: dict = {}
+    for key in {key: None for figures in each.values() for key in figures}:
+        values = np.array([figures[key] for figures in each.values() if np.isfinite(figures.get(key, np.nan))])
+        if len(values):
+            result |= {key: float(np.median(values))}
+            result |= {f"{key}_least": float(values.min()), f"{key}_most": float(values.max())}
+    return {**result, "performers": each}
+
+
+def of_performer(performances: Sequence[Performance]) -> dict[str, float]:
+    """All figures of one performer, several recordings together.
+
+    Strokes are compared across recordings, and room and axes are of whole minutes of the recordings in a row, because a
+    short recording looks richer by the one and poorer by the other.
+    """
+    motions = [one.case.directions for one in performances]
+    minutes = _minutes(np.concatenate(motions))
+    rows = [_alone(one) for one in performances]
+    lengths = np.array([len(motion) for motion in motions], float)
+    result = {
+        "nearest_neighbour": variety.nearest_neighbour(*motions),
+        "most_repeated": variety.most_repeated(*motions),
+        **{key: float(np.mean([figure(part) for part in minutes])) for key, figure in _OF_MINUTES.items()},
+    }
+    for key in {key: None for row in rows for key in row}:
+        values = np.array([row.get(key, np.nan) for row in rows])
+        known = np.isfinite(values)
+        result[key] = float(np.average(values[known], weights=lengths[known])) if known.any() else float("nan")
+    clips = Counter(clip for one in performances for clip in one.clips)
+    if clips:
+        result["clip_share"] = clips.most_common(1)[0][1] / clips.total()
+    return result
+
+
+def ranked(performers: dict[str, Sequence[Performance]]) -> list[str]:
+    """Names from the calmest performer to the liveliest."""
+    energy = {name: of_performer(performances)["forearm_median"] for name, performances in performers.items()}
+    return sorted(energy, key=energy.get)
+
+
+def _alone(one: Performance) -> dict[str, float]:
+    """Figures that a recording gives by itself."""
+    motion = one.case.directions
+    result = {
+        **{name.replace(" ", "_"): value for name, value in variety.speeds(motion).items()},
+        "left_right": variety.symmetry(motion),
+        "shoulder_yaw": variety.shoulder_yaw(motion),
+        "follows_voice": variety.follows(motion, one.case.talk.loudness),
+        "strokes_a_minute": 60 * len(variety.strokes(motion)) / one.case.duration,
+    }
+    for name, other in (("seeds", one.seed), ("takes", one.take)):
+        if other is not None:
+            result[f"{name}_apart"] = variety.arms_apart(motion, other)
+            result[f"{name}_places"] = variety.same_places(motion, other)
+            result[f"{name}_chance"] = variety.places_by_chance(motion, other)
+    return result
+
+
+def _minutes(motion: np.ndarray) -> list[np.ndarray]:
+    """Whole minutes of a motion, or all of one that is shorter."""
+    begins = range(0, max(len(motion) - _MINUTE + 1, 1), _MINUTE)
+    return [motion[begin : begin + _MINUTE] for begin in begins]
+
+
+_OF_MINUTES = {"cells": variety.cells, "first_axis": variety.first_axis, "components": variety.components}

@@ -1,0 +1,124 @@
+"""People: recordings of their voices on which performances are judged, and captured motion to look at beside them."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+from itertools import groupby
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import UsageError
+from ...motion import skeleton
+from ...sound.audio import SAMPLE_RATE
+from .talks import Talk, human
+
+SHORT = 12.0
+"""Seconds: shorter recordings say little alone, so that those that follow each other in a folder are joined."""
+PAUSE = 0.6
+"""Seconds between two that are joined."""
+LIBRIVOX = Path("/usr/share/pocketsphinx/test/data/librivox")
+"""Of Debian's pocketsphinx-testdata."""
+MINUTE = 60.0
+_NUMERALS = {"I": "one", "II": "two"}
+SEEN = " (trained on)"
+"""Part of the name of a recording that corpora hold."""
+
+
+def recordings(paths: Sequence[str | PathLike], material: str | PathLike | None = None) -> list[Talk]:
+    """The recordings that were named, and with ``material`` what else is at hand: LibriVox clips and its sonnets.
+
+    A text file of a recording's name says what is spoken. Raises :class:`S2agError` for what cannot be read.
+    """
+    talks = [(Path(path).parent, human(path)) for path in paths]
+    if material is not None:
+        talks += [(LIBRIVOX, replace(human(path, said), name="LibriVox")) for path, said in _librivox()]
+        talks += [(path, replace(human(path, said), name=name)) for path, said, name in _sonnets(Path(material))]
+    groups = groupby(talks, lambda one: (one[0], None) if _seconds(one[1]) < SHORT else (one[0], id(one[1])))
+    return _named_apart([joined([talk for _, talk in group]) for _, group in groups])
+
+
+def joined(talks: Sequence[Talk]) -> Talk:
+    """Several recordings as one, with pauses between; one alone stays what it is."""
+    if len(talks) == 1:
+        return talks[0]
+    pieces, words, accents, at = [], [], [], 0.0
+    for talk in talks:
+        pieces += [talk.audio, np.zeros(round(PAUSE * SAMPLE_RATE), np.float32)]
+        words += [(text, start + at, end + at) for text, start, end in talk.words]
+        accents.append(talk.accents + [at, 0, 0])
+        at += _seconds(talk) + PAUSE
+    name = f"{re.sub(r'[-_ .]?[0-9]+$', '', talks[0].name) or talks[0].name}, {len(talks)} joined"
+    audio = np.concatenate(pieces[:-1])
+    return Talk(name, name, audio, tuple(words), np.concatenate(accents))
+
+
+def captured(material: str | PathLike) -> dict[str, np.ndarray]:
+    """A minute of captured motion ``(frames, 9, 3)`` by what it is: clips one after another, and a conversation.
+
+    :class:`UsageError` where ``material`` holds no clips.
+    """
+    from ..corpus import idling, unity
+
+    gestures = gestures_of(material)
+    length, minute, picked = 0, round(MINUTE * skeleton.FPS), []
+    for row in np.random.default_rng(0).permutation(len(gestures)):
+        clip = gestures[row].clip
+        picked.append(clip.at(np.arange(clip.onset, clip.rest, 1 / skeleton.FPS)))
+        length += len(picked[-1])
+        if length >= minute:
+            break
+    result = {"clips": skeleton.normalize(np.concatenate(picked)[:minute])}
+    path = Path(material) / idling.CONVERSATION
+    if path.is_file():
+        animation = unity.load(path)
+        motion = unity.to_directions(animation, *idling.STRETCH)
+        rows = np.arange(0, len(motion) - 1, animation.fps / skeleton.FPS).round().astype(int)
+        result["conversation"] = skeleton.normalize(motion[rows])
+    return result
+
+
+@lru_cache(maxsize=1)
+def gestures_of(material: str | PathLike) -> list:
+    """The library of captured and authored gestures; :class:`UsageError` where ``material`` has none."""
+    from ..corpus import library
+
+    try:
+        return library.load(material)
+    except FileNotFoundError as error:
+        message = f"{material} holds no smartbody gestures."
+        raise UsageError(message, "Name the folder with the public material, or leave --material out.") from error
+
+
+def _librivox() -> list[tuple[Path, str]]:
+    """The clips of the package, where it is installed, with their texts."""
+    transcription = LIBRIVOX / "transcription"
+    if not transcription.is_file():
+        return []
+    said = re.findall(r"<s>(.*?)</s>\s*\((\S+?)\)", transcription.read_text("utf-8"))
+    found = [(LIBRIVOX / f"{name}.wav", text.strip()) for text, name in said]
+    return [(path, text) for path, text in found if path.is_file()]
+
+
+def _sonnets(material: Path) -> list[tuple[Path, str, str]]:
+    """Files, texts and names. The first one is also read to the network in training."""
+    found = []
+    for page in sorted((material / "speech").glob("p*.xhtml")):
+        path = page.with_suffix(".mp3")
+        if path.is_file():
+            lines = re.findall(r'<span id="f\d+">(.*?)</span>', page.read_text("utf-8"))
+            said = "\n".join(_NUMERALS.get(line, line) for line in lines)
+            found.append((path, said, f"sonnet {len(found) + 1}{SEEN if not found else ''}"))
+    return found
+
+
+def _seconds(talk: Talk) -> float:
+    return len(talk.audio) / SAMPLE_RATE
+
+
+def _named_apart(talks: list[Talk]) -> list[Talk]:
+    names = [talk.name for talk in talks]
+    unlike = len(set(names)) == len(names)
+    return talks if unlike else [replace(talk, name=f"{talk.name} {row + 1}") for row, talk in enumerate(talks)]

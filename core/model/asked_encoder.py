@@ -1,0 +1,23 @@
+"""Encoder of the strokes that are asked for, so that a gesture can be had at a word (not in the paper)."""
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+from ..motion.requested import CHANNELS
+from .config import ModelConfig
+
+
+class AskedEncoder(nn.Module):
+    """A table of meanings beside the other channels of :mod:`requested`, then one linear map; nothing said gives zeros."""
+
+    def __init__(self, config: ModelConfig):
+        super().__init__()
+        self.meanings = nn.Embedding(config.meanings + 1, config.asked_size)
+        self.linear = nn.Linear(config.asked_size + len(CHANNELS) - 1, config.asked_size)
+
+    def forward(self, asked: torch.Tensor) -> torch.Tensor:
+        """``(B, T, 7)`` to ``(B, T, asked_size)``."""
+        known = asked[..., :1]
+        meaning = self.meanings(asked[..., -1].long()) * asked[..., 1:2]
+        return functional.silu(self.linear(torch.cat([asked[..., :-1], meaning], -1))) * known

@@ -1,0 +1,178 @@
+"""Performances drawn from noise: conditional flow matching (Lipman et al. 2023) on the paper's encoders.
+
+A network of this kind learns the velocity that carries noise at time 0 along straight lines to performances at time 1, given
+what is heard, the style, frames that are kept and strokes that are asked for.
+"""
+
+import math
+from collections.abc import Callable
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+from ..motion.skeleton import EDGES, FPS
+from .asked_encoder import AskedEncoder
+from .config import ModelConfig
+from .denoiser import Conditions, Denoiser
+from .encoders import POSE, Encoders
+from .timing import IN_STEP, MFCC_RATE, mfcc_slice
+
+STEPS = 6
+"""Velocities that one performance takes: 2.4 degrees from what 24 give, arms on average, eight 1.8, four 3.9; variety and pace
+are those of eight.
+"""
+
+
+class FlowGenerator(Encoders):
+    """Noise, voice, words, prosody, given poses, wishes and style to directions and what else a frame has.
+
+    A frame's numbers are nine directions less their mean and ``extras`` further ones; inside the network they are divided
+    by what they vary (:attr:`scale`) after their own mean (:attr:`centre`) is taken off. Given frames stay as they are.
+    """
+
+    def __init__(self, config: ModelConfig):
+        super().__init__(config)
+        self.noise_size = POSE + config.extras
+        if config.meanings:
+            self.asked_encoder = AskedEncoder(config)
+        self.no_style = nn.Parameter(torch.zeros(config.style_size))
+        self.denoiser = Denoiser(config, self.noise_size, self.feature_size + config.style_size)
+        self.register_buffer("centre", torch.zeros(self.noise_size))
+        self.register_buffer("scale", torch.full((self.noise_size,), 0.3))
+
+    @property
+    def feature_size(self) -> int:
+        """Channels of :meth:`encode`."""
+        return super().feature_size + (self.config.asked_size if self.config.meanings else 0)
+
+    @property
+    def hears(self) -> int:
+        """Frames to each side on which the features of a frame depend."""
+        config = self.config
+        text = 2 * (config.text_kernel // 2) * (2**config.text_levels - 1)
+        voice = math.ceil((sum(kernel // 2 for kernel in config.mfcc_kernels) + 1) * FPS / MFCC_RATE)
+        return max(text, voice, self.aff_encoder.reach, 3 * bool(config.prosody_features))
+
+    @property
+    def looks(self) -> int:
+        """Frames to each side on which one velocity depends; a whole performance sees :data:`STEPS` times as far."""
+        return self.denoiser.reach
+
+    def encode(
+        self,
+        mfcc: torch.Tensor,
+        words: torch.Tensor,
+        seeds: torch.Tensor,
+        prosody: torch.Tensor | None = None,
+        asked: torch.Tensor | None = None,
+    ) -> torch.Tensor:
+        """Everything but the style, ``(B, T, channels)``; ``asked`` ``(B, T, 7)`` are the channels of :mod:`requested`."""
+        features = super().encode(mfcc, words, seeds, prosody)
+        if not self.config.meanings:
+            return features
+        asked = seeds.new_zeros(1, 1, 7) if asked is None else asked
+        return torch.cat([features, self.asked_encoder(asked).expand(*features.shape[:2], -1)], -1)
+
+    def conditions(self, features: torch.Tensor, style: torch.Tensor, time: torch.Tensor | None = None) -> Conditions:
+        """What :meth:`velocity` needs of features ``(B, T, channels)`` and styles ``(B, size)`` or ``(B, T, size)``.
+
+        With times ``(B,)`` it is for that moment alone, and a little cheaper.
+        """
+        style = style if style.dim() == 3 else style[:, None].expand(-1, features.shape[1], -1)
+        return self.denoiser.condition(torch.cat([features, style], -1), time)
+
+    def velocity(
+        self, x: torch.Tensor, mask: torch.Tensor, conditions: Conditions, time: torch.Tensor | None = None
+    ) -> torch.Tensor:
+        """Where the poses ``(B, T, noise_size)`` at ``time`` ``(B,)`` go; those where ``mask`` ``(B, T, 1)`` is 1 are given."""
+        return self.denoiser(x, mask, conditions, time)
+
+    def exaggerated(self, style: torch.Tensor) -> torch.Tensor:
+        """Styles ``(..., size)`` as performances are drawn with them, farther from the middle of all speakers.
+
+        What guidance without a classifier (Ho and Salimans 2022) does with two evaluations a step this does with one.
+        """
+        middle = self.speaker(torch.arange(self.config.speakers, device=style.device))[0].mean(0)
+        return torch.lerp(middle, style, self.config.flow_style)
+
+    def emphasized(self, features: torch.Tensor) -> torch.Tensor:
+        """Features ``(B, T, channels)`` with voice and prosody farther from those of silence, as :meth:`exaggerated` styles."""
+        config = self.config
+        if config.flow_voice == 1:
+            return features
+        frames = 4 * IN_STEP
+        mfcc = features.new_zeros(1, mfcc_slice(0, frames).stop, config.mfcc_features)
+        words, seeds, prosody = (
+            features.new_zeros(1, frames, size) for size in (config.word_size, self.noise_size + 1, config.prosody_features)
+        )
+        silence = self.encode(mfcc, words, seeds, prosody)[:, frames // 2, None]
+        share = torch.ones_like(silence)
+        voice = config.seed_size + config.mfcc_size
+        share[..., config.seed_size : voice] = config.flow_voice
+        if config.prosody_features:
+            share[..., voice + config.text_size :][..., : config.prosody_size] = config.flow_voice
+        return torch.lerp(silence, features, share)
+
+    def numbers(self, seeds: torch.Tensor) -> torch.Tensor:
+        """Poses as the dataset and :func:`seeds.seed_input` give them, ``(..., noise_size)``, as the flow's numbers."""
+        return (seeds - self.centre) / self.scale
+
+    def directions(self, x: torch.Tensor) -> torch.Tensor:
+        """Unit directions ``(B, T, 9, 3)`` of the flow's numbers ``(B, T, noise_size)``."""
+        poses = (x * self.scale + self.centre)[..., :POSE].unflatten(-1, (len(EDGES), 3)) + self.mean
+        return functional.normalize(poses, dim=-1)
+
+    def forward(
+        self,
+        mfcc: torch.Tensor,
+        words: torch.Tensor,
+        seeds: torch.Tensor,
+        style: torch.Tensor,
+        prosody: torch.Tensor | None = None,
+        asked: torch.Tensor | None = None,
+        noise: torch.Tensor | None = None,
+    ) -> torch.Tensor:
+        """Directions ``(B, T, 9, 3)`` drawn from ``noise`` ``(B, T, noise_size)``, whose last frames and mask ``seeds`` hold.
+
+        ``seeds`` ``(B, T, noise_size + 1)``: poses less their mean on given frames and zeros elsewhere, last channel 1 on
+        given frames, anywhere in the window.
+        """
+        return self.draw(self.encode(mfcc, words, seeds, prosody, asked), style, seeds, noise)
+
+    def draw(
+        self,
+        features: torch.Tensor,
+        style: torch.Tensor,
+        seeds: torch.Tensor,
+        noise: torch.Tensor,
+        begins: Callable[[], None] = lambda: None,
+    ) -> torch.Tensor:
+        """:meth:`forward` of what :meth:`encode` made; ``begins()`` is called before each of the :data:`STEPS`."""
+        conditions = self.conditions(self.emphasized(features), self.exaggerated(style))
+        given, mask = self.numbers(seeds[..., :-1]), seeds[..., -1:]
+        noise = self.config.flow_noise * noise
+
+        def velocity(x, time):
+            begins()
+            return self.velocity(x, mask, conditions, time) * (1 - mask)
+
+        return self.directions(solve(velocity, noise + mask * (given - noise)))
+
+    def _affect(self, seeds: torch.Tensor) -> torch.Tensor:
+        # Nothing beyond the encoder's reach of the last given frame is felt by one, so nothing there is computed.
+        mask = seeds[..., -1:]
+        filled = mask.amax((0, 2)).nonzero()
+        last = min(int(filled[-1]) + 1 + self.aff_encoder.reach, seeds.shape[1]) if len(filled) else 1
+        poses = seeds[:, :last, :POSE].unflatten(-1, (len(EDGES), 3))
+        return functional.pad(self.aff_encoder(poses) * mask[:, :last], (0, 0, 0, seeds.shape[1] - last))
+
+
+def solve(velocity: Callable[[torch.Tensor, torch.Tensor], torch.Tensor], x: torch.Tensor, steps: int = STEPS) -> torch.Tensor:
+    """Carry ``x`` from time 0 to 1 in ``steps`` evaluations of ``velocity(x, time)`` (Adams and Bashforth of second order)."""
+    before = None
+    for step in range(steps):
+        now = velocity(x, x.new_full((1,), step / steps))
+        x = x + (now if before is None else 1.5 * now - 0.5 * before) / steps
+        before = now
+    return x

@@ -1,0 +1,55 @@
+"""What every kind of network is asked in one way: to perform what was heard, all frames of all takes."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from . import asking
+from .casting import Performers
+from .hearing import Heard
+
+
+def perform(
+    checkpoint,
+    heard: Heard,
+    cast: Sequence[Performers],
+    progress: Callable[[float], None] = lambda value: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> np.ndarray:
+    """Directions ``(takes, frames, 9, 3)`` float32 of all takes of all performers, those of a request after those before it."""
+    generator, told = checkpoint.generator, (progress, cancelled)
+    if not generator.noise_size:
+        from . import windows
+
+        latents, seeds = _latents(heard, cast), np.concatenate([one.seeds for one in cast])
+        return windows.generate(generator, heard.features.slice, latents, seeds, heard.frames, checkpoint.window[0], *told)
+    from . import drawing
+
+    wishes = heard.wishes, heard.words, checkpoint.meanings, heard.frames
+    asked = [asking.channels(*wishes, one.request.hand) for one in cast]
+    return drawing.draw(generator, heard.features.slice, cast, asked, heard.frames, *told)
+
+
+def known_by(checkpoint, heard: Heard, cast: Sequence[Performers]) -> tuple:
+    """All that a performance depends on beside recording, words and network: equal for requests that give the same."""
+    latents = _latents(heard, cast)
+    if not checkpoint.generator.noise_size:
+        return latents.shape, latents.tobytes(), np.concatenate([one.seeds for one in cast]).tobytes()
+    given = [one.given(heard.frames) for one in cast]
+    kept = tuple((one.frames.tobytes(), one.directions.tobytes()) for one in given)
+    drawn = tuple((one.request.seed, tuple(one.request.identities), one.request.hand) for one in cast)
+    return latents.shape, latents.tobytes(), kept, drawn
+
+
+def joins(checkpoint, frames: int) -> list[int]:
+    """Frames at which windows of a performance of so many ``frames`` meet; none where all frames are drawn as one."""
+    if checkpoint.generator.noise_size:
+        return []
+    from . import windows
+
+    return windows.starts(frames, *checkpoint.window)[1:]
+
+
+def _latents(heard: Heard, cast: Sequence[Performers]) -> np.ndarray:
+    walking = any(one.walks for one in cast)
+    return np.concatenate([one.on_the_way(heard.frames if walking else 1) for one in cast])

@@ -1,0 +1,41 @@
+"""What a failed engine said is kept, for a while."""
+
+import os
+import time
+
+import bpy
+import pytest
+from s2ag.core.errors import WorkerFailed
+from s2ag.s2ag_blender.engine import client, errors_log, run
+from s2ag.s2ag_blender.takes import gesture
+
+ENGINE = os.environ.get("S2AG_PYTHON")  # the extension fixture hides it
+
+
+def test_a_killed_worker_leaves_a_saved_log(extension, examples, monkeypatch):
+    try:
+        monkeypatch.setenv("S2AG_PYTHON", client.find_interpreter(ENGINE))
+    except WorkerFailed as error:
+        pytest.skip(str(error))
+    engine = client.WorkerClient(log=errors_log.note)
+    job = engine.request("synthesize", {"audio": str(examples / "hello.flac")})
+    time.sleep(0.2)
+    os.kill(engine.pid, 9)
+    errors_log.note("the last words")
+    while not job.poll():
+        time.sleep(0.01)
+    with pytest.raises(WorkerFailed, match="killed by signal 9") as told:
+        job.outcome()
+    path = errors_log.save(told.value)
+    text = path.read_text()
+    assert path.is_relative_to(extension / "logs") and "signal 9" in text and "the last words" in text and "Blender:" in text
+    assert bpy.ops.s2ag.open_log.poll() and bpy.ops.s2ag.open_log() == {"FINISHED"}
+    assert bpy.data.texts[path.name].as_string().startswith("WorkerFailed: The engine was killed by signal 9.")
+    engine.close()
+    gesture.stop_engine()
+
+
+def test_old_logs_go(tmp_path):
+    for _ in range(run.LOGS + 5):
+        run.new_log(tmp_path, "engine").write_text("said")
+    assert len(list(tmp_path.glob("*.log"))) == run.LOGS

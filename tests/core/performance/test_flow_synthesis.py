@@ -1,0 +1,257 @@
+"""Performances drawn from noise: seeds, kept frames, tiles without seams, wishes, and all that styles could do before."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from rounding import bound
+from s2ag.core import styles
+from s2ag.core.errors import Cancelled, UsageError
+from s2ag.core.motion import limits, rest, skeleton
+from s2ag.core.performance.noise import noise
+from s2ag.core.performance.request import Request
+
+pytest.importorskip("torch", reason="the engine is not installed")
+
+from s2ag.core.performance import asking, casting, drawing, performing, sampling  # noqa: E402
+from s2ag.core.performance.synthesis import Session  # noqa: E402
+from s2ag.core.words import hints  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def session(flow_checkpoint):
+    return Session(flow_checkpoint)
+
+
+@pytest.fixture(scope="module")
+def voice(examples):
+    return examples / "hello.flac"
+
+
+@pytest.fixture(scope="module")
+def heard(session, voice):
+    """The recording as the network hears it."""
+    from s2ag.core.performance import hearing
+    from s2ag.core.performance.stages import Stages
+    from s2ag.core.sound import audio
+
+    return hearing.hear(session, Request(voice), audio.load(voice), Stages(lambda stage, value: None, lambda: False))
+
+
+@pytest.fixture(scope="module")
+def plain(session, voice):
+    return session.synthesize(Request(voice)).motions[0].directions
+
+
+def made(session, voice, **options):
+    return session.synthesize(Request(voice, **options)).motions[0].directions
+
+
+def angles(a, b):
+    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(-1)))
+
+
+def some_poses(count, seed=3):
+    rng = np.random.default_rng(seed)
+    poses = skeleton.normalize(rest.REST + 0.15 * rng.standard_normal((count, 9, 3)))
+    return limits.keep_human(poses.astype(np.float32))
+
+
+def test_the_same_request_is_the_same_to_the_bit_and_seeds_differ(session, voice, plain):
+    assert made(session, voice).tobytes() == plain.tobytes()
+    arms = angles(made(session, voice, seed=1), plain)[:, list(skeleton.ARM_EDGES)]
+    assert arms.mean() > 3  # of a network that has learned nothing
+
+
+def test_a_take_is_the_same_whoever_performs_beside_it(session, voice, plain):
+    together = session.synthesize(Request(voice, takes=3)).motions
+    alone = [session.synthesize(Request(voice, take=take)).motions[0] for take in range(3)]
+    for one, other in zip(together, alone, strict=True):
+        assert one.directions.tobytes() == other.directions.tobytes() and one.meta == other.meta
+    assert together[0].directions.tobytes() == plain.tobytes()
+
+
+def test_threads_change_no_more_than_rounding(session, voice, plain):
+    import torch
+
+    before = torch.get_num_threads()
+    try:
+        torch.set_num_threads(1 if before > 1 else 2)
+        np.testing.assert_allclose(made(session, voice), plain, atol=bound(session.checkpoint))
+    finally:
+        torch.set_num_threads(before)
+
+
+@pytest.fixture(scope="module")
+def longer(heard):
+    """What would be heard of a longer recording: noise."""
+    rng, features = np.random.default_rng(0), heard.features
+    prosody = rng.standard_normal((3000, features.prosody.shape[1])).astype(np.float32)
+    told = {**vars(features), "prosody": prosody, "mfcc": np.tile(features.mfcc, (60, 1))}
+    return lambda start, stop: type(features).slice(SimpleNamespace(**told), start, stop)
+
+
+def test_tiles_join_without_seams(session, voice, longer):
+    generator = session.checkpoint.generator
+    cast = [casting.cast(session.checkpoint, Request(voice, takes=2, kept=([700], some_poses(1))))]
+    frames = 1500
+    whole = drawing.draw(generator, longer, cast, [None], frames)
+    tiled = drawing.draw(generator, longer, cast, [None], frames, tile=144)
+    np.testing.assert_allclose(tiled, whole, rtol=0, atol=bound(session.checkpoint))
+    assert whole.shape == (2, frames, 9, 3) and np.abs(np.linalg.norm(whole, axis=-1) - 1).max() < 1e-5
+
+
+@pytest.mark.parametrize("frames", [2, 13, 97])
+def test_any_length(session, voice, heard, frames):
+    cast = [casting.cast(session.checkpoint, Request(voice))]
+    assert drawing.draw(session.checkpoint.generator, heard.features.slice, cast, [None], frames).shape == (1, frames, 9, 3)
+
+
+@pytest.mark.parametrize("more", [{}, {"mirror": True}, {"intensity": 1.5}, {"intensity": 0.0}])
+def test_frames_are_kept_exactly_wherever_they_lie(session, voice, plain, more):
+    start, end, *between = some_poses(5)
+    frames = np.array([30, 31, 50])
+    wanted = {0: start, len(plain) - 1: end, **dict(zip(frames.tolist(), between, strict=True))}
+    performed = made(session, voice, pose=start, end_pose=end, kept=(frames, np.array(between)), **more)
+    for frame, pose in wanted.items():
+        np.testing.assert_array_equal(performed[frame], pose)
+    assert angles(performed[3], plain[3]).max() > 1  # they lead on
+
+
+def test_a_phrase_is_performed_anew_between_frames_that_stay(session, voice, plain):
+    gap = slice(40, 70)
+    kept = np.setdiff1d(np.arange(len(plain)), np.arange(gap.start, gap.stop))
+    again = made(session, voice, seed=9, kept=(kept, plain[kept]))
+    np.testing.assert_array_equal(again[kept], plain[kept])
+    assert angles(again[gap], plain[gap])[10:20].mean() > 2
+    speed, usual = (np.abs(np.diff(one, axis=0)).max((1, 2)) for one in (again, plain))
+    assert speed.max() < 1.5 * usual.max()
+
+
+def test_what_is_known_is_not_computed(session, voice, longer, monkeypatch):
+    frames = 3000
+    gap = np.arange(1500, 1530)
+    kept = np.setdiff1d(np.arange(frames), gap)
+    request = Request(voice, kept=(kept, np.broadcast_to(rest.REST, (len(kept), 9, 3))))
+    generator = session.checkpoint.generator
+    [(start, stop, low, high)] = drawing._tiles(generator, gap, drawing.TILE)
+    assert (start, stop) == (1500, 1530) and high - low < 30 + 2 * (generator.looks + generator.hears) + 25
+    cast = [casting.cast(session.checkpoint, request)]
+    little = drawing.draw(generator, longer, cast, [None], frames)
+    monkeypatch.setattr(drawing, "_tiles", lambda generator, free, tile: [(1500, 1530, 0, 3000)])
+    everything = drawing.draw(generator, longer, cast, [None], frames)
+    np.testing.assert_allclose(little, everything, rtol=0, atol=bound(session.checkpoint))
+
+
+def test_impossible_frames_are_refused(session, voice):
+    poses = some_poses(2)
+    for kept in (([1], poses), ([1, 1], poses), ([-1, 2], poses), ([0.5, 1], poses), ([1, 2], poses * 0), 3):
+        with pytest.raises(UsageError):
+            Request(voice, kept=kept)
+    with pytest.raises(UsageError):
+        Request(voice, end_pose=np.zeros((9, 3)))
+    with pytest.raises(UsageError, match="cannot be kept"):
+        session.synthesize(Request(voice, kept=([5, 10**6], poses)))
+
+
+def test_noise_is_that_of_a_frame():
+    whole = noise(3, (1, ()), 0, 700, 27)
+    np.testing.assert_array_equal(noise(3, (1, ()), 250, 530, 27), whole[250:530])
+    assert abs(whole.mean()) < 0.02 and abs(whole.std() - 1) < 0.02
+    for other in (noise(4, (1, ()), 0, 700, 27), noise(3, (2, ()), 0, 700, 27), noise(3, (1, ((1, 1.0),)), 0, 700, 27)):
+        assert abs((other * whole).mean()) < 0.03
+
+
+def test_a_variation_is_as_far_as_it_is_asked_to_be(session, voice, plain):
+    def apart(spread):
+        return angles(made(session, voice, spread=spread), plain)[:, list(skeleton.ARM_EDGES)].mean()
+
+    near, half, far = apart(0.1), apart(0.4), apart(1.0)
+    assert 0 < near < half < far
+    assert np.corrcoef(noise(0, (0, ((1, 0.2),)), 0, 99, 27).ravel(), noise(0, (0, ()), 0, 99, 27).ravel())[0, 1] > 0.9
+    steps = Request(voice, near=((1, 0.1),), spread=0.2, step=3).identities
+    assert steps == styles.identities(0, 1, ((1, 0.1),), 0.2, 3)
+
+
+@pytest.mark.parametrize("style", ["calm one > lively one", "calm one:0.5+lively one:0.5", "random"])
+def test_walks_blends_and_random_styles(session, voice, plain, style):
+    performed = made(session, voice, style=style)
+    assert performed.shape == plain.shape and np.abs(performed - plain).max() > 1e-3
+    np.testing.assert_array_equal(made(session, voice, style=style, mirror=True), skeleton.mirror(performed))
+
+
+@pytest.mark.parametrize("control", [{"affect": {"arousal": 1.0}}, {"rate": 1.0}, {"hand": -1.0}, {"intensity": 2.0}])
+def test_controls_steer(session, voice, plain, control):
+    assert np.abs(made(session, voice, **control) - plain).max() > 1e-3
+
+
+@pytest.mark.parametrize("number", [2, 5])
+def test_a_cell_of_a_sheet_is_made_again_exactly(session, voice, tmp_path, flow_checkpoint, number):
+    request = Request(voice, seed=4, intensity=0.8, hand=-1.0)
+    sheet, motions, _ = sampling.perform(session, request, ["calm one", "calm one > lively one"], 3)
+    sheet.save(tmp_path / "sheet.json")
+    wanted = Request(**sampling.again(f"{tmp_path / 'sheet.json'}:{number}", flow_checkpoint))
+    again = session.synthesize(wanted).motions[0]
+    np.testing.assert_array_equal(again.directions, motions[number - 1].directions)
+    assert (again.meta["seed"], again.meta["take"]) == (4, (number - 1) % 3)
+
+
+def test_what_is_remembered_is_what_would_be_made(flow_checkpoint, session, voice):
+    warm = Session(flow_checkpoint, remember=True)
+    for changes in ({}, {"seed": 2}, {"seed": 2, "intensity": 0.5}, {"seed": 2, "end_pose": some_poses(1)[0]}, {"take": 1}, {}):
+        np.testing.assert_array_equal(made(warm, voice, **changes), made(session, voice, **changes))
+
+
+def test_progress_rises_to_one_and_cancelling_stops(session, voice, heard):
+    told, cast = [], [casting.cast(session.checkpoint, Request(voice, takes=2))]
+    performing.perform(session.checkpoint, heard, cast, told.append)
+    assert told == sorted(told) and told[-1] == 1 and len(told) > 10
+    with pytest.raises(Cancelled):
+        performing.perform(session.checkpoint, heard, cast, cancelled=lambda: True)
+
+
+def test_a_take_of_other_weights_says_so(session, voice):
+    told = session.synthesize(Request(voice, made_by="f00")).warnings
+    assert len(told) == 1 and "earlier weights" in told[0]
+    assert not session.synthesize(Request(voice, made_by=session.checkpoint.hash)).warnings
+
+
+def test_hints_are_asked_for_as_strokes_where_the_network_knows_them(session, voice):
+    text = voice.with_suffix(".txt").read_text()
+    unmarked, marked = (session.synthesize(Request(voice, text=one)) for one in (text, "{me} " + text))
+    assert unmarked.words == marked.words and not marked.warnings
+    assert np.abs(unmarked.motions[0].directions - marked.motions[0].directions).max() > 1e-3
+
+
+def test_strokes_of_hints():
+    words = [("so", 0.0, 0.4), ("well", 0.5, 1.0), ("we", 1.0, 2.0), ("go", 3.0, 3.5)]
+    wishes = hints.Wishes(gestures={1: ("me", 0.0), 2: ("point", -1.0), 3: ("list", 0.0)}, rests=((2.2, 2.8),))
+    meanings = ["beat", "me", "there", "big"]
+    assert asking.asked(wishes, meanings) == {1, 2} and not asking.asked(wishes, [])
+    assert [text for text, *_ in hints.heard(words, wishes, True, frozenset({1, 2}))] == ["so", "well", "we", "first"]
+    channels = asking.channels(wishes, words, meanings, 60)
+    assert channels.shape == (60, 7)
+    assert channels[10, 6] == 2 and tuple(channels[10, 3:5]) == (0, 1)  # "me", the right hand
+    assert channels[21, 6] == 3 and tuple(channels[21, 3:5]) == (1, 0) and channels[21, 2] > 0.9  # "there", the left
+    assert channels[36, :2].tolist() == [1, 0] and not channels[50].any()
+    assert tuple(asking.channels(wishes, words, meanings, 60, hand=-1)[10, 3:5]) == (1, 0)
+    assert asking.channels(hints.Wishes(), words, meanings, 60) is None
+    assert asking.channels(replace(wishes, rests=()), words, [], 60) is None
+
+
+def test_every_hint_has_a_meaning():
+    assert set(asking.MEANINGS) == set(hints.GESTURES)
+
+
+def test_hands_rest_in_silence_and_breathe(session, tmp_path, voice):
+    from s2ag.core.sound import audio
+    from sounds import write_wav
+
+    sound = audio.load(voice)
+    write_wav(tmp_path / "silence.wav", np.concatenate([sound, np.zeros(8 * audio.SAMPLE_RATE, np.float32)]))
+    performed = made(session, tmp_path / "silence.wav", seed=5)
+    quiet = performed[-4 * 15 :]
+    assert angles(quiet, rest.REST)[:, list(skeleton.ARM_EDGES)].max() < 8
+    assert np.linalg.norm(np.diff(performed, axis=0), axis=-1).max(1).min() > 1e-5
+    assert not limits.backward_elbows(performed).any()
