@@ -115,7 +115,7 @@ def _pieces(path: str) -> Iterator[np.ndarray]:
     import av
 
     try:
-        with av.open(path, metadata_errors="ignore") as container:
+        with audio.opened(path) as container:
             yield from audio.pieces(container, container.streams.audio[0], _RATE, "stereo")
     except (av.FFmpegError, OSError) as error:
         raise AudioUnreadable(f"{path} cannot be decoded ({error}).", "Export the recording again.") from error

@@ -42,7 +42,6 @@ def all_checks() -> Iterator[Check]:
     yield Check("python", sys.version_info >= (3, 11), version, "Use Python 3.11 or newer.")
     yield _package("numpy", "numpy", "pip install numpy")
     yield _torch()
-    yield _package("scipy", "scipy", ENGINE)
     yield _package("safetensors", "safetensors", ENGINE)
     yield _package("av", "av", ENGINE)
     yield _aligner()

@@ -16,11 +16,9 @@ from ..version import VERSION
 PACKAGES = {
     "numpy": "numpy",
     "torch": "torch",
-    "scipy": "scipy",
     "safetensors": "safetensors",
     "av": "av",
     "pocketsphinx": "pocketsphinx",
-    "praat-parselmouth": "parselmouth",
     "tqdm": "tqdm",
     "pysubs2": "pysubs2",
     "praatio": "praatio",

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..smoothing import gaussian
 from . import skeleton
 from .skeleton import REST
 
@@ -83,10 +84,8 @@ def rest(
     fps: float = skeleton.FPS,
 ) -> np.ndarray:
     """Blend a performance ``(frames, 9, 3)`` into ``pose`` where nobody speaks, and let it breathe and sway throughout."""
-    from scipy.ndimage import gaussian_filter1d
-
     settled = slerp(directions, pose, settle_weight(activity, fps, at_rest)[:, None])
-    talking = gaussian_filter1d(np.asarray(activity, float), 0.5 * fps, mode="nearest")
+    talking = gaussian(activity, 0.5 * fps)
     return skeleton.normalize(settled + idle(len(directions), fps, seed, talking)).astype(np.float32)
 
 

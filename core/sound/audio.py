@@ -1,14 +1,16 @@
 """Any recording to 16 kHz mono float32, decoded piece by piece."""
 
+import contextlib
 import hashlib
-import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
 from ..errors import AudioUnreadable
+from . import wavefile
+from .resample import resampled
 
 SAMPLE_RATE = 16000
 SPEECH_RMS = 0.05
@@ -16,8 +18,6 @@ SPEECH_RMS = 0.05
 
 _BLOCK = SAMPLE_RATE * 60
 _CHOOSE = "Choose a recording, or a video with an audio track."
-_STREAMED = 0x7FFFFFFF
-"""Sizes from here on are what programs write that do not know the size yet."""
 _DECLARES_LENGTH = {"flac", "aiff", "mov,mp4,m4a,3gp,3g2,mj2"}
 """Containers whose header states the length; elsewhere FFmpeg guesses it from the bit rate, which proves nothing."""
 
@@ -25,28 +25,22 @@ _DECLARES_LENGTH = {"flac", "aiff", "mov,mp4,m4a,3gp,3g2,mj2"}
 def load(path: str | PathLike) -> np.ndarray:
     """Decode the first audio stream of any audio or video file to ``(n,)`` float32 mono at 16 kHz, full scale 1.
 
-    The file is decoded packet by packet, so memory is that of the result (230 MB an hour). Damaged packets are left
-    out as a player would do. Raises :class:`AudioUnreadable` when the file is missing, a folder, empty, in no known
-    format, without an audio stream, without a single sample, or shorter than its own header says.
+    WAV is read by :mod:`wavefile`, all else by the package ``av``. The file is decoded piece by piece, so memory is that of
+    the result (230 MB an hour). Damaged packets are left out as a player would do. Raises :class:`AudioUnreadable` when the
+    file is missing, a folder, empty, in no known format, without an audio stream, without a single sample, or shorter than
+    its own header says.
     """
-    import av
-
     path = Path(path)
     _check(path)
-    try:
-        with av.open(str(path), metadata_errors="ignore") as container:
-            if not container.streams.audio:
-                raise AudioUnreadable(f"{path} has no sound in it.", _CHOOSE)
-            stream = container.streams.audio[0]
-            audio = _join(piece.mean(axis=0) for piece in pieces(container, stream, SAMPLE_RATE))
-            declared = float(stream.duration * stream.time_base) if stream.duration else 0.0
-            exact = container.format.name in _DECLARES_LENGTH
-    except (av.FFmpegError, OSError, ValueError) as error:
-        raise _unreadable(path, error) from error
+    head = wavefile.header(path)
+    if head and head.kind is not None:
+        audio, declared = _mono(wavefile.samples(path, head), head.rate), 0.0
+    else:
+        audio, declared = _decoded(path)
     if not len(audio):
         raise AudioUnreadable(f"{path} holds no sound at all (zero length).", "Choose another recording.")
     seconds = len(audio) / SAMPLE_RATE
-    declared = max(declared if exact else 0.0, seconds / _wave_share(path))
+    declared = max(declared, seconds / (head.share if head else 1.0))
     if declared - seconds > max(0.25, 0.02 * declared):
         raise AudioUnreadable(
             f"{path} is cut off: it ends after {seconds:.1f} s where its header promises {declared:.1f} s.",
@@ -57,16 +51,13 @@ def load(path: str | PathLike) -> np.ndarray:
 
 def check(path: str | PathLike) -> None:
     """Raise :class:`AudioUnreadable` unless ``path`` opens as a recording; its samples are not decoded."""
-    import av
-
-    _check(Path(path))
-    try:
-        with av.open(str(path), metadata_errors="ignore") as container:
-            silent = not container.streams.audio
-    except (av.FFmpegError, OSError, ValueError) as error:
-        raise _unreadable(path, error) from error
-    if silent:
-        raise AudioUnreadable(f"{path} has no sound in it.", _CHOOSE)
+    path = Path(path)
+    _check(path)
+    head = wavefile.header(path)
+    if head and head.kind is not None:
+        return
+    with _opened(path):
+        pass
 
 
 def digest(audio: np.ndarray) -> str:
@@ -97,6 +88,16 @@ def gain(audio: np.ndarray) -> float:
         return 1.0
     active = power[power >= 0.1 * power.mean()]
     return SPEECH_RMS / float(np.sqrt(active.mean()))
+
+
+def opened(path: str | PathLike):
+    """An open ``av`` container, whatever encoding the tags of the file are in."""
+    import av
+
+    try:
+        return av.open(str(path), metadata_errors="ignore")
+    except TypeError:  # av 19 ignores such errors of its own accord and has no such argument
+        return av.open(str(path))
 
 
 def pieces(container, stream, rate: int, layout: str | None = None) -> Iterator[np.ndarray]:
@@ -133,17 +134,37 @@ def _check(path: Path) -> None:
         raise AudioUnreadable(f"{path} cannot be opened: {error.strerror}.", "Check the file's permissions.") from error
 
 
-def _wave_share(path: Path) -> float:
-    """How much of the samples that a RIFF WAVE header promises is there (FFmpeg believes the file's size); 1 elsewhere."""
-    with open(path, "rb") as file:
-        riff, _, kind = struct.unpack("<4sI4s", file.read(12).ljust(12))
-        while riff == b"RIFF" and kind == b"WAVE" and len(head := file.read(8)) == 8:
-            name, size = struct.unpack("<4sI", head)
-            if name == b"data":
-                there = path.stat().st_size - file.tell()
-                return there / size if 0 < there < size < _STREAMED else 1.0
-            file.seek(size + size % 2, 1)
-    return 1.0
+@contextlib.contextmanager
+def _opened(path: Path):
+    """The ``av`` container of a file that has sound in it; raises :class:`AudioUnreadable`, also for what goes on inside."""
+    try:
+        import av
+    except ImportError as error:
+        what = f"{path} is no WAV file, and the package av, which reads all other recordings, is missing."
+        raise AudioUnreadable(what, 'Save it as WAV, or install it with: pip install "s2ag[engine]".') from error
+    try:
+        with opened(path) as container:
+            if not container.streams.audio:
+                raise AudioUnreadable(f"{path} has no sound in it.", _CHOOSE)
+            yield container
+    except (av.FFmpegError, OSError, ValueError) as error:
+        raise _unreadable(path, error) from error
+
+
+def _decoded(path: Path) -> tuple[np.ndarray, float]:
+    """The sound by ``av``, and the seconds that the file declares, 0 where that proves nothing."""
+    with _opened(path) as container:
+        stream = container.streams.audio[0]
+        rate = stream.rate or SAMPLE_RATE
+        audio = _mono(pieces(container, stream, rate), rate)
+        exact = stream.duration and container.format.name in _DECLARES_LENGTH
+        return audio, float(stream.duration * stream.time_base) if exact else 0.0
+
+
+def _mono(parts: Iterable[np.ndarray], rate: int) -> np.ndarray:
+    """``(n,)`` float32 at :data:`SAMPLE_RATE` of pieces ``(channels, n)``; what is not a number is silence."""
+    mixed = (np.nan_to_num(part.mean(axis=0, dtype=np.float32), nan=0.0, posinf=0.0, neginf=0.0) for part in parts)
+    return _join(resampled(mixed, rate, SAMPLE_RATE))
 
 
 def _join(pieces) -> np.ndarray:
@@ -152,7 +173,7 @@ def _join(pieces) -> np.ndarray:
     for piece in pieces:
         if filled + len(piece) > len(audio):
             audio.resize(filled + len(piece) + _BLOCK, refcheck=False)
-        audio[filled : filled + len(piece)] = np.nan_to_num(piece, posinf=0.0, neginf=0.0)
+        audio[filled : filled + len(piece)] = piece
         filled += len(piece)
     audio.resize(filled, refcheck=False)
     return audio

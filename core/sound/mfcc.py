@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..products import rows_by_rows
 from .audio import SAMPLE_RATE, gain
 
 WINDOW = 2048
@@ -65,8 +66,6 @@ def temporal_features(audio: np.ndarray) -> np.ndarray:
 
 def _mel_power(audio: np.ndarray) -> np.ndarray:
     """``(frames, 128)`` float32 mel power, transformed in blocks so that memory does not grow with spectra."""
-    from scipy import fft
-
     audio = np.asarray(audio, np.float32)
     if audio.ndim != 1:
         raise ValueError(f"mono audio of shape (n,) expected, not {audio.shape}")
@@ -78,19 +77,17 @@ def _mel_power(audio: np.ndarray) -> np.ndarray:
         low, high = begin * HOP - WINDOW // 2, (end - 1) * HOP + WINDOW // 2
         piece = np.pad(audio[max(low, 0) : high], (max(-low, 0), max(high - len(audio), 0)))
         windows = np.lib.stride_tricks.sliding_window_view(piece, WINDOW)[::HOP]
-        spectrum = fft.rfft(windows * window, axis=1)
-        power[begin:end] = np.abs(spectrum) ** 2 @ filters
+        spectrum = np.fft.rfft(windows * window, axis=1)
+        power[begin:end] = rows_by_rows((spectrum.real**2 + spectrum.imag**2).astype(np.float32), filters)
     return power
 
 
 def _cepstra(power: np.ndarray, count: int) -> np.ndarray:
-    from scipy import fft
-
     floor = 10 * np.log10(max(float(power.max()), 1e-10)) - TOP_DB
-    result = np.empty((len(power), count), np.float32)
+    result, cosines = np.empty((len(power), count), np.float32), _cosines(BANDS)[:count]
     for begin in range(0, len(power), 16 * _BLOCK):
         decibels = 10 * np.log10(np.maximum(power[begin : begin + 16 * _BLOCK], np.float32(1e-10)))
-        result[begin : begin + 16 * _BLOCK] = fft.dct(np.maximum(decibels, np.float32(floor)), axis=1, norm="ortho")[:, :count]
+        result[begin : begin + 16 * _BLOCK] = rows_by_rows(np.maximum(decibels, floor), cosines)
     return result
 
 
@@ -107,7 +104,15 @@ def _window() -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _filters() -> np.ndarray:
-    return mel_filters(WINDOW, BANDS)
+    return np.ascontiguousarray(mel_filters(WINDOW, BANDS).T)
+
+
+@lru_cache(maxsize=1)
+def _cosines(size: int) -> np.ndarray:
+    """``(size, size)`` rows of the orthonormal DCT-II."""
+    rows = np.cos(np.pi * np.arange(size)[:, None] * (np.arange(size) + 0.5) / size) * np.sqrt(2 / size)
+    rows[0] /= np.sqrt(2)
+    return rows
 
 
 def mel_filters(window: int, bands: int, low: float = 0.0, high: float = SAMPLE_RATE / 2) -> np.ndarray:

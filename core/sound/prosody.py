@@ -3,6 +3,9 @@
 A stroke lands on an accent (McNeill), so the accents are worked out once, in the same way when performances are directed
 and when a user's recording is performed, with words where they are known and from the sound alone where not. Prominence
 is what the literature says it is: louder, higher and longer than the neighbourhood, on a word that carries meaning.
+
+Checkpoints until version 0.1 learned from pitch by Praat and filters by scipy. In seven minutes of speech by people and voices
+the features differ from those by 0.0001 or less on average and by 0.13 at most (pitch, in one place).
 """
 
 from collections.abc import Collection, Sequence
@@ -11,7 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..motion.skeleton import FPS
-from . import voice
+from ..smoothing import gaussian, running_mean
+from . import bandpass, peaks, pitch, voice
 from .audio import SAMPLE_RATE, gain
 
 RATE = 100
@@ -32,6 +36,7 @@ _STRESSED = 0.95  # strength of an accent that an author asked for
 _BUMP = 0.06  # seconds: width of the bump that marks an accent
 _NEAR, _FAR = 1.2, 8.0  # seconds: neighbourhoods for "louder than around it" and for a speaker's present manner
 _LOWEST, _HIGHEST = 65.0, 500.0  # Hz
+_STEP = 0.02  # seconds between frames of pitch
 
 _FUNCTION = (
     "a an the of to in on at by for from with and or as is are was were be been being it its he him his she her they them "
@@ -113,35 +118,28 @@ def _tracks(audio: np.ndarray) -> _Tracks:
     spoken = active > 0.5
     level = level - (level[spoken].mean() if spoken.any() else level.mean())
     pitch, register = _pitch(audio, count)
-    return _Tracks(active, _smooth(level, 0.03), pitch, register, 10 * np.log10((high + 1e-7) / (low + 1e-7)))
+    return _Tracks(active, gaussian(level, 0.03 * RATE), pitch, register, 10 * np.log10((high + 1e-7) / (low + 1e-7)))
 
 
 def _bands(audio: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Power below and above 1 kHz, ``(count,)`` each, in the band that vowels fill (200 to 3400 Hz)."""
-    from scipy.signal import butter, sosfilt
-
     hop = SAMPLE_RATE // RATE
-    result = []
-    for edges in ((200, 1000), (1000, 3400)):
-        band = sosfilt(butter(2, edges, "bandpass", fs=SAMPLE_RATE, output="sos"), audio * gain(audio))
-        result.append(np.mean(band[: count * hop].reshape(count, hop) ** 2, axis=1))
-    return result[0], result[1]
+    bands = bandpass.bandpasses(audio * gain(audio), SAMPLE_RATE, ((200, 1000), (1000, 3400)))
+    low, high = (np.mean(band[: count * hop].reshape(count, hop) ** 2, axis=1) for band in bands)
+    return low, high
 
 
 def _pitch(audio: np.ndarray, count: int) -> tuple[np.ndarray, float]:
     """Semitones over the median, bridged where there is no voice, and the median as octaves over 150 Hz."""
-    import parselmouth
-
     block = 60 * SAMPLE_RATE
     hertz = np.zeros(count)
     for begin in range(0, len(audio), block):
         piece = audio[begin : begin + block]
         if len(piece) < SAMPLE_RATE // 10:
             break
-        sound = parselmouth.Sound(piece.astype(float), SAMPLE_RATE)
-        found = sound.to_pitch_ac(time_step=0.02, pitch_floor=_LOWEST, pitch_ceiling=_HIGHEST)
-        at = np.clip(np.round((begin / SAMPLE_RATE + found.xs()) * RATE).astype(int), 0, count - 1)
-        hertz[at] = found.selected_array["frequency"]
+        times, found = pitch.track(piece, SAMPLE_RATE, _STEP, _LOWEST, _HIGHEST)
+        at = np.clip(np.round((begin / SAMPLE_RATE + times) * RATE).astype(int), 0, count - 1)
+        hertz[at] = found
     known = np.flatnonzero(hertz)
     if len(known) < 10:
         return np.zeros(count), 0.0
@@ -149,13 +147,13 @@ def _pitch(audio: np.ndarray, count: int) -> tuple[np.ndarray, float]:
     register = float(np.median(octaves))
     # octave errors of the tracker lie about an octave off the rest
     semitones = np.clip(12 * (octaves - register), -11, 11)
-    return _smooth(np.interp(np.arange(count), known, semitones), 0.04), register
+    return gaussian(np.interp(np.arange(count), known, semitones), 0.04 * RATE), register
 
 
 def _phrases(tracks: _Tracks) -> np.ndarray:
     """``(p, 2)`` seconds: voiced stretches between pauses, over-long ones cut at the quietest place of their middle."""
     waiting = [tuple(edge) for edge in voice.stretches(tracks.voice, shortest=0.12, pause=PHRASE_PAUSE)][::-1]
-    quiet = _smooth(tracks.level, 0.06)
+    quiet = gaussian(tracks.level, 0.06 * RATE)
     phrases = []
     while waiting:
         start, end = waiting.pop()
@@ -190,16 +188,11 @@ def _word_units(tracks: _Tracks, words) -> tuple[np.ndarray, ...]:
 
 def _syllable_units(tracks: _Tracks) -> tuple[np.ndarray, ...]:
     """The same from the sound alone: one unit for every peak of loudness that stands out by 3 dB."""
-    from scipy.signal import find_peaks, peak_widths
-
-    loud = _smooth(tracks.level, 0.04)
-    peaks, _ = find_peaks(loud, prominence=3.0, distance=8)
-    peaks = peaks[tracks.voice[peaks] > 0.5]
-    widths = peak_widths(loud, peaks, rel_height=0.6)[0] / RATE if len(peaks) else np.zeros(0)
-    lengths = np.clip(widths, 0.05, 0.4) / 0.16
-    return (
-        peaks / RATE, loud[peaks], tracks.pitch[peaks], lengths, np.full(len(peaks), 0.75), np.full(len(peaks), -1),
-    )  # fmt: skip
+    loud = gaussian(tracks.level, 0.04 * RATE)
+    found = peaks.find(loud, prominence=3.0, distance=8, depth=0.6)
+    said = tracks.voice[found.places] > 0.5
+    at, lengths = found.places[said], np.clip(found.widths[said] / RATE, 0.05, 0.4) / 0.16
+    return at / RATE, loud[at], tracks.pitch[at], lengths, np.full(len(at), 0.75), np.full(len(at), -1)
 
 
 def _accents(tracks: _Tracks, phrases: np.ndarray, times, levels, pitches, lengths, weights, numbers) -> tuple[Accent, ...]:
@@ -261,10 +254,10 @@ def _features(tracks: _Tracks, phrases: np.ndarray, accents: tuple[Accent, ...],
     inside = (time >= begins) & (time < ends)
     pause = np.where(time < begins, begins, np.append(phrases[1:, 0], 1e6)[number] - ends if len(phrases) else 1e6)
     columns = [
-        _sample(_smooth(tracks.voice, 0.03), time),
-        _sample(_smooth(np.maximum(tracks.level, -25), 0.05), time) / 10,
+        _sample(gaussian(tracks.voice, 0.03 * RATE), time),
+        _sample(gaussian(np.maximum(tracks.level, -25), 0.05 * RATE), time) / 10,
         _sample(tracks.pitch, time) / 4,
-        _sample(_smooth(tracks.pitch, 0.5), time) / 3,
+        _sample(gaussian(tracks.pitch, 0.5 * RATE), time) / 3,
         _bumps(time, accents),
         _bumps(time, mains),
         np.exp(-ahead / 0.5),
@@ -320,17 +313,8 @@ def _sample(track: np.ndarray, time: np.ndarray) -> np.ndarray:
     return np.interp(time, (np.arange(len(track)) + 0.5) / RATE, track)
 
 
-def _smooth(track: np.ndarray, seconds: float) -> np.ndarray:
-    from scipy.ndimage import gaussian_filter1d
-
-    return gaussian_filter1d(np.asarray(track, float), seconds * RATE, mode="nearest")
-
-
 def _slow(track: np.ndarray) -> np.ndarray:
     """Smoothing over :data:`_FAR` seconds; three running means are nearly Gaussian and cost nothing at any width."""
-    from scipy.ndimage import uniform_filter1d
-
-    width = int(_FAR * RATE / 2)
     for _ in range(3):
-        track = uniform_filter1d(track, width, mode="nearest")
+        track = running_mean(track, int(_FAR * RATE / 2))
     return track

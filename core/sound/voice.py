@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..smoothing import running_maximum, running_mean
 from .audio import SAMPLE_RATE, gain
 
 RATE = 100
@@ -26,8 +27,8 @@ _LOWEST = -110.0
 """Band level (dB, speech at its usual level) below which there is nothing to hear: all of digital silence."""
 _MIDPOINT = 6.0
 _WIDTH = 1.2
-_ATTACK = 3
-_HANGOVER = 8
+_ATTACK = 2
+_HANGOVER = 9
 """Frames (of 10 ms) by which voice is extended before and after, bridging consonants and closures."""
 
 
@@ -73,25 +74,20 @@ def probability(audio: np.ndarray) -> np.ndarray:
 
     The mean over ten bands of the level above the noise floor, through a logistic curve, with hangover.
     """
-    from scipy.ndimage import maximum_filter1d, uniform_filter1d
-
     bands = _bands(np.asarray(audio, np.float32))
     if not len(bands):
         return np.zeros(0, np.float32)
     lowest = max(_LOWEST, float(np.percentile(bands.mean(1), 98)) - _DYNAMICS)
     above = np.maximum(bands - np.maximum(_noise_floor(bands), lowest), 0)
     strongest = np.sort(above, axis=1)[:, above.shape[1] // 2 :].mean(1)
-    excess = uniform_filter1d((above.mean(1) + strongest) / 2, 5, mode="nearest")
+    excess = running_mean((above.mean(1) + strongest) / 2, 5)
     voiced = 1 / (1 + np.exp(-(excess - _MIDPOINT) / _WIDTH))
     voiced = np.where(voiced < 0.02, 0, voiced)
-    size = _ATTACK + _HANGOVER + 1
-    return maximum_filter1d(voiced, size, origin=size // 2 - _ATTACK, mode="constant").astype(np.float32)
+    return running_maximum(voiced, _ATTACK, _HANGOVER).astype(np.float32)
 
 
 def _bands(audio: np.ndarray) -> np.ndarray:
     """``(frames, 10)`` band levels in dB at the usual speech level, computed in blocks."""
-    from scipy import fft
-
     frames = len(audio) // _HOP
     levels = np.empty((frames, len(_EDGES) - 1), np.float32)
     window, matrix = _analysis()
@@ -101,7 +97,7 @@ def _bands(audio: np.ndarray) -> np.ndarray:
         end = min(begin + _BLOCK, frames)
         low, high = begin * _HOP - margin, (end - 1) * _HOP - margin + _WINDOW
         piece = np.pad(audio[max(low, 0) : high], (max(-low, 0), max(high - len(audio), 0)), mode="symmetric")
-        spectrum = fft.rfft(np.lib.stride_tricks.sliding_window_view(piece, _WINDOW)[::_HOP] * window, axis=1)
+        spectrum = np.fft.rfft(np.lib.stride_tricks.sliding_window_view(piece, _WINDOW)[::_HOP] * window, axis=1)
         levels[begin:end] = 10 * np.log10((spectrum.real**2 + spectrum.imag**2) @ matrix + 1e-12)
     return levels
 

@@ -1,6 +1,5 @@
-"""When each word of a known text is said: pocketsphinx in a child process, and letter counts where that fails."""
+"""When each word of a known text is said: forced alignment in a child process, and letter counts where that fails."""
 
-import importlib.util
 import os
 import sys
 import tempfile
@@ -13,10 +12,11 @@ import numpy as np
 from .. import child
 from ..sound import voice
 from ..sound.audio import SAMPLE_RATE, gain
+from .aligner import engines
 
 Span = tuple[float, float]
 
-VERSION = 2
+VERSION = 3
 """Of the results: what was kept by another one is aligned again."""
 TIMEOUT = 60.0
 """Seconds, beside the recording's own length, after which the child is killed; it usually needs 2 % of that length."""
@@ -153,8 +153,8 @@ def _run(audio, stretches, segments, progress, model) -> tuple[list, str]:
     """The child's spans, or nothing but a complaint when it is absent, dies, hangs or talks nonsense."""
     count = sum(len(part.words) for part in stretches)
     nothing = [None] * count
-    if importlib.util.find_spec("pocketsphinx") is None:
-        return nothing, "pocketsphinx is not installed, so words are spread over the speech; it comes with s2ag[engine]."
+    if engines.english() is None:
+        return nothing, "The aligner has no acoustic model (s2ag[engine] brings it), so words are spread over the speech."
     duration = len(audio) / SAMPLE_RATE
     edges = [0.0, *(edge for segment in segments for edge in segment), duration]
 

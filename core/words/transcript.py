@@ -9,6 +9,7 @@ import numpy as np
 from ..errors import TranscriptUnreadable, UsageError
 from ..sound import audio
 from . import align, language, markup, readers, spelling
+from .aligner import engines
 from .cache import Cache, key
 from .readers.items import Item
 
@@ -201,7 +202,7 @@ def _placed(sound: np.ndarray, script: _Script, progress, ways: Ways) -> align.A
     if not script.loose:
         return None
     asked = [(part.words, part.start, min(part.end, 1e9)) for part in script.stretches]
-    name = key("align", align.VERSION, audio.digest(sound), asked, language.fingerprint(ways.model))
+    name = key("align", align.VERSION, engines.switched(), audio.digest(sound), asked, language.fingerprint(ways.model))
     kept = ways.cache.get(name)
     try:
         spans = [(float(start), float(end)) for start, end in kept["spans"]]
@@ -209,7 +210,7 @@ def _placed(sound: np.ndarray, script: _Script, progress, ways: Ways) -> align.A
     except (TypeError, KeyError, ValueError):  # nothing kept, or by a hand other than ours
         pass
     found = align.place(sound, script.stretches, progress, ways.model)
-    if not found.complaint.startswith(("The aligner", "pocketsphinx")):
+    if not found.complaint.startswith("The aligner"):
         ways.cache.put(name, {"spans": found.spans, "confidence": found.confidence, "complaint": found.complaint})
     return found
 

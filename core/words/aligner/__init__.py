@@ -1,4 +1,8 @@
-"""Forced alignment by pocketsphinx, run as a program of its own: its C code can crash, and then only that process dies.
+"""Forced alignment, run as a program of its own: what it computes holds up nobody, and where pocketsphinx's C code is asked
+for a model of another kind and crashes, only that process dies.
+
+The engine is numpy's (:mod:`ear`): Sphinx's English model of phones (:mod:`acoustic`, :mod:`cepstra`), words as a graph of
+phones (:mod:`graph`), and the best path through it (:mod:`viterbi`). :mod:`follow` leads it along long recordings.
 
 Started by :mod:`align` as ``python -P .../aligner/start.py``, whatever name this package goes by. Standard input is one line
 of JSON and then ``samples`` little-endian int16 samples at 16 kHz::

@@ -10,8 +10,6 @@ the only grammar, until it agrees with a place in the text. Following goes on th
 in the sound between and stay without a place where they do not fit.
 """
 
-import numpy as np
-
 from .search import Piece, Searcher
 
 PIECE = 20.0
@@ -83,7 +81,7 @@ class Follower:
 
     def _note(self, word: int, piece: Piece, places) -> None:
         for place in places:
-            self.found[word + place] = (*piece.spans[place], confidence(piece.scores[place], self._searcher.usual))
+            self.found[word + place] = (*piece.spans[place], self._searcher.confidence(piece.scores[place]))
 
     def _search(self) -> bool:
         """Lost: find where in the text what is said next stands, and go on there; False if that cannot be told."""
@@ -119,11 +117,6 @@ class Follower:
             if len(good) > len(fitting):
                 best, fitting = piece, good
         self._note(self._word, best, fitting)
-
-
-def confidence(score: float, usual: float) -> float:
-    """0..1 from a score and what is usual in this recording: how surely a word lies where it was found."""
-    return float(np.clip(1 + (score - usual) / 1.2, 0.05, 1.0))
 
 
 def cut(time: float, end: float, pauses: list, length: float) -> float:

@@ -4,7 +4,8 @@ import json
 import sys
 import tempfile
 
-from .follow import WHOLE, Follower, confidence
+from .engines import engine
+from .follow import WHOLE, Follower
 from .search import Searcher
 from .sound import Sound
 
@@ -19,7 +20,7 @@ def main() -> None:
     vocabulary = {part for stretch in request["stretches"] for parts in stretch["words"] for part in parts}
     spans = []
     with tempfile.TemporaryDirectory(dir=request.get("folder")) as folder:
-        searcher = Searcher(sound, request["pauses"], vocabulary, folder, request.get("model"))
+        searcher = Searcher(sound, request["pauses"], engine(vocabulary, folder, request.get("model")))
         for stretch in request["stretches"]:
             spans += _place(searcher, stretch, lambda time: _tell(progress=round(min(time / sound.duration, 1.0), 3)))
     # what is left of the sound is read, so that its writer does not meet a closed pipe
@@ -62,5 +63,5 @@ def _find(searcher: Searcher, words: list[str], start: float, end: float, tell) 
         return [None] * len(words)
     spans: list = [None] * len(words)
     for place in searcher.fitting(piece):
-        spans[place] = (*piece.spans[place], confidence(piece.scores[place], searcher.usual))
+        spans[place] = (*piece.spans[place], searcher.confidence(piece.scores[place]))
     return spans

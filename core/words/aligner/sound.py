@@ -24,6 +24,10 @@ class Sound:
         """Seconds."""
         return self._samples / RATE
 
+    def count(self, start: float, end: float) -> int:
+        """Samples between two moments."""
+        return max(min(int(end * RATE), self._samples) - max(int(start * RATE), 0), 0)
+
     def cut(self, start: float, end: float) -> np.ndarray:
         """``(n,)`` int16 between two moments. What lies more than four minutes before the last moment asked for is silence."""
         first, last = max(int(start * RATE), 0), min(int(end * RATE), self._samples)

@@ -1,13 +1,12 @@
-"""Run :mod:`serve` by path: this folder becomes a package of its own, so nothing of the package it lies in is imported."""
+"""Run :mod:`serve` by path: the package it lies in goes by another name and is not imported itself, only what serving needs."""
 
 import importlib
-import importlib.util
 import sys
+import types
 from pathlib import Path
 
 if __name__ == "__main__":
-    folder = Path(__file__).parent
     name = "s2ag_aligner"
-    spec = importlib.util.spec_from_file_location(name, folder / "__init__.py", submodule_search_locations=[str(folder)])
-    sys.modules[name] = importlib.util.module_from_spec(spec)
-    importlib.import_module(f"{name}.serve").main()
+    sys.modules[name] = types.ModuleType(name)
+    sys.modules[name].__path__ = [str(Path(__file__).parents[2])]
+    importlib.import_module(f"{name}.words.aligner.serve").main()

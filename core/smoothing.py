@@ -1,0 +1,34 @@
+"""Smoothing of tracks along time with numpy alone; what lies beyond an end counts as the value at that end."""
+
+import numpy as np
+
+
+def gaussian(track: np.ndarray, sigma: float) -> np.ndarray:
+    """``(n,)`` float64: a track smoothed by a Gaussian of ``sigma`` samples, cut off at four of them."""
+    track = np.asarray(track, float)
+    if not len(track):
+        return track
+    reach = int(4 * sigma + 0.5)
+    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
+    return np.convolve(np.pad(track, reach, mode="edge"), kernel / kernel.sum(), mode="valid")
+
+
+def running_mean(track: np.ndarray, size: int) -> np.ndarray:
+    """``(n,)`` float64: mean of ``size`` samples around each; of an even number one more lies before it than behind."""
+    track = np.asarray(track, float)
+    if not len(track):
+        return track
+    padded = np.pad(track, (size // 2, size - size // 2 - 1), mode="edge")
+    total = np.concatenate([[0.0], np.cumsum(padded)])
+    return (total[size:] - total[:-size]) / size
+
+
+def running_maximum(track: np.ndarray, before: int, after: int) -> np.ndarray:
+    """``(n,)``: the highest of the samples that reach here, each ``before`` samples ahead of it and ``after`` samples on.
+
+    Beyond the ends lies nothing above 0.
+    """
+    if not len(track):
+        return track
+    padded = np.pad(track, (after, before))
+    return np.lib.stride_tricks.sliding_window_view(padded, before + after + 1).max(axis=1)

@@ -1,0 +1,91 @@
+"""Sphinx's features of speech: noise-reduced mel cepstra of 13 coefficients with their slopes, less their mean.
+
+Settings are those of the ``en-us`` model's ``feat.params``: 25 mel filters from 130 to 6800 Hz, DCT-II, lifter 22, noise
+removal, mean of the piece; frames of 410 samples every 160 under a Hamming window, pre-emphasis 0.97.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+_WINDOW, _HOP, _FFT, _RATE = 410, 160, 512, 16000
+_FILTERS, _LOW, _HIGH = 25, 130.0, 6800.0
+_COUNT, _LIFTER = 13, 22
+_BLOCK = 4096
+_SMOOTH, _RISE, _FALL, _DECAY, _MASKED, _MOST, _REACH = 0.7, 0.995, 0.5, 0.85, 0.2, 20.0, 4
+"""Noise removal: smoothing of power, how slowly an envelope rises and how quickly it falls, decay and share of what a
+louder moment masks, the greatest gain either way, and filters on either side over which gains are averaged."""
+
+
+def features(sound: np.ndarray) -> np.ndarray:
+    """``(frames, 39)`` float64 of ``(n,)`` int16 samples at 16 kHz: 13 cepstra, 13 slopes and 13 slopes of those."""
+    power = _mel_power(sound)
+    if not len(power):
+        return np.zeros((0, 3 * _COUNT))
+    logs = np.log(np.maximum(_cleaned(power), 1e-4))
+    cepstra = logs @ _cosines().T
+    cepstra -= cepstra.mean(axis=0)
+    padded = np.pad(cepstra, ((3, 3), (0, 0)), mode="edge")
+    ahead = [padded[shift : shift + len(cepstra)] for shift in range(7)]  # the middle one is now
+    return np.concatenate([cepstra, ahead[5] - ahead[1], ahead[6] - ahead[2] - ahead[4] + ahead[0]], axis=1)
+
+
+def _mel_power(sound: np.ndarray) -> np.ndarray:
+    # a fourth of the samples one step higher, as Sphinx dithers: digital silence is like no silence the model has met
+    sound = sound.astype(np.float32) + (np.random.default_rng(1).random(len(sound), np.float32) < 0.25)
+    sound[1:] -= np.float32(0.97) * sound[:-1].copy()
+    if len(sound) < _WINDOW:
+        return np.zeros((0, _FILTERS))
+    windows = np.lib.stride_tricks.sliding_window_view(sound, _WINDOW)[::_HOP]
+    power = np.empty((len(windows), _FILTERS))
+    shape, filters = np.hamming(_WINDOW).astype(np.float32), _mel_filters()
+    for begin in range(0, len(windows), _BLOCK):
+        spectrum = np.fft.rfft(windows[begin : begin + _BLOCK] * shape, _FFT, axis=1)
+        power[begin : begin + _BLOCK] = (spectrum.real**2 + spectrum.imag**2) @ filters
+    return power
+
+
+def _cleaned(power: np.ndarray) -> np.ndarray:
+    """Mel power without steady noise, which is followed as the lower envelope of each filter's smoothed power."""
+    smooth, noise, floor, peak = power[0], power[0] / _MOST, power[0] / _MOST, np.zeros(power.shape[1])
+    gains = np.empty_like(power)
+    for number, now in enumerate(power):
+        smooth = _SMOOTH * smooth + (1 - _SMOOTH) * now
+        noise = _envelope(noise, smooth)
+        signal = np.maximum(smooth - noise, 1.0)
+        floor = _envelope(floor, signal)
+        peak = peak * _DECAY
+        heard = np.where(signal < _DECAY * peak, _MASKED * peak, signal)
+        peak = np.maximum(peak, signal)
+        gains[number] = np.maximum(heard, floor) / np.maximum(smooth, 1e-10)
+    gains = np.clip(gains, 1 / _MOST, _MOST)
+    total = np.cumsum(np.pad(gains, ((0, 0), (1, 0))), axis=1)
+    place = np.arange(power.shape[1])
+    low, high = np.maximum(place - _REACH, 0), np.minimum(place + _REACH + 1, len(place))
+    return power * (total[:, high] - total[:, low]) / (high - low)
+
+
+def _envelope(below: np.ndarray, values: np.ndarray) -> np.ndarray:
+    above = values - below
+    return below + above * np.where(above >= 0, 1 - _RISE, 1 - _FALL)
+
+
+@lru_cache(maxsize=1)
+def _mel_filters() -> np.ndarray:
+    """``(257, 25)`` triangles of unit area, their corners on bins of the spectrum."""
+    mel = np.linspace(*(2595 * np.log10(1 + hertz / 700) for hertz in (_LOW, _HIGH)), _FILTERS + 2)
+    step = _RATE / _FFT
+    corners = np.floor(700 * (10 ** (mel / 2595) - 1) / step + 0.5) * step
+    bins = np.arange(_FFT // 2 + 1)[:, None] * step
+    width = np.diff(corners)
+    triangles = np.minimum((bins - corners[:-2]) / width[:-1], (corners[2:] - bins) / width[1:])
+    return np.maximum(triangles, 0) * 2 / (corners[2:] - corners[:-2])
+
+
+@lru_cache(maxsize=1)
+def _cosines() -> np.ndarray:
+    """``(13, 25)`` rows of the orthonormal DCT-II, liftered."""
+    rows = np.arange(_COUNT)[:, None]
+    matrix = np.cos(np.pi * rows * (np.arange(_FILTERS) + 0.5) / _FILTERS) * np.sqrt(2 / _FILTERS)
+    matrix[0] /= np.sqrt(2)
+    return matrix * (1 + _LIFTER / 2 * np.sin(np.pi * rows / _LIFTER))

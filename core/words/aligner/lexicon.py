@@ -1,0 +1,44 @@
+"""How words are pronounced: by a dictionary, by eSpeak NG for other languages, and else by their letters."""
+
+from pathlib import Path
+
+from .letters import phones
+from .pronounce import Espeak
+
+
+class Lexicon:
+    """Pronunciations, each phones divided by spaces, of a ``vocabulary``; other words are not looked up.
+
+    ``english`` is the dictionary of the English model. A ``model`` of another language (:mod:`..language`) names its own, the
+    voice of eSpeak NG, and rules for letters; English words are none of it.
+    """
+
+    def __init__(self, vocabulary: set[str], english: Path, model: dict | None = None):
+        self._model = model or {}
+        self._ways: dict[str, list[str]] = {}
+        wanted = vocabulary | {word.lower() for word in vocabulary}
+        dictionary = self._model.get("dictionary") or (None if self._model else english)
+        if dictionary:
+            self._look_up(dictionary, wanted)
+        if self._model.get("voice"):
+            espeak = Espeak(self._model["voice"])
+            self._ways.update(
+                {word: ways for word in sorted(wanted - self._ways.keys()) if (ways := espeak.pronunciations(word))}
+            )
+
+    def _look_up(self, dictionary, wanted: set[str]) -> None:
+        with open(dictionary, encoding="utf-8", errors="replace") as lines:
+            for line in lines:
+                parts = line.split(None, 1)
+                if len(parts) == 2 and (word := parts[0].partition("(")[0]) in wanted:
+                    self._ways.setdefault(word, []).append(parts[1].strip())
+
+    def known(self) -> dict[str, list[str]]:
+        """All words that were found."""
+        return self._ways
+
+    def ways(self, word: str) -> list[str]:
+        """Pronunciations of a word, at best those it has as it is written; none where nothing can be guessed either."""
+        found = self._ways.get(word) or self._ways.get(word.lower(), [])[:1]
+        guess = "" if found else phones(word, self._model.get("letters"))
+        return found or ([guess] if guess.strip() else [])

@@ -1,0 +1,113 @@
+"""The acoustic model in numpy, and its alignment beside pocketsphinx's."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from s2ag.core.sound import audio
+from s2ag.core.words import align
+from s2ag.core.words.aligner import acoustic, cepstra, ear, engines, graph, lexicon, sphinx, viterbi
+
+pytest.importorskip("pocketsphinx", reason="the acoustic model is not installed")
+
+
+@pytest.fixture(scope="module")
+def model():
+    return acoustic.AcousticModel(engines.english() / "en-us")
+
+
+@pytest.fixture(scope="module")
+def hello(examples):
+    return audio.load(examples / "hello.flac"), json.loads((examples / "hello.json").read_text())
+
+
+def test_the_model_is_what_its_files_say(model):
+    assert len(model.phones) == 42 and model.phones["SIL"] == model.silence
+    assert model.alone.shape == (42, 3) and model.alone.max() < 126
+    np.testing.assert_allclose(np.exp(model.stay) + np.exp(model.leave), 1, atol=1e-5)
+    k, ae, t = (model.phones[name] for name in ("K", "AE", "T"))
+    between = model.triphone(ae, k, t, acoustic.INSIDE)
+    assert min(between) >= 126 and between != model.triphone(ae, t, k, acoustic.INSIDE)
+    never = model.triphone(model.silence, k, t, acoustic.INSIDE)
+    assert never == tuple(model.alone[model.silence])
+
+
+@pytest.mark.parametrize("best", [1, 4, 128])
+def test_scores_are_those_of_gaussian_mixtures(model, best):
+    """Against the formula itself, one senone at a time, from the files' own numbers."""
+    features = cepstra.features(np.random.default_rng(0).normal(0, 3000, 4000).astype(np.int16))
+    senones = model.together(np.array([7, 300, 5000]))
+    found = model.scores(model.hear(features, best), senones)
+    folder = engines.english() / "en-us"
+    means, variances = (acoustic._gaussians(folder / name).astype(float) for name in ("means", "variances"))
+    expected = np.zeros_like(found, dtype=float)
+    for column, senone in enumerate(senones):
+        book = model._book[senone]
+        for stream in range(3):
+            mean, variance = means[book, stream], np.maximum(variances[book, stream], 1e-4)
+            away = features[:, None, 13 * stream : 13 * stream + 13] - mean
+            density = -0.5 * (away**2 / variance + np.log(2 * np.pi * variance)).sum(-1)
+            shares = -0.1024 * model._weights[stream, :, senone]
+            order = np.argsort(-density, axis=1)[:, :best]
+            expected[:, column] += np.logaddexp.reduce(np.take_along_axis(density + shares, order, axis=1), axis=1)
+    np.testing.assert_allclose(found, expected, atol=0.05)
+
+
+def test_a_path_visits_words_in_order(model, hello):
+    sound, _ = hello
+    heard = model.hear(cepstra.features((sound[:48000] * 20000).astype(np.int16)), 1)
+    ways = [[tuple(model.phones[name] for name in way.split())] for way in ("HH AH L OW", "AY", "M EY D")]
+    background = np.zeros(len(heard.which))
+    said = viterbi.path(model, graph.build(model, ways), heard, background)
+    assert [part.word for part in said] == [0, 1, 2]
+    assert all(one.end <= other.begin for one, other in zip(said, said[1:], strict=False))
+    for manner in ({"open_end": True}, {"jump": -30.0}):
+        assert viterbi.path(model, graph.build(model, ways, **manner), heard, background)
+
+
+def test_too_short_for_any_word(model):
+    heard = model.hear(cepstra.features(np.ones(700, np.int16)), 1)
+    ways = [[(model.phones["AH"],) * 9]]
+    assert viterbi.path(model, graph.build(model, ways), heard, np.zeros(len(heard.which))) == []
+    assert not len(cepstra.features(np.zeros(100, np.int16)))
+
+
+def test_both_engines_place_words_alike(hello, monkeypatch):
+    sound, truth = hello
+    stretch = align.Stretch([[word.lower()] for word, _, _ in truth])
+    starts = {}
+    for name in ("", "pocketsphinx"):
+        monkeypatch.setenv(engines.SWITCH, name)
+        found = align.place(sound, [stretch])
+        starts[name] = np.array([start for start, _ in found.spans])
+        assert all(found.confidence) and not found.complaint
+    true = np.array([start for _, start, _ in truth])
+    ours, theirs = (np.abs(starts[name] - true).mean() for name in ("", "pocketsphinx"))
+    print(f"mean error {1000 * ours:.1f} ms, pocketsphinx {1000 * theirs:.1f} ms")
+    assert ours <= theirs + 0.005 and np.median(np.abs(starts[""] - starts["pocketsphinx"])) < 0.02
+
+
+def test_which_engine(tmp_path, monkeypatch):
+    assert isinstance(engines.engine({"hello"}, str(tmp_path)), ear.Ear)
+    monkeypatch.setenv(engines.SWITCH, "pocketsphinx")
+    assert isinstance(engines.engine({"hello"}, str(tmp_path)), sphinx.Sphinx)
+
+
+@pytest.mark.parametrize("damage", ["feat.params", "mdef", "sendump", "means", "transition_matrices"])
+def test_models_of_another_kind_are_left_to_pocketsphinx(tmp_path, damage):
+    folder = tmp_path / "model"
+    shutil.copytree(engines.english() / "en-us", folder)
+    (folder / damage).write_bytes((folder / damage).read_bytes()[:60])
+    with pytest.raises(acoustic.UnreadableModel):
+        acoustic.AcousticModel(folder)
+    (tmp_path / "own.dict").write_text("hello HH AH L OW\n")
+    own = {"acoustic": str(folder), "dictionary": str(tmp_path / "own.dict"), "letters": {}, "voice": None}
+    assert isinstance(engines.engine({"hello"}, str(tmp_path), own), sphinx.Sphinx)
+
+
+def test_pronunciations(tmp_path):
+    (tmp_path / "own.dict").write_text("the DH AH\nthe(2)\tDH IY\nNATO N EY T OW\nempty\n")
+    words = lexicon.Lexicon({"the", "NATO", "The", "empty", "qwzx"}, tmp_path / "own.dict")
+    assert words.ways("the") == ["DH AH", "DH IY"] and words.ways("The") == ["DH AH"]
+    assert words.ways("NATO") == ["N EY T OW"] and words.ways("empty") and not words.ways("мир")
