@@ -1,4 +1,4 @@
-"""Which engine finds words: numpy with the English acoustic model, or pocketsphinx where another kind of model asks for it."""
+"""Which engine finds words: pocketsphinx, or numpy with the same acoustic model where it is asked for."""
 
 import importlib.util
 import os
@@ -10,14 +10,14 @@ from .lexicon import Lexicon
 from .sphinx import Sphinx
 
 SWITCH = "S2AG_ALIGNER"
-"""Environment variable: ``pocketsphinx`` has that package find all words, to compare with."""
+"""Environment variable: ``numpy`` has our own search find the words, which needs no compiled package."""
 _ASSETS = Path(__file__).parents[2] / "assets" / "english"
 """Where the acoustic model and the dictionary lie if they come with us, named as in pocketsphinx's package."""
 
 
 def switched() -> str:
     """The engine that :data:`SWITCH` asks for, "" for the usual one."""
-    return "pocketsphinx" if os.environ.get(SWITCH, "").strip().lower() == "pocketsphinx" else ""
+    return "numpy" if os.environ.get(SWITCH, "").strip().lower() == "numpy" else ""
 
 
 def english() -> Path | None:
@@ -37,7 +37,7 @@ def engine(vocabulary: set[str], folder: str, model: dict | None = None) -> Ear 
     home = english()
     lexicon = Lexicon(vocabulary, home / "cmudict-en-us.dict", model)
     acoustic = (model or {}).get("acoustic")
-    if not switched():
+    if switched():
         try:
             return Ear(Path(acoustic) if acoustic else home / "en-us", lexicon, bool(model))
         except UnreadableModel:

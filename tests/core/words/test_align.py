@@ -11,7 +11,7 @@ import pytest
 from s2ag.core.errors import Cancelled
 from s2ag.core.sound import audio, voice
 from s2ag.core.words import align, transcript
-from s2ag.core.words.aligner import engines, letters
+from s2ag.core.words.aligner import letters
 
 pytest.importorskip("pocketsphinx", reason="the aligner is not installed")
 LIBRIVOX = Path("/usr/share/pocketsphinx/test/data/librivox")
@@ -152,7 +152,6 @@ def test_the_native_crash_that_this_is_about(monkeypatch, sound):
     """A word without phones makes pocketsphinx read a null pointer; nobody but the child may notice."""
     program = "import s2ag.core.words.aligner.lexicon as lexicon, s2ag.core.words.aligner.serve as serve; "
     program += "lexicon.Lexicon.ways = lambda self, word: [' ']; serve.main()"
-    monkeypatch.setenv(engines.SWITCH, "pocketsphinx")
     monkeypatch.setattr(align, "command", lambda: [sys.executable, "-c", program])
     _, warnings = align.align(sound, [["qwzx"]] * 20)
     assert len(warnings) == 1
