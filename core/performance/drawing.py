@@ -62,6 +62,8 @@ class _Plan:
         self.mask, self.poses = performers.given(frames).whole(frames)
         self.styles = performers.on_the_way(frames if performers.walks else 1)
         self.device = next(generator.parameters()).device
+        first = performers.style[0]  # of a walk the first one's: a change on the way must not be seen
+        self.who = first if isinstance(first, dict) else None
         self.tiles = list(_tiles(generator, np.flatnonzero(~self.mask), tile))
 
     def draw(self, inputs, begins: Callable[[], None]) -> np.ndarray:
@@ -75,7 +77,7 @@ class _Plan:
             mfcc, words, prosody = (None if part is None else self._tensor(part)[None] for part in heard)
             features = generator.encode(mfcc, words, seeds, prosody, asked)
             for row, identity in enumerate(performers.request.identities):
-                drawn = noise(performers.request.seed, identity, low, high, generator.noise_size)
+                drawn = noise(performers.request.seed, identity, low, high, generator.noise_size, self.who)
                 made_here = generator.draw(features, self._style(row, low, high), seeds, self._tensor(drawn)[None], begins)
                 made[row, start:stop] = made_here[0, start - low : stop - low].cpu().numpy()
         made[:, self.mask] = self.poses[self.mask]

@@ -255,3 +255,12 @@ def test_hands_rest_in_silence_and_breathe(session, tmp_path, voice):
     assert angles(quiet, rest.REST)[:, list(skeleton.ARM_EDGES)].max() < 8
     assert np.linalg.norm(np.diff(performed, axis=0), axis=-1).max(1).min() > 1e-5
     assert not limits.backward_elbows(performed).any()
+
+
+def test_every_speaker_has_noise_of_his_own_and_blends_lead_from_one_to_the_other():
+    one, other, blend = (noise(0, (0, ()), 0, 500, 27, who) for who in ({"a": 1.0}, {"b": 1.0}, {"a": 0.5, "b": 0.5}))
+    assert abs(np.corrcoef(one.ravel(), other.ravel())[0, 1]) < 0.05
+    for own in (one, other):
+        assert 0.65 < np.corrcoef(own.ravel(), blend.ravel())[0, 1] < 0.76
+    assert abs(blend.std() - 1) < 0.02
+    np.testing.assert_array_equal(one, noise(0, (0, ()), 0, 500, 27, {"a": 1.0, "b": 0.0}))
