@@ -135,6 +135,7 @@ def test_cancel_answers_within_half_a_second_and_leaves_nothing(extension, tmp_p
     assert not leftovers(extension) and setup.environment(extension) is None
 
 
+@pytest.mark.slow
 @needs_venv
 def test_the_recogniser_is_added_when_it_is_wanted(extension, packages, tmp_path):
     assert "faster-whisper" not in known.planned(bpy.context, check=False).text

@@ -197,6 +197,7 @@ def test_several_characters_share_a_scene_and_speak_in_turn(batch, tmp_path):
     assert starts == [1, 16]
 
 
+@pytest.mark.slow
 @needs_opengl
 def test_a_users_scene_keeps_its_camera_light_and_size(batch, tmp_path):
     scene = bpy.context.scene

@@ -62,6 +62,7 @@ def test_rigify_metarig():
     assert worst < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(bpy.app.version < (5, 0), reason="Blender's module before 5.0 hangs or crashes at exit once Rigify was on")
 def test_rigify_control_rig():
     bpy.ops.preferences.addon_enable(module="rigify")

@@ -72,6 +72,7 @@ def test_without_an_engine_it_says_how_to_get_one(command, tmp_path):
     assert done.returncode == 2 and "nowhere cannot be run" in done.stderr and "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not setup.PYTHONS[0] <= sys.version_info[:2] < setup.PYTHONS[1], reason="this Python is not for the engine")
 def test_setup_makes_shows_checks_and_removes(command, tmp_path):
     packages = wheels.write_wheels(tmp_path / "wheels")

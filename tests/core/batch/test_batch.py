@@ -100,6 +100,7 @@ def test_only_what_has_changed_is_made_again(manifest, batch, tmp_path):
     assert {name for name in after if after[name] != before[name]} == {"npz/clip2.npz", "bvh/clip2.bvh"}
 
 
+@pytest.mark.slow
 def test_a_change_of_models_is_a_change_of_what_uses_them(manifest, batch, tmp_path, random_checkpoint, plain_checkpoint):
     def tried(*arguments):
         assert batch("run", *arguments, "-j", 1) == 0
@@ -135,6 +136,7 @@ def test_a_chosen_cell_is_made_in_a_batch(batch, tmp_path, random_checkpoint, ex
     assert made.meta == alone.meta and abs(made.directions - alone.directions).max() < 1e-5
 
 
+@pytest.mark.slow
 def test_slices_together_are_the_whole(manifest, batch, tmp_path):
     path = manifest(5)
     assert batch("run", path, "-j", 2, out="whole") == 0
@@ -230,6 +232,7 @@ def test_usage_errors(batch, arguments, capsys):
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
+@pytest.mark.slow
 @posix
 def test_killed_at_random_moments_it_ends_as_if_nothing_had_been(manifest, batch, tmp_path, random_checkpoint):
     path = manifest(8, takes=2)

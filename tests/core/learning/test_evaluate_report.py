@@ -140,6 +140,7 @@ def test_people_are_aligned_and_their_accents_found(examples):
     )
 
 
+@pytest.mark.slow
 def test_a_report_is_written(corpus_folders, random_checkpoint, examples, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("S2AG_DEBUG", "1")
     folder, speech = corpus_folders

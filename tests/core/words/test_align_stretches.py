@@ -69,6 +69,7 @@ FOREIGN = [
 ]
 
 
+@pytest.mark.slow
 def test_neural_speech(talk):
     sound, sentences = talk
     words = sum(sentences, [])
