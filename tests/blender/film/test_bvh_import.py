@@ -37,7 +37,7 @@ def test_blenders_importer_shows_the_same_directions(imported, record_property):
     for edge, along in found.items():
         wanted = rigging.in_blender(motion.directions[list(frames), skeleton.EDGE_NAMES.index(edge)])
         error = degrees(along @ world.T, wanted).max()
-        record_property(edge, error)
+        record_property(edge, float(error))
         assert error < 0.01
     rest = np.array(item.data.bones["Head"].tail_local - item.data.bones["Head"].head_local)
     crown = rigging.turned(item, "Head", [1 + frame for frame in frames]) @ rest @ world.T

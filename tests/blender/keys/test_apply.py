@@ -44,7 +44,7 @@ def test_arms_of_the_evaluated_pose_point_where_the_motion_says(rest, frame, rec
     item.rotation_euler, item.scale, item.location = (0.3, -0.4, 1.0), (0.01,) * 3, (1, 2, 3)
     apply_motion(item, motion, 1, mapping=whole.chains, options=EXACT)
     error = worst_arm_error(item, motion, frame)
-    record_property("degrees", error)
+    record_property("degrees", float(error))
     assert error < 0.01
 
 
@@ -81,7 +81,7 @@ def test_chest_and_head_turn_as_the_motion_departs_from_neutral(record_property)
     for bone, turn in (("spine3", torso_turn), ("head", head_turn)):
         wanted = quaternion.to_matrix(turn(moved, neutral))[list(frames)]
         error = turned_degrees(rigging.turned(item, bone, [1 + frame for frame in frames]), wanted).max()
-        record_property(bone, error)
+        record_property(bone, float(error))
         assert error < 0.01
 
 

@@ -146,7 +146,7 @@ def test_humans(name, record_property):
     assert not why(item, mapping)
     apply_motion(item, motion, 1, options=EXACT)
     error = arm_error(item, motion, mapping)
-    record_property("degrees", error)
+    record_property("degrees", float(error))
     assert error < 0.05
 
 
