@@ -4,7 +4,7 @@ import json
 from os import PathLike
 
 from ..files import whole_file
-from . import skeleton
+from . import handshape, skeleton
 from .motion import Motion
 
 
@@ -12,7 +12,8 @@ def save(motion: Motion, path: str | PathLike) -> None:
     """Write ``{"fps", "joints", "edges", "directions", "words", "meta"}``: whole or not at all.
 
     ``directions`` is a list of frames of nine unit vectors in the canonical frame, to five decimals; ``edges`` names them
-    and gives the indices of parent and child joint.
+    and gives the indices of parent and child joint. Hands and the pelvis, where there are, follow by the names of ``.npz``, and
+    ``handshape`` names the columns.
     """
     data = {
         "fps": motion.fps,
@@ -21,6 +22,8 @@ def save(motion: Motion, path: str | PathLike) -> None:
         "words": motion.words,
         "meta": motion.meta,
         "directions": motion.directions.astype(float).round(5).tolist(),
+        **{name: values.astype(float).round(5).tolist() for name, values in motion.extremities().items()},
+        **({"handshape": handshape.COLUMNS} if motion.hands else {}),
     }
     with whole_file(path) as temporary, open(temporary, "w", encoding="utf-8") as file:
         json.dump(data, file, allow_nan=False, separators=(",", ":"))

@@ -11,6 +11,9 @@ import numpy as np
 from ..errors import MotionUnreadable
 from ..files import whole_file
 from . import skeleton
+from .curves import between
+from .hands import Hands
+from .pelvis import Pelvis
 
 
 @dataclass(frozen=True)
@@ -18,13 +21,16 @@ class Motion:
     """Directions ``(frames, 9, 3)`` float32 in the canonical frame at ``fps`` frames a second.
 
     ``words`` are ``(word, start, end)`` in seconds from the start of the audio. ``meta`` is the provenance (audio and
-    transcript hash, style, seed, checkpoint hash, version) and must be JSON.
+    transcript hash, style, seed, checkpoint hash, version) and must be JSON. ``hands`` and ``pelvis`` have as many frames, and
+    are None where a performance has nothing to say of them: nine directions are a whole motion.
     """
 
     directions: np.ndarray
     fps: float = skeleton.FPS
     words: tuple = ()
     meta: dict = field(default_factory=dict)
+    hands: Hands | None = None
+    pelvis: Pelvis | None = None
 
     @property
     def duration(self) -> float:
@@ -33,17 +39,28 @@ class Motion:
 
     def mirrored(self) -> "Motion":
         """The same performance with left and right exchanged."""
-        return replace(self, directions=skeleton.mirror(self.directions))
+        hands, pelvis = (part and part.mirrored() for part in (self.hands, self.pelvis))
+        return replace(self, directions=skeleton.mirror(self.directions), hands=hands, pelvis=pelvis)
 
     def resampled(self, fps: float) -> "Motion":
         """The same performance at another frame rate, through a cubic (Catmull-Rom) curve over the directions."""
         if fps == self.fps or len(self.directions) < 2:
             return replace(self, fps=float(fps))
         count = int(round((len(self.directions) - 1) * fps / self.fps)) + 1
-        return replace(self, directions=cubic(self.directions, np.arange(count) * (self.fps / fps)), fps=float(fps))
+        return self.at(np.arange(count) * (self.fps / fps), fps)
+
+    def at(self, places: np.ndarray, fps: float) -> "Motion":
+        """The motion that has at ``fps`` frames a second what this has at fractional frames ``places`` ``(n,)``."""
+        hands, pelvis = (part and part.at(places) for part in (self.hands, self.pelvis))
+        return replace(self, directions=cubic(self.directions, places), fps=float(fps), hands=hands, pelvis=pelvis)
+
+    def frames(self, rows) -> "Motion":
+        """The frames that a slice, a mask or numbers name, at the same frame rate."""
+        hands, pelvis = (part and part[rows] for part in (self.hands, self.pelvis))
+        return replace(self, directions=self.directions[rows], hands=hands, pelvis=pelvis)
 
     def save(self, path: str | PathLike) -> None:
-        """Write an ``.npz`` (directions, fps, words and meta as JSON text): whole or not at all."""
+        """Write an ``.npz``: directions, fps, words and meta as JSON text, hands and pelvis if any. Whole or not at all."""
         buffer = io.BytesIO()  # a zip file that meets a full disk complains once more when it is collected
         np.savez_compressed(
             buffer,
@@ -51,9 +68,14 @@ class Motion:
             fps=np.float64(self.fps),
             words=np.array(json.dumps([list(word) for word in self.words])),
             meta=np.array(json.dumps(self.meta, sort_keys=True)),
+            **self.extremities(),
         )
         with whole_file(path) as temporary:
             temporary.write_bytes(buffer.getbuffer())
+
+    def extremities(self) -> dict[str, np.ndarray]:
+        """Arrays of hands and pelvis by the names that files use; none of what there is not."""
+        return {name: values for part in (self.hands, self.pelvis) if part for name, values in part.arrays().items()}
 
     @classmethod
     def load(cls, path: str | PathLike) -> "Motion":
@@ -66,6 +88,8 @@ class Motion:
                     float(data["fps"]),
                     tuple((str(word), float(start), float(end)) for word, start, end in json.loads(str(data["words"]))),
                     json.loads(str(data["meta"])),
+                    Hands.read(data, len(directions)),
+                    Pelvis.read(data, len(directions)),
                 )
         except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
             raise MotionUnreadable(f"{path} is not a motion file.", "Make one with: s2ag synth AUDIO -o OUT.npz") from error
@@ -78,12 +102,4 @@ class Motion:
 
 def cubic(directions: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Directions ``(frames, 9, 3)`` at fractional frames ``at`` by a Catmull-Rom curve, renormalised, float32."""
-    last = len(directions) - 1
-    at = np.clip(np.asarray(at, float), 0, last)
-    index = np.minimum(at.astype(int), max(last - 1, 0))
-    t = (at - index).astype(np.float32)[:, None, None]
-    before, here, there, after = (directions[np.clip(index + step, 0, last)] for step in (-1, 0, 1, 2))
-    curve = here + 0.5 * t * (
-        there - before + t * (2 * before - 5 * here + 4 * there - after + t * (3 * (here - there) + after - before))
-    )
-    return skeleton.normalize(curve).astype(np.float32)
+    return skeleton.normalize(between(directions, at)).astype(np.float32)

@@ -1,0 +1,15 @@
+"""Values between frames."""
+
+import numpy as np
+
+
+def between(values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """``values`` ``(frames, ...)`` at fractional frames ``at`` ``(n,)`` by a Catmull-Rom curve; beyond the ends those there."""
+    last = len(values) - 1
+    at = np.clip(np.asarray(at, float), 0, last)
+    index = np.minimum(at.astype(int), max(last - 1, 0))
+    t = (at - index).astype(np.float32).reshape(-1, *[1] * (values.ndim - 1))
+    before, here, there, after = (values[np.clip(index + step, 0, last)] for step in (-1, 0, 1, 2))
+    return here + 0.5 * t * (
+        there - before + t * (2 * before - 5 * here + 4 * there - after + t * (3 * (here - there) + after - before))
+    )
