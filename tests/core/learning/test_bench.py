@@ -8,6 +8,7 @@ import pytest
 torch = pytest.importorskip("torch")
 pytest.importorskip("librosa")
 
+from rounding import same_figures  # noqa: E402
 from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CheckpointUnreadable, CorpusUnreadable, UsageError  # noqa: E402
 from s2ag.core.learning.bench import table  # noqa: E402
@@ -227,8 +228,8 @@ def test_the_same_seed_gives_the_same_figures(corpus, tmp_path):
     figures = []
     for place in "ab":
         report = Runner(tmp_path / place, corpus, TINY, say=lambda text: None).go(["s2ag"], "")
-        figures.append(report["systems"]["s2ag"]["figures"])
-    assert figures[0] == figures[1]
+        figures.append({"s2ag": report["systems"]["s2ag"]["figures"]})
+    same_figures(*figures)
 
 
 @pytest.mark.slow
@@ -236,8 +237,8 @@ def test_side_by_side_gives_the_same_figures(corpus, tmp_path, capsys):
     common = ["bench", "--data", str(corpus), "--setting", "tiny", "--threads", "1", "--systems", "seq2seq,jem,s2ag"]
     assert main([*common, "--out", str(tmp_path / "a")]) == 0
     assert main([*common, "--out", str(tmp_path / "b"), "--jobs", "2"]) == 0
-    one, two = (json.loads((tmp_path / place / "table.json").read_text()) for place in "ab")
-    assert [row["figures"] for row in one["systems"].values()] == [row["figures"] for row in two["systems"].values()]
+    tables = (json.loads((tmp_path / place / "table.json").read_text())["systems"] for place in "ab")
+    same_figures(*({name: row["figures"] for name, row in systems.items()} for systems in tables))
     assert "1 CPU threads each, 2 side by side" in capsys.readouterr().out
     assert (tmp_path / "b" / "curves.png").read_bytes()[:4] == b"\x89PNG"
 
