@@ -9,7 +9,7 @@ import bpy
 from ...core.errors import RigUnusable
 from ...rigs.plain import Mapping
 from ..rig import reading
-from . import human, mannequin
+from . import disarm, human, mannequin
 from .character import Character
 
 FILES = (".blend", ".fbx", ".glb", ".gltf")
@@ -43,10 +43,12 @@ def summon(
     if not path.is_file():
         raise RigUnusable(f"The character file {name} does not exist.", "Check its path.")
     _load(path)
-    if path.suffix.lower() != ".blend":
+    whole = path.suffix.lower() == ".blend"  # the other formats hold nothing that renders by itself
+    disarmed = tuple(disarm.disarm()) if whole else ()
+    if not whole:
         _forget_missing_images()
     found = choose(path.name, armature, mapping, besides)
-    return Character(found, tuple(meshes(found)), mapping=mapping), path.suffix.lower() == ".blend"
+    return Character(found, tuple(meshes(found)), mapping=mapping, disarmed=disarmed), whole
 
 
 def assemble(

@@ -31,7 +31,8 @@ def survey(character: str, gender: str = "female", armature: str | None = None, 
 
     mapping = maps.load(map) if map else None
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    item = cast.summon(character, gender, armature, mapping)[0].armature
+    summoned = cast.summon(character, gender, armature, mapping)[0]
+    item = summoned.armature
     found, refusal = reading.survey(item, mapping)
     return {
         "armature": item.name,
@@ -39,7 +40,7 @@ def survey(character: str, gender: str = "female", armature: str | None = None, 
         "bones": len(item.data.bones),
         "table": maps.table(found),
         "map": json.loads(maps.dump(found)),
-        "warnings": list(found.warnings),
+        "warnings": [*found.warnings, *summoned.disarmed],
         "refusal": refusal and {"message": refusal.message, "remedy": refusal.remedy},
     }
 

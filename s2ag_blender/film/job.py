@@ -102,6 +102,7 @@ def perform(job: Job, voice: program.Voice) -> dict:
     warnings: list[str] = []
     with voice.stage("character"):
         scene, characters, theirs = cast.assemble(wanted)
+        warnings += [sentence for character in characters for sentence in character.disarmed]
         if any(Path(path).suffix.lower() in RENDERED for path in job.outputs):
             render.require_engine(job.engine, scene)
         _set_rate(scene, job.fps if job.fps or theirs else DEFAULT_FPS)
