@@ -34,7 +34,7 @@ def film(
 
     rate = Fraction(fps).limit_denominator(1001)
     try:
-        with av.open(str(path), "w", options={"movflags": "faststart"}) as out:
+        with av.open(audio.local(path), "w", options={"movflags": "faststart"}) as out:
             video = voice = None
             mixed = _mixed(sounds, int(count / rate * _RATE)) if sounds else iter(())
             for index, picture in enumerate(_pictures(images, first, count, rate)):
@@ -69,7 +69,8 @@ def _pictures(images: Path, first: int, count: int, rate: Fraction) -> Iterator:
 
     shown = 0
     options = {"start_number": str(first), "framerate": str(rate)}
-    with av.open(str(images / PATTERN), format="image2", options=options) as source:
+    pattern = audio.local(str(images).replace("%", "%%") + "/" + PATTERN)
+    with av.open(pattern, format="image2", options=options) as source:
         for picture in source.decode(video=0):
             if shown == count:
                 return

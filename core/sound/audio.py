@@ -16,6 +16,13 @@ SAMPLE_RATE = 16000
 SPEECH_RMS = 0.05
 """Active speech level after :func:`level`: -26 dB below full scale, the usual telephony reference."""
 
+RATES = 1_000, 384_000
+"""Samples a second of a recording: lower ones would grow without limit, higher ones want long filters."""
+SPARSE, LONG = 3600.0, 12 * 3600.0
+"""Seconds: what is longer than the first holds :data:`_SPEECH` bytes a second, and nothing is longer than the second."""
+
+_SPEECH = 500
+"""The slowest speech coders in use write 600 bytes a second; silence for days fits into a few."""
 _BLOCK = SAMPLE_RATE * 60
 _CHOOSE = "Choose a recording, or a video with an audio track."
 _DECLARES_LENGTH = {"flac", "aiff", "mov,mp4,m4a,3gp,3g2,mj2"}
@@ -27,14 +34,14 @@ def load(path: str | PathLike) -> np.ndarray:
 
     WAV is read by :mod:`wavefile`, all else by the package ``av``. The file is decoded piece by piece, so memory is that of
     the result (230 MB an hour). Damaged packets are left out as a player would do. Raises :class:`AudioUnreadable` when the
-    file is missing, a folder, empty, in no known format, without an audio stream, without a single sample, or shorter than
-    its own header says.
+    file is missing, a folder, empty, in no known format, without an audio stream, without a single sample, shorter than
+    its own header says, or beyond :data:`RATES` and :data:`LONG`.
     """
     path = Path(path)
     _check(path)
     head = wavefile.header(path)
     if head and head.kind is not None:
-        audio, declared = _mono(wavefile.samples(path, head), head.rate), 0.0
+        audio, declared = _mono(path, wavefile.samples(path, head), head.rate), 0.0
     else:
         audio, declared = _decoded(path)
     if not len(audio):
@@ -91,13 +98,22 @@ def gain(audio: np.ndarray) -> float:
 
 
 def opened(path: str | PathLike):
-    """An open ``av`` container, whatever encoding the tags of the file are in."""
+    """An open ``av`` container, whatever encoding the tags of the file are in.
+
+    A path is a path, also where it looks like an address; and no playlist reads anything but files.
+    """
     import av
 
+    name, options = local(path), {"protocol_whitelist": "file"}
     try:
-        return av.open(str(path), metadata_errors="ignore")
+        return av.open(name, metadata_errors="ignore", options=options)
     except TypeError:  # av 19 ignores such errors of its own accord and has no such argument
-        return av.open(str(path))
+        return av.open(name, options=options)
+
+
+def local(path: str | PathLike) -> str:
+    """What FFmpeg calls the file at ``path``: without its protocol, ``12:30 talk.wav`` would be an address."""
+    return f"file:{path}"
 
 
 def pieces(container, stream, rate: int, layout: str | None = None) -> Iterator[np.ndarray]:
@@ -109,7 +125,7 @@ def pieces(container, stream, rate: int, layout: str | None = None) -> Iterator[
     import av
 
     stream.thread_type = "AUTO"
-    resampler = av.AudioResampler(format="fltp", layout=layout, rate=rate)
+    resampler = av.AudioResampler(format="flt", layout=layout, rate=rate)
     for packet in container.demux(stream):
         try:
             frames = packet.decode()
@@ -117,8 +133,13 @@ def pieces(container, stream, rate: int, layout: str | None = None) -> Iterator[
             continue
         for frame in frames:
             frame.pts = None
-            yield from (piece.to_ndarray() for piece in resampler.resample(frame))
-    yield from (piece.to_ndarray() for piece in resampler.resample(None))
+            yield from (_channels(piece) for piece in resampler.resample(frame))
+    yield from (_channels(piece) for piece in resampler.resample(None))
+
+
+def _channels(frame) -> np.ndarray:
+    """``(channels, n)`` of a frame of interleaved samples; ``av`` ends the process over more than seven planes."""
+    return frame.to_ndarray().reshape(-1, frame.layout.nb_channels).T
 
 
 def _check(path: Path) -> None:
@@ -156,15 +177,29 @@ def _decoded(path: Path) -> tuple[np.ndarray, float]:
     with _opened(path) as container:
         stream = container.streams.audio[0]
         rate = stream.rate or SAMPLE_RATE
-        audio = _mono(pieces(container, stream, rate), rate)
+        audio = _mono(path, pieces(container, stream, rate), rate)
         exact = stream.duration and container.format.name in _DECLARES_LENGTH
         return audio, float(stream.duration * stream.time_base) if exact else 0.0
 
 
-def _mono(parts: Iterable[np.ndarray], rate: int) -> np.ndarray:
+def _mono(path: Path, parts: Iterable[np.ndarray], rate: int) -> np.ndarray:
     """``(n,)`` float32 at :data:`SAMPLE_RATE` of pieces ``(channels, n)``; what is not a number is silence."""
+    if not RATES[0] <= rate <= RATES[1]:
+        what = f"{path} has {rate} samples a second; {RATES[0]} to {RATES[1]} are read."
+        raise AudioUnreadable(what, "Export it again, for instance at 48000.")
     mixed = (np.nan_to_num(part.mean(axis=0, dtype=np.float32), nan=0.0, posinf=0.0, neginf=0.0) for part in parts)
-    return _join(resampled(mixed, rate, SAMPLE_RATE))
+    longest = min(max(SPARSE, path.stat().st_size / _SPEECH), LONG)
+    return _join(_ending(path, resampled(mixed, rate, SAMPLE_RATE), longest))
+
+
+def _ending(path: Path, parts: Iterable[np.ndarray], seconds: float) -> Iterator[np.ndarray]:
+    left = seconds * SAMPLE_RATE
+    for part in parts:
+        left -= len(part)
+        if left < 0:
+            what = f"{path} is longer than {seconds / 3600:.3g} hours, the most that a file of its size may hold."
+            raise AudioUnreadable(what, "Cut it into shorter recordings.")
+        yield part
 
 
 def _join(pieces) -> np.ndarray:

@@ -13,6 +13,8 @@ _CUTOFF = 0.97
 _BETA = 9.0
 _PIECE = 1 << 18
 """Samples that are waited for: short pieces would cost a product for every phase each."""
+_PHASES = 512
+"""Filters that are computed at once: an odd rate has 16,000 of them, a high one long ones."""
 
 
 def resampled(pieces: Iterable[np.ndarray], source: int, target: int) -> Iterator[np.ndarray]:
@@ -72,7 +74,10 @@ def _kernels(up: int, down: int) -> np.ndarray:
     """``(up, 2 * half)`` float32: weights of the samples around a moment that lies ``phase / up`` behind a sample."""
     scale = min(1.0, _CUTOFF * up / down)
     half = int(np.ceil(_CROSSINGS / scale))
-    away = np.arange(-half + 1, half + 1) - np.arange(up)[:, None] / up
-    window = np.i0(_BETA * np.sqrt(np.maximum(1 - (away / half) ** 2, 0)))
-    kernels = np.sinc(scale * away) * window
-    return (kernels / kernels.sum(axis=1, keepdims=True)).astype(np.float32)
+    steps, kernels = np.arange(-half + 1, half + 1), np.empty((up, 2 * half), np.float32)
+    for first in range(0, up, _PHASES):
+        away = steps - np.arange(first, min(first + _PHASES, up))[:, None] / up
+        window = np.i0(_BETA * np.sqrt(np.maximum(1 - (away / half) ** 2, 0)))
+        found = np.sinc(scale * away) * window
+        kernels[first : first + _PHASES] = found / found.sum(axis=1, keepdims=True)
+    return kernels

@@ -1,9 +1,13 @@
 import os
+import struct
+import subprocess
+import sys
 import wave
 
 import av
 import numpy as np
 import pytest
+from callers import listening
 from s2ag.core.errors import AudioUnreadable
 from s2ag.core.sound import audio
 
@@ -153,3 +157,80 @@ def test_digest_names_the_sound_and_nothing_else():
     assert audio.digest(sound) == audio.digest(sound.astype(">f4")) == audio.digest(sound[::-1].copy()[::-1])
     assert audio.digest(sound) != audio.digest(sound * np.float32(0.99))
     assert len(audio.digest(sound)) == 64
+
+
+# --- hostile recordings
+
+
+def caf(path, channels, rate=16000.0, count=1600):
+    """A Core Audio file of noise, 16 bits, in as many channels as are asked for."""
+    data = np.random.default_rng(0).integers(-9000, 9000, (count, channels)).astype(">i2").tobytes()
+    form = struct.pack(">d4sIIIII", rate, b"lpcm", 0, 2 * channels, 1, channels, 16)
+    chunks = b"desc" + struct.pack(">q", len(form)) + form + b"data" + struct.pack(">q", 4 + len(data)) + bytes(4) + data
+    path.write_bytes(b"caff\0\1\0\0" + chunks)
+    return path
+
+
+LOAD = "import sys; from s2ag.core.sound import audio; print(audio.load(sys.argv[1]).std())"
+
+
+@pytest.mark.parametrize("channels", [7, 8, 9, 24, 64])
+def test_any_number_of_channels_is_mixed_down(tmp_path, channels):
+    """In a process of its own: from eight on it ended there."""
+    path = caf(tmp_path / "many.caf", channels)
+    done = subprocess.run([sys.executable, "-c", LOAD, str(path)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    # independent noise, uniform, so that its deviation falls with the root of the number of channels
+    assert float(done.stdout) == pytest.approx(9000 / 32768 / np.sqrt(3 * channels), rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["12:30 talk.flac", "http:talk.flac", "tcp:1:9.flac", "50% {x} #1.flac", "pipe:0.flac"])
+def test_a_path_is_a_path(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    plain = encode(tmp_path / "plain.flac", tone(), 16000, "flac", "s16")
+    expected = audio.load(plain)
+    plain.rename(tmp_path / name)
+    for path in (name, tmp_path / name):
+        audio.check(path)
+        np.testing.assert_array_equal(audio.load(path), expected)
+
+
+@pytest.mark.parametrize("suffix", ["m3u8", "ffconcat", "sdp", "mpd", "wav"])
+def test_nothing_in_a_file_or_its_name_calls_anybody(tmp_path, monkeypatch, suffix):
+    monkeypatch.chdir(tmp_path)
+    with listening() as (port, callers):
+        address = f"http://127.0.0.1:{port}/a.wav"
+        content = {
+            "m3u8": f"#EXTM3U\n#EXT-X-TARGETDURATION:10\n#EXTINF:10,\n{address}\n#EXT-X-ENDLIST\n",
+            "ffconcat": f"ffconcat version 1.0\nfile '{address}'\n",
+            "sdp": f"v=0\no=- 0 0 IN IP4 127.0.0.1\ns=x\nc=IN IP4 127.0.0.1\nt=0 0\nm=audio {port} TCP 0\n",
+            "mpd": f'<?xml version="1.0"?><MPD><BaseURL>{address}</BaseURL></MPD>',
+            "wav": "",
+        }[suffix]
+        path = tmp_path / f"list.{suffix}"
+        path.write_text(content)
+        for name in (path, address, f"tcp:127.0.0.1:{port}", f"tcp://127.0.0.1:{port}"):
+            with pytest.raises(AudioUnreadable):
+                audio.load(name)
+        assert callers == []
+
+
+@pytest.mark.parametrize("rate", [1, 999, 384_001, 1_000_000_000])
+def test_rates_beyond_reason_are_refused_before_they_cost_anything(tmp_path, rate):
+    head = b"RIFF" + struct.pack("<I", 20036) + b"WAVEfmt " + struct.pack("<IHHIIHH", 16, 1, 1, rate, 2 * rate, 2, 16)
+    (tmp_path / "a.wav").write_bytes(head + b"data" + struct.pack("<I", 20000) + bytes(20000))
+    for path in (tmp_path / "a.wav", caf(tmp_path / "a.caf", 1, float(rate))):
+        with pytest.raises(AudioUnreadable):
+            audio.load(path)
+
+
+def test_hours_of_nothing_in_a_small_file_end_where_its_size_says(tmp_path, monkeypatch):
+    """A minute of silence stands for the days that the bound is for."""
+    path = encode(tmp_path / "a.flac", np.zeros((1, 16000 * 60), np.float32), 16000, "flac", "s16")
+    assert len(audio.load(path)) == 16000 * 60
+    monkeypatch.setattr(audio, "SPARSE", 30.0)
+    with pytest.raises(AudioUnreadable, match="is longer than"):
+        audio.load(path)
+    noise = np.random.default_rng(0).uniform(-1, 1, (1, 16000 * 60)).astype(np.float32)
+    spoken = encode(tmp_path / "b.flac", noise, 16000, "flac", "s16")
+    assert len(audio.load(spoken)) == 16000 * 60
