@@ -10,3 +10,7 @@ def share_cores() -> None:
     A policy that the user has set stays.
     """
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+
+
+ONE_EACH = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
+"""Environment of a process beside others of its kind, one a core: how many they are does not change the bytes it makes."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from .. import child
 from ..engine import protocol
 from ..errors import S2agError, WorkerFailed
+from ..threads import ONE_EACH
 
 TRIES = 2
 """A task whose process died may have been the victim of another program's hunger for memory, so it is tried again."""
@@ -127,7 +128,7 @@ class _Member:
 
     def _start(self) -> bool:
         """Start the process; False where the crew is being ended, which waits for the last process that it knows of."""
-        environment = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
+        environment = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"} | ONE_EACH
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": self._log}
         with self._starting:
             if self._ending:

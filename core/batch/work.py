@@ -47,12 +47,8 @@ class Synthesis:
 
 
 def _open(**models):
-    import torch
-
     from ..performance.synthesis import Session
 
-    # One thread each, so that the bytes do not depend on how many processes share the machine.
-    torch.set_num_threads(1)
     return Session(**models)
 
 

@@ -46,6 +46,10 @@ def add_models(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--aligner-model", metavar="FOLDER", type=Path, help=model)
     recogniser = "Whisper model for faster-whisper instead of the one in the extra s2ag[recognise]"
     parser.add_argument("--recogniser-model", metavar="FOLDER", type=Path, help=recogniser)
+    backend = "what computes the network: numpy, or torch (default: numpy where it can; torch needs the extra s2ag[full])"
+    parser.add_argument("--backend", metavar="NAME", choices=("numpy", "torch"), help=backend)
+    device = "where torch computes it, as in cuda (default cpu)"
+    parser.add_argument("--device", metavar="NAME", default="cpu", help=device)
     cache = "where word times are kept for the next run instead of the user's cache folder; off keeps none"
     parser.add_argument("--cache", metavar="FOLDER", help=cache)
 
@@ -119,7 +123,8 @@ def session(options: argparse.Namespace):
 
     share_cores()
     models = {"aligner_model": options.aligner_model, "recogniser_model": options.recogniser_model}
-    return Session(options.checkpoint, options.vectors, **models, cache=options.cache, language=options.language)
+    where = {"backend": options.backend, "device": options.device}
+    return Session(options.checkpoint, options.vectors, **models, cache=options.cache, language=options.language, **where)
 
 
 def perform(options: argparse.Namespace, wanted):

@@ -45,7 +45,7 @@ _PARAMETERS = {
     "recognise": bool,
     "made_by": str,
 }
-_SETTINGS = ("checkpoint", "vectors", "device", "aligner_model", "recogniser_model", "cache", "language")
+_SETTINGS = ("checkpoint", "vectors", "backend", "device", "aligner_model", "recogniser_model", "cache", "language")
 
 
 class Worker:

@@ -7,6 +7,7 @@ from torch.nn import functional
 from .config import ModelConfig
 from .graph import PART_LINKS, PARTS, adjacency, edge_links
 from .layers import make_norm
+from .steps import affect_reach
 
 
 class GraphConvolution(nn.Module):
@@ -75,7 +76,7 @@ class AffectiveEncoder(nn.Module):
         self.batch_norm3 = make_norm(config.norm, config.part_size)
         self.conv4 = nn.Conv1d(config.part_size, config.affect_size, 3, padding=1)
         self.batch_norm4 = make_norm(config.norm, config.affect_size)
-        self.reach = 4 * (config.time_kernel // 2) + 3  # frames to each side that one frame's features depend on
+        self.reach = affect_reach(config)
 
     def forward(self, poses: torch.Tensor) -> torch.Tensor:
         """Mean-subtracted directions ``(B, T, 9, 3)`` to affective features ``(B, T, affect_size)``."""

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
-import numpy as np
 import torch
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
 
 from ..errors import CheckpointUnreadable, S2agError
 from ..files import whole_file
-from ..motion.skeleton import EDGES
 from . import network
 from .catalogue import DEFAULT, FORMAT, REMEDY, facts_path, read_facts
 from .config import ModelConfig
@@ -23,7 +21,7 @@ from .encoders import Encoders
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A generator ready for use, its speakers, and where it comes from.
+    """A generator to learn on or look into, its speakers, and where it comes from; :mod:`opening` is for performing.
 
     ``speakers`` are ``{"name", "description"}`` in the order of the speaker table; ``meta`` is the whole JSON file;
     ``hash`` is the SHA-256 of the weights file; ``discriminator`` is None where the file holds none.
@@ -35,31 +33,6 @@ class Checkpoint:
     speakers: list[dict]
     meta: dict
     hash: str
-
-    @property
-    def window(self) -> tuple[int, int]:
-        """Pose frames of a window and seed poses at its start, as in training (34 and 4 in the public code)."""
-        if self.config.frames:
-            return self.config.frames, 4
-        settings = self.meta["training"]["settings"]
-        return settings["frames"], settings["seed_frames"]
-
-    @property
-    def meanings(self) -> list[str]:
-        """Kinds of strokes that can be asked for, in the network's order; none of a regressor."""
-        return list(self.meta.get("meanings", ()))[: self.config.meanings]
-
-    @property
-    def gain(self) -> np.ndarray:
-        """How much smaller than the directed performances its own are, edge by edge ``(9,)``, as validation found: 1 to 1.4.
-
-        What is drawn from noise is as large as what was learned, whatever it measures beside one performance: 1.
-        """
-        if self.generator.noise_size:
-            return np.ones(len(EDGES))
-        found = self.meta.get("training", {}).get("validation", {})
-        ratios = found.get("edge_speed_ratios") or [found.get("speed_ratio", 1.0)] * len(EDGES)
-        return np.clip(1 / np.maximum(ratios, 1e-3), 1.0, 1.4)
 
 
 def save(path: str | PathLike, generator: Encoders, discriminator: Discriminator | None, meta: dict, half: bool = True) -> str:

@@ -113,12 +113,6 @@ class Denoiser(nn.Module):
         nn.init.zeros_(self.out.weight)
         nn.init.zeros_(self.out.bias)
 
-    @property
-    def reach(self) -> int:
-        """Frames to each side that one velocity depends on."""
-        tokens = 2 + sum(block.conv.dilation * (len(block.conv.weight) // 2) for block in self.blocks)
-        return self.patch * (tokens + 1)
-
     def condition(self, features: torch.Tensor, time: torch.Tensor | None = None) -> Conditions:
         """What the blocks need of conditions ``(B, T, features)``; with times ``(B,)`` for that moment alone."""
         tokens = self._fold(features)

@@ -4,24 +4,19 @@ A network of this kind learns the velocity that carries noise at time 0 along st
 what is heard, the style, frames that are kept and strokes that are asked for.
 """
 
-import math
 from collections.abc import Callable
 
 import torch
 from torch import nn
 from torch.nn import functional
 
-from ..motion.skeleton import EDGES, FPS
+from ..motion.skeleton import EDGES
 from .asked_encoder import AskedEncoder
 from .config import ModelConfig
 from .denoiser import Conditions, Denoiser
 from .encoders import POSE, Encoders
-from .timing import IN_STEP, MFCC_RATE, mfcc_slice
-
-STEPS = 6
-"""Velocities that one performance takes: 2.4 degrees from what 24 give, arms on average, eight 1.8, four 3.9; variety and pace
-are those of eight.
-"""
+from .steps import hears, looks, noise_size, solve
+from .timing import IN_STEP, mfcc_slice
 
 
 class FlowGenerator(Encoders):
@@ -33,7 +28,7 @@ class FlowGenerator(Encoders):
 
     def __init__(self, config: ModelConfig):
         super().__init__(config)
-        self.noise_size = POSE + config.extras
+        self.noise_size = noise_size(config)
         if config.meanings:
             self.asked_encoder = AskedEncoder(config)
         self.no_style = nn.Parameter(torch.zeros(config.style_size))
@@ -49,15 +44,12 @@ class FlowGenerator(Encoders):
     @property
     def hears(self) -> int:
         """Frames to each side on which the features of a frame depend."""
-        config = self.config
-        text = 2 * (config.text_kernel // 2) * (2**config.text_levels - 1)
-        voice = math.ceil((sum(kernel // 2 for kernel in config.mfcc_kernels) + 1) * FPS / MFCC_RATE)
-        return max(text, voice, self.aff_encoder.reach, 3 * bool(config.prosody_features))
+        return hears(self.config)
 
     @property
     def looks(self) -> int:
-        """Frames to each side on which one velocity depends; a whole performance sees :data:`STEPS` times as far."""
-        return self.denoiser.reach
+        """Frames to each side on which one velocity depends; a whole performance sees :data:`steps.STEPS` times as far."""
+        return looks(self.config)
 
     def encode(
         self,
@@ -148,14 +140,14 @@ class FlowGenerator(Encoders):
         noise: torch.Tensor,
         begins: Callable[[], None] = lambda: None,
     ) -> torch.Tensor:
-        """:meth:`forward` of what :meth:`encode` made; ``begins()`` is called before each of the :data:`STEPS`."""
+        """:meth:`forward` of what :meth:`encode` made; ``begins()`` is called before each of the :data:`steps.STEPS`."""
         conditions = self.conditions(self.emphasized(features), self.exaggerated(style))
         given, mask = self.numbers(seeds[..., :-1]), seeds[..., -1:]
         noise = self.config.flow_noise * noise
 
         def velocity(x, time):
             begins()
-            return self.velocity(x, mask, conditions, time) * (1 - mask)
+            return self.velocity(x, mask, conditions, x.new_full((1,), time)) * (1 - mask)
 
         return self.directions(solve(velocity, noise + mask * (given - noise)))
 
@@ -166,13 +158,3 @@ class FlowGenerator(Encoders):
         last = min(int(filled[-1]) + 1 + self.aff_encoder.reach, seeds.shape[1]) if len(filled) else 1
         poses = seeds[:, :last, :POSE].unflatten(-1, (len(EDGES), 3))
         return functional.pad(self.aff_encoder(poses) * mask[:, :last], (0, 0, 0, seeds.shape[1] - last))
-
-
-def solve(velocity: Callable[[torch.Tensor, torch.Tensor], torch.Tensor], x: torch.Tensor, steps: int = STEPS) -> torch.Tensor:
-    """Carry ``x`` from time 0 to 1 in ``steps`` evaluations of ``velocity(x, time)`` (Adams and Bashforth of second order)."""
-    before = None
-    for step in range(steps):
-        now = velocity(x, x.new_full((1,), step / steps))
-        x = x + (now if before is None else 1.5 * now - 0.5 * before) / steps
-        before = now
-    return x

@@ -60,7 +60,7 @@ class Performers:
         return keeping.Kept(numbers, directions)
 
 
-def cast(checkpoint, request: Request, device: str = "cpu") -> Performers:
+def cast(checkpoint, request: Request) -> Performers:
     """The performers of a request; raises :class:`UsageError` for unknown styles and controls that are not there."""
     _check_controls(checkpoint, request)
     speakers = checkpoint.speakers
@@ -70,7 +70,7 @@ def cast(checkpoint, request: Request, device: str = "cpu") -> Performers:
     if request.latent is not None:
         latents = _given(checkpoint, request, len(weights))
     else:
-        latents = np.stack([draw(checkpoint, request, step, device) for step in weights], axis=1)
+        latents = np.stack([draw(checkpoint, request, step) for step in weights], axis=1)
     start = rests[0] if request.pose is None else np.asarray(request.pose, float)
     start = skeleton.mirror(start) if request.mirror and request.pose is not None else start
     shape = request.takes, checkpoint.window[1], 9, 3
@@ -79,21 +79,12 @@ def cast(checkpoint, request: Request, device: str = "cpu") -> Performers:
     return Performers(request, named, rests, latents, seeds)
 
 
-def draw(checkpoint, request: Request, weights: dict[int, float] | None, device: str = "cpu") -> np.ndarray:
+def draw(checkpoint, request: Request, weights: dict[int, float] | None) -> np.ndarray:
     """Styles ``(takes, size)``, one a take, each steered by the controls; takes after the first vary them a little."""
-    import torch
-
-    with torch.inference_mode():
-        mean, log_variance = checkpoint.generator.speaker(torch.arange(len(checkpoint.speakers), device=device))
-    mean, deviation = mean.cpu().numpy(), log_variance.mul(0.5).exp().cpu().numpy()
-    drawn = styles.latent(weights, mean, deviation, request.seed, request.identities)
+    drawn = styles.latent(weights, *checkpoint.network.speakers, request.seed, request.identities)
     if not checkpoint.config.controls:
         return drawn
-    wishes = styles.vary(request.controls, request.seed, request.identities)
-    with torch.inference_mode():
-        styles_and_wishes = (torch.from_numpy(part).to(device).split(1) for part in (drawn, wishes))
-        # one by one, so that none differs in the last bit for those beside it
-        return torch.cat([checkpoint.generator.steer(*pair) for pair in zip(*styles_and_wishes, strict=True)]).cpu().numpy()
+    return checkpoint.network.steer(drawn, styles.vary(request.controls, request.seed, request.identities))
 
 
 def _given(checkpoint, request: Request, steps: int) -> np.ndarray:

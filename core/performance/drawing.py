@@ -9,12 +9,11 @@ beside it.
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-import torch
 
 from ..errors import Cancelled
-from ..model.flow import STEPS
-from ..model.seeds import kept_input
+from ..model.steps import STEPS
 from ..model.timing import IN_STEP
+from ..motion import skeleton
 from .casting import Performers
 from .noise import noise
 
@@ -22,9 +21,8 @@ TILE = 8192
 """Frames that are drawn at once, 9 minutes; what lies around them comes on top."""
 
 
-@torch.inference_mode()
 def draw(
-    generator: torch.nn.Module,
+    network,
     inputs: Callable[[int, int], tuple[np.ndarray, np.ndarray, np.ndarray | None]],
     cast: Sequence[Performers],
     asked: Sequence[np.ndarray | None],
@@ -35,11 +33,12 @@ def draw(
 ) -> np.ndarray:
     """Directions ``(takes, frames, 9, 3)`` float32 of all takes of the performers of a request each.
 
+    ``network`` is a :class:`light.network.LightNetwork` or answers as one.
     ``inputs`` are as for :func:`windows.generate`; ``asked`` ``(frames, 7)`` are the strokes that each of the performers is
     asked for (:mod:`requested`), None for none. Frames that are given (:meth:`Performers.given`) are kept, and of those that
     follow from given ones nothing is computed.
     """
-    plans = [_Plan(generator, one, wishes, frames, tile) for one, wishes in zip(cast, asked, strict=True)]
+    plans = [_Plan(network, one, wishes, frames, tile) for one, wishes in zip(cast, asked, strict=True)]
     steps, done = max(STEPS * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans), 1), 0
 
     def begins() -> None:
@@ -57,49 +56,44 @@ def draw(
 class _Plan:
     """What is drawn for the performers of one request, and where."""
 
-    def __init__(self, generator, performers: Performers, asked: np.ndarray | None, frames: int, tile: int):
-        self.generator, self.performers, self.asked, self.frames = generator, performers, asked, frames
+    def __init__(self, network, performers: Performers, asked: np.ndarray | None, frames: int, tile: int):
+        self.network, self.performers, self.asked, self.frames = network, performers, asked, frames
         self.mask, self.poses = performers.given(frames).whole(frames)
         self.styles = performers.on_the_way(frames if performers.walks else 1)
-        self.device = next(generator.parameters()).device
         first = performers.style[0]  # of a walk the first one's: a change on the way must not be seen
         self.who = first if isinstance(first, dict) else None
-        self.tiles = list(_tiles(generator, np.flatnonzero(~self.mask), tile))
+        self.tiles = list(_tiles(network, np.flatnonzero(~self.mask), tile))
 
     def draw(self, inputs, begins: Callable[[], None]) -> np.ndarray:
         """``(takes, frames, 9, 3)``; ``begins()`` is called before each step."""
-        generator, performers = self.generator, self.performers
+        network, performers = self.network, self.performers
         made = np.repeat(self.poses[None], len(performers.latents), 0)
         for start, stop, low, high in self.tiles:
             seeds = self._seeds(low, high)
-            heard = _heard(inputs, low, high, self.frames)
-            asked = None if self.asked is None else self._tensor(_cut(self.asked, low, high))[None]
-            mfcc, words, prosody = (None if part is None else self._tensor(part)[None] for part in heard)
-            features = generator.encode(mfcc, words, seeds, prosody, asked)
+            mfcc, words, prosody = _heard(inputs, low, high)
+            asked = None if self.asked is None else _cut(self.asked, low, high)
+            heard = network.hear(mfcc, words, seeds, prosody, asked)
             for row, identity in enumerate(performers.request.identities):
-                drawn = noise(performers.request.seed, identity, low, high, generator.noise_size, self.who)
-                made_here = generator.draw(features, self._style(row, low, high), seeds, self._tensor(drawn)[None], begins)
-                made[row, start:stop] = made_here[0, start - low : stop - low].cpu().numpy()
+                drawn = noise(performers.request.seed, identity, low, high, network.noise_size, self.who)
+                made_here = network.draw(heard, self._style(row, low, high), seeds, drawn, begins)
+                made[row, start:stop] = made_here[start - low : stop - low]
         made[:, self.mask] = self.poses[self.mask]
         return made
 
-    def _seeds(self, low: int, high: int) -> torch.Tensor:
-        mask = np.zeros((1, high - low, 1), np.float32)
-        here = self.mask[low:high]
-        mask[0, : len(here), 0] = here
-        poses = self._tensor(_cut(self.poses, low, high))[None]
-        extras = poses.new_zeros(1, high - low, self.generator.noise_size - poses[0, 0].numel())
-        return kept_input(poses, self._tensor(mask), extras)
+    def _seeds(self, low: int, high: int) -> np.ndarray:
+        """Given poses as the network takes them, ``(high - low, noise_size + 1)``; the last channel says where they are."""
+        given = np.zeros((high - low, self.network.noise_size + 1), np.float32)
+        frames = np.flatnonzero(self.mask[low:high])
+        given[frames, : skeleton.MEAN.size] = (self.poses[low + frames] - skeleton.MEAN).reshape(-1, skeleton.MEAN.size)
+        given[frames, -1] = 1
+        return given
 
-    def _style(self, row: int, low: int, high: int) -> torch.Tensor:
+    def _style(self, row: int, low: int, high: int) -> np.ndarray:
         style = self.styles[row]
-        return self._tensor(_cut(style, low, high) if style.ndim == 2 else style)[None]
-
-    def _tensor(self, array: np.ndarray) -> torch.Tensor:
-        return torch.from_numpy(np.ascontiguousarray(array, np.float32)).to(self.device)
+        return _cut(style, low, high) if style.ndim == 2 else style
 
 
-def _tiles(generator, free: np.ndarray, tile: int) -> Iterator[tuple[int, int, int, int]]:
+def _tiles(network, free: np.ndarray, tile: int) -> Iterator[tuple[int, int, int, int]]:
     """``start, stop, low, high``: frames from ``start`` to ``stop`` come of an evaluation of ``low`` to ``high``.
 
     ``free`` are the frames to be drawn. Those before the first and after the last of them are known at every step, so that
@@ -108,17 +102,17 @@ def _tiles(generator, free: np.ndarray, tile: int) -> Iterator[tuple[int, int, i
     if not len(free):
         return
     first, last = int(free[0]), int(free[-1]) + 1
-    step = int(np.lcm(IN_STEP, generator.config.flow_patch))
+    step = int(np.lcm(IN_STEP, network.config.flow_patch))
     for start in range(first, last, tile):
         stop = min(start + tile, last)
-        before, after = (generator.looks * (1 if edge else STEPS) + generator.hears for edge in (start == first, stop == last))
+        before, after = (network.looks * (1 if edge else STEPS) + network.hears for edge in (start == first, stop == last))
         low = max(start - before, 0) // step * step
         yield start, stop, low, -(-(stop + after) // step) * step
 
 
-def _heard(inputs, low: int, high: int, frames: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """What is heard from ``low`` to ``high``, also beyond the end of the ``frames``, where the last of it goes on."""
-    mfcc, words, prosody = inputs(low, high)
+def _heard(inputs, low: int, high: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """What is heard from ``low`` to ``high``, also beyond the end, where the last of it goes on; float32."""
+    mfcc, words, prosody = (None if part is None else np.asarray(part, np.float32) for part in inputs(low, high))
     return mfcc, words, None if prosody is None else _cut(prosody, 0, high - low)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from . import asking
+from . import asking, drawing
 from .casting import Performers
 from .hearing import Heard
 
@@ -17,23 +17,22 @@ def perform(
     cancelled: Callable[[], bool] = lambda: False,
 ) -> np.ndarray:
     """Directions ``(takes, frames, 9, 3)`` float32 of all takes of all performers, those of a request after those before it."""
-    generator, told = checkpoint.generator, (progress, cancelled)
-    if not generator.noise_size:
+    told = progress, cancelled
+    if not checkpoint.draws:
         from . import windows
 
+        generator = checkpoint.network.generator
         latents, seeds = _latents(heard, cast), np.concatenate([one.seeds for one in cast])
         return windows.generate(generator, heard.features.slice, latents, seeds, heard.frames, checkpoint.window[0], *told)
-    from . import drawing
-
     wishes = heard.wishes, heard.words, checkpoint.meanings, heard.frames
     asked = [asking.channels(*wishes, one.request.hand) for one in cast]
-    return drawing.draw(generator, heard.features.slice, cast, asked, heard.frames, *told)
+    return drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told)
 
 
 def known_by(checkpoint, heard: Heard, cast: Sequence[Performers]) -> tuple:
     """All that a performance depends on beside recording, words and network: equal for requests that give the same."""
     latents = _latents(heard, cast)
-    if not checkpoint.generator.noise_size:
+    if not checkpoint.draws:
         return latents.shape, latents.tobytes(), np.concatenate([one.seeds for one in cast]).tobytes()
     given = [one.given(heard.frames) for one in cast]
     kept = tuple((one.frames.tobytes(), one.directions.tobytes()) for one in given)
@@ -43,7 +42,7 @@ def known_by(checkpoint, heard: Heard, cast: Sequence[Performers]) -> tuple:
 
 def joins(checkpoint, frames: int) -> list[int]:
     """Frames at which windows of a performance of so many ``frames`` meet; none where all frames are drawn as one."""
-    if checkpoint.generator.noise_size:
+    if checkpoint.draws:
         return []
     from . import windows
 

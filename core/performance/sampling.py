@@ -128,13 +128,8 @@ def style_map(checkpoint, sheet: Sheet | None = None) -> dict:
     a control at 1 goes. ``cells``: where the cells of ``sheet`` lie. ``centre`` and ``axes`` lead back into the space:
     centre + at @ axes. ``explained`` is the share of the speakers' variance on each axis.
     """
-    import torch
-
-    with torch.inference_mode():
-        mean, log_variance = checkpoint.generator.speaker(torch.arange(len(checkpoint.speakers)))
-        mean, deviation = mean.cpu().numpy().astype(float), log_variance.mul(0.5).exp().cpu().numpy()
-        steered = bool(checkpoint.config.controls)
-        ways = checkpoint.generator.controls.weight.T.cpu().numpy() if steered else np.zeros((0, mean.shape[1]))
+    mean, deviation = (part.astype(float) for part in checkpoint.network.speakers)
+    ways = checkpoint.network.ways
     centre = mean.mean(0)
     _, sizes, axes = np.linalg.svd(mean - centre, full_matrices=True)
     variance = np.zeros(len(axes))

@@ -24,7 +24,8 @@ class Session:
 
     ``language`` (as in ``de``), ``aligner_model`` and ``recogniser_model`` (folders) are for another language, whose words say
     nothing to the network unless ``vectors`` are given too: its own are English. Word times are kept in the folder ``cache``,
-    by default the user's (:func:`cache.default_folder`), and not at all if it is "off".
+    by default the user's (:func:`cache.default_folder`), and not at all if it is "off". ``backend`` and ``device`` say what
+    computes the network (:func:`opening.load`).
     """
 
     def __init__(
@@ -37,9 +38,10 @@ class Session:
         recogniser_model: str | PathLike | None = None,
         cache: str | PathLike | None = None,
         language: str | None = None,
+        backend: str | None = None,
     ):
         self._paths = checkpoint, vectors
-        self.device = device
+        self._where = backend, device
         folder = default_folder() if cache is None else None if str(cache) == "off" else cache
         self._ways = transcript.Ways(Cache(folder), languages.load(aligner_model, language), False, recogniser_model)
         self.understands = vectors is not None or not languages.foreign(self._ways.model)
@@ -48,12 +50,11 @@ class Session:
 
     @property
     def checkpoint(self):
-        """The loaded :class:`checkpoint.Checkpoint`."""
+        """The :class:`loaded.Loaded` network."""
         if self._checkpoint is None:
-            from ..model import checkpoint
+            from ..model import opening
 
-            self._checkpoint = checkpoint.load(self._paths[0], self.device)
-            self._checkpoint.generator.eval()
+            self._checkpoint = opening.load(self._paths[0], *self._where)
         return self._checkpoint
 
     @property
@@ -112,7 +113,7 @@ class Session:
         sound = stages.run("read audio", lambda: audio.load(requests[0].audio)) if heard is None else None
         checkpoint = stages.run("load model", lambda: self.checkpoint)
         # Before anything long: it complains of unknown styles.
-        cast = [casting.cast(checkpoint, request, self.device) for request in requests]
+        cast = [casting.cast(checkpoint, request) for request in requests]
         heard = hearing.hear(self, requests[0], sound, stages) if heard is None else replace(heard, seconds=stages.seconds)
         made = self._made(heard, cast, recording, memory, stages)
         return [self._result(*one, heard, stages) for one in zip(requests, cast, made, strict=True)]

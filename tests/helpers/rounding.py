@@ -13,13 +13,12 @@ def bound(checkpoint) -> float:
     A sum of n products is off by at most n roundings of its terms. A regressor's recurrent state hands that on from frame to
     frame of a window, and its gates do not enlarge it; a flow hands it on from product to product and from step to step.
     """
-    return bound_of(checkpoint.generator, checkpoint.window[0])
+    return bound_of(checkpoint.network, checkpoint.window[0])
 
 
-def bound_of(generator, window: int) -> float:
+def bound_of(network, window: int) -> float:
     """The same of a network that performs ``window`` frames at once."""
-    widest = max(weight.shape[-1] for weight in generator.parameters() if weight.dim() == 2)
-    return float(np.finfo(np.float32).eps) / 2 * widest * _depth(generator, window)
+    return float(np.finfo(np.float32).eps) / 2 * _widest(network.config) * _depth(network.config, window)
 
 
 def same_figures(one: dict, two: dict) -> None:
@@ -31,9 +30,17 @@ def same_figures(one: dict, two: dict) -> None:
             np.testing.assert_allclose(two[system][figure], values, rtol=FIGURE, atol=FIGURE, err_msg=f"{system}: {figure}")
 
 
-def _depth(generator, window: int) -> int:
-    if not generator.noise_size:
-        return window
-    from s2ag.core.model.flow import STEPS
+def _widest(config) -> int:
+    """Terms of the longest sum in any product."""
+    text = max(config.word_size, config.text_channels * config.text_kernel)
+    if config.decoder == "flow":
+        return max(text, config.flow_size * max(config.flow_expand, 3))
+    return max(text, config.gru_size * 2, config.affect_size + config.mfcc_size + config.text_size + config.style_size)
 
-    return STEPS * 3 * (len(generator.denoiser.blocks) + 1)
+
+def _depth(config, window: int) -> int:
+    if config.decoder != "flow":
+        return window
+    from s2ag.core.model.steps import STEPS
+
+    return STEPS * 3 * (len(config.flow_dilations) + 1)

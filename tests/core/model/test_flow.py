@@ -6,11 +6,11 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from rounding import bound_of  # noqa: E402
-from s2ag.core.model import flow  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.denoiser import Depthwise  # noqa: E402
 from s2ag.core.model.flow import FlowGenerator  # noqa: E402
 from s2ag.core.model.seeds import kept_input  # noqa: E402
+from s2ag.core.model.steps import solve  # noqa: E402
 from s2ag.core.model.timing import mfcc_slice  # noqa: E402
 from s2ag.core.motion import requested, skeleton  # noqa: E402
 from s2ag.core.sound.prosody import FEATURES  # noqa: E402
@@ -118,7 +118,7 @@ def test_a_velocity_reaches_no_farther_than_told(network):
     changed[:, 200] += 1
     apart = network.velocity(x, mask, conditions, torch.ones(1)) - network.velocity(changed, mask, conditions, torch.ones(1))
     touched = apart.abs().amax((0, 2)).nonzero().flatten()
-    reach = network.denoiser.reach
+    reach = network.looks
     assert 200 - reach <= touched.min() < 200 - reach // 2 and 200 + reach // 2 < touched.max() <= 200 + reach
 
 
@@ -146,7 +146,7 @@ def test_the_depthwise_convolution_has_the_values_and_gradients_of_torchs():
 
 def test_the_solver_follows_a_field_to_second_order():
     start = torch.ones(1, 1)
-    errors = [float((flow.solve(lambda x, t: x * t, start, steps) - np.exp(0.5)).abs()) for steps in (8, 16)]
+    errors = [float((solve(lambda x, t: x * t, start, steps) - np.exp(0.5)).abs()) for steps in (8, 16)]
     assert errors[0] < 0.03 and errors[1] < 0.3 * errors[0]
 
 

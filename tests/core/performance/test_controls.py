@@ -62,7 +62,7 @@ def test_each_control_has_a_direction_of_its_own(session, voice):
         [latents(session, voice, affect={name: 1.0}) - plain for name in styles.AFFECTS]
         + [latents(session, voice, **{name: 1.0}) - plain for name in ("rate", "hand")]
     )
-    expected = session.checkpoint.generator.controls.weight.detach().numpy().T
+    expected = session.checkpoint.network.ways
     np.testing.assert_allclose(moves, expected, atol=1e-6)
 
 

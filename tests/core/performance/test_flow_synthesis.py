@@ -1,5 +1,8 @@
 """Performances drawn from noise: seeds, kept frames, tiles without seams, wishes, and all that styles could do before."""
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -9,14 +12,12 @@ from rounding import bound
 from s2ag.core import styles
 from s2ag.core.errors import Cancelled, UsageError
 from s2ag.core.motion import limits, rest, skeleton
+from s2ag.core.motion.motion import Motion
+from s2ag.core.performance import asking, casting, drawing, performing, sampling
 from s2ag.core.performance.noise import noise
 from s2ag.core.performance.request import Request
-
-pytest.importorskip("torch", reason="the engine is not installed")
-
-from s2ag.core.performance import asking, casting, drawing, performing, sampling  # noqa: E402
-from s2ag.core.performance.synthesis import Session  # noqa: E402
-from s2ag.core.words import hints  # noqa: E402
+from s2ag.core.performance.synthesis import Session
+from s2ag.core.words import hints
 
 
 @pytest.fixture(scope="module")
@@ -72,15 +73,14 @@ def test_a_take_is_the_same_whoever_performs_beside_it(session, voice, plain):
     assert together[0].directions.tobytes() == plain.tobytes()
 
 
-def test_threads_change_no_more_than_rounding(session, voice, plain):
-    import torch
-
-    before = torch.get_num_threads()
-    try:
-        torch.set_num_threads(1 if before > 1 else 2)
-        np.testing.assert_allclose(made(session, voice), plain, atol=bound(session.checkpoint))
-    finally:
-        torch.set_num_threads(before)
+@pytest.mark.parametrize("backend", ["numpy", "torch"])
+def test_threads_change_no_more_than_rounding(flow_checkpoint, session, voice, plain, tmp_path, backend):
+    command = [sys.executable, "-m", "s2ag", "synth", voice, "--no-transcript", "--checkpoint", flow_checkpoint]
+    for threads in "1", "2":
+        limits = {name: threads for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
+        out = tmp_path / f"{threads}.npz"
+        subprocess.run([*command, "--backend", backend, "-o", out], env={**os.environ, **limits}, check=True)
+        np.testing.assert_allclose(Motion.load(out).directions, plain, rtol=0, atol=bound(session.checkpoint))
 
 
 @pytest.fixture(scope="module")
@@ -93,11 +93,11 @@ def longer(heard):
 
 
 def test_tiles_join_without_seams(session, voice, longer):
-    generator = session.checkpoint.generator
+    network = session.checkpoint.network
     cast = [casting.cast(session.checkpoint, Request(voice, takes=2, kept=([700], some_poses(1))))]
     frames = 1500
-    whole = drawing.draw(generator, longer, cast, [None], frames)
-    tiled = drawing.draw(generator, longer, cast, [None], frames, tile=144)
+    whole = drawing.draw(network, longer, cast, [None], frames)
+    tiled = drawing.draw(network, longer, cast, [None], frames, tile=144)
     np.testing.assert_allclose(tiled, whole, rtol=0, atol=bound(session.checkpoint))
     assert whole.shape == (2, frames, 9, 3) and np.abs(np.linalg.norm(whole, axis=-1) - 1).max() < 1e-5
 
@@ -105,7 +105,7 @@ def test_tiles_join_without_seams(session, voice, longer):
 @pytest.mark.parametrize("frames", [2, 13, 97])
 def test_any_length(session, voice, heard, frames):
     cast = [casting.cast(session.checkpoint, Request(voice))]
-    assert drawing.draw(session.checkpoint.generator, heard.features.slice, cast, [None], frames).shape == (1, frames, 9, 3)
+    assert drawing.draw(session.checkpoint.network, heard.features.slice, cast, [None], frames).shape == (1, frames, 9, 3)
 
 
 @pytest.mark.parametrize("more", [{}, {"mirror": True}, {"intensity": 1.5}, {"intensity": 0.0}])
@@ -134,13 +134,13 @@ def test_what_is_known_is_not_computed(session, voice, longer, monkeypatch):
     gap = np.arange(1500, 1530)
     kept = np.setdiff1d(np.arange(frames), gap)
     request = Request(voice, kept=(kept, np.broadcast_to(rest.REST, (len(kept), 9, 3))))
-    generator = session.checkpoint.generator
-    [(start, stop, low, high)] = drawing._tiles(generator, gap, drawing.TILE)
-    assert (start, stop) == (1500, 1530) and high - low < 30 + 2 * (generator.looks + generator.hears) + 25
+    network = session.checkpoint.network
+    [(start, stop, low, high)] = drawing._tiles(network, gap, drawing.TILE)
+    assert (start, stop) == (1500, 1530) and high - low < 30 + 2 * (network.looks + network.hears) + 25
     cast = [casting.cast(session.checkpoint, request)]
-    little = drawing.draw(generator, longer, cast, [None], frames)
-    monkeypatch.setattr(drawing, "_tiles", lambda generator, free, tile: [(1500, 1530, 0, 3000)])
-    everything = drawing.draw(generator, longer, cast, [None], frames)
+    little = drawing.draw(network, longer, cast, [None], frames)
+    monkeypatch.setattr(drawing, "_tiles", lambda network, free, tile: [(1500, 1530, 0, 3000)])
+    everything = drawing.draw(network, longer, cast, [None], frames)
     np.testing.assert_allclose(little, everything, rtol=0, atol=bound(session.checkpoint))
 
 

@@ -8,7 +8,7 @@ from rounding import bound, bound_of
 from s2ag.core import styles
 from s2ag.core.cli.main import main
 from s2ag.core.errors import SampleUnreadable, UsageError
-from s2ag.core.model import checkpoint
+from s2ag.core.model import opening
 from s2ag.core.motion.motion import Motion
 from s2ag.core.performance import sampling
 
@@ -50,7 +50,7 @@ def test_a_chosen_cell_is_made_again_exactly(sampled, tmp_path, random_checkpoin
     where = f"{tmp_path / 'sheet.json'}:{number}"
     assert main(["synth", "--from", where, "--no-transcript", "--checkpoint", str(random_checkpoint), "-o", str(out)]) == 0
     again = Motion.load(out)
-    limit = bound(checkpoint.load(random_checkpoint))  # another batch size
+    limit = bound(opening.load(random_checkpoint))  # another batch size
     np.testing.assert_allclose(again.directions, motions[number - 1].directions, atol=limit)
     assert again.meta["mirror"] and again.meta["intensity"] == 0.8 and np.shape(again.meta["latent"])[1] == 16
 

@@ -1,0 +1,147 @@
+"""Noise, voice, words, prosody, given poses, wishes and style to directions, as :class:`flow.FlowGenerator` learns it."""
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+
+import numpy as np
+
+from ...motion.skeleton import EDGES, MEAN
+from ..config import ModelConfig
+from ..steps import STEPS, affect_reach, hears, looks, noise_size, solve
+from ..timing import IN_STEP, mfcc_slice
+from .affect import AffectiveEncoder
+from .denoiser import Denoiser
+from .encoders import AskedEncoder, ProsodyEncoder, TextEncoder, VoiceEncoder
+from .layers import Linear, Weights
+
+_SETTINGS = {"decoder": "flow", "audio": "mfcc", "mfcc_axis": "time", "words": 0, "affect": "graph", "norm": "layer"}
+_POSE = 3 * len(EDGES)
+
+
+def able(config: ModelConfig) -> bool:
+    """Whether this network's layers are all here; those of the published and imported networks are not."""
+    known = all(getattr(config, name) == value for name, value in _SETTINGS.items())
+    return known and not config.seed_view and tuple(config.node_kernels) == (1, 1)
+
+
+class LightNetwork:
+    """The network of a configuration with learned arrays by name; its answers are those of torch but for rounding.
+
+    Raises KeyError and ValueError where the arrays are not those of the configuration.
+    """
+
+    def __init__(self, config: ModelConfig, arrays: Mapping[str, np.ndarray]):
+        weights = Weights(arrays)
+        self.config, self.noise_size, self.looks, self.hears = config, noise_size(config), looks(config), hears(config)
+        self._affect = AffectiveEncoder(weights / "aff_encoder", config)
+        self._voice = VoiceEncoder(weights / "audio_encoder", config)
+        self._text = TextEncoder(weights / "text_encoder", config)
+        self._prosody = ProsodyEncoder(weights / "prosody_encoder", config) if config.prosody_features else None
+        self._asked = AskedEncoder(weights / "asked_encoder") if config.meanings else None
+        self._denoiser = Denoiser(weights / "denoiser", config)
+        self._centre, self._scale = weights["centre"], weights["scale"]
+        self.ways = (weights / "controls")["weight"].T if config.controls else np.zeros((0, config.style_size), np.float32)
+        self.speakers = self._speakers(weights)
+        self._moments = [self._denoiser.moments(step / STEPS) for step in range(STEPS)]
+        silence = self._nothing(2 * IN_STEP)
+        # complains of arrays of other sizes
+        self.draw(self.hear(*silence), self.speakers[0][0], silence[2], silence[2][:, :-1])
+
+    def _speakers(self, weights: Weights) -> tuple[np.ndarray, np.ndarray]:
+        """Means and deviations ``(speakers, style_size)`` of the speakers' styles (paper eq. 3, 4)."""
+        table = weights / "speaker_embedding"
+        embedded = Linear.of(table / "1")((table / "0")["weight"])
+        mean, log_variance = (Linear.of(weights / name)(embedded) for name in ("speaker_mu", "speaker_log_var"))
+        if mean.shape != (self.config.speakers, self.config.style_size):
+            raise ValueError(f"styles of shape {mean.shape}")
+        return mean, np.exp(0.5 * log_variance)
+
+    def steer(self, styles: np.ndarray, wishes: np.ndarray) -> np.ndarray:
+        """Styles ``(B, style_size)`` moved along the learned directions by ``wishes`` ``(B, 5)`` in -1..1."""
+        return styles + np.einsum("bi,ij->bj", wishes, self.ways)
+
+    def encode(self, mfcc, words, seeds, prosody=None, asked=None) -> np.ndarray:
+        """Features ``(T, channels)`` of everything but the style.
+
+        ``mfcc`` ``(Ta, mfcc_features)``, ``words`` ``(T, word_size)``, ``seeds`` ``(T, noise_size + 1)``, ``prosody``
+        ``(T, prosody_features)``, ``asked`` ``(T, 7)``, all float32.
+        """
+        frames = len(seeds)
+        features = [self._given(seeds), self._voice(mfcc, frames), self._text(words)]
+        if self._prosody:
+            features.append(self._prosody(prosody))
+        if self._asked:
+            features.append(self._asked(np.zeros((frames, 7), np.float32) if asked is None else asked))
+        return np.concatenate(features, axis=1)
+
+    def hear(self, mfcc, words, seeds, prosody=None, asked=None) -> list[np.ndarray]:
+        """What :meth:`draw` needs of the arguments of :meth:`encode`, whatever the style."""
+        return self._denoiser.heard(self._emphasized(self.encode(mfcc, words, seeds, prosody, asked)))
+
+    def draw(
+        self,
+        heard: list[np.ndarray],
+        style: np.ndarray,
+        seeds: np.ndarray,
+        noise: np.ndarray,
+        begins: Callable[[], None] = lambda: None,
+    ) -> np.ndarray:
+        """Unit directions ``(T, 9, 3)`` drawn from ``noise`` ``(T, noise_size)`` in a style ``(size,)`` or ``(T, size)``.
+
+        ``begins()`` is called before each of the :data:`STEPS`. ``seeds`` ``(T, noise_size + 1)``: poses less their mean on
+        given frames and zeros elsewhere, last channel 1 on given frames.
+        """
+        mask = seeds[:, -1:]
+        given = (seeds[:, :-1] - self._centre) / self._scale
+        style = self._exaggerated(np.asarray(style, np.float32))
+        conditions = self._denoiser.conditions(heard, style, len(seeds))
+        noise = np.float32(self.config.flow_noise) * noise
+        moments = iter(self._moments)
+
+        def velocity(x: np.ndarray, _: float) -> np.ndarray:
+            begins()
+            return self._denoiser(x, mask, conditions, next(moments)) * (1 - mask)
+
+        made = solve(velocity, noise + mask * (given - noise)) * self._scale + self._centre
+        poses = made[:, :_POSE].reshape(-1, len(EDGES), 3) + MEAN.astype(np.float32)
+        return poses / np.maximum(np.sqrt(np.square(poses).sum(axis=-1, keepdims=True)), np.float32(1e-12))
+
+    def _given(self, seeds: np.ndarray) -> np.ndarray:
+        """Affective features; nothing beyond the encoder's reach of the last given frame is felt, nor computed."""
+        mask, result = seeds[:, -1:], np.zeros((len(seeds), self.config.affect_size), np.float32)
+        filled = np.flatnonzero(mask)
+        last = min(int(filled[-1]) + 1 + affect_reach(self.config), len(seeds)) if len(filled) else 1
+        result[:last] = self._affect(seeds[:last, :_POSE].reshape(last, len(EDGES), 3)) * mask[:last]
+        return result
+
+    def _exaggerated(self, style: np.ndarray) -> np.ndarray:
+        """Styles farther from the middle of all speakers."""
+        middle = self.speakers[0].mean(axis=0)
+        return middle + np.float32(self.config.flow_style) * (style - middle)
+
+    def _emphasized(self, features: np.ndarray) -> np.ndarray:
+        """Features with voice and prosody farther from those of silence."""
+        if self.config.flow_voice == 1:
+            return features
+        return self._silence + self._emphasis * (features - self._silence)
+
+    @cached_property
+    def _silence(self) -> np.ndarray:
+        frames = 4 * IN_STEP
+        return self.encode(*self._nothing(frames))[frames // 2]
+
+    @cached_property
+    def _emphasis(self) -> np.ndarray:
+        """How much farther each channel goes."""
+        config, share = self.config, np.ones_like(self._silence)
+        voice = config.seed_size + config.mfcc_size
+        share[config.seed_size : voice] = config.flow_voice
+        if config.prosody_features:
+            share[voice + config.text_size :][: config.prosody_size] = config.flow_voice
+        return share
+
+    def _nothing(self, frames: int) -> list[np.ndarray]:
+        """Silence, no words, no given frames, no prosody."""
+        sizes = self.config.word_size, self.noise_size + 1, self.config.prosody_features
+        mfcc = np.zeros((mfcc_slice(0, frames).stop, self.config.mfcc_features), np.float32)
+        return [mfcc, *(np.zeros((frames, size), np.float32) for size in sizes)]

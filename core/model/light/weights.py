@@ -1,0 +1,48 @@
+"""Weights as safetensors keeps them: eight bytes of header length, a header of JSON, then plain arrays. Nothing is executed."""
+
+import json
+import math
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+LONGEST_HEADER = 1_000_000
+"""Bytes of the header that are believed; the shipped one has 17,000."""
+_KINDS = {"F16": "<f2", "F32": "<f4"}
+
+
+def read(path: str | PathLike) -> tuple[bytes, dict[str, np.ndarray]]:
+    """The whole file, and its arrays by name as float32.
+
+    Raises OSError, and ValueError for anything that is no whole file of numbers in half or single precision.
+    """
+    data = Path(path).read_bytes()
+    length = int.from_bytes(data[:8], "little")
+    if len(data) < 8 or length > min(LONGEST_HEADER, len(data) - 8):
+        raise ValueError("it is no safetensors file, or cut off")
+    try:
+        header = json.loads(data[8 : 8 + length])
+        entries = {name: _entry(**entry) for name, entry in header.items() if name != "__metadata__"}
+    except (TypeError, AttributeError, RecursionError, UnicodeDecodeError) as error:
+        raise ValueError("its header makes no sense") from error
+    body = memoryview(data)[8 + length :]
+    arrays = {}
+    for name, (kind, shape, begin, end) in entries.items():
+        if end > len(body):
+            raise ValueError(f"{name} lies beyond its end")
+        arrays[name] = np.frombuffer(body[begin:end], kind).reshape(shape).astype(np.float32)
+    return data, arrays
+
+
+def _entry(dtype: str, shape: list, data_offsets: list) -> tuple[np.dtype, tuple, int, int]:
+    """Kind, shape and place of one array."""
+    if dtype not in _KINDS:
+        raise ValueError(f"numbers of kind {dtype!r} are not read")
+    begin, end = data_offsets
+    if any(type(number) is not int or number < 0 for number in (*shape, begin, end)):
+        raise ValueError("a size is no whole number")
+    kind = np.dtype(_KINDS[dtype])
+    if begin > end or end - begin != math.prod(shape) * kind.itemsize:
+        raise ValueError("an array is not as large as it says")
+    return kind, tuple(shape), begin, end
