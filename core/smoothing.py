@@ -4,13 +4,14 @@ import numpy as np
 
 
 def gaussian(track: np.ndarray, sigma: float) -> np.ndarray:
-    """``(n,)`` float64: a track smoothed by a Gaussian of ``sigma`` samples, cut off at four of them."""
+    """``(n, ...)`` float64: smoothed along the first axis by a Gaussian of ``sigma`` samples, cut off at four of them."""
     track = np.asarray(track, float)
-    if not len(track):
+    if not track.size:
         return track
     reach = int(4 * sigma + 0.5)
     kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
-    return np.convolve(np.pad(track, reach, mode="edge"), kernel / kernel.sum(), mode="valid")
+    padded = np.pad(track, [(reach, reach)] + [(0, 0)] * (track.ndim - 1), mode="edge")
+    return np.apply_along_axis(np.convolve, 0, padded, kernel / kernel.sum(), mode="valid")
 
 
 def running_mean(track: np.ndarray, size: int) -> np.ndarray:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from . import asking, drawing
+from . import asking, drawing, stillness
 from .casting import Performers
 from .hearing import Heard
 
@@ -26,7 +26,8 @@ def perform(
         return windows.generate(generator, heard.features.slice, latents, seeds, heard.frames, checkpoint.window[0], *told)
     wishes = heard.wishes, heard.words, checkpoint.meanings, heard.frames
     asked = [asking.channels(*wishes, one.request.hand) for one in cast]
-    return drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told)
+    drawn = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told)
+    return np.stack([stillness.settle(motion) for motion in drawn])
 
 
 def known_by(checkpoint, heard: Heard, cast: Sequence[Performers]) -> tuple:

@@ -155,7 +155,7 @@ def direct(material: str, scene: Scene, number: int, take: int, seed: int) -> tu
     steady = 1 - 0.4 * scene.dominance
     trunk, head = (0.3 + 0.3 * performer.sway) * steady, (0.2 + 0.15 * performer.drift) * steady
     idle = int(random.integers(2**31))
-    texture = _idling(material).texture(len(time), idle, trunk, head, 0.8, scene.speaking(time))
+    texture = _idling(material).texture(len(time), idle, trunk, head, 0.35 + 0.25 * performer.sway, scene.speaking(time))
     ease = performance.resting_pose(performer)
     return performance.perform(performer, strokes, scene, ease, texture, random), strokes
 

@@ -13,11 +13,11 @@ _FIRST = 1.0
 """Seconds before which no stroke lands: the recording begins with the hands at rest."""
 _SOFT = 0.06
 """Width of the step from accents that are never answered to those that always are."""
-_MOOD = 0.2
+_MOOD = 0.24
 """Standard deviation of how much a phrase moves somebody to gesture: one take answers another phrase than the next."""
 _IN_CHAIN = 0.14
 """How much weaker an accent may be that goes on with a chain."""
-_WHIM = 0.13
+_WHIM = 0.18
 """Standard deviation of how much one accent, rather than its neighbours, calls for a stroke this time."""
 _MEANT = 0.7
 """How much a meaning adds to an accent's strength: what can be shown goes before beats."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...motion import limits, rest, skeleton
-from . import bearing, idling, variation
+from . import bearing, idling, pace, variation
 from .clips import Clip
 from .curves import ramp, smooth
 from .planning import Stroke
@@ -26,7 +26,7 @@ _APART = {"big": 16.0, "all": 8.0, "small": -14.0, "thing": -4.0, "unknown": 6.0
 _FAST = 330.0
 """Degrees a second that captured arms rarely exceed."""
 
-_BEATING, _OWN_BEAT = 0.4, 0.25
+_BEATING, _OWN_BEAT = 0.3, 0.25
 """Share of accents on which the arms beat a little, whatever else they do, and of those the share of one arm alone."""
 _LATE = 0.06
 """Seconds by which an idle arm follows the working one."""
@@ -61,7 +61,7 @@ def perform(
     arms, trunk = base.copy(), np.zeros((frames, 9, 3))
     for stroke in strokes:
         _lay(arms, trunk, base, stroke, time, performer.rest == "front" or stroke.perch is not None)
-    arms = smooth(arms, 0.05)
+    arms = smooth(pace.played(arms, pace.clock(strokes, scene, time)), 0.05)
     body = skeleton.MEAN_UNIT + trunk
     body[:, skeleton.ARM_EDGES] = arms[:, skeleton.ARM_EDGES]
     _small_beats(body, performer, scene, time, random)

@@ -25,7 +25,7 @@ class TrainConfig:
     steps: int = 30000
     seed: int = 1
     device: str = "cpu"  # "cpu", "cuda" or "mps"
-    precision: str = "32-true"  # or "bf16-mixed", for GPUs
+    precision: str = "32-true"  # or "bf16-mixed", for GPUs and for CPUs that calculate with it
     threads: int = 0  # of a process on the CPU; 0: torch's own choice
 
     batch: int = 32  # windows a step of each process; 64 run faster a window on a CPU, but take half the steps

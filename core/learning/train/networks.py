@@ -77,7 +77,7 @@ class Estimator(nn.Module):
         words = words * ~speechless[..., None]
         conditions = generator.conditions(generator.encode(mfcc, words, seeds, prosody, asked), style, time)
         mask = seeds[..., -1:]
-        mixed = torch.lerp(mixed, generator.numbers(seeds[..., :-1]), mask)
+        mixed = torch.lerp(mixed, generator.numbers(seeds[..., :-1]).to(mixed.dtype), mask)
         return Estimated(generator.velocity(mixed, mask, conditions), mu, logvar)
 
 

@@ -274,6 +274,13 @@ def test_all_switches_train_at_low_precision(settings, one_thread):
     assert tensors["generator/controls.weight"].shape == (16, 5)
 
 
+def test_a_flow_trains_at_low_precision(settings, one_thread):
+    figures = train(TrainConfig.from_dict({**settings, **FLOW, "precision": "bf16-mixed"}))
+    tensors = torch_tensors(f"{settings['out']}/{STATE}")
+    assert all(value.isfinite().all() for value in tensors.values()) and math.isfinite(figures["huber"])
+    assert {value.dtype for name, value in tensors.items() if name.startswith("generator")} == {torch.float32}
+
+
 def test_a_told_end_finishes_the_step_and_saves(settings):
     command = [sys.executable, "-m", "s2ag.core.learning.train", "--config", settings["out"] + ".json"]
     Path(command[-1]).write_text(json.dumps({**settings, "steps": 10**6}))

@@ -1,0 +1,28 @@
+"""Arms that hardly move come to rest: a network that draws from noise never leaves them quite still, as people do.
+
+What is slow is smoothed over half a second; what moves stays as it was drawn, and one leads into the other.
+"""
+
+import numpy as np
+
+from ..motion import rest, skeleton
+from ..smoothing import gaussian
+
+_STILL, _MOVING = 5.0, 26.0
+"""Degrees a second up to which an arm counts as waiting, and from which on as moving."""
+_LONG, _SHORT = 0.5, 0.12
+"""Standard deviations (s) over which a waiting arm's way is smoothed, and its speed is taken."""
+
+
+def settle(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
+    """Directions ``(frames, 9, 3)`` float32 whose waiting arms are still; upper arm and forearm wait together."""
+    result = np.array(directions, np.float32)
+    if len(result) < 2:
+        return result
+    for arm in (skeleton.ARM_EDGES[:2], skeleton.ARM_EDGES[2:]):
+        drawn = result[:, list(arm)].astype(float)
+        speed = np.degrees(np.linalg.norm(np.gradient(gaussian(drawn, _SHORT * fps), axis=0), axis=-1).max(axis=-1)) * fps
+        share = gaussian(np.clip((_MOVING - speed) / (_MOVING - _STILL), 0, 1), _SHORT * fps)
+        calm = skeleton.normalize(gaussian(drawn, _LONG * fps))
+        result[:, list(arm)] = rest.slerp(drawn, calm, share[:, None])
+    return result

@@ -1,0 +1,54 @@
+"""Arms that wait are still, arms that gesture are as they were drawn."""
+
+import numpy as np
+from s2ag.core.motion import rest, skeleton
+from s2ag.core.performance import stillness
+
+ARMS = list(skeleton.ARM_EDGES)
+
+
+def speeds(directions: np.ndarray) -> np.ndarray:
+    """Degrees a second ``(frames - 1, 9)``."""
+    cosine = (directions[1:].astype(float) * directions[:-1]).sum(-1)
+    return np.degrees(np.arccos(np.clip(cosine, -1, 1))) * skeleton.FPS
+
+
+def trembling(frames: int = 300) -> np.ndarray:
+    """A resting body whose arms tremble by half a degree."""
+    noise = np.random.default_rng(1).normal(0, np.radians(0.5), (frames, 9, 3))
+    return skeleton.normalize(rest.REST + noise).astype(np.float32)
+
+
+def test_waiting_arms_hardly_move():
+    drawn = trembling()
+    settled = stillness.settle(drawn)
+    assert np.median(speeds(drawn)[:, ARMS]) > 8
+    assert np.median(speeds(settled)[:, ARMS]) < 0.25 * np.median(speeds(drawn)[:, ARMS])
+    np.testing.assert_allclose(np.linalg.norm(settled, axis=-1), 1, atol=1e-5)
+
+
+def test_head_and_trunk_stay_as_they_were_drawn():
+    drawn = trembling()
+    others = [edge for edge in range(9) if edge not in ARMS]
+    np.testing.assert_array_equal(stillness.settle(drawn)[:, others], drawn[:, others])
+
+
+def test_a_stroke_keeps_its_size_and_its_time():
+    time = np.arange(300) / skeleton.FPS
+    stroke = np.exp(-0.5 * ((time - 10) / 0.25) ** 2)
+    drawn = trembling()
+    away = skeleton.normalize(rest.REST[8] + np.array([0.0, -0.5, 1.0]))
+    drawn[:, 8] = rest.slerp(drawn[:, 8].astype(float), away, stroke)
+    settled = stillness.settle(drawn)
+    before, after = (speeds(motion)[:, 8] for motion in (drawn, settled))
+    assert after.max() > 0.9 * before.max()
+    farthest = [int((motion[:, 8] @ away).argmax()) for motion in (drawn, settled)]
+    assert abs(farthest[1] - farthest[0]) <= 1
+    # the other arm waits meanwhile
+    assert np.median(speeds(settled)[:, 5]) < 0.25 * np.median(speeds(drawn)[:, 5])
+
+
+def test_short_motions_are_taken():
+    assert stillness.settle(trembling(2)).shape == (2, 9, 3)
+    one = trembling(1)
+    np.testing.assert_allclose(stillness.settle(one), one, atol=1e-6)
