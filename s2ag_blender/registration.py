@@ -11,6 +11,7 @@ from .ui import (
     engine_ops,
     handlers,
     learn,
+    menus,
     operators,
     panel,
     preferences,
@@ -37,12 +38,13 @@ CLASSES = (
     learn.S2AG_OT_learn,
     panel.S2AG_PT_gestures,
     *subpanels.CLASSES,
+    *menus.CLASSES,
     *engine_ops.CLASSES,
     *presets.CLASSES,
     *drop.CLASSES,
 )
-SYSTEMS = (translations, presets, command, handlers)
-"""Modules with parts of Blender that are no classes: tables of words, folders of presets, commands."""
+SYSTEMS = (translations, presets, command, menus, handlers)
+"""Modules with parts of Blender that are no classes: tables of words, folders of presets, commands, entries of menus."""
 
 
 def register():
@@ -51,7 +53,6 @@ def register():
         bpy.utils.register_class(cls)
     bpy.types.Object.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Settings, override={"LIBRARY_OVERRIDABLE"})
     bpy.types.WindowManager.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Session)
-    bpy.types.VIEW3D_MT_armature_add.append(panel.draw_add_menu)
     for system in SYSTEMS:
         system.register()
 
@@ -62,7 +63,6 @@ def unregister():
     for system in reversed(SYSTEMS):
         system.unregister()
     gesture.stop_engine()
-    bpy.types.VIEW3D_MT_armature_add.remove(panel.draw_add_menu)
     del bpy.types.WindowManager.s2ag
     del bpy.types.Object.s2ag
     for cls in reversed(CLASSES):

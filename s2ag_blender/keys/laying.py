@@ -80,7 +80,7 @@ class Laying:
     def _left_out(self) -> set[str]:
         parts = [part for name, parts in _PARTS.items() if name not in self.settings["parts"] for part in parts]
         if len(self.settings["parts"]) == 0:
-            raise UsageError("No part of the body is to be keyed.", "Choose parts under Advanced.")
+            raise UsageError("No part of the body is to be keyed.", "Choose parts under Body.")
         mapping = self._mapping() if parts else Mapping({})
         return {bone for part in parts for bone in mapping.chains.get(part, ())}
 

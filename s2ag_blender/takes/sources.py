@@ -41,7 +41,7 @@ def voice(settings, scene: bpy.types.Scene) -> Voice:
     """
     reason = missing(settings, scene)
     if reason:
-        raise UsageError(f"{reason}.", "The panel has it under Voice and Frames.")
+        raise UsageError(f"{reason}.", "The panel has it at its top or under Frames and Sound.")
     if settings.audio_source == "MIXDOWN":
         limits = _limits(settings, scene)
         return Voice(mixdown(scene, *limits), Span(limits[0], *limits), placed=True)

@@ -1,20 +1,20 @@
-"""The sidebar panel: who gestures, to what, how, on which frames; then one button, and what happens."""
+"""The sidebar panel: who gestures, to what, in which style; then one button, and what happens. The rest is below it."""
 
 import bpy
 
-from ...core.styles import AFFECTS
 from ..engine import errors_log, known
 from ..rig import readiness
 from ..takes import choices, preview, session, sources
 from ..takes.running import character
 from ..translations import told, told_error
 from . import presets
+from .operators import obstacle
 
 
 class Sidebar:
     """Where all panels of the extension are."""
 
-    bl_category = "S2AG"
+    bl_category = "Gestures"
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
 
@@ -42,8 +42,6 @@ class S2AG_PT_gestures(Sidebar, bpy.types.Panel):
         draw_voice(layout, settings, context.scene)
         draw_words(layout, settings, context)
         draw_style(layout, settings)
-        draw_affect(layout, settings)
-        draw_frames(layout, settings, context.scene)
         draw_run(layout, armature, context)
 
 
@@ -54,9 +52,7 @@ def draw_character(layout, armature) -> None:
     ready = readiness.known(armature)
     if ready is None:
         row.label(text="Looking for bones", icon="TIME")
-    elif ready.problem:
-        sentence(layout, ready.problem, "ERROR")
-    else:
+    elif not ready.problem:  # a problem stands beside the button that it greys
         icon = "CHECKMARK" if ready.found == len(ready.rows) else "INFO"
         row.label(text=told("{found} of {all} parts", found=ready.found, all=len(ready.rows)), icon=icon)
 
@@ -79,9 +75,6 @@ def draw_voice(layout, settings, scene) -> None:
         column.prop(settings, "sound_strip", icon="SOUND")
         if strip is not None and not settings.sound_strip:
             column.label(text=told("The only strip: {name}", name=strip.name), icon="SOUND")
-    reason = sources.missing(settings, scene)
-    if reason and not (settings.audio_source == "FILE" and not settings.audio):
-        column.label(text=reason, icon="INFO", translate=False)
 
 
 def draw_words(layout, settings, context) -> None:
@@ -113,7 +106,9 @@ def draw_recogniser(layout, context) -> None:
 
 
 def draw_beside(layout, settings, scene) -> None:
-    """Whether the words were found beside the recording."""
+    """Whether the words were found beside the recording; nothing before there is one."""
+    if sources.missing(settings, scene):
+        return
     recording = settings.audio
     if settings.audio_source == "MIXDOWN":
         recording = ""
@@ -129,53 +124,11 @@ def draw_beside(layout, settings, scene) -> None:
 
 
 def draw_style(layout, settings) -> None:
-    """Style, what it looks like, and a second one to blend in."""
+    """The style, by its name or as it is written."""
     column = layout.column()
     column.prop(settings, "style_pick")
     if choices.is_written(settings):
-        column.prop(settings, "style", text="Expression")
-        return
-    about = choices.description(settings)
-    if about:
-        for line in choices.wrapped(told(about)):
-            column.label(text=line, translate=False)
-    if not choices.can_blend(settings):
-        column.label(text="Random styles are not blended", icon="INFO")
-        return
-    column.prop(settings, "style_second_pick")
-    if settings.style_second:
-        column.prop(settings, "style_mix", slider=True)
-
-
-def draw_affect(layout, settings) -> None:
-    """Sliders of affect and gesture; greyed with the reason where the checkpoint lacks them."""
-    header, body = layout.panel("s2ag_affect")
-    header.label(text="Affect")
-    if body is None:
-        return
-    known = choices.control_names(settings.checkpoint)
-    body.prop(settings, "intensity", slider=True)
-    steered = body.column(align=True)
-    for name in (*AFFECTS, "rate", "hand"):
-        steered.prop(settings, name, slider=True)
-    body.prop(settings, "mirror")
-    # Greyed, not locked: whoever opens a file whose sliders are set must be able to set them back.
-    steered.active = bool(known)
-    if not known:
-        body.label(text="This checkpoint has intensity only", icon="INFO")
-
-
-def draw_frames(layout, settings, scene) -> None:
-    """Seed, number of takes, and frames."""
-    column = layout.column(align=True)
-    column.prop(settings, "seed")
-    column.prop(settings, "take_count")
-    column = layout.column()
-    column.prop(settings, "range")
-    if settings.range == "OWN" and settings.audio_source != "STRIP":
-        column.prop(settings, "start_frame")
-    elif settings.range == "OWN":
-        column.label(text="The strip tells the frames", icon="INFO")
+        column.prop(settings, "style", text="Mixture")
 
 
 def draw_run(layout, armature, context) -> None:
@@ -190,10 +143,7 @@ def draw_run(layout, armature, context) -> None:
         if known.STATE.error is not None:
             sentence(layout, told_error(known.STATE.error), "ERROR")
     elif run is None:
-        row = layout.row(align=True)
-        row.scale_y = 1.4
-        row.operator("s2ag.generate", icon="PLAY")
-        row.prop(context.window_manager.s2ag, "live", text="", icon="HIDE_OFF" if preview.is_on(context) else "HIDE_ON")
+        draw_button(layout, context)
     else:
         row = layout.row(align=True)
         text = told("Cancelling") if run.cancelled else told(run.stage).capitalize() or told("Waiting for the engine")
@@ -205,15 +155,21 @@ def draw_run(layout, armature, context) -> None:
         layout.operator("s2ag.open_log", icon="TEXT")
 
 
+def draw_button(layout, context) -> None:
+    """The button, why it is grey, and the switch of the live preview."""
+    column = layout.column(align=True)
+    row = column.row(align=True)
+    row.scale_y = 1.4
+    row.operator("s2ag.generate", icon="PLAY")
+    reason = obstacle(context)
+    if reason:
+        sentence(column, reason, "INFO")
+    icon = "HIDE_OFF" if preview.is_on(context) else "HIDE_ON"
+    column.prop(context.window_manager.s2ag, "live", toggle=True, icon=icon)
+
+
 def draw_engine_work(layout, work) -> None:
     """How far the engine's set-up is, with the button that stops it."""
     row = layout.row(align=True)
     row.progress(factor=work.value, text=told(work.stage, **work.names))
     row.operator("s2ag.engine_cancel", text="", icon="X")
-
-
-def draw_add_menu(self, context):
-    """Entries of the Add > Armature menu."""
-    self.layout.separator()
-    self.layout.operator("s2ag.add_human", icon="OUTLINER_OB_ARMATURE")
-    self.layout.operator("s2ag.add_mannequin", icon="ARMATURE_DATA")

@@ -10,6 +10,7 @@ from ...core.errors import S2agError
 from .. import compat
 from ..engine import known
 from ..translations import told, told_error
+from . import menus
 
 _WIDTH = 96
 
@@ -72,6 +73,7 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         if known.STATE.error is not None:
             _draw_error(layout)
         self._draw_options(layout, context)
+        menus.draw_key(layout, context)
 
     def _draw_buttons(self, layout):
         row = layout.row()

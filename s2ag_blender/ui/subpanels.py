@@ -1,9 +1,10 @@
-"""Panels below the main one: bones, layers and blending, takes, export, advanced."""
+"""Panels below the main one: takes, expression, frames and sound, layers, body, bones, export, advanced."""
 
 import bpy
 
+from ...core.styles import AFFECTS
 from ..rig import handpicked, readiness
-from ..takes import markers, takes
+from ..takes import choices, markers, takes
 from ..takes.running import character
 from ..translations import told
 from .panel import Sidebar, sentence
@@ -40,8 +41,12 @@ class S2AG_UL_takes(bpy.types.UIList):
 
 class S2AG_PT_takes(_Below, bpy.types.Panel):
     bl_label = "Takes"
+    bl_options = set()  # open at first: here is what the button makes
 
     def draw_settings(self, layout, armature, settings, context):
+        column = layout.column(align=True)
+        column.prop(settings, "seed")
+        column.prop(settings, "take_count")
         row = layout.row()
         row.template_list("S2AG_UL_takes", "", settings, "takes", settings, "active_take", rows=4)
         column = row.column(align=True)
@@ -54,6 +59,61 @@ class S2AG_PT_takes(_Below, bpy.types.Panel):
         column.operator("s2ag.vary", icon="MOD_NOISE")
         column.operator("s2ag.style_grid", icon="MESH_GRID")
         layout.operator("s2ag.recall_take", icon="LOOP_BACK")
+
+
+class S2AG_PT_expression(_Below, bpy.types.Panel):
+    bl_label = "Expression"
+
+    def draw_settings(self, layout, armature, settings, context):
+        draw_blend(layout, settings)
+        known = choices.control_names(settings.checkpoint)
+        layout.prop(settings, "intensity", slider=True)
+        steered = layout.column(align=True)
+        for name in (*AFFECTS, "rate", "hand"):
+            steered.prop(settings, name, slider=True)
+        layout.prop(settings, "mirror")
+        # Greyed, not locked: whoever opens a file whose sliders are set must be able to set them back.
+        steered.active = bool(known)
+        if not known:
+            layout.label(text="This checkpoint has intensity only", icon="INFO")
+
+
+def draw_blend(layout, settings) -> None:
+    """What the style looks like, and a second one to blend in."""
+    if choices.is_written(settings):
+        return
+    column = layout.column()
+    about = choices.description(settings)
+    for line in choices.wrapped(told(about)) if about else ():
+        column.label(text=line, translate=False)
+    if not choices.can_blend(settings):
+        column.label(text="Random styles are not blended", icon="INFO")
+        return
+    column.prop(settings, "style_second_pick")
+    if settings.style_second:
+        column.prop(settings, "style_mix", slider=True)
+
+
+class S2AG_PT_frames(_Below, bpy.types.Panel):
+    bl_label = "Frames and Sound"
+
+    def draw_settings(self, layout, armature, settings, context):
+        column = layout.column()
+        column.prop(settings, "range")
+        if settings.range == "OWN" and settings.audio_source != "STRIP":
+            column.prop(settings, "start_frame")
+        elif settings.range == "OWN":
+            column.label(text="The strip tells the frames", icon="INFO")
+        column = layout.column(heading="Add")
+        sound = column.column()
+        sound.active = settings.audio_source == "FILE" and settings.range != "STRIP"
+        sound.prop(settings, "add_sound")
+        if not sound.active:
+            sentence(column, told("The sequencer plays the voice already"), "INFO")
+        column.prop(settings, "add_markers")
+        if settings.add_markers or markers.ours(context.scene, settings.marker_prefix):
+            column.prop(settings, "marker_prefix")
+            layout.operator("s2ag.remove_markers", icon="MARKER")
 
 
 class S2AG_PT_layers(_Below, bpy.types.Panel):
@@ -73,16 +133,21 @@ class S2AG_PT_layers(_Below, bpy.types.Panel):
         ends.prop(settings, "end_pose")
         if layered:
             sentence(layout, told("A layer starts and ends in what is below it"), "INFO")
-        column = layout.column(heading="Add")
-        sound = column.column()
-        sound.active = settings.audio_source == "FILE" and settings.range != "STRIP"
-        sound.prop(settings, "add_sound")
-        if not sound.active:
-            sentence(column, told("The sequencer plays the voice already"), "INFO")
-        column.prop(settings, "add_markers")
-        if settings.add_markers or markers.ours(context.scene, settings.marker_prefix):
-            column.prop(settings, "marker_prefix")
-            layout.operator("s2ag.remove_markers", icon="MARKER")
+
+
+class S2AG_PT_body(_Below, bpy.types.Panel):
+    bl_label = "Body"
+
+    def draw_settings(self, layout, armature, settings, context):
+        layout.column().prop(settings, "parts")
+        column = layout.column(align=True)
+        for part, name in (("TORSO", "torso_strength"), ("HEAD", "head_strength"), ("CLAVICLES", "clavicle_strength")):
+            row = column.row()
+            row.active = part in settings.parts
+            row.prop(settings, name, slider=True)
+        column.prop(settings, "palms", slider=True)
+        if not {"TORSO", "HEAD", "CLAVICLES"} <= set(settings.parts):
+            layout.label(text="Greyed parts are not keyed", icon="INFO")
 
 
 class S2AG_PT_bone_map(_Below, bpy.types.Panel):
@@ -131,15 +196,6 @@ class S2AG_PT_advanced(_Below, bpy.types.Panel):
     bl_label = "Advanced"
 
     def draw_settings(self, layout, armature, settings, context):
-        layout.column().prop(settings, "parts")
-        column = layout.column(align=True)
-        for part, name in (("TORSO", "torso_strength"), ("HEAD", "head_strength"), ("CLAVICLES", "clavicle_strength")):
-            row = column.row()
-            row.active = part in settings.parts
-            row.prop(settings, name, slider=True)
-        column.prop(settings, "palms", slider=True)
-        if not {"TORSO", "HEAD", "CLAVICLES"} <= set(settings.parts):
-            layout.label(text="Greyed parts are not keyed", icon="INFO")
         layout.prop(settings, "key_step")
         layout.prop(settings, "checkpoint")
         layout.prop(settings, "language")
@@ -149,7 +205,10 @@ class S2AG_PT_advanced(_Below, bpy.types.Panel):
 CLASSES = (
     S2AG_UL_takes,
     S2AG_PT_takes,
+    S2AG_PT_expression,
+    S2AG_PT_frames,
     S2AG_PT_layers,
+    S2AG_PT_body,
     S2AG_PT_bone_map,
     S2AG_PT_export,
     S2AG_PT_advanced,

@@ -117,6 +117,17 @@ class Sheet:
     def separator(self, **_):
         pass
 
+    def menu(self, name, **_):
+        """Menus are drawn where they open."""
+        self.drawn.append((name, self))
+        getattr(bpy.types, name).draw(type("Stand", (), {"layout": self})(), bpy.context)
+
+    def menu_pie(self):
+        return self.column()
+
+    def operator_menu_enum(self, name, prop, **_):
+        assert prop in self.operator(name).__class__.__dict__, prop
+
     def popover(self, panel, **_):
         self.drawn.append((panel, self))
 
@@ -131,4 +142,9 @@ def drawn(*panels):
         if not hasattr(cls, "poll") or cls.poll(bpy.context):
             stand_in = type("Stand", (), {"layout": sheet, "draw_settings": getattr(cls, "draw_settings", None)})()
             cls.draw(stand_in, bpy.context)
+    return active(sheet)
+
+
+def active(sheet):
+    """What is drawn on a sheet, in its order: whether it is active."""
     return {what: all(layout.active for layout in (*where.above, where)) for what, where in sheet.drawn}

@@ -1,0 +1,96 @@
+"""What the panel's buttons do, once more in menus: where F3 finds it, and in a pie for a key of the user's own."""
+
+import bpy
+
+from ..takes.running import character
+
+PIE = "S2AG_MT_pie"
+_KEYS: list[tuple] = []  # the key map and the item of ours in it
+
+
+class S2AG_MT_gestures(bpy.types.Menu):
+    bl_idname = "S2AG_MT_gestures"
+    bl_label = "Gestures"
+
+    def draw(self, context):
+        layout = self.layout
+        layout.operator("s2ag.generate", icon="PLAY")
+        layout.prop(context.window_manager.s2ag, "live")
+        layout.separator()
+        for name, icon in (("reroll", "FILE_REFRESH"), ("vary", "MOD_NOISE"), ("style_grid", "MESH_GRID")):
+            layout.operator(f"s2ag.{name}", icon=icon)
+        layout.separator()
+        for name in ("keep_take", "delete_take", "delete_others", "recall_take"):
+            layout.operator(f"s2ag.{name}")
+        layout.separator()
+        for name in ("edit_bone_map", "reset_bone_map", "load_bone_map", "save_bone_map"):
+            layout.operator(f"s2ag.{name}")
+        layout.separator()
+        layout.operator("s2ag.remove_markers")
+        layout.operator_menu_enum("s2ag.export", "format", icon="EXPORT")
+        layout.operator("s2ag.learn")
+
+
+class S2AG_MT_pie(bpy.types.Menu):
+    bl_idname = PIE
+    bl_label = "Gestures"
+
+    def draw(self, context):
+        pie = self.layout.menu_pie()
+        pie.operator("s2ag.vary", icon="MOD_NOISE")
+        pie.operator("s2ag.reroll", icon="FILE_REFRESH")
+        pie.operator("s2ag.generate", icon="PLAY")
+        pie.operator("s2ag.style_grid", icon="MESH_GRID")
+        pie.operator("s2ag.delete_take", icon="REMOVE")
+        pie.operator("s2ag.recall_take", icon="LOOP_BACK")
+        pie.prop(context.window_manager.s2ag, "live")
+        pie.operator("s2ag.cancel", icon="X")
+
+
+def draw_in_animation(self, context):
+    """The entry in Object > Animation, which is Pose > Animation, too."""
+    if character(context) is not None:
+        self.layout.separator()
+        self.layout.menu(S2AG_MT_gestures.bl_idname)
+
+
+def draw_in_add(self, context):
+    """Entries of the Add > Armature menu."""
+    self.layout.separator()
+    self.layout.operator("s2ag.add_human", icon="OUTLINER_OB_ARMATURE")
+    self.layout.operator("s2ag.add_mannequin", icon="ARMATURE_DATA")
+
+
+def draw_key(layout, context) -> None:
+    """The key that opens the pie, to be set by the user: none at first. Drawn in the preferences."""
+    keys = context.window_manager.keyconfigs.user
+    for kmap in keys.keymaps if keys is not None else ():
+        for item in kmap.keymap_items:
+            if item.idname == "wm.call_menu_pie" and item.properties.name == PIE:
+                row = layout.row()
+                row.label(text="Pie Menu of Gestures")
+                row.prop(item, "type", text="", full_event=True)
+
+
+def register() -> None:
+    """Add the entries, and a key map item without a key."""
+    bpy.types.VIEW3D_MT_armature_add.append(draw_in_add)
+    bpy.types.VIEW3D_MT_object_animation.append(draw_in_animation)
+    keys = bpy.context.window_manager.keyconfigs.addon
+    if keys is not None:  # without a window there are none
+        kmap = keys.keymaps.new("3D View", space_type="VIEW_3D")
+        item = kmap.keymap_items.new("wm.call_menu_pie", "NONE", "PRESS")
+        item.properties.name = PIE
+        _KEYS.append((kmap, item))
+
+
+def unregister() -> None:
+    """Take all of it back."""
+    for kmap, item in _KEYS:
+        kmap.keymap_items.remove(item)
+    _KEYS.clear()
+    bpy.types.VIEW3D_MT_object_animation.remove(draw_in_animation)
+    bpy.types.VIEW3D_MT_armature_add.remove(draw_in_add)
+
+
+CLASSES = (S2AG_MT_gestures, S2AG_MT_pie)

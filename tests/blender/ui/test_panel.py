@@ -1,0 +1,92 @@
+"""The panel at a glance: what gesturing takes is above the button, nothing is claimed too early, menus have all of it."""
+
+import bpy
+from acted import Sheet, active, drawn
+from s2ag.s2ag_blender.rig import readiness
+from s2ag.s2ag_blender.takes import choices
+from s2ag.s2ag_blender.ui import menus, panel, subpanels
+
+FIRST = {"audio_source", "audio", "transcript_source", "transcript", "style_pick", "s2ag.generate", "live"}
+
+
+def words(shown):
+    return [what for what in shown if what not in FIRST and not what.startswith("s2ag")]
+
+
+def test_above_the_fold_are_recording_words_style_and_the_button(speaker, examples):
+    shown = drawn(panel.S2AG_PT_gestures)
+    assert [what for what in shown if what in FIRST] == [
+        *("audio_source", "audio", "transcript_source", "transcript", "style_pick", "s2ag.generate", "live")
+    ]
+    assert "No words: the audio alone gestures" in shown and len(shown) < 12
+    speaker.s2ag.audio = str(examples / "hello.flac")
+    assert "hello.txt beside the recording is used" in drawn(panel.S2AG_PT_gestures)
+
+
+def test_nothing_is_claimed_before_there_is_a_recording(figure):
+    readiness.of(figure)
+    assert words(drawn(panel.S2AG_PT_gestures)) == [figure.name, "9 of 9 parts", "Choose a recording"]
+
+
+def test_why_the_button_is_grey_stands_right_below_it(speaker):
+    def below():
+        shown = list(drawn(panel.S2AG_PT_gestures))
+        return shown[shown.index("s2ag.generate") + 1]
+
+    assert below() == "live"
+    for name, value, reason in (
+        ("audio", "gone.wav", "The recording is not there"),
+        ("audio_source", "STRIP", "The sequencer has no sound strip"),
+        ("audio_source", "MIXDOWN", "The sequencer has nothing to hear"),
+    ):
+        setattr(speaker.s2ag, name, value)
+        assert not bpy.ops.s2ag.generate.poll() and below() == reason
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert below() == "Leave edit mode first"
+
+
+def test_a_rig_that_cannot_gesture_says_so_once(extension):
+    bpy.ops.object.armature_add()
+    problem = readiness.of(bpy.context.active_object).problem
+    shown = list(drawn(panel.S2AG_PT_gestures))
+    lines = choices.wrapped(problem)
+    assert [what for what in shown if what in lines] == lines and shown.index(lines[0]) == shown.index("s2ag.generate") + 1
+
+
+def test_every_setting_is_in_some_panel(speaker):
+    """What moved out of the first panel is in one below it."""
+    speaker.s2ag.style_second, speaker.s2ag.add_markers, speaker.s2ag.result = "stern", True, "LAYER"
+    shown = drawn()
+    every = {prop.identifier for prop in speaker.s2ag.bl_rna.properties if not prop.is_hidden} - {"rna_type", "name"}
+    inside = {"style", "style_second", "takes", "active_take", "bone_map"}  # behind what shows them
+    other = {"sound_strip", "transcript_block", "typed"}  # of other sources
+    assert every - inside - other <= set(shown)
+
+
+def test_what_buttons_do_is_in_menus_too(figure):
+    """Blender's search looks through the menus."""
+
+    def entries(name):
+        sheet = Sheet()
+        for draw in getattr(bpy.types, name)._dyn_ui_initialize():
+            if draw.__module__.startswith("s2ag."):
+                draw(type("Stand", (), {"layout": sheet})(), bpy.context)
+        return active(sheet)
+
+    in_menus = set(entries("VIEW3D_MT_object_animation")) | set(entries("VIEW3D_MT_armature_add"))
+    pressed = {what for what in drawn() if what.startswith("s2ag.")} | {"s2ag.keep_take", "s2ag.remove_markers"}
+    assert pressed <= in_menus | {"s2ag.engine_setup", "s2ag.open_log"} and "live" in in_menus
+    bpy.context.view_layer.objects.active = None
+    assert not entries("VIEW3D_MT_object_animation")
+
+
+def test_a_pie_for_a_key_of_the_users_own(figure):
+    sheet = Sheet()
+    menus.S2AG_MT_pie.draw(type("Stand", (), {"layout": sheet})(), bpy.context)
+    assert len(sheet.drawn) == 8 and {"s2ag.generate", "live", "s2ag.cancel"} <= set(active(sheet))
+
+
+def test_the_tab_says_what_it_is_for(extension):
+    every = [panel.S2AG_PT_gestures, *[one for one in subpanels.CLASSES if issubclass(one, bpy.types.Panel)]]
+    assert {one.bl_category for one in every} == {"Gestures"}
+    assert {one.bl_parent_id for one in every[1:]} == {"S2AG_PT_gestures"}
