@@ -21,6 +21,7 @@ from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
 
+from ..core import json_text
 from ..core.errors import RigUnusable
 from ..core.files import whole_file
 from .detect import ROWS
@@ -28,6 +29,8 @@ from .family import Switch
 from .plain import Finding, Mapping, spoken
 
 VERSION = 1
+LARGEST = 1_000_000
+"""Bytes of a map."""
 NOTES = ("armature", "family", "comment")
 REMEDY = "s2ag rig CHARACTER --save map.json writes a map to start from."
 
@@ -36,18 +39,13 @@ def load(path: str | PathLike) -> Mapping:
     """Read a map. Raises :class:`RigUnusable` with the first thing that is wrong with the file."""
     path = Path(path)
     try:
-        text = path.read_text("utf-8-sig")
+        data = json_text.read(path, LARGEST, once=True)
     except FileNotFoundError:
         raise RigUnusable(f"The bone map {path} does not exist.", f"Check its path; {REMEDY}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise RigUnusable(f"The bone map {path} cannot be read: {error}.", "Save it as a text file in UTF-8.") from error
-    try:
-        data = json.loads(text, object_pairs_hook=_once)
-    except json.JSONDecodeError as error:
-        where = f"line {error.lineno}, column {error.colno}"
-        raise RigUnusable(f"The bone map {path} is no JSON: {error.msg} at {where}.", "Correct that line.") from error
-    except ValueError as error:
-        raise RigUnusable(f"The bone map {path} names {error} twice.", "Keep one of the two lines.") from error
+    except OSError as error:
+        raise RigUnusable(f"The bone map {path} cannot be read: {error.strerror}.", "Save it as a text file.") from error
+    except json_text.NotJson as error:
+        raise RigUnusable(f"The bone map {path} is no JSON: {error}.", "Correct that line, or save it in UTF-8.") from error
     return parse(data, f"The bone map {path}")
 
 
@@ -119,16 +117,6 @@ def table(mapping: Mapping) -> str:
 
 
 _ALWAYS = frozenset(row for row in ROWS if not row.endswith("_twist"))
-
-
-def _once(pairs: list[tuple[str, object]]) -> dict:
-    """An object of JSON; of two equal keys Python would silently keep the last."""
-    found: dict = {}
-    for key, value in pairs:
-        if key in found:
-            raise ValueError(json.dumps(key, ensure_ascii=False))
-        found[key] = value
-    return found
 
 
 def _chain(value: object, row: str, where: str) -> tuple[str, ...]:

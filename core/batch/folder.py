@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
+from .. import json_text
 from ..errors import S2agError
 from ..files import whole_file
 
@@ -138,7 +139,7 @@ def _digest(path: str, _size: int, _written: int) -> str:
 
 def _read(path: Path) -> dict | None:
     try:
-        content = json.loads(path.read_text("utf-8"))
+        content = json_text.read(path)
     except (OSError, ValueError):
         return None  # absent, or not ours: the stage is done again
     return content if isinstance(content, dict) else None

@@ -9,6 +9,7 @@ import unicodedata
 from dataclasses import dataclass, fields
 from pathlib import Path
 
+from .. import json_text
 from ..errors import ManifestUnusable, S2agError
 from ..performance import sampling
 from ..words.beside import beside
@@ -105,8 +106,8 @@ def _json_rows(text: str) -> tuple[list[tuple[int, dict]], list[Problem]]:
         if not content.strip():
             continue
         try:
-            row = json.loads(content)
-        except (ValueError, RecursionError) as error:
+            row = json_text.parse(content)
+        except json_text.NotJson as error:
             problems.append(Problem(line, f"This is not JSON: {error}."))
             continue
         if not isinstance(row, dict):

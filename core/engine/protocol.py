@@ -5,9 +5,11 @@ Both ends use this module; it needs nothing but the standard library, because on
 
 import json
 
-from .. import errors
+from .. import errors, json_text
 
 VERSION = 1
+LARGEST = 16_000_000
+"""Bytes of a line; an hour of words with their times takes half a megabyte."""
 METHODS = ("hello", "synthesize", "styles", "cancel", "shutdown")
 
 
@@ -23,8 +25,8 @@ def encode(message: dict) -> bytes:
 def decode(line: bytes) -> dict:
     """The message in ``line``; raises :class:`NotProtocol`."""
     try:
-        message = json.loads(line.decode("utf-8"))
-    except (ValueError, RecursionError) as error:
+        message = json_text.parse(line, LARGEST)
+    except json_text.NotJson as error:
         raise NotProtocol(f"not JSON: {line[:80]!r}") from error
     if not isinstance(message, dict):
         raise NotProtocol(f"not a JSON object: {line[:80]!r}")

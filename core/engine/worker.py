@@ -234,12 +234,19 @@ def _styles(params: dict) -> list:
 
 def _lines(descriptor: int):
     """Lines of a file descriptor until end of file, read without a lock that could outlive the thread."""
-    rest = b""
+    rest, size = [], 0
     while chunk := os.read(descriptor, 65536):
-        *lines, rest = (rest + chunk).split(b"\n")
-        yield from lines
-    if rest:
-        yield rest
+        *lines, last = chunk.split(b"\n")
+        for line in lines:
+            yield b"".join((*rest, line))
+            rest, size = [], 0
+        size += len(last)
+        if size <= protocol.LARGEST:
+            rest.append(last)
+        else:  # too long for :func:`protocol.decode`, and so is what is kept of it
+            rest = [b" " * (protocol.LARGEST + 1)]
+    if size:
+        yield b"".join(rest)
 
 
 def _first_line(error: Exception) -> str:

@@ -1,10 +1,9 @@
 """The facts of a checkpoint, from the JSON beside its weights: styles can be listed without loading the network."""
 
-import json
 from os import PathLike
 from pathlib import Path
 
-from .. import styles
+from .. import json_text, styles
 from ..errors import CheckpointUnreadable
 
 DEFAULT = Path(__file__).parents[1] / "assets" / "default.safetensors"
@@ -22,7 +21,7 @@ def read_facts(path: Path) -> dict:
     if not path.is_file():
         raise CheckpointUnreadable(f"There is no checkpoint {path}.", REMEDY)
     try:
-        facts = json.loads(facts_path(path).read_text(encoding="utf-8"))
+        facts = json_text.read(facts_path(path))
     except (OSError, ValueError) as error:
         raise CheckpointUnreadable(f"{facts_path(path)} is missing or no JSON.", REMEDY) from error
     if not isinstance(facts, dict) or facts.get("format") != FORMAT:

@@ -8,6 +8,7 @@ from os import PathLike
 
 import numpy as np
 
+from .. import json_text
 from ..errors import MotionUnreadable
 from ..files import whole_file
 from . import skeleton
@@ -86,8 +87,8 @@ class Motion:
                 motion = cls(
                     np.asarray(directions, np.float32),
                     float(data["fps"]),
-                    tuple((str(word), float(start), float(end)) for word, start, end in json.loads(str(data["words"]))),
-                    json.loads(str(data["meta"])),
+                    tuple((str(word), float(start), float(end)) for word, start, end in json_text.parse(str(data["words"]))),
+                    json_text.parse(str(data["meta"])),
                     Hands.read(data, len(directions)),
                     Pelvis.read(data, len(directions)),
                 )

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import styles
+from .. import json_text, styles
 from ..errors import SampleUnreadable, UsageError
 from ..files import whole_file
 from ..model.catalogue import describe
@@ -66,7 +66,7 @@ class Sheet:
     def load(cls, path: str | PathLike) -> "Sheet":
         """Read what :meth:`save` wrote; raises :class:`SampleUnreadable`."""
         try:
-            content = json.loads(Path(path).read_text("utf-8"))
+            content = json_text.read(path)
             if content["format"] != FORMAT:
                 raise ValueError("another format")
             cells = [Cell(**{name: one[name] for name in Cell.__dataclass_fields__}) for one in content["cells"]]

@@ -1,13 +1,12 @@
 """The paper's figures from the answers: how many rated 4 or 5, with confidence intervals (section 5.5). numpy alone."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 
+from .. import json_text
 from ..errors import UsageError
 from .build import QUESTIONS
 
@@ -133,7 +132,7 @@ def _interval(values: np.ndarray) -> list[float]:
 
 def _json(path: str | PathLike) -> dict:
     try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
+        content = json_text.read(path)
     except (OSError, ValueError) as error:
         raise UsageError(f"{path} cannot be read as JSON.", "Give the files that the study wrote.") from error
     if not isinstance(content, dict):

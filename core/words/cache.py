@@ -6,6 +6,7 @@ import json
 import os
 from pathlib import Path
 
+from .. import json_text
 from ..errors import OutputUnwritable
 from ..files import whole_file
 
@@ -46,7 +47,7 @@ class Cache:
             return None
         path = self._path(key)
         try:
-            value = json.loads(path.read_text(encoding="utf-8"))
+            value = json_text.read(path, self._limit)
         except (OSError, ValueError):  # never kept, or damaged: it is made again
             return None
         with contextlib.suppress(OSError):  # another process may just have cleared it

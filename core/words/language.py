@@ -1,11 +1,11 @@
 """Another language for the aligner: its code, so that eSpeak NG pronounces words, or a folder with what pocketsphinx needs."""
 
 import importlib.util
-import json
 import re
 from os import PathLike
 from pathlib import Path
 
+from .. import json_text
 from ..errors import EngineMissing, TranscriptUnreadable
 
 _REMEDY = "See docs/transcripts.md, Other languages."
@@ -99,8 +99,8 @@ def fingerprint(model: dict | None) -> list:
 
 def _letters(path: Path) -> dict[str, str]:
     try:
-        letters = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
+        letters = json_text.read(path)
+    except (OSError, json_text.NotJson) as error:
         raise TranscriptUnreadable(f"{path} is not valid JSON.", _REMEDY) from error
     if not isinstance(letters, dict) or not all(isinstance(value, str) and key for key, value in letters.items()):
         raise TranscriptUnreadable(f"{path} does not map letters to phones.", 'Write {"sch": "SH", "a": "AA", ...}.')

@@ -7,8 +7,8 @@ makes it unusable, or null) or the ``error`` (kind, message, remedy). Exit statu
 
 import json
 import sys
-from pathlib import Path
 
+from ...core import json_text
 from ...core.errors import UsageError
 from .. import program
 
@@ -47,7 +47,7 @@ def survey(character: str, gender: str = "female", armature: str | None = None, 
 
 def _read(path: str) -> dict:
     try:
-        content = json.loads(Path(path).read_text("utf-8"))
+        content = json_text.read(path)
         if not KEYS >= set(content) >= {"character"}:
             raise ValueError(f"its keys are {sorted(content)}")
     except (OSError, ValueError, TypeError) as error:

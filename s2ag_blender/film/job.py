@@ -6,13 +6,13 @@ or ``error`` (kind, message, remedy). Exit status 0, or 2 after an error.
 """
 
 import contextlib
-import json
 import sys
 from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
 
+from ...core import json_text
 from ...core.errors import UsageError
 from ...core.files import check_output
 from ...core.motion import skeleton
@@ -75,7 +75,7 @@ class Job:
     def read(cls, path: str | Path) -> "Job":
         """Read a job file; raises :class:`UsageError`."""
         try:
-            return cls.of(json.loads(Path(path).read_text("utf-8")))
+            return cls.of(json_text.read(path))
         except (OSError, ValueError, TypeError, AttributeError) as error:
             raise UsageError(f"{path} is not a job: {error}", "Let s2ag animate write it.") from error
 

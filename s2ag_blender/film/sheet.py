@@ -5,7 +5,6 @@ The job is a JSON object: ``cells``, each with ``motion`` (``.npz``), ``row``, `
 are those of :mod:`job`.
 """
 
-import json
 import tempfile
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from ...core import json_text
 from ...core.errors import UsageError
 from ...core.files import check_output, whole_file
 from ...core.motion.motion import Motion
@@ -72,7 +72,7 @@ def perform(content: dict, voice: program.Voice) -> dict:
 
 def _read(path: str) -> dict:
     try:
-        content = json.loads(Path(path).read_text("utf-8"))
+        content = json_text.read(path)
         for key in ("cells", "audio", "fps", "outputs"):
             content[key]
         return content

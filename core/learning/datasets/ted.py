@@ -1,6 +1,5 @@
 """TED Gesture from the folder that :mod:`ted_export` writes (reference sections B and D.1)."""
 
-import json
 import zipfile
 from collections.abc import Iterator
 from os import PathLike
@@ -8,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ... import json_text
 from ...errors import CorpusUnreadable, UsageError
 from ...motion import skeleton
 from ...sound.audio import SAMPLE_RATE
@@ -41,7 +41,7 @@ def recordings(folder: str | PathLike, split: str = "original", tell: Tell = lam
 
 def _video(path: Path, split: str | None) -> Iterator[Recording]:
     try:
-        video = json.loads(path.read_text(encoding="utf-8"))
+        video = json_text.read(path)
         with np.load(path.with_suffix(".npz"), allow_pickle=False) as arrays:
             for number, clip in enumerate(video["clips"]):
                 poses, sound = arrays[f"{number}.skeletons_3d"], arrays[f"{number}.audio_raw"]

@@ -1,11 +1,11 @@
 """Words with times in the forms that data sets have: Google's JSON, Praat's TextGrid, our list, plain text."""
 
-import json
 import re
 from pathlib import Path
 
 import numpy as np
 
+from ... import json_text
 from ...errors import CorpusUnreadable
 
 Word = tuple[str, float, float]
@@ -19,7 +19,7 @@ def read(path: Path, audio: np.ndarray) -> list[Word]:
         if path.suffix == ".TextGrid":
             return textgrid(path)
         if path.suffix == ".json":
-            content = json.loads(path.read_text(encoding="utf-8-sig"))
+            content = json_text.read(path)
             return google(content) if _is_google(content) else [(str(w), float(a), float(b)) for w, a, b in content]
     except (OSError, ValueError, TypeError, KeyError, IndexError) as error:
         reason = " ".join(str(error).split())[:100]

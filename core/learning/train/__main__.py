@@ -1,10 +1,10 @@
 """Command line of training: ``python -m s2ag.core.learning.train --data corpus --out DIR --minutes 30``."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 
+from ... import json_text
 from ...errors import S2agError, UsageError
 from ...threads import share_cores
 
@@ -46,7 +46,7 @@ def _read(path: Path | None) -> dict:
     if path is None:
         return {}
     try:
-        settings = json.loads(path.read_text(encoding="utf-8"))
+        settings = json_text.read(path)
     except (OSError, ValueError) as error:
         raise UsageError(f"{path} cannot be read as JSON: {error}.", "Mend it or leave --config out.") from error
     if not isinstance(settings, dict):

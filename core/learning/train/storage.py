@@ -23,6 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ... import json_text
 from ...errors import CorpusUnreadable, OutputUnwritable
 
 FORMAT = 2
@@ -73,7 +74,7 @@ def load_arrays(folder: str | PathLike) -> tuple[dict[str, np.ndarray], dict]:
     """All arrays of a corpus, memory-mapped and read-only, and its meta; raises :class:`CorpusUnreadable`."""
     folder = Path(folder)
     try:
-        meta = json.loads((folder / META).read_text(encoding="utf-8"))
+        meta = json_text.read(folder / META)
         if not isinstance(meta, dict) or meta.get("format") != FORMAT:
             raise ValueError(f"it is not of format {FORMAT}")
         arrays = {path.stem: np.load(path, mmap_mode="r", allow_pickle=False) for path in sorted(folder.glob("*.npy"))}

@@ -1,8 +1,8 @@
 """JSON of speech recognisers and aligners: told apart by their keys, read into items."""
 
-import json
 from pathlib import Path
 
+from ... import json_text
 from ...errors import TranscriptUnreadable
 from .items import Item, Source, times
 
@@ -15,9 +15,9 @@ _END = ("end", "endTime", "end_time", "endOffset", "end_offset")
 def parse(content: str, path: Path) -> Source:
     """Items of a JSON text. Raises :class:`TranscriptUnreadable`."""
     try:
-        data = json.loads(content.lstrip("\ufeff"))
-    except (ValueError, RecursionError) as error:
-        raise TranscriptUnreadable(f"{path} is not valid JSON.", _REMEDY) from error
+        data = json_text.parse(content)
+    except json_text.NotJson as error:
+        raise TranscriptUnreadable(f"{path} is not valid JSON: {error}.", _REMEDY) from error
     for form, reader in _FORMS:
         items = reader(data, path)
         if items is not None:
