@@ -15,7 +15,7 @@ from pathlib import Path
 from ..engine import protocol
 from ..errors import BlenderUnavailable
 
-ENTRY = Path(__file__).parents[2] / "s2ag_blender" / "entry.py"
+ENTRY = Path(__file__).parents[1] / "start.py"
 LAST_WORDS = 30
 """Lines of Blender's own output that are shown when it fails."""
 

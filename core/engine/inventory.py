@@ -79,5 +79,11 @@ def _device() -> str:
     return f"cpu ({other} unused)" if other else "cpu"
 
 
-if __name__ == "__main__":
+def main(_arguments: list[str] = ()) -> int:
+    """Print what there is."""
     print(json.dumps(take()))
+    return 0
+
+
+if __name__ == "__main__":
+    main()

@@ -254,7 +254,7 @@ def _first_line(error: Exception) -> str:
     return f"{type(error).__name__}: {text[0][:200]}" if text else f"{type(error).__name__}."
 
 
-def main() -> int:
+def main(_arguments: list[str] = ()) -> int:
     """Take standard input and output for the protocol, so that no library's chatter or child process can touch them."""
     share_cores()
     requests, replies = os.dup(0), os.dup(1)

@@ -28,7 +28,7 @@ GRACE = 10.0
 PAUSE = 0.02
 """Seconds between looks while waiting."""
 
-_ROOT = Path(__file__).parents[2]  # not resolved: a linked checkout keeps the name of its link
+_START = Path(__file__).parents[2] / "core" / "start.py"
 _PATHS = ("audio", "transcript", "checkpoint", "vectors", "output_dir")
 _AGAIN = "Try again: it starts anew by itself."
 
@@ -54,14 +54,12 @@ def find_interpreter(python: str | os.PathLike | None = None) -> str:
     )
 
 
-def module_command(python: str, module: str) -> tuple[list[str], Path]:
-    """The command that runs ``module`` of this package in ``python``, and the folder it must run in.
+def module_command(python: str, module: str) -> list[str]:
+    """The command that runs ``module`` of this package in ``python``, where it need not be installed.
 
-    The package need not be installed there. Raises :class:`WorkerFailed` where the folder around it cannot be a package.
+    The Python that runs this is isolated from what the user's variables say of another one.
     """
-    if "." in _ROOT.name:
-        raise WorkerFailed(f"The folder {_ROOT.name} cannot be run as a Python package.", "Rename it to one without dots.")
-    return [python, "-m", f"{_ROOT.name}.{module}"], _ROOT.parent
+    return [python, "-I" if python == sys.executable else "-P", os.fspath(_START), "--", module]
 
 
 class Job:
@@ -107,6 +105,8 @@ class WorkerClient:
         self._patience = patience
         self._command = command
         self._process: _Process | None = None
+        self.ships = not (python or command or os.environ.get("S2AG_PYTHON"))
+        """Whether it is the engine that ships, in the Python that runs this."""
         self._numbers = itertools.count(1)
         self._jobs: dict[int, Job] = {}
         self._heard = 0.0
@@ -126,7 +126,7 @@ class WorkerClient:
         """Send a request and return at once; raises :class:`WorkerFailed` if no worker can be started."""
         self.pump()
         if self._process is None:
-            self._process = _Process(*self._start_with())
+            self._process = _Process(self._start_with())
         if not self._jobs:
             self._heard = time.monotonic()
         job = Job(self, next(self._numbers), method)
@@ -184,10 +184,8 @@ class WorkerClient:
         if process:
             process.end()
 
-    def _start_with(self) -> tuple[list[str], Path]:
-        if self._command:
-            return self._command, Path.cwd()
-        return module_command(find_interpreter(self._python), "core.engine.worker")
+    def _start_with(self) -> list[str]:
+        return self._command or module_command(find_interpreter(self._python), "core.engine.worker")
 
     def _take(self, message: object) -> None:
         """One item of the inbox: bytes are a line of the protocol, text is a line of the log, None the end."""
@@ -253,13 +251,12 @@ class WorkerClient:
 class _Process:
     """A worker process with a thread for each of its three pipes, so that nobody ever waits for a pipe."""
 
-    def __init__(self, command: list[str], folder: Path):
+    def __init__(self, command: list[str]):
         environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONSAFEPATH")}
         # A terminal's Ctrl-C goes to the whole group: the client decides what it means, not the worker.
         try:
             self._popen = subprocess.Popen(
                 command,
-                cwd=folder,
                 env=environment,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,

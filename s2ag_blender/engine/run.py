@@ -30,11 +30,10 @@ _CHECK = "Try the engine"
 class Program:
     """A child process whose output is read in a thread, line by line; dies with all its own children."""
 
-    def __init__(self, command: list[str], folder: Path | None = None, variables: dict | None = None):
+    def __init__(self, command: list[str], variables: dict | None = None):
         try:
             self._popen = subprocess.Popen(
                 command,
-                cwd=folder,
                 env=variables,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
@@ -75,7 +74,7 @@ class Check:
         self.result: dict | None = None
         self.error: S2agError | None = None
         self._said: deque[str] = deque(maxlen=40)
-        self._program = Program(*setup.inventory_command(python))
+        self._program = Program(setup.inventory_command(python))
 
     @property
     def done(self) -> bool:
@@ -126,8 +125,7 @@ class Setup:
             message = f"{plan.environment} cannot be made: {error.strerror or error}."
             raise SetupFailed(message, "Choose a user folder for Blender that can be written to.") from error
         self._variables = setup.clean_environment(self._temporary, plan.wheels)
-        check, folder = setup.inventory_command(setup.python_in(plan.environment))
-        self._steps = [(plan.make, None), (plan.fill, None), (check, folder)]
+        self._steps = [plan.make, plan.fill, setup.inventory_command(setup.python_in(plan.environment))]
         self._program: Program | None = None
         try:
             self._begin()
@@ -171,10 +169,10 @@ class Setup:
             self._fail(Cancelled("Cancelled."))
 
     def _begin(self) -> None:
-        command, folder = self._steps[0]
+        command = self._steps[0]
         self._temporary.mkdir(exist_ok=True)
         self._write(f"$ {' '.join(command)}")
-        self._program = Program(command, folder, self._variables)
+        self._program = Program(command, self._variables)
 
     def _hear(self) -> None:
         filling = len(self._steps) == 2

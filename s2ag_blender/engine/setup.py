@@ -228,8 +228,8 @@ def clean_environment(place: Path, wheels: Path | None) -> dict:
     return variables
 
 
-def inventory_command(python: str | os.PathLike) -> tuple[list[str], Path]:
-    """Command and working folder that print what ``python`` has for the engine."""
+def inventory_command(python: str | os.PathLike) -> list[str]:
+    """The command that prints what ``python`` has for the engine."""
     return module_command(os.fspath(python), "core.engine.inventory")
 
 

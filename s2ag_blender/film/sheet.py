@@ -1,4 +1,6 @@
-"""Many takes in one picture: light figures in a grid, rendered at once with Workbench: ``entry.py -- sheet SHEET.json``.
+"""Many takes in one picture: light figures in a grid, rendered at once with Workbench.
+
+``start.py -- s2ag_blender.film.sheet JOB.json`` makes it.
 
 The job is a JSON object: ``cells``, each with ``motion`` (``.npz``), ``row``, ``column`` and ``label`` (two lines of text);
 ``audio`` or null, ``fps``, and ``outputs``: ``.mp4`` for a film, ``.png`` for a contact sheet of stills. Events and exit status

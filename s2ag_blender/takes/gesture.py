@@ -5,8 +5,8 @@ import bpy
 from ...core.errors import UsageError
 from ...core.motion.motion import Motion
 from ...core.styles import AFFECTS
-from ..engine import errors_log
-from ..engine.client import Job, WorkerClient
+from ..engine import asking, errors_log
+from ..engine.client import WorkerClient
 from ..engine.known import interpreter
 from . import choices, sources
 
@@ -56,18 +56,18 @@ def request(settings, audio: str = "") -> dict:
     return params
 
 
-def start(context, params: dict) -> Job:
+def start(context, params: dict) -> asking.Asked:
     """Ask for gestures and return at once."""
-    return engine(context).request("synthesize", params)
+    return asking.Asked(engine(context), params)
 
 
-def cancel(job: Job | None) -> None:
-    """Ask the engine to drop a job; nothing in the file has been touched."""
+def cancel(job: asking.Asked | None) -> None:
+    """Drop a job; nothing in the file has been touched."""
     if job is not None and _engine is not None:
-        _engine.cancel(job)
+        job.cancel()
 
 
-def poll(job: Job, progress) -> dict | None:
+def poll(job: asking.Asked, progress) -> dict | None:
     """The finished job's result with its motions loaded, or None while it runs; raises the error it ended with."""
     if not job.poll():
         progress(job.stage, job.value)
@@ -77,7 +77,7 @@ def poll(job: Job, progress) -> dict | None:
 
 def call(context, params: dict, progress=None) -> dict:
     """Ask for gestures and wait: the headless way."""
-    return _loaded(engine(context).call("synthesize", params, progress))
+    return _loaded(asking.call(engine(context), params, progress))
 
 
 def export(context, armature, path: str) -> None:

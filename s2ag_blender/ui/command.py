@@ -10,15 +10,13 @@ import os
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import bpy
 
 from ...core.errors import Cancelled, S2agError
-from ..engine import known, setup
+from ..engine import client, known, setup
 from . import engine_ops
 
-_ENTRY = Path(__file__).parents[1] / "entry.py"
 FAILED, INTERRUPTED = 2, 130
 
 
@@ -62,7 +60,7 @@ def _verb(arguments: list[str]) -> int:
     variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONSAFEPATH")}
     if bpy.app.binary_path:
         variables["S2AG_BLENDER"] = bpy.app.binary_path
-    process = subprocess.Popen([python, "-P", str(_ENTRY), "--", "core.cli.main", *arguments], env=variables)
+    process = subprocess.Popen([*client.module_command(python, "core.cli.main"), *arguments], env=variables)
     with _handling(signal.SIGTERM, lambda *_: process.terminate()):
         while True:
             with contextlib.suppress(KeyboardInterrupt):

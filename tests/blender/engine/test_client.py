@@ -217,9 +217,3 @@ def test_interpreter_is_the_named_one_or_an_error_with_a_remedy(monkeypatch):
     with pytest.raises(WorkerFailed) as caught:
         find_interpreter()
     assert "S2AG_PYTHON" in caught.value.remedy
-
-
-def test_folder_that_is_no_package_name_is_refused(monkeypatch, tmp_path):
-    monkeypatch.setattr(module, "_ROOT", tmp_path / "s2ag-1.0")
-    with pytest.raises(WorkerFailed, match="s2ag-1.0"):
-        WorkerClient(python=sys.executable).call("hello")

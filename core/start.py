@@ -1,8 +1,10 @@
-"""Starts a module of this package: ``blender -b --python entry.py -- MODULE ARGUMENTS``, or the same in Python with bpy.
+"""Starts a module of this package by the path of this file: ``python start.py -- MODULE ARGUMENTS``, or the same with
+``blender -b --python``.
 
-``MODULE`` is named from the package's root: ``s2ag_blender.film.job``, or ``core.cli.main``, the command line.
+``MODULE`` is named from the package's root: ``core.engine.worker``, ``core.cli.main``, ``s2ag_blender.film.job``.
 
-Blender's own Python has no package called s2ag, so the tree around this file is made one, without touching ``sys.path``.
+Blender's own Python has no package called s2ag, and where Blender starts helpers with it, it is isolated from paths and the
+working folder; so the tree around this file is made a package, without touching ``sys.path``.
 """
 
 import importlib
