@@ -84,11 +84,11 @@ class Record:
 
     def read(self, key: str) -> dict | None:
         """The facts of a finished stage, or None unless it was made from ``key`` and all its files are there."""
-        content = _read(self.path)
-        if content is None or content.get("key") != key:
+        content = _read(self.path) or {}
+        files, facts = content.get("files"), content.get("facts")
+        if content.get("key") != key or not isinstance(files, dict) or not isinstance(facts, dict):
             return None
-        sizes = content["files"].items()
-        return content["facts"] if all(_size(self.folder.root / path) == size for path, size in sizes) else None
+        return facts if all(_size(self.folder.root / path) == size for path, size in files.items()) else None
 
     def write(self, key: str, files: list[Path], facts: dict) -> None:
         """Say that the stage is done; a failure of before is forgotten."""

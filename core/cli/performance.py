@@ -38,7 +38,7 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
 def add_models(parser: argparse.ArgumentParser) -> None:
     """The options that name another network and other models of language, and where word times are kept."""
     add_checkpoint(parser)
-    vectors = "word vectors (FastText .bin, .kv or .vec) instead of the shipped ones"
+    vectors = "word vectors (FastText or word2vec .bin, .vec) instead of the shipped ones"
     parser.add_argument("--vectors", metavar="FILE", type=Path, help=vectors)
     code = "language of the transcript, as in de; needs the extra s2ag[languages] (see docs/transcripts.md)"
     parser.add_argument("--language", metavar="CODE", help=code)

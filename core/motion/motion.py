@@ -2,19 +2,21 @@
 
 import io
 import json
-import zipfile
 from dataclasses import dataclass, field, replace
 from os import PathLike
 
 import numpy as np
 
-from .. import json_text
+from .. import json_text, npz
 from ..errors import MotionUnreadable
 from ..files import whole_file
 from . import skeleton
 from .curves import between
 from .hands import Hands
 from .pelvis import Pelvis
+
+FASTEST = 1000.0
+"""Frames a second of a motion file, at most."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,7 @@ class Motion:
     def load(cls, path: str | PathLike) -> "Motion":
         """Read what :meth:`save` wrote; raises :class:`MotionUnreadable`."""
         try:
-            with np.load(path) as data:
+            with npz.opened(path) as data:
                 directions = data["directions"]
                 motion = cls(
                     np.asarray(directions, np.float32),
@@ -92,7 +94,9 @@ class Motion:
                     Hands.read(data, len(directions)),
                     Pelvis.read(data, len(directions)),
                 )
-        except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+                if not 0 < motion.fps <= FASTEST or not isinstance(motion.meta, dict):
+                    raise ValueError("its rate or its facts are none")
+        except (OSError, npz.NotArrays) as error:
             raise MotionUnreadable(f"{path} is not a motion file.", "Make one with: s2ag synth AUDIO -o OUT.npz") from error
         if directions.ndim != 3 or directions.shape[1:] != (9, 3) or not len(directions) or not np.isfinite(directions).all():
             raise MotionUnreadable(

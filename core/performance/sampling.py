@@ -14,6 +14,8 @@ from ..files import whole_file
 from ..model.catalogue import describe
 
 FORMAT = 1
+MOST = 10_000
+"""Cells of a sheet."""
 _REMEDY = "Make one with: s2ag sample AUDIO -o SHEET.mp4"
 
 
@@ -71,9 +73,27 @@ class Sheet:
                 raise ValueError("another format")
             cells = [Cell(**{name: one[name] for name in Cell.__dataclass_fields__}) for one in content["cells"]]
             known = {name: content[name] for name in cls.__dataclass_fields__ if name in content}
-            return cls(**{**known, "cells": cells})
+            sheet = cls(**{**known, "cells": cells})
+            sheet.check()
+            return sheet
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise SampleUnreadable(f"{path} is not a sample.", _REMEDY) from error
+
+
+    def check(self) -> None:
+        """Raise ValueError or TypeError for what no sample holds."""
+        texts = (self.audio, self.checkpoint, self.transcript or "", self.text or "", *(one.style for one in self.cells))
+        wholes = [number for one in self.cells for number in (one.row, one.column, one.seed, one.take)]
+        flags = self.mirror, self.recognise
+        kinds = ((texts, str), (wholes, int), (flags, bool), ((self.intensity, self.hand), int | float))
+        if not all(type(value) in getattr(kind, "__args__", (kind,)) for values, kind in kinds for value in values):
+            raise TypeError("a value of another kind")
+        if not self.cells or len(self.cells) > MOST or min(wholes) < 0:
+            raise ValueError("no cells, or too many")
+        for one in self.cells:
+            points = np.array(one.latent, float)
+            if points.ndim != 2 or not points.size or not np.isfinite(points).all():
+                raise ValueError("a latent that is no list of points")
 
 
 def perform(session, request, every_style: Sequence[str], takes: int, progress=lambda stage, value: None):

@@ -35,6 +35,8 @@ def read(files: Sequence[str | PathLike], key: str | PathLike) -> Answers:
     try:
         conditions, excerpts, clips = tuple(known["conditions"]), tuple(known["excerpts"]), known["clips"]
         study = known["id"]
+        if not isinstance(clips, dict) or not all(isinstance(name, str) for name in (study, *conditions, *excerpts)):
+            raise TypeError("names that are no texts")
     except (KeyError, TypeError) as error:
         raise UsageError(f"{key} is no key of a study.", "Give the key.json that s2ag study make wrote.") from error
     people: dict[int, dict[str, np.ndarray]] = {}
@@ -47,7 +49,7 @@ def read(files: Sequence[str | PathLike], key: str | PathLike) -> Answers:
             if number in people:
                 raise UsageError(f"Participant {number} occurs twice.", "Leave one of the files out.")
             people[number] = _ratings(content["answers"], clips, conditions, excerpts)
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
             raise UsageError(
                 f"{file} holds no answers of this study ({error}).", "Give the files that the page saved."
             ) from error

@@ -1,4 +1,4 @@
-"""The user's own word vectors through gensim: FastText ``.bin``, word2vec ``.bin``, gensim ``.kv``, text ``.vec``."""
+"""The user's own word vectors through gensim: FastText ``.bin``, word2vec ``.bin`` and text ``.vec``, which hold no code."""
 
 from pathlib import Path
 
@@ -38,11 +38,10 @@ def read(path: Path) -> Keyed:
 
     name = str(path)
     try:
-        if path.suffix == ".kv":
-            vectors = KeyedVectors.load(name)
-        elif path.suffix == ".bin" and _is_fasttext(path):
+        if path.suffix == ".bin" and _is_fasttext(path):
             vectors = load_facebook_vectors(name)
         else:
+            _fits(path)
             vectors = KeyedVectors.load_word2vec_format(name, binary=path.suffix == ".bin")
         width = vectors.vector_size
     except Exception as error:  # gensim lets struct, unpickling, Unicode and value errors through
@@ -54,6 +53,15 @@ def read(path: Path) -> Keyed:
             f"{path} holds {width}-dimensional vectors; the network reads {DIMENSIONS}.", "Choose vectors of 300 dimensions."
         )
     return Keyed(vectors)
+
+
+def _fits(path: Path) -> None:
+    """Raise ValueError where the first line of a word2vec file promises more than can be there: gensim takes that much."""
+    with open(path, "rb") as file:
+        count, width = map(int, file.readline(100).split())
+    each = 4 if path.suffix == ".bin" else 2
+    if count < 0 or not 0 < width <= 10_000 or count * width * each > path.stat().st_size:
+        raise ValueError("it is cut off")
 
 
 def _is_fasttext(path: Path) -> bool:

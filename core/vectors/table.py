@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import npz
 from ..errors import VectorsUnreadable
 from ..words.spelling import normalise, spoken
 
@@ -33,10 +34,9 @@ class WordVectors:
 
     @classmethod
     def load(cls, path: str | PathLike | None = None) -> "WordVectors":
-        """The shipped vectors, or a user's file: our ``.npz``, FastText or word2vec ``.bin``, gensim ``.kv``, ``.vec``.
+        """The shipped vectors, or a user's file: our ``.npz``, FastText or word2vec ``.bin``, ``.vec``.
 
-        All but ``.npz`` need gensim. A ``.kv`` is a Python pickle: load only files whose maker you trust. Raises
-        :class:`VectorsUnreadable`.
+        All but ``.npz`` need gensim. Raises :class:`VectorsUnreadable`.
         """
         path = Path(path) if path is not None else SHIPPED
         check(path)
@@ -104,8 +104,11 @@ def check(path: str | PathLike) -> None:
     path = Path(path)
     if not path.is_file():
         raise VectorsUnreadable(f"The word vectors {path} do not exist.", "Check the name, or use the shipped ones.")
-    if path.suffix not in (".npz", ".bin", ".kv", ".vec"):
-        raise VectorsUnreadable(f"{path} is no known kind of word vectors.", "Use .npz, .bin, .kv or .vec.")
+    if path.suffix == ".kv":
+        remedy = 'If you trust its maker: KeyedVectors.load("a.kv").save_word2vec_format("a.bin", binary=True) in Python.'
+        raise VectorsUnreadable(f"{path} is a pickle, a program that would run when it is read.", remedy)
+    if path.suffix not in (".npz", ".bin", ".vec"):
+        raise VectorsUnreadable(f"{path} is no known kind of word vectors.", "Use .npz, .bin or .vec.")
     if path.suffix != ".npz" and importlib.util.find_spec("gensim") is None:
         raise VectorsUnreadable(f"{path} needs gensim, which is not installed.", 'Install it with: pip install "s2ag[vectors]"')
 
@@ -123,7 +126,7 @@ class Packed:
     def read(cls, path: Path) -> "Packed":
         """Raises :class:`VectorsUnreadable` for anything but a packed file."""
         try:
-            with np.load(path, allow_pickle=False) as data:
+            with npz.opened(path) as data:
                 packed = cls({key: data[key] for key in data.files})
             packed.rows(np.array([0, len(packed.key_to_index) - 1]))
             packed.guess("word")

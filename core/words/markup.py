@@ -5,6 +5,7 @@ Stage directions, tags and speakers' names are left out. Three marks are kept fo
 """
 
 import re
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -26,6 +27,10 @@ _SOUND = re.compile(
 _LABEL = re.compile(r"^[ \t]*(?:-[ \t]*)?(?:>>[ \t]*)?([^\W\d_][\w.'’ -]{0,30}?)[ \t]*:(?=[ \t]|$)", re.MULTILINE)
 _CHEVRONS = re.compile(r"^[ \t]*>>+", re.MULTILINE)
 _PHRASE_END = re.compile(r"[.,;:!?…][\"'”’»)\]]*$")
+_LONGEST = 200
+"""Letters of a word; patterns take the square of it."""
+_MOST = 16
+"""Hints that may stand at one place."""
 _SCALES = {"thousand", "million", "billion", "trillion"}
 
 
@@ -69,7 +74,7 @@ def read(text: str, said: Callable[[str], list[str]] = spoken) -> Marked:
         if piece[0] == "\ue000":
             reader.event(int(piece[1:]))
         else:
-            reader.word(piece, shouting)
+            reader.word(piece[:_LONGEST], shouting)
     return reader.finished()
 
 
@@ -88,7 +93,7 @@ class _Reader:
         if _PAUSE.fullmatch(piece):
             self._close()
             self.marks.append(Mark("pause", here, here))
-        elif piece[0] == "{" and piece[1:-1].strip():
+        elif piece[0] == "{" and piece[1:-1].strip() and len(self._open) < _MOST:
             self._open.append((here, " ".join(piece[1:-1].lower().split())))
 
     def word(self, piece: str, shouting: bool) -> None:
@@ -141,11 +146,11 @@ def _shouts(text: str) -> bool:
 
 def _without_labels(text: str) -> str:
     """Names of speakers at the beginnings of lines go: those in capitals, with a number, or that come again."""
-    names = [match[1] for match in _LABEL.finditer(text)]
+    names = Counter(match[1] for match in _LABEL.finditer(text))
 
     def strip(match: re.Match) -> str:
         name = match[1]
-        sure = (name.isupper() and len(name) > 1) or re.fullmatch(r"(?i)speaker[ _]?\w{1,3}", name) or names.count(name) > 1
+        sure = (name.isupper() and len(name) > 1) or re.fullmatch(r"(?i)speaker[ _]?\w{1,3}", name) or names[name] > 1
         return " " if sure and len(name.split()) <= 3 else match[0]
 
     return _CHEVRONS.sub(" ", _LABEL.sub(strip, text))

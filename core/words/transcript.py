@@ -11,7 +11,7 @@ from ..sound import audio
 from . import align, language, markup, readers, spelling
 from .aligner import engines
 from .cache import Cache, key
-from .readers.items import Item
+from .readers.items import LONGEST, Item
 
 Word = tuple[str, float, float]
 
@@ -139,13 +139,14 @@ class _Script:
         self.warnings: list[str] = []
         self._duration, self._model, late = duration, model, 0
         items = source.items
+        ends, starts = _around(items)
         for number, item in enumerate(items):
             if item.start is not None and item.start >= duration:
                 late += len(tokenise(item.text, model))
             elif item.word:
                 self._fix(item)
             else:
-                self._loosen(item, items, number)
+                self._loosen(item, ends[number], starts[number], len(items) == 1)
         if late:
             plural = "s" if late > 1 else ""
             what = f"{late} word{plural} of the transcript {'lie' if late > 1 else 'lies'} after the end of the recording"
@@ -157,16 +158,15 @@ class _Script:
             self.fixed[len(self.tokens)] = (item.start, min(item.end, self._duration))
             self.tokens.append((item.text.strip(), [part for _, parts in said for part in parts]))
 
-    def _loosen(self, item: Item, items: list[Item], number: int) -> None:
+    def _loosen(self, item: Item, before: float, after: float, alone: bool) -> None:
         """Put the words of a phrase where it says, or between what its neighbours say, together with the phrase before."""
         marked = _marked(item.text, self._model)
         if not marked.tokens:
             return
         here = len(self.tokens)
         if item.start is None:
-            start = next((other.end for other in reversed(items[:number]) if other.end is not None), 0.0)
-            end = next((other.start for other in items[number + 1 :] if other.start is not None), float("inf"))
-            if len(items) == 1:
+            start, end = before, after
+            if alone:
                 self.marks += marked.marks
         else:
             start, end = item.start, item.end
@@ -174,7 +174,8 @@ class _Script:
         end = max(min(end, self._duration), start)
         last = self.stretches[-1] if self.stretches else None
         if last and self._joins(last, start, end, here):
-            self.stretches[-1] = align.Stretch(last.words + words, last.start, max(last.end, end))
+            last.words.extend(words)
+            self.stretches[-1] = align.Stretch(last.words, last.start, max(last.end, end))
         else:
             start = max(start, last.end) if last else start
             self.stretches.append(align.Stretch(words, start, max(end, start)))
@@ -197,6 +198,18 @@ class _Script:
         return [span for span, _ in ordered], [sure for _, sure in ordered]
 
 
+def _around(items: list[Item]) -> tuple[list[float], list[float]]:
+    """For every item the last end before it and the first start after it that are known: 0 and infinity where none is."""
+    ends, starts, end, start = [], [], 0.0, float("inf")
+    for item in items:
+        ends.append(end)
+        end = end if item.end is None else item.end
+    for item in reversed(items):
+        starts.append(start)
+        start = start if item.start is None else item.start
+    return ends, starts[::-1]
+
+
 def _placed(sound: np.ndarray, script: _Script, progress, ways: Ways) -> align.Alignment | None:
     """The alignment of a script's loose words, from the cache if it has been made before."""
     if not script.loose:
@@ -205,8 +218,11 @@ def _placed(sound: np.ndarray, script: _Script, progress, ways: Ways) -> align.A
     name = key("align", align.VERSION, engines.switched(), audio.digest(sound), asked, language.fingerprint(ways.model))
     kept = ways.cache.get(name)
     try:
-        spans = [(float(start), float(end)) for start, end in kept["spans"]]
-        return align.Alignment(spans, kept["confidence"], kept["complaint"])
+        spans = [_span(start, end) for start, end in kept["spans"]]
+        sure = [float(one) for one in kept["confidence"]]
+        if not len(spans) == len(sure) == sum(len(part.words) for part in script.stretches):
+            raise ValueError("of other words")
+        return align.Alignment(spans, sure, str(kept["complaint"]))
     except (TypeError, KeyError, ValueError):  # nothing kept, or by a hand other than ours
         pass
     found = align.place(sound, script.stretches, progress, ways.model)
@@ -222,11 +238,26 @@ def _recognised(sound: np.ndarray, progress, ways: Ways) -> list[Item]:
     code = (ways.model or {}).get("voice")
     name = key("recognise", recognise.VERSION, audio.digest(sound), str(ways.recogniser or ""), code or "")
     kept = ways.cache.get(name)
-    if isinstance(kept, list):
-        return [Item(text, start, end, word) for text, start, end, word in kept]
+    try:
+        return [_item(*one) for one in kept]
+    except (TypeError, ValueError):  # nothing kept, or by a hand other than ours
+        pass
     items = recognise.recognise(sound, progress, ways.recogniser, code)
     ways.cache.put(name, [[item.text, item.start, item.end, item.word] for item in items])
     return items
+
+
+def _item(text, start, end, word) -> Item:
+    if not isinstance(text, str):
+        raise TypeError("no text")
+    return Item(text, *_span(start, end), bool(word))
+
+
+def _span(start, end) -> tuple[float, float]:
+    start, end = float(start), float(end)
+    if not 0 <= start <= end < LONGEST:
+        raise ValueError("no times")
+    return start, end
 
 
 def _trouble(ways: Ways) -> list[str]:

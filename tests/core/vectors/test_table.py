@@ -1,3 +1,4 @@
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -107,18 +108,42 @@ def own():
     return keyed
 
 
-@pytest.mark.parametrize("suffix", [".kv", ".vec", ".bin"])
+@pytest.mark.parametrize("suffix", [".vec", ".bin"])
 def test_own_vectors(own, tmp_path, suffix):
     path = tmp_path / f"mine{suffix}"
-    if suffix == ".kv":
-        own.save(str(path))
-    else:
-        own.save_word2vec_format(str(path), binary=suffix == ".bin")
+    own.save_word2vec_format(str(path), binary=suffix == ".bin")
     loaded = WordVectors.load(path)
     assert list(loaded.key_to_index) == ["so", "Here", "big"]
     np.testing.assert_allclose(loaded.vector("SO"), own["so"], atol=1e-6)
     np.testing.assert_allclose(loaded.vector("Here"), own["Here"], atol=1e-6)
     assert not loaded.vector("unknown").any()
+
+
+class Trap:
+    """What runs when it is unpickled."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return open, (str(self.path), "w")
+
+
+@pytest.mark.parametrize("name", ["mine.kv", "mine.bin", "mine.vec", "mine.npz"])
+def test_no_pickle_is_ever_run(tmp_path, name):
+    (tmp_path / name).write_bytes(pickle.dumps(Trap(tmp_path / "trace")))
+    with pytest.raises(VectorsUnreadable):
+        WordVectors.load(tmp_path / name)
+    assert not (tmp_path / "trace").exists()
+
+
+@pytest.mark.parametrize("head", ["999999999 300", "3 999999999", "-1 300", "x"])
+def test_a_first_line_that_promises_too_much_costs_nothing(tmp_path, head):
+    pytest.importorskip("gensim", reason="gensim is not installed")
+    for name in ("mine.bin", "mine.vec"):
+        (tmp_path / name).write_bytes(head.encode() + b"\nword 0.5\n")
+        with pytest.raises(VectorsUnreadable, match="cannot be read"):
+            WordVectors.load(tmp_path / name)
 
 
 def gensim_sample(name):

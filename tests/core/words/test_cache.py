@@ -33,7 +33,11 @@ def test_the_same_again_is_not_aligned_again(sound, examples, tmp_path, counted)
     assert sorted(path.suffix for path in (tmp_path / "kept").iterdir()) == [".json"] * 3
 
 
-@pytest.mark.parametrize("damage", ["", "{", "[]", '{"spans": 3}', '{"spans": [[0]], "confidence": [], "complaint": ""}'])
+LITTLE = '{"spans": [[0]], "confidence": [], "complaint": ""}'
+BAD = json.dumps({"spans": [[2, 1]] * 35, "confidence": [{}] * 35, "complaint": 3})
+
+
+@pytest.mark.parametrize("damage", ["", "{", "[]", '{"spans": 3}', LITTLE, BAD, "[" * 9999])
 def test_a_damaged_file_is_made_again(sound, examples, tmp_path, counted, damage):
     pytest.importorskip("pocketsphinx")
     ways = transcript.Ways(Cache(tmp_path))
@@ -42,6 +46,22 @@ def test_a_damaged_file_is_made_again(sound, examples, tmp_path, counted, damage
     path.write_text(damage)
     assert transcript.hear(sound, examples / "hello.txt", ways=ways) == first and len(counted) == 2
     assert json.loads(path.read_text())["spans"]
+
+
+@pytest.mark.parametrize("damage", ["[[1,2,3,4]]", "[[]]", '[["a", 2, 1, 0]]', '[["a", null, 1, 0]]', "[3]", "[" * 9999])
+def test_what_the_recogniser_heard_is_heard_again_if_it_is_damaged(sound, tmp_path, monkeypatch, damage):
+    """The recogniser itself is not asked: this is about what was kept of it."""
+    from s2ag.core.words import recognise
+    from s2ag.core.words.readers.items import Item
+
+    heard = [Item("so this is what it is", 0.5, 2.0)]
+    monkeypatch.setattr(recognise, "recognise", lambda *arguments: list(heard))
+    ways = transcript.Ways(Cache(tmp_path), recognise=True)
+    assert transcript._recognised(sound, None, ways) == heard
+    (path,) = tmp_path.iterdir()
+    path.write_text(damage)
+    assert transcript._recognised(sound, None, ways) == heard
+    assert json.loads(path.read_text())
 
 
 def test_a_dead_aligner_is_not_remembered(sound, examples, tmp_path, monkeypatch):
