@@ -70,13 +70,18 @@ class WorkerFailed(S2agError):
     """The worker died, hung or answered with something other than the protocol."""
 
 
+_FULL = ("torch", "safetensors", "pocketsphinx")
+"""Packages of the extra ``full``; those of ``engine`` are smaller."""
+
+
 class EngineMissing(S2agError):
     """A package that the engine needs is not installed."""
 
     @classmethod
     def of(cls, error: ModuleNotFoundError) -> "EngineMissing":
         """The same news for people."""
-        return cls(f"The Python package {error.name} is not installed.", 'Install the engine with: pip install "s2ag[engine]"')
+        extra = "full" if error.name in _FULL else "engine"
+        return cls(f"The Python package {error.name} is not installed.", f'Install it with: pip install "s2ag[{extra}]"')
 
 
 class Cancelled(S2agError):

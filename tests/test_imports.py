@@ -126,6 +126,6 @@ def test_doctor_knows_the_versions_of_torch():
     from s2ag.core.cli.checks import TORCH
 
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
-    wanted = next(line for line in project["project"]["optional-dependencies"]["engine"] if line.startswith("torch"))
+    wanted = next(line for line in project["project"]["optional-dependencies"]["full"] if line.startswith("torch"))
     first, beyond = (".".join(map(str, version)) for version in TORCH)
     assert wanted == f"torch>={first},<{beyond}"

@@ -19,7 +19,7 @@ from . import blender
 
 TORCH = (2, 4), (2, 14)
 """First version of torch that works, first that has not been tried; as in pyproject.toml."""
-ENGINE = 'pip install "s2ag[engine]"'
+ENGINE, FULL = 'pip install "s2ag[engine]"', 'pip install "s2ag[full]"'
 VECTORS = Path(__file__).parents[1] / "assets" / "words.npz"
 SPACE = 1e9
 """Bytes that the frames of a minute of film and its temporary files may need."""
@@ -42,8 +42,8 @@ def all_checks() -> Iterator[Check]:
     yield Check("python", sys.version_info >= (3, 11), version, "Use Python 3.11 or newer.")
     yield _package("numpy", "numpy", "pip install numpy")
     yield _torch()
-    yield _package("safetensors", "safetensors", ENGINE)
-    yield _package("av", "av", ENGINE)
+    yield _package("safetensors", "safetensors", f"For other networks: {FULL}", required=False)
+    yield _package("av", "av", f"For all recordings but WAV: {ENGINE}", required=False)
     yield _aligner()
     yield _vectors()
     yield _checkpoint()
@@ -66,17 +66,17 @@ def _package(name: str, module: str, remedy: str, required: bool = True) -> Chec
 
 
 def _torch() -> Check:
-    found = _package("torch", "torch", ENGINE)
+    found = _package("torch", "torch", f"For --backend torch and other networks: {FULL}", required=False)
     if not found.ok:
         return found
     numbers = tuple(int(part) for part in re.findall(r"\d+", found.detail)[:2])
     first, beyond = TORCH
-    remedy = f"Versions from {first[0]}.{first[1]} to before {beyond[0]}.{beyond[1]} are known to work: {ENGINE}"
-    return Check("torch", first <= numbers < beyond, found.detail, remedy)
+    remedy = f"Versions from {first[0]}.{first[1]} to before {beyond[0]}.{beyond[1]} are known to work: {FULL}"
+    return Check("torch", first <= numbers < beyond, found.detail, remedy, required=False)
 
 
 def _aligner() -> Check:
-    found = _package("pocketsphinx", "pocketsphinx", ENGINE)
+    found = _package("pocketsphinx", "pocketsphinx", f"For other models of speech: {FULL}", required=False)
     if not found.ok:
         return found
     import pocketsphinx
@@ -96,7 +96,7 @@ def _cache() -> Check:
     cache = Cache(default_folder())
     files, size = cache.size()
     detail = f"{files} files, {size / 1e6:.1f} MB in {cache.folder}" if cache.folder else "off: words are placed anew each time"
-    return Check("word times", cache.folder is not None, detail, "Unset S2AG_CACHE, or install platformdirs.", required=False)
+    return Check("word times", cache.folder is not None, detail, "Unset S2AG_CACHE.", required=False)
 
 
 def _vectors() -> Check:

@@ -4,6 +4,8 @@ import shutil
 import sys
 import time
 
+_WIDTH = 40
+
 
 def say(sentence: str) -> None:
     """One line on stderr, marked as ours."""
@@ -23,39 +25,35 @@ class Progress:
     """
 
     def __init__(self):
-        self._bar = None
-        self._stage = ""
+        self._shown, self._stage, self._percent, self._began = False, None, 0, 0.0
 
     def __enter__(self):
-        if sys.stderr is not None and sys.stderr.isatty():
-            try:
-                from tqdm import tqdm
-            except ModuleNotFoundError:  # Blender's own Python has none, and nobody watches it
-                return self
-            bar = "{desc:<20}{percentage:3.0f}% |{bar:40}| {elapsed}"
-            # Some terminals claim to have no columns and rows at all; the standard library then says 80 by 24.
-            width, height = shutil.get_terminal_size()
-            looks = {"bar_format": bar, "ncols": width - 1, "nrows": height, "leave": False}
-            self._bar = tqdm(total=100, file=sys.stderr, **looks)
+        self._shown = sys.stderr is not None and sys.stderr.isatty()
         return self
 
     def __exit__(self, *_):
-        if self._bar is not None:
-            self._bar.close()
-            self._bar = None
+        if self._shown:
+            self._write("")
+            self._shown = False
 
     def __call__(self, stage: str, value: float) -> None:
-        if self._bar is None:
+        if not self._shown:
             return
         percent = int(100 * min(value, 1.0))
         if stage != self._stage:
-            self._stage = stage
-            self._bar.reset()
-            self._bar.set_description_str(stage, refresh=False)
-        elif percent <= self._bar.n:
+            self._stage, self._began = stage, time.monotonic()
+        elif percent <= self._percent:
             return
-        self._bar.n = percent
-        self._bar.refresh()
+        self._percent = percent
+        done = percent * _WIDTH // 100
+        bar = "#" * done + " " * (_WIDTH - done)
+        self._write(f"{stage:<20}{percent:3d}% |{bar}| {clock(time.monotonic() - self._began)}")
+
+    def _write(self, line: str) -> None:
+        # Some terminals claim to have no columns at all; the standard library then says 80.
+        width = shutil.get_terminal_size().columns - 1
+        sys.stderr.write(f"\r{' ' * width}\r{line[:width]}")
+        sys.stderr.flush()
 
 
 class TimeLeft:

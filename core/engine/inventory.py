@@ -5,6 +5,7 @@ Blender runs this with the interpreter it found and shows the answer in the pref
 
 import importlib
 import importlib.metadata
+import importlib.util
 import json
 import os
 import platform
@@ -19,12 +20,12 @@ PACKAGES = {
     "safetensors": "safetensors",
     "av": "av",
     "pocketsphinx": "pocketsphinx",
-    "tqdm": "tqdm",
     "pysubs2": "pysubs2",
     "praatio": "praatio",
-    "platformdirs": "platformdirs",
 }
-"""Distribution name -> module, of everything that the worker imports."""
+"""Distribution name -> module, of everything that the worker imports where it is there."""
+NEEDED = ("numpy",)
+"""Without these there is no engine; each of the others adds something."""
 
 
 def take() -> dict:
@@ -61,8 +62,10 @@ def _version(distribution: str) -> str:
 
 
 def _problem() -> str:
-    """The first package that does not import: being listed is not enough, its libraries may be missing."""
+    """The first package that is needed or installed and does not import: its libraries may be missing."""
     for name, module in PACKAGES.items():
+        if name not in NEEDED and importlib.util.find_spec(module) is None:
+            continue
         try:
             importlib.import_module(module)
         except (ImportError, OSError) as error:
@@ -73,6 +76,8 @@ def _problem() -> str:
 
 def _device() -> str:
     """Where the network runs, and what else there is."""
+    if importlib.util.find_spec("torch") is None:
+        return "cpu"
     import torch
 
     other = "CUDA" if torch.cuda.is_available() else "Metal" if torch.backends.mps.is_available() else ""

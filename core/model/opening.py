@@ -4,7 +4,7 @@ import hashlib
 from os import PathLike
 from pathlib import Path
 
-from ..errors import CheckpointUnreadable, S2agError, UsageError
+from ..errors import CheckpointUnreadable, EngineMissing, S2agError, UsageError
 from .catalogue import DEFAULT, REMEDY, facts_path, read_facts
 from .config import ModelConfig
 from .light import network, weights
@@ -67,6 +67,5 @@ def _by_torch(path: Path, device: str) -> Loaded:
     try:
         from . import by_torch
     except ModuleNotFoundError as error:
-        message = f"Networks of this kind, and the backend torch, need the Python package {error.name}, which is not installed."
-        raise UsageError(message, 'Install it with: pip install "s2ag[full]"', "EngineMissing") from error
+        raise EngineMissing.of(error) from error
     return by_torch.load(path, device)

@@ -4,6 +4,7 @@ import contextlib
 import hashlib
 import json
 import os
+import sys
 from pathlib import Path
 
 from .. import json_text
@@ -24,10 +25,19 @@ def default_folder() -> Path | None:
     if named:
         return Path(named)
     try:
-        import platformdirs
-    except ModuleNotFoundError:  # a bare engine: everything works, only not twice as fast
+        return _users() / "words"
+    except RuntimeError:  # nobody's process: it has no home
         return None
-    return Path(platformdirs.user_cache_dir("s2ag", appauthor=False)) / "words"
+
+
+def _users() -> Path:
+    """The user's folder for what can be made again, where each platform wants it."""
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "s2ag" / "Cache"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "s2ag"
+    named = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(named) if os.path.isabs(named) else Path.home() / ".cache") / "s2ag"
 
 
 class Cache:

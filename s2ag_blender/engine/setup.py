@@ -115,7 +115,8 @@ def requirements(recognise: bool = False) -> list[str]:
 
     project = tomllib.loads((_ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     extras = project["optional-dependencies"]
-    return project["dependencies"] + extras["engine"] + extras["languages"] + (extras["recognise"] if recognise else [])
+    full = [line for line in extras["full"] if not line.startswith("s2ag[")] + extras["engine"]
+    return project["dependencies"] + full + extras["languages"] + (extras["recognise"] if recognise else [])
 
 
 def wanted(recognise: bool = False) -> list[str]:

@@ -254,7 +254,6 @@ def test_installed_command_speaks_one_sentence(tmp_path):
 
 @posix
 def test_bar_on_a_terminal_and_none_in_a_pipe(tmp_path):
-    pytest.importorskip("tqdm", reason="the engine is not installed")
     import pty
 
     code = "from s2ag.core.cli.progress import Progress\nwith Progress() as p:\n    p('align', 0.2)\n    p('generate', 1.0)"
