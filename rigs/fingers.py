@@ -172,7 +172,7 @@ def _oriented(bones, mapping, side, hand, fingers, thumb, length) -> Hand:
     normal = _unit(np.cross(along, across)) * SIDES[side]
     order = np.argsort(-(flat @ across))
     fingers = tuple(fingers[place] for place in order)
-    bends = [_rest_bend(bones, chain, np.cross(_direction(bones, chain), normal)).sum() for chain in fingers]
+    bends = [rest_bend(bones, chain, np.cross(_direction(bones, chain), normal)).sum() for chain in fingers]
     if np.median(bends) < -12:
         normal = -normal  # no finger is bent backwards at rest, so what seemed the thumb is something else
     return Hand(hand, fingers, thumb, normal, across, length)
@@ -198,14 +198,14 @@ def _bends(bones: Bones, hand: Hand):
 
 def _remaining(bones: Bones, chain: tuple[int, ...], wanted: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """Degrees at each joint that are left of the ``wanted`` ones after what the finger bends at rest."""
-    rest = np.maximum(_rest_bend(bones, chain, axis), 0.0)
+    rest = np.maximum(rest_bend(bones, chain, axis), 0.0)
     if len(rest) == 2:
         wanted = np.array([wanted[0], 0.7 * wanted[1:].sum()])
     t = np.clip((rest.sum() - STRAIGHT) / (CURLED - STRAIGHT), 0.0, 1.0)
     return np.maximum(wanted - rest, 0.0) * (1.0 - t * t * (3.0 - 2.0 * t))
 
 
-def _rest_bend(bones: Bones, chain: tuple[int, ...], axis: np.ndarray) -> np.ndarray:
+def rest_bend(bones: Bones, chain: tuple[int, ...], axis: np.ndarray) -> np.ndarray:
     """Degrees (joints,) about ``axis`` that each joint of a finger bends at rest; what the knuckle bends is not known.
 
     The last bone's own direction counts only where it goes on about as the finger does: many files have it anyhow.

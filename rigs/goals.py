@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.motion import skeleton
-from . import arms, fingers, limits, proportions, quaternion, spread
+from ..core.motion.hands import Hands
+from . import arms, fingers, handshapes, limits, palms, proportions, quaternion, spread
 from .plain import ARMS, Bones, Mapping, character_frame
 
 SIDES = {"left": 1.0, "right": -1.0}
@@ -113,6 +114,7 @@ class Goals:
         girth: proportions.Girth | None = None,
         free: Collection[str] | None = None,
         frame: np.ndarray | None = None,
+        hands: Hands | None = None,
     ):
         """Take ``directions`` (frames, 9, 3) in the canonical frame. Raises :class:`RigUnusable` for an unusable mapping.
 
@@ -122,7 +124,7 @@ class Goals:
         """
         self.bones, self.mapping, self.fps, self.options = bones, mapping.check(bones), fps, options or Options()
         self.free = None if free is None else frozenset(free)
-        self._palms = {}
+        self._palms, self._hands = {}, {}
         self.frame = character_frame(bones, mapping) if frame is None else frame
         self.directions = skeleton.normalize(self._to_armature(directions))
         self.mean = skeleton.normalize(self._to_armature(NEUTRAL))
@@ -132,6 +134,7 @@ class Goals:
             if part in skeleton.EDGE_NAMES
             for place, (name, share) in enumerate(zip(chain, spread.shares(bones, mapping, part), strict=True))
         }
+        self.hands = hands
         self.relative = self._relative_turns()
         if self.options.forward_elbows:
             self._bring_elbows_forward()
@@ -164,10 +167,34 @@ class Goals:
             along = self.mapping.segment(self.bones, f"{side}_forearm")
             palm = fingers.palm(self.bones, self.mapping, side, self.usable())
             if palm is None or np.linalg.norm(np.cross(along, palm)) < 0.5:
-                # Thumbs point forwards at rest, whether the arms are out or down; the palm is a quarter turn from there.
-                palm = SIDES[side] * arms.rest_hinge(along, along, -self.frame[1], self.frame[2])
+                palm = self._neutral_palm(side)
             self._palms[side] = skeleton.normalize(palm - along * (along @ palm))
         return self._palms[side]
+
+    def _neutral_palm(self, side: str) -> np.ndarray:
+        """Thumbs point forwards at rest, whether the arms are out or down; the palm (3,) is a quarter turn from there."""
+        along = self.mapping.segment(self.bones, f"{side}_forearm")
+        return SIDES[side] * arms.rest_hinge(along, along, -self.frame[1], self.frame[2])
+
+    def hand(self, side: str) -> palms.Palm:
+        """The hand at rest."""
+        if side not in self._hands:
+            guess, middle = self.palm(side), self._neutral_palm(side)
+            self._hands[side] = palms.at_rest(self.bones, self.mapping, side, guess, middle, self.usable())
+        return self._hands[side]
+
+    def wanted_hand(self, side: str) -> np.ndarray:
+        """D (frames, 4) of a hand as the motion has it."""
+        place = list(SIDES).index(side)
+        ways = (skeleton.normalize(self._to_armature(part[:, place])) for part in (self.hands.knuckles, self.hands.palms))
+        return palms.towards(self.hand(side), *ways)
+
+    def hand_row(self, side: str) -> int | None:
+        """Row of the hand that the motion turns, None where there is none or it may not be turned."""
+        chain = self.mapping.chains.get(f"{side}_hand")
+        if self.hands is None or not chain or not self.may_turn(chain[0]) or f"{side}_forearm" not in self.options.aimed:
+            return None
+        return self.bones.row(chain[0])
 
     def winds(self, part: str) -> bool:
         """Whether a part is a forearm that twists from the elbow to the wrist, by bones beside it and the hand."""
@@ -188,7 +215,14 @@ class Goals:
         return 0.0 if self.winds(part) else (place + 1) / len(self.mapping.chains[part])
 
     def extras(self) -> dict[str, np.ndarray]:
-        """Constant rotations ``{bone: (1, 4)}`` in the bones' own rest spaces, for hands at ease."""
+        """Rotations ``{bone: (frames, 4)}`` of fingers in their own rest spaces; constant ones (1, 4) for hands at ease."""
+        if self.hands is not None:
+            found = {}
+            for place, side in enumerate(SIDES):
+                shape = self.hands.shape[:, place]
+                turned = handshapes.rotations(self.bones, self.hand(side), shape, self.options.fingers)
+                found |= {bone: rotation for bone, rotation in turned.items() if self.may_turn(bone)}
+            return found
         found = fingers.relaxed(self.bones, self.mapping, self.options.fingers, self.usable())
         return {bone: rotation[None] for bone, rotation in found.items()}
 
@@ -247,6 +281,7 @@ class Walk:
         self.goals = goals
         self.base = {}  # part -> D of what its chain hangs on
         self.twist = {}  # arm part -> turn about its own axis (frames,), shared by its chain
+        self.hands = {}  # side -> D of the hand, where the motion has one
 
     def turn(
         self, row: int, start: np.ndarray, base: np.ndarray | None = None, segment: np.ndarray | None = None
@@ -296,6 +331,11 @@ class Walk:
             hinge = quaternion.rotate(aimed, arms.rest_hinge(*segments, -back, up))
             angle = arms.upper_arm_turn(hinge, target, goals.target(f"{side}_forearm"), SIDES[side], goals.fps)
             return SIDES[side] * limits.soft(SIDES[side] * angle, limits.UPPER_ARM) if options.limits else angle
+        if part.endswith("_forearm") and goals.hands is not None:
+            wanted, palm = goals.wanted_hand(side), goals.hand(side)
+            self.hands[side], angle = palms.human(palm, wanted, target, aimed, free=not options.limits)
+            alone = len(mapping.chains[part]) == 1 and not goals.winds(part) and goals.hand_row(side) is not None
+            return palms.ALONE * angle if alone else angle
         if part.endswith("_forearm") and options.palms:
             palm = goals.palm(side)
             angle = arms.palm_turn(quaternion.rotate(aimed, palm), target, -SIDES[side] * left, up, options.palms)

@@ -7,34 +7,41 @@ and rolls.
 import numpy as np
 
 from ..core.motion import skeleton
+from ..core.motion.hands import Hands
 from . import quaternion, twist
-from .goals import Goals, Options
+from .goals import SIDES, Goals, Options
 from .plain import Bones, Mapping
 
 
 def solve(
-    bones: Bones, mapping: Mapping, directions: np.ndarray, fps: float = skeleton.FPS, options: Options | None = None
+    bones: Bones,
+    mapping: Mapping,
+    directions: np.ndarray,
+    fps: float = skeleton.FPS,
+    options: Options | None = None,
+    hands: Hands | None = None,
 ) -> dict[str, np.ndarray]:
     """Rotations ``{bone: (frames, 4)}`` in each mapped bone's own rest space (Blender's pose rotation).
 
-    ``directions`` (frames, 9, 3) in the canonical frame. Raises :class:`RigUnusable` for an unusable mapping.
+    ``directions`` (frames, 9, 3) in the canonical frame. Without ``hands`` they follow the forearms. Raises
+    :class:`RigUnusable` for an unusable mapping.
     """
-    return rotations(Goals(bones, mapping, directions, fps, options))
+    return rotations(Goals(bones, mapping, directions, fps, options, hands=hands))
 
 
 def rotations(goals: Goals) -> dict[str, np.ndarray]:
     """Rotations ``{bone: (frames, 4)}`` that reach ``goals`` on a plain skeleton."""
     bones, walk, result = goals.bones, goals.walk(), {}
     turned = {-1: None}  # row -> D (frames, 4), None while the bone rests
-    rest = bones.rest
+    rest, hands = bones.rest, {goals.hand_row(side): side for side in SIDES}
     for row, parent in enumerate(bones.parents):
         above = turned[int(parent)] if bones.inherits[row] else None
-        if row not in goals.roles:
+        if row not in goals.roles and hands.get(row) not in walk.hands:
             turned[row] = above
             continue
         start = goals.still() if above is None else above
-        turned[row] = goal = walk.turn(row, start)
+        turned[row] = goal = walk.hands[hands[row]] if row in hands else walk.turn(row, start)
         local = quaternion.multiply(quaternion.conjugate(start), goal)
         basis = quaternion.multiply(quaternion.conjugate(rest[row]), quaternion.multiply(local, rest[row]))
         result[bones.names[row]] = quaternion.continuous(basis)
-    return result | twist.rotations(goals, walk)
+    return twist.rotations(goals, walk) | result

@@ -15,7 +15,7 @@ of the thumb's first bone the angle to the knuckles' direction in the palm's pla
 side (``opposition``), and the bend of its other joints together; ``spread`` is the angle between index and little finger,
 seen on the palm."""
 
-RELAXED = np.array([20, 34, 25, 42, 29, 45, 32, 44, 38, 26, 22, 6], np.float32)
+RELAXED = np.array([14, 22, 18, 28, 22, 32, 26, 36, 36, 18, 24, 4], np.float32)
 """A hand at ease ``(12,)``: more bent from the index to the little finger, the thumb beside it."""
 
 LOW = np.array([-25, -5] * 4 + [-5, -15, -20, -8], np.float32)

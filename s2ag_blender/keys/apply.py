@@ -2,13 +2,14 @@
 
 import logging
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import bpy
 import numpy as np
 
 from ...core.errors import UsageError
-from ...core.motion.motion import Motion, cubic
+from ...core.motion.motion import Motion
 from ...rigs.goals import Options
 from ...rigs.plain import Mapping
 from .. import compat, provenance
@@ -112,16 +113,16 @@ def pose_keys(
     for warning in mapping.warnings:
         tell(warning)
     fps = scene_fps(scene)
-    offsets, directions, rate = at_scene_frames(motion, fps, step)
+    offsets, shown = at_scene_frames(motion, fps, step)
     frames = start + offsets
     inside = (frames >= first) & (frames <= last)
     if not inside.any():
         raise UsageError("The recording has no frame in the chosen range.", "Choose another range or start frame.")
-    keys = Take(directions[inside], rate, frames[inside])
+    keys = _take(shown.frames(inside), frames[inside])
     given = start + np.arange(len(motion.directions)) * (fps / motion.fps)
     near = np.flatnonzero(np.abs(given - np.clip(given, keys.frames[0], keys.frames[-1])) <= 2 * fps / motion.fps)
     near = np.union1d(near[::measured], near[-1:])
-    whole = Take(motion.directions[near], motion.fps / measured, given[near])
+    whole = _take(replace(motion.frames(near), fps=motion.fps / measured), given[near])
     found = solver.solve(armature, bones, mapping, whole, keys, scene=scene, options=options, tell=tell)
     return Keys(keys.frames, found.rotations, found.values)
 
@@ -131,14 +132,18 @@ def scene_fps(scene: bpy.types.Scene) -> float:
     return scene.render.fps / scene.render.fps_base
 
 
-def at_scene_frames(motion: Motion, fps: float, step: int = 1) -> tuple[np.ndarray, np.ndarray, float]:
-    """Frame offsets ``(keys,)``, directions ``(keys, 9, 3)`` at them, and keys a second, for keys every ``step`` frames.
+def at_scene_frames(motion: Motion, fps: float, step: int = 1) -> tuple[np.ndarray, Motion]:
+    """Frame offsets ``(keys,)``, and the motion at them, for keys every ``step`` frames.
 
     The last key is at or after the motion's end, so that nothing of it is lost.
     """
     last = int(np.ceil((len(motion.directions) - 1) * fps / motion.fps / step - 1e-6))
     offsets = np.arange(last + 1) * step
-    return offsets, cubic(motion.directions, offsets * (motion.fps / fps)), fps / step
+    return offsets, motion.at(offsets * (motion.fps / fps), fps / step)
+
+
+def _take(motion: Motion, frames: np.ndarray) -> Take:
+    return Take(motion.directions, motion.fps, frames, motion.hands)
 
 
 def _activate(armature, action, slot) -> None:

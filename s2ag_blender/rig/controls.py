@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 
 from ...core.motion import skeleton
+from ...core.motion.hands import Hands
 from ...rigs import quaternion, twist
 from ...rigs.family import LINES, SIDES
 from ...rigs.goals import Goals, Walk
@@ -37,6 +38,7 @@ class Take:
     directions: np.ndarray
     fps: float
     frames: np.ndarray
+    hands: Hands | None = None
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,8 @@ class Control:
     """A bone that is turned. ``tip`` is the bone at whose head (or own tail) its part ends; the rest are places in the list.
 
     ``rides`` is the bone that carries it, by ``share`` of that one's turn, ``base`` the one a relative turn is counted
-    from, ``copies`` the one whose turn it takes over; -1 for none. ``gain`` is how much of its own rotation it carries out.
+    from, ``copies`` the forearm whose turn a hand takes over unless the motion has hands; -1 for none. ``gain`` is how much
+    of its own rotation it carries out.
     """
 
     name: str
@@ -206,7 +209,7 @@ class Solver:
                 if control.rides >= 0:
                     start = quaternion.power(expected[control.rides], control.share)
             if control.copies >= 0:
-                goal = expected[control.copies]
+                goal = walk.hands.get(control.part.split("_")[0], expected[control.copies])
             else:
                 base = expected[control.base] if control.base >= 0 else None
                 goal = walk.turn(control.row, start, base, segments[index])
@@ -266,8 +269,9 @@ class Solver:
             above = np.flatnonzero(shares[:index, index] > 0.05)
             rides = int(above[-1]) if len(above) else -1
             learnt.append(replace(control, rides=rides, share=shares[rides, index], gain=gains[index]))
-        # A hand that rides on its forearm needs no keys; hands come last, so no place in the list changes.
-        return [control for control in learnt if control.copies < 0 or (control.rides, control.share) != (control.copies, 1.0)]
+        # A hand that rides on its forearm needs no keys of its own to follow; hands come last, so no place in the list changes.
+        follows = [(one.rides, one.share) == (one.copies, 1.0) and self.goals.hands is None for one in learnt]
+        return [control for control, alone in zip(learnt, follows, strict=True) if control.copies < 0 or not alone]
 
     def _note(self, along: np.ndarray) -> None:
         for index, control in enumerate(self.controls):

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 
 from ...core.motion.skeleton import EDGE_NAMES
-from ...rigs import retarget
+from ...rigs import quaternion, retarget
 from ...rigs.goals import Goals, Options
 from ...rigs.plain import ARMS, Bones, Mapping, character_frame
 from . import controls, dependencies, girth, hands
@@ -46,22 +46,26 @@ def solve(
     """
     values = switches(armature, mapping, tell)
     why = entangled(armature, bones, mapping, values)
-    trunk, free = girth.read(armature, bones, mapping), hands.free_bones(armature)
+    trunk, free = girth.read(armature, bones, mapping), hands.free_bones(armature, eased=motion.hands is not None)
 
     frame = character_frame(bones, mapping.check(bones))
 
     def ask(rest: Bones, take: Take) -> Goals:
-        return Goals(rest, mapping, take.directions, take.fps, options, girth=trunk, free=free, frame=frame)
+        about = {"girth": trunk, "free": free, "frame": frame, "hands": take.hands}
+        return Goals(rest, mapping, take.directions, take.fps, options, **about)
 
     goals = ask(bones, keys)
     if why:
-        followers = hands.free_bones(armature, ruled=True)
+        followers = hands.free_bones(armature, ruled=True, eased=motion.hands is not None)
         rotations = controls.solve(
             armature, bones, mapping, motion, keys, scene=scene, ask=ask, values=values, hands=followers, tell=tell
         )
     else:
         rotations = retarget.rotations(goals)
-    return Solution(goals.extras() | rotations, values, why)
+    rotations = goals.extras() | rotations
+    if motion.hands is not None:  # what is neither a finger nor a wrist, such as a bone in the palm, rests
+        rotations = {name: quaternion.IDENTITY[None] for name in hands.eased(armature) if name in free} | rotations
+    return Solution(rotations, values, why)
 
 
 def switches(armature: bpy.types.Object, mapping: Mapping, tell: Callable[[str], None]) -> dict[str, float]:

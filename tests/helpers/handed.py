@@ -1,9 +1,13 @@
 """Hands and a pelvis that move smoothly, for tests of what carries them."""
 
 import numpy as np
-from s2ag.core.motion import handshape
+from bodies import pose
+from s2ag.core.motion import handshape, skeleton
 from s2ag.core.motion.hands import FOREARMS, Hands
 from s2ag.core.motion.pelvis import Pelvis
+from s2ag.rigs import fingers, quaternion
+from s2ag.rigs.goals import SIDES, Goals, Options
+from s2ag.rigs.retarget import rotations
 
 
 def hands(directions: np.ndarray, fps: float = 15.0) -> Hands:
@@ -21,3 +25,33 @@ def pelvis(frames: int, fps: float = 15.0) -> Pelvis:
     wave = np.sin(2 * np.pi * 0.25 * np.arange(frames) / fps)[:, None]
     place = wave * [0.05, 0.01, 0.01] + [0, 0.01, 0]
     return Pelvis(place.astype(np.float32), (wave * [0.01, 0.04, 0.06]).astype(np.float32))
+
+
+def read_back(bones, mapping, side: str, heads: np.ndarray, palm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Knuckles and palm's normal (frames, 3) that posed ``heads`` (frames, n, 3) show; ``palm`` (3,) is the normal at rest."""
+    hand = fingers.find(bones, mapping, side)
+    wrist = bones.row(mapping.chains[f"{side}_hand"][0])
+
+    def shown(at):
+        roots = at[..., [chain[0] for chain in hand.fingers], :]
+        along = roots.mean(-2) - at[..., wrist, :]
+        return skeleton.normalize(along), skeleton.normalize(np.cross(roots[..., 0, :] - roots[..., -1, :], along))
+
+    along, normal = shown(heads)
+    return along, normal * np.sign(shown(bones.heads)[1] @ palm)
+
+
+def within_reach(bones, mapping, frame: np.ndarray, directions: np.ndarray, size: float = 15.0, seed: int = 0) -> Hands:
+    """Hands that wrists and forearms can have on these arms: as they hang on them, each turned by up to ``size`` degrees."""
+    goals = Goals(bones, mapping, directions, options=Options(clear_body=0.0, palms=0.0), frame=frame)
+    walk_heads, _ = pose(bones, rotations(goals))
+    found = []
+    for place, side in enumerate(SIDES):
+        seen = read_back(bones, mapping, side, walk_heads, goals.hand(side).normal)
+        time = np.arange(len(directions))[:, None] / 9.0 + np.arange(3) + place + seed
+        turn = np.radians(size) * np.sin(time) / np.sqrt(3)
+        angle = np.linalg.norm(turn, axis=-1)
+        q = quaternion.about(turn / angle[:, None], angle)
+        found.append([skeleton.blender_to_canonical(quaternion.rotate(q, way) @ frame.T) for way in seen])
+    along, normal = (np.stack([one[part] for one in found], 1) for part in (0, 1))
+    return Hands.of(along, normal, hands(directions).shape)

@@ -30,7 +30,7 @@ def make_armature(body: Body, name: str = "Rig", rename: dict | None = None, see
 
 def scene_motion(motion):
     """Directions (keys, 9, 3) of a motion at the frames of the current scene, in the canonical frame."""
-    return at_scene_frames(motion, scene_fps(bpy.context.scene))[1]
+    return at_scene_frames(motion, scene_fps(bpy.context.scene))[1].directions
 
 
 def evaluated(item, frame: int) -> dict:

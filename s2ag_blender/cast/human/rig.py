@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Quaternion, Vector
 
+from ...rig.hands import EASE
 from . import data
 
 CURL = {1: (16, 4, 10), 2: (14, 20, 12), 3: (18, 24, 14), 4: (22, 26, 16), 5: (26, 28, 16)}
@@ -41,7 +42,7 @@ def place(end: str | list[int], points: np.ndarray) -> np.ndarray:
 
 
 def relax_hands(armature, points: np.ndarray) -> None:
-    """Straighten the wrists and bend the fingers into hands at ease, as a pose that no gesture keys."""
+    """Straighten the wrists and bend the fingers into hands at ease, as a pose that only motions with hands key."""
     mesh = data.base_mesh()
     for side in "lr":
         elbow, wrist = (mesh.joint(f"joint-{side}-{name}", points) for name in ("elbow", "hand"))
@@ -73,3 +74,4 @@ def _turn(bone, turn: Quaternion) -> None:
     """Pose a bone by a rotation given in armature space, in its own rotation mode."""
     rest = bone.bone.matrix_local.to_quaternion()
     bone.matrix_basis = Matrix.LocRotScale(None, rest.inverted() @ turn @ rest, None)
+    bone[EASE] = bone.matrix_basis.to_quaternion()

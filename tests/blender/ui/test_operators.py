@@ -327,7 +327,7 @@ def test_a_posed_character_is_read_as_it_was_directed(figure, wave):
     mapping = reading.resolve_mapping(figure, bones)
     for frame, row in ((1, 0), (9, None)):
         bpy.context.scene.frame_set(frame)
-        wanted = apply.at_scene_frames(motion, apply.scene_fps(bpy.context.scene))[1][row or frame - 1]
+        wanted = apply.at_scene_frames(motion, apply.scene_fps(bpy.context.scene))[1].directions[row or frame - 1]
         off = np.degrees(np.arccos(np.clip((posing.directions(figure, bones, mapping) * wanted).sum(-1), -1, 1)))
         arms = list(skeleton.ARM_EDGES)
         assert off[arms].max() < 0.1 and off.max() < 3, off.round(2)

@@ -1,0 +1,108 @@
+"""Hands as wholes: from knuckles and palms to the turn of forearm and wrist, within what wrists can do."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import fingers, limits, quaternion
+from .arms import angle_about
+from .fingers import SIDES
+from .plain import Bones, Mapping
+
+PRONATION = np.radians([-115.0, 115.0])
+"""A forearm about its own axis, from a palm that looks along the elbow's hinge (thumbs forward in a T)."""
+FLEXION = np.radians([-85.0, 85.0])
+DEVIATION = np.radians([-42.0, 42.0])
+"""A wrist towards palm and back of the hand, and towards thumb and little finger."""
+ALONE = 0.6
+"""Share of its twist that a forearm takes on where no bone beside it does; the wrist takes the rest."""
+
+
+@dataclass(frozen=True)
+class Palm:
+    """A hand at rest in armature space: unit ``knuckles`` (3,) from the wrist, ``normal`` (3,) out of the palm, ``thumbwards``
+    (3,) square to both; ``fingers`` is None where they are not known. ``neutral`` (radians) is how far the palm is turned
+    about the forearm from where its range has its middle."""
+
+    knuckles: np.ndarray
+    normal: np.ndarray
+    thumbwards: np.ndarray
+    fingers: fingers.Hand | None
+    neutral: float
+
+    @property
+    def frame(self) -> np.ndarray:
+        """Columns knuckles, normal, thumbwards (3, 3)."""
+        return np.stack([self.knuckles, self.normal, self.thumbwards], -1)
+
+
+def at_rest(bones: Bones, mapping: Mapping, side: str, guess: np.ndarray, middle: np.ndarray, usable=None) -> Palm:
+    """The palm on ``side``: by the knuckles of its fingers, else along the hand or the forearm with the ``guess`` (3,).
+
+    ``middle`` (3,) is where a palm looks that is turned neither way.
+    """
+    fore = mapping.segment(bones, f"{side}_forearm")
+    hand = fingers.find(bones, mapping, side, usable)
+    if hand is None and usable is not None:
+        hand = fingers.find(bones, mapping, side)
+    if hand is not None:
+        heads = bones.heads
+        wrist = heads[bones.row(mapping.chains[f"{side}_hand"][0])]
+        roots = heads[[chain[0] for chain in hand.fingers]]
+        along, normal = _unit(roots.mean(0) - wrist), np.cross(roots[0] - roots[-1], roots.mean(0) - wrist)
+        normal = _unit(normal) * np.sign(normal @ hand.palm or 1.0)
+    else:
+        along = _along(bones, mapping, side, fore)
+        normal = _unit(guess - along * (along @ guess))
+    neutral = float(angle_about(fore, middle, normal))
+    return Palm(along, normal, -SIDES[side] * np.cross(along, normal), hand, neutral)
+
+
+def towards(palm: Palm, knuckles: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """D (frames, 4) of a hand that brings its knuckles and palm to the directions (frames, 3), which are square."""
+    goal = np.stack([knuckles, normals, np.cross(knuckles, normals)], -1)
+    rest = np.stack([palm.knuckles, palm.normal, np.cross(palm.knuckles, palm.normal)], -1)
+    return quaternion.from_matrix(goal @ rest.T)
+
+
+def human(palm: Palm, wanted: np.ndarray, fore: np.ndarray, aimed: np.ndarray, free: bool) -> tuple[np.ndarray, np.ndarray]:
+    """D (frames, 4) of a hand within a wrist's range, and the twist (frames,) of its forearm in radians.
+
+    ``wanted`` is D as asked for, ``fore`` (frames, 3) the forearm's direction and ``aimed`` its D without twist; without
+    ``free`` nothing is limited.
+    """
+    if not free:
+        axes = quaternion.rotate(wanted[:, None], palm.frame.T)
+        along, out, aside = (np.sum(axes[:, index] * fore, -1) for index in range(3))
+        bent = limits.soft(np.arctan2(out, along), FLEXION)
+        sideways = limits.soft(np.arcsin(np.clip(aside, -1, 1)), DEVIATION)
+        reached = np.stack([np.cos(sideways) * np.cos(bent), np.cos(sideways) * np.sin(bent), np.sin(sideways)], -1)
+        seen = np.sum(axes * reached[..., None], 1)
+        wanted = quaternion.multiply(quaternion.swing(seen, fore), wanted)
+    twist = twist_about(fore, quaternion.multiply(wanted, quaternion.conjugate(aimed)))
+    if free:
+        return wanted, twist
+    allowed = limits.soft(twist + palm.neutral, PRONATION) - palm.neutral
+    return quaternion.multiply(quaternion.about(fore, allowed - twist), wanted), allowed
+
+
+def twist_about(axis: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """How far rotations (frames, 4) turn about their ``axis`` (frames, 3), radians, without jumps."""
+    angle = 2.0 * np.arctan2(np.sum(turn[..., 1:] * axis, -1), turn[..., 0])
+    angle = np.unwrap(angle)
+    return angle - 2 * np.pi * np.round(np.median(angle) / (2 * np.pi))
+
+
+def _along(bones: Bones, mapping: Mapping, side: str, fore: np.ndarray) -> np.ndarray:
+    """Where a hand without fingers points at rest: its own way, if that is about the forearm's."""
+    chain = mapping.chains.get(f"{side}_hand")
+    if not chain:
+        return fore
+    row = bones.row(chain[0])
+    own = bones.tails[row] - bones.heads[row]
+    length = np.linalg.norm(own)
+    return own / length if length > 1e-9 and own @ fore > 0.9 * length else fore
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / max(np.linalg.norm(vector), 1e-12)
