@@ -71,9 +71,9 @@ def load(path: str | PathLike | None = None, device: str = "cpu") -> Checkpoint:
         raise CheckpointUnreadable(f"{facts_path(path)} describes other weights than {path.name} holds.", REMEDY)
     try:
         config = ModelConfig.from_dict(facts["config"])
-        generator = _filled(network.make(config), tensors, "generator", device)
+        generator = _filled(network.make, config, tensors, "generator", device)
         judged = any(name.startswith("discriminator.") for name in tensors)
-        discriminator = _filled(Discriminator(config), tensors, "discriminator", device) if judged else None
+        discriminator = _filled(Discriminator, config, tensors, "discriminator", device) if judged else None
         speakers = [dict(speaker) for speaker in facts.get("speakers", [])]
     except (S2agError, KeyError, TypeError, ValueError, RuntimeError) as error:
         reason = " ".join(str(error).split())[:200]
@@ -88,9 +88,16 @@ def _prefixed(prefix: str, module: torch.nn.Module, half: bool) -> dict[str, tor
     }
 
 
-def _filled(module: torch.nn.Module, tensors: dict[str, torch.Tensor], prefix: str, device: str) -> torch.nn.Module:
+def _filled(make, config: ModelConfig, tensors: dict[str, torch.Tensor], prefix: str, device: str) -> torch.nn.Module:
+    """``make(config)`` with the weights that are there; a configuration of other sizes is refused before it takes memory."""
     start = prefix + "."
-    module.load_state_dict({name[len(start) :]: value for name, value in tensors.items() if name.startswith(start)})
+    own = {name[len(start) :]: value for name, value in tensors.items() if name.startswith(start)}
+    with torch.device("meta"):
+        wanted = {name: value.shape for name, value in make(config).state_dict().items()}
+    if wrong := sorted(name for name in wanted.keys() | own.keys() if name not in own or wanted.get(name) != own[name].shape):
+        raise ValueError(f"{len(wrong)} weights are of other shapes, {wrong[0]} the first.")
+    module = make(config)
+    module.load_state_dict(own)
     return module.to(device).eval()
 
 

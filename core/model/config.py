@@ -5,6 +5,9 @@ from dataclasses import asdict, dataclass, fields, replace
 
 from ..errors import UsageError
 
+LARGEST, DEEPEST = 10_000_000, 64
+"""The largest number of rows or channels that means anything, and of layers and of what is counted like them."""
+
 
 @dataclass(frozen=True)
 class ModelConfig:
@@ -85,6 +88,12 @@ class ModelConfig:
     discriminator_pool: str = "mean"  # how frames are joined: "mean", or "linear" over a fixed number
 
     def __post_init__(self):
+        for one in fields(self):
+            value = getattr(self, one.name)
+            deepest = DEEPEST if one.name.endswith(("layers", "levels", "hops", "kernels", "kernel", "dilations")) else LARGEST
+            numbers = value if isinstance(value, tuple) else (value,)
+            if len(numbers) > DEEPEST or any(isinstance(number, int) and not 0 <= number <= deepest for number in numbers):
+                raise UsageError(f"{one.name} is out of range.", f"It goes from 0 to {deepest}.")
         for name, known in _CHOICES.items():
             if getattr(self, name) not in known:
                 raise UsageError(f"{name} is {getattr(self, name)!r}.", f"Use one of {', '.join(known)}.")

@@ -77,6 +77,8 @@ def _foreign_names(path: Path) -> set[tuple[str, str]]:
     names: set[tuple[str, str]] = set()
     if zipfile.is_zipfile(path):
         with zipfile.ZipFile(path) as archive:
+            if sum(member.file_size for member in archive.infolist()) > 2 * path.stat().st_size + 1_000_000:
+                raise ValueError("it unpacks to more than torch would have written")
             files = [io.BytesIO(archive.read(name)) for name in archive.namelist() if name.endswith("/data.pkl")]
     else:
         files = [io.BytesIO(path.read_bytes())] * _LEGACY_PICKLES

@@ -59,6 +59,9 @@ _TUPLES = {"TUPLE1": 1, "TUPLE2": 2, "TUPLE3": 3}
 _IGNORED = ("PROTO", "FRAME")
 _STORING = ("PUT", "BINPUT", "LONG_BINPUT")
 _FETCHING = ("GET", "BINGET", "LONG_BINGET")
+_ROOM = 1_000_000
+"""Values that may be copied in any pickle, beside eight for each of its bytes."""
+_SIZED = (str, bytes, bytearray, list, tuple, dict, set, frozenset)
 _CONTAINERS = {kind.__name__: kind for kind in (set, frozenset, bytearray, list, tuple, dict)}
 
 
@@ -68,8 +71,11 @@ class _Reader:
     def __init__(self):
         self.stack: list[Any] = []
         self.memo: dict[int, Any] = {}
+        self.places: dict[int, list[int]] = {}  # of records in the memo
+        self.left = 0
 
     def read(self, data: bytes) -> Any:
+        self.left = _ROOM + 8 * len(data)
         for opcode, argument, _ in pickletools.genops(data):
             if opcode.name == "STOP":
                 return self.stack.pop()
@@ -84,7 +90,7 @@ class _Reader:
         elif name in _TUPLES:
             self.stack[-_TUPLES[name] :] = [tuple(self.stack[-_TUPLES[name] :])]
         elif name in _STORING:
-            self.memo[int(argument)] = self.stack[-1]
+            self.store(int(argument))
         elif name in _FETCHING:
             self.stack.append(self.memo[int(argument)])
         elif hasattr(self, f"do_{name.lower()}"):
@@ -93,6 +99,18 @@ class _Reader:
             if argument is None or "PERSID" in name or "EXT" in name:
                 raise ValueError(f"it uses {name}")
             self.stack.append(argument)  # numbers, texts and bytes stand in the pickle themselves
+
+    def store(self, place: int) -> None:
+        self.memo[place] = self.stack[-1]
+        if isinstance(self.stack[-1], Record):
+            self.places.setdefault(id(self.stack[-1]), []).append(place)
+
+    def spend(self, copied: Any) -> None:
+        """Count what is copied: a few bytes of a pickle may ask for the same copy again and again."""
+        if isinstance(copied, _SIZED):
+            self.left -= len(copied)
+        if self.left < 0:
+            raise ValueError("it copies more than it holds")
 
     def since_mark(self) -> list[Any]:
         place = len(self.stack) - 1 - next(i for i, value in enumerate(reversed(self.stack)) if value is _MARK)
@@ -113,7 +131,7 @@ class _Reader:
         self.stack.append(self.stack[-1])
 
     def do_memoize(self, _) -> None:
-        self.memo[len(self.memo)] = self.stack[-1]
+        self.store(len(self.memo))
 
     def do_tuple(self, _) -> None:
         self.stack.append(tuple(self.since_mark()))
@@ -123,7 +141,7 @@ class _Reader:
 
     def do_dict(self, _) -> None:
         values = self.since_mark()
-        self.stack.append(dict(zip(values[::2], values[1::2], strict=True)))
+        self.stack.append(dict(zip(_keys(values[::2]), values[1::2], strict=True)))
 
     def do_frozenset(self, _) -> None:
         self.stack.append(frozenset(self.since_mark()))
@@ -139,7 +157,7 @@ class _Reader:
     def extend(self, values: list[Any]) -> None:
         owner = self.stack[-1]
         if isinstance(owner, set):
-            owner.update(values)
+            owner.update(_keys(values))
         elif isinstance(owner, list):
             owner.extend(values)
 
@@ -152,7 +170,7 @@ class _Reader:
 
     def fill(self, values: list[Any]) -> None:
         if isinstance(self.stack[-1], dict):
-            self.stack[-1].update(zip(values[::2], values[1::2], strict=True))
+            self.stack[-1].update(zip(_keys(values[::2]), values[1::2], strict=True))
 
     def do_global(self, argument: str) -> None:
         module, _, name = argument.partition(" ")
@@ -164,6 +182,8 @@ class _Reader:
 
     def do_reduce(self, _) -> None:
         arguments, kind = self.stack.pop(), self.stack.pop()
+        for argument in arguments if isinstance(arguments, tuple) else ():
+            self.spend(argument)
         self.stack.append(_made(kind, arguments))
 
     do_newobj = do_reduce
@@ -186,9 +206,19 @@ class _Reader:
             return
         owner.state = state
         if _called(type(owner)) in _ARRAYS:
+            self.spend(state[-1])
             array = _array(state)
-            self.memo = {key: array if value is owner else value for key, value in self.memo.items()}
+            for place in self.places.pop(id(owner), ()):
+                self.memo[place] = array
             self.stack[-1] = array
+
+
+def _keys(values: list[Any]) -> list[Any]:
+    """The values, if each may be a key: what nests, hashes by all that it reaches, and a few bytes can reach for ever."""
+    plain = (str, int, float, bytes, type(None))
+    if not all(isinstance(one, plain) or (type(one) is tuple and all(isinstance(x, plain) for x in one)) for one in values):
+        raise ValueError("it has keys that are no texts and no numbers")
+    return values
 
 
 _ARRAYS = ("numpy.core.multiarray._reconstruct", "numpy._core.multiarray._reconstruct")
@@ -206,18 +236,26 @@ def _made(kind: Any, arguments: tuple) -> Any:
     name = _called(kind)
     module, _, last = name.rpartition(".")
     if name == "collections.OrderedDict":
-        return dict(*arguments[:1])
+        return _container(dict, *arguments[:1])
     if (
         module in ("builtins", "__builtin__")
         and last in _CONTAINERS
         and all(isinstance(a, list | tuple | bytes) for a in arguments)
     ):
-        return _CONTAINERS[last](*arguments[:1])
+        return _container(_CONTAINERS[last], *arguments[:1])
     if name == "_codecs.encode" and isinstance(arguments[0], str):
         return arguments[0].encode("latin1")
     if name in _SCALARS:
         return np.frombuffer(_bytes(arguments[1]), _dtype(arguments[0]), 1)[0].item()
     return kind(*arguments)
+
+
+def _container(kind: type, content: Any = ()) -> Any:
+    if kind in (set, frozenset):
+        _keys(list(content))
+    elif kind is dict and not isinstance(content, dict):
+        _keys([key for key, _ in content])
+    return kind(content)
 
 
 def _array(state: tuple) -> np.ndarray:
@@ -235,4 +273,6 @@ def _dtype(record: Record) -> np.dtype:
 
 
 def _bytes(data: Any) -> bytes:
+    if not isinstance(data, str | bytes | bytearray):
+        raise ValueError("an array has no bytes")
     return data.encode("latin1") if isinstance(data, str) else bytes(data)

@@ -27,6 +27,8 @@ def read(path: str | PathLike) -> tuple[bytes, dict[str, np.ndarray]]:
     except (TypeError, AttributeError, RecursionError, UnicodeDecodeError) as error:
         raise ValueError("its header makes no sense") from error
     body = memoryview(data)[8 + length :]
+    if sum(end - begin for _, _, begin, end in entries.values()) > len(body):
+        raise ValueError("its arrays are more than it holds")
     arrays = {}
     for name, (kind, shape, begin, end) in entries.items():
         if end > len(body):

@@ -75,6 +75,10 @@ def make_text(path):
     _rewrite(path.with_suffix(".json"), lambda facts: facts.update(weights_sha256=digest))
 
 
+def settings(**changes):
+    return lambda path: _rewrite(path.with_suffix(".json"), lambda facts: facts["config"].update(changes))
+
+
 @pytest.mark.parametrize(
     ("damage", "says"),
     [
@@ -87,6 +91,9 @@ def make_text(path):
         (lambda path: _rewrite(path.with_suffix(".json"), lambda facts: facts.update(format=99)), "format"),
         (lambda path: _rewrite(path.with_suffix(".json"), lambda facts: facts["config"].update(gru_size=25)), "does not fit"),
         (lambda path: _rewrite(path.with_suffix(".json"), lambda facts: facts["config"].update(magic=1)), "magic"),
+        (settings(gru_size=10**6), "shapes"),
+        (settings(gru_size=10**9), "out of range"),
+        (settings(gru_layers=10**6), "0 to 64"),
     ],
 )
 def test_damage_is_reported(saved, damage, says):

@@ -4,6 +4,7 @@ import os
 import pickle
 import sys
 import types
+import zipfile
 
 import numpy as np
 import pytest
@@ -226,3 +227,40 @@ def test_a_wrong_vocabulary_is_refused(tmp_path, vocab_class):
         (tmp_path / name).write_bytes(pickle.dumps(content))
         with pytest.raises(CheckpointUnreadable, match=sentence):
             foreign.import_checkpoint(tmp_path / "s.pth.tar", tmp_path / "s.safetensors", tmp_path / name)
+
+
+# --- hostile files
+
+
+def test_members_that_inflate_without_limit_are_refused(tmp_path):
+    path = tmp_path / "bomb.pth"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("bomb/data.pkl", b"\x80\x02" + b"N0" * 5_000_000 + b"N.")
+    assert path.stat().st_size < 100_000
+    with pytest.raises(CheckpointUnreadable, match="unpacks to more"):
+        foreign.read(path)
+
+
+def doubled(times, end):
+    """A pickle of a tuple of the same tuple twice, and so on: a few bytes that are endless to whoever walks them all."""
+    steps = b"".join(b"h" + bytes([n]) + b"h" + bytes([n]) + b"\x86\x94" for n in range(times))
+    return b"\x80\x04N\x94" + steps + end
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        doubled(60, b"}h\x3cNs."),  # as a key of a dictionary
+        doubled(60, b"\x8f(h\x3c\x90."),  # in a set
+        doubled(60, b"cbuiltins\nfrozenset\nh\x3c\x85R."),
+        b"\x80\x04(" + b"N" * 100_000 + b"t\x94" + b"cbuiltins\nlist\nh\x00\x85R" * 20_000 + b".",  # 16 GB of copies
+        b"\x80\x02cnumpy.core.multiarray\nscalar\ncnumpy\ndtype\nU\x02f8K\x00K\x01\x87RJ\xff\xff\xff\x7f\x86R.",
+    ],
+)
+def test_pickles_that_loop_or_grow_are_one_sentence(data):
+    with pytest.raises(pickles.PickleUnreadable):
+        pickles.read(data)
+
+
+def test_what_nests_may_be_a_value():
+    assert pickles.read(doubled(3, b".")) == (((None, None), (None, None)), ((None, None), (None, None)))
