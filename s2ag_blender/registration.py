@@ -50,6 +50,7 @@ SYSTEMS = (translations, presets, command, menus, handlers)
 def register():
     """Register every class and the per-character settings."""
     for cls in CLASSES:
+        translations.in_context(cls)
         bpy.utils.register_class(cls)
     bpy.types.Object.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Settings, override={"LIBRARY_OVERRIDABLE"})
     bpy.types.WindowManager.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Session)

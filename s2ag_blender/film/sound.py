@@ -1,4 +1,4 @@
-"""The recording beside its gesture: one strip in the sequencer."""
+"""The recording beside its gesture: a strip in the sequencer."""
 
 from pathlib import Path
 
@@ -9,24 +9,35 @@ from .. import compat
 
 
 def add_sound(scene: bpy.types.Scene, path: str | Path, start_frame: int, name: str = "") -> "bpy.types.SoundStrip":
-    """Put the sound file ``path`` into the sequencer at ``start_frame`` and let playback follow it.
+    """Let the sequencer play the sound file ``path`` from ``start_frame`` on, and playback follow it; returns the strip.
 
-    A strip that already plays the same file is moved there instead. Raises :class:`AudioUnreadable`.
+    A strip that does so already will do; any other stays where it is. Raises :class:`AudioUnreadable`.
     """
     path = Path(path).resolve()
     if not path.is_file():
         raise AudioUnreadable(f"{path} does not exist.", "Name an audio file.")
-    strips = compat.sequencer_strips(scene.sequence_editor_create())
-    strip = next((strip for strip in strips if strip.type == "SOUND" and _file(strip) == path), None)
+    strip = playing(scene, path, start_frame)
     if strip is None:
+        strips = compat.sequencer_strips(scene.sequence_editor_create())
         channel = 1 + max((strip.channel for strip in strips), default=0)
         try:
             strip = strips.new_sound(name or path.stem, str(path), channel, int(start_frame))
         except RuntimeError as error:
             raise AudioUnreadable(f"Blender cannot read {path}: {error}", "Convert it to WAV or FLAC.") from error
-    compat.move_strip(strip, int(start_frame))
+        compat.move_strip(strip, int(start_frame))
     scene.sync_mode = "AUDIO_SYNC"
     return strip
+
+
+def playing(scene: bpy.types.Scene, path: str | Path, start_frame: int):
+    """The strip that plays a sound file from a frame on, however it is cut; None if there is none."""
+    return next((strip for strip in of_file(scene, path) if round(compat.strip_start(strip)) == int(start_frame)), None)
+
+
+def of_file(scene: bpy.types.Scene, path: str | Path) -> list:
+    """All strips that play a sound file."""
+    path = Path(path).resolve()
+    return [strip for strip in compat.sound_strips(scene) if strip.sound is not None and _file(strip) == path]
 
 
 def _file(strip) -> Path:

@@ -120,10 +120,11 @@ def former(action: bpy.types.Action | None) -> dict:
     return json.loads(action.get(FORMER, "{}")) if action is not None else {}
 
 
-def give_back(armature: bpy.types.Object, action: bpy.types.Action) -> None:
-    """Set everything on ``armature`` to what :func:`remember` stored on an action that no longer plays."""
+def give_back(armature: bpy.types.Object, action: bpy.types.Action, but=()) -> None:
+    """Set everything on ``armature`` to what :func:`remember` stored on an action that no longer plays, ``but`` these paths."""
     for path, value in former(action).items():
-        dependencies.set_value(armature, path, value)
+        if path not in but:
+            dependencies.set_value(armature, path, value)
     armature.update_tag()
 
 

@@ -179,7 +179,15 @@ def _activate(armature, action) -> None:
     former = armature.animation_data.action if armature.animation_data else None
     if former != action:
         _protect(former)
+        _let_go(armature, former, action)
     assign(armature, action)
+
+
+def _let_go(armature, former, action) -> None:
+    """Give back what an action of ours has keyed and the one that plays from now on has not: it would stay as it is now."""
+    if former is not None and Place.of(former) is not None:
+        keyed = {curve.data_path for curve in compat.curves(action)} if action is not None else set()
+        keyframes.give_back(armature, former, keyed)
 
 
 def assign(armature: bpy.types.Object, action: bpy.types.Action | None) -> None:
@@ -235,6 +243,7 @@ def _new_strip(armature, action, place: Place) -> bpy.types.NlaStrip:
 
 def _play(strip, action, armature, place: Place) -> None:
     if strip.action != action:
+        _let_go(armature, strip.action, action)
         strip.action = action
     compat.strip_slot(strip, slot_of(armature, action))
     strip.name = action.name

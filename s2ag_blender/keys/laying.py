@@ -55,8 +55,7 @@ class Laying:
             keyframes.set_range(action, frames)
         provenance.stamp(action, self._provenance(motion, place))
         layers.remember(action, slot, base)
-        replaced = {one.path for one in keyed} if self.planned.draft else settings
-        keyframes.remember(action, self.armature, replaced, self.former)
+        keyframes.remember(action, self.armature, {one.path for one in keyed}, self.former)
         return action
 
     def _keys(self, motion) -> apply.Keys:

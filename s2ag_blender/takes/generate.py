@@ -5,6 +5,7 @@ renaming and loading another file cannot hurt. Scripts and ``-b`` use :func:`wai
 """
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -15,12 +16,11 @@ from ...rigs.goals import Options
 from ...rigs.plain import PARTS as BODY_PARTS
 from ...rigs.plain import Mapping
 from .. import provenance
-from ..film import sound
 from ..keys import layers, posing
 from ..keys.laying import Laying
 from ..rig import handpicked, readiness, reading
 from ..translations import told
-from . import choices, drafts, gesture, markers, recall, sources, takes
+from . import choices, drafts, gesture, markers, recall, sources, takes, voices
 
 
 @dataclass(frozen=True)
@@ -57,11 +57,12 @@ class Plan:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What :func:`finish` made: actions, one a take, seconds of speech, and warnings for the user."""
+    """What :func:`finish` made: actions, one a take, seconds of speech, and warnings and other news for the user."""
 
     actions: list
     seconds: float
     warnings: list[str]
+    notes: list[str] = field(default_factory=list)
 
 
 def plan(
@@ -173,23 +174,32 @@ def finish(planned: Plan, result: dict) -> Outcome:
     if planned.draft:
         drafts.show(armature, actions[0])
         return Outcome(actions, result["motions"][0].duration, warnings)
-    takes.add(armature, actions)
-    _accompany(planned, scene, result["motions"][0], warnings)
-    return Outcome(actions, result["motions"][0].duration, list(dict.fromkeys(warnings)))
+    own = _accompany(planned, scene, result["motions"][0], warnings)
+    for action in actions:
+        provenance.add(action, {voices.TAG: own})
+    warnings = list(dict.fromkeys(warnings))
+    silent = voices.hear(armature, actions[0])
+    takes.add(armature, actions, planned.voice.name, warnings)
+    notes = [told("The sound of an earlier take is silent now: {name}", name=name) for name in silent]
+    return Outcome(actions, result["motions"][0].duration, warnings, notes)
 
 
-def _accompany(planned: Plan, scene, motion: Motion, warnings: list[str]) -> None:
-    """The sound strip and the word markers, where they are wanted."""
-    span, kept = planned.voice.span, planned.settings
-    if kept["add_sound"] and not planned.voice.placed:
+def _accompany(planned: Plan, scene, motion: Motion, warnings: list[str]) -> str:
+    """The sound strip and the word markers, where they are wanted; returns the strip's tag."""
+    span, kept, voice = planned.voice.span, planned.settings, planned.voice
+    own = ""
+    if voice.placed:
+        scene.sync_mode = "AUDIO_SYNC"
+    else:
+        name = f"{planned.armature.name} – {Path(voice.path).stem}"
         try:
-            sound.add_sound(scene, planned.voice.path, round(span.start))
+            own, news = voices.lay(scene, voice.path, round(span.start), name, kept["add_sound"])
+            warnings.extend(news)
         except AudioUnreadable as error:  # the engine reads more formats than Blender's sound system
             warnings.append(f"The gestures are there, the sound strip is not: {error}")
-    elif planned.voice.placed:
-        scene.sync_mode = "AUDIO_SYNC"
     if kept["add_markers"]:
         if motion.words:
             markers.add(scene, motion.words, span.start, kept["marker_prefix"], span.first, span.last)
         else:
             warnings.append("There are no word markers, because the words are not known.")
+    return own

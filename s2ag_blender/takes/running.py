@@ -12,7 +12,7 @@ TICK = 0.1
 
 def character(context) -> bpy.types.Object | None:
     """The armature that the active object is or is deformed by, or None."""
-    active = context.active_object
+    active = context.active_object or context.view_layer.objects.active  # a hidden one is still the chosen one
     if active is None or active.type == "ARMATURE":
         return active
     return active.find_armature()
@@ -94,7 +94,7 @@ class Generating:
             self._timer = None
 
     def _done(self, uid: int, name: str, outcome: generate.Outcome):
-        session.MESSAGES[uid] = [(told(warning), "ERROR") for warning in outcome.warnings]
+        session.MESSAGES[uid] = [(note, "INFO") for note in outcome.notes]  # warnings stand with their take
         for warning in outcome.warnings:
             self.report({"WARNING"}, told(warning))
         self.report({"INFO"}, told("{name} gestures for {seconds:.1f} seconds", name=name, seconds=outcome.seconds))

@@ -27,11 +27,12 @@ class Span:
 
 @dataclass(frozen=True)
 class Voice:
-    """What the engine is to hear. ``placed`` tells that the sequencer plays it already."""
+    """What the engine is to hear, and its name for people. ``placed`` tells that the sequencer plays it already."""
 
     path: str
     span: Span
     placed: bool = False
+    name: str = ""
 
 
 def voice(settings, scene: bpy.types.Scene) -> Voice:
@@ -44,17 +45,18 @@ def voice(settings, scene: bpy.types.Scene) -> Voice:
         raise UsageError(f"{reason}.", "The panel has it at its top or under Frames and Sound.")
     if settings.audio_source == "MIXDOWN":
         limits = _limits(settings, scene)
-        return Voice(mixdown(scene, *limits), Span(limits[0], *limits), placed=True)
+        return Voice(mixdown(scene, *limits), Span(limits[0], *limits), placed=True, name=told("Sequencer"))
     if settings.audio_source == "STRIP":
         strip = chosen_strip(settings, scene)
-        return Voice(strip_file(strip), strip_span(settings, scene, strip), placed=True)
+        return Voice(strip_file(strip), strip_span(settings, scene, strip), placed=True, name=strip.name)
     path = str(Path(bpy.path.abspath(settings.audio)).resolve())
+    name = Path(path).name
     if settings.range == "STRIP":
-        return Voice(path, strip_span(settings, scene, chosen_strip(settings, scene)), placed=True)
+        return Voice(path, strip_span(settings, scene, chosen_strip(settings, scene)), placed=True, name=name)
     if settings.range == "OWN":
-        return Voice(path, Span(settings.start_frame, settings.start_frame))
+        return Voice(path, Span(settings.start_frame, settings.start_frame), name=name)
     first, last = _limits(settings, scene)
-    return Voice(path, Span(first, first, last))
+    return Voice(path, Span(first, first, last), name=name)
 
 
 def missing(settings, scene: bpy.types.Scene) -> str:

@@ -4,29 +4,61 @@ import bpy
 
 from .. import provenance
 from ..keys import layers
-from . import drafts, recall
+from ..keys.apply import scene_fps
+from ..translations import named
+from . import drafts, recall, voices
 
 
-def add(armature: bpy.types.Object, actions: list[bpy.types.Action]) -> None:
-    """Put the actions of one run at the end of the list and show the first of them."""
+def add(armature: bpy.types.Object, actions: list[bpy.types.Action], recording: str = "", warnings=()) -> None:
+    """Put the actions of one run at the end of the list and show the first of them.
+
+    Each remembers its ``recording``, by its name for people, and the ``warnings`` of the run.
+    """
     settings = armature.s2ag
     run = 1 + max((take.run for take in settings.takes), default=0)
     first = len(settings.takes)
     for number, action in enumerate(actions):
+        name, place = title(armature, action), layers.Place.of(action)
         take = settings.takes.add()
         # A library override finds its own items again by their names, so no two may have the same.
-        take.name, take.title, take.action, take.run = f"{run}.{number}", title(action), action, run
+        take.name, take.action, take.run = f"{run}.{number}", action, run
+        take.recording, take.warnings = recording, "\n".join(warnings)
+        take.first, take.last = place.first, place.last
+        take.title = name  # names its action, too
     settings.active_take = first  # shows it
 
 
-def title(action: bpy.types.Action) -> str:
-    """A take's first name: its style, seed and number."""
-    told = provenance.of(action)
-    style = told.get("style", "")
-    if isinstance(style, dict):
-        style = " + ".join(style)
-    near = "".join(f"~{number}" for number, _ in told.get("near", ()))
-    return f"{style.capitalize()} {told.get('seed', 0)}.{told.get('take', 0)}{near}"
+def title(armature: bpy.types.Object, action: bpy.types.Action) -> str:
+    """A take's first name: its style, with the lowest number that no other take of the character has."""
+    style = provenance.of(action).get("style", "")
+    style = " + ".join(named(one) for one in (style if isinstance(style, dict) else [style]))
+    used = {take.title for take in armature.s2ag.takes}
+    return next(name for number in range(1, len(used) + 2) if (name := f"{style} {number}") not in used)
+
+
+def rename(armature: bpy.types.Object, take) -> None:
+    """Name the action of a take, and the strip that plays it, after its character and title."""
+    if take.action is None or take.action.library is not None:
+        return
+    take.action.name = f"{armature.name} – {take.title}"
+    for strip in layers.strips(armature):
+        if strip.action == take.action:
+            strip.name = take.action.name
+
+
+def beyond(armature: bpy.types.Object, scene: bpy.types.Scene) -> tuple[float, float] | None:
+    """Seconds of the selected take and of the scene where the take goes on after the scene's end, else None."""
+    take = active(armature)
+    if take is None or take.last <= max(take.first, scene.frame_end):
+        return None
+    rate = scene_fps(scene)
+    return (take.last - take.first) / rate, (scene.frame_end - scene.frame_start + 1) / rate
+
+
+def fit(armature: bpy.types.Object, scene: bpy.types.Scene) -> None:
+    """Lengthen the scene so that it shows all of the selected take."""
+    take = active(armature)
+    scene.frame_start, scene.frame_end = min(scene.frame_start, take.first), max(scene.frame_end, take.last)
 
 
 def active(armature: bpy.types.Object):
@@ -44,6 +76,7 @@ def show(armature: bpy.types.Object) -> None:
     if take is not None and provenance.of(take.action):
         drafts.drop(armature)
         layers.show(armature, take.action)
+        voices.hear(armature, take.action)
 
 
 def delete(armature: bpy.types.Object, indices) -> None:
@@ -62,6 +95,7 @@ def delete(armature: bpy.types.Object, indices) -> None:
             layers.hide(armature, action)
             if action.users - action.use_fake_user <= 0:
                 bpy.data.actions.remove(action)
+    voices.clear()
     survived = next((number for number, take in enumerate(settings.takes) if playing and take.action == playing), None)
     settings.active_take = min(nearest, len(settings.takes) - 1) if survived is None else survived
 

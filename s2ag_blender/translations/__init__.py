@@ -10,6 +10,8 @@ import bpy
 from ...core.errors import S2agError
 
 _NAME = "s2ag"
+CONTEXT = "S2AG"
+"""The context of all our words: without one Blender's own catalogue is asked first, in which some mean something else."""
 _FOLDER = Path(__file__).parent
 _MOST = 1000
 
@@ -41,11 +43,18 @@ def sentence(locale: str, text: str) -> str:
 
 def told(text: str, **values) -> str:
     """A sentence for the user in the user's language; ``values`` fill its ``{names}``."""
-    translated = bpy.app.translations.pgettext_rpt(text)
+    translated = bpy.app.translations.pgettext_rpt(text, CONTEXT)
     if values:
         return translated.format(**values)
     locale = bpy.app.translations.locale
     return sentence(locale, text) if translated == text and locale in LANGUAGES else translated
+
+
+def named(style: str) -> str:
+    """A style's name in the user's language, where new data is named in it."""
+    shown = style.capitalize()
+    translated = bpy.app.translations.pgettext_data(shown, CONTEXT)
+    return style if translated == shown else translated
 
 
 def told_error(error: S2agError) -> str:
@@ -53,12 +62,21 @@ def told_error(error: S2agError) -> str:
     return f"{told(error.message)} {told(error.remedy)}".strip()
 
 
+def in_context(cls: type) -> None:
+    """Let Blender look up what a class of ours is called, and its properties and their choices, among our words."""
+    if issubclass(cls, (bpy.types.Panel, bpy.types.Operator, bpy.types.Menu)):
+        cls.bl_translation_context = CONTEXT
+    for base in cls.__mro__:
+        if base.__module__.startswith(__package__.rpartition(".")[0]):
+            for declared in getattr(base, "__annotations__", {}).values():
+                declared.keywords.setdefault("translation_context", CONTEXT)
+
+
 def register() -> None:
     """Give every table to Blender."""
     tables = {}
     for locale, table in LANGUAGES.items():
-        # Names of operators have a context of their own in Blender.
-        pairs = {(context, message): text for message, text in table.items() for context in ("*", "Operator")}
+        pairs = {(context, message): text for message, text in table.items() for context in ("*", "Operator", CONTEXT)}
         tables[locale] = pairs
     bpy.app.translations.register(_NAME, tables)
 

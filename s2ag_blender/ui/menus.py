@@ -26,6 +26,7 @@ class S2AG_MT_gestures(bpy.types.Menu):
         for name in ("edit_bone_map", "reset_bone_map", "load_bone_map", "save_bone_map"):
             layout.operator(f"s2ag.{name}")
         layout.separator()
+        layout.operator("s2ag.fit_range")
         layout.operator("s2ag.remove_markers")
         layout.operator_menu_enum("s2ag.export", "format", icon="EXPORT")
         layout.operator("s2ag.learn")

@@ -6,7 +6,7 @@ from bpy_extras.io_utils import ExportHelper
 from ...core.errors import S2agError
 from ..engine import known
 from ..rig import readiness
-from ..takes import gesture, markers, session, sources
+from ..takes import gesture, markers, session, sources, takes
 from ..takes.running import Generating, character
 from ..translations import told, told_error
 
@@ -124,7 +124,10 @@ class S2AG_OT_export(NeedsCharacter, bpy.types.Operator, ExportHelper):
         except S2agError as error:
             self.report({"ERROR"}, told_error(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, told("Written: {path}", path=self.filepath))
+        if takes.beyond(character(context), context.scene) is not None:
+            self.report({"WARNING"}, told("Cut where the scene ends: {path}", path=self.filepath))
+        else:
+            self.report({"INFO"}, told("Written: {path}", path=self.filepath))
         return {"FINISHED"}
 
 

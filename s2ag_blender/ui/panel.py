@@ -4,7 +4,7 @@ import bpy
 
 from ..engine import errors_log, known
 from ..rig import readiness
-from ..takes import choices, preview, session, sources
+from ..takes import choices, preview, session, sources, takes
 from ..takes.running import character
 from ..translations import told, told_error
 from . import presets
@@ -153,6 +153,22 @@ def draw_run(layout, armature, context) -> None:
         sentence(layout, text, icon)
     if errors_log.latest() is not None and session.messages(armature):
         layout.operator("s2ag.open_log", icon="TEXT")
+    take = takes.active(armature)
+    for warning in take.warnings.splitlines() if take is not None else ():
+        sentence(layout, told(warning), "ERROR")
+    draw_beyond(layout, armature, context.scene)
+
+
+def draw_beyond(layout, armature, scene) -> bool:
+    """Whether the scene ends before the gestures do: then by how much, and the button that mends it."""
+    seconds = takes.beyond(armature, scene)
+    if seconds is None:
+        return False
+    gestures, end = seconds
+    text = told("{gestures:.0f} s of gestures, the scene ends at {end:.0f} s", gestures=gestures, end=end)
+    sentence(layout, text, "ERROR")
+    layout.operator("s2ag.fit_range", icon="PREVIEW_RANGE")
+    return True
 
 
 def draw_button(layout, context) -> None:

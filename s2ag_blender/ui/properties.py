@@ -38,6 +38,12 @@ def _switched(settings, context) -> None:
     takes.show(settings.id_data)
 
 
+def _titled(take, context) -> None:
+    from ..takes import takes
+
+    takes.rename(take.id_data, take)
+
+
 def _kept(take, context) -> None:
     if take.action is not None and take.keep:
         take.action.use_fake_user = True
@@ -77,12 +83,16 @@ class S2AG_BoneChoice(bpy.types.PropertyGroup):
 class S2AG_Take(bpy.types.PropertyGroup):
     """One take of a character; all else about it stands on its action. ``name`` is its number, never used twice."""
 
-    title: bpy.props.StringProperty(name="Title", description="What this take is called", override=EDITABLE)
+    title: bpy.props.StringProperty(name="Title", description="What this take is called", override=EDITABLE, update=_titled)
     action: bpy.props.PointerProperty(type=bpy.types.Action, name="Action", override=EDITABLE)
     keep: bpy.props.BoolProperty(
         name="Keep", description="Spare this take when the others are deleted", override=EDITABLE, update=_kept
     )
     run: bpy.props.IntProperty(options={"HIDDEN"}, override=EDITABLE)  # takes of one press of the button share it
+    recording: bpy.props.StringProperty(options={"HIDDEN"}, override=EDITABLE)
+    warnings: bpy.props.StringProperty(options={"HIDDEN"}, override=EDITABLE)  # one a line
+    first: bpy.props.IntProperty(options={"HIDDEN"}, override=EDITABLE)
+    last: bpy.props.IntProperty(options={"HIDDEN"}, override=EDITABLE)
 
 
 class S2AG_Session(bpy.types.PropertyGroup):

@@ -7,7 +7,7 @@ from ..rig import handpicked, readiness
 from ..takes import choices, markers, takes
 from ..takes.running import character
 from ..translations import told
-from .panel import Sidebar, sentence
+from .panel import Sidebar, draw_beyond, sentence
 
 
 class _Below(Sidebar):
@@ -52,8 +52,11 @@ class S2AG_PT_takes(_Below, bpy.types.Panel):
         column = row.column(align=True)
         column.operator("s2ag.delete_take", text="", icon="REMOVE")
         column.operator("s2ag.delete_others", text="", icon="TRASH")
-        if takes.active(armature) is None:
+        take = takes.active(armature)
+        if take is None:
             layout.label(text="Takes to choose from appear here", icon="INFO")
+        elif take.recording:
+            layout.label(text=told("{name} from frame {frame}", name=take.recording, frame=take.first), icon="SOUND")
         column = layout.column(align=True)
         column.operator("s2ag.reroll", icon="FILE_REFRESH")
         column.operator("s2ag.vary", icon="MOD_NOISE")
@@ -189,7 +192,8 @@ class S2AG_PT_export(_Below, bpy.types.Panel):
         for suffix in ("bvh", "fbx", "glb"):
             operator = column.operator("s2ag.export", text=suffix.upper(), icon="EXPORT", translate=False)
             operator.format = f".{suffix}"
-        layout.label(text="Exports the frames of the scene", icon="INFO")
+        if not draw_beyond(layout, armature, context.scene):
+            layout.label(text="Exports the frames of the scene", icon="INFO")
 
 
 class S2AG_PT_advanced(_Below, bpy.types.Panel):

@@ -152,7 +152,19 @@ class S2AG_OT_recall_take(_OnTake, bpy.types.Operator):
         return {"FINISHED"}
 
 
+class S2AG_OT_fit_range(_OnTake, bpy.types.Operator):
+    """Lengthen the scene so that it shows all of the selected take"""
+
+    bl_idname = "s2ag.fit_range"
+    bl_label = "Fit Range"
+
+    def execute(self, context):
+        takes.fit(character(context), context.scene)
+        return {"FINISHED"}
+
+
 CLASSES = (
+    S2AG_OT_fit_range,
     S2AG_OT_reroll,
     S2AG_OT_vary,
     S2AG_OT_style_grid,

@@ -30,12 +30,14 @@ def test_a_strip_at_the_start_frame_and_playback_that_follows_it(recording):
     assert scene.sync_mode == "AUDIO_SYNC"
 
 
-def test_the_same_file_is_moved_and_not_doubled(recording):
+def test_a_strip_that_plays_it_from_there_will_do_and_no_other_is_moved(recording):
     scene = bpy.context.scene
-    first = add_sound(scene, recording, 1).name
+    first = add_sound(scene, recording, 1)
+    first.frame_final_start = 20  # cut: what it plays still starts at frame 1
+    assert add_sound(scene, recording, 1).name == first.name
     again = add_sound(scene, recording, 48)
-    assert again.name == first and compat.strip_start(again) == 48
-    assert len(compat.sequencer_strips(scene.sequence_editor)) == 1
+    assert again.name != first.name and compat.strip_start(again) == 48 and compat.strip_start(first) == 1
+    assert len(compat.sequencer_strips(scene.sequence_editor)) == 2
 
 
 def test_other_strips_keep_their_place(recording, tmp_path):
