@@ -10,6 +10,7 @@ import numpy as np
 
 from ..core.errors import RigUnusable
 from ..core.motion.skeleton import EDGE_NAMES
+from . import chains as arms
 from . import limbs
 from .family import SIDES, TRUNK_PARTS, families
 from .names import Match, Names, missing_reason, rival
@@ -22,24 +23,29 @@ ROWS = ("hips", *TRUNK_PARTS, *(f"{side}_{part}" for side in SIDES for part in _
 """What findings are about and in which order: the hips and all parts, from the trunk outwards."""
 
 
-def detect(bones: Bones, where: str = "The armature", known: Mapping | None = None) -> Mapping:
+def detect(
+    bones: Bones, where: str = "The armature", known: Mapping | None = None, skin: arms.Reader = lambda: None
+) -> Mapping:
     """The mapping of an armature, with :class:`Finding` for every part.
 
-    ``known`` is a mapping that the character brings along; ``where`` begins the sentences. Its ``warnings`` name parts that
-    will not move. Raises :class:`RigUnusable` that names the missing arm bones.
+    ``known`` is a mapping that the character brings along; ``where`` begins the sentences; ``skin`` tells what hangs on
+    the bones. The mapping's ``warnings`` name parts that will not move. Raises :class:`RigUnusable` that names the missing
+    arm bones.
     """
-    mapping, refusal = survey(bones, where, known)
+    mapping, refusal = survey(bones, where, known, skin)
     if refusal is not None:
         raise refusal
     return mapping
 
 
-def survey(bones: Bones, where: str = "The armature", known: Mapping | None = None) -> tuple[Mapping, RigUnusable | None]:
+def survey(
+    bones: Bones, where: str = "The armature", known: Mapping | None = None, skin: arms.Reader = lambda: None
+) -> tuple[Mapping, RigUnusable | None]:
     """As :func:`detect`, but what was found comes with the error instead of the error alone, so that it can be shown."""
     if not bones.names:
         message = f"{where} has no bones, so {_ALL_ARMS} are missing."
         return Mapping({}), RigUnusable(message, "Choose the character's armature.")
-    look = _Survey(bones, where, known)
+    look = _Survey(bones, where, known, skin)
     refusal = look.run()
     return look.mapping(), refusal
 
@@ -67,8 +73,9 @@ def twist_bones(bones: Bones, chains: dict[str, tuple[str, ...]]) -> dict[str, t
 class _Survey:
     """One look at an armature; ``run`` fills ``parts``, a :class:`Finding` for each part that was found."""
 
-    def __init__(self, bones: Bones, where: str, known: Mapping | None):
+    def __init__(self, bones: Bones, where: str, known: Mapping | None, skin: arms.Reader):
         self.bones, self.where, self.known, self.tree = bones, where, known, limbs.Tree(bones)
+        self.skin = skin
         self.parts: dict[str, Finding] = {}
         self.reasons: dict[str, str] = {}
         self.warnings: list[str] = []
@@ -95,6 +102,7 @@ class _Survey:
         if standing.front_legs:
             return self._four_legged(standing.front_legs)
         if not self.family_controls:
+            self._complete_arms()
             chains = {part: finding.bones for part, finding in self.parts.items()}
             self._take(twist_bones(self.bones, chains), "", "position")
             self._leave_carriers(standing.legs)
@@ -128,10 +136,21 @@ class _Survey:
             if chain and part not in self.parts and not taken.intersection(chain):
                 self.parts[part] = Finding(part, tuple(chain), how)
 
+    def _complete_arms(self) -> None:
+        """Give the arms all bones between their joints, unless a map says which."""
+        chains = {part: finding.bones for part, finding in self.parts.items() if finding.bones}
+        found = arms.completed(self.bones, chains, self.skin)
+        for part, finding in list(self.parts.items()):
+            if finding.how != "map" and part in chains and found.get(part, ()) != finding.bones:
+                kept = found.get(part, ())
+                note = "" if kept else f'the skin of the upper arm hangs on "{finding.bones[0]}"'
+                self.parts[part] = replace(finding, bones=kept, how=finding.how if kept else "", note=note)
+
     def _take_match(self, best: Match, others: list[Match]) -> None:
         """Take what names explain."""
         self.label = self.label or best.family.name
-        self.family = self.family or best.family.key
+        if best.arms >= _TELLING and 2 * best.count >= best.family.size:
+            self.family = self.family or best.family.key
         if best.arms == len(ARMS):
             self.switches, self.family_controls = best.family.switches, best.family.controls
         self.reasons = {part: missing_reason(self.bones, best, part) for part in PARTS}
@@ -226,4 +245,6 @@ class _Survey:
 
 _SOME = 3
 """Fewer bones than these may have the names of a family by chance."""
+_TELLING = 3
+"""Of the four arm parts so many must have a family's names before a rig is called by it: spines are called alike everywhere."""
 _ALL_ARMS = listed([spoken(part) for part in ARMS])

@@ -133,6 +133,7 @@ class Goals:
             for part, chain in mapping.chains.items()
             if part in skeleton.EDGE_NAMES
             for place, (name, share) in enumerate(zip(chain, spread.shares(bones, mapping, part), strict=True))
+            if name not in mapping.held
         }
         self.hands = hands
         self.relative = self._relative_turns()
@@ -212,7 +213,10 @@ class Goals:
 
     def twist_share(self, part: str, place: int) -> float:
         """Share (0..1) of an arm part's twist that is done after the ``place``-th bone of its chain."""
-        return 0.0 if self.winds(part) else (place + 1) / len(self.mapping.chains[part])
+        if self.winds(part):
+            return 0.0
+        count, shares = len(self.mapping.chains[part]), self.mapping.shares.get(part, ())
+        return shares[place] if len(shares) == count else (place + 1) / count
 
     def extras(self) -> dict[str, np.ndarray]:
         """Rotations ``{bone: (frames, 4)}`` of fingers in their own rest spaces; constant ones (1, 4) for hands at ease."""

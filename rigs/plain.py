@@ -103,7 +103,8 @@ class Mapping:
 
     An edge ends at the head of the next part's first bone; where that is not mapped, at the tail of its own last bone.
     ``hips`` is only read, for where up is. ``switches`` let the rig follow these bones; ``findings`` tell how they were
-    found.
+    found. ``shares[part]`` is the share of an arm part's twist that is done after each of its bones (even, where it is not
+    given). Bones in ``held`` are only read: they stay as they are.
     """
 
     chains: dict[str, tuple[str, ...]]
@@ -112,6 +113,8 @@ class Mapping:
     warnings: tuple[str, ...] = field(default=())
     switches: tuple[Switch, ...] = ()
     findings: tuple[Finding, ...] = ()
+    shares: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    held: frozenset[str] = frozenset()
 
     def check(self, bones: Bones) -> "Mapping":
         """Return self, or raise :class:`RigUnusable` where a bone is unknown or named twice, or an arm is missing."""
@@ -143,10 +146,14 @@ class Mapping:
     def segment(self, bones: Bones, part: str, place: int = 0) -> np.ndarray:
         """Direction (3,) at rest from the head of a chain's bone to the end of its part, in armature space, a unit vector.
 
-        Raises :class:`RigUnusable` where both are the same point.
+        A bone at the end itself has that of the chain. Raises :class:`RigUnusable` where the chain has no length.
         """
         chain = self.chains[part]
-        along = self.end(bones, part) - bones.heads[bones.row(chain[place])]
+        end = self.end(bones, part)
+        whole = np.linalg.norm(end - bones.heads[bones.row(chain[0])])
+        along = end - bones.heads[bones.row(chain[place])]
+        if np.linalg.norm(along) < 0.02 * whole:
+            along = end - bones.heads[bones.row(chain[0])]
         length = np.linalg.norm(along)
         if length < 1e-9:
             raise RigUnusable(f'Bone "{chain[place]}" of {spoken(part)} has no length.', "Correct the bone mapping.")

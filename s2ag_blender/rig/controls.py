@@ -324,8 +324,8 @@ def _controls(goals: Goals, hands: Collection[str]) -> list[Control]:
                 controls.append(Control(name, row, part, goals.mapping.tip(part), base=base))
     for side in SIDES:
         for name in chains.get(f"{side}_hand", ())[:1]:
-            if bones.row(name) not in goals.roles and name in hands:
-                forearm = places[chains[f"{side}_forearm"][-1]]
+            forearm = places.get(chains[f"{side}_forearm"][-1], -1)
+            if bones.row(name) not in goals.roles and name in hands and forearm >= 0:
                 controls.append(Control(name, bones.row(name), f"{side}_hand", copies=forearm))
     return controls
 

@@ -16,12 +16,12 @@ _ENOUGH = 60
 def read(armature: bpy.types.Object, bones: Bones, mapping: Mapping) -> Girth | None:
     """The trunk at rest as the armature's meshes show it, or None where they do not."""
     trunk = _trunk_bones(bones, mapping)
-    points = [_points(armature, item, trunk) for item in _meshes(armature)]
+    points = [_points(armature, item, trunk) for item in meshes(armature)]
     points = np.concatenate([np.zeros((0, 3)), *points])
     return measure(bones, mapping, points) if len(points) >= _ENOUGH else None
 
 
-def _meshes(armature) -> list[bpy.types.Object]:
+def meshes(armature: bpy.types.Object) -> list[bpy.types.Object]:
     """Visible meshes that an armature modifier lets follow ``armature``."""
     return [
         item
@@ -73,8 +73,13 @@ def _points(armature, item, trunk: set[str]) -> np.ndarray:
         pulls = [(pull.weight, groups[pull.group]) for pull in vertex.groups if pull.group in groups]
         if pulls and max(pulls)[1] and max(pulls)[0] > 0:
             rows.append(vertex.index)
+    return in_armature(armature, item)[rows]
+
+
+def in_armature(armature: bpy.types.Object, item: bpy.types.Object) -> np.ndarray:
+    """Vertices (n, 3) of a mesh at rest in armature space."""
     to_armature = np.array(armature.matrix_world.inverted_safe() @ item.matrix_world)
-    return _shape(mesh)[rows] @ to_armature[:3, :3].T + to_armature[:3, 3]
+    return _shape(item.data) @ to_armature[:3, :3].T + to_armature[:3, 3]
 
 
 def _shape(mesh: bpy.types.Mesh) -> np.ndarray:

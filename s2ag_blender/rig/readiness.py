@@ -127,9 +127,20 @@ def label(part: str) -> str:
 
 
 def _key(armature) -> tuple:
+    """What is cheap to see and may change without Blender telling: locks do."""
     data = armature.animation_data
     tweaked = data is not None and data.use_tweak_mode
-    return armature.name, len(armature.data.bones), len(armature.s2ag.bone_map), armature.mode == "EDIT", tweaked
+    facts = len(armature.data.bones), len(armature.s2ag.bone_map), armature.mode == "EDIT", tweaked
+    return armature.name, *facts, _locks(armature).tobytes()
+
+
+def _locks(armature) -> np.ndarray:
+    """Which rotations are locked (3 n,)."""
+    pose = armature.pose.bones if armature.pose else ()
+    locks = np.zeros(3 * len(pose), bool)
+    if len(pose):
+        pose.foreach_get("lock_rotation", locks)
+    return locks
 
 
 def _look_at(armature) -> _Look:
@@ -151,11 +162,8 @@ def _made_of(armature) -> tuple:
     """All that a readiness is worked out from, in a form that two looks can be compared by."""
     if armature.type != "ARMATURE":
         return ()
-    bones, pose = reading.read(armature), armature.pose.bones if armature.pose else ()
-    locks = np.zeros(3 * len(pose), bool)
-    if len(pose):
-        pose.foreach_get("lock_rotation", locks)
-    arrays = bones.parents, bones.matrices, bones.lengths, bones.inherits, bones.driven, locks
+    bones = reading.read(armature)
+    arrays = bones.parents, bones.matrices, bones.lengths, bones.inherits, bones.driven, _locks(armature)
     chosen = tuple((item.name, item.bones) for item in armature.s2ag.bone_map), armature.s2ag.bone_map_notes
     standing = armature.data.pose_position, armature.library is None, str(vrm.humanoid(armature))
     return bones.names, *(array.tobytes() for array in arrays), chosen, standing
@@ -168,7 +176,8 @@ def _look(armature) -> tuple[Readiness, Mapping | None]:
     except S2agError as error:
         return Readiness(problem=_problem(error)), None
     found = {one.part: one for one in mapping.findings}
-    rows = [_row(part, mapping.chains.get(part, ()), found.get(part)) for part in EDGE_NAMES]
+    moved = {part: tuple(name for name in chain if name not in mapping.held) for part, chain in mapping.chains.items()}
+    rows = [_row(part, moved.get(part, ()), found.get(part)) for part in EDGE_NAMES]
     names = {family.key: family.name for family in families()}
     family = names.get(mapping.family, mapping.family)
     problem = "" if refusal is None else _problem(refusal)

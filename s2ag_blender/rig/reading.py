@@ -8,10 +8,10 @@ import numpy as np
 
 from ...core.errors import RigUnusable
 from ...core.motion.skeleton import EDGE_NAMES
-from ...rigs.detect import detect
+from ...rigs import chains as arm_chains
 from ...rigs.detect import survey as detect_all
-from ...rigs.plain import ARMS, TWISTS, Bones, Finding, Mapping, require_arms, spoken
-from . import vrm
+from ...rigs.plain import ARMS, MARKS, TWISTS, Bones, Finding, Mapping, spoken
+from . import skin, vrm
 
 _DRIVEN_BONE = re.compile(r'^pose\.bones\["((?:[^"\\]|\\.)*)"\]')
 
@@ -54,11 +54,11 @@ def survey(armature: bpy.types.Object, mapping: Mapping | dict | None = None) ->
     """What is known of an armature, and why that is not enough, or None; changes and raises nothing."""
     bones = read(armature)
     if mapping is None:
-        mapping, refusal = detect_all(bones, f'Armature "{armature.name}"', vrm.humanoid(armature))
+        mapping, refusal = found(armature, bones)
         if refusal is not None:
             return mapping, refusal
     elif not isinstance(mapping, Mapping):
-        mapping = by_hand(bones, mapping)
+        mapping = by_hand(armature, bones, mapping)
     try:
         return resolve_mapping(armature, bones, mapping), None
     except RigUnusable as error:
@@ -68,27 +68,42 @@ def survey(armature: bpy.types.Object, mapping: Mapping | dict | None = None) ->
         return replace(mapping, findings=tuple(named.get(one.part, one) for one in mapping.findings)), error
 
 
+def found(armature: bpy.types.Object, bones: Bones) -> tuple[Mapping, RigUnusable | None]:
+    """What is found of an armature by itself, locked bones included, and why that is not enough, or None."""
+    return detect_all(bones, f'Armature "{armature.name}"', vrm.humanoid(armature), lambda: skin.read(armature, bones))
+
+
 def resolve_mapping(armature: bpy.types.Object, bones: Bones, mapping: Mapping | dict | None = None) -> Mapping:
-    """The mapping to use: the given one (``{part: bone or bones}``) or the detected one, without bones that are locked.
+    """The mapping to use: the given one (``{part: bone or bones}``) or the detected one; locked bones stay as they are.
 
     Its ``warnings`` tell of everything that keeps a part from moving as asked. Raises :class:`RigUnusable`.
     """
     if mapping is None:
-        mapping = detect(bones, f'Armature "{armature.name}"', vrm.humanoid(armature))
+        mapping, refusal = found(armature, bones)
+        if refusal is not None:
+            raise refusal
     elif not isinstance(mapping, Mapping):
-        mapping = by_hand(bones, mapping)
+        mapping = by_hand(armature, bones, mapping)
     mapping = _without_locked(armature, mapping.check(bones))
+    if not mapping.shares:
+        mapping = replace(mapping, shares=arm_chains.twist_shares(bones, mapping.chains, lambda: skin.read(armature, bones)))
     return replace(mapping, warnings=(*mapping.warnings, *_obstacles(armature, mapping)))
 
 
-def by_hand(bones: Bones, chosen: dict) -> Mapping:
-    """A mapping of ``{part: bone or bones}``, with the hips and the switches of the kind of rig whose arms it has."""
+def by_hand(armature: bpy.types.Object, bones: Bones, chosen: dict) -> Mapping:
+    """A mapping of ``{part: bone or bones}``, with the hips, hands and switches of the kind of rig whose arms it has.
+
+    Where a forearm ends must be known: where the map does not say it and other arms are found, the bone that carries
+    most below the forearm is taken for the hand.
+    """
     chains = {part: (chain,) if isinstance(chain, str) else tuple(chain) for part, chain in chosen.items()}
     mapping = Mapping({part: chain for part, chain in chains.items() if chain})
-    found, refusal = detect_all(bones)
-    if refusal is not None or any(found.chains[part] != mapping.chains.get(part) for part in ARMS):
-        return mapping
-    return replace(mapping, hips=found.hips, switches=found.switches)
+    seen, refusal = found(armature, bones)
+    if refusal is not None or any(seen.chains[part] != mapping.chains.get(part) for part in ARMS):
+        return replace(mapping, chains=arm_chains.with_hands(bones, mapping.chains))
+    taken = {name for chain in mapping.chains.values() for name in chain}
+    marks = {part: seen.chains[part] for part in MARKS if part in seen.chains and not taken.intersection(seen.chains[part])}
+    return replace(mapping, chains=marks | mapping.chains, hips=mapping.hips or seen.hips, switches=seen.switches)
 
 
 def is_locked(bone: bpy.types.PoseBone) -> bool:
@@ -101,21 +116,19 @@ def _without_locked(armature, mapping: Mapping) -> Mapping:
     locked = [name for part in moved for name in mapping.chains.get(part, ()) if is_locked(pose[name])]
     if not locked:
         return mapping
+    free = {part: tuple(name for name in mapping.chains.get(part, ()) if name not in locked) for part in moved}
+    still = [part for part in ARMS if not free[part]]  # where the arms are tells where the character's left and front are
     chains = {
-        part: kept
-        for part, chain in mapping.chains.items()
-        if (kept := chain if part not in moved else tuple(name for name in chain if name not in locked))
+        part: kept for part, chain in mapping.chains.items() if (kept := chain if part in still else free.get(part, chain))
     }
-    lost = [part for part in ARMS if part not in chains]
-    if lost:
-        require_arms(chains, f'Armature "{armature.name}" with its locked bones left out')
-    findings = tuple(_unlocked(one, chains) if one.part in moved else one for one in mapping.findings)
+    held = mapping.held.union(name for part in still for name in chains[part])
+    findings = tuple(_unlocked(one, free) if one.part in moved else one for one in mapping.findings)
     warnings = (*mapping.warnings, f"{_quoted(locked)}: rotation is locked, so it stays as it is.")
-    return replace(mapping, chains=chains, warnings=warnings, findings=findings)
+    return replace(mapping, chains=chains, warnings=warnings, findings=findings, held=held)
 
 
 def _unlocked(finding: Finding, chains: dict) -> Finding:
-    """The finding without bones that are no longer in ``chains``, which its note tells."""
+    """The finding without bones that are not in ``chains``, which its note tells."""
     kept = chains.get(finding.part, ())
     if kept == finding.bones:
         return finding
@@ -129,7 +142,7 @@ def _obstacles(armature, mapping: Mapping) -> list[str]:
     if armature.data.pose_position == "REST":
         warnings.append(f'Armature "{armature.name}" shows its rest position, so motion will not be seen.')
     for part in ARMS:
-        partly = [name for name in mapping.chains[part] if any(pose[name].lock_rotation)]
+        partly = [name for name in mapping.chains[part] if any(pose[name].lock_rotation) and name not in mapping.held]
         if partly:
             warnings.append(f"{_quoted(partly)}: {spoken(part)} cannot point everywhere, part of its rotation is locked.")
     return warnings

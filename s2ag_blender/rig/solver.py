@@ -106,7 +106,7 @@ def entangled(armature: bpy.types.Object, bones: Bones, mapping: Mapping, values
         if tip and bones.row(mapping.chains[part][-1]) not in bones.ancestors(bones.row(tip)):
             return f'bone "{tip}" does not hang on "{mapping.chains[part][-1]}"'
     for name in moved:
-        if any(armature.pose.bones[name].lock_rotation):
+        if name not in mapping.held and any(armature.pose.bones[name].lock_rotation):
             return f'part of the rotation of bone "{name}" is locked'
     return _constrained(armature, lineage, values or {}) or _driven(armature, lineage)
 

@@ -21,14 +21,15 @@ ORDER = (*ROWS, "crown")
 """Parts that a map may name, in the order of the panel."""
 
 
+SHOWN = ("hips", *EDGE_NAMES, "left_hand", "right_hand")
+"""Parts that always have a row; twist bones and the crown have one where there are any."""
+
+
 def edit(armature: bpy.types.Object) -> None:
-    """Make the bones that were found a choice by hand, where there is none yet."""
-    rows = {row.part: row.bones for row in readiness.of(armature).rows}
-    for part in EDGE_NAMES:
-        if part not in armature.s2ag.bone_map:
-            item = armature.s2ag.bone_map.add()
-            item.name, item.bones = part, join(rows.get(part, ()))
-    readiness.forget(armature)
+    """Make the bones that were found a choice by hand, where there is none yet: all of them, so that nothing changes."""
+    if not armature.s2ag.bone_map:
+        _fill(armature.s2ag, reading.found(armature, reading.read(armature))[0])
+        readiness.forget(armature)
 
 
 def reset(armature: bpy.types.Object) -> None:
@@ -44,18 +45,22 @@ def load(armature: bpy.types.Object, path: str | Path) -> Mapping:
     Raises :class:`RigUnusable` for a file that is no map and for bones that the armature lacks, before anything is changed.
     """
     mapping = maps.load(path)
-    chains = mapping.chains | ({"hips": (mapping.hips,)} if mapping.hips else {})
-    _require(armature, chains)
-    kept = armature.s2ag
-    kept.bone_map.clear()
-    for part in ORDER:
-        if part in chains or part in EDGE_NAMES:
-            item = kept.bone_map.add()
-            item.name, item.bones = part, join(chains.get(part, ()))
-    switches = [{"bone": one.bone, "path": one.path, "value": one.value} for one in mapping.switches]
-    kept.bone_map_notes = json.dumps({"family": mapping.family, "switches": switches})
+    _require(armature, mapping.chains | ({"hips": (mapping.hips,)} if mapping.hips else {}))
+    armature.s2ag.bone_map.clear()
+    _fill(armature.s2ag, mapping)
     readiness.forget(armature)
     return mapping
+
+
+def _fill(settings, mapping: Mapping) -> None:
+    """Make a mapping the choice by hand."""
+    chains = mapping.chains | ({"hips": (mapping.hips,)} if mapping.hips else {})
+    for part in ORDER:
+        if part in chains or part in SHOWN:
+            item = settings.bone_map.add()
+            item.name, item.bones = part, join(chains.get(part, ()))
+    switches = [{"bone": one.bone, "path": one.path, "value": one.value} for one in mapping.switches]
+    settings.bone_map_notes = json.dumps({"family": mapping.family, "switches": switches})
 
 
 def save(armature: bpy.types.Object, path: str | Path) -> Mapping:
@@ -67,7 +72,7 @@ def save(armature: bpy.types.Object, path: str | Path) -> Mapping:
     if mapping is None:
         mapping, _ = reading.survey(armature)
     elif not isinstance(mapping, Mapping):
-        mapping = reading.by_hand(reading.read(armature), mapping)
+        mapping = reading.by_hand(armature, reading.read(armature), mapping)
     maps.parse(json.loads(maps.dump(mapping)))  # what could not be read again is not written
     maps.save(path, mapping, armature.name)
     return mapping

@@ -229,15 +229,23 @@ def test_locked_channels_get_no_curves():
         assert degrees(axis, np.array([1.0, 0, 0])) < 1e-2
 
 
-def test_a_wholly_locked_arm_is_refused_and_a_partly_locked_one_told():
+@pytest.mark.parametrize("measured", [False, True])
+def test_a_locked_arm_stays_and_is_told_and_the_rest_gestures(measured):
     whole, motion, told = body(), Motion(performance(5)), []
     item = rigging.make_armature(whole)
+    if measured:
+        item.data.bones["spine2"].use_inherit_rotation = False
     item.pose.bones["left_fore"].lock_rotation = (True, False, True)
     apply_motion(item, motion, mapping=whole.chains, report=told.append, options=EXACT)
     assert any("the left forearm cannot point everywhere" in sentence for sentence in told)
-    item.pose.bones["left_fore"].lock_rotation = (True, True, True)
-    with pytest.raises(RigUnusable, match="no bone for the left forearm"):
-        apply_motion(item, motion, mapping=whole.chains, options=EXACT)
+    told.clear()
+    for name in ("left_upper", "left_fore"):
+        item.pose.bones[name].lock_rotation = (True, True, True)
+    action = apply_motion(item, motion, mapping=whole.chains, report=told.append, options=EXACT)
+    keyed = {curve.data_path.split('"')[1] for curve in compat.curves(action)}
+    assert {"right_upper", "right_fore", "neck"} <= keyed and not {"left_upper", "left_fore"} & keyed
+    assert 'Bones "left_upper", "left_fore": rotation is locked, so it stays as it is.' in told
+    assert not any("cannot point" in sentence for sentence in told)
 
 
 def test_rest_position_is_told():

@@ -77,6 +77,18 @@ def test_locks_of_a_bone(figure):
         assert part(figure, "neck").found is not locked
 
 
+def test_a_lock_is_seen_without_any_update(figure, monkeypatch):
+    """Blender does not always tell of a lock; a panel that is drawn asks for another look at once."""
+    (forearm,) = reading.resolve_mapping(figure, reading.read(figure)).chains["left_forearm"]
+    assert part(figure, "left_forearm").found
+    for locked in (True, False):
+        monkeypatch.setattr(readiness, "changed", None)
+        figure.pose.bones[forearm].lock_rotation = (locked,) * 3
+        row = part(figure, "left_forearm")
+        assert row.found is not locked and readiness.of(figure).ready
+        assert not locked or "rotation is locked" in row.note
+
+
 def test_what_has_no_part_in_it_causes_no_second_look(figure, bone):
     before = readiness.known(figure)
     figure.location.x = 2

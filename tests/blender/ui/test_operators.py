@@ -298,7 +298,7 @@ def test_bones_chosen_by_hand(speaker):
     assert readiness.of(speaker).found == 9
     bpy.ops.s2ag.edit_bone_map()
     kept = {item.name: item for item in speaker.s2ag.bone_map}
-    assert len(kept) == 9 and kept["left_forearm"].bones
+    assert len(kept) == 12 and kept["left_forearm"].bones and kept["left_hand"].bones and kept["hips"].bones
     kept["left_clavicle"].bones = ""
     assert readiness.of(speaker).found == 8
     kept["right_forearm"].bones = "nothing"
