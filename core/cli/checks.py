@@ -14,6 +14,7 @@ from pathlib import Path
 
 from ..errors import S2agError
 from ..model.catalogue import describe
+from ..words.aligner import engines, packed
 from ..words.cache import Cache, default_folder
 from . import blender
 
@@ -44,6 +45,7 @@ def all_checks() -> Iterator[Check]:
     yield _torch()
     yield _package("safetensors", "safetensors", f"For other networks: {FULL}", required=False)
     yield _package("av", "av", f"For all recordings but WAV: {ENGINE}", required=False)
+    yield _package("pocketsphinx", "pocketsphinx", f"For other models of speech: {FULL}", required=False)
     yield _aligner()
     yield _vectors()
     yield _checkpoint()
@@ -76,13 +78,9 @@ def _torch() -> Check:
 
 
 def _aligner() -> Check:
-    found = _package("pocketsphinx", "pocketsphinx", f"For other models of speech: {FULL}", required=False)
-    if not found.ok:
-        return found
-    import pocketsphinx
-
-    model = Path(pocketsphinx.get_model_path()) / "en-us" / "en-us"
-    return Check("pocketsphinx", model.is_dir(), f"{found.detail}, model {'there' if model.is_dir() else 'missing'}", ENGINE)
+    if not packed.ENGLISH.is_file():
+        return Check("aligner", False, "no model of speech", f"Install s2ag again; {packed.ENGLISH.name} belongs to it.")
+    return Check("aligner", True, engines.switched() or "pocketsphinx")
 
 
 def _recogniser() -> Check:

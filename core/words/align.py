@@ -12,7 +12,7 @@ import numpy as np
 from .. import child
 from ..sound import voice
 from ..sound.audio import SAMPLE_RATE, gain
-from .aligner import engines
+from .aligner import packed
 
 Span = tuple[float, float]
 
@@ -153,8 +153,8 @@ def _run(audio, stretches, segments, progress, model) -> tuple[list, str]:
     """The child's spans, or nothing but a complaint when it is absent, dies, hangs or talks nonsense."""
     count = sum(len(part.words) for part in stretches)
     nothing = [None] * count
-    if engines.english() is None:
-        return nothing, "The aligner has no acoustic model (s2ag[engine] brings it), so words are spread over the speech."
+    if not packed.ENGLISH.is_file():
+        return nothing, f"{packed.ENGLISH.name}, the aligner's model of speech, is missing; words are spread over the speech."
     duration = len(audio) / SAMPLE_RATE
     edges = [0.0, *(edge for segment in segments for edge in segment), duration]
 

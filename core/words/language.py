@@ -7,6 +7,7 @@ from pathlib import Path
 
 from .. import json_text
 from ..errors import EngineMissing, TranscriptUnreadable
+from .aligner import sphinx_model
 
 _REMEDY = "See docs/transcripts.md, Other languages."
 _PACKAGE = "espeakng_loader"
@@ -76,6 +77,8 @@ def _folder(folder: str | PathLike | None) -> dict | None:
         raise TranscriptUnreadable(f"The aligner model {folder} holds {len(dictionaries)} dictionaries.", "Leave one there.")
     if not dictionaries and letters is None:
         raise TranscriptUnreadable(f"The aligner model {folder} holds neither a dictionary nor letters.json.", _REMEDY)
+    if acoustic is not None:
+        _check(acoustic)
     if acoustic is not None and letters is None:
         letters = {}  # guesses by English rules would name phones that this model lacks
     return {
@@ -84,6 +87,16 @@ def _folder(folder: str | PathLike | None) -> dict | None:
         "letters": letters,
         "voice": None,
     }
+
+
+def _check(acoustic: Path) -> None:
+    """Raise :class:`EngineMissing` for sounds that only pocketsphinx can read, where it is not installed."""
+    if importlib.util.find_spec("pocketsphinx") is None:
+        try:
+            sphinx_model.read(acoustic)
+        except sphinx_model.UnreadableModel as error:
+            message = f"The acoustic model {acoustic} is of a kind that needs the Python package pocketsphinx."
+            raise EngineMissing(message, 'Install it with: pip install "s2ag[full]"') from error
 
 
 def fingerprint(model: dict | None) -> list:

@@ -1,12 +1,11 @@
 """Words found in a piece of sound by numpy: along a chain of given words, or freely with the text as the only grammar."""
 
-from pathlib import Path
-
 import numpy as np
 
 from . import cepstra, graph, viterbi
 from .acoustic import AcousticModel
 from .lexicon import Lexicon
+from .sphinx_model import Parts
 
 _JUMP = -30.0
 """Log probability of going on with any other word of the text than the next one, where what is said is searched for."""
@@ -30,8 +29,8 @@ class Ear:
     model. Features are free of noise already, and there are no beams that could be wide."""
     strange = ()
 
-    def __init__(self, folder: Path, lexicon: Lexicon, foreign: bool = False):
-        self._model = AcousticModel(folder)
+    def __init__(self, parts: Parts, lexicon: Lexicon, foreign: bool = False):
+        self._model = AcousticModel(parts)
         self._lexicon, self._best = lexicon, _FOREIGN if foreign else 1
         self._ways: dict[str, list[graph.Way]] = {}
         self._alone = self._model.together(np.unique(self._model.alone))

@@ -1,7 +1,6 @@
 """How words are pronounced: by a dictionary, by eSpeak NG for other languages, and else by their letters."""
 
-from pathlib import Path
-
+from . import packed
 from .letters import phones
 from .pronounce import Espeak
 
@@ -9,17 +8,18 @@ from .pronounce import Espeak
 class Lexicon:
     """Pronunciations, each phones divided by spaces, of a ``vocabulary``; other words are not looked up.
 
-    ``english`` is the dictionary of the English model. A ``model`` of another language (:mod:`..language`) names its own, the
+    English words are those of :mod:`packed`. A ``model`` of another language (:mod:`..language`) names its own, the
     voice of eSpeak NG, and rules for letters; English words are none of it.
     """
 
-    def __init__(self, vocabulary: set[str], english: Path, model: dict | None = None):
+    def __init__(self, vocabulary: set[str], model: dict | None = None):
         self._model = model or {}
         self._ways: dict[str, list[str]] = {}
         wanted = vocabulary | {word.lower() for word in vocabulary}
-        dictionary = self._model.get("dictionary") or (None if self._model else english)
-        if dictionary:
-            self._look_up(dictionary, wanted)
+        if not self._model:
+            self._ways = packed.pronunciations(wanted)
+        elif self._model.get("dictionary"):
+            self._look_up(self._model["dictionary"], wanted)
         if self._model.get("voice"):
             espeak = Espeak(self._model["voice"])
             self._ways.update(

@@ -2,19 +2,60 @@
 
 import json
 import shutil
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+from s2ag.core.errors import EngineMissing
 from s2ag.core.sound import audio
-from s2ag.core.words import align
-from s2ag.core.words.aligner import acoustic, cepstra, ear, engines, graph, lexicon, sphinx, viterbi
-
-pytest.importorskip("pocketsphinx", reason="the acoustic model is not installed")
+from s2ag.core.words import align, language
+from s2ag.core.words.aligner import acoustic, cepstra, ear, engines, graph, lexicon, packed, sphinx, sphinx_model, viterbi
 
 
 @pytest.fixture(scope="module")
 def model():
-    return acoustic.AcousticModel(engines.english() / "en-us")
+    return acoustic.AcousticModel(packed.read())
+
+
+@pytest.fixture(scope="module")
+def theirs():
+    """The folder of pocketsphinx's English model."""
+    return Path(pytest.importorskip("pocketsphinx", reason="it is not installed").get_model_path()) / "en-us"
+
+
+def test_what_comes_with_us_is_pocketsphinxs(theirs, hello):
+    mine, whole = packed.read(), sphinx_model.read(theirs / "en-us")
+    for name in mine._fields:
+        if name == "means":
+            np.testing.assert_allclose(mine.means, whole.means, rtol=1e-3, atol=1e-6)
+        elif name == "variances":
+            np.testing.assert_allclose(mine.variances, np.maximum(whole.variances, 1e-4), rtol=0.01)
+        else:
+            np.testing.assert_array_equal(getattr(mine, name), getattr(whole, name))
+    sound = (hello[0][:80000] * 20000).astype(np.int16)
+    one, other = (acoustic.AcousticModel(parts) for parts in (mine, whole))
+    senones = one.together(np.arange(0, 5000, 50))
+    scores = [model.scores(model.hear(cepstra.features(sound), 4), senones) for model in (one, other)]
+    apart = np.abs(scores[0] - scores[1])
+    assert apart.mean() < 0.03 and np.percentile(apart, 98) < 0.1
+
+
+def test_the_dictionary_is_pocketsphinxs(theirs):
+    lines = [line.split(None, 1) for line in (theirs / "cmudict-en-us.dict").read_text("utf-8").splitlines()]
+    ways = {}
+    for word, way in lines:
+        ways.setdefault(word.partition("(")[0], []).append(way.strip())
+    assert packed.pronunciations(set(ways)) == ways
+    assert packed.pronunciations({"hello", "qwzx"}) == {"hello": ways["hello"]}
+
+
+def test_a_damaged_model_is_told(tmp_path):
+    path = tmp_path / "english.npz"
+    for content in (b"", packed.ENGLISH.read_bytes()[:9000]):
+        path.write_bytes(content)
+        with pytest.raises(sphinx_model.UnreadableModel):
+            packed.read(path)
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +80,7 @@ def test_scores_are_those_of_gaussian_mixtures(model, best):
     features = cepstra.features(np.random.default_rng(0).normal(0, 3000, 4000).astype(np.int16))
     senones = model.together(np.array([7, 300, 5000]))
     found = model.scores(model.hear(features, best), senones)
-    folder = engines.english() / "en-us"
-    means, variances = (acoustic._gaussians(folder / name).astype(float) for name in ("means", "variances"))
+    means, variances = (part.astype(float) for part in (packed.read().means, packed.read().variances))
     expected = np.zeros_like(found, dtype=float)
     for column, senone in enumerate(senones):
         book = model._book[senone]
@@ -73,7 +113,7 @@ def test_too_short_for_any_word(model):
     assert not len(cepstra.features(np.zeros(100, np.int16)))
 
 
-def test_both_engines_place_words_alike(hello, monkeypatch):
+def test_both_engines_place_words_alike(hello, monkeypatch, theirs):
     sound, truth = hello
     stretch = align.Stretch([[word.lower()] for word, _, _ in truth])
     starts = {}
@@ -83,32 +123,39 @@ def test_both_engines_place_words_alike(hello, monkeypatch):
         starts[name] = np.array([start for start, _ in found.spans])
         assert all(found.confidence) and not found.complaint
     true = np.array([start for _, start, _ in truth])
-    ours, theirs = (np.abs(starts[name] - true).mean() for name in ("numpy", ""))
-    print(f"mean error {1000 * ours:.1f} ms, pocketsphinx {1000 * theirs:.1f} ms")
-    assert ours <= theirs + 0.005 and np.median(np.abs(starts["numpy"] - starts[""])) < 0.02
+    ours, others = (np.abs(starts[name] - true).mean() for name in ("numpy", ""))
+    print(f"mean error {1000 * ours:.1f} ms, pocketsphinx {1000 * others:.1f} ms")
+    assert ours <= others + 0.005 and np.median(np.abs(starts["numpy"] - starts[""])) < 0.02
 
 
-def test_which_engine(tmp_path, monkeypatch):
+def test_which_engine(tmp_path, monkeypatch, theirs):
     assert isinstance(engines.engine({"hello"}, str(tmp_path)), sphinx.Sphinx)
     monkeypatch.setenv(engines.SWITCH, "numpy")
+    assert isinstance(engines.engine({"hello"}, str(tmp_path)), ear.Ear)
+    monkeypatch.delenv(engines.SWITCH)
+    monkeypatch.setitem(sys.modules, "pocketsphinx", None)
     assert isinstance(engines.engine({"hello"}, str(tmp_path)), ear.Ear)
 
 
 @pytest.mark.parametrize("damage", ["feat.params", "mdef", "sendump", "means", "transition_matrices"])
-def test_models_of_another_kind_are_left_to_pocketsphinx(tmp_path, damage, monkeypatch):
+def test_models_of_another_kind_are_left_to_pocketsphinx(tmp_path, damage, monkeypatch, theirs):
     monkeypatch.setenv(engines.SWITCH, "numpy")
     folder = tmp_path / "model"
-    shutil.copytree(engines.english() / "en-us", folder)
+    shutil.copytree(theirs / "en-us", folder)
     (folder / damage).write_bytes((folder / damage).read_bytes()[:60])
-    with pytest.raises(acoustic.UnreadableModel):
-        acoustic.AcousticModel(folder)
+    with pytest.raises(sphinx_model.UnreadableModel):
+        sphinx_model.read(folder)
     (tmp_path / "own.dict").write_text("hello HH AH L OW\n")
     own = {"acoustic": str(folder), "dictionary": str(tmp_path / "own.dict"), "letters": {}, "voice": None}
     assert isinstance(engines.engine({"hello"}, str(tmp_path), own), sphinx.Sphinx)
+    monkeypatch.setitem(sys.modules, "pocketsphinx", None)
+    with pytest.raises(EngineMissing, match="pocketsphinx"):
+        language.load(tmp_path)
 
 
 def test_pronunciations(tmp_path):
     (tmp_path / "own.dict").write_text("the DH AH\nthe(2)\tDH IY\nNATO N EY T OW\nempty\n")
-    words = lexicon.Lexicon({"the", "NATO", "The", "empty", "qwzx"}, tmp_path / "own.dict")
+    own = {"dictionary": tmp_path / "own.dict", "letters": None}
+    words = lexicon.Lexicon({"the", "NATO", "The", "empty", "qwzx"}, own)
     assert words.ways("the") == ["DH AH", "DH IY"] and words.ways("The") == ["DH AH"]
     assert words.ways("NATO") == ["N EY T OW"] and words.ways("empty") and not words.ways("мир")
