@@ -5,7 +5,10 @@ import shutil
 from imports import ALL, PACKAGES, ROOT, modules, statements
 
 DOORS = "doors"
-CORE = (DOORS, "cli", "batch", "study", "learning", "engine", "performance", "model", "vectors", "words", "sound", "motion", "")
+CORE = (
+    *(DOORS, "cli", "batch", "study", "learning", "engine", "performance"),
+    *("meaning", "model", "vectors", "words", "sound", "motion", ""),
+)
 BLENDER = (DOORS, "ui", "takes", "film", "keys", "cast", "rig", "engine", "")
 """From the roof to the ground; "" are the loose files, on which everything may stand."""
 ROOMS = {"core": CORE, "rigs": ("",), "s2ag_blender": BLENDER}

@@ -8,6 +8,7 @@ from pathlib import Path
 from ...rigs import maps
 from .. import characters, styles
 from ..errors import S2agError, UsageError
+from ..meaning import vocabulary
 from ..model.catalogue import describe
 from ..sound import audio
 from ..vectors import table
@@ -49,6 +50,7 @@ def _wrong(clip: Clip, found: dict[tuple, str], known) -> Iterator[str]:
         if getattr(clip, name) is not None:
             yield refusal(look, getattr(clip, name))
     yield refusal(language.load, clip.aligner_model, clip.language)
+    yield refusal(vocabulary.load, clip.vocabulary)
     if clip.transcript is not None:
         yield refusal(_read_words, clip.transcript)
     if clip.recognise:

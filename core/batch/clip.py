@@ -15,10 +15,13 @@ SCENE_OUTPUTS = {"mp4": ".mp4", "png": ".png", "blend": ".blend", "frames": ".pn
 """One file, or one folder of numbered images, for the whole scene."""
 SEQUENCES = ("frames", "exr")
 OUTPUTS = (*MOTION_OUTPUTS, *CHARACTER_OUTPUTS, *SCENE_OUTPUTS)
-ASKED = ("text", "recognise", "style", "seed", "take", "takes", "intensity", "affect", "rate", "hand", "mirror", "latent")
+ASKED = (
+    *("text", "recognise", "style", "seed", "take", "takes", "intensity"),
+    *("affect", "rate", "hand", "meaning", "mirror", "latent"),
+)
 """What of a row is a field of :class:`synthesis.Request`, beside the files."""
-MODELS = ("checkpoint", "vectors", "aligner_model", "recogniser_model", "language")
-"""What of a row is an argument of :class:`synthesis.Session`: paths, and the code of a language."""
+MODELS = ("checkpoint", "vectors", "aligner_model", "recogniser_model", "language", "vocabulary", "backend", "device")
+"""What of a row is an argument of :class:`synthesis.Session`: paths, the code of a language, what computes."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +48,11 @@ class Clip:
     """A row; ``line`` is where it stands in its manifest, ``name`` that of its files, paths are absolute.
 
     Words come from ``transcript``, ``text`` or ``recognise``, or are none (``no_transcript``). ``checkpoint``,
-    ``vectors``, ``aligner_model`` and ``recogniser_model`` are paths, or None for the shipped ones; ``language`` is a
-    code such as ``de``; ``latent`` is the point of the latent space of a chosen cell; ``take`` is the number of the first
-    take. ``scene`` names what several rows are rendered into together, each with its own recording, which begins ``delay``
-    seconds into the film, whose first frame is ``start_frame``. ``engine``, ``resolution`` and ``fps`` override the preset;
-    without any of them a ``.blend`` keeps its own.
+    ``vectors``, ``aligner_model``, ``recogniser_model`` and ``vocabulary`` are paths, or None for the shipped ones;
+    ``language`` is a code such as ``de``; ``latent`` is the point of the latent space of a chosen cell; ``take`` is the number
+    of the first take. ``scene`` names what several rows are rendered into together, each with its own recording, which begins
+    ``delay`` seconds into the film, whose first frame is ``start_frame``. ``engine``, ``resolution`` and ``fps`` override the
+    preset; without any of them a ``.blend`` keeps its own.
     """
 
     line: int
@@ -67,6 +70,7 @@ class Clip:
     affect: dict[str, float] = field(default_factory=dict)
     rate: float = 0.0
     hand: float = 0.0
+    meaning: float = 1.0
     mirror: bool = False
     latent: list[list[float]] | None = None
     checkpoint: str | None = None
@@ -74,6 +78,9 @@ class Clip:
     aligner_model: str | None = None
     recogniser_model: str | None = None
     language: str | None = None
+    vocabulary: str | None = None
+    backend: str | None = None
+    device: str = "cpu"
     outputs: tuple[str, ...] = ("bvh",)
     character: str = "mannequin"
     gender: str = "female"

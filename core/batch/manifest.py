@@ -19,7 +19,7 @@ SUFFIXES = (".csv", ".jsonl", ".ndjson")
 _LONGEST = 200_000_000
 _WORDS = ("transcript", "text", "recognise", "no_transcript")
 """Where the words of a recording come from: at most one of them."""
-_OF_CELL = ("style", "seed", "take", "takes", "intensity", "affect", "rate", "hand", "mirror", "latent")
+_OF_CELL = ("style", "seed", "take", "takes", "intensity", "affect", "rate", "hand", "meaning", "mirror", "latent")
 _YES, _NO = ("1", "true", "yes", "on"), ("0", "false", "no", "off")
 
 
@@ -292,6 +292,7 @@ COLUMNS = {
     "affect": _affect,
     "rate": _number(float, "number"),
     "hand": _hand,
+    "meaning": _number(float, "number"),
     "mirror": _flag,
     "cell": _path,
     "latent": _points,
@@ -300,6 +301,9 @@ COLUMNS = {
     "aligner_model": _path,
     "recogniser_model": _path,
     "language": _text,
+    "vocabulary": _path,
+    "backend": _choice("numpy", "torch"),
+    "device": _text,
     "outputs": outputs,
     "character": _character,
     "gender": _choice("female", "male"),

@@ -70,8 +70,8 @@ class Batch:
         record = self.folder.record("synth", clip.name)
         asked = {name: getattr(clip, name) for name in ASKED}
         kinds = sorted({"npz", *clip.wanted(MOTION_OUTPUTS)})
-        models = [getattr(clip, name) for name in MODELS]
-        engine = self._engine(*models, not clip.no_transcript, clip.recognise)
+        models = tuple(getattr(clip, name) for name in MODELS)
+        engine = self._engine(models, not clip.no_transcript, clip.recognise)
         made_of = key("synth", engine, asked, kinds, _content(clip.audio), _content(clip.transcript))
         params = {"clip": clip.plain(), "cache": self.cache}
         return self._step("synth", clip.name, clip.line, record, made_of, params)
@@ -193,17 +193,20 @@ def settle(batch: Batch, chosen: Sequence[Unit]) -> None:
                     shutil.rmtree(images, ignore_errors=True)
 
 
-def _engine(checkpoint, vectors, aligner_model, recogniser_model, language, has_words: bool, recognises: bool) -> list:
+def _engine(models: tuple, has_words: bool, recognises: bool) -> list:
     """Everything that gestures depend on beside the row: this program, and the models that have a say in them."""
+    from ..meaning import vocabulary
     from ..performance import finishing
     from ..words import align, recognise
 
-    weights = Path(checkpoint or DEFAULT)
-    used = [VERSION, finishing.VERSION, _content(facts_path(weights)), _content(weights)]
+    named = dict(zip(MODELS, models, strict=True))
+    weights = Path(named["checkpoint"] or DEFAULT)
+    used = [VERSION, finishing.VERSION, _content(facts_path(weights)), _content(weights), named["backend"], named["device"]]
     if has_words:
-        used += [align.VERSION, _content(vectors), _contents(aligner_model), language]
+        used += [align.VERSION, _content(named["vectors"]), _contents(named["aligner_model"]), named["language"]]
+        used += [_content(vocabulary.PATH), _content(named["vocabulary"])]
     if recognises:
-        used += [recognise.VERSION, _contents(recogniser_model)]
+        used += [recognise.VERSION, _contents(named["recogniser_model"])]
     return used
 
 

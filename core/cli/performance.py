@@ -31,6 +31,8 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     parser.add_argument("--takes", metavar="K", type=int, default=takes, help=f"that many variations (default {takes})")
     parser.add_argument("--intensity", metavar="X", type=float, default=1.0, help="size of the gestures (default 1)")
     _add_controls(parser)
+    meaning = "how readily phrases as in \"I don't know\" get gestures of their own, 0 to 1 (default 1: as the performer would)"
+    parser.add_argument("--meaning", metavar="X", type=float, default=1.0, help=meaning)
     parser.add_argument("--mirror", action="store_true", help="exchange left and right")
     add_models(parser)
 
@@ -44,6 +46,8 @@ def add_models(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--language", metavar="CODE", help=code)
     model = "pronunciation, and perhaps sounds, of another language for placing words (see docs/transcripts.md)"
     parser.add_argument("--aligner-model", metavar="FOLDER", type=Path, help=model)
+    own = "gestures for words and phrases beside those that are known (JSON, see docs/transcripts.md)"
+    parser.add_argument("--vocabulary", metavar="FILE", type=Path, help=own)
     recogniser = "Whisper model for faster-whisper instead of the one in the extra s2ag[recognise]"
     parser.add_argument("--recogniser-model", metavar="FOLDER", type=Path, help=recogniser)
     backend = "what computes the network: numpy, or torch (default: numpy where it can; torch needs the extra s2ag[full])"
@@ -70,7 +74,7 @@ def add_checkpoint(parser: argparse.ArgumentParser) -> None:
 
 def inputs(options: argparse.Namespace) -> list[Path]:
     """Files that the command reads and must not overwrite."""
-    named = (options.audio, options.transcript, options.checkpoint, options.vectors)
+    named = (options.audio, options.transcript, options.checkpoint, options.vectors, options.vocabulary)
     return [path for path in named if path is not None]
 
 
@@ -93,6 +97,7 @@ def request(options: argparse.Namespace, **changes):
         "affect": dict(options.affect),
         "rate": options.rate,
         "hand": options.hand,
+        "meaning": options.meaning,
         "mirror": options.mirror,
         "recognise": options.recognise,
     }
@@ -104,9 +109,10 @@ def _chosen(options: argparse.Namespace):
     from ..performance.sampling import again
     from ..performance.synthesis import Request
 
-    steered = options.affect or options.rate or options.hand or options.mirror or options.intensity != 1
+    steered = options.affect or options.rate or options.hand or options.mirror
+    steered = steered or options.intensity != 1 or options.meaning != 1
     if options.takes != 1 or options.style or options.seed or steered:
-        what = "--style, --seed, --takes, --intensity, --mirror and the controls"
+        what = "--style, --seed, --takes, --intensity, --meaning, --mirror and the controls"
         raise UsageError("A chosen cell has its own style, seed and settings.", f"Leave out {what}.")
     wanted = again(options.chosen, options.checkpoint)
     another = options.audio is not None and str(options.audio.absolute()) != wanted["audio"]
@@ -122,7 +128,7 @@ def session(options: argparse.Namespace):
     from ..performance.synthesis import Session
 
     share_cores()
-    models = {"aligner_model": options.aligner_model, "recogniser_model": options.recogniser_model}
+    models = {name: getattr(options, name) for name in ("aligner_model", "recogniser_model", "vocabulary")}
     where = {"backend": options.backend, "device": options.device}
     return Session(options.checkpoint, options.vectors, **models, cache=options.cache, language=options.language, **where)
 

@@ -34,6 +34,7 @@ _PARAMETERS = {
     "affect": dict,
     "rate": (int, float),
     "hand": (int, float),
+    "meaning": (int, float),
     "mirror": bool,
     "pose": list,
     "end_pose": list,
@@ -45,7 +46,10 @@ _PARAMETERS = {
     "recognise": bool,
     "made_by": str,
 }
-_SETTINGS = ("checkpoint", "vectors", "backend", "device", "aligner_model", "recogniser_model", "cache", "language")
+_SETTINGS = (
+    *("checkpoint", "vectors", "backend", "device", "aligner_model"),
+    *("recogniser_model", "cache", "language", "vocabulary"),
+)
 
 
 class Worker:

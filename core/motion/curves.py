@@ -1,4 +1,4 @@
-"""Values between frames."""
+"""Values between frames, and the curve that all deliberate movement is made of."""
 
 import numpy as np
 
@@ -13,3 +13,9 @@ def between(values: np.ndarray, at: np.ndarray) -> np.ndarray:
     return here + 0.5 * t * (
         there - before + t * (2 * before - 5 * here + 4 * there - after + t * (3 * (here - there) + after - before))
     )
+
+
+def ramp(time: np.ndarray, begin: float, end: float) -> np.ndarray:
+    """Minimum-jerk rise from 0 at ``begin`` to 1 at ``end``."""
+    x = np.clip((time - begin) / max(end - begin, 1e-6), 0, 1)
+    return x**3 * (10 - 15 * x + 6 * x * x)

@@ -10,6 +10,8 @@ from ..motion import rest, skeleton
 from . import keeping
 from .request import Request
 
+_READY = 0.7
+"""How readily meanings are shown by speakers of whom that is not known."""
 _LEAST = 0.2
 """Intensity below which a frame that is kept is not enlarged any more for the network to see."""
 
@@ -20,7 +22,7 @@ class Performers:
 
     ``style``: weights of speakers by name for each step of the walk; ``rests`` ``(steps, 9, 3)``: where each step keeps its
     hands; ``latents`` ``(takes, steps, size)``; ``seeds`` ``(takes, frames, 9, 3)``: unit directions from which a regressor
-    starts.
+    starts; ``readiness``: how readily they show what phrases mean, 0..1.
     """
 
     request: Request
@@ -28,6 +30,7 @@ class Performers:
     rests: np.ndarray
     latents: np.ndarray
     seeds: np.ndarray
+    readiness: float
 
     @property
     def walks(self) -> bool:
@@ -76,7 +79,7 @@ def cast(checkpoint, request: Request) -> Performers:
     shape = request.takes, checkpoint.window[1], 9, 3
     seeds = np.broadcast_to(skeleton.normalize(start), shape).astype(np.float32)
     named = [{names[index]: weight for index, weight in (step or {}).items()} or styles.RANDOM for step in weights]
-    return Performers(request, named, rests, latents, seeds)
+    return Performers(request, named, rests, latents, seeds, _readiness(speakers, weights[0]))
 
 
 def draw(checkpoint, request: Request, weights: dict[int, float] | None) -> np.ndarray:
@@ -100,6 +103,13 @@ def _check_controls(checkpoint, request: Request) -> None:
     if request.controls.any() and not checkpoint.config.controls:
         named = next(name for name, value in zip(styles.CONTROLS, request.controls, strict=True) if value)
         raise UsageError(f"This checkpoint has no control of {named}.", "Leave it at 0, or choose one with controls.")
+
+
+def _readiness(speakers: list[dict], weights: dict[int, float] | None) -> float:
+    """How readily the style's speakers show what phrases mean, 0..1."""
+    if weights is None:
+        return _READY
+    return float(sum(weight * speakers[index].get("semantic", _READY) for index, weight in weights.items()))
 
 
 def _rest_pose(speakers: list[dict], weights: dict[int, float] | None) -> np.ndarray:

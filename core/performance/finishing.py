@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 
+from ..meaning import choosing, showing
 from ..motion import limits, rest, skeleton
 from ..motion.motion import Motion
 from ..words import hints
@@ -24,12 +25,21 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
     for (take, near), directions in zip(request.identities, made, strict=True):
         about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
         directions = rest.restore(rest.soften(directions), checkpoint.gain, pose)
+        directions = showing.show(directions, _meant(checkpoint, request, heard, performers, take))
         directions = hints.perform(directions, heard.wishes, pose)
         directions = rest.rest(directions, heard.activity, request.seed + take, pose, at_rest=request.pose is None)
         directions = keep(limits.keep_human(rest.scale(directions, request.intensity, pose)), kept)
         motion = Motion(directions, skeleton.FPS, heard.words, about)
         motions.append(motion.mirrored() if request.mirror else motion)
     return motions
+
+
+def _meant(checkpoint, request: Request, heard: Heard, performers: Performers, take: int) -> list[choosing.Shown]:
+    """What is shown of the words, by networks that know meanings: others give what they were made to give."""
+    if heard.shows is None or not checkpoint.meanings:
+        return []
+    readiness = request.meaning * performers.readiness
+    return choosing.choose(heard.shows, heard.words, heard.wishes.gestures, readiness, (request.seed, take))
 
 
 def _meta(checkpoint, request: Request, heard: Heard, performers: Performers) -> dict:
@@ -44,6 +54,7 @@ def _meta(checkpoint, request: Request, heard: Heard, performers: Performers) ->
         "affect": {name: float(value) for name, value in request.affect.items()},
         "rate": float(request.rate),
         "hand": float(request.hand),
+        "meaning": float(request.meaning),
         "mirror": request.mirror,
         "checkpoint": checkpoint.hash,
         **({} if request.latent is None else {"latent": performers.latents[0].tolist()}),

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..meaning.vocabulary import Vocabulary
 from ..motion import skeleton
 from ..words import hints
 from . import asking
@@ -15,12 +16,14 @@ from .stages import Stages
 class Heard:
     """A recording as performers hear it: digest, words, wishes, warnings, features, voice activity, frames, seconds spent.
 
+    ``shows``: what of the words a performer could show by gestures of their own.
     ``features`` are :class:`VectorFeatures`, or :class:`TableFeatures` for an imported network.
     """
 
     digest: str
     words: tuple
     wishes: hints.Wishes
+    shows: Vocabulary | None
     warnings: list[str]
     features: object
     activity: np.ndarray
@@ -50,7 +53,8 @@ def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
 
     features = stages.run("extract MFCC", features)
     activity = stages.run("find pauses", lambda: _fit(voice.active(sound), frames))
-    return Heard(audio.digest(sound), words, wishes, warnings, features, activity, frames, stages.seconds)
+    shows = session.vocabulary if session.understands and words else None
+    return Heard(audio.digest(sound), words, wishes, shows, warnings, features, activity, frames, stages.seconds)
 
 
 def _published(checkpoint, sound: np.ndarray, words: tuple, warnings: list[str]):

@@ -51,6 +51,7 @@ class Sheet:
     mirror: bool = False
     recognise: bool = False
     hand: float = 0.0
+    meaning: float = 1.0
 
     @property
     def columns(self) -> int:
@@ -114,7 +115,7 @@ def perform(session, request, every_style: Sequence[str], takes: int, progress=l
             cells.append(Cell(row, column, style or styles.default(known), request.seed, take, points))
             motions.append(motion)
     audio, transcript = (path and str(Path(path).absolute()) for path in (request.audio, request.transcript))
-    about = (transcript, request.text, request.intensity, request.mirror, request.recognise, float(request.hand))
+    about = (transcript, request.text, request.intensity, request.mirror, request.recognise, request.hand, request.meaning)
     return Sheet(audio, session.checkpoint.hash, cells, *about), motions, results[0]
 
 
@@ -138,7 +139,8 @@ def again(reference: str, checkpoint: str | PathLike | None = None) -> dict:
         raise UsageError(f"{reference} was sampled with another checkpoint.", "Name that one with --checkpoint.")
     words = {"transcript": sheet.transcript, "text": sheet.text, "recognise": sheet.recognise}
     asked = {"intensity": sheet.intensity, "mirror": sheet.mirror, "style": one.style, "latent": one.latent}
-    return {"audio": sheet.audio, **words, **asked, "seed": one.seed, "take": one.take, "hand": sheet.hand}
+    asked |= {"hand": sheet.hand, "meaning": sheet.meaning}
+    return {"audio": sheet.audio, **words, **asked, "seed": one.seed, "take": one.take}
 
 
 def style_map(checkpoint, sheet: Sheet | None = None) -> dict:

@@ -7,6 +7,7 @@ from os import PathLike
 import numpy as np
 
 from ..errors import UsageError
+from ..meaning import vocabulary as meanings
 from ..words import language as languages
 from ..words import transcript
 from ..words.cache import Cache, default_folder
@@ -25,7 +26,8 @@ class Session:
     ``language`` (as in ``de``), ``aligner_model`` and ``recogniser_model`` (folders) are for another language, whose words say
     nothing to the network unless ``vectors`` are given too: its own are English. Word times are kept in the folder ``cache``,
     by default the user's (:func:`cache.default_folder`), and not at all if it is "off". ``backend`` and ``device`` say what
-    computes the network (:func:`opening.load`).
+    computes the network (:func:`opening.load`). ``vocabulary`` is a file of gestures for words and phrases beside those that
+    are known (:mod:`vocabulary`).
     """
 
     def __init__(
@@ -38,6 +40,7 @@ class Session:
         recogniser_model: str | PathLike | None = None,
         cache: str | PathLike | None = None,
         language: str | None = None,
+        vocabulary: str | PathLike | None = None,
         backend: str | None = None,
     ):
         self._paths = checkpoint, vectors
@@ -46,6 +49,7 @@ class Session:
         self._ways = transcript.Ways(Cache(folder), languages.load(aligner_model, language), False, recogniser_model)
         self.understands = vectors is not None or not languages.foreign(self._ways.model)
         self._checkpoint = self._vectors = None
+        self.vocabulary = meanings.load(vocabulary)
         self._memory = Memory() if remember else None
 
     @property

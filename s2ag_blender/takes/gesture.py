@@ -46,6 +46,7 @@ def request(settings, audio: str = "") -> dict:
         "affect": {name: slider(settings, name) for name in AFFECTS},
         "rate": slider(settings, "rate"),
         "hand": slider(settings, "hand"),
+        "meaning": slider(settings, "meaning"),
         "mirror": settings.mirror,
         **sources.words(settings, "" if settings.audio_source == "MIXDOWN" else audio),
     }

@@ -23,6 +23,7 @@ VALUES = (
     "dominance",
     "rate",
     "hand",
+    "meaning",
     "mirror",
     "torso_strength",
     "head_strength",

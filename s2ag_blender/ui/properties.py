@@ -61,6 +61,9 @@ def _control(name: str, label: str):
     )
 
 
+_MEANING = "How readily phrases such as \"I don't know\" get gestures of their own; 1 is as readily as the style would"
+
+
 def _share(name: str, description: str, default: float, largest: float = 1.5, update=None):
     return bpy.props.FloatProperty(
         name=name, description=description, default=default, min=0.0, max=largest, precision=2, override=EDITABLE, update=update
@@ -210,6 +213,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
     dominance: _control("dominance", "Dominance")
     rate: _control("rate", "Rate")
     hand: _control("hand", "Hand")
+    meaning: _share("Meaning", _MEANING, 1.0, 1.0, update=_changed)
     mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right", override=EDITABLE, update=_changed)
     take_count: bpy.props.IntProperty(
         name="Takes", description="How many variations to make in one go", default=1, min=1, max=16, override=EDITABLE

@@ -1,8 +1,8 @@
 """Clips as the library holds them, made by hand."""
 
 import numpy as np
-from s2ag.core.learning.corpus import clips, curves
-from s2ag.core.motion import rest
+from s2ag.core.learning.corpus import clips
+from s2ag.core.motion import curves, rest
 
 
 def wave_clip(name: str = "Set/BeatMidRt01", fps: float = 30.0) -> clips.Clip:

@@ -7,8 +7,9 @@ the hand that works, and opens or closes with the affect that is asked for.
 import numpy as np
 
 from ...motion import rest, skeleton
+from ...motion.curves import ramp
 from . import rotation
-from .curves import ramp, smooth
+from .curves import smooth
 from .planning import Stroke
 from .scene import Scene
 from .speakers import Performer

@@ -3,9 +3,10 @@
 import numpy as np
 
 from ...motion import limits, rest, skeleton
+from ...motion.curves import ramp
 from . import bearing, idling, pace, variation
 from .clips import Clip
-from .curves import ramp, smooth
+from .curves import smooth
 from .planning import Stroke
 from .scene import Scene
 from .speakers import Performer

@@ -184,6 +184,6 @@ DEFAULT = "eager storyteller"
 def describe() -> list[dict]:
     """Names and descriptions in id order, as the data set's meta lists them; one is marked as the default."""
     return [
-        {"name": performer.name, "description": performer.description, "default": performer.name == DEFAULT}
-        for performer in PERFORMERS
+        {"name": one.name, "description": one.description, "default": one.name == DEFAULT, "semantic": one.semantic}
+        for one in PERFORMERS
     ]

@@ -12,4 +12,5 @@ settings.valence = -0.8
 settings.dominance = 0.7
 settings.rate = 0.6
 settings.hand = 0.0
+settings.meaning = 1.0
 settings.mirror = False

@@ -12,4 +12,5 @@ settings.valence = 0.2
 settings.dominance = 0.6
 settings.rate = 0.1
 settings.hand = 0.0
+settings.meaning = 1.0
 settings.mirror = False

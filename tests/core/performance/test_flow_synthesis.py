@@ -1,5 +1,6 @@
 """Performances drawn from noise: seeds, kept frames, tiles without seams, wishes, and all that styles could do before."""
 
+import json
 import os
 import subprocess
 import sys
@@ -264,3 +265,17 @@ def test_every_speaker_has_noise_of_his_own_and_blends_lead_from_one_to_the_othe
         assert 0.65 < np.corrcoef(own.ravel(), blend.ravel())[0, 1] < 0.76
     assert abs(blend.std() - 1) < 0.02
     np.testing.assert_array_equal(one, noise(0, (0, ()), 0, 500, 27, {"a": 1.0, "b": 0.0}))
+
+
+def test_what_is_said_is_shown_and_meaning_turns_it_down(examples, tmp_path):
+    words = [{"word": text, "start": 3 + k, "end": 3.3 + k} for k, text in enumerate(["it", "was", "huge", "no", "way"])]
+    transcript = tmp_path / "said.json"
+    transcript.write_text(json.dumps({"words": words}), "utf-8")
+    shipped = Session(cache="off")
+    asked = [Request(examples / "hello.flac", transcript, seed=3, meaning=meaning) for meaning in (0.0, 1.0)]
+    results = [shipped.synthesize(request).motions[0] for request in asked]
+    points = [skeleton.to_positions(motion.directions)[round(5.3 * skeleton.FPS)] for motion in results]
+    apart = [float(np.linalg.norm(each[6] - each[9])) for each in points]
+    assert apart[1] > 0.7 and results[1].meta["meaning"] == 1.0
+    first = slice(0, round(4 * skeleton.FPS))
+    np.testing.assert_array_equal(results[0].directions[first], results[1].directions[first])
