@@ -53,9 +53,12 @@ _SETTINGS = (
 
 
 class Worker:
-    """Serves the protocol between two file descriptors until end of file or ``shutdown``."""
+    """Serves the protocol between two file descriptors until end of file or ``shutdown``; ``alone`` in its process, it ends
+    that where a request does not notice the end.
+    """
 
-    def __init__(self, requests: int, replies: int):
+    def __init__(self, requests: int, replies: int, alone: bool = True):
+        self._alone = alone
         self._requests = requests
         self._replies = replies
         self._waiting: queue.SimpleQueue = queue.SimpleQueue()
@@ -86,9 +89,10 @@ class Worker:
         finally:
             self._ending.set()
             self._waiting.put(None)
-            watchdog = threading.Timer(GRACE, os._exit, (1,))
-            watchdog.daemon = True
-            watchdog.start()
+            if self._alone:
+                watchdog = threading.Timer(GRACE, os._exit, (1,))
+                watchdog.daemon = True
+                watchdog.start()
 
     def _accept(self, line: bytes) -> bool:
         """Queue or obey one line; False when it was ``shutdown``."""

@@ -4,27 +4,21 @@ Nothing here imports Blender or torch. A modal operator calls :meth:`WorkerClien
 its timer; headless code calls :meth:`WorkerClient.call`, which waits. Use a client from one thread only.
 """
 
-import contextlib
-import importlib.util
 import itertools
 import os
 import queue
 import shutil
-import subprocess
 import sys
-import threading
 import time
-from collections import deque
 from pathlib import Path
 
-from ...core import child
 from ...core.engine import protocol
 from ...core.errors import Cancelled, S2agError, WorkerFailed
+from .process import GRACE, Process
+from .thread import Thread
 
 PATIENCE = 300.0
 """Seconds without a word from a busy worker after which it counts as hung."""
-GRACE = 10.0
-"""Seconds that a cancelled request or a closing worker gets before its process is killed."""
 PAUSE = 0.02
 """Seconds between looks while waiting."""
 
@@ -34,9 +28,9 @@ _AGAIN = "Try again: it starts anew by itself."
 
 
 def find_interpreter(python: str | os.PathLike | None = None) -> str:
-    """The Python that runs the worker: ``python``, else ``$S2AG_PYTHON``, else this one if torch is installed in it.
+    """The Python that runs the worker: ``python``, else ``$S2AG_PYTHON``, else the one that runs this, as numpy is enough.
 
-    Raises :class:`WorkerFailed` when there is none, or the named one cannot be run.
+    Raises :class:`WorkerFailed` where the named one cannot be run, or this one is no program of its own.
     """
     named = os.fspath(python) if python else os.environ.get("S2AG_PYTHON", "")
     if named:
@@ -46,12 +40,9 @@ def find_interpreter(python: str | os.PathLike | None = None) -> str:
                 f"The Python interpreter {named} cannot be run.", "Name the python of an environment with s2ag[engine]."
             )
         return found
-    if sys.executable and importlib.util.find_spec("torch"):
+    if Path(sys.executable or "").stem.lower().startswith("python"):
         return sys.executable
-    raise WorkerFailed(
-        "No Python interpreter with the gesture engine is known.",
-        'Install it with: pip install "s2ag[engine]", and name that Python in the preferences or in S2AG_PYTHON.',
-    )
+    raise WorkerFailed("Blender's own Python cannot be started.", "Name another one in the preferences or in S2AG_PYTHON.")
 
 
 def module_command(python: str, module: str) -> list[str]:
@@ -104,7 +95,7 @@ class WorkerClient:
         self._log = log
         self._patience = patience
         self._command = command
-        self._process: _Process | None = None
+        self._process: Process | Thread | None = None
         self.ships = not (python or command or os.environ.get("S2AG_PYTHON"))
         """Whether it is the engine that ships, in the Python that runs this."""
         self._numbers = itertools.count(1)
@@ -126,7 +117,7 @@ class WorkerClient:
         """Send a request and return at once; raises :class:`WorkerFailed` if no worker can be started."""
         self.pump()
         if self._process is None:
-            self._process = _Process(self._start_with())
+            self._process = self._started()
         if not self._jobs:
             self._heard = time.monotonic()
         job = Job(self, next(self._numbers), method)
@@ -184,8 +175,16 @@ class WorkerClient:
         if process:
             process.end()
 
-    def _start_with(self) -> list[str]:
-        return self._command or module_command(find_interpreter(self._python), "core.engine.worker")
+    def _started(self) -> Process | Thread:
+        """A worker; the engine that ships runs in a thread where no process can be started."""
+        try:
+            return Process(self._command or module_command(find_interpreter(self._python), "core.engine.worker"))
+        except WorkerFailed as error:
+            if not self.ships:
+                raise
+            if self._log:
+                self._log(f"{error} The engine runs in a thread of Blender's own process.")
+            return Thread()
 
     def _take(self, message: object) -> None:
         """One item of the inbox: bytes are a line of the protocol, text is a line of the log, None the end."""
@@ -246,85 +245,3 @@ class WorkerClient:
         while self._jobs:
             self.pump()
             time.sleep(PAUSE)
-
-
-class _Process:
-    """A worker process with a thread for each of its three pipes, so that nobody ever waits for a pipe."""
-
-    def __init__(self, command: list[str]):
-        environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONSAFEPATH")}
-        # A terminal's Ctrl-C goes to the whole group: the client decides what it means, not the worker.
-        try:
-            self._popen = subprocess.Popen(
-                command,
-                env=environment,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                **child.apart(),
-            )
-        except OSError as error:
-            raise WorkerFailed(f"The engine cannot be started: {error.strerror}.", f"Check that {command[0]} runs.") from error
-        self.inbox: queue.SimpleQueue = queue.SimpleQueue()
-        self._outbox: queue.SimpleQueue = queue.SimpleQueue()
-        self._said: deque[str] = deque(maxlen=40)
-        self._threads = [threading.Thread(target=work, daemon=True) for work in (self._hear, self._read_log, self._write)]
-        for thread in reversed(self._threads):  # the first one joins the second, which must have been started by then
-            thread.start()
-
-    @property
-    def pid(self) -> int:
-        return self._popen.pid
-
-    def send(self, message: dict) -> None:
-        self._outbox.put(protocol.encode(message))
-
-    def epitaph(self) -> str:
-        """One sentence on how the process ended."""
-        code = self._popen.poll()
-        if code is None:
-            return "The engine closed its output."
-        return f"The engine was killed by signal {-code}." if code < 0 else f"The engine ended with status {code}."
-
-    def advice(self) -> str:
-        """What the log suggests, when the worker could not even import itself."""
-        missing = next((line for line in self._said if line.startswith(("ModuleNotFoundError", "ImportError"))), "")
-        return f"Its Python lacks something ({missing.strip()}); install s2ag[engine] there." if missing else ""
-
-    def end(self) -> None:
-        """Ask the process to end, and make sure that it does."""
-        self.send({"method": "shutdown"})
-        self._outbox.put(None)
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self._popen.wait(GRACE)
-        self.kill()
-
-    def kill(self) -> None:
-        self._outbox.put(None)
-        self._popen.kill()
-        self._popen.wait()
-        for thread in self._threads:
-            thread.join(0.2)
-
-    def _hear(self) -> None:
-        with self._popen.stdout as pipe:
-            for line in pipe:
-                if line.strip():
-                    self.inbox.put(line)
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self._popen.wait(1.0)
-        self._threads[1].join(1.0)  # the log explains the end, so it comes first
-        self.inbox.put(None)
-
-    def _read_log(self) -> None:
-        with self._popen.stderr as pipe:
-            for line in pipe:
-                text = line.decode("utf-8", "replace").rstrip()
-                self._said.append(text)
-                self.inbox.put(text)
-
-    def _write(self) -> None:
-        with contextlib.suppress(OSError, ValueError), self._popen.stdin as pipe:
-            while (line := self._outbox.get()) is not None:
-                pipe.write(line)
-                pipe.flush()

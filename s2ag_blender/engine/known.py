@@ -2,13 +2,16 @@
 
 import functools
 import os
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
 
-from ...core.errors import S2agError, WorkerFailed
-from . import client, setup
+from ...core import extras
+from ...core.errors import S2agError
+from ..translations import told
+from . import setup
 
 PACKAGE = __package__.removesuffix(".s2ag_blender.engine")
 """The extension's name, under which Blender keeps its preferences."""
@@ -64,18 +67,9 @@ def interpreter(context) -> str | None:
     return str(made.python) if made and not made.broken else None
 
 
-def engine_known(context) -> bool:
-    """Whether there is a Python that may run the engine; nothing is tried out, and drawing can ask at every redraw."""
-    return _known(interpreter(context), os.environ.get("S2AG_PYTHON", ""))
-
-
-@functools.lru_cache(maxsize=8)
-def _known(python: str | None, _variable: str) -> bool:
-    try:
-        client.find_interpreter(python)
-    except WorkerFailed:
-        return False
-    return True
+def ships(context) -> bool:
+    """Whether gestures are made by the engine that comes with the extension, in Blender's own Python."""
+    return interpreter(context) is None and not os.environ.get("S2AG_PYTHON")
 
 
 def facts(context=None) -> dict:
@@ -89,6 +83,8 @@ def facts(context=None) -> dict:
 def recogniser(context) -> bool | None:
     """Whether the engine can recognise speech; None where that is not known before it is asked to."""
     known = facts(context)
+    if not known and ships(context):
+        return extras.recogniser()  # it runs in this very Python
     return known.get("recogniser", False if is_own(known) else None) if known else None
 
 
@@ -101,7 +97,16 @@ def is_own(known: dict) -> bool:
 def look(context) -> None:
     """Forget what was found; what is known without running anything is shown until the next check."""
     STATE.facts, STATE.error = None, None
-    _known.cache_clear()
+
+
+def cost(context) -> str:
+    """What setting up the full engine fetches and takes, said before it is done."""
+    chosen = settings(context)
+    small = chosen is None or chosen.cpu_only
+    fetched, taken = (f"{size / 1e9:g}" for size in setup.SIZES[small or sys.platform != "linux"])
+    if chosen is not None and chosen.source == "FOLDER":
+        return told("Takes about {taken} GB of disk", taken=taken)
+    return told("Fetches about {fetched} GB and takes {taken} GB of disk", fetched=fetched, taken=taken)
 
 
 def planned(context, chosen=None, check: bool = True, recognise: bool = False) -> setup.Plan:

@@ -22,8 +22,10 @@ from .client import module_command
 
 PYTHONS = (3, 11), (3, 14)
 """First version of Python that the engine's packages are made for, first that they are not."""
-SPACE = 2e9
-"""Bytes that the environment and its making need; with CUDA it is several times as much."""
+SIZES = {True: (0.4e9, 1.3e9), False: (3e9, 8e9)}
+"""Bytes that are fetched and that lie on the disk in the end: with PyTorch's small build (measured), and with CUDA (about)."""
+SPARE = 0.7e9
+"""Bytes that the making needs beside."""
 CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 """Where PyTorch's builds without CUDA are, which are a tenth in size and all that the engine uses."""
 STALE = 3600.0
@@ -162,7 +164,7 @@ def plan(
     if check and place and not (place.is_dir() and any(place.glob("*.whl"))):
         raise SetupFailed(f"{place} is no folder of wheels.", "Choose a folder with .whl files.")
     if check:
-        _require_space(folder)
+        _require_space(folder, SIZES[bool(place) or cpu_only or sys.platform != "linux"][1] + SPARE)
     return Plan(find_python(python, check), folder / f"engine-{number}", place, cpu_only, recognise)
 
 
@@ -246,11 +248,11 @@ def _fault(python: str) -> str:
     return "does not run"
 
 
-def _require_space(folder: Path) -> None:
+def _require_space(folder: Path, needed: float) -> None:
     there = next(path for path in (folder, *folder.parents) if path.exists())
     free = shutil.disk_usage(there).free
-    if free < SPACE:
-        message = f"Only {free / 1e9:.1f} GB are free in {there}; the engine needs {SPACE / 1e9:.1f} GB."
+    if free < needed:
+        message = f"Only {free / 1e9:.1f} GB are free in {there}; the engine needs {needed / 1e9:.1f} GB."
         raise SetupFailed(message, "Free some space.")
 
 

@@ -179,9 +179,6 @@ class S2AG_OT_engine_check(_EngineWork, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if not known.engine_known(context):
-            cls.poll_message_set(told("There is no engine yet"))
-            return False
         return _idle(cls)
 
     def execute(self, context):

@@ -6,7 +6,7 @@ from ..engine import errors_log, known
 from ..rig import readiness
 from ..takes import choices, preview, session, sources, takes
 from ..takes.running import character
-from ..translations import told, told_error
+from ..translations import told
 from . import presets
 from .operators import obstacle
 
@@ -99,7 +99,8 @@ def draw_recogniser(layout, context) -> None:
         layout.label(text="English speech only", icon="INFO")
         return
     sentence(layout, told("The engine has no speech recogniser yet"), "INFO")
-    if known.is_own(known.facts(context)):
+    if known.ships(context) or known.is_own(known.facts(context)):
+        sentence(layout, known.cost(context), "BLANK1")
         layout.operator("s2ag.engine_setup", text="Add the Recogniser", icon="IMPORT").recognise = True
     else:
         sentence(layout, told('Add it to the engine\'s Python: pip install "s2ag[recognise]"'), "BLANK1")
@@ -136,12 +137,6 @@ def draw_run(layout, armature, context) -> None:
     run = session.run_of(armature)
     if known.STATE.work is not None:
         draw_engine_work(layout, known.STATE.work)
-    elif not known.engine_known(context):
-        layout.label(text="The gesture engine is not set up yet", icon="INFO")
-        setup = layout.operator("s2ag.engine_setup", icon="IMPORT")
-        setup.recognise = armature.s2ag.transcript_source == "RECOGNISE"
-        if known.STATE.error is not None:
-            sentence(layout, told_error(known.STATE.error), "ERROR")
     elif run is None:
         draw_button(layout, context)
     else:

@@ -24,7 +24,7 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
 
     interpreter: bpy.props.StringProperty(
         name="Engine Python",
-        description="Python interpreter in which the engine's packages are installed; leave empty to find one",
+        description="Python with the engine's packages; leave empty for the engine that comes with the extension",
         subtype="FILE_PATH",
         options=compat.RELATIVE,
         update=_look_again,
@@ -64,16 +64,28 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        layout.label(text="The engine runs beside Blender, in a Python environment of its own")
         _draw_found(layout.box().column(align=True))
         if known.STATE.work is not None:
             _draw_work(layout)
-        else:
-            self._draw_buttons(layout)
         if known.STATE.error is not None:
             _draw_error(layout)
-        self._draw_options(layout, context)
+        self._draw_full(layout, context)
         menus.draw_key(layout, context)
+
+    def _draw_full(self, layout, context):
+        header, body = layout.panel("s2ag_engine_options", default_closed=True)
+        header.label(text="Advanced: Full Engine")
+        if body is None:
+            return
+        about = told(
+            "A Python environment of its own with PyTorch, for checkpoints of other kinds, and with the speech recogniser if "
+            "wanted. Gestures do not need it."
+        )
+        _wrapped(body.column(align=True), about)
+        body.label(text=known.cost(context), translate=False, icon="DISK_DRIVE")
+        if known.STATE.work is None:
+            self._draw_buttons(body)
+        self._draw_options(body, context)
 
     def _draw_buttons(self, layout):
         row = layout.row()
@@ -83,11 +95,7 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         row.operator("s2ag.engine_check", icon="VIEWZOOM")
         row.operator("s2ag.engine_remove", icon="TRASH")
 
-    def _draw_options(self, layout, context):
-        header, body = layout.panel("s2ag_engine_options", default_closed=known.engine() is not None)
-        header.label(text="Set-up")
-        if body is None:
-            return
+    def _draw_options(self, body, context):
         body.row().prop(self, "source", expand=True)
         if self.source == "FOLDER":
             body.prop(self, "wheels")
@@ -114,11 +122,11 @@ def _draw_found(column) -> None:
     context = bpy.context
     facts, named = known.facts(context), known.interpreter(context)
     if not facts:
-        if known.engine_known(context):
-            column.label(text="An engine is there that has not been tried yet", icon="QUESTION")
-            _row(column, "Engine Python", named or os.environ.get("S2AG_PYTHON") or sys.executable)
+        if known.ships(context):
+            column.label(text="The engine that comes with the extension is used", icon="CHECKMARK")
         else:
-            column.label(text="There is no engine yet", icon="INFO")
+            column.label(text="An engine is there that has not been tried yet", icon="QUESTION")
+            _row(column, "Engine Python", named or os.environ["S2AG_PYTHON"])
         return
     made, own = known.engine(), known.is_own(facts)
     if own and made.broken:

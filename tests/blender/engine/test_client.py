@@ -2,11 +2,15 @@
 
 import os
 import signal
+import subprocess
 import sys
 import time
+import wave
 
+import numpy as np
 import pytest
 from s2ag.core.errors import Cancelled, S2agError, UsageError, WorkerFailed
+from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender.engine import client as module
 from s2ag.s2ag_blender.engine.client import WorkerClient, find_interpreter
 
@@ -33,12 +37,22 @@ def start(tmp_path):
         one.close()
 
 
-def wait(job, seconds=20.0):
+def wait(job, seconds=120.0):
     end = time.monotonic() + seconds
     while not job.poll():
         assert time.monotonic() < end, "no answer"
         time.sleep(0.01)
     return job
+
+
+@pytest.fixture
+def tone(tmp_path):
+    """Two seconds that any engine can read."""
+    path = tmp_path / "tone.wav"
+    with wave.open(str(path), "wb") as file:
+        file.setparams((1, 2, 16000, 0, "NONE", ""))
+        file.writeframes((8000 * np.sin(np.arange(32000) / 20)).astype("<i2").tobytes())
+    return path
 
 
 @pytest.fixture(scope="module")
@@ -207,13 +221,67 @@ def test_close_ends_jobs_and_process(start):
             os.kill(pid, 0)
 
 
-def test_interpreter_is_the_named_one_or_an_error_with_a_remedy(monkeypatch):
+def test_interpreter_is_the_named_one_or_this_one(monkeypatch):
     assert find_interpreter(sys.executable) == sys.executable
     monkeypatch.setenv("S2AG_PYTHON", "/no/such/python")
     with pytest.raises(WorkerFailed, match="/no/such/python"):
         find_interpreter()
     monkeypatch.setenv("S2AG_PYTHON", "")
-    monkeypatch.setattr(module.importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(WorkerFailed) as caught:
+    assert find_interpreter() == sys.executable
+    monkeypatch.setattr(module.sys, "executable", "/usr/bin/blender")
+    with pytest.raises(WorkerFailed, match="Blender's own Python cannot be started") as caught:
         find_interpreter()
     assert "S2AG_PYTHON" in caught.value.remedy
+
+
+@pytest.fixture
+def no_python(monkeypatch, tmp_path):
+    """Nothing that may be started: this Python's name is that of a file that is not there."""
+    monkeypatch.delenv("S2AG_PYTHON", raising=False)
+    monkeypatch.setattr(module.sys, "executable", str(tmp_path / "python3"))
+
+
+def test_a_thread_takes_over_where_no_python_can_be_started(no_python, tone):
+    lines = []
+    with WorkerClient(log=lines.append) as client:
+        assert client.call("hello")["protocol"] == 1 and client.pid is None
+        assert "thread of Blender's own process" in lines[0]
+        with pytest.raises(UsageError, match="no audio"):
+            client.call("synthesize", {})
+        (path,) = client.call("synthesize", {"audio": str(tone)})["motions"]
+        assert Motion.load(path).duration > 1
+    end = time.monotonic() + 60
+    while os.path.exists(path):  # its folder goes with it
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_a_thread_drops_what_is_cancelled_and_serves_on(no_python, tone):
+    with WorkerClient() as client:
+        job = client.request("synthesize", {"audio": str(tone), "takes": 64})
+        client.cancel(job)
+        with pytest.raises(Cancelled):
+            wait(job, 120).outcome()
+        assert client.call("hello")["protocol"] == 1
+
+
+def test_a_python_that_was_named_is_not_replaced_by_a_thread(tmp_path):
+    with pytest.raises(WorkerFailed, match="cannot be run"):
+        WorkerClient(python=tmp_path / "python3").call("hello")
+
+
+def test_the_thread_brings_nothing_heavy_into_blender(tmp_path):
+    """What its process would import is numpy's alone, too."""
+    code = (
+        "import sys\n"
+        "sys.executable = sys.argv[1]\n"
+        "from s2ag.s2ag_blender.engine.client import WorkerClient\n"
+        "with WorkerClient() as client:\n"
+        "    client.call('hello', {'warm': True})\n"
+        "print(*{name.split('.')[0] for name in sys.modules})\n"
+    )
+    clean = {name: value for name, value in os.environ.items() if name != "S2AG_PYTHON"}
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "python3")], capture_output=True, text=True, check=True, env=clean
+    )
+    assert not {"torch", "scipy", "librosa", "av", "gensim"} & set(done.stdout.split())
