@@ -19,6 +19,7 @@ from .ui import (
     properties,
     subpanels,
     take_ops,
+    try_it,
 )
 
 CLASSES = (
@@ -31,6 +32,7 @@ CLASSES = (
     operators.S2AG_OT_cancel,
     operators.S2AG_OT_add_human,
     operators.S2AG_OT_add_mannequin,
+    try_it.S2AG_OT_try_it,
     operators.S2AG_OT_remove_markers,
     operators.S2AG_OT_export,
     *bone_maps.CLASSES,

@@ -30,6 +30,9 @@ class S2AG_PT_gestures(Sidebar, bpy.types.Panel):
         layout = self.layout
         armature = character(context)
         if armature is None:
+            row = layout.row()
+            row.scale_y = 1.4
+            row.operator("s2ag.try_it", icon="PLAY")
             layout.label(text="Select a character", icon="INFO")
             column = layout.column(align=True)
             column.operator("s2ag.add_human", icon="OUTLINER_OB_ARMATURE")

@@ -1,0 +1,48 @@
+"""One press in an empty scene."""
+
+import os
+
+import bpy
+import pytest
+from acted import drawn, press
+from s2ag.core.sound import wavefile
+from s2ag.s2ag_blender import compat
+from s2ag.s2ag_blender.engine import decoding
+from s2ag.s2ag_blender.takes import gesture, sources
+from s2ag.s2ag_blender.ui import try_it
+
+
+@pytest.fixture
+def empty(extension, monkeypatch):
+    """The extension in an empty scene, with nothing set up: the engine that ships, whatever the tests' own is."""
+    monkeypatch.delenv("S2AG_PYTHON", raising=False)
+    gesture.stop_engine()
+    yield bpy.context.scene
+    gesture.stop_engine()
+
+
+def test_the_example_is_there_with_its_words():
+    assert try_it.VOICE.is_file() and try_it.VOICE.stat().st_size < 100_000
+    assert os.path.basename(sources.beside(str(try_it.VOICE))) == "hello.txt"
+    assert wavefile.header(try_it.VOICE) is None
+
+
+def test_one_press_gestures_with_sound(empty):
+    if not decoding.needed(str(try_it.VOICE)):
+        pytest.skip("this bpy comes without Blender's sound system")
+    assert "s2ag.try_it" in drawn()
+    press(bpy.ops.s2ag.try_it)
+    human = bpy.context.active_object
+    action = human.animation_data.action
+    assert human.type == "ARMATURE" and action.frame_range[1] > 300 and empty.frame_end >= action.frame_range[1]
+    (strip,) = compat.sequencer_strips(empty.sequence_editor)
+    assert strip.type == "SOUND" and compat.strip_start(strip) == empty.frame_start
+    assert human.s2ag.takes and gesture.engine(bpy.context).ships
+
+
+def test_the_person_stands_beside_what_is_there(empty):
+    bpy.ops.mesh.primitive_cube_add(size=2)
+    human = try_it.stage(bpy.context)
+    bpy.context.view_layer.update()
+    arms = [human.matrix_world @ bone.head_local for bone in human.data.bones]
+    assert min(point.x for point in arms) > 1
