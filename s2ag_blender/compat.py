@@ -6,6 +6,23 @@ RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else se
 """Options of a path property that may start with "//"."""
 
 
+def selected_bones(armature: bpy.types.Object) -> list[str]:
+    """Names of the bones that are selected in pose mode, parents first."""
+    selected = {bone.name for bone in _selectable(armature) if bone.select}
+    return [bone.name for bone in armature.data.bones if bone.name in selected]
+
+
+def select_bones(armature: bpy.types.Object, names) -> None:
+    """Select these bones in pose mode and no other."""
+    for bone in _selectable(armature):
+        bone.select = bone.name in names
+
+
+def _selectable(armature: bpy.types.Object):
+    """What is selected in pose mode: since 5.0 the bones of the pose, before those of the armature."""
+    return (armature.pose if "select" in bpy.types.PoseBone.bl_rna.properties else armature.data).bones
+
+
 def new_action(name: str, datablock: bpy.types.ID):
     """A new action for ``datablock`` and what its curves and groups go into: ``(action, slot or None, bag)``.
 

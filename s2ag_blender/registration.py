@@ -5,6 +5,7 @@ import bpy
 from . import translations
 from .takes import gesture
 from .ui import (
+    bone_check,
     bone_maps,
     command,
     drop,
@@ -36,6 +37,7 @@ CLASSES = (
     operators.S2AG_OT_remove_markers,
     operators.S2AG_OT_export,
     *bone_maps.CLASSES,
+    *bone_check.CLASSES,
     *take_ops.CLASSES,
     learn.S2AG_OT_learn,
     panel.S2AG_PT_gestures,

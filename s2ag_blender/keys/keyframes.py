@@ -1,7 +1,9 @@
 """Rotations to keyframes in bulk: a new action, one curve at a time, whole arrays at once."""
 
+import contextlib
 import functools
 import json
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import bpy
@@ -11,11 +13,14 @@ from ...rigs import quaternion
 from .. import compat
 from ..rig import dependencies
 from ..rig.locks import held
+from .cutting import around
+from .thinning import Thin, Thinner, handles
 
 FORMER = "s2ag_former"
 """Name of an action's custom property that holds, as JSON text, what its keys replaced."""
 
 
+_SIDES = "left", "right"
 _PAIRS = ("co", "handle_left", "handle_right")
 _KEY_PARTS = {
     **dict.fromkeys(_PAIRS, np.float32),
@@ -80,15 +85,25 @@ def setting_channels(settings: dict[str, float]) -> list[Channels]:
     return [Channels("", path, {0: np.array([value])}) for path, value in settings.items()]
 
 
-def write_channels(bag, keyed: list[Channels], frames: np.ndarray, interpolation: str = "LINEAR") -> None:
+def write_channels(
+    bag,
+    keyed: list[Channels],
+    frames: np.ndarray,
+    interpolation: str = "LINEAR",
+    thinner: Thinner | None = None,
+    cut: Collection[tuple[str, int]] = (),
+) -> None:
     """Key ``keyed`` at scene ``frames``; where a curve is there already, its keys from the first to the last of them go.
 
-    Values of one row are keyed on the first frame only.
+    Values of one row are keyed on the first frame only. ``thinner`` says which keys are enough. Curves of ``cut`` (path and
+    index) keep their values outside the frames exactly.
     """
     present = {(curve.data_path, curve.array_index): curve for curve in bag.fcurves}
     groups = {group.name: group for group in bag.groups}
     for one in keyed:
-        for index, column in one.values.items():
+        whole = thinner is not None and one.bone and all(len(column) == len(frames) for column in one.values.values())
+        few = thinner(one.bone, one.path, np.stack(list(one.values.values()), -1)) if whole and one.values else None
+        for place, (index, column) in enumerate(one.values.items()):
             curve = present.get((one.path, index))
             if curve is None:
                 curve = bag.fcurves.new(one.path, index=index)
@@ -96,8 +111,12 @@ def write_channels(bag, keyed: list[Channels], frames: np.ndarray, interpolation
                     groups[one.bone] = bag.groups.new(one.bone)
                 if one.bone:
                     curve.group = groups[one.bone]
-            still = len(column) < len(frames)
-            _fill(curve, frames[: len(column)], column, "CONSTANT" if still else interpolation, frames[-1])
+            if few is not None:
+                made = _few(frames, column, few, place)
+            else:
+                still = len(column) < len(frames)
+                made = _all(frames[: len(column)], column, "CONSTANT" if still else interpolation)
+            _fill(curve, made, frames[-1], (one.path, index) in cut)
 
 
 def set_range(action: bpy.types.Action, frames: np.ndarray) -> None:
@@ -108,11 +127,15 @@ def set_range(action: bpy.types.Action, frames: np.ndarray) -> None:
 
 def remember(action: bpy.types.Action, armature: bpy.types.Object, paths=None, former: dict | None = None) -> None:
     """Store what ``armature`` has now of all that ``action`` keys, or of ``paths``; values of ``former`` go before that."""
-    paths = {curve.data_path for curve in compat.curves(action)} if paths is None else paths
-    values = {path: armature.path_resolve(path) for path in paths}
-    plain = {path: list(value) if hasattr(value, "__len__") else value for path, value in values.items()}
+    plain = values(armature, {curve.data_path for curve in compat.curves(action)} if paths is None else paths)
     known = {path: value for path, value in (former or {}).items() if path in plain}
     action[FORMER] = json.dumps({**plain, **known}, sort_keys=True)
+
+
+def values(armature: bpy.types.Object, paths) -> dict:
+    """What is at data paths of ``armature`` now: numbers, and lists of them."""
+    found = {path: armature.path_resolve(path) for path in paths}
+    return {path: list(value) if hasattr(value, "__len__") else value for path, value in found.items()}
 
 
 def former(action: bpy.types.Action | None) -> dict:
@@ -120,12 +143,31 @@ def former(action: bpy.types.Action | None) -> dict:
     return json.loads(action.get(FORMER, "{}")) if action is not None else {}
 
 
-def give_back(armature: bpy.types.Object, action: bpy.types.Action, but=()) -> None:
-    """Set everything on ``armature`` to what :func:`remember` stored on an action that no longer plays, ``but`` these paths."""
+def give_back(armature: bpy.types.Object, action: bpy.types.Action, but: Collection[str] = ()) -> None:
+    """Set everything on ``armature`` but ``but`` to what :func:`remember` stored on an action that no longer plays.
+
+    What is no longer there, as a bone that was renamed, is passed over.
+    """
     for path, value in former(action).items():
         if path not in but:
-            dependencies.set_value(armature, path, value)
+            with contextlib.suppress(ValueError):
+                dependencies.set_value(armature, path, value)
     armature.update_tag()
+
+
+def _all(frames: np.ndarray, values: np.ndarray, interpolation: str) -> dict[str, np.ndarray]:
+    """A key for every value."""
+    return {"co": np.stack([frames, values], -1).astype(np.float32), **_key_style(len(frames), interpolation)}
+
+
+def _few(frames: np.ndarray, values: np.ndarray, thin: Thin, place: int) -> dict[str, np.ndarray]:
+    """The keys that are left of a channel, with the handles that make up for the others."""
+    at, value = frames[thin.rows].astype(float), values[thin.rows]
+    left, right = handles(at, value, thin.slopes[:, place])
+    style = _key_style(len(at), "BEZIER") | {"type": np.array([_number("type", kind) for kind in thin.kinds], np.int32)}
+    style |= {f"handle_{side}_type": np.full(len(at), _number(f"handle_{side}_type", "ALIGNED"), np.int32) for side in _SIDES}
+    places = {"co": np.stack([at, value], -1), "handle_left": left, "handle_right": right}
+    return {name: points.astype(np.float32) for name, points in places.items()} | style
 
 
 def _key_style(count: int, interpolation: str) -> dict[str, np.ndarray]:
@@ -141,11 +183,10 @@ def _number(key: str, value: str) -> int:
     return bpy.types.Keyframe.bl_rna.properties[key].enum_items[value].value
 
 
-def _fill(curve: bpy.types.FCurve, frames: np.ndarray, values: np.ndarray, interpolation: str, last: float) -> None:
+def _fill(curve: bpy.types.FCurve, made: dict[str, np.ndarray], last: float, cut: bool = False) -> None:
     points = curve.keyframe_points
-    made = {"co": np.stack([frames, values], -1).astype(np.float32), **_key_style(len(frames), interpolation)}
     if len(points):
-        made = _merged(points, made, last)
+        made = _merged(points, made, last, cut)
         points.clear()
     points.add(len(made["co"]))
     for key, column in made.items():
@@ -153,7 +194,7 @@ def _fill(curve: bpy.types.FCurve, frames: np.ndarray, values: np.ndarray, inter
     curve.update()
 
 
-def _merged(points, made: dict[str, np.ndarray], last: float) -> dict[str, np.ndarray]:
+def _merged(points, made: dict[str, np.ndarray], last: float, cut: bool) -> dict[str, np.ndarray]:
     """The keys that are there, without those from the first of ``made`` to ``last``, and ``made`` in their place."""
     kept = {}
     for key, kind in _KEY_PARTS.items():
@@ -161,9 +202,12 @@ def _merged(points, made: dict[str, np.ndarray], last: float) -> dict[str, np.nd
         column = np.empty(len(points) * width, kind)
         points.foreach_get(key, column)
         kept[key] = column.reshape(-1, 2) if width == 2 else column
+    filled = {key: made.get(key, _default(key, kind, made["co"])) for key, kind in _KEY_PARTS.items()}
+    if cut:
+        codes = {name: _number("interpolation", name) for name in ("CONSTANT", "LINEAR", "BEZIER")}
+        return around(kept, filled, last, codes | {"FREE": _number("handle_left_type", "FREE")})
     at = kept["co"][:, 0]
     before, after = at < made["co"][0, 0], at > last
-    filled = {key: made.get(key, _default(key, kind, made["co"])) for key, kind in _KEY_PARTS.items()}
     return {key: np.concatenate([kept[key][before], filled[key], kept[key][after]]) for key in _KEY_PARTS}
 
 

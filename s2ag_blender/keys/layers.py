@@ -155,6 +155,21 @@ def below(armature: bpy.types.Object, base: bpy.types.Action | None, span):
         compat.assign_action(armature, active, slot)
 
 
+def playing(armature: bpy.types.Object) -> list[bpy.types.Action]:
+    """Actions of ours that the character plays, the active one last."""
+    data = armature.animation_data
+    found = [strip.action for strip in strips(armature)] + [data.action if data else None]
+    return [action for action in found if action is not None and Place.of(action) is not None]
+
+
+def formers(armature: bpy.types.Object) -> dict:
+    """What stood in the place of all that actions of ours key now, by data path."""
+    found = {}
+    for action in playing(armature):
+        found |= keyframes.former(action)
+    return found
+
+
 def hide(armature: bpy.types.Object, action: bpy.types.Action) -> None:
     """Stop playing an action of ours: what it was made from is active again, its strip and an emptied track go."""
     data = armature.animation_data

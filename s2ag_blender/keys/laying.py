@@ -10,7 +10,7 @@ from ...rigs.plain import Mapping
 from .. import compat, provenance
 from ..rig import readiness, reading
 from ..translations import told
-from . import apply, keyframes, layers, mixing, posing
+from . import apply, density, keyframes, layers, mixing, pacing, posing, thinning
 
 MEASURED = 10
 """A draft on a control rig is measured at one of so many frames of the motion, which has 15 a second."""
@@ -35,28 +35,53 @@ class Laying:
         self.settings, self.span = planned.settings, planned.voice.span
         self.told: set[str] = set()
         self.there: dict[tuple, dict] = {}
-        self.former = keyframes.former(armature.animation_data and armature.animation_data.action)
+        self.former = layers.formers(armature)
 
     def action(self, motion: Motion) -> bpy.types.Action:
         """A new action with one motion, stamped with everything that it came from; a draft is made in its own action."""
-        frames, rotations, settings = self._keys(motion)
+        frames, rotations, settings = self._keys(pacing.paced(motion, self.settings.get("speed", 1.0)))
+        rotations = pacing.smoothed(rotations, self.fps, self.settings.get("smoothing", 0.0))
         place = self._place(frames)
         base = layers.base_action(self.armature, place.first, place.last)
-        interpolation = "LINEAR" if self.settings["key_step"] == 1 else "BEZIER"
+        interpolation = "LINEAR" if self.step == 1 else "BEZIER"
         keyed = self._channels(frames, rotations, place, base) + self._settings(settings, place)
         copied = place.result == "ACTION" and base is not None
+        there = compat.curves(base, layers.slot_of(self.armature, base)) if copied else ()
+        cut = {(curve.data_path, curve.array_index) for curve in there}
         action, slot, bag = self._draft(place) if self.planned.draft else (None, None, None)
         if action is None and copied:
             action, slot, bag = compat.copy_action(base, layers.slot_of(self.armature, base), self._name())
         elif action is None:
             action, slot, bag = compat.new_action(self._name(), self.armature)
-        keyframes.write_channels(bag, keyed, frames, interpolation)
+        keyframes.write_channels(bag, keyed, frames, interpolation, self._thinner(frames, rotations), cut)
         if not copied:
             keyframes.set_range(action, frames)
         provenance.stamp(action, self._provenance(motion, place))
         layers.remember(action, slot, base)
         keyframes.remember(action, self.armature, {one.path for one in keyed}, self.former)
+        density.note(action, keyed)
         return action
+
+    @property
+    def few(self) -> bool:
+        """Whether only keys that matter are wanted; a draft has all, which is quicker."""
+        return self.settings.get("curves") == "POSES" and not self.planned.draft
+
+    @property
+    def step(self) -> int:
+        """Frames between keys before any are left out."""
+        return 1 if self.settings.get("curves") == "POSES" else self.settings["key_step"]
+
+    @property
+    def fps(self) -> float:
+        """Keys a second."""
+        return apply.scene_fps(self.scene) / self.step
+
+    def _thinner(self, frames, rotations) -> thinning.Thinner | None:
+        if not self.few:
+            return None
+        limbs = density.limbs(reading.read(self.armature), self._mapping())
+        return thinning.Thinner(rotations, limbs, frames, self.fps, self.settings["tolerance"])
 
     def _keys(self, motion) -> apply.Keys:
         planned = self.planned
@@ -67,7 +92,7 @@ class Laying:
             scene=self.scene,
             mapping=planned.mapping,
             options=planned.options,
-            step=self.settings["key_step"],
+            step=self.step,
             first=self.span.first,
             last=np.inf if self.span.last is None else self.span.last,
             measured=MEASURED if planned.draft else 1,

@@ -174,21 +174,14 @@ def _look(armature) -> tuple[Readiness, Mapping | None]:
         reading.require_armature(armature)
         mapping, refusal = reading.survey(armature, handpicked.chosen(armature.s2ag))
     except S2agError as error:
-        return Readiness(problem=_problem(error)), None
+        return Readiness(problem=told_error(error)), None
     found = {one.part: one for one in mapping.findings}
     moved = {part: tuple(name for name in chain if name not in mapping.held) for part, chain in mapping.chains.items()}
     rows = [_row(part, moved.get(part, ()), found.get(part)) for part in EDGE_NAMES]
     names = {family.key: family.name for family in families()}
     family = names.get(mapping.family, mapping.family)
-    problem = "" if refusal is None else _problem(refusal)
+    problem = "" if refusal is None else told_error(refusal)
     return Readiness(tuple(rows), family, mapping.warnings, problem), None if problem else mapping
-
-
-def _problem(error: S2agError) -> str:
-    """An error for people who have a panel in place of the command line, in their language."""
-    if "s2ag rig" in error.remedy:
-        return f"{told(error.message)} {told('Choose its bones in the panel Bone Map.')}"
-    return told_error(error)
 
 
 def _row(part: str, bones: tuple[str, ...], found: Finding | None) -> Row:

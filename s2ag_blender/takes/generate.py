@@ -16,7 +16,7 @@ from ...rigs.goals import Options
 from ...rigs.plain import PARTS as BODY_PARTS
 from ...rigs.plain import Mapping
 from .. import provenance
-from ..keys import layers, posing
+from ..keys import layers, posing, trying
 from ..keys.laying import Laying
 from ..rig import handpicked, readiness, reading
 from ..translations import told
@@ -81,6 +81,7 @@ def plan(
     Raises :class:`S2agError` for all that the user must mend first.
     """
     reading.require_armature(armature)
+    trying.end(armature)
     settings, scene = recall.view(kept) if kept else armature.s2ag, context.scene
     voice = sources.voice(settings, scene)
     if not kept and not keyed_pose:

@@ -58,7 +58,9 @@ def named(style: str) -> str:
 
 
 def told_error(error: S2agError) -> str:
-    """An error and its remedy in one line, in the user's language."""
+    """An error and its remedy in one line, in the user's language, for people who have a panel and no command line."""
+    if "s2ag rig" in error.remedy:
+        return f"{told(error.message)} {told('Choose its bones in the panel Bone Map.')}"
     return f"{told(error.message)} {told(error.remedy)}".strip()
 
 

@@ -95,7 +95,7 @@ def _require(armature, chains: dict[str, tuple[str, ...]]) -> None:
     )
 
 
-class _OfCharacter:
+class OfCharacter:
     """Base of operators on the bone map of the active character."""
 
     bl_options = {"REGISTER", "UNDO"}
@@ -115,7 +115,7 @@ class _OfCharacter:
         return not reason
 
 
-class S2AG_OT_edit_bone_map(_OfCharacter, bpy.types.Operator):
+class S2AG_OT_edit_bone_map(OfCharacter, bpy.types.Operator):
     """Choose the bones by hand, starting from those that were found"""
 
     bl_idname = "s2ag.edit_bone_map"
@@ -126,7 +126,7 @@ class S2AG_OT_edit_bone_map(_OfCharacter, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class S2AG_OT_reset_bone_map(_OfCharacter, bpy.types.Operator):
+class S2AG_OT_reset_bone_map(OfCharacter, bpy.types.Operator):
     """Go back to the bones that are found by themselves"""
 
     bl_idname = "s2ag.reset_bone_map"
@@ -152,8 +152,8 @@ class _WithFile:
         return {"FINISHED"}
 
 
-class S2AG_OT_load_bone_map(_WithFile, _OfCharacter, bpy.types.Operator, ImportHelper):
-    """Take the bones of this character from a bone map, as s2ag rig writes it"""
+class S2AG_OT_load_bone_map(_WithFile, OfCharacter, bpy.types.Operator, ImportHelper):
+    """Take the bones of this character from a bone map, a file that Save writes"""
 
     bl_idname = "s2ag.load_bone_map"
     bl_label = "Load Bone Map"
@@ -163,8 +163,8 @@ class S2AG_OT_load_bone_map(_WithFile, _OfCharacter, bpy.types.Operator, ImportH
         self.report({"INFO"}, told("{name} has the bones of {file}", name=armature.name, file=Path(path).name))
 
 
-class S2AG_OT_save_bone_map(_WithFile, _OfCharacter, bpy.types.Operator, ExportHelper):
-    """Write the bones of this character as a bone map, for characters of the same rig and for s2ag animate"""
+class S2AG_OT_save_bone_map(_WithFile, OfCharacter, bpy.types.Operator, ExportHelper):
+    """Write the bones of this character as a bone map, for characters of the same rig"""
 
     bl_idname = "s2ag.save_bone_map"
     bl_label = "Save Bone Map"

@@ -20,11 +20,12 @@ class S2AG_MT_gestures(bpy.types.Menu):
         for name, icon in (("reroll", "FILE_REFRESH"), ("vary", "MOD_NOISE"), ("style_grid", "MESH_GRID")):
             layout.operator(f"s2ag.{name}", icon=icon)
         layout.separator()
-        for name in ("keep_take", "delete_take", "delete_others", "recall_take"):
+        for name in ("keep_take", "delete_take", "delete_others", "recall_take", "change_keys"):
             layout.operator(f"s2ag.{name}")
         layout.separator()
-        for name in ("edit_bone_map", "reset_bone_map", "load_bone_map", "save_bone_map"):
+        for name in ("edit_bone_map", "reset_bone_map", "load_bone_map", "save_bone_map", "select_bones", "test_pose"):
             layout.operator(f"s2ag.{name}")
+        layout.operator_menu_enum("s2ag.bones_from_selection", "part")
         layout.separator()
         layout.operator("s2ag.fit_range")
         layout.operator("s2ag.remove_markers")

@@ -6,11 +6,10 @@ from ...core.styles import EXPLAINED
 from .. import compat
 from ..takes import choices
 from ..takes.choices import control_names, style_names
+from .curve_properties import EDITABLE, CurveSettings, changed
 
 __all__ = ["S2AG_BoneChoice", "S2AG_Session", "S2AG_Settings", "S2AG_Take", "control_names", "style_names"]
 
-EDITABLE = {"LIBRARY_OVERRIDABLE"}
-"""Settings of a library override are the animator's own, too."""
 PARTS = (
     ("TORSO", "Torso", "Key the spine"),
     ("HEAD", "Head", "Key neck and head"),
@@ -18,12 +17,6 @@ PARTS = (
     ("LEFT_ARM", "Left Arm", "Key the left upper arm and forearm"),
     ("RIGHT_ARM", "Right Arm", "Key the right upper arm and forearm"),
 )
-
-
-def _changed(settings, context) -> None:
-    from ..takes import preview
-
-    preview.touch(settings.id_data)
 
 
 def _live_switched(settings, context) -> None:
@@ -57,7 +50,7 @@ def _remapped(item, context) -> None:
 
 def _control(name: str, label: str):
     return bpy.props.FloatProperty(
-        name=label, description=EXPLAINED[name], min=-1.0, max=1.0, step=5, precision=2, override=EDITABLE, update=_changed
+        name=label, description=EXPLAINED[name], min=-1.0, max=1.0, step=5, precision=2, override=EDITABLE, update=changed
     )
 
 
@@ -109,7 +102,7 @@ class S2AG_Session(bpy.types.PropertyGroup):
     )
 
 
-class S2AG_Settings(bpy.types.PropertyGroup):
+class S2AG_Settings(CurveSettings, bpy.types.PropertyGroup):
     """Inputs of one character's gestures."""
 
     audio_source: bpy.props.EnumProperty(
@@ -166,7 +159,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         search=choices.search_styles,
         search_options={"SUGGESTION"},
         override=EDITABLE,
-        update=_changed,
+        update=changed,
     )
     style_pick: bpy.props.EnumProperty(
         name="Style",
@@ -177,7 +170,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         options={"SKIP_SAVE"},
     )
     style_second: bpy.props.StringProperty(
-        name="Second Style", description="Name of the style that is blended in", override=EDITABLE, update=_changed
+        name="Second Style", description="Name of the style that is blended in", override=EDITABLE, update=changed
     )
     style_second_pick: bpy.props.EnumProperty(
         name="Blend With",
@@ -195,9 +188,9 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         max=1.0,
         subtype="FACTOR",
         override=EDITABLE,
-        update=_changed,
+        update=changed,
     )
-    seed: bpy.props.IntProperty(name="Seed", description="Same seed, same gestures", min=0, override=EDITABLE, update=_changed)
+    seed: bpy.props.IntProperty(name="Seed", description="Same seed, same gestures", min=0, override=EDITABLE, update=changed)
     intensity: bpy.props.FloatProperty(
         name="Intensity",
         description="How far gestures depart from rest",
@@ -206,15 +199,15 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         max=3.0,
         soft_max=1.5,
         override=EDITABLE,
-        update=_changed,
+        update=changed,
     )
     arousal: _control("arousal", "Arousal")
     valence: _control("valence", "Valence")
     dominance: _control("dominance", "Dominance")
     rate: _control("rate", "Rate")
     hand: _control("hand", "Hand")
-    meaning: _share("Meaning", _MEANING, 1.0, 1.0, update=_changed)
-    mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right", override=EDITABLE, update=_changed)
+    meaning: _share("Meaning", _MEANING, 1.0, 1.0, update=changed)
+    mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right", override=EDITABLE, update=changed)
     take_count: bpy.props.IntProperty(
         name="Takes", description="How many variations to make in one go", default=1, min=1, max=16, override=EDITABLE
     )
@@ -229,10 +222,10 @@ class S2AG_Settings(bpy.types.PropertyGroup):
             ("STRIP", "Strip", "The frames that the sound strip covers, in sync with it"),
         ],
         override=EDITABLE,
-        update=_changed,
+        update=changed,
     )
     start_frame: bpy.props.IntProperty(
-        name="Start Frame", description="Frame on which the recording starts", default=1, override=EDITABLE, update=_changed
+        name="Start Frame", description="Frame on which the recording starts", default=1, override=EDITABLE, update=changed
     )
     result: bpy.props.EnumProperty(
         name="Result",
@@ -243,9 +236,9 @@ class S2AG_Settings(bpy.types.PropertyGroup):
             ("LAYER", "Layer", "An NLA strip that adds gestures to the animation that is there"),
         ],
         override=EDITABLE,
-        update=_changed,
+        update=changed,
     )
-    influence: _share("Influence", "How much of the strip or layer is seen", 1.0, 1.0, update=_changed)
+    influence: _share("Influence", "How much of the strip or layer is seen", 1.0, 1.0, update=changed)
     blend_in: bpy.props.IntProperty(
         name="Blend In",
         description="Frames over which the animation that is there turns into gestures",
@@ -253,7 +246,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         min=0,
         soft_max=48,
         override=EDITABLE,
-        update=_changed,
+        update=changed,
     )
     blend_out: bpy.props.IntProperty(
         name="Blend Out",
@@ -262,7 +255,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         min=0,
         soft_max=48,
         override=EDITABLE,
-        update=_changed,
+        update=changed,
     )
     start_pose: bpy.props.EnumProperty(
         name="Start",
@@ -272,7 +265,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
             ("CURRENT", "This Pose", "Continue from the pose that the character has now"),
         ],
         override=EDITABLE,
-        update=_changed,
+        update=changed,
     )
     end_pose: bpy.props.EnumProperty(
         name="End",
@@ -283,7 +276,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
             ("THERE", "Pose There", "Reach the pose that the character's animation has on the last frame"),
         ],
         override=EDITABLE,
-        update=_changed,
+        update=changed,
     )
     add_sound: bpy.props.BoolProperty(
         name="Sound Strip", description="Put the recording into the sequencer", default=True, override=EDITABLE
@@ -298,19 +291,10 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         override=EDITABLE,
     )
 
-    torso_strength: _share("Torso", "How much the spine takes part", 1.0, update=_changed)
-    head_strength: _share("Head", "How much neck and head take part", 1.0, update=_changed)
-    clavicle_strength: _share("Clavicles", "How much the shoulders take part", 0.6, update=_changed)
-    palms: _share("Palms", "How far forearms turn the palms inwards and down", 0.4, 1.0, update=_changed)
-    key_step: bpy.props.IntProperty(
-        name="Key Every",
-        description="Frames between keys; more are easier to edit",
-        default=1,
-        min=1,
-        max=12,
-        override=EDITABLE,
-        update=_changed,
-    )
+    torso_strength: _share("Torso", "How much the spine takes part", 1.0, update=changed)
+    head_strength: _share("Head", "How much neck and head take part", 1.0, update=changed)
+    clavicle_strength: _share("Clavicles", "How much the shoulders take part", 0.6, update=changed)
+    palms: _share("Palms", "How far forearms turn the palms inwards and down", 0.4, 1.0, update=changed)
     parts: bpy.props.EnumProperty(
         name="Parts",
         description="Parts of the body that are keyed; the others keep what they have",
@@ -318,7 +302,7 @@ class S2AG_Settings(bpy.types.PropertyGroup):
         options={"ENUM_FLAG"},
         default={part for part, _, _ in PARTS},
         override=EDITABLE,
-        update=_changed,
+        update=changed,
     )
     checkpoint: bpy.props.StringProperty(
         name="Checkpoint",

@@ -3,6 +3,7 @@
 import bpy
 
 from ...core.styles import AFFECTS
+from ..keys import trying
 from ..rig import handpicked, readiness
 from ..takes import choices, markers, takes
 from ..takes.running import character
@@ -154,6 +155,20 @@ class S2AG_PT_body(_Below, bpy.types.Panel):
             layout.label(text="Greyed parts are not keyed", icon="INFO")
 
 
+class S2AG_PT_curves(_Below, bpy.types.Panel):
+    bl_label = "Curves"
+
+    def draw_settings(self, layout, armature, settings, context):
+        layout.prop(settings, "speed", slider=True)
+        layout.prop(settings, "smoothing", slider=True)
+        layout.row().prop(settings, "curves", expand=True)
+        for name, curves in (("tolerance", "POSES"), ("key_step", "FRAMES")):
+            row = layout.row()
+            row.active = settings.curves == curves
+            row.prop(settings, name)
+        layout.operator("s2ag.change_keys", icon="IPO_BEZIER")
+
+
 class S2AG_PT_bone_map(_Below, bpy.types.Panel):
     bl_label = "Bone Map"
 
@@ -169,6 +184,7 @@ class S2AG_PT_bone_map(_Below, bpy.types.Panel):
                 row = column.row()
                 row.alert = not all(bone in armature.data.bones for bone in handpicked.split(item.bones))
                 row.prop(item, "bones", text=told(readiness.label(item.name)))
+                row.operator("s2ag.bones_from_selection", text="", icon="EYEDROPPER").part = item.name
         elif ready is not None:
             for found in ready.rows:
                 row = column.row()
@@ -180,6 +196,9 @@ class S2AG_PT_bone_map(_Below, bpy.types.Panel):
             layout.operator("s2ag.reset_bone_map", icon="LOOP_BACK")
         else:
             layout.operator("s2ag.edit_bone_map", icon="GREASEPENCIL")
+        row = layout.row(align=True)
+        row.operator("s2ag.select_bones", icon="RESTRICT_SELECT_OFF")
+        row.operator("s2ag.test_pose", icon="LOOP_BACK" if trying.is_shown(armature) else "ARMATURE_DATA")
         row = layout.row(align=True)
         row.operator("s2ag.load_bone_map", text="Load", icon="FILE_FOLDER")
         row.operator("s2ag.save_bone_map", text="Save", icon="FILE_TICK")
@@ -201,7 +220,6 @@ class S2AG_PT_advanced(_Below, bpy.types.Panel):
     bl_label = "Advanced"
 
     def draw_settings(self, layout, armature, settings, context):
-        layout.prop(settings, "key_step")
         layout.prop(settings, "checkpoint")
         layout.prop(settings, "language")
         layout.operator("s2ag.learn", icon="ACTION")
@@ -214,6 +232,7 @@ CLASSES = (
     S2AG_PT_frames,
     S2AG_PT_layers,
     S2AG_PT_body,
+    S2AG_PT_curves,
     S2AG_PT_bone_map,
     S2AG_PT_export,
     S2AG_PT_advanced,

@@ -3,6 +3,7 @@
 import bpy
 
 from .. import provenance
+from ..keys import apply, density
 from ..takes import choices, generate, takes
 from ..takes.running import Generating, character
 from ..translations import told
@@ -40,6 +41,31 @@ class _MoreTakes(Generating):
         if reason:
             cls.poll_message_set(reason)
         return not reason
+
+
+class S2AG_OT_change_keys(_OnTake, bpy.types.Operator):
+    """Key the selected take on every frame, or again on those that matter; edits by hand stay"""
+
+    bl_idname = "s2ag.change_keys"
+    bl_label = "All Frames or Poses"
+
+    @classmethod
+    def poll(cls, context):
+        if not super().poll(context):
+            return False
+        if density.KEYED not in _selected(context)[1].action:
+            cls.poll_message_set(told("Nothing is known of how this take was made"))
+            return False
+        return True
+
+    def execute(self, context):
+        armature, take = _selected(context)
+        dense = density.is_dense(take.action)
+        fps = apply.scene_fps(context.scene)
+        density.convert(armature, take.action, armature.s2ag.tolerance if dense else None, fps)
+        keys = density.most_keys(take.action)
+        self.report({"INFO"}, told("{name} has up to {count} keys a curve now", name=take.title, count=keys))
+        return {"FINISHED"}
 
 
 class S2AG_OT_reroll(_MoreTakes, bpy.types.Operator):
@@ -165,6 +191,7 @@ class S2AG_OT_fit_range(_OnTake, bpy.types.Operator):
 
 CLASSES = (
     S2AG_OT_fit_range,
+    S2AG_OT_change_keys,
     S2AG_OT_reroll,
     S2AG_OT_vary,
     S2AG_OT_style_grid,

@@ -23,7 +23,7 @@ def actor(extension, control_rig, engine, examples):
     bpy.ops.wm.open_mainfile(filepath=str(control_rig))
     item = next(item for item in bpy.data.objects if item.type == "ARMATURE")
     bpy.context.view_layer.objects.active = item
-    item.s2ag.audio, item.s2ag.range = str(examples / "hello.flac"), "SCENE"
+    item.s2ag.audio, item.s2ag.range, item.s2ag.curves = str(examples / "hello.flac"), "SCENE", "FRAMES"
     bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 240
     gesture.engine(bpy.context).call("hello", {"warm": True})
     yield item

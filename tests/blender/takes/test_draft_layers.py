@@ -24,8 +24,8 @@ def settle(seconds=30.0):
 
 @pytest.fixture
 def actor(speaker):
-    """A mannequin with a recording from frame 10 on, whose gestures become a layer."""
-    speaker.s2ag.start_frame, speaker.s2ag.result = 10, "LAYER"
+    """A mannequin with a recording from frame 10 on, whose gestures become a layer keyed on every frame, as drafts are."""
+    speaker.s2ag.start_frame, speaker.s2ag.result, speaker.s2ag.curves = 10, "LAYER", "FRAMES"
     yield speaker
     bpy.context.window_manager.s2ag.live = False
 

@@ -20,8 +20,8 @@ def close(one, other, tolerance=1e-3):
 
 @pytest.fixture
 def three(speaker):
-    """A mannequin with three takes."""
-    speaker.s2ag.take_count = 3
+    """A mannequin with three takes that are keyed on every frame, so that they can be held against one another."""
+    speaker.s2ag.take_count, speaker.s2ag.curves = 3, "FRAMES"
     assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
     return speaker
 

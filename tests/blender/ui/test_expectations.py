@@ -95,11 +95,11 @@ def test_intensity_speed_smoothing(speaker):
 
     still, half, full = spread(0.0), spread(0.5), spread(1.0)
     assert still < 0.02 * full and still < half < full
-    speaker.s2ag.key_step = 4  # keys far apart, with smooth curves between
+    speaker.s2ag.curves, speaker.s2ag.key_step = "FRAMES", 4  # keys far apart, with smooth curves between
     press(bpy.ops.s2ag.generate)
     keys = curves(speaker.animation_data.action)
     assert all((np.diff(column[:, 0]) == 4).all() for column in keys.values())
-    assert speaker.s2ag.bl_rna.properties["rate"].description  # speed: how often gestures come
+    assert {"rate", "speed", "smoothing"} <= set(speaker.s2ag.bl_rna.properties.keys())  # how often gestures come, and how
 
 
 def test_hand_choice_mirror(speaker, random_checkpoint):

@@ -1,0 +1,119 @@
+"""Cutting a curve at a frame so that what lies outside stays exactly as it is, whatever is keyed inside.
+
+Points are the columns of a curve's keys, as :mod:`.keyframes` reads them: ``co`` and handles (n, 2), the rest (n,).
+"""
+
+import numpy as np
+
+SAME = 1e-4
+"""Values nearer than this are the same: there the new keys continue the curve without a step."""
+_STEPS = 60
+
+
+def around(points: dict, made: dict, last: float, codes: dict[str, int]) -> dict:
+    """``points`` with ``made`` (ascending, the first key's frame to ``last``) in place of what was there.
+
+    Where the new keys do not start or end on the curve itself, one more key a frame outside holds its value. ``codes`` are
+    the numbers of the interpolations ``CONSTANT``, ``LINEAR``, ``BEZIER`` and of the handle type ``FREE``.
+    """
+    made = {name: np.array(values) for name, values in made.items()}
+    first = float(made["co"][0, 0])
+    before, key, _ = split(points, first, codes)
+    if abs(key["co"][0, 1] - made["co"][0, 1]) < SAME:
+        for name in ("co", "handle_left", "handle_left_type"):
+            made[name][0] = key[name][0]
+    else:
+        before, key, _ = split(points, first - 1, codes)
+        key["interpolation"][0] = codes["LINEAR"]
+        before = _joined(before, key)
+    _, key, after = split(points, last, codes)
+    if made["co"][-1, 0] == last and abs(key["co"][0, 1] - made["co"][-1, 1]) < SAME:
+        for name in ("co", "handle_right", "handle_right_type", "interpolation"):
+            made[name][-1] = key[name][0]
+    else:
+        _, key, after = split(points, last + 1, codes)
+        if made["interpolation"][-1] != codes["CONSTANT"]:
+            made["interpolation"][-1] = codes["LINEAR"]
+        after = _joined(key, after)
+    return _joined(before, made, after)
+
+
+def split(points: dict, at: float, codes: dict[str, int]) -> tuple[dict, dict, dict]:
+    """The keys before frame ``at``, a key on the curve at it, and the keys after it: together the same curve.
+
+    Beyond its ends a curve goes on level. Of the kinds of interpolation that are no Bezier, line or step only the value holds.
+    """
+    x = points["co"][:, 0]
+    count = len(x)
+    left = int(np.searchsorted(x, at)) - 1  # the last key before
+    right = int(np.searchsorted(x, at, side="right"))  # the first after
+    before, after = _rows(points, slice(0, left + 1)), _rows(points, slice(right, count))
+    if right - left == 2:
+        key = _rows(points, slice(left + 1, left + 2))
+        _free(before, -1, codes)
+        _free(after, 0, codes)
+        return before, key, after
+    near = left if left >= 0 else right
+    key = _rows(points, slice(near, near + 1))
+    value = points["co"][near, 1]
+    key["handle_left"][0], key["co"][0], key["handle_right"][0] = (at - 0.3, value), (at, value), (at + 0.3, value)
+    _free(key, 0, codes)
+    if left >= 0 and right < count:
+        _between(before, key, after, codes)
+    return before, key, after
+
+
+def _between(before: dict, key: dict, after: dict, codes: dict[str, int]) -> None:
+    """Put ``key`` onto the curve from the last of ``before`` to the first of ``after``."""
+    start, end, at = before["co"][-1], after["co"][0], key["co"][0, 0]
+    kind = before["interpolation"][-1]
+    if kind == codes["CONSTANT"]:
+        value = start[1]
+    elif kind == codes["BEZIER"]:
+        corners = np.array([start, *_corrected(start, before["handle_right"][-1], after["handle_left"][0], end), end], float)
+        share = _where(corners[:, 0], at)
+        outer = corners[:-1] + share * np.diff(corners, axis=0)
+        inner = outer[:-1] + share * np.diff(outer, axis=0)
+        point = inner[0] + share * (inner[1] - inner[0])
+        _free(before, -1, codes)
+        _free(after, 0, codes)
+        before["handle_right"][-1], after["handle_left"][0] = outer[0], outer[2]
+        key["handle_left"][0], key["handle_right"][0] = inner
+        value = point[1]
+    else:
+        value = start[1] + (end[1] - start[1]) * (at - start[0]) / (end[0] - start[0])
+    key["co"][0] = at, value
+
+
+def _corrected(start, out, into, end) -> tuple[np.ndarray, np.ndarray]:
+    """Handles as Blender uses them: shortened together where they overlap in time."""
+    out, into, room = np.array(out, float), np.array(into, float), end[0] - start[0]
+    reach = abs(start[0] - out[0]) + abs(end[0] - into[0])
+    if reach > room:
+        out, into = start + (out - start) * room / reach, end + (into - end) * room / reach
+    return out, into
+
+
+def _where(x: np.ndarray, at: float) -> float:
+    """The parameter (0..1) at which a Bezier curve with corners at times ``x`` (4,) reaches ``at``."""
+    low, high = 0.0, 1.0
+    for _ in range(_STEPS):
+        t = 0.5 * (low + high)
+        rest = 1.0 - t
+        reached = rest**3 * x[0] + 3 * rest**2 * t * x[1] + 3 * rest * t**2 * x[2] + t**3 * x[3]
+        low, high = (t, high) if reached < at else (low, t)
+    return 0.5 * (low + high)
+
+
+def _free(points: dict, row: int, codes: dict[str, int]) -> None:
+    """Let a key's handles stay where they are, whatever comes to lie beside it."""
+    if len(points["co"]):
+        points["handle_left_type"][row] = points["handle_right_type"][row] = codes["FREE"]
+
+
+def _rows(points: dict, rows: slice) -> dict:
+    return {name: np.array(values[rows]) for name, values in points.items()}
+
+
+def _joined(*parts: dict) -> dict:
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

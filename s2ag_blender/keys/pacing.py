@@ -1,0 +1,54 @@
+"""Speed and smoothness of a performance, without taking it out of step with the voice."""
+
+import numpy as np
+
+from ...core.motion import skeleton
+from ...core.motion.motion import Motion
+from ...core.smoothing import gaussian
+from ...rigs import quaternion
+
+APART = 0.16
+"""Seconds between two turning points, at least."""
+
+
+def paced(motion: Motion, speed: float) -> Motion:
+    """The same performance with strokes ``speed`` times as fast half-way, and as much longer holds where they turn.
+
+    The moments at which the hands turn, which meet the words, stay where they are.
+    """
+    if speed == 1.0 or len(motion.directions) < 4:
+        return motion
+    turns = np.concatenate([[0], _turns(motion), [len(motion.directions) - 1]])
+    row = np.arange(len(motion.directions))
+    span = np.clip(np.searchsorted(turns, row, side="right") - 1, 0, len(turns) - 2)
+    length = turns[span + 1] - turns[span]
+    share = (row - turns[span]) / length
+    eased = share**speed / (share**speed + (1.0 - share) ** speed)
+    return motion.at(turns[span] + eased * length, motion.fps)
+
+
+def smoothed(rotations: dict[str, np.ndarray], fps: float, seconds: float) -> dict[str, np.ndarray]:
+    """Rotations ``{bone: (keys, 4)}`` at ``fps`` keys a second, each the mean of those within about ``seconds``."""
+    if seconds <= 0:
+        return rotations
+    sigma = 0.5 * seconds * fps
+    result = {}
+    for bone, values in rotations.items():
+        if len(values) > 1 and sigma > 0.1:
+            values = quaternion.continuous(values)
+            values = np.stack([gaussian(column, sigma) for column in values.T], -1)
+            values = values / np.linalg.norm(values, axis=-1, keepdims=True)
+        result[bone] = values
+    return result
+
+
+def _turns(motion: Motion) -> np.ndarray:
+    """Frames between the first and the last at which the hands together are slowest."""
+    arms = motion.directions[:, list(skeleton.ARM_EDGES)].astype(float)
+    speed = gaussian(np.linalg.norm(np.gradient(arms, axis=0), axis=(1, 2)), 1.0)
+    lows = np.flatnonzero((speed[1:-1] <= speed[:-2]) & (speed[1:-1] < speed[2:])) + 1
+    kept: list[int] = []
+    for row in sorted(lows, key=lambda row: speed[row]):
+        if all(abs(row - other) >= APART * motion.fps for other in (0, len(speed) - 1, *kept)):
+            kept.append(int(row))
+    return np.array(sorted(kept), int)

@@ -1,0 +1,99 @@
+"""Checking a bone map: its bones selected, a pose to look at, and rows filled from what is selected."""
+
+import bpy
+
+from ...core.errors import S2agError
+from ...rigs.detect import ROWS
+from .. import compat
+from ..keys import trying
+from ..rig import handpicked, readiness
+from ..takes.generate import options
+from ..takes.running import character
+from ..translations import told, told_error
+from .bone_maps import OfCharacter
+
+
+def take(armature: bpy.types.Object, part: str, names: list[str]) -> None:
+    """Choose bones for a part, lowest first; they leave the parts that they had."""
+    for item in armature.s2ag.bone_map:
+        kept = [name for name in handpicked.split(item.bones) if name not in names]
+        item.bones = handpicked.join(names if item.name == part else kept)
+    readiness.forget(armature)
+
+
+def mapped(armature: bpy.types.Object) -> list[str]:
+    """The bones that gesture."""
+    return [name for row in readiness.of(armature).rows for name in row.bones if name in armature.data.bones]
+
+
+class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
+    """Take the bones that are selected in pose mode, from the body outwards"""
+
+    bl_idname = "s2ag.bones_from_selection"
+    bl_label = "From the Selected Bones"
+
+    part: bpy.props.EnumProperty(
+        name="Part",
+        description="Part of the body that the bones are",
+        items=[(part, readiness.label(part), readiness.label(part)) for part in (*ROWS, "crown")],
+    )
+
+    @classmethod
+    def poll(cls, context):
+        if not super().poll(context):
+            return False
+        armature, reason = character(context), ""
+        if not armature.s2ag.bone_map:
+            reason = told("Press Choose Bones first")
+        elif armature.mode != "POSE" or not compat.selected_bones(armature):
+            reason = told("Select the bones in pose mode first")
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
+
+    def execute(self, context):
+        armature = character(context)
+        names = compat.selected_bones(armature)
+        take(armature, self.part, names[:1] if self.part == "hips" else names)
+        return {"FINISHED"}
+
+
+class S2AG_OT_select_bones(OfCharacter, bpy.types.Operator):
+    """Select the bones that gesture, in pose mode"""
+
+    bl_idname = "s2ag.select_bones"
+    bl_label = "Show Bones"
+
+    def execute(self, context):
+        armature = character(context)
+        context.view_layer.objects.active = armature
+        if armature.mode != "POSE":
+            bpy.ops.object.mode_set(mode="POSE")
+        compat.select_bones(armature, mapped(armature))
+        return {"FINISHED"}
+
+
+class S2AG_OT_test_pose(OfCharacter, bpy.types.Operator):
+    """Left hand up beside the head, right forearm forwards, head turned to its left; press again to go back"""
+
+    bl_idname = "s2ag.test_pose"
+    bl_label = "Test Pose"
+
+    def execute(self, context):
+        armature = character(context)
+        if trying.is_shown(armature):
+            trying.end(armature)
+            return {"FINISHED"}
+        warnings = []
+        try:
+            chosen = handpicked.chosen(armature.s2ag)
+            trying.show(armature, context.scene, chosen, options(armature.s2ag), warnings.append)
+        except S2agError as error:
+            self.report({"ERROR"}, told_error(error))
+            return {"CANCELLED"}
+        for warning in dict.fromkeys(warnings):
+            self.report({"WARNING"}, told(warning))
+        return {"FINISHED"}
+
+
+CLASSES = (S2AG_OT_bones_from_selection, S2AG_OT_select_bones, S2AG_OT_test_pose)

@@ -1,0 +1,66 @@
+"""What the animator set for the curves that gestures become: their speed, their smoothness and how many keys they have."""
+
+import math
+
+import bpy
+
+EDITABLE = {"LIBRARY_OVERRIDABLE"}
+"""Settings of a library override are the animator's own, too."""
+
+
+def changed(settings, context) -> None:
+    """The live preview follows every setting that can be seen."""
+    from ..takes import preview
+
+    preview.touch(settings.id_data)
+
+
+class CurveSettings:
+    """The part of a character's settings that is about curves."""
+
+    speed: bpy.props.FloatProperty(
+        name="Speed",
+        description="How fast strokes are; they meet the words all the same",
+        default=1.0,
+        min=0.6,
+        max=2.0,
+        override=EDITABLE,
+        update=changed,
+    )
+    smoothing: bpy.props.FloatProperty(
+        name="Smoothing",
+        description="Seconds over which movements are evened out",
+        default=0.0,
+        min=0.0,
+        max=1.0,
+        subtype="TIME_ABSOLUTE",
+        override=EDITABLE,
+        update=changed,
+    )
+    curves: bpy.props.EnumProperty(
+        name="Keys",
+        description="Which frames are keyed",
+        items=[
+            ("POSES", "Poses", "Where strokes, holds and rests begin and end, with curves between that can be edited"),
+            ("FRAMES", "Frames", "Every frame, or every few of them"),
+        ],
+        override=EDITABLE,
+    )
+    tolerance: bpy.props.FloatProperty(
+        name="Tolerance",
+        description="How far curves may depart from the gestures; more leaves fewer keys",
+        default=math.radians(1.0),
+        min=math.radians(0.05),
+        max=math.radians(10.0),
+        subtype="ANGLE",
+        override=EDITABLE,
+    )
+    key_step: bpy.props.IntProperty(
+        name="Key Every",
+        description="Frames between keys; more are easier to edit",
+        default=1,
+        min=1,
+        max=12,
+        override=EDITABLE,
+        update=changed,
+    )
