@@ -34,14 +34,15 @@ def minute(tmp_path_factory, examples):
     return folder
 
 
+@pytest.mark.parametrize("backend", ["numpy", "torch"])
 @pytest.mark.parametrize(("words", "rounds"), [("minute.json", 5), ("minute.txt", 2)], ids=["aligned", "plain text"])
-def test_warm(benchmark, minute, words, rounds):
-    session = Session()
+def test_warm(benchmark, minute, words, rounds, backend):
+    session = Session(backend=backend)
     request = Request(minute / "minute.wav", transcript=minute / words)
     session.synthesize(request)
     result = benchmark.pedantic(session.synthesize, args=(request,), rounds=rounds)
     benchmark.extra_info["seconds"] = result.seconds
-    print("\nwarm:", stages(result.seconds))
+    print(f"\nwarm, {backend}:", stages(result.seconds))
 
 
 def test_eight_takes_against_one_by_one(benchmark, minute):
@@ -56,9 +57,24 @@ def test_eight_takes_against_one_by_one(benchmark, minute):
     print(f"\neight takes in one batch: {benchmark.extra_info['ratio']:.1f} times faster than one by one")
 
 
+@pytest.mark.parametrize("backend", ["numpy", "torch"])
+def test_nine_takes_against_one(benchmark, minute, backend):
+    session, seconds = Session(backend=backend), {}
+    for takes in (1, 9):
+        request = Request(minute / "minute.wav", transcript=minute / "minute.json", takes=takes)
+        session.synthesize(request)
+        began = time.process_time()
+        session.synthesize(request)
+        seconds[takes] = time.process_time() - began
+    benchmark.pedantic(session.synthesize, args=(request,), rounds=1)
+    print(f"\n{backend}: nine takes {seconds[9]:.2f} s of processor time, one {seconds[1]:.2f} s")
+
+
+@pytest.mark.parametrize("backend", ["numpy", "torch"])
 @pytest.mark.parametrize("words", ["minute.json", "minute.txt"])
-def test_cold_command_line(benchmark, minute, tmp_path, words):
-    command = [sys.executable, "-m", "s2ag", "synth", minute / "minute.wav", "--transcript", minute / words]
+def test_cold_command_line(benchmark, minute, tmp_path, words, backend):
+    command = [sys.executable, "-m", "s2ag", "synth", minute / "minute.wav", "--transcript", minute / words, "--cache", "off"]
+    command += ["--backend", backend]
     benchmark.pedantic(subprocess.run, args=([*command, "-o", tmp_path / "out.npz"],), kwargs={"check": True}, rounds=2)
 
 
