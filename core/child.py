@@ -3,10 +3,33 @@
 import contextlib
 import json
 import os
+import shutil
 import signal
 import subprocess
 import threading
 from collections.abc import Callable, Iterable
+
+from .files import abandon
+
+HELD = "S2AG_HELD"
+"""Environment variable of a child whose parent holds its standard input open: a folder that goes with the parent, or ""."""
+
+
+def hold_on() -> None:
+    """In a child: end at once when the parent is gone, wherever the main thread is, and leave nothing unfinished behind."""
+    folder = os.environ.pop(HELD, None)
+    if folder is not None:
+        threading.Thread(target=_listen, args=(folder,), daemon=True).start()
+
+
+def _listen(folder: str) -> None:
+    with contextlib.suppress(OSError):
+        while os.read(0, 4096):
+            pass
+    abandon()
+    if folder:
+        shutil.rmtree(folder, ignore_errors=True)
+    os._exit(1)
 
 
 class ChildFailed(Exception):

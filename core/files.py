@@ -2,6 +2,8 @@
 
 import contextlib
 import os
+import platform
+import shutil
 import tempfile
 from pathlib import Path
 
@@ -23,10 +25,57 @@ def check_output(path: str | os.PathLike) -> Path:
 _PENDING: set[Path] = set()
 
 
+_SWEPT: set[Path] = set()
+MARK = ".s2ag@"
+"""How names of unfinished files begin; host, process and a random part follow, each after an ``@``."""
+
+
 def abandon() -> None:
-    """Delete every file that :func:`whole_file` has not finished: the last act of a process that is told to end."""
+    """Delete everything that is not finished: the last act of a process that is told to end."""
     for temporary in list(_PENDING):
-        temporary.unlink(missing_ok=True)
+        remove(temporary)
+
+
+@contextlib.contextmanager
+def part_folder(parent: str | os.PathLike):
+    """Yield a hidden folder in ``parent`` for files that are not finished; it is gone in the end. Raises OSError."""
+    sweep(Path(parent))
+    folder = Path(tempfile.mkdtemp(dir=parent, prefix=_prefix()))
+    _PENDING.add(folder)
+    try:
+        yield folder
+    finally:
+        _PENDING.discard(folder)
+        remove(folder)
+
+
+def sweep(folder: Path) -> None:
+    """Delete what processes of this machine that are gone have left unfinished in ``folder``; looks there once a process."""
+    if folder in _SWEPT:
+        return
+    _SWEPT.add(folder)
+    for left in folder.glob(f"{MARK}{host()}@*@*"):
+        number = left.name.split("@")[2]
+        if number.isdigit() and not is_running(int(number)):
+            remove(left)
+
+
+def host() -> str:
+    """This machine's name in letters and digits."""
+    return "".join(letter if letter.isalnum() else "-" for letter in platform.node()) or "host"
+
+
+def is_running(pid: int) -> bool:
+    """Whether a process of that number runs here; always on Windows, which has no way of asking that harms nobody."""
+    if os.name == "nt":
+        return True
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        return True
+    return True
 
 
 @contextlib.contextmanager
@@ -37,7 +86,8 @@ def whole_file(path: str | os.PathLike):
     """
     path = check_output(path)
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem[:40]}.", suffix=path.suffix)
+        sweep(path.parent)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=_prefix(), suffix=path.suffix)
         os.close(handle)
     except OSError as error:
         raise _refused(path, error) from error
@@ -51,7 +101,19 @@ def whole_file(path: str | os.PathLike):
         raise _refused(path, error) from error
     finally:
         _PENDING.discard(temporary)
-        temporary.unlink(missing_ok=True)
+        remove(temporary)
+
+
+def _prefix() -> str:
+    return f"{MARK}{host()}@{os.getpid()}@"
+
+
+def remove(path: Path) -> None:
+    """Delete a file or a folder that may be gone already."""
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def _refused(path: Path, error: OSError) -> OutputUnwritable:

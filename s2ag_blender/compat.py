@@ -171,6 +171,12 @@ def set_image(settings: bpy.types.ImageFormatSettings, file_format: str = "PNG")
     settings.file_format = file_format
 
 
+def plain_path(path) -> str:
+    """A path for render output as it is: since 5.0 braces in it are templates unless they are doubled."""
+    text = str(path)
+    return text if bpy.app.version < (5, 0) else text.replace("{", "{{").replace("}", "}}")
+
+
 def stored(datablock, name: str):
     """What an add-on keeps on a datablock or bone: its registered properties, else their plain data, else None.
 

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from ..core.child import hold_on
 from ..core.errors import BlenderUnavailable, S2agError, UsageError
 from ..core.files import abandon
 
@@ -43,6 +44,7 @@ def run(arguments: list[str], work: Callable[[str, Voice], dict], what: str = "j
     """Let ``work(path, voice)`` do what the file says that is the only argument, and tell its result or error."""
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _end)
+    hold_on()
     with own_stdout() as write:
         voice = Voice(write)
         try:

@@ -4,7 +4,6 @@ import contextlib
 import hashlib
 import json
 import os
-import platform
 import shutil
 import tempfile
 import time
@@ -12,9 +11,9 @@ from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
-from .. import json_text
+from .. import files, json_text
 from ..errors import S2agError
-from ..files import whole_file
+from ..files import host, is_running, whole_file
 
 STAGES = ("synth", "render", "encode")
 _ABANDONED = 86400.0
@@ -55,7 +54,7 @@ class Folder:
         """A folder of this process's own for files that are not finished, on the same file system as the results."""
         parts = self.root / ".part"
         parts.mkdir(parents=True, exist_ok=True)
-        mine = Path(tempfile.mkdtemp(prefix=f"{_host()}@{os.getpid()}@", dir=parts))
+        mine = Path(tempfile.mkdtemp(prefix=f"{host()}@{os.getpid()}@", dir=parts))
         try:
             yield mine
         finally:
@@ -64,14 +63,12 @@ class Folder:
     def sweep(self) -> None:
         """Delete what killed processes have left half done; work of living processes and of other machines stays."""
         for left in (self.root / ".part").glob("*@*@*"):
-            host, pid, _ = left.name.split("@", 2)
-            gone = not _is_running(int(pid)) if host == _host() and pid.isdigit() else _age(left) > _ABANDONED
+            machine, pid, _ = left.name.split("@", 2)
+            gone = not is_running(int(pid)) if machine == host() and pid.isdigit() else _age(left) > _ABANDONED
             if gone:
                 shutil.rmtree(left, ignore_errors=True)
         for left in (self.root, self.root / "dataset", *(self.root / "records").glob("*")):
-            for temporary in left.glob(".*.*.json*"):  # of whole_file
-                if _age(temporary) > 60:
-                    temporary.unlink(missing_ok=True)
+            files.sweep(left)
 
 
 class Record:
@@ -85,10 +82,10 @@ class Record:
     def read(self, key: str) -> dict | None:
         """The facts of a finished stage, or None unless it was made from ``key`` and all its files are there."""
         content = _read(self.path) or {}
-        files, facts = content.get("files"), content.get("facts")
-        if content.get("key") != key or not isinstance(files, dict) or not isinstance(facts, dict):
+        made, facts = content.get("files"), content.get("facts")
+        if content.get("key") != key or not isinstance(made, dict) or not isinstance(facts, dict):
             return None
-        return facts if all(_size(self.folder.root / path) == size for path, size in files.items()) else None
+        return facts if all(_size(self.folder.root / path) == size for path, size in made.items()) else None
 
     def write(self, key: str, files: list[Path], facts: dict) -> None:
         """Say that the stage is done; a failure of before is forgotten."""
@@ -164,19 +161,3 @@ def _age(path: Path) -> float:
         return time.time() - path.stat().st_mtime
     except OSError:
         return 0.0
-
-
-def _host() -> str:
-    return "".join(letter if letter.isalnum() else "-" for letter in platform.node()) or "host"
-
-
-def _is_running(pid: int) -> bool:
-    if os.name == "nt":  # there os.kill would end it
-        return True
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True

@@ -12,10 +12,13 @@ from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
+from .. import child
 from ..engine import protocol
 from ..errors import BlenderUnavailable
 
 ENTRY = Path(__file__).parents[1] / "start.py"
+PREFIX = "s2ag-"
+"""How the commands' temporary folders are called."""
 LAST_WORDS = 30
 """Lines of Blender's own output that are shown when it fails."""
 
@@ -43,13 +46,14 @@ def command(module: str, *arguments: str) -> list[str]:
 def run(module: str, *arguments: str, progress: Callable[[str, float], None] = lambda *_: None, talk: str = "last") -> dict:
     """Run ``module`` to its end and return the result it reports.
 
+    The first of ``arguments`` is the file that says what to do; its folder goes with this process if it is a temporary one.
     ``progress(stage, value)`` hears of its progress. Of Blender's own chatter, ``talk`` shows ``all``, the ``last`` lines
     if it dies, or ``none``. Raises the error that the module reports, or :class:`BlenderUnavailable` if Blender dies.
     """
     heard: dict = {}
     chatter: deque[str] = deque(maxlen=LAST_WORDS)
     with tempfile.TemporaryFile() as log:
-        with _process(command(module, *arguments), None if talk == "all" else log) as process:
+        with _process(command(module, *arguments), None if talk == "all" else log, _own_folder(*arguments[:1])) as process:
             for line in process.stdout:
                 event = _event(line)
                 if event is None:
@@ -74,12 +78,21 @@ def run(module: str, *arguments: str, progress: Callable[[str, float], None] = l
     raise BlenderUnavailable(f"Blender {ended} before it was done.", remedy)
 
 
+def _own_folder(task: str = "") -> str:
+    """The folder of ``task`` if it was made for it among the temporary files, else "": others are their owners'."""
+    folder = Path(task).absolute().parent
+    made = folder.parent == Path(tempfile.gettempdir()).absolute() and folder.name.startswith(PREFIX)
+    return str(folder) if task and made else ""
+
+
 @contextlib.contextmanager
-def _process(arguments: list[str], log):
-    """A child process that never outlives the block."""
+def _process(arguments: list[str], log, folder: str):
+    """A child process that never outlives the block, nor this process: the end of its standard input tells it."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
+    environment[child.HELD] = folder
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": log}
     try:
-        process = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log, env=environment)
+        process = subprocess.Popen(arguments, **pipes, env=environment)
     except OSError as error:
         raise BlenderUnavailable(f"Blender cannot be started: {error.strerror}.", f"Check that {arguments[0]} runs.") from error
     try:
@@ -93,6 +106,7 @@ def _process(arguments: list[str], log):
             process.kill()
             process.wait()
         process.stdout.close()
+        process.stdin.close()
 
 
 def _event(line: bytes) -> dict | None:

@@ -26,7 +26,9 @@ def main(argv: list[str] | None = None) -> int:
     """Run the command line and return its exit status: 0, 2 after an error that was told on stderr, 130 after Ctrl-C."""
     if argv is None:
         # Leave through the same doors as Ctrl-C, so that a farm's kill also removes temporary files and child processes.
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        for name in ("SIGTERM", "SIGHUP"):
+            if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) != signal.SIG_IGN:  # as nohup wants it
+                signal.signal(getattr(signal, name), signal.default_int_handler)
     try:
         options = _parser().parse_args(argv)
         return options.run(options)

@@ -168,7 +168,7 @@ def _write(job: Job, scene, character, path: Path, span, sounds, motion: Motion,
                 export.export(scene, character, path)
             return
         with _range(scene, span):
-            if "#" in path.stem:
+            if "#" in path.stem and kind in (".png", ".exr"):
                 render.images(scene, path, look, job.resume, lambda share: voice.progress(name, share))
             elif kind == ".mp4":
                 render.film(scene, path, look, lambda share: voice.progress(name, share))

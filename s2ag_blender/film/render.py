@@ -4,7 +4,6 @@ import contextlib
 import os
 import re
 import shutil
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,7 @@ from pathlib import Path
 import bpy
 
 from ...core.errors import BlenderUnavailable, OutputUnwritable, UsageError
-from ...core.files import check_output, whole_file
+from ...core.files import check_output, part_folder, whole_file
 from .. import compat
 from . import opengl, stage
 
@@ -73,7 +72,7 @@ def film(
             setattr(render, f"resolution_{side}", max(even, 2))
         render.resolution_percentage = 100
         render.use_file_extension = False
-        render.filepath = str(temporary)
+        render.filepath = compat.plain_path(temporary)
         total = scene.frame_end - scene.frame_start + 1
         with _handled(lambda current: progress((current.frame_current - scene.frame_start + 1) / total)):
             _run(animation=True)
@@ -105,12 +104,12 @@ def images(
         done += 1
         progress(done / len(places))
 
-    with tempfile.TemporaryDirectory(prefix=".part-", dir=path.parent) as folder, _kept(scene):
+    with part_folder(path.parent) as folder, _kept(scene):
         _engine(scene, look, _FILM_SAMPLES, antialias="FXAA")
         compat.set_image(scene.render.image_settings, {".png": "PNG", ".exr": "OPEN_EXR"}[path.suffix.lower()])
         scene.render.image_settings.color_mode = "RGBA" if look.transparent else "RGB"
         scene.render.resolution_percentage = look.percentage
-        scene.render.filepath = os.path.join(folder, "######" + path.suffix.lower())
+        scene.render.filepath = compat.plain_path(folder / ("######" + path.suffix.lower()))
         try:
             for scene.frame_start, scene.frame_end in _runs(missing):
                 with _handled(landed):
@@ -136,7 +135,7 @@ def still(scene, path: str | Path, frame: int, look: Look = Look()) -> None:  # 
         scene.render.image_settings.color_mode = "RGBA" if look.transparent else "RGB"
         scene.render.resolution_percentage = look.percentage
         scene.render.use_file_extension = False
-        scene.render.filepath = str(temporary)
+        scene.render.filepath = compat.plain_path(temporary)
         scene.frame_set(frame)
         try:
             _run(write_still=True)

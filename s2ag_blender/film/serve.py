@@ -1,10 +1,10 @@
 """One Blender kept alive for many clips: the task ``render`` of ``s2ag batch``, served to its crew."""
 
 import os
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
+from ...core import files
 from ...core.batch import serving
 from ...core.batch.folder import Folder, land
 from .. import program
@@ -39,7 +39,8 @@ def render(params: dict, tell) -> dict:
     landed = [Path(place) for place in places.values()]
     for sequence in sequences:
         if sequence["place"]:
-            _forget_parts(Path(sequence["folder"]))
+            for left in Path(sequence["folder"]).glob(f"{files.MARK}*"):
+                files.remove(left)
             land(Path(sequence["folder"]), Path(sequence["place"]))
             landed.append(Path(sequence["place"]))
     first, last = result["frames"]
@@ -57,12 +58,6 @@ def _images(folder: Folder, sequences: list[dict]) -> str | None:
     """Where the pictures of the film are, relative to the batch."""
     pictures = [one["place"] or one["folder"] for one in sequences if one["suffix"] == ".png"]
     return Path(pictures[0]).relative_to(folder.root).as_posix() if pictures else None
-
-
-def _forget_parts(images: Path) -> None:
-    """Remove what killed processes left among the images."""
-    for left in images.glob(".part-*"):
-        shutil.rmtree(left, ignore_errors=True)
 
 
 class _Teller(program.Voice):

@@ -3,6 +3,8 @@
 import os
 import stat
 import sys
+import tempfile
+from pathlib import Path
 
 import pytest
 from refusals import files, one_sentence
@@ -58,6 +60,12 @@ def test_dead_blender_shows_its_last_words(fake_blender, capsys):
 
 
 @posix
+def test_only_a_folder_of_its_own_goes_with_a_command(tmp_path):
+    assert blender._own_folder() == blender._own_folder("job.json") == blender._own_folder(str(tmp_path / "s2ag-x" / "j")) == ""
+    with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
+        assert blender._own_folder(f"{folder}/job.json") == str(Path(folder).absolute())
+
+
 def test_interrupt_ends_blender_and_is_status_130(fake_blender, capsys, tmp_path, interruptible):
     note = tmp_path / "pid"
     fake_blender(f'open({str(note)!r}, "w").write(str(os.getpid()))\nos.kill(os.getppid(), 2)\ntime.sleep(60)')

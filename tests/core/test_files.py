@@ -1,0 +1,45 @@
+"""Files appear whole or not at all, and what a killed process left is removed by the next."""
+
+import subprocess
+import sys
+
+import pytest
+from s2ag.core import files
+
+LEAVES = """
+import os, sys
+from s2ag.core import files
+with files.whole_file(sys.argv[1]) as temporary, files.part_folder(os.path.dirname(sys.argv[1])) as folder:
+    temporary.write_text("half")
+    (folder / "1.png").write_text("half")
+    os._exit(1)
+"""
+
+
+def test_what_a_killed_process_left_is_removed_by_the_next_run(tmp_path):
+    path = tmp_path / "a {x}.txt"
+    subprocess.run([sys.executable, "-c", LEAVES, str(path)], check=False)
+    assert len(list(tmp_path.iterdir())) == 2
+    elsewhere = tmp_path / f"{files.MARK}another-machine@1@x.txt"
+    elsewhere.write_text("still at it")
+    with files.whole_file(path) as temporary, files.part_folder(tmp_path) as folder:
+        assert {one.name for one in tmp_path.iterdir()} == {temporary.name, folder.name, elsewhere.name}
+        assert "{" not in temporary.name
+        files.sweep(tmp_path)
+        temporary.write_text("whole")
+    assert {one.name for one in tmp_path.iterdir()} == {path.name, elsewhere.name} and path.read_text() == "whole"
+
+
+def test_nothing_unfinished_stays(tmp_path):
+    with pytest.raises(ZeroDivisionError), files.whole_file(tmp_path / "a.txt"), files.part_folder(tmp_path):
+        print(1 / 0)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_is_looked_through_once(tmp_path):
+    """A batch writes thousands of files into one: a look through it for each would take the square of them."""
+    left = tmp_path / f"{files.MARK}{files.host()}@{2**22 + 1}@x.txt"
+    for there in (True, False):
+        left.write_text("half")
+        files.sweep(tmp_path)
+        assert left.exists() is not there
