@@ -86,8 +86,9 @@ class S2AG_OT_try_it(Generating, bpy.types.Operator):
 
 
 def _frame(context) -> None:
-    """Bring the person into the view that the button was pressed in."""
+    """Bring the person into the view that the button was pressed in, from the front."""
     region = next((region for region in context.area.regions if region.type == "WINDOW"), None) if context.area else None
     if region is not None and context.area.type == "VIEW_3D":
         with context.temp_override(region=region):
+            bpy.ops.view3d.view_axis(type="FRONT")
             bpy.ops.view3d.view_selected()
