@@ -99,6 +99,11 @@ def explain(lines: list[str], where: str) -> tuple[str, str]:
             return message, remedy
     if found := _MISSING.search(text):
         name = found.group(1)
+        if name.endswith("+cpu"):
+            return (
+                "PyTorch without CUDA cannot be had here, and nothing larger was fetched.",
+                "Allow its own index, install from a folder of wheels, or switch Small PyTorch off.",
+            )
         return (
             f"There is no {name} for this Python and this system in {where}.",
             "Choose another Python for the environment, or complete the folder of wheels.",

@@ -28,6 +28,8 @@ SPARE = 0.7e9
 """Bytes that the making needs beside."""
 CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 """Where PyTorch's builds without CUDA are, which are a tenth in size and all that the engine uses."""
+SMALL_TORCH = "torch==2.13.0+cpu"
+"""What that index alone has: where it cannot be had, pip stops instead of fetching CUDA."""
 STALE = 3600.0
 """Seconds after which a half-made environment that nobody works on is removed."""
 
@@ -95,9 +97,10 @@ class Plan:
         command += ["--disable-pip-version-check", "--no-input", "--no-cache-dir", "--only-binary", ":all:"]
         if self.wheels:
             command += ["--no-index", "--find-links", str(self.wheels)]
-        elif self.cpu_only and sys.platform == "linux":
+        small = self.cpu_only and not self.wheels and sys.platform == "linux"
+        if small:
             command += ["--extra-index-url", CPU_INDEX]
-        return command + wanted(self.recognise)
+        return command + wanted(self.recognise, small)
 
     @property
     def text(self) -> str:
@@ -121,9 +124,9 @@ def requirements(recognise: bool = False) -> list[str]:
     return project["dependencies"] + full + extras["languages"] + (extras["recognise"] if recognise else [])
 
 
-def wanted(recognise: bool = False) -> list[str]:
-    """:func:`requirements`, with torch as ``$S2AG_TORCH`` wants it."""
-    torch = os.environ.get("S2AG_TORCH", "")
+def wanted(recognise: bool = False, small: bool = False) -> list[str]:
+    """:func:`requirements`, with torch as ``$S2AG_TORCH`` wants it; else ``small`` is the build without CUDA or none."""
+    torch = os.environ.get("S2AG_TORCH", "") or (SMALL_TORCH if small else "")
     return [torch if torch and line.startswith("torch") else line for line in requirements(recognise)]
 
 

@@ -12,6 +12,7 @@ from s2ag.s2ag_blender.engine import pip
         ("WARNING: Retrying after connection broken by 'NewConnectionError(Temporary failure in name resolution)'", "reached"),
         ("Could not fetch URL: SSLError(SSLCertVerificationError(1, '[SSL: CERTIFICATE_VERIFY_FAILED]'))", "certificate"),
         ("ERROR: No matching distribution found for torch<2.14,>=2.4", "no torch<2.14,>=2.4"),
+        ("ERROR: No matching distribution found for torch==2.13.0+cpu", "without CUDA cannot be had"),
         ("ERROR: Wheel 'av' located at /x/av-99.0-py3-none-any.whl is invalid.", "damaged"),
         ("ERROR: ResolutionImpossible: for help visit the documentation", "fit together"),
         ("ERROR: something nobody thought of", "something nobody thought of"),
