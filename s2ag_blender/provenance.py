@@ -15,11 +15,6 @@ def stamp(action: bpy.types.Action, meta: dict) -> None:
     action[PROPERTY] = json.dumps({**meta, "version": VERSION}, sort_keys=True)
 
 
-def add(action: bpy.types.Action, more: dict) -> None:
-    """Add what only became known when a motion was there."""
-    action[PROPERTY] = json.dumps({**of(action), **more}, sort_keys=True)
-
-
 def of(action: bpy.types.Action) -> dict | None:
     """What :func:`stamp` stored, or None if this package did not make the action."""
     text = action.get(PROPERTY)

@@ -42,6 +42,10 @@ class Place:
         """Whether two actions are takes of one another."""
         return other is not None and (self.result, self.first, self.last) == (other.result, other.first, other.last)
 
+    def within(self, other: "Place | None") -> bool:
+        """Whether this is another place of the same kind or a piece of it, as a draft around the playhead is."""
+        return other is not None and self.result == other.result and other.first <= self.first <= self.last <= other.last
+
     def overlaps(self, first: int, last: int) -> bool:
         """Whether any of these frames is this place's, too."""
         return self.first <= last and first <= self.last

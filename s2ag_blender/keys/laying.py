@@ -1,5 +1,7 @@
 """Motions of one run onto a character: keys beside, over or added to the animation that is there, as actions of ours."""
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 
@@ -14,6 +16,8 @@ from . import apply, density, keyframes, layers, mixing, pacing, posing, thinnin
 
 MEASURED = 10
 """A draft on a control rig is measured at one of so many frames of the motion, which has 15 a second."""
+DRAFT = 15.0
+"""Seconds of a draft around the playhead."""
 _PARTS = {
     "TORSO": ("torso",),
     "HEAD": ("neck", "head"),
@@ -35,12 +39,15 @@ class Laying:
         self.settings, self.span = planned.settings, planned.voice.span
         self.told: set[str] = set()
         self.there: dict[tuple, dict] = {}
+        self.mapping: Mapping | None = None
         self.former = layers.formers(armature)
 
-    def action(self, motion: Motion) -> bpy.types.Action:
-        """A new action with one motion, stamped with everything that it came from; a draft is made in its own action."""
-        frames, rotations, settings = self._keys(pacing.paced(motion, self.settings.get("speed", 1.0)))
-        rotations = pacing.smoothed(rotations, self.fps, self.settings.get("smoothing", 0.0))
+    def action(self, motion: Motion, keys: apply.Keys, made: list[int]) -> bpy.types.Action:
+        """A new action with the ``keys`` of one motion, stamped with everything that it came from.
+
+        A draft is made in its own action. The number of a new one is put into ``made`` as soon as it is there.
+        """
+        frames, rotations, settings = keys
         place = self._place(frames)
         base = layers.base_action(self.armature, place.first, place.last)
         interpolation = "LINEAR" if self.step == 1 else "BEZIER"
@@ -53,6 +60,7 @@ class Laying:
             action, slot, bag = compat.copy_action(base, layers.slot_of(self.armature, base), self._name())
         elif action is None:
             action, slot, bag = compat.new_action(self._name(), self.armature)
+        made += [action.session_uid] if action != layers.draft_of(self.armature) else []
         keyframes.write_channels(bag, keyed, frames, interpolation, self._thinner(frames, rotations), cut)
         if not copied:
             keyframes.set_range(action, frames)
@@ -80,17 +88,21 @@ class Laying:
     def _thinner(self, frames, rotations) -> thinning.Thinner | None:
         if not self.few:
             return None
-        limbs = density.limbs(reading.read(self.armature), self._mapping())
+        limbs = density.limbs(reading.read(self.armature), self.mapping)
         return thinning.Thinner(rotations, limbs, frames, self.fps, self.settings["tolerance"])
 
-    def _keys(self, motion) -> apply.Keys:
-        planned = self.planned
+    def keys(self, motion: Motion) -> apply.Keys:
+        """What to key for one motion; changes nothing."""
+        motion = pacing.paced(motion, self.settings.get("speed", 1.0))
+        planned, self.mapping = self.planned, self.mapping or self._mapping()  # found once for all takes
+        if planned.draft:
+            self.span = near_playhead(planned.voice.span, motion.duration, self.scene)
         keys = apply.pose_keys(
             self.armature,
             motion,
             self.span.start,
             scene=self.scene,
-            mapping=planned.mapping,
+            mapping=self.mapping,
             options=planned.options,
             step=self.step,
             first=self.span.first,
@@ -99,14 +111,14 @@ class Laying:
             report=self._tell,
         )
         left_out = self._left_out()
-        return keys._replace(rotations={bone: values for bone, values in keys.rotations.items() if bone not in left_out})
+        kept = {bone: values for bone, values in keys.rotations.items() if bone not in left_out}
+        return keys._replace(rotations=pacing.smoothed(kept, self.fps, self.settings.get("smoothing", 0.0)))
 
     def _left_out(self) -> set[str]:
         parts = [part for name, parts in _PARTS.items() if name not in self.settings["parts"] for part in parts]
         if len(self.settings["parts"]) == 0:
             raise UsageError("No part of the body is to be keyed.", "Choose parts under Body.")
-        mapping = self._mapping() if parts else Mapping({})
-        return {bone for part in parts for bone in mapping.chains.get(part, ())}
+        return {bone for part in parts for bone in self.mapping.chains.get(part, ())}
 
     def _mapping(self) -> Mapping:
         return reading.resolve_mapping(self.armature, reading.read(self.armature), self.planned.mapping)
@@ -221,6 +233,15 @@ class Laying:
             "keyed_pose": {bone: values.round(6).tolist() for bone, values in planned.pose.items()},
         }
         return {**origin, layers.DRAFT: True} if planned.draft else origin
+
+
+def near_playhead(span, seconds: float, scene: bpy.types.Scene):
+    """The frames of a draft of so many ``seconds``: no more of a long recording than what is around the playhead."""
+    rate = apply.scene_fps(scene)
+    room, end = round(DRAFT * rate), span.start + int(np.ceil(seconds * rate))
+    last = end if span.last is None else min(span.last, end)
+    first = max(span.first, min(scene.frame_current - room // 2, last - room))
+    return replace(span, first=first, last=min(last, first + room))
 
 
 def _dials(armature, former: dict) -> tuple:

@@ -56,7 +56,7 @@ def drop_all() -> None:
 
 def _stage(armature, place: layers.Place) -> None:
     data, former = armature.animation_data, armature.animation_data.action
-    replaced = [strip for strip in layers.strips(armature) if not strip.mute and place.same(layers.Place.of(strip.action))]
+    replaced = [strip for strip in layers.strips(armature) if not strip.mute and place.within(layers.Place.of(strip.action))]
     told = {name: getattr(data, name) for name in _BLENDING} | {"muted": [strip.name for strip in replaced]}
     if former is not None:
         base = layers.base_action(armature, place.first, place.last)

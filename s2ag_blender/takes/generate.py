@@ -156,33 +156,72 @@ def finish(planned: Plan, result: dict) -> Outcome:
 
     Raises :class:`S2agError`, also where the character or the scene is gone.
     """
+    slices = finishing(planned, result)
+    while True:
+        try:
+            next(slices)
+        except StopIteration as end:
+            return end.value
+
+
+def finishing(planned: Plan, result: dict):
+    """:func:`finish` in slices: yields how much is done (0..1) as often as Blender may draw, and returns the outcome.
+
+    Blender's data is found anew for every slice, for meanwhile anything may happen to it. A draft is a single slice.
+    """
+    warnings = [*planned.warnings, *result.get("warnings", ())]
+    motions, laying, made = result["motions"], None, []
+    try:
+        for number, motion in enumerate(motions):
+            armature, scene = _whom(planned)
+            if laying is None:
+                if not planned.draft or (drafts.is_staged(armature) and planned.settings["result"] != "LAYER"):
+                    drafts.drop(armature)
+                laying = Laying(planned, armature, scene, warnings.append)
+            laying.armature, laying.scene = armature, scene
+            keys = laying.keys(motion)
+            if planned.draft:
+                action = laying.action(motion, keys, made)
+                drafts.show(armature, action)
+                return Outcome([action], motion.duration, warnings)
+            yield (number + 0.5) / len(motions)
+            laying.armature, laying.scene = _whom(planned)
+            laying.action(motion, keys, made)
+            yield (number + 1) / len(motions)
+        armature, scene = _whom(planned)
+        return _finished(planned, armature, scene, _still(made), motions[0], warnings)
+    except BaseException:
+        for action in [action for action in bpy.data.actions if action.session_uid in made]:
+            bpy.data.actions.remove(action)
+        raise
+
+
+def _whom(planned: Plan) -> tuple:
+    """Character and scene of a plan as they are now."""
     armature = planned.armature.find(bpy.data.objects)
     if armature is None:
         raise S2agError(f"The character {planned.armature.name} is gone.", "Nothing was changed.")
-    scene = planned.scene.find(bpy.data.scenes) or bpy.context.scene
     reading.require_armature(armature)
-    warnings = [*planned.warnings, *result.get("warnings", ())]
-    if not planned.draft or (drafts.is_staged(armature) and planned.settings["result"] != "LAYER"):
-        drafts.drop(armature)
-    laying = Laying(planned, armature, scene, warnings.append)
-    known = {action.name for action in bpy.data.actions}
-    try:
-        actions = [laying.action(motion) for motion in result["motions"]]
-    except Exception:
-        for action in [action for action in bpy.data.actions if action.name not in known]:
-            bpy.data.actions.remove(action)
-        raise
-    if planned.draft:
-        drafts.show(armature, actions[0])
-        return Outcome(actions, result["motions"][0].duration, warnings)
-    own = _accompany(planned, scene, result["motions"][0], warnings)
+    return armature, planned.scene.find(bpy.data.scenes) or bpy.context.scene
+
+
+def _still(made: list[int]) -> list:
+    """The actions of a run by their numbers in this session."""
+    there = {action.session_uid: action for action in bpy.data.actions}
+    if not there.keys() >= set(made):
+        raise S2agError("Gestures were undone while they came.", "Nothing was changed.")
+    return [there[uid] for uid in made]
+
+
+def _finished(planned, armature, scene, actions, motion: Motion, warnings) -> Outcome:
+    own = _accompany(planned, scene, motion, warnings)
     for action in actions:
-        provenance.add(action, {voices.TAG: own})
+        action[voices.TAG] = own
     warnings = list(dict.fromkeys(warnings))
     silent = voices.hear(armature, actions[0])
     takes.add(armature, actions, planned.voice.name, warnings)
     notes = [told("The sound of an earlier take is silent now: {name}", name=name) for name in silent]
-    return Outcome(actions, result["motions"][0].duration, warnings, notes)
+    return Outcome(actions, motion.duration, warnings, notes)
 
 
 def _accompany(planned: Plan, scene, motion: Motion, warnings: list[str]) -> str:

@@ -1,10 +1,9 @@
 """Live preview: while sliders move, a draft of the gestures follows them. Off unless asked for; drafts are never saved.
 
-A change is answered after a short pause in which no other comes; an answer that is no longer wanted is cancelled. The
-draft is one action whose curves are replaced, outside undo; the take that is made at the end takes its place.
+One draft at a time is on its way; it is shown when it comes, whatever has changed since, so that the character moves while a
+slider is still dragged, and then the latest change is asked for. The draft is one action whose curves are replaced, outside
+undo; the take that is made at the end takes its place.
 """
-
-import time
 
 import bpy
 
@@ -12,13 +11,11 @@ from ...core.errors import S2agError
 from . import drafts, generate, gesture, session
 from .running import character, redraw
 
-PAUSE = 0.12
-"""Seconds without a change before a draft is asked for."""
 TICK = 0.03
-"""Seconds between looks while a draft is on its way."""
+"""Seconds between looks while a draft is on its way, in which changes gather."""
 
-_wanted: dict[int, float] = {}  # a character's number in this session -> when it was last changed
-_working: dict[int, tuple] = {}  # the same -> (job, plan)
+_wanted: set[int] = set()  # numbers in this session of characters that have changed
+_working: dict[int, tuple] = {}  # the same -> (job, plan) on their way
 
 
 def is_on(context=None) -> bool:
@@ -30,12 +27,10 @@ def touch(armature: bpy.types.Object) -> None:
     """A setting of this character changed."""
     if not is_on() or armature.session_uid in session.RUNS:
         return
-    uid = armature.session_uid
-    _wanted[uid] = time.monotonic()
-    _abandon(uid)
+    _wanted.add(armature.session_uid)
     # Without a window nothing runs timers, and one that is left over hangs Blender's end: there, scripts call tick themselves.
     if not bpy.app.background and not bpy.app.timers.is_registered(tick):
-        bpy.app.timers.register(tick, first_interval=PAUSE)
+        bpy.app.timers.register(tick, first_interval=TICK)
 
 
 def switched(context) -> None:
@@ -56,14 +51,12 @@ def stop() -> None:
 
 
 def tick() -> float | None:
-    """Ask for drafts that are due and lay down those that have come; returns when to look again, None if nothing is left."""
-    now = time.monotonic()
-    for uid, changed in list(_wanted.items()):
-        if now - changed >= PAUSE:
-            del _wanted[uid]
-            _guarded(uid, _ask)
+    """Lay down drafts that have come and ask for those that are wanted; returns when to look again, None if nothing is left."""
     for uid in list(_working):
         _guarded(uid, _receive)
+    for uid in _wanted - _working.keys():
+        _wanted.discard(uid)
+        _guarded(uid, _ask)
     return TICK if _wanted or _working else None
 
 

@@ -1,11 +1,16 @@
 """What goes on in this Blender: runs of the engine, one a character at a time, and what they have to tell. Never saved."""
 
+import time
+
 import bpy
 
 from ...core.errors import Cancelled, S2agError
 from ..engine import errors_log
 from ..translations import told, told_error
 from . import generate, gesture
+
+SLICE = 0.04
+"""Seconds for which a run lays takes before Blender may draw again; one slice of one take can be longer."""
 
 
 class Run:
@@ -16,19 +21,39 @@ class Run:
         self.stage, self.value = "", 0.0
         self.cancelled = False
         self._job = gesture.start(context, planned.params)
+        self._laying = None
         RUNS[armature.session_uid] = self
 
     def step(self) -> generate.Outcome | None:
-        """The outcome when it is done, None while it is not; never waits. Raises the :class:`S2agError` it ended with."""
+        """The outcome when it is done, None while it is not; never waits, and lays takes for no longer than a slice.
+
+        Raises the :class:`S2agError` it ended with.
+        """
         if self.cancelled:
             raise Cancelled("Cancelled.")
+        if self._laying is not None:
+            return self._lay()
         result = gesture.poll(self._job, self._note)
-        return None if result is None else generate.finish(self.planned, result)
+        if result is not None:
+            self._laying = generate.finishing(self.planned, result)
+            self.stage, self.value = "key the takes", 0.0
+        return None
+
+    def _lay(self) -> generate.Outcome | None:
+        end = time.monotonic() + SLICE
+        try:
+            while time.monotonic() < end:
+                self.value = next(self._laying)
+        except StopIteration as done:
+            return done.value
+        return None
 
     def cancel(self) -> None:
         """Give up at once; the engine hears of it and drops what it was at."""
         self.cancelled = True
         gesture.cancel(self._job)
+        if self._laying is not None:
+            self._laying.close()  # takes what it has made with it
 
     def end(self) -> None:
         """Forget this run."""

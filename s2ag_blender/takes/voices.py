@@ -7,13 +7,13 @@ import uuid
 
 import bpy
 
-from .. import compat, provenance
+from .. import compat
 from ..film import sound
 from ..keys.layers import Place
 from ..translations import told
 
 TAG = "s2ag_voice"
-"""Custom property of a strip of ours and entry in the provenance of the takes that it belongs to."""
+"""Custom property of a strip of ours, and of the actions of the takes that it belongs to."""
 _SILENCED = "s2ag_silenced"  # on strips that were muted here, not by the user
 
 
@@ -42,10 +42,10 @@ def hear(armature: bpy.types.Object, action: bpy.types.Action) -> list[str]:
 
     Returns the names of strips that are silent from now on. Strips of the user and of other characters' takes stay.
     """
-    place, shown = Place.of(action), _tag(action)
+    place, shown = Place.of(action), action.get(TAG, "")
     if place is None:
         return []
-    mine = {_tag(take.action) for take in armature.s2ag.takes if take.action is not None}
+    mine = {take.action.get(TAG, "") for take in armature.s2ag.takes if take.action is not None}
     mine -= {shown, *_shown_elsewhere(armature)}
     silenced = []
     for strip in _ours():
@@ -61,7 +61,7 @@ def hear(armature: bpy.types.Object, action: bpy.types.Action) -> list[str]:
 
 def clear() -> None:
     """Remove silent strips of ours that no take has any more."""
-    used = {_tag(action) for action in bpy.data.actions}
+    used = {action.get(TAG, "") for action in bpy.data.actions}
     for scene in bpy.data.scenes:
         for strip in [one for one in compat.sound_strips(scene) if one.get(_SILENCED) and one.get(TAG) not in used]:
             owner = strip.parent_meta() or scene.sequence_editor
@@ -72,14 +72,10 @@ def _ours() -> list:
     return [strip for scene in bpy.data.scenes for strip in compat.sound_strips(scene) if TAG in strip]
 
 
-def _tag(action) -> str:
-    return (provenance.of(action) or {}).get(TAG, "")
-
-
 def _shown_elsewhere(armature) -> set[str]:
     others = [item.s2ag for item in bpy.data.objects if item.type == "ARMATURE" and item != armature]
     shown = [one.takes[one.active_take].action for one in others if 0 <= one.active_take < len(one.takes)]
-    return {_tag(action) for action in shown if action is not None}
+    return {action.get(TAG, "") for action in shown if action is not None}
 
 
 def _frames(strip) -> tuple[int, int]:

@@ -22,6 +22,8 @@ def _tables(folder: Path) -> dict[str, dict[str, str]]:
 
 LANGUAGES = _tables(_FOLDER)
 """Locale -> table of a whole language: ``{message: translation}``, a JSON file each."""
+STYLES = _tables(_FOLDER / "styles")
+"""The same for the names of the shipped styles."""
 
 
 @functools.cache
@@ -75,10 +77,11 @@ def in_context(cls: type) -> None:
 
 
 def register() -> None:
-    """Give every table to Blender."""
+    """Give every table to Blender, under our own context and, for plain labels, under Blender's."""
     tables = {}
     for locale, table in LANGUAGES.items():
-        pairs = {(context, message): text for message, text in table.items() for context in ("*", "Operator", CONTEXT)}
+        words = {**table, **STYLES.get(locale, {})}
+        pairs = {(context, message): text for message, text in words.items() for context in ("*", "Operator", CONTEXT)}
         tables[locale] = pairs
     bpy.app.translations.register(_NAME, tables)
 

@@ -4,7 +4,8 @@ import bpy
 
 from ...core.styles import EXPLAINED
 from .. import compat
-from ..takes import choices
+from ..rig import readiness
+from ..takes import choices, preview, takes
 from ..takes.choices import control_names, style_names
 from .curve_properties import EDITABLE, CurveSettings, changed
 
@@ -20,20 +21,14 @@ PARTS = (
 
 
 def _live_switched(settings, context) -> None:
-    from ..takes import preview
-
     preview.switched(context)
 
 
 def _switched(settings, context) -> None:
-    from ..takes import takes
-
     takes.show(settings.id_data)
 
 
 def _titled(take, context) -> None:
-    from ..takes import takes
-
     takes.rename(take.id_data, take)
 
 
@@ -43,8 +38,6 @@ def _kept(take, context) -> None:
 
 
 def _remapped(item, context) -> None:
-    from ..rig import readiness
-
     readiness.forget(item.id_data)
 
 
@@ -181,7 +174,7 @@ class S2AG_Settings(CurveSettings, bpy.types.PropertyGroup):
         options={"SKIP_SAVE"},
     )
     style_mix: bpy.props.FloatProperty(
-        name="Share",
+        name="Amount",
         description="How much of the second style: 0 is the first style, 1 the second",
         default=0.5,
         min=0.0,
@@ -305,7 +298,7 @@ class S2AG_Settings(CurveSettings, bpy.types.PropertyGroup):
         update=changed,
     )
     checkpoint: bpy.props.StringProperty(
-        name="Checkpoint",
+        name="Gesture Model",
         description="Another network to gesture with; empty for the one that comes with the extension",
         subtype="FILE_PATH",
         options=compat.RELATIVE,

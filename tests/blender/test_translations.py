@@ -14,6 +14,7 @@ from s2ag.core.motion import skeleton
 from s2ag.s2ag_blender import registration, translations
 from s2ag.s2ag_blender.engine import pip
 from s2ag.s2ag_blender.rig import readiness
+from s2ag.s2ag_blender.takes import choices
 from s2ag.s2ag_blender.ui import bone_maps
 
 FOLDER = Path(__file__).resolve().parents[2] / "s2ag_blender"
@@ -24,7 +25,7 @@ REFUSED = {"report": 1, "poll_message_set": 0}
 """Calls whose text Blender does not translate by itself, with the place of the text among the arguments."""
 SENTENCE = re.compile(r"[A-Z][a-z']+ [\w'{}-]+ .*[^.;,(]$")
 WARNING = ("warnings.append", "self.warn", "self._tell")
-NAMES = {"S2AG", "PyTorch", "Version", "Take", "Takes", "Wheels", "BVH", "FBX", "GLB"}
+NAMES = {"S2AG", "PyTorch", "Version", "Take", "Takes", "Wheels", "BVH", "FBX", "GLB", "Frames"}
 """What may be the same in German."""
 
 
@@ -164,6 +165,22 @@ def test_translations_keep_their_places_and_differ(locale):
         assert places(text) == places(translated), text
         assert translated.strip() and (translated != text or text in NAMES), text
         assert text.endswith(".") == translated.endswith("."), text
+
+
+@pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
+def test_every_style_has_a_name_that_differs_from_the_others(locale):
+    names = {name.capitalize() for name in choices.style_names()}
+    table = translations.STYLES[locale]
+    assert names <= set(table) and len({table[name] for name in names}) == len(names)
+
+
+def test_every_word_of_ours_is_looked_up_among_ours(extension):
+    """In Blender's own catalogue "Rate" is a price and "Spread" a splash."""
+    for cls in registration.CLASSES:
+        if issubclass(cls, (bpy.types.Panel, bpy.types.Operator, bpy.types.Menu)):
+            assert cls.bl_translation_context == translations.CONTEXT, cls
+        for prop in properties(cls):
+            assert prop.translation_context == translations.CONTEXT, (cls, prop.identifier)
 
 
 def template(node):

@@ -7,7 +7,7 @@ import pytest
 from acted import curves, press, same_curves
 from s2ag.s2ag_blender import provenance
 from s2ag.s2ag_blender.keys import layers
-from s2ag.s2ag_blender.takes import gesture, preview, session
+from s2ag.s2ag_blender.takes import generate, gesture, preview, session
 
 
 @pytest.fixture
@@ -61,17 +61,34 @@ def test_the_button_replaces_the_draft_by_a_take(live):
     assert [take.action for take in live.s2ag.takes] == list(bpy.data.actions) == [live.animation_data.action]
 
 
-def test_a_newer_change_supersedes_the_older(live):
+def test_the_figure_moves_while_a_slider_is_dragged(live):
+    """A change at every look, faster than any draft: drafts come nevertheless, one after another."""
     settle()
-    live.s2ag.style = "stern"
-    time.sleep(preview.PAUSE)
-    preview.tick()
-    (first, _) = preview._working[live.session_uid]
-    live.s2ag.style = "tired"
-    assert not preview._working and first.cancelled
+    seen, began, step = [], time.monotonic(), 0
+    while len(seen) < 3:
+        assert time.monotonic() - began < 120, "no draft during the drag"
+        step += 1
+        live.s2ag.intensity = 0.2 + step % 100 / 100
+        preview.tick()
+        assert len(preview._working) <= 1
+        found = curves(layers.draft_of(live))
+        if not seen or not same_curves(seen[-1], found):
+            seen.append(found)
+        time.sleep(0.005)
+    live.s2ag.intensity = 0.77
     settle()
+    assert provenance.of(layers.draft_of(live))["intensity"] == pytest.approx(0.77)
 
-    assert provenance.of(layers.draft_of(live))["style"] == {"tired": 1.0}
+
+def test_the_draft_of_a_long_recording_is_around_the_playhead(live, wave):
+    settle()
+    scene = bpy.context.scene
+    for frame, frames in ((1, (1, 361)), (600, (420, 780)), (5000, (1080, 1440))):
+        scene.frame_set(frame)
+        planned = generate.plan(bpy.context, live, draft=True)
+        generate.finish(planned, {"motions": [wave(60 * 15)]})
+        place = layers.Place.of(layers.draft_of(live))
+        assert (place.first, place.last) == pytest.approx(frames, abs=2)
 
 
 def test_many_changes_are_one_request(live):

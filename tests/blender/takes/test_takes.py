@@ -1,11 +1,14 @@
 """Takes: several at once, flipped through, kept, named, deleted, made again and varied."""
 
+import time
+
 import bpy
 import numpy as np
 import pytest
 from acted import curves, drawn, press, same_curves
+from s2ag.core.errors import S2agError
 from s2ag.s2ag_blender import provenance
-from s2ag.s2ag_blender.takes import choices, generate, recall, takes
+from s2ag.s2ag_blender.takes import choices, generate, recall, session, takes
 
 
 def played(armature):
@@ -172,3 +175,51 @@ def test_undo_takes_a_whole_run_back(speaker):
     assert not bpy.data.actions and not armature.s2ag.takes
     bpy.ops.ed.redo()
     assert len(bpy.data.objects["Mannequin"].s2ag.takes) == 2
+
+
+def test_takes_come_in_slices_and_blender_goes_on_between_them(speaker, wave):
+    """24 takes are at least 48 slices, and what happens between two of them is heeded."""
+    planned = generate.plan(bpy.context, speaker)
+    slices = generate.finishing(planned, {"motions": [wave(30) for _ in range(24)]})
+    shares = []
+    for number in range(48):
+        shares.append(next(slices))
+        assert not speaker.s2ag.takes and len(bpy.data.actions) == (number + 1) // 2
+        if number == 20:
+            speaker.name = "Renamed"
+    assert shares == sorted(shares) and shares[-1] == 1
+    with pytest.raises(StopIteration) as end:
+        next(slices)
+    assert len(end.value.value.actions) == len(speaker.s2ag.takes) == 24
+
+
+@pytest.mark.parametrize("event", ["closed", "deleted", "undone"])
+def test_nothing_is_left_of_takes_that_were_interrupted(speaker, wave, event):
+    bpy.ops.ed.undo_push(message="ready")
+    slices = generate.finishing(generate.plan(bpy.context, speaker), {"motions": [wave(30) for _ in range(4)]})
+    for _ in range(4):
+        next(slices)
+    assert len(bpy.data.actions) == 2
+    if event == "closed":
+        slices.close()
+    elif event == "deleted":
+        bpy.data.objects.remove(speaker)
+    else:
+        bpy.data.actions.remove(bpy.data.actions[0])  # an undo takes what was made since its step
+    if event != "closed":
+        with pytest.raises(S2agError, match="gone|undone"):
+            list(slices)
+    assert not bpy.data.actions
+
+
+def test_a_run_in_a_window_lays_its_takes_between_events(speaker):
+    speaker.s2ag.take_count = 3
+    run, outcome, laying = session.Run(bpy.context, speaker, generate.plan(bpy.context, speaker)), None, 0
+    began = time.monotonic()
+    while outcome is None:
+        assert time.monotonic() - began < 120, "no answer"
+        outcome = run.step()
+        laying += run.stage == "key the takes"
+        time.sleep(0.005)
+    run.end()
+    assert laying > 1 and len(outcome.actions) == 3 == len(speaker.s2ag.takes)
