@@ -17,7 +17,7 @@ SEQUENCES = ("frames", "exr")
 OUTPUTS = (*MOTION_OUTPUTS, *CHARACTER_OUTPUTS, *SCENE_OUTPUTS)
 ASKED = (
     *("text", "recognise", "style", "seed", "take", "takes", "intensity"),
-    *("affect", "rate", "hand", "meaning", "mirror", "latent"),
+    *("affect", "rate", "hand", "hands", "meaning", "mirror", "latent"),
 )
 """What of a row is a field of :class:`synthesis.Request`, beside the files."""
 MODELS = ("checkpoint", "vectors", "aligner_model", "recogniser_model", "language", "vocabulary", "backend", "device")
@@ -71,6 +71,7 @@ class Clip:
     rate: float = 0.0
     hand: float = 0.0
     meaning: float = 1.0
+    hands: float = 0.0
     mirror: bool = False
     latent: list[list[float]] | None = None
     checkpoint: str | None = None

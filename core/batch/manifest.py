@@ -293,6 +293,7 @@ COLUMNS = {
     "rate": _number(float, "number"),
     "hand": _hand,
     "meaning": _number(float, "number"),
+    "hands": _number(float, "number"),
     "mirror": _flag,
     "cell": _path,
     "latent": _points,

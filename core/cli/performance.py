@@ -33,6 +33,8 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     _add_controls(parser)
     meaning = "how readily phrases as in \"I don't know\" get gestures of their own, 0 to 1 (default 1: as the performer would)"
     parser.add_argument("--meaning", metavar="X", type=float, default=1.0, help=meaning)
+    hands = "how much wrists and fingers live, from 0 (default: they follow the forearms) to 1; the arms stay the same"
+    parser.add_argument("--hands", metavar="X", type=float, default=0.0, help=hands)
     parser.add_argument("--mirror", action="store_true", help="exchange left and right")
     add_models(parser)
 
@@ -98,6 +100,7 @@ def request(options: argparse.Namespace, **changes):
         "rate": options.rate,
         "hand": options.hand,
         "meaning": options.meaning,
+        "hands": options.hands,
         "mirror": options.mirror,
         "recognise": options.recognise,
     }
@@ -120,7 +123,7 @@ def _chosen(options: argparse.Namespace):
     if another or options.transcript or options.text is not None or options.no_transcript or options.recognise:
         words = {"transcript": _transcript(options), "text": options.text, "recognise": options.recognise}
         wanted |= {"audio": options.audio, **words}
-    return Request(**wanted)
+    return Request(**wanted, hands=options.hands)
 
 
 def session(options: argparse.Namespace):

@@ -35,6 +35,7 @@ _PARAMETERS = {
     "rate": (int, float),
     "hand": (int, float),
     "meaning": (int, float),
+    "hands": (int, float),
     "mirror": bool,
     "pose": list,
     "end_pose": list,

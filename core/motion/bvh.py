@@ -1,9 +1,9 @@
 """A motion as BVH: the plain ten-joint skeleton, readable by any animation program.
 
 Frame: y up, z forward, left at +x. Unit: metres unless ``unit`` says otherwise. One joint for each of the nine edges,
-named as Mixamo does so that rigs and programs recognise them, below still hips; hands have no motion of their own. The
-rest pose stretches the arms out to the sides in a T, while torso, neck, head and clavicles lie along the data's mean, so
-that no rotation means an average posture.
+named as Mixamo does so that rigs and programs recognise them, below still hips; hands turn where the motion has any, and
+have no fingers. The rest pose stretches the arms out to the sides in a T, while torso, neck, head and clavicles lie along
+the data's mean, so that no rotation means an average posture.
 """
 
 import os
@@ -139,6 +139,6 @@ def _angles(motion: Motion) -> np.ndarray:
     chains = {edge: (joint,) for edge, joint in JOINT_OF_EDGE.items()}
     chains |= {"left_hand": ("LeftHand",), "right_hand": ("RightHand",), "crown": (_CROWN,)}
     options = Options(clavicle=1.0, aimed=frozenset(skeleton.EDGE_NAMES), palms=0.0, clear_body=0.0, limits=False)
-    rotations = solve(_bones(), Mapping(chains, hips="Hips"), motion.directions, motion.fps, options)
+    rotations = solve(_bones(), Mapping(chains, hips="Hips"), motion.directions, motion.fps, options, motion.hands)
     still = np.zeros((len(motion.directions), 3))
     return np.stack([quaternion.to_euler(rotations[name], _ORDER) if name in rotations else still for name, _, _ in _JOINTS], 1)

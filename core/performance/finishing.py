@@ -7,8 +7,10 @@ import numpy as np
 
 from ..meaning import choosing, showing
 from ..motion import limits, rest, skeleton
+from ..motion.hands import Hands
 from ..motion.motion import Motion
 from ..words import hints
+from . import living
 from .casting import Performers
 from .hearing import Heard
 from .keeping import keep, wished
@@ -29,7 +31,7 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
         directions = hints.perform(directions, heard.wishes, pose)
         directions = rest.rest(directions, heard.activity, request.seed + take, pose, at_rest=request.pose is None)
         directions = keep(limits.keep_human(rest.scale(directions, request.intensity, pose)), kept)
-        motion = Motion(directions, skeleton.FPS, heard.words, about)
+        motion = Motion(directions, skeleton.FPS, heard.words, about, _hands(request, performers, take, directions))
         motions.append(motion.mirrored() if request.mirror else motion)
     return motions
 
@@ -40,6 +42,15 @@ def _meant(checkpoint, request: Request, heard: Heard, performers: Performers, t
         return []
     readiness = request.meaning * performers.readiness
     return choosing.choose(heard.shows, heard.words, heard.wishes.gestures, readiness, (request.seed, take))
+
+
+def _hands(request: Request, performers: Performers, take: int, directions: np.ndarray) -> Hands | None:
+    """What the hands do on these arms, as much of it as is asked for."""
+    if not request.hands:
+        return None
+    style = performers.style[0]
+    name = max(style, key=style.get) if isinstance(style, dict) else style
+    return living.hands(directions, name, request.seed + take).calmed(directions, request.hands)
 
 
 def _meta(checkpoint, request: Request, heard: Heard, performers: Performers) -> dict:
@@ -55,6 +66,7 @@ def _meta(checkpoint, request: Request, heard: Heard, performers: Performers) ->
         "rate": float(request.rate),
         "hand": float(request.hand),
         "meaning": float(request.meaning),
+        "hands": float(request.hands),
         "mirror": request.mirror,
         "checkpoint": checkpoint.hash,
         **({} if request.latent is None else {"latent": performers.latents[0].tolist()}),

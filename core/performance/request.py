@@ -17,7 +17,8 @@ class Request:
     ``style`` is a style expression (:func:`styles.parse`), ``takes`` how many variations, ``intensity`` how far the
     performance departs from rest. ``affect`` (any of :data:`styles.AFFECTS`), ``rate`` and ``hand`` steer the style, -1..1
     each, 0 as the speaker would. ``meaning`` (0..1) is how readily phrases are shown by gestures of their own, 1 as the
-    speaker would. ``mirror`` exchanges left and right of the finished performance. With ``recognise`` words
+    speaker would. ``hands`` (0..1) is how much wrists and fingers live; with 0 the motion has none, and the arms are the same.
+    ``mirror`` exchanges left and right of the finished performance. With ``recognise`` words
     that nobody wrote down are recognised, which needs the extra of that name.
 
     Some frames of the finished motion can be given, in unit directions ``(9, 3)`` (canonical frame): ``pose`` is the first
@@ -42,6 +43,7 @@ class Request:
     rate: float = 0.0
     hand: float = 0.0
     meaning: float = 1.0
+    hands: float = 0.0
     mirror: bool = False
     pose: np.ndarray | None = None
     end_pose: np.ndarray | None = None
@@ -63,6 +65,8 @@ class Request:
             raise UsageError(f"Intensity {self.intensity:g} is out of range.", "Give a number from 0 to 3.")
         if not 0 <= self.meaning <= 1:
             raise UsageError(f"Meaning {self.meaning:g} is out of range.", "Give a number from 0 to 1.")
+        if not 0 <= self.hands <= 1:
+            raise UsageError(f"Hands of {self.hands:g} are out of range.", "Give a number from 0 to 1.")
         if self.seed < 0:
             raise UsageError(f"Seed {self.seed} is negative.", "Give zero or a positive whole number.")
         for pose in (self.pose, self.end_pose):

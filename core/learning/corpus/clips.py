@@ -84,11 +84,8 @@ def to_directions(joints: list[skm.Joint], recording: skm.Recording | None, role
     """Canonical directions ``(frames, 9, 3)`` of a recording; the body faces forward at its first frame and turns of
     its root about the vertical are taken out."""
     positions, rotations = skm.forward(joints, recording, roles.all())
-    shoulders = positions[roles.left[1]][0] - positions[roles.right[1]][0]
-    turn = np.unwrap(rotation.heading(rotations[roles.root]))
-    facing = rotation.about(1, np.arctan2(-shoulders[2], shoulders[0]) + turn - turn[0])
-    straight = rotation.conjugate(facing)
-    result = np.zeros((len(turn), len(skeleton.EDGES), 3))
+    straight = _straight(positions, rotations, roles)
+    result = np.zeros((len(straight), len(skeleton.EDGES), 3))
     relative = {}
     for name in {roles.torso, roles.chest, roles.neck, roles.head, roles.left[0], roles.right[0]}:
         world = rotation.multiply(straight, rotations[name])
@@ -102,6 +99,17 @@ def to_directions(joints: list[skm.Joint], recording: skm.Recording | None, role
         result[:, first] = rotation.rotate(straight, positions[elbow] - positions[shoulder])
         result[:, first + 1] = rotation.rotate(straight, positions[wrist] - positions[elbow])
     return skeleton.normalize(skeleton.y_up_to_canonical(result)).astype(np.float32)
+
+
+def straight(joints: list[skm.Joint], recording: skm.Recording | None, roles: Roles) -> np.ndarray:
+    """Turns ``(frames, 4)`` from the world of a recording to the frame of :func:`to_directions`, still y up."""
+    return _straight(*skm.forward(joints, recording, roles.all()), roles)
+
+
+def _straight(positions: dict, rotations: dict, roles: Roles) -> np.ndarray:
+    shoulders = positions[roles.left[1]][0] - positions[roles.right[1]][0]
+    turn = np.unwrap(rotation.heading(rotations[roles.root]))
+    return rotation.conjugate(rotation.about(1, np.arctan2(-shoulders[2], shoulders[0]) + turn - turn[0]))
 
 
 def load(path: str | PathLike, joints: list[skm.Joint], roles: Roles, name: str) -> Clip:
