@@ -30,15 +30,17 @@ def draw(
     progress: Callable[[float], None] = lambda value: None,
     cancelled: Callable[[], bool] = lambda: False,
     tile: int = TILE,
+    lively: np.ndarray | None = None,
 ) -> np.ndarray:
     """Directions ``(takes, frames, 9, 3)`` float32 of all takes of the performers of a request each.
 
     ``network`` is a :class:`light.network.LightNetwork` or answers as one.
     ``inputs`` are as for :func:`windows.generate`; ``asked`` ``(frames, 7)`` are the strokes that each of the performers is
     asked for (:mod:`requested`), None for none. Frames that are given (:meth:`Performers.given`) are kept, and of those that
-    follow from given ones nothing is computed.
+    follow from given ones nothing is computed. ``lively`` ``(frames,)`` scales the random numbers of each frame: below 1 it is
+    performed nearer to what is usual there.
     """
-    plans = [_Plan(network, one, wishes, frames, tile) for one, wishes in zip(cast, asked, strict=True)]
+    plans = [_Plan(network, one, wishes, frames, tile, lively) for one, wishes in zip(cast, asked, strict=True)]
     steps, done = max(STEPS * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans), 1), 0
 
     def begins() -> None:
@@ -56,12 +58,13 @@ def draw(
 class _Plan:
     """What is drawn for the performers of one request, and where."""
 
-    def __init__(self, network, performers: Performers, asked: np.ndarray | None, frames: int, tile: int):
+    def __init__(self, network, performers: Performers, asked: np.ndarray | None, frames: int, tile: int, lively):
         self.network, self.performers, self.asked, self.frames = network, performers, asked, frames
         self.mask, self.poses = performers.given(frames).whole(frames)
         self.styles = performers.on_the_way(frames if performers.walks else 1)
         first = performers.style[0]  # of a walk the first one's: a change on the way must not be seen
         self.who = first if isinstance(first, dict) else None
+        self.lively = np.ones(frames, np.float32) if lively is None else np.asarray(lively, np.float32)
         self.tiles = list(_tiles(network, np.flatnonzero(~self.mask), tile))
 
     def draw(self, inputs, begins: Callable[[], None]) -> np.ndarray:
@@ -75,6 +78,7 @@ class _Plan:
             heard = network.hear(mfcc, words, seeds, prosody, asked)
             for row, identity in enumerate(performers.request.identities):
                 drawn = noise(performers.request.seed, identity, low, high, network.noise_size, self.who)
+                drawn = drawn * _cut(self.lively, low, high)[:, None]
                 made_here = network.draw(heard, self._style(row, low, high), seeds, drawn, begins)
                 made[row, start:stop] = made_here[start - low : stop - low]
         made[:, self.mask] = self.poses[self.mask]

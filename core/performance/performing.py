@@ -4,9 +4,14 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ..motion import skeleton
+from ..smoothing import gaussian
 from . import asking, drawing, stillness
 from .casting import Performers
 from .hearing import Heard
+
+_CALM, _BRIEF = 0.3, 0.2
+"""By how much chance is less in silence, and the seconds over which that comes and goes."""
 
 
 def perform(
@@ -26,8 +31,13 @@ def perform(
         return windows.generate(generator, heard.features.slice, latents, seeds, heard.frames, checkpoint.window[0], *told)
     wishes = heard.wishes, heard.words, checkpoint.meanings, heard.frames
     asked = [asking.channels(*wishes, one.request.hand) for one in cast]
-    drawn = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told)
+    drawn = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, lively=_lively(heard.activity))
     return np.stack([stillness.settle(motion) for motion in drawn])
+
+
+def _lively(activity: np.ndarray) -> np.ndarray:
+    """How much chance has its way ``(frames,)``: less where nobody speaks, as people's waiting hands are less various."""
+    return 1 - _CALM * (1 - gaussian(activity, _BRIEF * skeleton.FPS))
 
 
 def known_by(checkpoint, heard: Heard, cast: Sequence[Performers]) -> tuple:
