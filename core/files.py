@@ -26,14 +26,21 @@ _PENDING: set[Path] = set()
 
 
 _SWEPT: set[Path] = set()
+_TRIES = 50
 MARK = ".s2ag@"
 """How names of unfinished files begin; host, process and a random part follow, each after an ``@``."""
 
 
 def abandon() -> None:
-    """Delete everything that is not finished: the last act of a process that is told to end."""
-    for temporary in list(_PENDING):
-        remove(temporary)
+    """Delete everything that is not finished: the last act of a process that is told to end.
+
+    Other threads may still write while it goes on, so that what they put there is deleted, too.
+    """
+    for _ in range(_TRIES):
+        for temporary in list(_PENDING):
+            remove(temporary)
+        if not any(temporary.exists() for temporary in list(_PENDING)):
+            break
 
 
 @contextlib.contextmanager
@@ -75,7 +82,15 @@ def is_running(pid: int) -> bool:
         return False
     except PermissionError:
         return True
-    return True
+    return not _has_ended(pid)
+
+
+def _has_ended(pid: int) -> bool:
+    """Whether a process has ended and only waits for its parent to hear of it, where Linux tells."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] in "ZX"
+    except (OSError, IndexError):
+        return False
 
 
 @contextlib.contextmanager

@@ -71,7 +71,7 @@ class Clip:
     rate: float = 0.0
     hand: float = 0.0
     meaning: float = 1.0
-    hands: float = 0.0
+    hands: float = 1.0
     mirror: bool = False
     latent: list[list[float]] | None = None
     checkpoint: str | None = None

@@ -33,8 +33,8 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     _add_controls(parser)
     meaning = "how readily phrases as in \"I don't know\" get gestures of their own, 0 to 1 (default 1: as the performer would)"
     parser.add_argument("--meaning", metavar="X", type=float, default=1.0, help=meaning)
-    hands = "how much wrists and fingers live, from 0 (default: they follow the forearms) to 1; the arms stay the same"
-    parser.add_argument("--hands", metavar="X", type=float, default=0.0, help=hands)
+    hands = "how much wrists and fingers live, from 0 (they follow the forearms) to 1 (default); the arms stay the same"
+    parser.add_argument("--hands", metavar="X", type=float, default=1.0, help=hands)
     parser.add_argument("--mirror", action="store_true", help="exchange left and right")
     add_models(parser)
 

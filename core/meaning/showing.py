@@ -6,6 +6,7 @@ import numpy as np
 
 from ..motion import rest, skeleton
 from ..motion.curves import ramp
+from ..motion.hands import Hands
 from .choosing import Shown
 
 _ARMS = ((4, 5), (7, 8))
@@ -77,6 +78,24 @@ def _bear(part: np.ndarray, one: Shown, arms: tuple[bool, bool], time: np.ndarra
     roll = (side or 1.0) * gesture.tilt * landed
     for edge in _HEAD:
         part[:, edge] = turned(turned(part[:, edge], 2, roll), 1, yaw)
+
+
+def hands(performed: Hands, directions: np.ndarray, shown: Sequence[Shown]) -> Hands:
+    """Hands of a performance that show what each gesture means: where the palm looks, where it points, and its fingers.
+
+    ``directions`` ``(frames, 9, 3)`` are those of the performance without gestures, by which :func:`sides` finds the hand.
+    """
+    knuckles, palms, shape = performed.knuckles.copy(), performed.palms.copy(), performed.shape.copy()
+    time = np.arange(len(directions)) / skeleton.FPS
+    for one, arms in zip(shown, sides(directions, shown), strict=True):
+        weight = (weights(one, time) * ramp(time, one.ready - 0.2, one.lands))[:, None]
+        for arm, mirror in enumerate((np.ones(3), _MIRROR)):
+            for parts, wanted in ((knuckles, one.gesture.knuckles), (palms, one.gesture.palm)):
+                if arms[arm] and wanted is not None:
+                    parts[:, arm] = rest.slerp(parts[:, arm], wanted * mirror, weight[:, 0])
+            if arms[arm] and one.gesture.shape is not None:
+                shape[:, arm] += weight * (one.gesture.shape - shape[:, arm])
+    return Hands.of(knuckles, palms, shape)
 
 
 def turned(vectors: np.ndarray, axis: int, degrees: np.ndarray) -> np.ndarray:

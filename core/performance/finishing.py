@@ -27,11 +27,14 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
     for (take, near), directions in zip(request.identities, made, strict=True):
         about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
         directions = rest.restore(rest.soften(directions), checkpoint.gain, pose)
-        directions = showing.show(directions, _meant(checkpoint, request, heard, performers, take))
+        shown = _meant(checkpoint, request, heard, performers, take)
+        plain, directions = directions, showing.show(directions, shown)
         directions = hints.perform(directions, heard.wishes, pose)
         directions = rest.rest(directions, heard.activity, request.seed + take, pose, at_rest=request.pose is None)
         directions = keep(limits.keep_human(rest.scale(directions, request.intensity, pose)), kept)
-        motion = Motion(directions, skeleton.FPS, heard.words, about, _hands(request, performers, take, directions))
+        hands = _hands(request, performers, take, directions)
+        hands = hands and showing.hands(hands, plain, shown)
+        motion = Motion(directions, skeleton.FPS, heard.words, about, hands)
         motions.append(motion.mirrored() if request.mirror else motion)
     return motions
 

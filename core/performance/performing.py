@@ -31,7 +31,8 @@ def perform(
         return windows.generate(generator, heard.features.slice, latents, seeds, heard.frames, checkpoint.window[0], *told)
     wishes = heard.wishes, heard.words, checkpoint.meanings, heard.frames
     asked = [asking.channels(*wishes, one.request.hand) for one in cast]
-    drawn = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, lively=_lively(heard.activity))
+    lively = _lively(heard.activity)
+    drawn = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, lively=lively)
     return np.stack([stillness.settle(motion) for motion in drawn])
 
 

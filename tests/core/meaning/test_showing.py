@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from s2ag.core.meaning import choosing, showing, vocabulary
-from s2ag.core.motion import limits, rest, skeleton
+from s2ag.core.motion import handshape, limits, rest, skeleton
+from s2ag.core.motion.hands import Hands
 
 ARMS = list(skeleton.ARM_EDGES)
 FRAMES = 150
@@ -163,3 +164,20 @@ def test_the_same_seed_shows_the_same_and_another_another(known):
     one, again, other = (choosing.choose(known, words, {}, 0.5, (seed,)) for seed in (7, 7, 8))
     times = [[stroke.lands for stroke in each] for each in (one, again, other)]
     assert times[0] == times[1] != times[2]
+
+
+def test_hands_show_what_arms_mean(known):
+    down, relaxed = np.tile([0, 1.0, 0], (FRAMES, 2, 1)), np.tile(handshape.RELAXED, (FRAMES, 2, 1))
+    for said, palm in (("i don't know", [0, -1, 0]), ("no way", [0, 0, 1])):
+        plain, motion, stroke = both(known, said)
+        hands = showing.hands(Hands.of(motion[:, [5, 8]], down, relaxed), plain, [stroke])
+        landed = round((stroke.lands + 0.1) * skeleton.FPS)
+        assert (hands.palms[landed] @ np.array(palm)).min() > 0.7, said
+    plain, motion, stroke = both(known, "number two")
+    ease = Hands.of(motion[:, [5, 8]], down, relaxed)
+    hands, (left, _) = showing.hands(ease, plain, [stroke]), showing.sides(plain, [stroke])[0]
+    landed, showing_hand = round((stroke.lands + 0.1) * skeleton.FPS), 0 if left else 1
+    bends = hands.shape[landed, showing_hand, :8:2] + hands.shape[landed, showing_hand, 1:8:2]
+    assert (bends < 40).sum() == 2 and (bends > 150).sum() == 2
+    np.testing.assert_allclose(hands.shape[0], ease.shape[0], atol=1e-4)
+    np.testing.assert_allclose(hands.shape[:, 1 - showing_hand], ease.shape[:, 1 - showing_hand], atol=1e-4)
