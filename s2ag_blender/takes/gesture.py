@@ -47,6 +47,7 @@ def request(settings, audio: str = "") -> dict:
         "rate": slider(settings, "rate"),
         "hand": slider(settings, "hand"),
         "meaning": slider(settings, "meaning"),
+        "hands": slider(settings, "hands"),
         "mirror": settings.mirror,
         **sources.words(settings, "" if settings.audio_source == "MIXDOWN" else audio),
     }

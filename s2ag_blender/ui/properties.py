@@ -47,6 +47,7 @@ def _control(name: str, label: str):
     )
 
 
+_HANDS = "How much wrists and fingers live; 0 leaves them to the forearms, and the arms are the same"
 _MEANING = "How readily phrases such as \"I don't know\" get gestures of their own; 1 is as readily as the style would"
 
 
@@ -200,6 +201,7 @@ class S2AG_Settings(CurveSettings, bpy.types.PropertyGroup):
     rate: _control("rate", "Rate")
     hand: _control("hand", "Hand")
     meaning: _share("Meaning", _MEANING, 1.0, 1.0, update=changed)
+    hands: _share("Hands", _HANDS, 0.0, 1.0, update=changed)
     mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right", override=EDITABLE, update=changed)
     take_count: bpy.props.IntProperty(
         name="Takes", description="How many variations to make in one go", default=1, min=1, max=16, override=EDITABLE

@@ -76,6 +76,7 @@ class S2AG_PT_expression(_Below, bpy.types.Panel):
         for name in (*AFFECTS, "rate", "hand"):
             steered.prop(settings, name, slider=True)
         layout.prop(settings, "meaning", slider=True)
+        layout.prop(settings, "hands", slider=True)
         layout.prop(settings, "mirror")
         # Greyed, not locked: whoever opens a file whose sliders are set must be able to set them back.
         steered.active = bool(known)

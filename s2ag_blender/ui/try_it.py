@@ -29,6 +29,7 @@ def stage(context) -> bpy.types.Object:
     context.view_layer.objects.active = armature
     armature.s2ag.audio_source, armature.s2ag.transcript_source = "FILE", "FILE"
     armature.s2ag.audio = str(VOICE)
+    armature.s2ag.hands = 1.0
     return armature
 
 

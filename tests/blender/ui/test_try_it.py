@@ -35,6 +35,8 @@ def test_one_press_gestures_with_sound(empty):
     human = bpy.context.active_object
     action = human.animation_data.action
     assert human.type == "ARMATURE" and action.frame_range[1] > 300 and empty.frame_end >= action.frame_range[1]
+    keyed = {curve.data_path.split('"')[1] for curve in compat.curves(action)}
+    assert {name for name in keyed if "finger" in name}, sorted(keyed)
     (strip,) = compat.sequencer_strips(empty.sequence_editor)
     assert strip.type == "SOUND" and compat.strip_start(strip) == empty.frame_start
     assert human.s2ag.takes and gesture.engine(bpy.context).ships
