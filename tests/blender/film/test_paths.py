@@ -1,6 +1,5 @@
 """Outputs whose names look like templates, numbers of frames or addresses."""
 
-import av
 import pytest
 from s2ag.s2ag_blender.film import job as jobs
 from s2ag.s2ag_blender.program import Voice
@@ -16,5 +15,6 @@ def test_a_path_is_a_path(tmp_path, wave, name):
     jobs.perform(jobs.Job.of({**content, "resolution": [16, 16], "outputs": outputs}), Voice(lambda line: None))
     made = {path.name for path in folder.iterdir()}
     assert {f"{name}.png", f"{name}.mp4", f"{name}.blend", f"{name} #1.mp4"} <= made and len(made) == 7, made
+    av = pytest.importorskip("av", reason="beside this Blender nothing reads films")
     with av.open(f"file:{outputs[1]}") as film:
         assert len(list(film.decode(video=0))) == 3
