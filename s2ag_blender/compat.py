@@ -172,9 +172,9 @@ def set_image(settings: bpy.types.ImageFormatSettings, file_format: str = "PNG")
 
 
 def plain_path(path) -> str:
-    """A path for render output as it is: since 5.0 braces in it are templates unless they are doubled."""
+    """A path for render output as it is: since 4.5 braces in it are templates unless they are doubled."""
     text = str(path)
-    return text if bpy.app.version < (5, 0) else text.replace("{", "{{").replace("}", "}}")
+    return text if bpy.app.version < (4, 5) else text.replace("{", "{{").replace("}", "}}")
 
 
 def stored(datablock, name: str):
