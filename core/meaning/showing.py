@@ -9,7 +9,6 @@ from ..motion.curves import ramp
 from ..motion.hands import Hands
 from .choosing import Shown
 
-_ARMS = ((4, 5), (7, 8))
 _HEAD, _TRUNK = (1, 2), (3, 6)
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 _SHAKES, _SHAKEN = 2.0, 1.1
@@ -32,7 +31,7 @@ def sides(directions: np.ndarray, shown: Sequence[Shown]) -> list[tuple[bool, bo
             continue
         if not side:
             near = (time > one.begin - _AROUND) & (time < one.end + _AROUND)
-            left, right = (lift[near][:, list(arm)].sum() for arm in _ARMS)
+            left, right = (lift[near][:, list(arm)].sum() for arm in skeleton.ARMS)
             side = -1.0 if left > right else 1.0
         result.append((side < 0, side > 0))
     return result
@@ -52,7 +51,7 @@ def show(directions: np.ndarray, shown: Sequence[Shown]) -> np.ndarray:
             continue
         part, now = result[here].astype(float), time[here]
         weight = weights(one, now)
-        for arm, (edges, mirror) in enumerate(zip(_ARMS, (np.ones(3), _MIRROR), strict=True)):
+        for arm, (edges, mirror) in enumerate(zip(skeleton.ARMS, (np.ones(3), _MIRROR), strict=True)):
             if arms[arm]:
                 part[:, edges] = rest.slerp(part[:, edges], _arm(one, now) * mirror, one.size * weight[:, None])
         _bear(part, one, arms, now, weight)

@@ -7,6 +7,7 @@ from functools import lru_cache
 from os import PathLike
 from pathlib import Path
 
+from .. import json_text
 from ..errors import UsageError
 from .gesture import ANGLES, Gesture, read_shape
 
@@ -63,14 +64,12 @@ def _extended(path: str | PathLike) -> Vocabulary:
         return _made({**gestures, **own.get("gestures", {})}, {**shapes, **own.get("shapes", {})})
     except OSError as error:
         raise UsageError(f"The vocabulary {path} cannot be read: {error.strerror}.", "Name a JSON file of gestures.") from error
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise UsageError(f"The vocabulary {path} is not usable: {error}.", "docs/transcripts.md describes it.") from error
 
 
 def _content(path: Path) -> dict:
-    if path.stat().st_size > _LARGEST:
-        raise ValueError(f"it has more than {_LARGEST} bytes")
-    content = json.loads(path.read_bytes())
+    content = json_text.read(path, _LARGEST)
     if not isinstance(content, dict) or not content.keys() <= {"gestures", "shapes"}:
         raise ValueError("it holds something else than gestures and shapes")
     if not all(isinstance(part, dict) for part in content.values()):

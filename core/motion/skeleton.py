@@ -33,6 +33,8 @@ EDGE_NAMES = (
 )
 ARM_EDGES = (4, 5, 7, 8)
 """Upper arm and forearm, left then right."""
+ARMS = (ARM_EDGES[:2], ARM_EDGES[2:])
+"""The same, an arm each."""
 LENGTHS = np.array([0.26, 0.18, 0.14, 0.22, 0.36, 0.33, 0.22, 0.36, 0.33], np.float32)
 FPS = 15.0
 MEAN = np.array(

@@ -16,8 +16,6 @@ from ..motion.curves import between
 from ..motion.hands import Hands
 from ..smoothing import gaussian
 
-ARMS = ((4, 5), (7, 8))
-"""Upper arm and forearm, left and right."""
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 _LAG = 0.07
 """Seconds by which a palm follows its arm."""
@@ -66,9 +64,9 @@ def _hand(directions, side: int, ease: np.ndarray, rng, fps: float) -> tuple[np.
     """Knuckles, palms (frames, 3) and shapes (frames, 12) of one hand."""
     learnt = _learnt()
     mirror = _MIRROR if side else np.ones(3)
-    arm = between(directions.astype(float), np.arange(len(directions)) - _LAG * fps)[:, ARMS[side]] * mirror
+    arm = between(directions.astype(float), np.arange(len(directions)) - _LAG * fps)[:, skeleton.ARMS[side]] * mirror
     upper, fore = np.moveaxis(skeleton.normalize(arm), 1, 0)
-    now = directions[:, ARMS[side][1]] * mirror
+    now = directions[:, skeleton.ARMS[side][1]] * mirror
     seen = features(upper, fore)
     speed = gaussian(np.linalg.norm(_change(now), axis=-1) * fps, 0.1 * fps)
     strokes = _strokes(speed, fps)

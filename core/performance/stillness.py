@@ -19,7 +19,7 @@ def settle(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
     result = np.array(directions, np.float32)
     if len(result) < 2:
         return result
-    for arm in (skeleton.ARM_EDGES[:2], skeleton.ARM_EDGES[2:]):
+    for arm in skeleton.ARMS:
         drawn = result[:, list(arm)].astype(float)
         speed = np.degrees(np.linalg.norm(np.gradient(gaussian(drawn, _SHORT * fps), axis=0), axis=-1).max(axis=-1)) * fps
         share = gaussian(np.clip((_MOVING - speed) / (_MOVING - _STILL), 0, 1), _SHORT * fps)

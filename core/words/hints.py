@@ -26,7 +26,6 @@ _RAMP = 0.45
 """Seconds in which a wish comes and goes."""
 _HELD_BACK = 0.8
 """How far the other arm goes to rest where a side was asked for."""
-_ARMS = ((4, 5), (7, 8))  # edges of the left and the right upper arm and forearm
 _LEAD = 0.5
 """Seconds before a word in which its gesture is prepared."""
 
@@ -123,10 +122,10 @@ def envelope(time: np.ndarray, start: float, end: float) -> np.ndarray:
 def _sided(directions: np.ndarray, weight: np.ndarray, side: float, pose: np.ndarray) -> np.ndarray:
     """The hand of the wished side leads: the mirror image where the other arm does more, and that arm held back."""
     lift = np.arccos(np.clip((directions * rest.REST).sum(-1), -1, 1))
-    left, right = ((weight[:, None] * lift[:, list(arm)]).sum() for arm in _ARMS)
+    left, right = ((weight[:, None] * lift[:, list(arm)]).sum() for arm in skeleton.ARMS)
     if (right - left) * side < 0:
         directions = rest.slerp(directions, skeleton.mirror(directions), weight[:, None])
-    other = list(_ARMS[side < 0])
+    other = list(skeleton.ARMS[side < 0])
     result = directions.astype(np.float32)
     result[:, other] = rest.slerp(result[:, other], np.asarray(pose)[..., other, :], _HELD_BACK * weight[:, None])
     return result

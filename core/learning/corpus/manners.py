@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from ...files import whole_file
-from ...motion import handshape
+from ...motion import handshape, skeleton
 from ...motion.hands import Hands
-from ...performance.living import ARMS, features
+from ...performance.living import features
 from . import clips, extremities, library, skm
 
 _SHAPES = 7
@@ -52,7 +52,7 @@ def learn(found: Iterable[tuple[clips.Clip, Hands, bool]]) -> dict[str, np.ndarr
     for clip, hands, thumbs in found:
         few = slice(None, None, max(1, round(_EVERY * clip.fps)))
         at = round(clip.emphasis * clip.fps)
-        for side, (upper, fore) in enumerate(ARMS):
+        for side, (upper, fore) in enumerate(skeleton.ARMS):
             mirror = np.array([-1.0 if side else 1.0, 1, 1])
             arm = clip.directions[few].astype(float) * mirror
             seen.append(features(arm[:, upper], arm[:, fore]))
@@ -70,7 +70,7 @@ def errors(found: Iterable[tuple[clips.Clip, Hands, bool]], learnt: dict[str, np
     """Median degrees that palms and knuckles of clips lie from what was learnt."""
     off = [], []
     for clip, hands, _ in found:
-        for side, (upper, fore) in enumerate(ARMS):
+        for side, (upper, fore) in enumerate(skeleton.ARMS):
             mirror = np.array([-1.0 if side else 1.0, 1, 1])
             arm = clip.directions.astype(float) * mirror
             seen = features(arm[:, upper], arm[:, fore])

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...motion import rest, skeleton
+from ...motion.curves import ramp
 from .talks import Talk
 
 _UP, _HELD, _DOWN = 0.5, 0.6, 0.8
@@ -19,7 +20,7 @@ def one_gesture(talk: Talk, pose: np.ndarray, seed: int = 0) -> np.ndarray:
     """Somebody who raises both hands on every main accent, always the same way, and rests in between."""
     time = np.arange(len(talk.loudness)) / skeleton.FPS
     since = time[:, None] - talk.main
-    weight = (_ramp(since / _UP + 1) * (1 - _ramp((since - _HELD) / _DOWN))).max(axis=1, initial=0.0)
+    weight = (ramp(since / _UP + 1, 0, 1) * (1 - ramp((since - _HELD) / _DOWN, 0, 1))).max(axis=1, initial=0.0)
     motion = np.tile(np.asarray(pose, float), (len(time), 1, 1))
     for edge, raised in zip(skeleton.ARM_EDGES, _RAISED, strict=True):
         motion[:, edge] = rest.slerp(motion[:, edge], raised, weight)
@@ -28,12 +29,6 @@ def one_gesture(talk: Talk, pose: np.ndarray, seed: int = 0) -> np.ndarray:
 
 def _idling(motion: np.ndarray, seed: int) -> np.ndarray:
     return skeleton.normalize(motion + rest.idle(len(motion), seed=seed)).astype(np.float32)
-
-
-def _ramp(x: np.ndarray) -> np.ndarray:
-    """0 to 1 with the least jerk."""
-    x = np.clip(x, 0, 1)
-    return x**3 * (10 - 15 * x + 6 * x * x)
 
 
 DULL = {"resting": resting, "one gesture": one_gesture}

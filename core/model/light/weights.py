@@ -1,11 +1,12 @@
 """Weights as safetensors keeps them: eight bytes of header length, a header of JSON, then plain arrays. Nothing is executed."""
 
-import json
 import math
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
+
+from ... import json_text
 
 LONGEST_HEADER = 1_000_000
 """Bytes of the header that are believed; the shipped one has 17,000."""
@@ -22,9 +23,9 @@ def read(path: str | PathLike) -> tuple[bytes, dict[str, np.ndarray]]:
     if len(data) < 8 or length > min(LONGEST_HEADER, len(data) - 8):
         raise ValueError("it is no safetensors file, or cut off")
     try:
-        header = json.loads(data[8 : 8 + length])
+        header = json_text.parse(data[8 : 8 + length], LONGEST_HEADER)
         entries = {name: _entry(**entry) for name, entry in header.items() if name != "__metadata__"}
-    except (TypeError, AttributeError, RecursionError, UnicodeDecodeError) as error:
+    except (TypeError, AttributeError, json_text.NotJson) as error:
         raise ValueError("its header makes no sense") from error
     body = memoryview(data)[8 + length :]
     if sum(end - begin for _, _, begin, end in entries.values()) > len(body):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from s2ag.core.learning.corpus import clips, extremities, manners, rotation, skm
-from s2ag.core.motion import handshape
+from s2ag.core.motion import handshape, skeleton
 from s2ag.core.performance import living
 
 
@@ -25,7 +25,7 @@ def test_what_is_learnt_gives_hands_back_that_follow_from_their_arms():
     found = []
     for _ in range(4):
         directions = manners.Hands.of(*rng.normal(size=(2, 400, 9, 3)), np.zeros(12)).knuckles
-        seen = [living.features(directions[:, up], directions[:, fore]) for up, fore in living.ARMS[:1] * 2]
+        seen = [living.features(directions[:, up], directions[:, fore]) for up, fore in skeleton.ARMS[:1] * 2]
         palms = np.stack([one @ learnt["palms"] for one in seen], 1) * [[1, 1, 1], [-1, 1, 1]]
         bends = np.stack([one @ learnt["knuckles"] for one in seen], 1) * [[1, 1, 1], [-1, 1, 1]]
         directions[:, 7:9] = directions[:, 4:6] * [-1, 1, 1]
