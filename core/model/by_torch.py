@@ -8,7 +8,7 @@ import torch
 
 from ..errors import UsageError
 from . import checkpoint
-from .encoders import Encoders
+from .encoders import POSE, Encoders
 from .loaded import Loaded
 
 
@@ -32,6 +32,11 @@ class ByTorch:
         self.device = next(generator.parameters()).device
         if self.noise_size:
             self.looks, self.hears = generator.looks, generator.hears
+
+    @property
+    def usual(self) -> np.ndarray:
+        """Extras ``(extras,)`` of a frame of which nothing is known."""
+        return self.generator.centre[POSE:].cpu().numpy()
 
     @property
     def speakers(self) -> tuple[np.ndarray, np.ndarray]:
@@ -58,10 +63,11 @@ class ByTorch:
         return self.generator.encode(*parts)
 
     @torch.inference_mode()
-    def draw(self, heard, style, seeds, noise, begins: Callable[[], None] = lambda: None) -> np.ndarray:
-        """Unit directions drawn from noise."""
+    def draw(self, heard, style, seeds, noise, begins: Callable[[], None] = lambda: None) -> tuple[np.ndarray, np.ndarray]:
+        """Unit directions and extras drawn from noise."""
         style, seeds, noise = (self._tensor(part)[None] for part in (style, seeds, noise))
-        return self.generator.draw(heard, style, seeds, noise, begins)[0].cpu().numpy()
+        directions, extras = self.generator.draw(heard, style, seeds, noise, begins)
+        return directions[0].cpu().numpy(), extras[0].cpu().numpy()
 
     def _tensor(self, array: np.ndarray) -> torch.Tensor:
         return torch.from_numpy(np.ascontiguousarray(array, np.float32)).to(self.device)

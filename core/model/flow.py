@@ -125,12 +125,12 @@ class FlowGenerator(Encoders):
         asked: torch.Tensor | None = None,
         noise: torch.Tensor | None = None,
     ) -> torch.Tensor:
-        """Directions ``(B, T, 9, 3)`` drawn from ``noise`` ``(B, T, noise_size)``, whose last frames and mask ``seeds`` hold.
+        """Directions ``(B, T, 9, 3)`` drawn from ``noise`` ``(B, T, noise_size)``.
 
         ``seeds`` ``(B, T, noise_size + 1)``: poses less their mean on given frames and zeros elsewhere, last channel 1 on
         given frames, anywhere in the window.
         """
-        return self.draw(self.encode(mfcc, words, seeds, prosody, asked), style, seeds, noise)
+        return self.draw(self.encode(mfcc, words, seeds, prosody, asked), style, seeds, noise)[0]
 
     def draw(
         self,
@@ -139,8 +139,11 @@ class FlowGenerator(Encoders):
         seeds: torch.Tensor,
         noise: torch.Tensor,
         begins: Callable[[], None] = lambda: None,
-    ) -> torch.Tensor:
-        """:meth:`forward` of what :meth:`encode` made; ``begins()`` is called before each of the :data:`steps.STEPS`."""
+    ) -> tuple[torch.Tensor, torch.Tensor]:
+        """:meth:`forward` of what :meth:`encode` made, and the extras ``(B, T, extras)``.
+
+        ``begins()`` is called before each of the :data:`steps.STEPS`.
+        """
         conditions = self.conditions(self.emphasized(features), self.exaggerated(style))
         given, mask = self.numbers(seeds[..., :-1]), seeds[..., -1:]
         noise = self.config.flow_noise * noise
@@ -149,7 +152,8 @@ class FlowGenerator(Encoders):
             begins()
             return self.velocity(x, mask, conditions, x.new_full((1,), time)) * (1 - mask)
 
-        return self.directions(solve(velocity, noise + mask * (given - noise)))
+        made = solve(velocity, noise + mask * (given - noise))
+        return self.directions(made), (made * self.scale + self.centre)[..., POSE:]
 
     def _affect(self, seeds: torch.Tensor) -> torch.Tensor:
         # Nothing beyond the encoder's reach of the last given frame is felt by one, so nothing there is computed.

@@ -55,6 +55,11 @@ class Hands:
         pairs = ((getattr(self, one.name), getattr(other, one.name)) for one in fields(self))
         return Hands.of(*(mine + share * (theirs - mine) for mine, theirs in pairs))
 
+    def carried(self, arms: np.ndarray, others: np.ndarray) -> "Hands":
+        """The same hands where arms ``(frames, 9, 3)`` are moved to ``others``: turned as forearms turn on the shortest way."""
+        before, after = (skeleton.normalize(part[:, FOREARMS].astype(float)) for part in (arms, others))
+        return Hands.of(turned(self.knuckles, before, after), turned(self.palms, before, after), self.shape)
+
     def calmed(self, directions: np.ndarray, strength: float) -> "Hands | None":
         """With 1 as it is, nearer 0 straight wrists and hands at ease, on the same arms ``(frames, 9, 3)``; None with 0."""
         if strength >= 1:
@@ -76,3 +81,11 @@ class Hands:
             if values.shape != (frames, 2, width) or not np.isfinite(values).all():
                 raise ValueError(f"hands of shape {values.shape}, not {(frames, 2, width)}")
         return cls(*found)
+
+
+def turned(vectors: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Vectors ``(..., 3)`` turned as the shortest way turns unit vectors ``before`` to ``after``."""
+    both = before + after
+    half = np.maximum(1 + np.sum(before * after, -1, keepdims=True), 1e-3)  # opposite ones have no shortest way
+    along = np.sum(before * vectors, -1, keepdims=True)
+    return vectors - np.sum(both * vectors, -1, keepdims=True) / half * both + 2 * along * after

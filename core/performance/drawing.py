@@ -13,7 +13,8 @@ import numpy as np
 from ..errors import Cancelled
 from ..model.steps import STEPS
 from ..model.timing import IN_STEP
-from ..motion import skeleton
+from ..motion import hand_numbers, skeleton
+from . import living
 from .casting import Performers
 from .noise import noise
 
@@ -31,8 +32,9 @@ def draw(
     cancelled: Callable[[], bool] = lambda: False,
     tile: int = TILE,
     lively: np.ndarray | None = None,
-) -> np.ndarray:
-    """Directions ``(takes, frames, 9, 3)`` float32 of all takes of the performers of a request each.
+) -> tuple[np.ndarray, np.ndarray]:
+    """Directions ``(takes, frames, 9, 3)`` float32 of all takes of the performers of a request each, and what else their
+    frames have ``(takes, frames, extras)``.
 
     ``network`` is a :class:`light.network.LightNetwork` or answers as one.
     ``inputs`` are as for :func:`windows.generate`; ``asked`` ``(frames, 7)`` are the strokes that each of the performers is
@@ -52,7 +54,8 @@ def draw(
 
     made = [plan.draw(inputs, begins) for plan in plans]
     progress(1.0)
-    return np.concatenate(made)
+    directions, extras = (np.concatenate(part) for part in zip(*made, strict=True))
+    return directions, extras
 
 
 class _Plan:
@@ -61,16 +64,17 @@ class _Plan:
     def __init__(self, network, performers: Performers, asked: np.ndarray | None, frames: int, tile: int, lively):
         self.network, self.performers, self.asked, self.frames = network, performers, asked, frames
         self.mask, self.poses = performers.given(frames).whole(frames)
+        self.extras = _extras(network.usual, self.mask, self.poses)
         self.styles = performers.on_the_way(frames if performers.walks else 1)
         first = performers.style[0]  # of a walk the first one's: a change on the way must not be seen
         self.who = first if isinstance(first, dict) else None
         self.lively = np.ones(frames, np.float32) if lively is None else np.asarray(lively, np.float32)
         self.tiles = list(_tiles(network, np.flatnonzero(~self.mask), tile))
 
-    def draw(self, inputs, begins: Callable[[], None]) -> np.ndarray:
-        """``(takes, frames, 9, 3)``; ``begins()`` is called before each step."""
+    def draw(self, inputs, begins: Callable[[], None]) -> tuple[np.ndarray, np.ndarray]:
+        """``(takes, frames, 9, 3)`` and ``(takes, frames, extras)``; ``begins()`` is called before each step."""
         network, performers = self.network, self.performers
-        made = np.repeat(self.poses[None], len(performers.latents), 0)
+        made, extras = (np.repeat(part[None], len(performers.latents), 0) for part in (self.poses, self.extras))
         for start, stop, low, high in self.tiles:
             seeds = self._seeds(low, high)
             mfcc, words, prosody = _heard(inputs, low, high)
@@ -80,21 +84,31 @@ class _Plan:
                 drawn = noise(performers.request.seed, identity, low, high, network.noise_size, self.who)
                 drawn = drawn * _cut(self.lively, low, high)[:, None]
                 made_here = network.draw(heard, self._style(row, low, high), seeds, drawn, begins)
-                made[row, start:stop] = made_here[start - low : stop - low]
-        made[:, self.mask] = self.poses[self.mask]
-        return made
+                for whole, part in zip((made, extras), made_here, strict=True):
+                    whole[row, start:stop] = part[start - low : stop - low]
+        made[:, self.mask], extras[:, self.mask] = self.poses[self.mask], self.extras[self.mask]
+        return made, extras
 
     def _seeds(self, low: int, high: int) -> np.ndarray:
         """Given poses as the network takes them, ``(high - low, noise_size + 1)``; the last channel says where they are."""
         given = np.zeros((high - low, self.network.noise_size + 1), np.float32)
-        frames = np.flatnonzero(self.mask[low:high])
-        given[frames, : skeleton.MEAN.size] = (self.poses[low + frames] - skeleton.MEAN).reshape(-1, skeleton.MEAN.size)
+        frames, size = np.flatnonzero(self.mask[low:high]), skeleton.MEAN.size
+        given[frames, :size] = (self.poses[low + frames] - skeleton.MEAN).reshape(-1, size)
+        given[frames, size:-1] = self.extras[low + frames]
         given[frames, -1] = 1
         return given
 
     def _style(self, row: int, low: int, high: int) -> np.ndarray:
         style = self.styles[row]
         return _cut(style, low, high) if style.ndim == 2 else style
+
+
+def _extras(usual: np.ndarray, mask: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """What given frames have beside their poses ``(frames, extras)``: hands as they hang on such arms."""
+    extras = np.tile(usual.astype(np.float32), (len(poses), 1))
+    if len(usual) == hand_numbers.SIZE:
+        extras[mask] = hand_numbers.numbers(living.hanging(poses[mask]), poses[mask])
+    return extras
 
 
 def _tiles(network, free: np.ndarray, tile: int) -> Iterator[tuple[int, int, int, int]]:

@@ -3,10 +3,8 @@
 import hashlib
 import json
 
-import numpy as np
-
 from ..meaning import choosing, showing
-from ..motion import limits, rest, skeleton
+from ..motion import hand_numbers, limits, rest, skeleton
 from ..motion.hands import Hands
 from ..motion.motion import Motion
 from ..words import hints
@@ -14,25 +12,26 @@ from . import living
 from .casting import Performers
 from .hearing import Heard
 from .keeping import keep, wished
+from .performing import Made
 from .request import Request
 
 VERSION = 1  # of the provenance written into every motion
 
 
-def finish(checkpoint, request: Request, heard: Heard, performers: Performers, made: np.ndarray) -> list[Motion]:
-    """Motions of the directions ``(takes, frames, 9, 3)`` that were made for a request."""
+def finish(checkpoint, request: Request, heard: Heard, performers: Performers, made: Made) -> list[Motion]:
+    """Motions of what was made for a request."""
     meta = _meta(checkpoint, request, heard, performers)
     pose, kept = performers.rest(heard.frames), wished(request, heard.frames)
     motions = []
-    for (take, near), directions in zip(request.identities, made, strict=True):
+    for (take, near), drawn, extras in zip(request.identities, *made, strict=True):
         about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
-        directions = rest.restore(rest.soften(directions), checkpoint.gain, pose)
+        directions = rest.restore(rest.soften(drawn), checkpoint.gain, pose)
         shown = _meant(checkpoint, request, heard, performers, take)
         plain, directions = directions, showing.show(directions, shown)
         directions = hints.perform(directions, heard.wishes, pose)
         directions = rest.rest(directions, heard.activity, request.seed + take, pose, at_rest=request.pose is None)
         directions = keep(limits.keep_human(rest.scale(directions, request.intensity, pose)), kept)
-        hands = _hands(request, performers, take, directions)
+        hands = _hands(request, performers, take, drawn, extras, directions)
         hands = hands and showing.hands(hands, plain, shown)
         motion = Motion(directions, skeleton.FPS, heard.words, about, hands)
         motions.append(motion.mirrored() if request.mirror else motion)
@@ -47,13 +46,17 @@ def _meant(checkpoint, request: Request, heard: Heard, performers: Performers, t
     return choosing.choose(heard.shows, heard.words, heard.wishes.gestures, readiness, (request.seed, take))
 
 
-def _hands(request: Request, performers: Performers, take: int, directions: np.ndarray) -> Hands | None:
-    """What the hands do on these arms, as much of it as is asked for."""
+def _hands(request: Request, performers: Performers, take: int, drawn, extras, directions) -> Hands | None:
+    """What the hands do on the finished arms, as much as is asked for: as they were drawn, else as such arms have them."""
     if not request.hands:
         return None
-    style = performers.style[0]
-    name = max(style, key=style.get) if isinstance(style, dict) else style
-    return living.hands(directions, name, request.seed + take).calmed(directions, request.hands)
+    if extras.shape[1] == hand_numbers.SIZE:
+        hands = hand_numbers.hands(extras, drawn).carried(drawn, directions)
+    else:
+        style = performers.style[0]
+        name = max(style, key=style.get) if isinstance(style, dict) else style
+        hands = living.hands(directions, name, request.seed + take)
+    return hands.calmed(directions, request.hands)
 
 
 def _meta(checkpoint, request: Request, heard: Heard, performers: Performers) -> dict:

@@ -50,6 +50,17 @@ def hands(directions: np.ndarray, style: str, seed: int = 0, fps: float = skelet
     return Hands.of(*(np.stack(part, 1) for part in zip(*found, strict=True)))
 
 
+def hanging(directions: np.ndarray) -> Hands:
+    """Hands at ease as they hang on arms ``(frames, 9, 3)`` that do not move."""
+    found = []
+    for arm, mirror in zip(skeleton.ARMS, (np.ones(3), _MIRROR), strict=True):
+        upper, fore = np.moveaxis(directions[:, arm] * mirror, 1, 0)
+        seen = features(upper, fore)
+        found.append(((fore + seen @ _learnt()["knuckles"]) * mirror, seen @ _learnt()["palms"] * mirror))
+    knuckles, palms = (np.stack(part, 1) for part in zip(*found, strict=True))
+    return Hands.of(knuckles, palms, np.broadcast_to(handshape.RELAXED, (len(directions), 2, len(handshape.RELAXED))))
+
+
 def at_ease(style: str) -> np.ndarray:
     """The handshape ``(12,)`` in which a performer's hands rest: some have them more closed than others."""
     rng = np.random.default_rng((zlib.crc32(style.encode()), 0xEA5E))

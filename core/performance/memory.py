@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
-
 
 class Memory:
     """The last recording as it was heard, and the last performance of it."""
@@ -15,11 +13,11 @@ class Memory:
         """What was heard of this recording (:func:`signature`), if it was the last one."""
         return self._heard[1] if self._heard[0] == recording else None
 
-    def made(self, performers: tuple) -> np.ndarray | None:
+    def made(self, performers: tuple):
         """What these performers made, if they were the last ones."""
         return self._made[1] if self._made[0] == performers else None
 
-    def keep(self, recording: tuple, heard, performers: tuple, made: np.ndarray) -> None:
+    def keep(self, recording: tuple, heard, performers: tuple, made) -> None:
         """Remember a recording and a performance instead of the former ones."""
         self._heard, self._made = (recording, heard), (performers, made)
 

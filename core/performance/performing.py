@@ -1,10 +1,11 @@
 """What every kind of network is asked in one way: to perform what was heard, all frames of all takes."""
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from ..motion import skeleton
+from ..motion import hand_numbers, skeleton
 from ..smoothing import gaussian
 from . import asking, drawing, stillness
 from .casting import Performers
@@ -14,26 +15,49 @@ _CALM, _BRIEF = 0.3, 0.2
 """By how much chance is less in silence, and the seconds over which that comes and goes."""
 
 
+class Made(NamedTuple):
+    """``directions`` ``(takes, frames, 9, 3)`` and what else a frame has, ``extras`` ``(takes, frames, n)``, both float32."""
+
+    directions: np.ndarray
+    extras: np.ndarray
+
+    def split(self, counts: Sequence[int]) -> list["Made"]:
+        """The first so many takes, the next so many, and so on."""
+        parts = (np.split(part, np.cumsum(counts)[:-1]) for part in self)
+        return [Made(*pair) for pair in zip(*parts, strict=True)]
+
+
 def perform(
     checkpoint,
     heard: Heard,
     cast: Sequence[Performers],
     progress: Callable[[float], None] = lambda value: None,
     cancelled: Callable[[], bool] = lambda: False,
-) -> np.ndarray:
-    """Directions ``(takes, frames, 9, 3)`` float32 of all takes of all performers, those of a request after those before it."""
+) -> Made:
+    """All takes of all performers, those of a request after those before it."""
     told = progress, cancelled
     if not checkpoint.draws:
         from . import windows
 
         generator = checkpoint.network.generator
         latents, seeds = _latents(heard, cast), np.concatenate([one.seeds for one in cast])
-        return windows.generate(generator, heard.features.slice, latents, seeds, heard.frames, checkpoint.window[0], *told)
+        made = windows.generate(generator, heard.features.slice, latents, seeds, heard.frames, checkpoint.window[0], *told)
+        return Made(made, np.zeros((*made.shape[:2], 0), np.float32))
     wishes = heard.wishes, heard.words, checkpoint.meanings, heard.frames
     asked = [asking.channels(*wishes, one.request.hand) for one in cast]
     lively = _lively(heard.activity)
-    drawn = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, lively=lively)
-    return np.stack([stillness.settle(motion) for motion in drawn])
+    drawn, extras = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, lively=lively)
+    settled, extras = zip(*map(_settled, drawn, extras), strict=True)
+    return Made(np.stack(settled), np.stack(extras))
+
+
+def _settled(directions: np.ndarray, extras: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A take whose waiting arms are still, and its hands on them."""
+    settled = stillness.settle(directions)
+    if extras.shape[1] == hand_numbers.SIZE:
+        hands = hand_numbers.hands(extras, directions).carried(directions, settled)
+        extras = hand_numbers.numbers(hands, settled)
+    return settled, extras
 
 
 def _lively(activity: np.ndarray) -> np.ndarray:

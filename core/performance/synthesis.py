@@ -124,17 +124,17 @@ class Session:
 
     def _made(
         self, heard, cast: list[casting.Performers], recording: tuple, memory: Memory, stages: Stages
-    ) -> list[np.ndarray]:
-        """Directions ``(takes, frames, 9, 3)`` for each of the performers, all made in one batch or remembered."""
+    ) -> list[performing.Made]:
+        """What each of the performers makes, all of it made in one batch or remembered."""
         performers = recording, *performing.known_by(self.checkpoint, heard, cast)
         made = memory.made(performers)
         if made is None:
             told = stages.within("generate"), stages.cancelled
             made = stages.run("generate", lambda: performing.perform(self.checkpoint, heard, cast, *told))
         memory.keep(recording, heard, performers, made)
-        return np.split(made, np.cumsum([len(one.latents) for one in cast])[:-1])
+        return made.split([len(one.latents) for one in cast])
 
-    def _result(self, request: Request, performers: casting.Performers, made: np.ndarray, heard, stages: Stages) -> Result:
+    def _result(self, request: Request, performers: casting.Performers, made: performing.Made, heard, stages: Stages) -> Result:
         motions = stages.run("finish", lambda: finishing.finish(self.checkpoint, request, heard, performers, made))
         warnings = heard.warnings + _other_weights(self.checkpoint, request)
         return Result(motions, heard.words, warnings, dict(stages.seconds), performers.latents)

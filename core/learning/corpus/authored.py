@@ -7,6 +7,9 @@ them like any other clip.
 import numpy as np
 
 from ...motion import rest, skeleton
+from ...motion.curves import ramp
+from ...motion.hands import Hands
+from ...performance import living
 from .clips import Clip
 from .curves import smooth
 
@@ -33,6 +36,11 @@ _UNEVEN = {
     ("count", "Step"): (((-0.26, 0.9, 0.35), (0.45, 0.05, 0.89)), ((0.36, 0.84, 0.4), (0.1, -0.2, 0.97))),
     ("count", "StepHigh"): (((-0.22, 0.92, 0.32), (0.5, 0.1, 0.86)), ((0.4, 0.72, 0.56), (0.05, -0.5, 0.86))),
 }
+_PALMS = {"unknown": (-0.2, -1.0, 0.15), "small": (1.0, 0.1, 0.1), "big": (0.95, 0.05, 0.3), "however": (0.1, -0.95, 0.25),
+          "count": (0.75, -0.4, -0.5)}  # fmt: skip
+"""Where the left palm looks at the emphasis of each meaning."""
+_OPEN = np.array([6, 10, 8, 14, 10, 16, 12, 20, 38, 12, 14, 12.0])
+"""The handshape of all of them."""
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 
 
@@ -40,11 +48,11 @@ def clips() -> list[tuple[str, str, Clip]]:
     """``(meaning, label, clip)`` of every authored gesture."""
     result = []
     for (meaning, label), (ready, emphasis) in _EVEN.items():
-        result.append((meaning, label, _clip(label, _both(ready), _both(emphasis))))
+        result.append((meaning, label, _clip(label, meaning, _both(ready), _both(emphasis))))
     for (meaning, label), (left, right) in _UNEVEN.items():
         emphasis = skeleton.normalize(np.array([*left, *right]))
         before = rest.slerp(emphasis, _both(((-0.25, 0.93, 0.27), (0.2, 0.35, 0.92))), 0.55)
-        result.append((meaning, label, _clip(label, before, emphasis)))
+        result.append((meaning, label, _clip(label, meaning, before, emphasis)))
     return result
 
 
@@ -53,7 +61,7 @@ def _both(arm: tuple) -> np.ndarray:
     return skeleton.normalize(np.concatenate([left, left * _MIRROR]))
 
 
-def _clip(label: str, ready: np.ndarray, emphasis: np.ndarray) -> Clip:
+def _clip(label: str, meaning: str, ready: np.ndarray, emphasis: np.ndarray) -> Clip:
     """A clip whose arms hang, pass through ``ready`` to ``emphasis`` (both ``(4, 3)``), sink a little while held, and hang."""
     from scipy.interpolate import PchipInterpolator
 
@@ -66,4 +74,14 @@ def _clip(label: str, ready: np.ndarray, emphasis: np.ndarray) -> Clip:
     directions = np.tile(rest.REST.astype(float), (len(frames), 1, 1))
     directions[:, arms] = smooth(PchipInterpolator(times, keys)(frames), 0.05, FPS)
     directions = skeleton.normalize(directions).astype(np.float32)
-    return Clip(f"{FAMILY}/{label}", FPS, directions, _ONSET, _READY, _EMPHASIS, _END, _RELAX, _REST, (1.0, 1.0))
+    phases = _ONSET, _READY, _EMPHASIS, _END, _RELAX, _REST
+    return Clip(f"{FAMILY}/{label}", FPS, directions, *phases, (1.0, 1.0), _hands(meaning, directions))
+
+
+def _hands(meaning: str, directions: np.ndarray) -> Hands:
+    """Hands that open and turn their palms to what is meant on the way to the emphasis."""
+    time, hands = np.arange(len(directions)) / FPS, living.hanging(directions)
+    share = ramp(time, _ONSET, _EMPHASIS) * (1 - ramp(time, _RELAX, _REST))
+    palm = skeleton.normalize(np.array(_PALMS[meaning]))
+    palms = np.stack([rest.slerp(hands.palms[:, side], palm * way, share) for side, way in enumerate((1.0, _MIRROR))], 1)
+    return Hands.of(hands.knuckles, palms, hands.shape + share[:, None, None] * (_OPEN - hands.shape))

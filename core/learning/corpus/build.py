@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ...motion import skeleton
+from ...motion import hand_numbers, skeleton
+from ...motion.hands import Hands
 from ...styles import CONTROLS
 from ...vectors.table import WordVectors
-from . import heard, idling, library, performance, planning, speakers, speech, speech_cache
+from . import handwork, heard, idling, library, performance, planning, speakers, speech, speech_cache
 from .lexicon import Lexicon
 from .repertoire import Repertoire
 from .scene import Scene
@@ -33,12 +34,14 @@ class Task:
 
 @dataclass(frozen=True)
 class Performance:
-    """One performer's motion for a talk: ``directions`` ``(frames, 9, 3)`` at 15 fps, ``controls`` ``(5,)``, ``strokes``
-    ``(k, 7)`` as :func:`records`, ``active`` share of frames within a gesture."""
+    """One performer's motion for a talk: ``directions`` ``(frames, 9, 3)`` at 15 fps, ``hands`` as numbers
+    (:mod:`hand_numbers`), ``controls`` ``(5,)``, ``strokes`` ``(k, 7)`` as :func:`records`, ``active`` share of frames within
+    a gesture."""
 
     speaker: int
     controls: np.ndarray
     directions: np.ndarray
+    hands: np.ndarray
     strokes: np.ndarray
     active: float
 
@@ -143,8 +146,8 @@ def _talk(index: int) -> Talk | None:
     )
 
 
-def direct(material: str, scene: Scene, number: int, take: int, seed: int) -> tuple[np.ndarray, list[planning.Stroke]]:
-    """Take ``take`` of performer ``number`` in a scene, as its controls ask: directions ``(frames, 9, 3)`` and strokes.
+def direct(material: str, scene: Scene, number: int, take: int, seed: int) -> tuple[np.ndarray, Hands, list[planning.Stroke]]:
+    """Take ``take`` of performer ``number`` in a scene, as its controls ask: directions ``(frames, 9, 3)``, hands, strokes.
 
     All chance follows from ``seed``, the talk, the performer and the take.
     """
@@ -157,14 +160,16 @@ def direct(material: str, scene: Scene, number: int, take: int, seed: int) -> tu
     idle = int(random.integers(2**31))
     texture = _idling(material).texture(len(time), idle, trunk, head, 0.35 + 0.25 * performer.sway, scene.speaking(time))
     ease = performance.resting_pose(performer)
-    return performance.perform(performer, strokes, scene, ease, texture, random), strokes
+    body = performance.perform(performer, strokes, scene, ease, texture, random)
+    return body, handwork.perform(performer, strokes, scene, body, int(random.integers(2**31))), strokes
 
 
 def _performance(scene: Scene, number: int, take: int) -> Performance:
     controls = draw_controls(scene.speech.index, number, _task.seed)
     scene = Scene(scene.speech, scene.prosody, controls)
-    directions, strokes = direct(_task.material, scene, number, take, _task.seed)
-    return Performance(number, controls, directions, records(strokes), _active(strokes, scene.speech.duration))
+    directions, hands, strokes = direct(_task.material, scene, number, take, _task.seed)
+    numbers = hand_numbers.numbers(hands, directions)
+    return Performance(number, controls, directions, numbers, records(strokes), _active(strokes, scene.speech.duration))
 
 
 def records(strokes: list[planning.Stroke]) -> np.ndarray:

@@ -10,8 +10,9 @@ from os import PathLike
 import numpy as np
 
 from ...motion import skeleton
+from ...motion.hands import Hands
 from ...motion.motion import cubic
-from . import rotation, skm
+from . import extremities, rotation, skm
 
 _MARKED = 0.3  # of the hands' way: where they have gone less far, the emphasis mark is a leftover
 
@@ -27,6 +28,7 @@ class Roles:
     head: str
     left: tuple[str, str, str, str]
     right: tuple[str, str, str, str]
+    fingers: extremities.Names | None = None
 
     def all(self) -> set[str]:
         """Every name."""
@@ -36,12 +38,12 @@ class Roles:
 SMARTBODY = Roles(
     "JtRoot", "JtSpineB", "JtSpineC", "JtNeckA", "JtSkullA",
     ("JtClavicleLf", "JtShoulderLf", "JtElbowLf", "JtWristLf"),
-    ("JtClavicleRt", "JtShoulderRt", "JtElbowRt", "JtWristRt"),
+    ("JtClavicleRt", "JtShoulderRt", "JtElbowRt", "JtWristRt"), extremities.SMARTBODY,
 )  # fmt: skip
 PERCEPTION_NEURON = Roles(
     "Hips", "Spine1", "Spine3", "Neck", "Head",
     ("LeftShoulder", "LeftArm", "LeftForeArm", "LeftHand"),
-    ("RightShoulder", "RightArm", "RightForeArm", "RightHand"),
+    ("RightShoulder", "RightArm", "RightForeArm", "RightHand"), extremities.PERCEPTION_NEURON,
 )  # fmt: skip
 
 
@@ -52,7 +54,8 @@ class Clip:
     ``onset``: the hands leave rest; ``ready``: they are half-way up and a stroke may begin from there; ``emphasis``: the
     stroke lands; ``end`` of the stroke; ``relax``: they begin to sink; ``rest``: they are down. The emphasis and the end
     are the file's own marks, the others are measured, because a good many of the marks lie where nothing moves.
-    ``hands`` says how much the left and right arm take part, 0 to 1.
+    ``hands`` says how much the left and right arm take part, 0 to 1; ``fingers`` what palms and fingers do in each frame, if
+    that is known, and ``thumbs`` whether those are as people's.
     """
 
     name: str
@@ -65,6 +68,8 @@ class Clip:
     relax: float
     rest: float
     hands: tuple[float, float]
+    fingers: Hands | None = None
+    thumbs: bool = True
 
     @property
     def duration(self) -> float:
@@ -77,7 +82,9 @@ class Clip:
 
     def mirrored(self) -> "Clip":
         """The same gesture by the other hand."""
-        return replace(self, name=self.name + "~", directions=skeleton.mirror(self.directions), hands=self.hands[::-1])
+        fingers = self.fingers and self.fingers.mirrored()
+        mirrored = skeleton.mirror(self.directions)
+        return replace(self, name=self.name + "~", directions=mirrored, hands=self.hands[::-1], fingers=fingers)
 
 
 def to_directions(joints: list[skm.Joint], recording: skm.Recording | None, roles: Roles) -> np.ndarray:
@@ -101,9 +108,10 @@ def to_directions(joints: list[skm.Joint], recording: skm.Recording | None, role
     return skeleton.normalize(skeleton.y_up_to_canonical(result)).astype(np.float32)
 
 
-def straight(joints: list[skm.Joint], recording: skm.Recording | None, roles: Roles) -> np.ndarray:
-    """Turns ``(frames, 4)`` from the world of a recording to the frame of :func:`to_directions`, still y up."""
-    return _straight(*skm.forward(joints, recording, roles.all()), roles)
+def to_hands(joints: list[skm.Joint], recording: skm.Recording | None, roles: Roles) -> Hands:
+    """What palms and fingers of a recording do, in the frame of :func:`to_directions`."""
+    straight = _straight(*skm.forward(joints, recording, roles.all()), roles)
+    return extremities.read(joints, recording, roles.fingers, straight)
 
 
 def _straight(positions: dict, rotations: dict, roles: Roles) -> np.ndarray:
@@ -121,7 +129,8 @@ def load(path: str | PathLike, joints: list[skm.Joint], roles: Roles, name: str)
     directions = to_directions(joints, recording, roles)
     fps = (len(recording.times) - 1) / (recording.times[-1] - recording.times[0])
     marks = {phase: recording.phases[phase] - recording.times[0] for phase in ("emphasis", "stroke")}
-    return Clip(name, float(fps), directions, *_phases(directions, fps, **marks), hands=_participation(directions))
+    phases, fingers = _phases(directions, fps, **marks), to_hands(joints, recording, roles)
+    return Clip(name, float(fps), directions, *phases, _participation(directions), fingers, roles.fingers.thumbs)
 
 
 def _phases(directions: np.ndarray, fps: float, emphasis: float, stroke: float) -> tuple[float, ...]:

@@ -19,6 +19,8 @@ class Names:
     sides: tuple[str, str]
     fingers: tuple[str, str, str, str, str]
     joints: tuple[str, ...]
+    thumbs: bool = True
+    """Whether thumbs are as people's."""
 
     def wrist_of(self, side: int) -> str:
         """The wrist's joint, 0 left and 1 right."""
@@ -39,8 +41,9 @@ SMARTBODY = Names(
     "JtWrist{side}", "Jt{finger}{joint}{side}", ("Lf", "Rt"), ("Index", "Middle", "Ring", "Little", "Thumb"), (*"ABC",)
 )
 PERCEPTION_NEURON = Names(
-    "{side}Hand", "{side}Hand{finger}{joint}", ("Left", "Right"), ("Index", "Middle", "Ring", "Pinky", "Thumb"), (*"123",)
-)
+    "{side}Hand", "{side}Hand{finger}{joint}", ("Left", "Right"), ("Index", "Middle", "Ring", "Pinky", "Thumb"), (*"123",),
+    thumbs=False,
+)  # fmt: skip
 
 
 def read(joints: Sequence[skm.Joint], recording: skm.Recording | None, names: Names, straight: np.ndarray) -> Hands:

@@ -15,7 +15,7 @@ from ...files import whole_file
 from ...motion import handshape, skeleton
 from ...motion.hands import Hands
 from ...performance.living import features
-from . import clips, extremities, library, skm
+from . import clips, library, skm
 
 _SHAPES = 7
 _STEADY = 3.0
@@ -28,28 +28,25 @@ _OPEN = (-12.0, 45.0), (0.0, 80.0)
 """Degrees of bases and rests of fingers in hands that mean nothing by their shape: no fists, no pointing."""
 
 
-def captured(material: str | PathLike) -> Iterable[tuple[clips.Clip, Hands, bool]]:
-    """All co-speech clips with their hands, and whether thumbs are as people's."""
+def captured(material: str | PathLike) -> Iterable[clips.Clip]:
+    """All co-speech clips, those with folded arms and hands on hips, too."""
     for family, (skeleton_file, roles) in library.SETS.items():
         folder = Path(material) / "smartbody" / family
         joints = skm.load_skeleton(folder / "skeletons" / skeleton_file)
-        thumbs = roles is clips.SMARTBODY
-        names = extremities.SMARTBODY if thumbs else extremities.PERCEPTION_NEURON
         for path in sorted((folder / "motions").glob("*.skm")):
             if library.parse_name(path.stem) is None:
                 continue
             try:
-                clip = clips.load(path, joints, roles, path.stem)
+                yield clips.load(path, joints, roles, path.stem)
             except ValueError:
                 continue
-            recording = skm.load_recording(path)
-            yield clip, extremities.read(joints, recording, names, clips.straight(joints, recording, roles)), thumbs
 
 
-def learn(found: Iterable[tuple[clips.Clip, Hands, bool]]) -> dict[str, np.ndarray]:
+def learn(found: Iterable[clips.Clip]) -> dict[str, np.ndarray]:
     """``palms`` and ``knuckles`` ``(16, 3)`` by least squares of a left arm, ``shapes`` ``(n, 12)`` as strokes have them."""
     seen, palms, bends, shapes = [], [], [], []
-    for clip, hands, thumbs in found:
+    for clip in found:
+        hands = clip.fingers
         few = slice(None, None, max(1, round(_EVERY * clip.fps)))
         at = round(clip.emphasis * clip.fps)
         for side, (upper, fore) in enumerate(skeleton.ARMS):
@@ -58,7 +55,7 @@ def learn(found: Iterable[tuple[clips.Clip, Hands, bool]]) -> dict[str, np.ndarr
             seen.append(features(arm[:, upper], arm[:, fore]))
             palms.append(hands.palms[few, side] * mirror)
             bends.append(hands.knuckles[few, side] * mirror - arm[:, fore])
-            if thumbs and clip.hands[side] > _FAR and _means_nothing(hands.shape[at, side]):
+            if clip.thumbs and clip.hands[side] > _FAR and _means_nothing(hands.shape[at, side]):
                 shapes.append(hands.shape[at, side])
     seen = np.concatenate(seen)
     normal = seen.T @ seen + _STEADY * np.eye(seen.shape[1])
@@ -66,16 +63,17 @@ def learn(found: Iterable[tuple[clips.Clip, Hands, bool]]) -> dict[str, np.ndarr
     return dict(zip(("palms", "knuckles", "shapes"), (*solved, _typical(np.array(shapes, float))), strict=True))
 
 
-def errors(found: Iterable[tuple[clips.Clip, Hands, bool]], learnt: dict[str, np.ndarray]) -> tuple[float, float]:
+def errors(found: Iterable[clips.Clip], learnt: dict[str, np.ndarray]) -> tuple[float, float]:
     """Median degrees that palms and knuckles of clips lie from what was learnt."""
     off = [], []
-    for clip, hands, _ in found:
+    for clip in found:
         for side, (upper, fore) in enumerate(skeleton.ARMS):
             mirror = np.array([-1.0 if side else 1.0, 1, 1])
             arm = clip.directions.astype(float) * mirror
             seen = features(arm[:, upper], arm[:, fore])
             made = Hands.of(arm[:, fore] + seen @ learnt["knuckles"], seen @ learnt["palms"], np.zeros((len(arm), 12)))
-            for angles, mine, theirs in zip(off, (made.palms, made.knuckles), (hands.palms, hands.knuckles), strict=True):
+            captured = clip.fingers.palms, clip.fingers.knuckles
+            for angles, mine, theirs in zip(off, (made.palms, made.knuckles), captured, strict=True):
                 angles.append(np.degrees(np.arccos(np.clip(np.sum(mine * theirs[:, side] * mirror, -1), -1, 1))))
     return tuple(float(np.median(np.concatenate(angles))) for angles in off)
 

@@ -77,6 +77,7 @@ def _shown(talks: list[Talk]) -> dict[str, np.ndarray]:
     owner = [k for k, talk in enumerate(talks) for _ in talk.performances]
     return {
         "directions": np.concatenate([p.directions for p in performances]).astype(np.float16),
+        "extras": np.concatenate([p.hands for p in performances]).astype(np.float16),
         "starts": _starts(p.directions for p in performances),
         "recording": np.array(owner, np.int64),
         "speaker": np.array([p.speaker for p in performances], np.int64),

@@ -33,7 +33,7 @@ class Teacher:
         for name in names:
             made[name] = []
             for take in range(takes):
-                motion, strokes = build.direct(self.material, scene, self.names.index(name), take, SEED)
+                motion, _, strokes = build.direct(self.material, scene, self.names.index(name), take, SEED)
                 clips = [stroke.gesture.name.rstrip("~") for stroke in strokes]
                 made[name].append((motion, clips))
         return made

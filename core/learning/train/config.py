@@ -22,6 +22,7 @@ class TrainConfig:
     model_settings: dict = field(default_factory=dict)  # changes to that configuration
     minutes: float = 0.0  # stop after so many; 0: after all steps
     resume: bool = False
+    start: str = ""  # a checkpoint to begin with, instead of random weights
     steps: int = 30000
     seed: int = 1
     device: str = "cpu"  # "cpu", "cuda" or "mps"
@@ -60,6 +61,7 @@ class TrainConfig:
     acceleration: float = 1000.0  # 0 in the paper; counters jitter
     wrist: float = 0.0  # 0 in the paper; places and speeds of elbows and wrists, where small angles of the arms add up
     arm_weight: float = 1.0  # factor on upper arms and forearms in the three terms on directions and their motion
+    extra_weight: float = 1.0  # factor on what a flow learns beyond the nine directions
     real_label: float = 0.9  # 1 in the paper; less keeps the discriminator from certainty
 
     log_steps: int = 50

@@ -10,6 +10,7 @@ from torch.nn import functional
 from ...errors import CorpusUnreadable
 from ...model.seeds import kept_input
 from ...model.timing import mfcc_slice, nearest_mfcc
+from ...motion import hand_numbers
 from ...motion.skeleton import FPS, mirror
 from ...styles import CONTROLS
 from .config import TrainConfig
@@ -140,11 +141,14 @@ class Corpus:
         heard = np.minimum(heard, self.mfcc_starts[recording + 1][:, None] - 1)
         performed = (self.starts[talk] + first)[:, None] + np.arange(frames)
         directions, controls = self.directions[performed], self.controls[talk].astype(np.float32)
+        extras = self.extras[performed]
         asked = self.revealing.tell(talk, first, np.ones(spoken.shape) if windows.draws is None else windows.draws)
         words, prosody = self.word_index[spoken].astype(np.int64) % len(self.vectors), self.prosody[spoken]
         if windows.flip is not None and windows.flip.any():
             directions = directions.astype(np.float32)
             directions[windows.flip] = mirror(directions[windows.flip])
+            if extras.shape[-1]:
+                extras[windows.flip] = hand_numbers.mirrored(extras[windows.flip])
             controls[windows.flip, HAND] *= -1
             asked[windows.flip] = mirrored(asked[windows.flip])
         if windows.wordless is not None and windows.wordless.any():
@@ -156,7 +160,7 @@ class Corpus:
             words,
             prosody,
             directions,
-            self.extras[performed],
+            extras,
             self.speaker[talk],
             controls,
             asked,
@@ -201,7 +205,7 @@ class Corpus:
             and len(self.mfcc) == self.mfcc_starts[-1]
             and len(self.word_index) == len(self.prosody) == self.frame_starts[-1]
             and self.prosody.shape == self.prosody_plain.shape
-            and len(self.extras) == len(self.directions)
+            and self.extras.shape in ((len(self.directions), 0), (len(self.directions), hand_numbers.SIZE))
             and -1 <= self.word_index.min() <= self.word_index.max() < len(self.arrays["vectors"])
         ):
             raise ValueError("its arrays do not fit each other")

@@ -25,8 +25,9 @@ class FlowMatching(Trainer):
         centre, scale = spread(self.corpus)
         self.generator.centre.copy_(centre)
         self.generator.scale.copy_(scale)
-        weight = torch.ones(self.generator.noise_size)
-        weight.view(-1)[:27].view(9, 3)[list(ARM_EDGES)] = self.config.arm_weight
+        weight = torch.full((self.generator.noise_size,), self.config.extra_weight)
+        weight[:27] = 1
+        weight[:27].view(9, 3)[list(ARM_EDGES)] = self.config.arm_weight
         self._weight = weight.to(self.fabric.device)
 
     def _optimizer(self) -> torch.optim.Optimizer:

@@ -6,6 +6,7 @@ Recordings (R of them, F pose frames in all) and their performances (P of them, 
   ``vectors`` (W, 300) float16 or -1; ``prosody`` (F, K) float16 with words known and ``prosody_plain`` from sound alone.
 - ``directions`` (N, 9, 3) float16 at 15 fps, ``starts`` (P + 1,), ``recording``, ``speaker`` and ``split`` (P,) int64,
   ``controls`` (P, 5) float32. A performance has exactly the frames of its recording.
+- ``extras`` (N, 36) float16, if hands are known: :mod:`s2ag.core.motion.hand_numbers`. Only a flow learns them.
 
 A corpus may also hold its sound, which some systems of the bench hear as it is: ``wave`` (S,) int16 at 16 kHz with
 ``wave_starts`` (R + 1,) int64; and further arrays for evaluation. ``meta`` needs "format", "fps" and "speakers"; the

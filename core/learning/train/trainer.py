@@ -10,7 +10,7 @@ import torch
 from ...errors import UsageError
 from ...model import network
 from ...model.config import ModelConfig
-from . import state
+from . import starting, state
 from .config import TrainConfig
 from .dataset import Batch, Corpus, Raw, disturb, draw
 from .prefetch import Prefetch
@@ -29,7 +29,10 @@ class Trainer:
         self.model_config = config.model_config(len(corpus.speakers), len(corpus.meanings), corpus.extras.shape[1])
         _check_fit(self.model_config, corpus)
         torch.manual_seed(config.seed)
-        self.generator = network.make(self.model_config).to(fabric.device)
+        self.generator = network.make(self.model_config)
+        if config.start:
+            starting.start(self.generator, config.start)
+        self.generator.to(fabric.device)
         self.optimizers = {"generator": self._optimizer()}
         self.networks = {"generator": self.generator}
         self._begin()

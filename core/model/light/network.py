@@ -85,8 +85,10 @@ class LightNetwork:
         seeds: np.ndarray,
         noise: np.ndarray,
         begins: Callable[[], None] = lambda: None,
-    ) -> np.ndarray:
-        """Unit directions ``(T, 9, 3)`` drawn from ``noise`` ``(T, noise_size)`` in a style ``(size,)`` or ``(T, size)``.
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Unit directions ``(T, 9, 3)`` and extras ``(T, extras)`` drawn from ``noise`` ``(T, noise_size)``.
+
+        ``style`` is ``(size,)`` or ``(T, size)``.
 
         ``begins()`` is called before each of the :data:`STEPS`. ``seeds`` ``(T, noise_size + 1)``: poses less their mean on
         given frames and zeros elsewhere, last channel 1 on given frames.
@@ -104,7 +106,13 @@ class LightNetwork:
 
         made = solve(velocity, noise + mask * (given - noise)) * self._scale + self._centre
         poses = made[:, :_POSE].reshape(-1, len(EDGES), 3) + MEAN.astype(np.float32)
-        return poses / np.maximum(np.sqrt(np.square(poses).sum(axis=-1, keepdims=True)), np.float32(1e-12))
+        lengths = np.sqrt(np.square(poses).sum(axis=-1, keepdims=True))
+        return poses / np.maximum(lengths, np.float32(1e-12)), made[:, _POSE:]
+
+    @property
+    def usual(self) -> np.ndarray:
+        """Extras ``(extras,)`` of a frame of which nothing is known."""
+        return self._centre[_POSE:]
 
     def _given(self, seeds: np.ndarray) -> np.ndarray:
         """Affective features; nothing beyond the encoder's reach of the last given frame is felt, nor computed."""

@@ -24,33 +24,13 @@ from s2ag.core.learning.corpus import (
     variation,
 )
 from s2ag.core.learning.corpus.scene import Scene
-from s2ag.core.learning.corpus.speech import Speech, Word
 from s2ag.core.learning.evaluate import kinematics, variety
 from s2ag.core.learning.train.dataset import Corpus
-from s2ag.core.motion import limits, rest, skeleton
+from s2ag.core.motion import hand_numbers, limits, rest, skeleton
+from small_talks import small_speech
 
 MATERIAL = Path(__file__).parents[3].parent / "shared" / "data"
 needs_material = pytest.mark.skipif(not (MATERIAL / "smartbody").is_dir(), reason="../shared is absent")
-
-
-def small_speech(sentences: int = 3, arousal: float = 0.6) -> Speech:
-    """Bursts of noise for words: every fourth louder and longer, a pause of two seconds between sentences."""
-    random = np.random.default_rng(5)
-    texts = ["the", "table", "of", "mountain", "is", "you", "never", "window", "garden"]
-    words, pieces, at = [], [np.zeros(16000)], 1.0
-    for sentence in range(sentences):
-        for number, text in enumerate(texts):
-            length = 0.42 if number % 4 == 3 else 0.24
-            loud = 0.3 if number % 4 == 3 else 0.1
-            burst = loud * np.hanning(int(length * 16000)) * random.normal(size=int(length * 16000))
-            closing = "." if number == len(texts) - 1 else ""
-            words.append(Word(text, at, at + length, (at + 0.05, at + length - 0.05), 2, sentence, closing))
-            pieces += [burst, np.zeros(800)]
-            at += length + 0.05
-        pieces.append(np.zeros(32000))
-        at += 2.0
-    audio = np.concatenate(pieces).astype(np.float32)
-    return Speech(3, 0, audio, audio, tuple(words), np.tile([0.5, arousal, 0.5], (sentences, 1)), {"kind": "noise"})
 
 
 def small_library() -> list[library.Gesture]:
@@ -284,6 +264,7 @@ def test_the_packed_corpus_is_what_training_reads(tmp_path):
                 k,
                 np.zeros(5, np.float32),
                 np.tile(rest.REST, (frames, 1, 1)),
+                np.full((frames, hand_numbers.SIZE), 0.25, np.float32),
                 np.array([[0.8, 1, 1.2, 2, 1, 0.5, k > 2]], np.float32),
                 0.4,
             )
@@ -297,6 +278,7 @@ def test_the_packed_corpus_is_what_training_reads(tmp_path):
     assert figures["recordings"] == 3 and figures["performances"] == 6 and figures["share of strokes on main accents"] == 1
     corpus = Corpus.load(tmp_path / "corpus")
     arrays = corpus.arrays
+    assert corpus.extras.shape == (246, hand_numbers.SIZE)
     assert arrays["directions"].shape == (246, 9, 3) and arrays["starts"].tolist() == [0, 40, 80, 121, 162, 204, 246]
     assert arrays["frame_starts"].tolist() == [0, 40, 81, 123] and arrays["recording"].tolist() == [0, 0, 1, 1, 2, 2]
     assert arrays["split"].tolist() == [0, 0, 1, 1, 2, 2] and arrays["speaker"].tolist() == [0, 3, 1, 4, 2, 5]

@@ -30,7 +30,7 @@ def test_what_is_learnt_gives_hands_back_that_follow_from_their_arms():
         bends = np.stack([one @ learnt["knuckles"] for one in seen], 1) * [[1, 1, 1], [-1, 1, 1]]
         directions[:, 7:9] = directions[:, 4:6] * [-1, 1, 1]
         hands = manners.Hands(directions[:, [5, 8]] + bends, palms, np.tile(handshape.RELAXED, (400, 2, 1)))
-        found.append((clips.Clip("a", 10.0, directions, 0, 0, 1.0, 0, 0, 0, (1.0, 1.0)), hands, True))
+        found.append(clips.Clip("a", 10.0, directions, 0, 0, 1.0, 0, 0, 0, (1.0, 1.0), hands))
     again = manners.learn(found)
     np.testing.assert_allclose(again["palms"], learnt["palms"], atol=0.05)
     np.testing.assert_allclose(again["knuckles"], learnt["knuckles"], atol=0.05)

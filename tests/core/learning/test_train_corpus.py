@@ -17,7 +17,7 @@ from s2ag.core.learning.train.prefetch import Prefetch  # noqa: E402
 from s2ag.core.learning.train.storage import save_arrays  # noqa: E402
 from s2ag.core.model.seeds import seed_input  # noqa: E402
 from s2ag.core.model.timing import nearest_mfcc  # noqa: E402
-from s2ag.core.motion import skeleton  # noqa: E402
+from s2ag.core.motion import hand_numbers, skeleton  # noqa: E402
 from toy_corpus import META, toy_arrays, write_toy_corpus  # noqa: E402
 
 
@@ -59,6 +59,18 @@ def test_windows_stay_inside_talks_of_their_split():
     assert set(held) == {4} and first.tolist() == [0, 3, 6, 9, 12]
     with pytest.raises(CorpusUnreadable, match="61 frames"):
         corpus.window_starts(TRAIN, 61)
+
+
+def test_hands_are_mirrored_with_their_arms_and_given_with_them():
+    arrays = toy_arrays(talks=2, frames=60)
+    numbers = np.random.default_rng(0).normal(size=(len(arrays["directions"]), hand_numbers.SIZE)).astype(np.float16)
+    corpus = Corpus({**arrays, "extras": numbers}, META)
+    batch = corpus.batch(Windows(np.array([0, 0]), np.array([5, 5]), flip=np.array([False, True])), 48, 10)
+    np.testing.assert_array_equal(batch.extras[0], numbers[5:53].astype(np.float32))
+    np.testing.assert_array_equal(batch.extras[1], hand_numbers.mirrored(numbers[5:53]).astype(np.float16).astype(np.float32))
+    np.testing.assert_array_equal(batch.seeds[:, :10, 27:-1], batch.extras[:, :10])
+    with pytest.raises(ValueError):
+        Corpus({**arrays, "extras": numbers[:, :7]}, META)
 
 
 def test_a_mirrored_window_is_gestured_with_the_other_hand():

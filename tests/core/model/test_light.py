@@ -35,7 +35,7 @@ def drawn(network, frames, walks=False, asked=False, kept=(0,)):
         wishes[:, 0], wishes[:, 6] = frames // 2 < np.arange(frames), np.arange(frames) % (config.meanings + 1)
     heard = network.hear(normal(mfcc_slice(0, frames).stop, config.mfcc_features), words, seeds, prosody, wishes)
     style = normal(frames, config.style_size) if walks else normal(config.style_size)
-    return network.draw(heard, style, seeds, normal(frames, network.noise_size))
+    return network.draw(heard, style, seeds, normal(frames, network.noise_size))[0]
 
 
 def both(path):

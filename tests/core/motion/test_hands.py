@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from bodies import degrees, performance
 from s2ag.core.errors import MotionUnreadable
-from s2ag.core.motion import as_json, handshape
+from s2ag.core.motion import as_json, hand_numbers, handshape
 from s2ag.core.motion.hands import FOREARMS
 from s2ag.core.motion.motion import Motion
 
@@ -104,3 +104,28 @@ def test_calmed_hands_bend_less_and_those_with_nothing_are_none(motion):
     assert motion.hands.calmed(motion.directions, 0) is None and motion.pelvis.calmed(0) is None
     assert motion.hands.calmed(motion.directions, 1) is motion.hands
     np.testing.assert_allclose(motion.pelvis.calmed(0.5).turn, 0.5 * motion.pelvis.turn)
+
+
+def test_numbers_of_a_frame_give_the_hands_back(motion):
+    numbers = hand_numbers.numbers(motion.hands, motion.directions)
+    assert numbers.shape == (len(motion.directions), hand_numbers.SIZE)
+    again = hand_numbers.hands(numbers, motion.directions)
+    for name, values in again.arrays().items():
+        np.testing.assert_allclose(values, motion.hands.arrays()[name], rtol=0, atol=1e-5 * max(1, np.abs(values).max()))
+
+
+def test_numbers_of_the_mirror_image_are_those_mirrored(motion):
+    image = motion.mirrored()
+    numbers = hand_numbers.numbers(motion.hands, motion.directions)
+    np.testing.assert_allclose(hand_numbers.mirrored(numbers), hand_numbers.numbers(image.hands, image.directions), atol=1e-6)
+
+
+def test_hands_are_carried_as_their_forearms_turn(motion):
+    others = performance(seed=5)[: len(motion.directions)]
+    carried = motion.hands.carried(motion.directions, others)
+    for edge, side in zip(FOREARMS, (0, 1), strict=True):
+        for part, mine in ((motion.hands.knuckles, carried.knuckles), (motion.hands.palms, carried.palms)):
+            before = degrees(part[:, side], motion.directions[:, edge])
+            np.testing.assert_allclose(degrees(mine[:, side], others[:, edge]), before, atol=0.1)
+    same = motion.hands.carried(motion.directions, motion.directions)
+    np.testing.assert_allclose(same.palms, motion.hands.palms, atol=1e-5)

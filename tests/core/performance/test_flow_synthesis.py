@@ -9,12 +9,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from bodies import degrees
 from rounding import bound
 from s2ag.core import styles
 from s2ag.core.errors import Cancelled, UsageError
-from s2ag.core.motion import limits, rest, skeleton
+from s2ag.core.motion import hand_numbers, limits, rest, skeleton
 from s2ag.core.motion.motion import Motion
-from s2ag.core.performance import asking, casting, drawing, performing, sampling
+from s2ag.core.performance import asking, casting, drawing, living, performing, sampling
 from s2ag.core.performance.noise import noise
 from s2ag.core.performance.request import Request
 from s2ag.core.performance.synthesis import Session
@@ -97,8 +98,8 @@ def test_tiles_join_without_seams(session, voice, longer):
     network = session.checkpoint.network
     cast = [casting.cast(session.checkpoint, Request(voice, takes=2, kept=([700], some_poses(1))))]
     frames = 1500
-    whole = drawing.draw(network, longer, cast, [None], frames)
-    tiled = drawing.draw(network, longer, cast, [None], frames, tile=144)
+    whole = drawing.draw(network, longer, cast, [None], frames)[0]
+    tiled = drawing.draw(network, longer, cast, [None], frames, tile=144)[0]
     np.testing.assert_allclose(tiled, whole, rtol=0, atol=bound(session.checkpoint))
     assert whole.shape == (2, frames, 9, 3) and np.abs(np.linalg.norm(whole, axis=-1) - 1).max() < 1e-5
 
@@ -106,7 +107,8 @@ def test_tiles_join_without_seams(session, voice, longer):
 @pytest.mark.parametrize("frames", [2, 13, 97])
 def test_any_length(session, voice, heard, frames):
     cast = [casting.cast(session.checkpoint, Request(voice))]
-    assert drawing.draw(session.checkpoint.network, heard.features.slice, cast, [None], frames).shape == (1, frames, 9, 3)
+    directions, extras = drawing.draw(session.checkpoint.network, heard.features.slice, cast, [None], frames)
+    assert directions.shape == (1, frames, 9, 3) and extras.shape == (1, frames, session.checkpoint.config.extras)
 
 
 @pytest.mark.parametrize("more", [{}, {"mirror": True}, {"intensity": 1.5}, {"intensity": 0.0}])
@@ -139,9 +141,9 @@ def test_what_is_known_is_not_computed(session, voice, longer, monkeypatch):
     [(start, stop, low, high)] = drawing._tiles(network, gap, drawing.TILE)
     assert (start, stop) == (1500, 1530) and high - low < 30 + 2 * (network.looks + network.hears) + 25
     cast = [casting.cast(session.checkpoint, request)]
-    little = drawing.draw(network, longer, cast, [None], frames)
+    little = drawing.draw(network, longer, cast, [None], frames)[0]
     monkeypatch.setattr(drawing, "_tiles", lambda network, free, tile: [(1500, 1530, 0, 3000)])
-    everything = drawing.draw(network, longer, cast, [None], frames)
+    everything = drawing.draw(network, longer, cast, [None], frames)[0]
     np.testing.assert_allclose(little, everything, rtol=0, atol=bound(session.checkpoint))
 
 
@@ -279,3 +281,37 @@ def test_what_is_said_is_shown_and_meaning_turns_it_down(examples, tmp_path):
     assert apart[1] > 0.7 and results[1].meta["meaning"] == 1.0
     first = slice(0, round(4 * skeleton.FPS))
     np.testing.assert_array_equal(results[0].directions[first], results[1].directions[first])
+
+
+@pytest.fixture(scope="module")
+def handed(tmp_path_factory):
+    """A session with a small network of random weights that draws hands beside the arms."""
+    torch = pytest.importorskip("torch", reason="the engine is not installed")
+    from s2ag.core.model import checkpoint
+    from s2ag.core.model.config import ModelConfig
+    from s2ag.core.model.flow import FlowGenerator
+
+    torch.manual_seed(3)
+    network = FlowGenerator(ModelConfig.flow(speakers=2, flow_size=48, flow_condition=32, extras=hand_numbers.SIZE))
+    for parameter in network.denoiser.parameters():
+        torch.nn.init.normal_(parameter, std=0.1)
+    path = tmp_path_factory.mktemp("handed") / "handed.safetensors"
+    facts = {"speakers": [{"name": name} for name in "ab"], "training": {"settings": {"frames": 64, "seed_frames": 10}}}
+    checkpoint.save(path, network, None, facts)
+    return Session(path)
+
+
+def test_hands_are_drawn_with_the_arms_where_the_network_knows_them(handed, voice):
+    one, other = (handed.synthesize(Request(voice, seed=seed, hands=1.0)).motions[0] for seed in (1, 2))
+    assert degrees(one.hands.palms, other.hands.palms).mean() > 5
+    without = handed.synthesize(Request(voice, seed=1, hands=0.0)).motions[0]
+    np.testing.assert_array_equal(without.directions, one.directions)
+    assert without.hands is None
+
+
+def test_frames_that_are_given_have_hands_as_they_hang_on_such_arms(handed, voice):
+    frames, poses = np.arange(20, 30), np.broadcast_to(rest.REST, (10, 9, 3))
+    motion = handed.synthesize(Request(voice, kept=(frames, poses), hands=1.0)).motions[0]
+    hanging = living.hanging(poses)
+    assert degrees(motion.hands.palms[frames], hanging.palms).max() < 0.1
+    np.testing.assert_allclose(motion.hands.shape[frames], hanging.shape, atol=0.01)
