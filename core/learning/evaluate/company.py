@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...motion import skeleton
-from . import variety
+from . import handwork, variety
 from .measure import Case
 
 MEASURED = {
@@ -21,6 +21,7 @@ MEASURED = {
     "lively talker": {
         "nearest_neighbour": 0.84, "cells": 361, "first_axis": 0.71, "components": 7, "forearm_median": 70, "forearm_p90": 197,
         "upper_arm_median": 38, "upper_arm_p90": 98, "left_right": 0.70, "shoulder_yaw": 8.7,
+        "wrist_speed": 44, "finger_speed": 32,
     },
 }  # fmt: skip
 """Motion of people, measured once on what may not be handed on: 12 minutes of several narrators, 64 s of one talker."""
@@ -92,6 +93,8 @@ def _alone(one: Performance) -> dict[str, float]:
         "follows_voice": variety.follows(motion, one.case.talk.loudness),
         "strokes_a_minute": 60 * len(variety.strokes(motion)) / one.case.duration,
     }
+    if one.case.hands is not None:
+        result |= handwork.speeds(motion, one.case.hands, one.case.rest)
     for name, other in (("seeds", one.seed), ("takes", one.take)):
         if other is not None:
             result[f"{name}_apart"] = variety.arms_apart(motion, other)

@@ -148,6 +148,8 @@ VARIETY = (
     Row("forearm_p90", "forearm speed, 90th percentile", _plain, Goal(), "90th percentile"),
     Row("upper_arm_median", "upper-arm speed, median", _plain, Goal()),
     Row("upper_arm_p90", "upper-arm speed, 90th percentile", _plain, Goal()),
+    Row("wrist_speed", "wrists in gestures, median (degrees/s)", _plain, Goal(15, 45), "wrists"),
+    Row("finger_speed", "fingers in gestures (degrees/s)", _plain, Goal(10, 35), "fingers"),
     Row("seeds_apart", "arms of two seeds apart (degrees)", _plain, Goal(15), "seeds apart (degrees)"),
     Row("seeds_apart_least", "... least", _plain, _HIGHER),
     Row("seeds_places", "strokes of two seeds in the same places", _percent, Goal(high=0.45), "seeds in the same places"),

@@ -1,6 +1,7 @@
 """One checkpoint performs everything that it is judged by."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -92,9 +93,10 @@ class Judge:
             for begin in range(0, len(names), AT_ONCE):
                 group = names[begin : begin + AT_ONCE]
                 wishes = [wish for name in group for wish in (Wish(name, takes=2), Wish(name, seed=1))]
-                motions = self.studio.perform(talk, wishes)
+                motions = self.studio.motions(talk, wishes)
                 for name, (first, take), (other,) in zip(group, motions[::2], motions[1::2], strict=True):
-                    made[name].append(Performance(self.case(talk, name, first), other, take))
+                    case = replace(self.case(talk, name, first.directions), hands=first.hands)
+                    made[name].append(Performance(case, other.directions, take.directions))
         return made
 
     def case(self, talk: Talk, style: str, motion: np.ndarray) -> Case:

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ...motion import skeleton
+from ...motion.hands import Hands
 from . import figures, kinematics, strokes
 from .talks import Talk
 
@@ -18,12 +19,14 @@ LEAST_SHIFT = 2.0
 
 @dataclass(frozen=True)
 class Case:
-    """A talk, somebody's performance ``(frames, 9, 3)`` of it, the pose it rests in, and where its windows join."""
+    """A talk, somebody's performance ``(frames, 9, 3)`` of it, the pose it rests in, where its windows join, and its hands if
+    they are known."""
 
     talk: Talk
     directions: np.ndarray
     rest: np.ndarray
     joins: tuple[int, ...] = ()
+    hands: Hands | None = None
 
     @property
     def duration(self) -> float:

@@ -136,8 +136,8 @@ def _directed_company(corpus: Corpus, material: Path, names: list[str], talks: S
     for number, talk in enumerate(talks):
         progress("direct recordings", number / len(talks))
         for name, (first, second) in teacher.perform(talk, list(made), 2).items():
-            case = Case(talk, first[0], rests.get(name, rest.REST))
-            made[name].append(Performance(case, second[0], clips=tuple(first[1])))
+            case = Case(talk, first.directions, rests.get(name, rest.REST), hands=first.hands)
+            made[name].append(Performance(case, second.directions, clips=tuple(first.clips)))
     return made
 
 

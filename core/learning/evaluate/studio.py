@@ -11,6 +11,7 @@ import numpy as np
 
 from ... import styles
 from ...motion import rest
+from ...motion.motion import Motion
 from ...performance import performing
 from ...performance.synthesis import Request, Session
 from ...sound.audio import SAMPLE_RATE
@@ -65,13 +66,16 @@ class Studio:
 
     def perform(self, talk: Talk, wishes: Sequence[Wish]) -> list[np.ndarray]:
         """Directions ``(takes, frames, 9, 3)`` for every wish."""
+        return [np.stack([motion.directions for motion in motions]) for motions in self.motions(talk, wishes)]
+
+    def motions(self, talk: Talk, wishes: Sequence[Wish]) -> list[list[Motion]]:
+        """The takes of every wish, with hands."""
         audio, transcript = self._files(talk)
         requests = [
-            Request(audio, transcript, style=wish.style, seed=wish.seed, takes=wish.takes, **self._controls(wish.controls))
-            for wish in wishes
+            Request(audio, transcript, style=one.style, seed=one.seed, takes=one.takes, hands=1, **self._controls(one.controls))
+            for one in wishes
         ]
-        results = self.session.synthesize_all(requests)
-        return [np.stack([motion.directions for motion in result.motions]) for result in results]
+        return [result.motions for result in self.session.synthesize_all(requests)]
 
     def _controls(self, controls: dict[str, float]) -> dict:
         """Arguments of a :class:`Request`; nothing for a checkpoint without controls."""

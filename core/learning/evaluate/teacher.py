@@ -1,13 +1,23 @@
 """What the director makes of a recording: the performance that a network could at best have learnt, and its clips."""
 
 from os import PathLike
+from typing import NamedTuple
 
 import numpy as np
 
+from ...motion.hands import Hands
 from .talks import Talk
 
 SEED = 20261
 """Of all directing here, unlike a corpus's."""
+
+
+class Directed(NamedTuple):
+    """Directions ``(frames, 9, 3)``, the hands on them, and the clip of every stroke."""
+
+    directions: np.ndarray
+    hands: Hands
+    clips: list[str]
 
 
 class Teacher:
@@ -23,8 +33,8 @@ class Teacher:
 
         return [performer.name for performer in PERFORMERS]
 
-    def perform(self, talk: Talk, names: list[str], takes: int) -> dict[str, list[tuple[np.ndarray, list[str]]]]:
-        """By performer so many takes, each directions ``(frames, 9, 3)`` and the clip of every arm's stroke."""
+    def perform(self, talk: Talk, names: list[str], takes: int) -> dict[str, list[Directed]]:
+        """So many takes by performer."""
         from ..corpus import build
         from ..corpus.scene import Scene
 
@@ -33,9 +43,9 @@ class Teacher:
         for name in names:
             made[name] = []
             for take in range(takes):
-                motion, _, strokes = build.direct(self.material, scene, self.names.index(name), take, SEED)
+                motion, hands, strokes = build.direct(self.material, scene, self.names.index(name), take, SEED)
                 clips = [stroke.gesture.name.rstrip("~") for stroke in strokes]
-                made[name].append((motion, clips))
+                made[name].append(Directed(motion, hands, clips))
         return made
 
 

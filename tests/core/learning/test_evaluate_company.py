@@ -121,8 +121,9 @@ def test_the_director_performs_a_strangers_recording(shared, talk):
     from s2ag.core.learning.evaluate.teacher import Teacher
 
     teacher, name = Teacher(shared), "eager storyteller"
-    ((first, clips), (second, _)) = teacher.perform(talk.cut(20.0), [name], 2)[name]
-    assert first.shape == second.shape == (300, 9, 3) and len(clips) > 3 and not any(clip.endswith("~") for clip in clips)
+    ((first, hands, clips), (second, _, _)) = teacher.perform(talk.cut(20.0), [name], 2)[name]
+    assert first.shape == second.shape == (300, 9, 3) and len(hands) == 300
+    assert len(clips) > 3 and not any(clip.endswith("~") for clip in clips)
     assert not np.allclose(first, second)
 
 

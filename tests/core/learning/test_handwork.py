@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from bodies import degrees
 from s2ag.core.learning.corpus import authored, handwork, library, performance, planning, scene, speakers, variation
+from s2ag.core.learning.evaluate import handwork as evaluated
 from s2ag.core.motion import handshape, rest, skeleton
 from s2ag.core.motion.hands import Hands
 from s2ag.core.performance import living
@@ -82,3 +83,19 @@ def test_authored_gestures_show_their_palms():
         inward = clip.fingers.palms[at, :, 0] * [1, -1]
         assert (up > 0.6).all() if meaning in ("unknown", "however") else (inward > 0.5).all(), label
         np.testing.assert_allclose(clip.fingers.shape[0], living.hanging(rest.REST[None]).shape[0], atol=0.5)
+
+
+def test_speeds_are_those_of_hands_that_turn_on_their_forearms():
+    """A hand that turns at 30 degrees a second about its forearm, which moves, and fingers that bend at 24."""
+    frames = 60
+    body = np.repeat(rest.REST[None], frames, 0).astype(float)
+    body[:, 8] = skeleton.normalize(np.stack([np.zeros(frames), np.linspace(0.4, -0.4, frames), np.ones(frames)], -1))
+    along = body[:, [5, 8]]
+    side = np.broadcast_to([1.0, 0, 0], along.shape)
+    angle = np.radians(2.0 * np.arange(frames))[:, None, None]
+    palms = np.cos(angle) * side + np.sin(angle) * np.cross(along, side)
+    shape = np.tile(handshape.RELAXED, (frames, 2, 1)) + (1.6 * (np.arange(frames) % 2))[:, None, None]
+    found = evaluated.speeds(body, Hands.of(along, palms, shape), rest.REST)
+    assert found["wrist_speed"] == pytest.approx(30, abs=1) and found["finger_speed"] == pytest.approx(24, abs=0.1)
+    nobody = evaluated.speeds(np.repeat(rest.REST[None], frames, 0), Hands.of(along, palms, shape), rest.REST)
+    assert np.isnan(nobody["wrist_speed"])
