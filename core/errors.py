@@ -1,6 +1,22 @@
 """Errors a user can act on: one sentence that says what is wrong, one that says what to do."""
 
 
+_LONGEST_WORD, _LONGEST = 400, 1200
+"""Letters of what a message quotes without a space, and of a whole message; paths are shorter."""
+
+
+def readable(text: str) -> str:
+    """``text`` as a terminal may show it, whatever it quotes: of bounded length, without control characters."""
+    words = [_cut(word, _LONGEST_WORD) for word in _cut(str(text), 4 * _LONGEST).split(" ")]
+    shown = _cut(" ".join(words), _LONGEST)
+    return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in shown)
+
+
+def _cut(text: str, longest: int) -> str:
+    """The beginning and the end of what is longer."""
+    return text if len(text) <= longest else f"{text[: longest * 3 // 4]}…{text[-(longest // 4) :]}"
+
+
 class S2agError(Exception):
     """An expected failure with a remedy.
 
@@ -9,9 +25,10 @@ class S2agError(Exception):
     """
 
     def __init__(self, message: str, remedy: str = "", kind: str = ""):
+        message = readable(message)
         super().__init__(message)
         self.message = message
-        self.remedy = remedy
+        self.remedy = readable(remedy)
         self.kind = kind or type(self).__name__
 
     def __str__(self) -> str:

@@ -12,8 +12,9 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from ..core import mistake
 from ..core.child import hold_on
-from ..core.errors import BlenderUnavailable, S2agError, UsageError
+from ..core.errors import BlenderUnavailable, S2agError, UsageError, readable
 from ..core.files import abandon
 
 
@@ -54,6 +55,12 @@ def run(arguments: list[str], work: Callable[[str, Voice], dict], what: str = "j
             voice.say("result", **work(arguments[0], voice))
         except S2agError as error:
             voice.say("error", kind=error.kind, message=error.message, remedy=error.remedy)
+            return 2
+        except Exception as error:
+            if os.environ.get("S2AG_DEBUG"):
+                raise
+            what = f"This is a mistake in s2ag ({type(error).__name__}: {error})."
+            voice.say("error", kind="Internal", message=readable(what), remedy=mistake.keep(error))
             return 2
     return 0
 

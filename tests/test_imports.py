@@ -48,7 +48,7 @@ def test_blenders_process_never_reaches_the_engine(name):
     assert not reachable(name) & HEAVY
 
 
-@pytest.mark.parametrize("name", ["core.cli.main", "core.engine.worker", "core.performance.synthesis"])
+@pytest.mark.parametrize("name", ["core.cli.parser", "core.engine.worker", "core.performance.synthesis"])
 def test_nothing_heavy_at_start(name):
     assert not reachable(name, nested=False) & HEAVY
 

@@ -8,9 +8,9 @@ import os
 import queue
 import sys
 import threading
-import traceback
 from collections.abc import Callable
 
+from .. import mistake
 from ..engine import protocol
 from ..errors import EngineMissing, OutputUnwritable, S2agError, UsageError
 from ..files import abandon
@@ -60,9 +60,8 @@ def _answer(message: dict, handlers: dict[str, Handler], replies: int) -> dict:
         what = f"{error.filename or 'A file'} failed: {error.strerror or error}."
         return protocol.failure(number, OutputUnwritable(what, "Check the path and the free space."))
     except Exception as error:
-        traceback.print_exc()
         what = f"{type(error).__name__}: {(str(error).strip().splitlines() or ['no message'])[0][:200]}"
-        return protocol.failure(number, S2agError(what, "Please report it.", "Internal"))
+        return protocol.failure(number, S2agError(what, mistake.keep(error), "Internal"))
 
 
 def _send(replies: int, message: dict) -> None:

@@ -4,12 +4,14 @@ import shutil
 import sys
 import time
 
+from ..errors import readable
+
 _WIDTH = 40
 
 
 def say(sentence: str) -> None:
     """One line on stderr, marked as ours."""
-    print(f"s2ag: {' '.join(sentence.split())}", file=sys.stderr)
+    print(f"s2ag: {readable(' '.join(sentence.split()))}", file=sys.stderr)
 
 
 def note(sentence: str) -> None:
