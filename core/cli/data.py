@@ -43,6 +43,7 @@ def run(options: argparse.Namespace) -> int:
     share_cores()
     from ..learning.datasets import directed, readers, smplx, ted, writer
 
+    left_out: list[str] = []
     with Progress() as progress:
         if options.kind == "directed":
             if options.speech is None:
@@ -54,13 +55,15 @@ def run(options: argparse.Namespace) -> int:
             source = ted.recordings(options.folder, options.split)
         else:
             chosen = {"speaker": options.speaker} if options.kind == "plain" else {}
-            found = readers.READERS[options.kind](options.folder, **chosen)
+            found = readers.READERS[options.kind](options.folder, tell=left_out.append, **chosen)
             body = smplx.OFFSETS if options.body is None else smplx.model_offsets(options.body)
             done = iter(range(1, len(found) + 1))
             source = readers.recordings(
                 found, options.paper_joints, body, lambda name: progress("convert", next(done) / len(found))
             )
         facts = writer.write(source, options.output, options.kind, options.vectors)
+    for sentence in left_out:
+        note(sentence)
     if facts["too short"]:
         note(f"{facts['too short']} recordings are shorter than 34 frames and were left out.")
     train, validation, test = facts["splits"]

@@ -8,6 +8,8 @@ from ..errors import CheckpointUnreadable
 
 DEFAULT = Path(__file__).parents[1] / "assets" / "default.safetensors"
 FORMAT = 1
+_HEADER = 1_000_000
+"""Bytes of a safetensors file's header that are looked into."""
 REMEDY = "Get the checkpoint again (the .safetensors file and the .json beside it), or choose another one."
 
 
@@ -20,6 +22,9 @@ def read_facts(path: Path) -> dict:
     """The JSON beside the weights; raises :class:`CheckpointUnreadable` if either is missing or of another format."""
     if not path.is_file():
         raise CheckpointUnreadable(f"There is no checkpoint {path}.", REMEDY)
+    if not facts_path(path).is_file() and _is_state(path):
+        what = f"{path} is the state of a training or a system of s2ag bench, which only those can go on with."
+        raise CheckpointUnreadable(what, "Name the checkpoint.safetensors that s2ag's training has written.")
     try:
         facts = json_text.read(facts_path(path))
     except (OSError, ValueError) as error:
@@ -27,6 +32,16 @@ def read_facts(path: Path) -> dict:
     if not isinstance(facts, dict) or facts.get("format") != FORMAT:
         raise CheckpointUnreadable(f"{facts_path(path)} is not of format {FORMAT}.", REMEDY)
     return facts
+
+
+def _is_state(path: Path) -> bool:
+    """Whether a safetensors file was written by ``core/learning/train/state.py``: it keeps its facts in its own header."""
+    try:
+        with open(path, "rb") as file:
+            length = int.from_bytes(file.read(8), "little")
+            return b'"facts":' in file.read(min(length, _HEADER))
+    except OSError:
+        return False  # whoever reads it will say so
 
 
 def describe(checkpoint: str | PathLike | None = None) -> dict:

@@ -1,10 +1,16 @@
 """Butterworth band-pass filters, applied by their frequency response in overlapping blocks."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 _BLOCK = 1 << 16
 _MEMORY = 4096
 """Samples of the past that a block hears again: the answer of the filters used here is below -200 dB by then."""
+
+
+STEP = _BLOCK - _MEMORY
+"""Samples of a block of :func:`in_blocks`: a multiple of a hundredth of a second at 16 kHz."""
 
 
 def bandpasses(audio: np.ndarray, rate: int, edges, order: int = 2) -> list[np.ndarray]:
@@ -13,16 +19,21 @@ def bandpasses(audio: np.ndarray, rate: int, edges, order: int = 2) -> list[np.n
     Equal to ``scipy.signal.sosfilt(butter(order, edges, "bandpass"))`` within 1e-9 of full scale; all filters share the
     transforms of the sound.
     """
+    result = [np.empty(len(audio)) for _ in edges]
+    for begin, blocks in in_blocks(audio, rate, edges, order):
+        for band, block in zip(result, blocks, strict=True):
+            band[begin : begin + len(block)] = block
+    return result
+
+
+def in_blocks(audio: np.ndarray, rate: int, edges, order: int = 2) -> Iterator[tuple[int, list[np.ndarray]]]:
+    """The same as ``(first sample, bands)``, :data:`STEP` samples at a time: of an hour, whole bands would take a gigabyte."""
     unit = np.exp(2j * np.pi * np.arange(_BLOCK // 2 + 1) / _BLOCK)
     answers = [_response(unit, low, high, rate, order) for low, high in edges]
-    result = [np.empty(len(audio)) for _ in answers]
-    step = _BLOCK - _MEMORY
-    for begin in range(0, len(audio), step):
-        first, end = max(begin - _MEMORY, 0), min(begin + step, len(audio))
+    for begin in range(0, len(audio), STEP):
+        first, end = max(begin - _MEMORY, 0), min(begin + STEP, len(audio))
         spectrum = np.fft.rfft(np.asarray(audio[first:end], float), _BLOCK)
-        for band, answer in zip(result, answers, strict=True):
-            band[begin:end] = np.fft.irfft(spectrum * answer, _BLOCK)[begin - first : end - first]
-    return result
+        yield begin, [np.fft.irfft(spectrum * answer, _BLOCK)[begin - first : end - first] for answer in answers]
 
 
 def _response(unit: np.ndarray, low: float, high: float, rate: int, order: int) -> np.ndarray:

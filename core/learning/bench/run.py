@@ -15,6 +15,7 @@ from ...files import whole_file
 from ..metrics import extractor as extractors
 from ..systems.catalogue import KNOWN, Build
 from ..train.dataset import TEST, TRAIN, VALIDATION
+from ..train.storage import require_folder
 from . import curves, table
 from .data import Data
 from .jobs import train as side_by_side
@@ -34,6 +35,7 @@ class Runner:
             raise UsageError("There is no cuda device here.", "Leave --device out.")
         self.folder, self.setting, self.device, self.say = Path(folder), setting, device, say
         self._arguments = (folder, data, setting, device, say)
+        require_folder(data)  # before anything is written
         self._claim(data)
         self.data = Data(data, self.folder, setting.filtered)
 

@@ -35,28 +35,36 @@ class Found:
     split: str
 
 
-def plain(folder: str | PathLike, speaker: str | None = None) -> list[Found]:
+def _silent(_sentence: str) -> None:
+    """Nobody wants to hear."""
+
+
+def plain(folder: str | PathLike, speaker: str | None = None, tell: Tell = _silent) -> list[Found]:
     """Motion files with sound of the same name beside them, and a transcript where there is one.
 
-    The speaker is ``speaker``, else the folder that a file lies in. One recording in ten, by its name, is for validation
+    ``tell(sentence)`` hears what is left out, here and in all readers. The speaker is ``speaker``, else the folder that a
+    file lies in. One recording in ten, by its name, is for validation
     and one for testing, the same ones wherever the folder lies.
     """
     folder = _folder(folder)
-    found = []
+    found, mute = [], []
     for motion in sorted(path for path in folder.rglob("*") if path.suffix.lower() in MOTIONS):
         sound = next((motion.with_suffix(suffix) for suffix in SOUNDS if motion.with_suffix(suffix).is_file()), None)
         if sound is None:
+            mute.append(motion)
             continue
         name = motion.relative_to(folder).with_suffix("").as_posix()
         owner = speaker or (motion.parent.name if motion.parent != folder else folder.name)
         found.append(Found(name, motion, sound, transcripts.beside(motion), owner, tenth(name)))
+    _left_out(mute, "no sound file of the same name beside them", tell)
     return _some(found, folder, "a .bvh or .npz with a sound file of the same name")
 
 
-def trinity(folder: str | PathLike) -> list[Found]:
+def trinity(folder: str | PathLike, tell: Tell = _silent) -> list[Found]:
     """GENEA 2020's release: ``Training_data`` and ``Test_data``, each with Motion, Audio and Transcripts (reference D.3).
 
-    Recording_001 is for validation, as in Gesticulator; all other training recordings for training.
+    Recording_001 is for validation, as in Gesticulator; all other training recordings for training. Nothing is left out:
+    a release lacks no sound.
     """
     folder, found = _folder(folder), []
     for part, split in (("Training_data", "train"), ("Test_data", "test")):
@@ -71,23 +79,26 @@ def trinity(folder: str | PathLike) -> list[Found]:
     return _some(found, folder, "Training_data/Motion/*.bvh")
 
 
-def zeroeggs(folder: str | PathLike) -> list[Found]:
+def zeroeggs(folder: str | PathLike, tell: Tell = _silent) -> list[Found]:
     """ZeroEGGS: files such as ``010_Happy_1_x_1_0.bvh``; the style in the name is the speaker; one in ten each is held out."""
-    folder, found = _folder(folder), []
+    folder, found, strange, mute = _folder(folder), [], [], []
     for motion in sorted(folder.rglob("*.bvh")):
         match = re.fullmatch(r"\d+_([A-Za-z_]+?)_\d+.*", motion.stem)
         sounds = [motion.with_suffix(".wav"), *(motion.parent.parent.rglob(f"{motion.stem}.wav"))]
         sound = next((path for path in sounds if path.is_file()), None)
         if match is None or sound is None:
+            (strange if match is None else mute).append(motion)
             continue
         words = transcripts.beside(motion) or transcripts.beside(sound)
         found.append(Found(motion.stem, motion, sound, words, match[1].lower(), tenth(motion.stem)))
+    _left_out(strange, "no style in their names", tell)
+    _left_out(mute, "no .wav of the same name", tell)
     return _some(found, folder, "files such as 010_Happy_1_x_1_0.bvh with a .wav of the same name")
 
 
-def beat2(folder: str | PathLike) -> list[Found]:
+def beat2(folder: str | PathLike, tell: Tell = _silent) -> list[Found]:
     """BEAT2: ``smplxflame_30/*.npz``, ``wave16k``, ``textgrid`` and ``train_test_split.csv``; names are NUMBER_SPEAKER_..."""
-    folder, found = _folder(folder), []
+    folder, found, strange, mute = _folder(folder), [], [], []
     listed = {}
     table = folder / "train_test_split.csv"
     if table.is_file():
@@ -98,10 +109,13 @@ def beat2(folder: str | PathLike) -> list[Found]:
         sound = folder / "wave16k" / f"{motion.stem}.wav"
         parts = motion.stem.split("_")
         if not sound.is_file() or len(parts) < 2:
+            (mute if len(parts) >= 2 else strange).append(motion)
             continue
         words = transcripts.beside(motion, folder / "textgrid")
         split = kinds.get(listed.get(motion.stem, ""), "train") if listed else tenth(motion.stem)
         found.append(Found(motion.stem, motion, sound, words, parts[1], split))
+    _left_out(strange, "no speaker in their names", tell)
+    _left_out(mute, "no sound in wave16k", tell)
     return _some(found, folder, "smplxflame_30/*.npz with wave16k/*.wav")
 
 
@@ -143,6 +157,13 @@ def tenth(name: str) -> str:
 
 
 READERS: dict[str, Callable[..., list[Found]]] = {"plain": plain, "trinity": trinity, "zeroeggs": zeroeggs, "beat2": beat2}
+
+
+def _left_out(motions: list[Path], lack: str, tell: Tell) -> None:
+    """Say which recordings are not read because they have ``lack``."""
+    if motions:
+        named = ", ".join(path.name for path in motions[:3]) + (f" and {len(motions) - 3} more" if len(motions) > 3 else "")
+        tell(f"Recordings with {lack} are left out ({len(motions)}): {named}.")
 
 
 def _folder(folder: str | PathLike) -> Path:

@@ -28,6 +28,7 @@ from ... import json_text
 from ...errors import CorpusUnreadable, OutputUnwritable
 
 FORMAT = 2
+BUILD = "Build one with: python -m s2ag.core.learning.corpus, or convert a data set with: s2ag data"
 META = "meta.json"
 ARRAYS = (
     "mfcc", "mfcc_starts", "frame_starts", "word_index", "vectors", "prosody", "prosody_plain",
@@ -73,7 +74,7 @@ def whole_folder(folder: str | PathLike):
 
 def load_arrays(folder: str | PathLike) -> tuple[dict[str, np.ndarray], dict]:
     """All arrays of a corpus, memory-mapped and read-only, and its meta; raises :class:`CorpusUnreadable`."""
-    folder = Path(folder)
+    folder = require_folder(folder)
     try:
         meta = json_text.read(folder / META)
         if not isinstance(meta, dict) or meta.get("format") != FORMAT:
@@ -84,8 +85,18 @@ def load_arrays(folder: str | PathLike) -> tuple[dict[str, np.ndarray], dict]:
             raise ValueError(f"{missing[0]}.npy is missing")
     except (OSError, ValueError, EOFError) as error:
         message = f"{folder} is not a packed corpus: {error}."
-        raise CorpusUnreadable(message, "Build one with: python -m s2ag.core.learning.corpus") from error
+        raise CorpusUnreadable(message, BUILD) from error
     return arrays, meta
+
+
+def require_folder(folder: str | PathLike) -> Path:
+    """The folder if it could hold a corpus; raises :class:`CorpusUnreadable`."""
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise CorpusUnreadable(f"There is no folder {folder}.", BUILD)
+    if not (folder / META).is_file():
+        raise CorpusUnreadable(f"{folder} is not a packed corpus: {META} is missing.", BUILD)
+    return folder
 
 
 def _swap(temporary: Path, folder: Path) -> None:

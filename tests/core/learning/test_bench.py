@@ -292,6 +292,34 @@ def test_wrong_options_are_one_sentence(corpus, tmp_path, capsys):
 def test_the_verdict_says_by_how_much():
     figures = {"maje_code": [10.0, 0], "mad_code": [2.0, 0], "fgd": [4.0, 0]}
     worse = {"maje_code": [20.0, 0], "mad_code": [1.0, 0], "fgd": [5.0, 0]}
-    found = table.better({"systems": {"s2ag": {"figures": figures}, "gtc": {"figures": worse}}})
+    report = {"systems": {"s2ag": {"figures": figures}, "gtc": {"figures": worse}}, "extractor": {"trusted": True}}
+    found = table.better(report)
+    assert set(found) == set(table.PAPER)
     assert found["maje_code"]["gtc"] == pytest.approx(0.5) and found["mad_code"]["gtc"] == pytest.approx(-1.0)
     assert table.summarise([{"a": 1.0}, {"a": 3.0}])["a"] == pytest.approx([2.0, 2**0.5])
+
+
+@pytest.mark.parametrize("trusted", [True, False])
+def test_what_collapsed_features_say_is_neither_shown_nor_ranked(trusted):
+    row = {"steps": 3, "best": [3], "minutes": 0.1, "windows_per_second": 2.0}
+    names = enumerate(("s2ag", "gtc"), 1)
+    rows = {name: {**row, "title": name, "figures": dict.fromkeys(FIGURES, [size, 0.0])} for size, name in names}
+    found = {"missed": 0.9, "halves": 0.1, "still": 0.1, "ratio": 1.0, "trusted": trusted}
+    facts = {"command": "", "device": "", "minutes": 0.2, "windows": {"training": 1, "test": 1}, "setting": TINY.to_dict()}
+    text = table.markdown({**facts, "systems": rows, "references": {}, "extractor": found})
+    verdict = text.partition("## S2AG against the others")[2]
+    assert ("FGD" in verdict) == trusted and "MAJE" in verdict
+    assert text.count("| collapsed") == (0 if trusted else 2 * len(table.OF_FEATURES))
+
+
+def test_a_missing_folder_leaves_nothing_and_is_one_sentence(tmp_path, capsys):
+    out = tmp_path / "bench"
+    assert main(["bench", "--data", str(tmp_path / "none"), "--out", str(out), "--setting", "tiny"]) == 2
+    told = capsys.readouterr().err
+    assert "There is no folder" in told and "Errno" not in told and not out.exists()
+
+
+def test_weights_of_a_bench_are_named_as_such(data, tmp_path, capsys):
+    trained(data, tmp_path / "s2ag-1", "s2ag", steps=1).run()
+    assert main(["styles", "--checkpoint", str(tmp_path / "s2ag-1" / "state.safetensors")]) == 2
+    assert "system of s2ag bench" in capsys.readouterr().err

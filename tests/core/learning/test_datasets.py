@@ -155,6 +155,29 @@ def test_plain_folders(tmp_path):
     assert next(readers.recordings(found)).words == [("hello", 0.2, 0.6)]
 
 
+def test_what_is_left_out_is_told(tmp_path, capsys):
+    eggs, beat, mine = (tmp_path / name for name in ("eggs", "beat", "mine"))
+    for folder in (eggs, beat / "smplxflame_30", beat / "wave16k", mine):
+        folder.mkdir(parents=True)
+    for name in ("010_Happy_1_x_1_0", "011_Sad_1_x_1_0", "notes"):
+        moving.bvh(eggs / f"{name}.bvh")
+    moving.sound(eggs / "010_Happy_1_x_1_0.wav")
+    for name in ("2_scott_0_1_1", "2_scott_0_2_2", "odd"):
+        moving.smplx(beat / "smplxflame_30" / f"{name}.npz")
+    moving.sound(beat / "wave16k" / "2_scott_0_1_1.wav")
+    for name in "abcde":
+        moving.bvh(mine / f"{name}.bvh")
+    moving.sound(mine / "a.wav")
+    for kind, folder, told in (
+        ("zeroeggs", eggs, ("no style in their names are left out (1): notes.bvh", "left out (1): 011_Sad_1_x_1_0.bvh")),
+        ("beat2", beat, ("no speaker in their names are left out (1): odd.npz", "left out (1): 2_scott_0_2_2.npz")),
+        ("plain", mine, ("left out (4): b.bvh, c.bvh, d.bvh and 1 more.",)),
+    ):
+        assert main(["data", kind, str(folder), "-o", str(tmp_path / f"{kind}-out")]) == 0
+        said = capsys.readouterr().err
+        assert all(one in said for one in told) and said.count("s2ag: note: ") == len(told)
+
+
 def test_tenths_do_not_depend_on_the_place():
     parts = [readers.tenth(f"take {number}") for number in range(2000)]
     assert [round(parts.count(kind) / 2000, 1) for kind in ("train", "validation", "test")] == [0.8, 0.1, 0.1]

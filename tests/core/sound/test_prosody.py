@@ -1,5 +1,7 @@
 """Prosody on made sounds whose accents, pitch and pauses are known."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from s2ag.core.sound import prosody
@@ -91,3 +93,14 @@ def test_silence_and_scraps_have_features_but_no_accents(samples):
 def test_words_without_sound_still_give_finite_features():
     found = prosody.analyse(np.zeros(16000, np.float32), [("hello", 0.1, 0.4), ("there", 0.9, 3.0)])
     assert np.isfinite(found.features).all()
+
+
+def test_memory_does_not_grow_with_bands_of_the_whole_recording():
+    audio = np.random.default_rng(0).normal(0, 0.1, 240 * RATE).astype(np.float32)
+    tracemalloc.start()
+    prosody.analyse(audio[: 120 * RATE])
+    short = tracemalloc.get_traced_memory()[1]
+    tracemalloc.reset_peak()
+    prosody.analyse(audio)
+    assert tracemalloc.get_traced_memory()[1] - short < 4 * audio[: 120 * RATE].nbytes
+    tracemalloc.stop()
