@@ -47,15 +47,18 @@ def perform(
     asked = [asking.channels(*wishes, one.request.hand) for one in cast]
     lively = _lively(heard.activity)
     drawn, extras = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, lively=lively)
-    settled, extras = zip(*map(_settled, drawn, extras), strict=True)
+    given = [one.given(heard.frames).frames for one in cast for _ in one.latents]
+    settled, extras = zip(*map(_settled, drawn, extras, given), strict=True)
     return Made(np.stack(settled), np.stack(extras))
 
 
-def _settled(directions: np.ndarray, extras: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A take whose waiting arms are still, and its hands on them."""
+def _settled(directions: np.ndarray, extras: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A take whose waiting arms are still, and its hands on them; hands of the frames that were ``given`` stay."""
     settled = stillness.settle(directions)
     if extras.shape[1] == hand_numbers.SIZE:
-        hands = hand_numbers.hands(extras, directions).carried(directions, settled)
+        calm = stillness.settle_hands(extras, directions)
+        calm[given] = extras[given]
+        hands = hand_numbers.hands(calm, directions).carried(directions, settled)
         extras = hand_numbers.numbers(hands, settled)
     return settled, extras
 

@@ -1,4 +1,5 @@
-"""Arms that hardly move come to rest: a network that draws from noise never leaves them quite still, as people do.
+"""Arms that hardly move come to rest, and so do their hands: a network that draws from noise never leaves them quite still, as
+people do.
 
 What is slow is smoothed over half a second; what moves stays as it was drawn, and one leads into the other.
 """
@@ -12,6 +13,8 @@ _STILL, _MOVING = 5.0, 26.0
 """Degrees a second up to which an arm counts as waiting, and from which on as moving."""
 _LONG, _SHORT = 0.5, 0.12
 """Standard deviations (s) over which a waiting arm's way is smoothed, and its speed is taken."""
+_HAND = 0.075
+"""The same over which hands are smoothed, wait or not: fingers are too light to tremble by themselves."""
 
 
 def settle(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
@@ -21,8 +24,24 @@ def settle(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
         return result
     for arm in skeleton.ARMS:
         drawn = result[:, list(arm)].astype(float)
-        speed = np.degrees(np.linalg.norm(np.gradient(gaussian(drawn, _SHORT * fps), axis=0), axis=-1).max(axis=-1)) * fps
-        share = gaussian(np.clip((_MOVING - speed) / (_MOVING - _STILL), 0, 1), _SHORT * fps)
         calm = skeleton.normalize(gaussian(drawn, _LONG * fps))
-        result[:, list(arm)] = rest.slerp(drawn, calm, share[:, None])
+        result[:, list(arm)] = rest.slerp(drawn, calm, _waiting(drawn, fps)[:, None])
     return result
+
+
+def settle_hands(numbers: np.ndarray, directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
+    """Numbers ``(frames, SIZE)`` float32 of hands (:mod:`hand_numbers`) that are as still as their arms."""
+    if len(numbers) < 2:
+        return numbers
+    hands = numbers.reshape(len(numbers), 2, -1).astype(float)
+    for side, arm in enumerate(skeleton.ARMS):
+        share = _waiting(directions[:, list(arm)].astype(float), fps)[:, None]
+        light, calm = (gaussian(hands[:, side], width * fps) for width in (_HAND, _LONG))
+        hands[:, side] = light + share * (calm - light)
+    return hands.reshape(numbers.shape).astype(np.float32)
+
+
+def _waiting(drawn: np.ndarray, fps: float) -> np.ndarray:
+    """How much an arm ``(frames, 2, 3)`` waits, ``(frames,)`` in 0..1."""
+    speed = np.degrees(np.linalg.norm(np.gradient(gaussian(drawn, _SHORT * fps), axis=0), axis=-1).max(axis=-1)) * fps
+    return gaussian(np.clip((_MOVING - speed) / (_MOVING - _STILL), 0, 1), _SHORT * fps)

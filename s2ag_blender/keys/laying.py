@@ -8,6 +8,7 @@ import numpy as np
 from ...core.errors import UsageError
 from ...core.motion import skeleton
 from ...core.motion.motion import Motion
+from ...core.performance import living
 from ...rigs.plain import Mapping
 from .. import compat, provenance
 from ..rig import readiness, reading
@@ -26,7 +27,7 @@ _PARTS = {
     "RIGHT_ARM": ("right_upper_arm", "right_forearm"),
 }
 _ALIKE = "result", "parts", "bone_map"
-"""Settings by which drafts key the same bones."""
+"""Settings by which drafts key the same bones, beside whether hands live."""
 _NEUTRAL: dict[int, tuple] = {}  # a character's number in this session -> (what its rotations at ease hang on, they)
 
 
@@ -51,7 +52,7 @@ class Laying:
         place = self._place(frames)
         base = layers.base_action(self.armature, place.first, place.last)
         interpolation = "LINEAR" if self.step == 1 else "BEZIER"
-        keyed = self._channels(frames, rotations, place, base) + self._settings(settings, place)
+        keyed = self._channels(motion, frames, rotations, place, base) + self._settings(settings, place)
         copied = place.result == "ACTION" and base is not None
         there = compat.curves(base, layers.slot_of(self.armature, base)) if copied else ()
         cut = {(curve.data_path, curve.array_index) for curve in there}
@@ -118,7 +119,10 @@ class Laying:
         parts = [part for name, parts in _PARTS.items() if name not in self.settings["parts"] for part in parts]
         if len(self.settings["parts"]) == 0:
             raise UsageError("No part of the body is to be keyed.", "Choose parts under Body.")
-        return {bone for part in parts for bone in self.mapping.chains.get(part, ())}
+        names = {bone for part in parts for bone in self.mapping.chains.get(part, ())}
+        arms = [self.mapping.chains[part][0] for part in parts if part.endswith("upper_arm") and part in self.mapping.chains]
+        # with an arm stay its hand, fingers and twist bones
+        return names | {bone.name for arm in arms for bone in self.armature.pose.bones[arm].children_recursive}
 
     def _mapping(self) -> Mapping:
         return reading.resolve_mapping(self.armature, reading.read(self.armature), self.planned.mapping)
@@ -139,7 +143,7 @@ class Laying:
             fades = [fades[0] * (kept["start_pose"] == "REST"), fades[1] * (kept["end_pose"] == "FREE")]
         return layers.Place(result, first, last, kept["influence"] if result != "ACTION" else 1.0, *fades)
 
-    def _channels(self, frames, rotations, place, base) -> list:
+    def _channels(self, motion: Motion, frames, rotations, place, base) -> list:
         if place.result == "LAYER":
             # What is the same on all frames is no departure from anything.
             rotations = {bone: values for bone, values in rotations.items() if len(values) == len(frames)}
@@ -147,16 +151,18 @@ class Laying:
             if near:
                 self._tell(told("{count} bones turn by angles: far from rest the layer is only near on them.", count=len(near)))
             seen = layers.share(place, frames) if self.planned.draft else None  # a take's strip has it keyed
-            return layers.deltas(self.armature, rotations, self._neutral(rotations), seen)
+            return layers.deltas(self.armature, rotations, self._neutral(rotations, motion.hands is not None), seen)
         mixed = self._mixed(frames, rotations, place, base)
         return [keyframes.channels(self.armature.pose.bones[bone], values) for bone, values in mixed.items()]
 
-    def _neutral(self, rotations) -> dict:
+    def _neutral(self, rotations, hands: bool) -> dict:
         """Rotations (4,) of the bones when the body stands at ease; for drafts kept while the rig stays as it is."""
         uid, planned = self.armature.session_uid, self.planned
-        made_of = (readiness.made_of(self.armature), planned.mapping, planned.options, _dials(self.armature, self.former))
+        rig = readiness.made_of(self.armature), planned.mapping, planned.options
+        made_of = (*rig, _dials(self.armature, self.former), hands)
         if not planned.draft or _NEUTRAL.get(uid, (None,))[0] != made_of:
-            still = Motion(np.repeat(skeleton.REST[None], 2, 0))
+            rest = np.repeat(skeleton.REST[None], 2, 0)
+            still = Motion(rest, hands=living.hanging(rest) if hands else None)
             alike = {"scene": self.scene, "mapping": planned.mapping, "options": planned.options}
             found = apply.pose_keys(self.armature, still, 0, **alike, report=lambda warning: None)
             _NEUTRAL[uid] = made_of, {bone: values[0] for bone, values in found.rotations.items()}
@@ -214,7 +220,8 @@ class Laying:
         if action is None or not place.same(layers.Place.of(action)):
             return None, None, None
         before = provenance.of(action)["settings"]
-        if any(before.get(name) != self.settings[name] for name in _ALIKE):
+        handed = [bool(settings.get("hands")) for settings in (before, self.settings)]
+        if handed[0] != handed[1] or any(before.get(name) != self.settings[name] for name in _ALIKE):
             return None, None, None
         slot = layers.slot_of(self.armature, action)
         return action, slot, compat.bag(action, slot)

@@ -201,7 +201,7 @@ class S2AG_Settings(CurveSettings, bpy.types.PropertyGroup):
     rate: _control("rate", "Rate")
     hand: _control("hand", "Hand")
     meaning: _share("Meaning", _MEANING, 1.0, 1.0, update=changed)
-    hands: _share("Hands", _HANDS, 0.0, 1.0, update=changed)
+    hands: _share("Hands", _HANDS, 1.0, 1.0, update=changed)
     mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right", override=EDITABLE, update=changed)
     take_count: bpy.props.IntProperty(
         name="Takes", description="How many variations to make in one go", default=1, min=1, max=16, override=EDITABLE

@@ -1,11 +1,14 @@
 """Gestures beside the animation that is there: nothing of it changes, and what is seen is what was asked for."""
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 import pytest
 from acted import animate, apart, curves, pose, same_curves
 from s2ag.core.motion import rest
 from s2ag.core.motion.motion import Motion
+from s2ag.core.performance import living
 from s2ag.rigs import quaternion
 from s2ag.s2ag_blender.keys import layers, mixing, posing
 from s2ag.s2ag_blender.rig import reading
@@ -158,6 +161,17 @@ def test_a_layer_in_the_neutral_pose_is_the_gesture(actor, arm):
     base["s2ag"] = "{}"  # as if it were the user's
     lay(actor, still(raised()), result="LAYER", start_frame=10, blend_in=0, blend_out=0)
     assert apart(wanted, pose(actor, 40)) < 0.2
+
+
+def test_hands_of_a_layer_depart_from_hands_at_ease(actor):
+    def laid(directions):
+        motion = still(directions)
+        (made,) = lay(actor, replace(motion, hands=living.hanging(motion.directions)), result="LAYER", curves="FRAMES")
+        return np.array([curves(made)[f'pose.bones["{hand}"].rotation_quaternion', index][20, 1] for index in range(4)])
+
+    hand = reading.resolve_mapping(actor, reading.read(actor)).chains["left_hand"][0]
+    np.testing.assert_allclose(laid(rest.REST), [1, 0, 0, 0], atol=0.05)  # breathing is added
+    assert abs(laid(raised())[0]) < np.cos(np.radians(5))
 
 
 def test_a_layer_fades_in_and_out_by_keyed_influence(actor, arm):

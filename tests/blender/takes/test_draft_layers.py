@@ -126,6 +126,18 @@ def test_sliders_move_it_in_place(actor):
     assert difference(drafted, shown(actor)) < 0.5
 
 
+def test_hands_that_are_turned_off_while_it_plays_do_not_stay_in_its_keys(actor):
+    draft_of(actor)
+    hand = reading.resolve_mapping(actor, reading.read(actor)).chains["left_hand"][0]
+    assert hand in {path.split('"')[1] for path, _ in curves(layers.draft_of(actor))}
+    actor.s2ag.hands = 0.0
+    settle()
+    assert hand not in {path.split('"')[1] for path, _ in curves(layers.draft_of(actor))}
+    actor.s2ag.hands = 0.5
+    settle()
+    assert hand in {path.split('"')[1] for path, _ in curves(layers.draft_of(actor))}
+
+
 def test_other_results_and_parts_while_it_plays(actor):
     animation = walk(actor)
     former, plain = stack(actor), shown(actor)
@@ -134,7 +146,7 @@ def test_other_results_and_parts_while_it_plays(actor):
     settle()
     keyed = {path.split('"')[1] for path, _ in curves(layers.draft_of(actor))}
     chains = reading.resolve_mapping(actor, reading.read(actor)).chains
-    assert keyed == {*chains["left_upper_arm"], *chains["left_forearm"]}
+    assert keyed == {*chains["left_upper_arm"], *chains["left_forearm"], *chains["left_hand"]}
     actor.s2ag.result = "ACTION"
     settle()
     assert layers.draft_of(actor) and not drafts.is_staged(actor) and not actor.animation_data.nla_tracks

@@ -121,7 +121,7 @@ def test_lock_bones_parts(speaker):
     speaker.pose.bones[neck].lock_rotation = (True, True, True)
     press(bpy.ops.s2ag.generate)
     keyed = {path.split('"')[1] for path, _ in curves(speaker.animation_data.action)}
-    assert keyed == {*mapping["head"], *mapping["right_upper_arm"], *mapping["right_forearm"]}
+    assert keyed == {*mapping["head"], *mapping["right_upper_arm"], *mapping["right_forearm"], *mapping["right_hand"]}
     assert clavicle not in keyed
 
 
