@@ -174,6 +174,14 @@ def test_every_style_has_a_name_that_differs_from_the_others(locale):
     assert names <= set(table) and len({table[name] for name in names}) == len(names)
 
 
+@pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
+def test_every_style_is_described_in_the_users_language(locale):
+    told = {one["description"] for one in choices.known("")["speakers"]}
+    described = {text: german for text, german in translations.STYLES[locale].items() if text.endswith(".")}
+    assert told == set(described)
+    assert all(german.endswith(".") and german != text for text, german in described.items())
+
+
 def test_every_word_of_ours_is_looked_up_among_ours(extension):
     """In Blender's own catalogue "Rate" is a price and "Spread" a splash."""
     for cls in registration.CLASSES:

@@ -14,3 +14,5 @@ settings.rate = 0.6
 settings.hand = 0.0
 settings.meaning = 1.0
 settings.mirror = False
+settings.speed = 1.0
+settings.smoothing = 0.0

@@ -10,7 +10,7 @@ from s2ag.core.model import catalogue
 from s2ag.s2ag_blender.ui import presets
 
 SHIPPED = sorted((Path(__file__).resolve().parents[3] / "presets" / presets.FOLDER).glob("*.py"))
-OWN_RIG = {"torso_strength", "head_strength", "clavicle_strength", "palms"}
+OWN_RIG = {"torso_strength", "head_strength", "clavicle_strength", "palms", "hands"}
 """What suits a rig rather than a manner; the shipped presets leave it alone."""
 
 
