@@ -195,7 +195,8 @@ class _Survey:
             if carriers:
                 kept = tuple(name for name in found.bones if name not in carriers)
                 names = listed([f'"{name}"' for name in carriers])
-                note = f"{names} carr{'y' if len(carriers) > 1 else 'ies'} {told} and stay{'s' * (len(carriers) == 1)} at rest"
+                many = len(carriers) > 1
+                note = f"{names} carry {told} and stay at rest" if many else f"{names} carries {told} and stays at rest"
                 self.parts[part] = replace(found, bones=kept, how=found.how if kept else "", note=note)
 
     def _check_sides(self, shape: Shape | None, standing: Stance, shoulders: tuple[str, str]) -> None:

@@ -32,20 +32,20 @@ def limbs(bones: Bones, mapping: Mapping) -> dict[str, str]:
 
 
 def is_dense(action: bpy.types.Action) -> bool:
-    """Whether gestures are keyed on every frame."""
+    """Whether gestures are keyed on every frame; not where nothing is known of them."""
     place = layers.Place.of(action)
-    return most_keys(action) >= place.last - place.first
+    return place is not None and most_keys(action) >= place.last - place.first
 
 
 def most_keys(action: bpy.types.Action) -> int:
     """How many keys of gestures the curve has that has most."""
     paths, place = json.loads(action.get(KEYED, "[]")), layers.Place.of(action)
-    counts = [
-        sum(place.first <= point.co[0] <= place.last for point in curve.keyframe_points)
-        for curve in compat.curves(action)
-        if curve.data_path in paths
-    ]
-    return max(counts, default=0)
+    counts = [0]
+    for curve in (curve for curve in compat.curves(action) if curve.data_path in paths):
+        keys = np.empty(2 * len(curve.keyframe_points), np.float32)
+        curve.keyframe_points.foreach_get("co", keys)
+        counts.append(int(((place.first <= keys[::2]) & (keys[::2] <= place.last)).sum()))
+    return max(counts)
 
 
 def convert(armature: bpy.types.Object, action: bpy.types.Action, tolerance: float | None, fps: float) -> None:

@@ -11,11 +11,26 @@ TICK = 0.1
 
 
 def character(context) -> bpy.types.Object | None:
-    """The armature that the active object is or is deformed by, or None."""
+    """The armature that the active object is, is deformed by or hangs on; else the only one that is selected; or None.
+
+    Importers leave whatever came last active, an empty below the armature, say.
+    """
     active = context.active_object or context.view_layer.objects.active  # a hidden one is still the chosen one
-    if active is None or active.type == "ARMATURE":
-        return active
-    return active.find_armature()
+    found = armature_of(active)
+    if found is None and active is not None:
+        chosen = [item for item in getattr(context, "selected_objects", ()) if item.type == "ARMATURE"]
+        found = chosen[0] if len(chosen) == 1 else None
+    return found
+
+
+def armature_of(item: bpy.types.Object | None) -> bpy.types.Object | None:
+    """The armature that an object is, is deformed by or hangs on, or None."""
+    while item is not None and item.type != "ARMATURE":
+        deforming = item.find_armature()
+        if deforming is not None:
+            return deforming
+        item = item.parent
+    return item
 
 
 class Generating:

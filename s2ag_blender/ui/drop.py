@@ -6,6 +6,7 @@ import bpy
 from bpy_extras import view3d_utils
 
 from ...core.words.beside import beside
+from ..takes.running import armature_of, character
 from ..translations import told
 
 EXTENSIONS = (".wav", ".flac", ".mp3", ".ogg")
@@ -26,15 +27,10 @@ def character_under(context, x: int, y: int):
     return context.scene.objects[name] if distance is not None and distance < 60 else None
 
 
-def armature_of(item):
-    """The armature that an object is or is moved by, or None."""
-    return item if item is None or item.type == "ARMATURE" else item.find_armature()
-
-
 def target(context, x: int | None = None, y: int | None = None):
     """Who is meant: the character under the mouse, else the active one, else the scene's only one, else None."""
     found = character_under(context, x, y) if x is not None else None
-    found = found or armature_of(context.object)
+    found = found or character(context)
     if found is None:
         armatures = [item for item in context.scene.objects if item.type == "ARMATURE"]
         found = armatures[0] if len(armatures) == 1 else None

@@ -54,7 +54,7 @@ def draw_character(layout, armature) -> None:
     row.label(text=armature.name, icon="ARMATURE_DATA", translate=False)
     ready = readiness.known(armature)
     if ready is None:
-        row.label(text="Looking for bones", icon="TIME")
+        row.label(text="Looking", icon="TIME")
     elif not ready.problem:  # a problem stands beside the button that it greys
         icon = "CHECKMARK" if ready.found == len(ready.rows) else "INFO"
         row.label(text=told("{found} of {all} parts", found=ready.found, all=len(ready.rows)), icon=icon)
@@ -121,10 +121,10 @@ def draw_beside(layout, settings, scene) -> None:
         recording = sources.strip_path(strip) if strip is not None and strip.sound else ""
     found = sources.beside(recording)
     if found:
-        named = told("{name} beside the recording is used", name=bpy.path.basename(found))
-        layout.label(text=named, icon="CHECKMARK", translate=False)
+        named = told("{name} beside it has the words", name=bpy.path.basename(found))
+        sentence(layout, named, "CHECKMARK")
     else:
-        layout.label(text="No words: the audio alone gestures", icon="INFO")
+        sentence(layout, told("No words: the audio alone gestures"), "INFO")
 
 
 def draw_style(layout, settings) -> None:
@@ -178,8 +178,9 @@ def draw_button(layout, context) -> None:
     reason = obstacle(context)
     if reason:
         sentence(column, reason, "INFO")
-    icon = "HIDE_OFF" if preview.is_on(context) else "HIDE_ON"
-    column.prop(context.window_manager.s2ag, "live", toggle=True, icon=icon)
+    row = column.row()
+    row.use_property_split = False  # the label in the button
+    row.prop(context.window_manager.s2ag, "live", toggle=True, icon="HIDE_OFF" if preview.is_on(context) else "HIDE_ON")
 
 
 def draw_engine_work(layout, work) -> None:

@@ -6,13 +6,13 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
+from ..takes.running import character
 from ..translations import told
 
 LABEL = "Gesture Presets"
 FOLDER = "s2ag/character"
 """Below ``presets`` in every place where Blender looks for presets."""
-CHARACTER = "person = bpy.context.object"
-SETTINGS = "settings = (person if person.type == 'ARMATURE' else person.find_armature()).s2ag"
+SETTINGS = "settings = bpy.context.window_manager.s2ag.settings"
 VALUES = (
     "style",
     "style_second",
@@ -38,11 +38,6 @@ VALUES = (
 _ROOT = str(Path(__file__).parents[2])
 
 
-def _character(context):
-    person = context.object
-    return person if person is None or person.type == "ARMATURE" else person.find_armature()
-
-
 class S2AG_OT_preset_add(AddPresetBase, bpy.types.Operator):
     """Keep how this character gestures as a preset, or remove the preset"""
 
@@ -50,12 +45,12 @@ class S2AG_OT_preset_add(AddPresetBase, bpy.types.Operator):
     bl_label = "Add Gesture Preset"
     preset_menu = "S2AG_PT_presets"
     preset_subdir = FOLDER
-    preset_defines = [CHARACTER, SETTINGS]
+    preset_defines = [SETTINGS]
     preset_values = [f"settings.{name}" for name in VALUES]
 
     @classmethod
     def poll(cls, context):
-        if _character(context) is None:
+        if character(context) is None:
             cls.poll_message_set(told("Select a character"))
             return False
         return True

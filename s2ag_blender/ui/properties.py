@@ -7,6 +7,7 @@ from .. import compat
 from ..rig import readiness
 from ..takes import choices, preview, takes
 from ..takes.choices import control_names, style_names
+from ..takes.running import character
 from .curve_properties import EDITABLE, CurveSettings, changed
 
 __all__ = ["S2AG_BoneChoice", "S2AG_Session", "S2AG_Settings", "S2AG_Take", "control_names", "style_names"]
@@ -94,6 +95,12 @@ class S2AG_Session(bpy.types.PropertyGroup):
         update=_live_switched,
         options={"SKIP_SAVE"},
     )
+
+    @property
+    def settings(self):
+        """The settings of the chosen character, which presets set; None without one."""
+        armature = character(bpy.context)
+        return None if armature is None else armature.s2ag
 
 
 class S2AG_Settings(CurveSettings, bpy.types.PropertyGroup):

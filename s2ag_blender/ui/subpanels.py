@@ -3,12 +3,15 @@
 import bpy
 
 from ...core.styles import AFFECTS
-from ..keys import trying
+from ..keys import density, trying
 from ..rig import handpicked, readiness
 from ..takes import choices, markers, takes
 from ..takes.running import character
 from ..translations import told
 from .panel import Sidebar, draw_beyond, sentence
+
+_BESIDE = 18
+"""Letters for which there is room beside the name of a part."""
 
 
 class _Below(Sidebar):
@@ -126,7 +129,9 @@ class S2AG_PT_layers(_Below, bpy.types.Panel):
     bl_label = "Layers and Blending"
 
     def draw_settings(self, layout, armature, settings, context):
-        layout.row().prop(settings, "result", expand=True)
+        row = layout.row()
+        row.use_property_split = False  # beside a label there is too little room for the three
+        row.prop(settings, "result", expand=True)
         layered = settings.result == "LAYER"
         if settings.result != "ACTION":
             layout.prop(settings, "influence", slider=True)
@@ -167,7 +172,9 @@ class S2AG_PT_curves(_Below, bpy.types.Panel):
             row = layout.row()
             row.active = settings.curves == curves
             row.prop(settings, name)
-        layout.operator("s2ag.change_keys", icon="IPO_BEZIER")
+        take = takes.active(armature)
+        dense = take is not None and density.is_dense(take.action)
+        layout.operator("s2ag.change_keys", text="Key Only Poses" if dense else "Key All Frames", icon="IPO_BEZIER")
 
 
 class S2AG_PT_bone_map(_Below, bpy.types.Panel):
@@ -190,7 +197,11 @@ class S2AG_PT_bone_map(_Below, bpy.types.Panel):
             for found in ready.rows:
                 row = column.row()
                 row.label(text=told(readiness.label(found.part)), icon="CHECKMARK" if found.found else "REMOVE")
-                row.label(text=", ".join(found.bones) or found.note, translate=False)
+                note = told(found.note)
+                if found.bones or len(note) <= _BESIDE:
+                    row.label(text=", ".join(found.bones) or note, translate=False)
+                else:
+                    sentence(column, note, "BLANK1")
         for warning in ready.warnings if ready is not None else ():
             sentence(layout, told(warning), "ERROR")
         if settings.bone_map:

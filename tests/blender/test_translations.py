@@ -16,6 +16,7 @@ from s2ag.s2ag_blender.engine import pip
 from s2ag.s2ag_blender.rig import readiness
 from s2ag.s2ag_blender.takes import choices
 from s2ag.s2ag_blender.ui import bone_maps
+from s2ag.s2ag_blender.ui.properties import S2AG_Settings
 
 FOLDER = Path(__file__).resolve().parents[2] / "s2ag_blender"
 PRESETS = FOLDER.parent / "presets"
@@ -180,6 +181,38 @@ def test_every_style_is_described_in_the_users_language(locale):
     described = {text: german for text, german in translations.STYLES[locale].items() if text.endswith(".")}
     assert told == set(described)
     assert all(german.endswith(".") and german != text for text, german in described.items())
+
+
+@pytest.mark.parametrize("locale", ["en", *sorted(translations.LANGUAGES)])
+def test_labels_beside_settings_are_not_cut(extension, locale):
+    """Beside a value there is room for 16 letters where the sidebar is 292 pixels wide, as it is at first."""
+    table = translations.LANGUAGES.get(locale, {})
+    labels = {prop.name for prop in properties(S2AG_Settings) if prop.name not in ("Bone Map", "Live Preview")}
+    labels |= {readiness.label(part) for part in (*bone_maps.ORDER, *skeleton.EDGE_NAMES) if not part.endswith("twist")}
+    assert not [label for label in (table.get(one, one) for one in labels) if len(label) > 16]
+
+
+@pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
+def test_notes_on_parts_that_are_not_found_have_a_translation(locale):
+    said = {text for path in (FOLDER.parent / "rigs", FOLDER / "rig") for one in path.glob("*.py") for text in notes(one)}
+    assert len(said) > 5
+    for text in said:
+        filled = [text.format(*names) for names in (('Bone "a"', "the arms"), ("the left upper arm", "a"))]
+        assert [one for one in filled if translations.sentence(locale, one) != one], text
+
+
+def notes(path):
+    """What is said of a part that is not found, in a file's source."""
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Call):
+            values = [word.value for word in node.keywords if word.arg == "note"]
+        elif isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) in ("note", "search.reasons[part]"):
+            values = [node.value]
+        elif isinstance(node, ast.FunctionDef) and node.name in ("missing_reason", "_why_not"):
+            values = [inner.value for inner in ast.walk(node) if isinstance(inner, ast.Return)]
+        else:
+            continue
+        yield from (text for value in values for text in template(value) if text)
 
 
 def test_every_word_of_ours_is_looked_up_among_ours(extension):

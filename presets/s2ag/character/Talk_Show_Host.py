@@ -1,7 +1,6 @@
 import bpy
 
-person = bpy.context.object
-settings = (person if person.type == "ARMATURE" else person.find_armature()).s2ag
+settings = bpy.context.window_manager.s2ag.settings
 
 settings.style = "warm host"
 settings.style_second = "eager storyteller"

@@ -3,8 +3,8 @@
 import bpy
 from acted import Sheet, active, drawn
 from s2ag.s2ag_blender.rig import readiness
-from s2ag.s2ag_blender.takes import choices
-from s2ag.s2ag_blender.ui import menus, panel, subpanels
+from s2ag.s2ag_blender.takes import choices, running
+from s2ag.s2ag_blender.ui import menus, panel, presets, subpanels
 
 FIRST = {"audio_source", "audio", "transcript_source", "transcript", "style_pick", "s2ag.generate", "live"}
 
@@ -20,7 +20,7 @@ def test_above_the_fold_are_recording_words_style_and_the_button(speaker, exampl
     ]
     assert "No words: the audio alone gestures" in shown and len(shown) < 12
     speaker.s2ag.audio = str(examples / "hello.flac")
-    assert "hello.txt beside the recording is used" in drawn(panel.S2AG_PT_gestures)
+    assert "hello.txt beside it has the words" in drawn(panel.S2AG_PT_gestures)
 
 
 def test_nothing_is_claimed_before_there_is_a_recording(figure):
@@ -51,6 +51,22 @@ def test_a_rig_that_cannot_gesture_says_so_once(extension):
     shown = list(drawn(panel.S2AG_PT_gestures))
     lines = choices.wrapped(problem)
     assert [what for what in shown if what in lines] == lines and shown.index(lines[0]) == shown.index("s2ag.generate") + 1
+
+
+def test_what_hangs_on_a_character_and_what_is_selected_with_it_choose_it(figure):
+    """An imported FBX leaves the empty that came last active, and everything selected."""
+    foot, camera = (bpy.data.objects.new("Other", data) for data in (None, bpy.data.cameras.new("Eye")))
+    for item in (foot, camera):
+        bpy.context.collection.objects.link(item)
+    foot.parent = figure
+    bpy.context.view_layer.objects.active = foot
+    assert running.character(bpy.context) == figure and "audio" in drawn(panel.S2AG_PT_gestures)
+    bpy.context.view_layer.objects.active = camera
+    assert running.character(bpy.context) == figure  # still selected
+    bpy.ops.script.execute_preset(filepath=bpy.utils.preset_find("Lecture", presets.FOLDER), menu_idname="S2AG_PT_presets")
+    assert figure.s2ag.style == "calm lecturer"
+    figure.select_set(False)
+    assert running.character(bpy.context) is None
 
 
 def test_every_setting_is_in_some_panel(speaker):

@@ -95,7 +95,7 @@ def test_shipped_presets_are_plain_assignments_of_good_values(figure, path):
         if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Attribute):
             assigned[node.targets[0].attr] = ast.literal_eval(node.value)
         else:
-            assert ast.unparse(node) in ("import bpy", presets.CHARACTER, presets.SETTINGS)
+            assert ast.unparse(node) in ("import bpy", presets.SETTINGS)
     assert set(assigned) == set(presets.VALUES) - OWN_RIG
     assert load(path) == {"FINISHED"}
     for name, value in assigned.items():
