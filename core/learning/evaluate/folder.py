@@ -32,7 +32,7 @@ _VARIED = (
 )  # fmt: skip
 _PERFORMER = (
     "forearm_median", "forearm_p90", "nearest_neighbour", "most_repeated", "cells", "first_axis", "components", "seeds_apart",
-    "strokes_a_minute",
+    "strokes_a_minute", "wrist_speed", "finger_speed",
 )  # fmt: skip
 """Cells of the shorter tables: (column, figure)."""
 

@@ -1,5 +1,6 @@
 """Batches of random windows from the packed corpus (:mod:`storage` describes its arrays)."""
 
+import copy
 from dataclasses import dataclass, fields, replace
 from os import PathLike
 
@@ -108,6 +109,12 @@ class Corpus:
     def speakers(self) -> list[dict]:
         """Names and descriptions in the order of the speaker ids."""
         return self.meta["speakers"]
+
+    def without_extras(self) -> "Corpus":
+        """The same corpus, of which a frame is nine directions and nothing else, as regressors take it."""
+        plain = copy.copy(self)
+        plain.extras = self.extras[:, :0]
+        return plain
 
     @property
     def meanings(self) -> list[str]:

@@ -47,7 +47,7 @@ class Run:
         self.config, self.corpus, self.fabric = config, corpus, fabric
         self.first = fabric.is_global_zero
         self.trainer = (FlowMatching if config.model == "flow" else Adversarial)(config, corpus, fabric)
-        self.validation = Validation(corpus, config) if self.first else None
+        self.validation = Validation(self.trainer.corpus, config) if self.first else None
         self.figures: dict = {}
         self.trained_seconds = 0.0
         if config.resume:

@@ -25,8 +25,9 @@ class Trainer:
     """
 
     def __init__(self, config: TrainConfig, corpus: Corpus, fabric):
-        self.config, self.corpus, self.fabric = config, corpus, fabric
         self.model_config = config.model_config(len(corpus.speakers), len(corpus.meanings), corpus.extras.shape[1])
+        corpus = corpus if self.model_config.extras else corpus.without_extras()
+        self.config, self.corpus, self.fabric = config, corpus, fabric
         _check_fit(self.model_config, corpus)
         torch.manual_seed(config.seed)
         self.generator = network.make(self.model_config)

@@ -20,7 +20,7 @@ from s2ag.core.learning.train.health import Watch  # noqa: E402
 from s2ag.core.learning.train.loop import CHECKPOINT, LOG, STATE, train  # noqa: E402
 from s2ag.core.learning.train.validation import arm_speed, correlation  # noqa: E402
 from s2ag.core.model import checkpoint  # noqa: E402
-from s2ag.core.motion import skeleton  # noqa: E402
+from s2ag.core.motion import hand_numbers, skeleton  # noqa: E402
 from toy_corpus import PROSODY, write_toy_corpus  # noqa: E402
 
 SMALL = {
@@ -309,3 +309,23 @@ def test_two_processes_share_their_work(settings, tmp_path):
     assert all(np.isfinite(value).all() for line in lines for value in line.values())
     facts = checkpoint.load(settings["out"] + "/" + CHECKPOINT).meta["training"]
     assert (facts["steps"], facts["processes"]) == (3, 2)
+
+
+@pytest.mark.parametrize("kind", [{}, FLOW], ids=["regressor", "flow"])
+def test_hands_in_a_corpus_are_learned_by_flows_and_ignored_by_regressors(settings, kind, one_thread):
+    data = Path(settings["data"])
+    frames = len(np.load(data / "directions.npy"))
+    np.save(data / "extras.npy", np.random.default_rng(0).normal(size=(frames, hand_numbers.SIZE)).astype(np.float16))
+    train(TrainConfig.from_dict({**settings, **kind}))
+    learned = checkpoint.load(Path(settings["out"]) / CHECKPOINT)
+    assert learned.config.extras == (hand_numbers.SIZE if kind else 0)
+
+
+def test_a_training_may_start_from_a_checkpoint(settings, one_thread):
+    train(TrainConfig.from_dict(settings))
+    first = Path(settings["out"]) / CHECKPOINT
+    again = {**settings, "out": settings["out"] + "2", "start": str(first), "steps": 1, "generator_rate": 0.0}
+    train(TrainConfig.from_dict(again))
+    mine, theirs = (checkpoint.load(path).generator.state_dict() for path in (first, Path(again["out"]) / CHECKPOINT))
+    for name, value in mine.items():
+        torch.testing.assert_close(theirs[name], value, rtol=2**-10, atol=1e-6)
