@@ -16,6 +16,10 @@ _DAMAGED += (MemoryError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
 """What zipfile and numpy raise on damaged files, as they are."""
 
 
+_KINDS = "biufSU"
+"""Kinds of arrays that are read: truth values, numbers, text."""
+
+
 class NotArrays(ValueError):
     """The file holds no arrays that are read here."""
 
@@ -48,6 +52,8 @@ def _stated(packed: zipfile.ZipFile, member: zipfile.ZipInfo) -> int:
         version = np.lib.format.read_magic(file)
         header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         shape, _, kind = header(file)
+    if kind.kind not in _KINDS:
+        raise NotArrays(f"it holds {kind}, where numbers or text belong")
     size = kind.itemsize
     for length in shape:
         size *= int(length)

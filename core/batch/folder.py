@@ -83,14 +83,14 @@ class Record:
         """The facts of a finished stage, or None unless it was made from ``key`` and all its files are there."""
         content = _read(self.path) or {}
         made, facts = content.get("files"), content.get("facts")
-        if content.get("key") != key or not isinstance(made, dict) or not isinstance(facts, dict):
+        if content.get("key") != key or content.get("seal") != _sealed(key, made, facts):
             return None
         return facts if all(_size(self.folder.root / path) == size for path, size in made.items()) else None
 
     def write(self, key: str, files: list[Path], facts: dict) -> None:
         """Say that the stage is done; a failure of before is forgotten."""
         sizes = {path.relative_to(self.folder.root).as_posix(): _size(path) for path in files}
-        _write(self.path, {"key": key, "files": sizes, "facts": facts})
+        _write(self.path, {"key": key, "files": sizes, "facts": facts, "seal": _sealed(key, sizes, facts)})
         self.failure_path.unlink(missing_ok=True)
 
     def fail(self, key: str, error: S2agError) -> None:
@@ -99,8 +99,10 @@ class Record:
         _write(self.failure_path, {"key": key, **told})
 
     def failure(self) -> dict | None:
-        """``kind``, ``message`` and ``remedy`` of the last try, if it failed."""
-        return _read(self.failure_path)
+        """``key``, ``kind``, ``message`` and ``remedy`` of the last try, if it failed; all are text."""
+        told = _read(self.failure_path) or {}
+        known = {name: told.get(name) for name in ("key", "kind", "message", "remedy")}
+        return known if all(isinstance(value, str) for value in known.values()) else None
 
 
 def land(part: Path, place: Path) -> None:
@@ -118,6 +120,10 @@ def land(part: Path, place: Path) -> None:
 def key(*content) -> str:
     """SHA-256 (hexadecimal) of anything that is JSON."""
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+_sealed = key
+"""What tells a record that was written here from one that was damaged or changed since."""
 
 
 def digest(path: str | os.PathLike | None) -> str | None:

@@ -121,7 +121,8 @@ class Worker:
         try:
             if self._is_cancelled(request):
                 raise Cancelled("Cancelled.")
-            handler = {"hello": self._hello, "styles": self._styles, "synthesize": self._synthesize}.get(message.get("method"))
+            handlers = {"hello": self._hello, "styles": self._styles, "synthesize": self._synthesize}
+            handler = handlers.get(str(message.get("method")))
             if handler is None:
                 raise UsageError(
                     f"There is no method {message.get('method')!r}.", f"Methods are {', '.join(protocol.METHODS)}."
@@ -129,6 +130,7 @@ class Worker:
             params = message.get("params") or {}
             if not isinstance(params, dict):
                 raise UsageError("The params of a request must be an object.", "Send names and values.")
+            _settle(params)
             reply = {"id": request, "result": handler(request, params)}
         except S2agError as error:
             reply = protocol.failure(request, error)
@@ -231,6 +233,13 @@ def _checked(params: dict) -> dict:
         if not isinstance(value, _PARAMETERS[name]) or (isinstance(value, bool) and _PARAMETERS[name] is not bool):
             raise UsageError(f"The parameter {name} cannot be {value!r}.", "Give a value of the right kind.")
     return options
+
+
+def _settle(params: dict) -> None:
+    """Raise :class:`UsageError` unless settings are text: most are paths."""
+    for name in (*_SETTINGS, "output_dir"):
+        if not isinstance(params.get(name) or "", str):
+            raise UsageError(f"The parameter {name} cannot be {params[name]!r}.", "Give text.")
 
 
 def _styles(params: dict) -> list:

@@ -42,10 +42,10 @@ class Gesture:
     def read(cls, name: str, given: Mapping, shapes: Mapping[str, np.ndarray]) -> "Gesture":
         """Of the JSON object that a vocabulary holds; ``ValueError`` says what is wrong with it."""
         arms = given.get("arms", "one")
-        if arms not in ARMS:
+        if not isinstance(arms, str) or arms not in ARMS:
             raise ValueError(f"arms of {name} are {arms!r}, not one of {', '.join(ARMS)}")
         shape = given.get("shape")
-        if shape is not None and shape not in shapes:
+        if shape is not None and not (isinstance(shape, str) and shape in shapes):
             raise ValueError(f"{name} wants the handshape {shape!r}, which is not there")
         poses = {key: _vectors(name, key, given.get(key), (2, 3)) for key in ("ready", "stroke")}
         looks = {key: _vectors(name, key, given[key], (3,)) for key in ("palm", "knuckles") if key in given}

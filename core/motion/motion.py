@@ -17,6 +17,10 @@ from .pelvis import Pelvis
 
 FASTEST = 1000.0
 """Frames a second of a motion file, at most."""
+LONGEST = 13 * 3600.0
+"""Seconds of a motion file, at most: recordings end after twelve hours."""
+_FARTHEST = 1000.0
+"""Of a direction that is no longer of unit length, in a file that another program wrote."""
 
 
 @dataclass(frozen=True)
@@ -85,9 +89,11 @@ class Motion:
         """Read what :meth:`save` wrote; raises :class:`MotionUnreadable`."""
         try:
             with npz.opened(path) as data:
-                directions = data["directions"]
+                directions = np.asarray(data["directions"], float)
+                if (np.abs(directions) > _FARTHEST).any():
+                    raise ValueError("its directions are out of range")
                 motion = cls(
-                    np.asarray(directions, np.float32),
+                    directions.astype(np.float32),
                     float(data["fps"]),
                     tuple((str(word), float(start), float(end)) for word, start, end in json_text.parse(str(data["words"]))),
                     json_text.parse(str(data["meta"])),
@@ -96,6 +102,8 @@ class Motion:
                 )
                 if not 0 < motion.fps <= FASTEST or not isinstance(motion.meta, dict):
                     raise ValueError("its rate or its facts are none")
+                if motion.duration > LONGEST or not np.isfinite([times for _, *times in motion.words]).all():
+                    raise ValueError("its times are out of range")
         except (OSError, npz.NotArrays) as error:
             raise MotionUnreadable(f"{path} is not a motion file.", "Make one with: s2ag synth AUDIO -o OUT.npz") from error
         if directions.ndim != 3 or directions.shape[1:] != (9, 3) or not len(directions) or not np.isfinite(directions).all():

@@ -16,6 +16,8 @@ from ..errors import VectorsUnreadable
 from ..words.spelling import normalise, spoken
 
 DIMENSIONS = 300
+_LARGEST = 65504.0
+"""Of the numbers of a table, which are kept in half precision."""
 SHIPPED = Path(__file__).parents[1] / "assets" / "words.npz"
 
 
@@ -128,11 +130,17 @@ class Packed:
         try:
             with npz.opened(path) as data:
                 packed = cls({key: data[key] for key in data.files})
+            if any(np.abs(part).max(initial=0) > _LARGEST for part in packed.numbers()):
+                raise ValueError("numbers out of range")
             packed.rows(np.array([0, len(packed.key_to_index) - 1]))
             packed.guess("word")
         except Exception as error:  # np.load and zipfile raise half a dozen types on damaged files
             raise VectorsUnreadable(f"{path} holds no packed word vectors.", "Build it with core/vectors/build.py.") from error
         return packed
+
+    def numbers(self) -> list[np.ndarray]:
+        """All arrays that are no codes."""
+        return [part for table in (self._words, self._ngrams) for part in table.values() if part.dtype.kind == "f"]
 
     def rows(self, indices: np.ndarray) -> np.ndarray:
         """``(len(indices), 300)`` float32."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from ....rigs import quaternion
 from ...errors import CorpusUnreadable
-from .ten import Posed, chain
+from .ten import Posed, chain, check
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 
@@ -75,7 +75,9 @@ def _hierarchy(tokens: list[str]):
             raise ValueError(f"{word[:20]!r} is no word of a hierarchy")
     if opened or not names or parents.count(-1) != 1:
         raise ValueError("its hierarchy is not closed")
-    return names, parents, np.array(offsets), channels
+    places = np.array(offsets)
+    check(places, 1, 1.0)
+    return names, parents, places, channels
 
 
 def _motion(tokens: list[str], width: int) -> tuple[np.ndarray, float]:
@@ -85,8 +87,9 @@ def _motion(tokens: list[str], width: int) -> tuple[np.ndarray, float]:
     values = np.array(tokens[5:], float)
     if frames < 1 or len(values) != frames * width:
         raise ValueError(f"it has {len(values)} numbers for {frames} frames of {width} channels")
-    if not (interval > 0 and np.isfinite(values).all()):
-        raise ValueError("its frame time or its motion is no number")
+    if not interval > 1e-9:
+        raise ValueError("its frame time is no number")
+    check(values, frames, 1 / interval)
     return values.reshape(frames, width), 1 / interval
 
 

@@ -3,7 +3,6 @@
 import csv
 import hashlib
 import re
-import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from os import PathLike
@@ -11,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ... import npz
 from ...errors import CorpusUnreadable
 from ...motion.motion import Motion
 from ...sound import audio
@@ -145,9 +145,9 @@ def _performed(path: Path, paper_joints: bool, body: np.ndarray) -> np.ndarray:
 
 def _is_motion(path: Path) -> bool:
     try:
-        with zipfile.ZipFile(path) as archive:
-            return "directions.npy" in archive.namelist()
-    except (OSError, zipfile.BadZipFile):
+        with npz.opened(path, smplx.LARGEST) as data:
+            return "directions" in data
+    except (OSError, npz.NotArrays):
         return False  # smplx.read says what is wrong
 
 

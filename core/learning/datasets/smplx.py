@@ -6,9 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from ....rigs import quaternion
+from ... import npz
 from ...errors import CorpusUnreadable
-from .ten import Posed, chain
+from .ten import Posed, chain, check
 
+LARGEST = 1_000_000_000
+"""Bytes that a motion or a body model may unpack to; SMPL-X's own model takes half of that."""
 NAMES = (
     "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2", "left_ankle", "right_ankle", "spine3",
     "left_foot", "right_foot", "neck", "left_collar", "right_collar", "head", "left_shoulder", "right_shoulder", "left_elbow",
@@ -34,17 +37,17 @@ def read(path: str | PathLike, offsets: np.ndarray = OFFSETS) -> tuple[Posed, fl
     """
     path = Path(path)
     try:
-        with np.load(path, allow_pickle=False) as data:
+        with npz.opened(path, LARGEST) as data:
             poses = np.asarray(data["poses"], float)
             root = np.asarray(data["trans"], float) if "trans" in data else np.zeros((len(poses), 3))
-            fps = float(data.get("mocap_frame_rate", 30.0))
-    except (OSError, ValueError, KeyError, EOFError, TypeError) as error:
+            fps = float(data["mocap_frame_rate"]) if "mocap_frame_rate" in data else 30.0
+            check(poses, len(poses), fps)
+            check(root, len(poses), fps)
+    except (OSError, npz.NotArrays) as error:
         raise CorpusUnreadable(f"{path} is no SMPL-X motion: {' '.join(str(error).split())[:100]}.", "Get it again.") from error
-    if poses.ndim != 2 or poses.shape[1] < 3 * len(NAMES) or root.shape != (len(poses), 3) or not len(poses) or not fps > 0:
+    if poses.ndim != 2 or poses.shape[1] < 3 * len(NAMES) or root.shape != (len(poses), 3) or not len(poses):
         message = f"{path} holds poses of shape {poses.shape}, not (frames, {3 * len(NAMES)} or more)."
         raise CorpusUnreadable(message, "Get it again.")
-    if not np.isfinite(poses).all():
-        raise CorpusUnreadable(f"{path} holds poses that are no numbers.", "Get it again.")
     local = rotations(poses[:, : 3 * len(NAMES)].reshape(len(poses), -1, 3))
     return Posed(NAMES, *chain(offsets, PARENTS, local, root + offsets[0])), fps
 
@@ -60,9 +63,9 @@ def rotations(axis_angles: np.ndarray) -> np.ndarray:
 def model_offsets(path: str | PathLike) -> np.ndarray:
     """Rest offsets ``(22, 3)`` of the user's own SMPL-X model file (.npz with ``v_template`` and ``J_regressor``)."""
     try:
-        with np.load(path, allow_pickle=False) as data:
+        with npz.opened(path, LARGEST) as data:
             joints = (data["J_regressor"] @ data["v_template"])[: len(NAMES)]
-    except (OSError, ValueError, KeyError, EOFError, TypeError) as error:
+    except (OSError, npz.NotArrays) as error:
         raise CorpusUnreadable(f"{path} is no SMPL-X model.", "Give SMPLX_NEUTRAL.npz or leave it out.") from error
     parents = np.array(PARENTS)
     return joints - np.where(parents[:, None] >= 0, joints[parents], 0)

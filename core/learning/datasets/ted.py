@@ -1,13 +1,12 @@
 """TED Gesture from the folder that :mod:`ted_export` writes (reference sections B and D.1)."""
 
-import zipfile
 from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
-from ... import json_text
+from ... import json_text, npz
 from ...errors import CorpusUnreadable, UsageError
 from ...motion import skeleton
 from ...sound.audio import SAMPLE_RATE
@@ -17,6 +16,8 @@ from .ten import resample
 
 PARTS = {"train": "train", "val": "validation", "test": "test"}
 SPLITS = ("original", "talk")
+LARGEST, LONGEST = 4_000_000_000, 3600.0
+"""Bytes that a video's arrays may unpack to, and seconds of a clip, which has ten."""
 
 
 def recordings(folder: str | PathLike, split: str = "original", tell: Tell = lambda name: None) -> Iterator[Recording]:
@@ -42,11 +43,11 @@ def recordings(folder: str | PathLike, split: str = "original", tell: Tell = lam
 def _video(path: Path, split: str | None) -> Iterator[Recording]:
     try:
         video = json_text.read(path)
-        with np.load(path.with_suffix(".npz"), allow_pickle=False) as arrays:
+        with npz.opened(path.with_suffix(".npz"), LARGEST) as arrays:
             for number, clip in enumerate(video["clips"]):
                 poses, sound = arrays[f"{number}.skeletons_3d"], arrays[f"{number}.audio_raw"]
                 yield _clip(video["vid"], number, clip, np.asarray(poses, np.float32), np.asarray(sound, np.float32), split)
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         reason = " ".join(str(error).split())[:100]
         raise CorpusUnreadable(f"{path} is no exported video: {reason}.", "Export the LMDB again.") from error
 
@@ -54,8 +55,10 @@ def _video(path: Path, split: str | None) -> Iterator[Recording]:
 def _clip(vid: str, number: int, clip: dict, poses: np.ndarray, sound: np.ndarray, split: str | None) -> Recording:
     """Ten joints a video frame to directions at 15 frames a second; word times count from the clip's start."""
     begin, end = float(clip["start_time"]), float(clip["end_time"])
-    if poses.ndim != 3 or poses.shape[1:] != (len(skeleton.JOINTS), 3) or not end > begin:
-        raise ValueError(f"clip {number} has poses of shape {poses.shape} in {end - begin:.1f} s")
+    if not 0 < end - begin < LONGEST:
+        raise ValueError(f"clip {number} lasts {end - begin:g} s")
+    if poses.ndim != 3 or poses.shape[1:] != (len(skeleton.JOINTS), 3):
+        raise ValueError(f"clip {number} has poses of shape {poses.shape}")
     if not (np.isfinite(poses).all() and np.isfinite(sound).all() and sound.ndim == 1):
         raise ValueError(f"clip {number} holds values that are no numbers")
     duration = end - begin

@@ -13,7 +13,10 @@ import numpy as np
 
 from ...errors import CorpusUnreadable
 from ...motion import skeleton
+from ...motion.motion import FASTEST, LONGEST
 
+FARTHEST = 1e6
+"""Of places in any unit of length and of angles in degrees, at most."""
 _NOSE, _CROWN = skeleton.canonical_to_y_up(skeleton.MEAN_UNIT)[[1, 2]] * [[0, 1, 1]]
 """From the neck to the nose and on to the crown at rest, without the mean's small lean to a side."""
 
@@ -61,6 +64,14 @@ class Posed:
         if "leftshoulder" in known and "leftarm" not in known and role in ("left_shoulder", "right_shoulder"):
             return known.get(role.replace("_", ""), -1)  # SMPL-X calls the upper arm's joint the shoulder
         return next((known[name] for name in _NAMES[role] if name in known), -1)
+
+
+def check(values: np.ndarray, frames: int, fps: float) -> None:
+    """Raise ValueError for places or angles that no recording of a person holds, or a rate that makes it last for days."""
+    if not (np.isfinite(values).all() and np.abs(values).max(initial=0) <= FARTHEST):
+        raise ValueError("it holds places or angles out of range")
+    if not (0 < fps <= FASTEST and frames / fps <= LONGEST):
+        raise ValueError(f"{frames} frames at {fps:g} a second are out of range")
 
 
 def directions(posed: Posed, paper: bool = False, where: str = "The skeleton") -> np.ndarray:

@@ -21,7 +21,7 @@ def read(path: Path, audio: np.ndarray) -> list[Word]:
         if path.suffix == ".json":
             content = json_text.read(path)
             return google(content) if _is_google(content) else [(str(w), float(a), float(b)) for w, a, b in content]
-    except (OSError, ValueError, TypeError, KeyError, IndexError) as error:
+    except (OSError, ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
         reason = " ".join(str(error).split())[:100]
         raise CorpusUnreadable(f"The transcript {path} cannot be read: {reason}.", "Mend it or take it away.") from error
     from ...words.transcript import resolve

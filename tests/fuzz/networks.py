@@ -1,0 +1,95 @@
+"""The doors of networks: weights and facts in our form, and the files of others that are imported."""
+
+import hashlib
+import json
+import random
+import shutil
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import doors
+import mutations
+
+
+@cache
+def _checkpoint() -> tuple[bytes, dict]:
+    """Weights and facts of a small network that draws."""
+    import torch
+    from s2ag.core.model import checkpoint
+    from s2ag.core.model.config import ModelConfig
+    from s2ag.core.model.flow import FlowGenerator
+
+    torch.manual_seed(0)
+    torch.set_num_threads(1)
+    config = ModelConfig.flow(speakers=2, meanings=4, flow_size=16, flow_condition=16)
+    facts = {"speakers": [{"name": "a", "description": "b"}] * 2, "training": {"settings": {"frames": 64, "seed_frames": 10}}}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "small.safetensors"
+        checkpoint.save(path, FlowGenerator(config), None, facts)
+        return path.read_bytes(), json.loads(path.with_suffix(".json").read_text("utf-8"))
+
+
+def _load(path: Path) -> None:
+    """Both backends, with facts that know the weights or weights that the facts know."""
+    from s2ag.core.model import opening
+
+    weights, facts = path.with_name("net.safetensors"), path.with_name("net.json")
+    if path.suffix == ".json":
+        shutil.copy(path, facts)
+        weights.write_bytes(_checkpoint()[0])
+    else:
+        shutil.copy(path, weights)
+        facts.write_text(json.dumps(_checkpoint()[1] | {"weights_sha256": hashlib.sha256(weights.read_bytes()).hexdigest()}))
+    outcomes = []
+    for backend in ("numpy", "torch"):
+        try:
+            outcomes.append(opening.load(weights, backend))
+        except opening.S2agError as error:
+            outcomes.append(error)
+    for outcome in outcomes:
+        if isinstance(outcome, opening.S2agError):
+            raise outcome
+
+
+def _damage_weights(data: bytes, chance: random.Random, others: list[bytes]) -> bytes:
+    """Bytes, or the JSON of the header with a length that fits."""
+    length = int.from_bytes(data[:8], "little")
+    if chance.random() < 0.4 or length > len(data):
+        return mutations.of_bytes(data, chance, others)
+    header = mutations.of_json(data[8 : 8 + length], chance, [b"{}"])
+    return len(header).to_bytes(8, "little") + header + data[8 + length :]
+
+
+def _foreign() -> doors.Seeds:
+    import torch
+
+    state = {
+        "text_encoder.embedding.weight": torch.zeros(4, 300), "speaker_embedding.0.weight": torch.zeros(3, 16),
+        "audio_encoder.conv1.weight": torch.zeros(2, 3), "net.0.weight": torch.arange(6.0).reshape(2, 3),
+    }  # fmt: skip
+    content = {"gen_dict": state, "dis_dict": state, "epoch": 3, "args": {"a": [1, 2]}}
+
+    def zipped(path):
+        torch.save(content, path)
+
+    def legacy(path):
+        torch.save(content, path, _use_new_zipfile_serialization=False)
+
+    return doors.written((".pth", zipped), (".bin", legacy))
+
+
+def _import(path: Path) -> None:
+    from s2ag.core.model import foreign
+
+    foreign.import_checkpoint(path, path.with_name("out.safetensors"))
+
+
+doors.DOORS |= {
+    door.name: door
+    for door in (
+        doors.Door("weights", lambda: [(".safetensors", _checkpoint()[0])], _load, _damage_weights),
+        doors.Door("facts", lambda: [(".json", json.dumps(_checkpoint()[1]).encode())], _load, mutations.of_json),
+        doors.Door("import", _foreign, _import),
+    )
+}
