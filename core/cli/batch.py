@@ -7,6 +7,7 @@ import sys
 import time
 from pathlib import Path
 
+from ..batch.claim import claim
 from ..batch.clip import MODELS, PRESETS, sliced, units
 from ..batch.crew import PATIENCE
 from ..batch.folder import STAGES, Folder
@@ -62,11 +63,25 @@ def run(options: argparse.Namespace) -> int:
     chosen = sliced(batch.units, options.slice, options.clips)
     if options.verb == "status":
         return _report(*summary.take_stock(batch, chosen)[:2], complete=True)
-    if options.verb in ("plan", "run"):
-        _write_plan(batch, options)
     if options.verb == "plan":
+        _write_plan(batch, options)
         return _show_plan(batch, chosen)
-    began, wanted = time.perf_counter(), STAGES if options.verb == "run" else (options.verb,)
+    with claim(folder.root, _stages(options), [clip.name for unit in chosen for clip in unit.clips]):
+        if options.verb == "run":
+            _write_plan(batch, options)
+        return _work(batch, chosen, options)
+
+
+def _stages(options: argparse.Namespace) -> tuple[str, ...]:
+    return STAGES if options.verb == "run" else (options.verb,)
+
+
+def _work(batch, chosen, options: argparse.Namespace) -> int:
+    """Do the stages and report."""
+    from ..batch import stages, summary
+
+    folder = batch.folder
+    began, wanted = time.perf_counter(), _stages(options)
     commands = _commands(batch, chosen, wanted)
     folder.sweep()
     tried = []

@@ -25,11 +25,15 @@ with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
 
 
 MOMENTS = ("character 0", "keyframes 0", "stage 1", "write take.####.png 0", "write take.####.png 0.5")
+MORE = ("character 1", "stage 0", "write take.####.png 0.02", "write take.####.png 0.2")
+KILLS = [
+    *((moment, signal.SIGKILL) for moment in MOMENTS),
+    ("write take.####.png 0", signal.SIGTERM),
+    *(pytest.param(moment, signal.SIGKILL, marks=pytest.mark.slow) for moment in MORE),
+]
 
 
-@pytest.mark.parametrize(
-    ("moment", "number"), [*((moment, signal.SIGKILL) for moment in MOMENTS), ("write take.####.png 0", signal.SIGTERM)]
-)
+@pytest.mark.parametrize(("moment", "number"), KILLS)
 def test_a_killed_command_leaves_no_process_and_no_part(tmp_path, wave, moment, number):
     """Whoever holds the pipe lives: the command, and the Blender that writes its chatter to the same place."""
     motion, out = tmp_path / "motion.npz", tmp_path / "out"
