@@ -7,9 +7,14 @@ from .errors import RigUnusable, UsageError
 SUFFIXES = (".blend", ".fbx", ".glb", ".gltf")
 
 
+def is_own(name: str) -> bool:
+    """Whether a character is one of ours, no file."""
+    return name in ("human", "mannequin") or (name.startswith("human:") and not Path(name).suffix)
+
+
 def checked(name: str) -> str:
     """The character as Blender's side wants it; raises for a file that is missing or of an unknown kind."""
-    if name in ("human", "mannequin") or (name.startswith("human:") and not Path(name).suffix):
+    if is_own(name):
         return name
     path = Path(name).absolute()
     if path.suffix.lower() not in SUFFIXES:

@@ -6,13 +6,15 @@ posture, because the data's mean is a person's posture and not the character's.
 """
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..core.motion import skeleton
 from ..core.motion.hands import Hands
-from . import arms, fingers, handshapes, limits, palms, proportions, quaternion, spread
+from ..core.motion.pelvis import Pelvis
+from . import arms, fingers, handshapes, limits, palms, proportions, quaternion, spread, stance
+from .legs import Legs
 from .plain import ARMS, Bones, Mapping, character_frame
 
 SIDES = {"left": 1.0, "right": -1.0}
@@ -115,12 +117,14 @@ class Goals:
         free: Collection[str] | None = None,
         frame: np.ndarray | None = None,
         hands: Hands | None = None,
+        pelvis: Pelvis | None = None,
+        legs: Legs | None = None,
     ):
         """Take ``directions`` (frames, 9, 3) in the canonical frame. Raises :class:`RigUnusable` for an unusable mapping.
 
         ``girth`` is the trunk's shape (guessed from the bones, if None), ``free`` the bones beside the mapped edges that
         may be turned: twist bones, hands, fingers (all, if None). ``frame`` is the character's, where ``bones`` stand in
-        another pose than the one it is read from.
+        another pose than the one it is read from. A ``pelvis`` moves where there are ``legs``, above feet that stay.
         """
         self.bones, self.mapping, self.fps, self.options = bones, mapping.check(bones), fps, options or Options()
         self.free = None if free is None else frozenset(free)
@@ -136,6 +140,10 @@ class Goals:
             if name not in mapping.held
         }
         self.hands = hands
+        self.stood = None
+        if pelvis is not None and legs is not None:  # a turn that no spine could take back would carry arms and head along
+            pelvis = pelvis if mapping.chains.get("torso") else replace(pelvis, turn=np.zeros_like(pelvis.turn))
+            self.stood = stance.stand(bones, legs, pelvis, self.frame)
         self.relative = self._relative_turns()
         if self.options.forward_elbows:
             self._bring_elbows_forward()
@@ -302,6 +310,8 @@ class Walk:
             # The head hangs on what the neck hangs on: its turn is counted from the torso.
             base = self.base.setdefault("neck" if part == "head" else part, start if base is None else base)
             rotation, strength = self.goals.relative[part]
+            if part == "torso" and self.goals.stood is not None:  # the spine takes the pelvis's turn back on its way up
+                base = quaternion.power(base, 1.0 - role.share)
             start = quaternion.multiply(base, quaternion.power(rotation, strength * role.share))
         if part in options.aimed:
             return self._aimed(role, start, segment)

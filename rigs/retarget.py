@@ -34,13 +34,17 @@ def rotations(goals: Goals) -> dict[str, np.ndarray]:
     bones, walk, result = goals.bones, goals.walk(), {}
     turned = {-1: None}  # row -> D (frames, 4), None while the bone rests
     rest, hands = bones.rest, {goals.hand_row(side): side for side in SIDES}
+    stood = goals.stood.turned if goals.stood is not None else {}
     for row, parent in enumerate(bones.parents):
         above = turned[int(parent)] if bones.inherits[row] else None
-        if row not in goals.roles and hands.get(row) not in walk.hands:
+        if row not in goals.roles and hands.get(row) not in walk.hands and row not in stood:
             turned[row] = above
             continue
         start = goals.still() if above is None else above
-        turned[row] = goal = walk.hands[hands[row]] if row in hands else walk.turn(row, start)
+        goal = stood.get(row)
+        if goal is None:
+            goal = walk.hands[hands[row]] if row in hands else walk.turn(row, start)
+        turned[row] = goal
         local = quaternion.multiply(quaternion.conjugate(start), goal)
         basis = quaternion.multiply(quaternion.conjugate(rest[row]), quaternion.multiply(local, rest[row]))
         result[bones.names[row]] = quaternion.continuous(basis)

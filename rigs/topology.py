@@ -44,12 +44,14 @@ class Shape:
 class Stance:
     """What arms stand on: ``legs``, the two thighs; ``front`` (3,) where the feet point, None where that cannot be seen.
 
-    ``front_legs`` are the uppermost bones of limbs that are no arms because the armature stands on four legs.
+    ``front_legs`` are the uppermost bones of limbs that are no arms because the armature stands on four legs; ``paths`` are
+    the rows of the legs' joints, from the thighs down.
     """
 
     legs: tuple[str, ...] = ()
     front: np.ndarray | None = None
     front_legs: tuple[str, ...] = ()
+    paths: tuple[tuple[int, ...], ...] = ()
 
 
 def find_body(bones: Bones, tree: Tree | None = None) -> Shape | None:
@@ -76,7 +78,8 @@ def stance(bones: Bones, upper_arms: tuple[str, ...] = (), tree: Tree | None = N
         if pair.length > 0.4 * body.legs.length and body.is_quadruped():
             return Stance(front_legs=tuple(bones.names[path[0]] for path in pair.paths))
         if points and not found.legs and body.measure():
-            found = Stance(tuple(bones.names[path[0]] for path in body.legs.paths), body.front())
+            thighs = tuple(bones.names[path[0]] for path in body.legs.paths)
+            found = Stance(thighs, body.front(), paths=body.legs.paths)
     return found
 
 

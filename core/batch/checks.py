@@ -93,7 +93,8 @@ def request(clip: Clip):
     """The :class:`synthesis.Request` of a clip; raises :class:`UsageError`."""
     from ..performance.synthesis import Request
 
-    return Request(**{name: getattr(clip, name) for name in ("audio", "transcript", *ASKED)})
+    asked = {name: getattr(clip, name) for name in ("audio", "transcript", *ASKED)}
+    return Request(**asked | ({"stance": float(characters.is_own(clip.character))} if clip.stance is None else {}))
 
 
 def _names(clips: list[Clip]) -> Iterator[Problem]:

@@ -17,7 +17,7 @@ SEQUENCES = ("frames", "exr")
 OUTPUTS = (*MOTION_OUTPUTS, *CHARACTER_OUTPUTS, *SCENE_OUTPUTS)
 ASKED = (
     *("text", "recognise", "style", "seed", "take", "takes", "intensity"),
-    *("affect", "rate", "hand", "hands", "meaning", "mirror", "latent"),
+    *("affect", "rate", "hand", "hands", "stance", "meaning", "mirror", "latent"),
 )
 """What of a row is a field of :class:`synthesis.Request`, beside the files."""
 MODELS = ("checkpoint", "vectors", "aligner_model", "recogniser_model", "language", "vocabulary", "backend", "device")
@@ -50,9 +50,10 @@ class Clip:
     Words come from ``transcript``, ``text`` or ``recognise``, or are none (``no_transcript``). ``checkpoint``,
     ``vectors``, ``aligner_model``, ``recogniser_model`` and ``vocabulary`` are paths, or None for the shipped ones;
     ``language`` is a code such as ``de``; ``latent`` is the point of the latent space of a chosen cell; ``take`` is the number
-    of the first take. ``scene`` names what several rows are rendered into together, each with its own recording, which begins
-    ``delay`` seconds into the film, whose first frame is ``start_frame``. ``engine``, ``resolution`` and ``fps`` override the
-    preset; without any of them a ``.blend`` keeps its own.
+    of the first take; ``stance`` None is 1 on a character of ours and 0 on others. ``scene`` names what
+    several rows are rendered into together, each with its own recording, which begins ``delay`` seconds into the film, whose
+    first frame is ``start_frame``. ``engine``, ``resolution`` and ``fps`` override the preset; without any of them a
+    ``.blend`` keeps its own.
     """
 
     line: int
@@ -72,6 +73,7 @@ class Clip:
     hand: float = 0.0
     meaning: float = 1.0
     hands: float = 1.0
+    stance: float | None = None
     mirror: bool = False
     latent: list[list[float]] | None = None
     checkpoint: str | None = None

@@ -294,6 +294,7 @@ COLUMNS = {
     "hand": _hand,
     "meaning": _number(float, "number"),
     "hands": _number(float, "number"),
+    "stance": _number(float, "number"),
     "mirror": _flag,
     "cell": _path,
     "latent": _points,

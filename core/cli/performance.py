@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from .. import characters
 from ..errors import UsageError
 from ..threads import share_cores
 from .progress import Progress, note
@@ -35,6 +36,8 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     parser.add_argument("--meaning", metavar="X", type=float, default=1.0, help=meaning)
     hands = "how much wrists and fingers live, from 0 (they follow the forearms) to 1 (default); the arms stay the same"
     parser.add_argument("--hands", metavar="X", type=float, default=1.0, help=hands)
+    stance = "how far weight goes from foot to foot, 0 to 1 (default 1, for a character of your own 0: its legs get no keys)"
+    parser.add_argument("--stance", metavar="X", type=float, help=stance)
     parser.add_argument("--mirror", action="store_true", help="exchange left and right")
     add_models(parser)
 
@@ -101,6 +104,7 @@ def request(options: argparse.Namespace, **changes):
         "hand": options.hand,
         "meaning": options.meaning,
         "hands": options.hands,
+        "stance": _stance(options),
         "mirror": options.mirror,
         "recognise": options.recognise,
     }
@@ -123,7 +127,13 @@ def _chosen(options: argparse.Namespace):
     if another or options.transcript or options.text is not None or options.no_transcript or options.recognise:
         words = {"transcript": _transcript(options), "text": options.text, "recognise": options.recognise}
         wanted |= {"audio": options.audio, **words}
-    return Request(**wanted, hands=options.hands)
+    return Request(**wanted, hands=options.hands, stance=_stance(options))
+
+
+def _stance(options: argparse.Namespace) -> float:
+    """As asked, else 1, but for a character of the user's own, whose legs are the user's."""
+    default = 1.0 if characters.is_own(getattr(options, "character", "human")) else 0.0
+    return default if options.stance is None else options.stance
 
 
 def session(options: argparse.Namespace):

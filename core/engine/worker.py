@@ -36,6 +36,7 @@ _PARAMETERS = {
     "hand": (int, float),
     "meaning": (int, float),
     "hands": (int, float),
+    "stance": (int, float),
     "mirror": bool,
     "pose": list,
     "end_pose": list,

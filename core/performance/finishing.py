@@ -7,8 +7,9 @@ from ..meaning import choosing, showing
 from ..motion import hand_numbers, limits, rest, skeleton
 from ..motion.hands import Hands
 from ..motion.motion import Motion
+from ..motion.pelvis import Pelvis
 from ..words import hints
-from . import living
+from . import living, stance
 from .casting import Performers
 from .hearing import Heard
 from .keeping import keep, wished
@@ -33,7 +34,8 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
         directions = keep(limits.keep_human(rest.scale(directions, request.intensity, pose)), kept)
         hands = _hands(request, performers, take, drawn, extras, directions)
         hands = hands and showing.hands(hands, plain, shown)
-        motion = Motion(directions, skeleton.FPS, heard.words, about, hands)
+        pelvis = _pelvis(request, heard, performers, take, directions)
+        motion = Motion(directions, skeleton.FPS, heard.words, about, hands, pelvis)
         motions.append(motion.mirrored() if request.mirror else motion)
     return motions
 
@@ -53,10 +55,22 @@ def _hands(request: Request, performers: Performers, take: int, drawn, extras, d
     if extras.shape[1] == hand_numbers.SIZE:
         hands = hand_numbers.hands(extras, drawn).carried(drawn, directions)
     else:
-        style = performers.style[0]
-        name = max(style, key=style.get) if isinstance(style, dict) else style
-        hands = living.hands(directions, name, request.seed + take)
+        hands = living.hands(directions, _name(performers), request.seed + take)
     return hands.calmed(directions, request.hands)
+
+
+def _pelvis(request: Request, heard: Heard, performers: Performers, take: int, directions) -> Pelvis | None:
+    """How the weight goes from foot to foot meanwhile, as much of it as is asked for."""
+    if not request.stance:
+        return None
+    about = {"style": _name(performers), "seed": request.seed + take}
+    return stance.pelvis(directions, heard.activity, heard.words, **about).calmed(request.stance)
+
+
+def _name(performers: Performers) -> str:
+    """The style that has most of a performance."""
+    style = performers.style[0]
+    return max(style, key=style.get) if isinstance(style, dict) else style
 
 
 def _meta(checkpoint, request: Request, heard: Heard, performers: Performers) -> dict:
@@ -73,6 +87,7 @@ def _meta(checkpoint, request: Request, heard: Heard, performers: Performers) ->
         "hand": float(request.hand),
         "meaning": float(request.meaning),
         "hands": float(request.hands),
+        "stance": float(request.stance),
         "mirror": request.mirror,
         "checkpoint": checkpoint.hash,
         **({} if request.latent is None else {"latent": performers.latents[0].tolist()}),

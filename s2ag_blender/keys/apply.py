@@ -52,7 +52,8 @@ def apply_motion(
     keys = pose_keys(armature, motion, start, scene=scene, mapping=mapping, options=options, step=int(step), report=report)
     interpolation = "LINEAR" if step == 1 else "BEZIER"
     name = name or f"{armature.name} gesture"
-    action, slot = keyframes.write_action(name, armature, keys.rotations, keys.frames, interpolation, keys.settings)
+    about = {"settings": keys.settings, "places": keys.places}
+    action, slot = keyframes.write_action(name, armature, keys.rotations, keys.frames, interpolation, **about)
     provenance.stamp(action, motion.meta)
     keyframes.remember(action, armature)
     if strip:
@@ -80,11 +81,17 @@ def take_off(armature: bpy.types.Object, action: bpy.types.Action) -> None:
 
 
 class Keys(NamedTuple):
-    """Scene ``frames`` (keys,), ``rotations`` ``{bone: (keys, 4)}``, or (1, 4) for all frames, ``settings`` by data path."""
+    """Scene ``frames`` (keys,), ``rotations`` ``{bone: (keys, 4)}``, or (1, 4) for all frames, ``settings`` by data path.
+
+    ``places`` ``{bone: (keys, 3)}`` are locations of the pelvis where the weight shifts; ``stood`` are it and the bones of
+    the legs.
+    """
 
     frames: np.ndarray
     rotations: dict[str, np.ndarray]
     settings: dict[str, float]
+    places: dict[str, np.ndarray]
+    stood: tuple[str, ...] = ()
 
 
 def pose_keys(
@@ -124,7 +131,7 @@ def pose_keys(
     near = np.union1d(near[::measured], near[-1:])
     whole = _take(replace(motion.frames(near), fps=motion.fps / measured), given[near])
     found = solver.solve(armature, bones, mapping, whole, keys, scene=scene, options=options, tell=tell)
-    return Keys(keys.frames, found.rotations, found.values)
+    return Keys(keys.frames, found.rotations, found.values, found.places, found.stood)
 
 
 def scene_fps(scene: bpy.types.Scene) -> float:
@@ -143,7 +150,7 @@ def at_scene_frames(motion: Motion, fps: float, step: int = 1) -> tuple[np.ndarr
 
 
 def _take(motion: Motion, frames: np.ndarray) -> Take:
-    return Take(motion.directions, motion.fps, frames, motion.hands)
+    return Take(motion.directions, motion.fps, frames, motion.hands, motion.pelvis)
 
 
 def _activate(armature, action, slot) -> None:

@@ -1,6 +1,7 @@
 """An action of ours with a key on every frame, or with those alone that matter, as the animator likes it."""
 
 import json
+from collections.abc import Collection
 
 import bpy
 import numpy as np
@@ -14,10 +15,13 @@ from . import keyframes, layers, thinning
 KEYED = "s2ag_keyed"
 """Name of an action's custom property that holds, as JSON text, the data paths that gestures keyed."""
 
+_STOOD = "s2ag_stood"
 
-def note(action: bpy.types.Action, keyed: list[keyframes.Channels]) -> None:
-    """Remember on an action what gestures key on every frame."""
+
+def note(action: bpy.types.Action, keyed: list[keyframes.Channels], stood: Collection[str] = ()) -> None:
+    """Remember on an action what gestures key on every frame, and which bones ``stood`` keep feet in place."""
     action[KEYED] = json.dumps(sorted(one.path for one in keyed if one.bone))
+    action[_STOOD] = json.dumps(sorted(stood))
 
 
 def limbs(bones: Bones, mapping: Mapping) -> dict[str, str]:
@@ -63,15 +67,16 @@ def convert(armature: bpy.types.Object, action: bpy.types.Action, tolerance: flo
             values = np.array([curve.evaluate(frame) for frame in frames])
             held.setdefault(curve.data_path, {})[curve.array_index] = values
     keyed = [keyframes.Channels(dependencies.bone_of(path), path, values) for path, values in held.items()]
-    thinner = None if tolerance is None else _thinner(armature, keyed, frames, fps, tolerance)
+    stood = json.loads(action.get(_STOOD, "[]"))
+    thinner = None if tolerance is None else _thinner(armature, keyed, frames, fps, tolerance, stood)
     keyframes.write_channels(bag, keyed, frames, "LINEAR", thinner)
 
 
-def _thinner(armature, keyed: list[keyframes.Channels], frames, fps: float, tolerance: float) -> thinning.Thinner:
+def _thinner(armature, keyed: list[keyframes.Channels], frames, fps: float, tolerance: float, stood) -> thinning.Thinner:
     bones = reading.read(armature)
     turns = {one.bone: _rotations(armature.pose.bones[one.bone], one, len(frames)) for one in keyed if "rotation" in one.path}
     found, _ = reading.survey(armature)
-    return thinning.Thinner(turns, limbs(bones, found), frames, fps, tolerance)
+    return thinning.Thinner(turns, limbs(bones, found), frames, fps, tolerance, stood)
 
 
 def _rotations(bone: bpy.types.PoseBone, one: keyframes.Channels, count: int) -> np.ndarray:

@@ -60,6 +60,12 @@ def channels(bone: bpy.types.PoseBone, rotations: np.ndarray) -> Channels:
     return Channels(bone.name, path, {index: values[:, index] for index in range(values.shape[1]) if not locks[index]})
 
 
+def place_channels(bone: bpy.types.PoseBone, places: np.ndarray) -> Channels:
+    """Locations ``(frames, 3)`` of a bone."""
+    path = f'pose.bones["{bpy.utils.escape_identifier(bone.name)}"].location'
+    return Channels(bone.name, path, {index: places[:, index] for index in range(3)})
+
+
 def write_action(
     name: str,
     armature: bpy.types.Object,
@@ -67,14 +73,18 @@ def write_action(
     frames: np.ndarray,
     interpolation: str = "LINEAR",
     settings: dict[str, float] | None = None,
+    places: dict[str, np.ndarray] | None = None,
 ) -> tuple[bpy.types.Action, object]:
     """A new action (and its slot) with ``rotations`` ``{bone: (frames, 4)}`` keyed at scene ``frames`` ``(frames,)``.
+
+    ``places`` ``{bone: (frames, 3)}`` are locations besides.
 
     A bone with a single rotation, and the ``settings`` by data path, get one constant key at the first frame. Curves are
     grouped by bone and marked as generated; nothing is assigned yet.
     """
     action, slot, bag = compat.new_action(name, armature)
     keyed = [channels(armature.pose.bones[bone], values) for bone, values in rotations.items()]
+    keyed += [place_channels(armature.pose.bones[bone], values) for bone, values in (places or {}).items()]
     write_channels(bag, setting_channels(settings or {}) + keyed, frames, interpolation)
     set_range(action, frames)
     return action, slot

@@ -9,6 +9,7 @@ from ...core.errors import UsageError
 from ...core.motion import skeleton
 from ...core.motion.motion import Motion
 from ...core.performance import living
+from ...rigs import quaternion
 from ...rigs.plain import Mapping
 from .. import compat, provenance
 from ..rig import readiness, reading
@@ -48,11 +49,14 @@ class Laying:
 
         A draft is made in its own action. The number of a new one is put into ``made`` as soon as it is there.
         """
-        frames, rotations, settings = keys
+        frames, rotations, settings, places, stood = keys
         place = self._place(frames)
         base = layers.base_action(self.armature, place.first, place.last)
         interpolation = "LINEAR" if self.step == 1 else "BEZIER"
-        keyed = self._channels(motion, frames, rotations, place, base) + self._settings(settings, place)
+        legs = {bone: rotations[bone] for bone in stood if bone in rotations}
+        body = {bone: values for bone, values in rotations.items() if bone not in stood}
+        keyed = self._channels(motion, frames, body, legs, place, base) + self._settings(settings, place)
+        keyed += self._places(frames, places, place, base)
         copied = place.result == "ACTION" and base is not None
         there = compat.curves(base, layers.slot_of(self.armature, base)) if copied else ()
         cut = {(curve.data_path, curve.array_index) for curve in there}
@@ -62,13 +66,13 @@ class Laying:
         elif action is None:
             action, slot, bag = compat.new_action(self._name(), self.armature)
         made += [action.session_uid] if action != layers.draft_of(self.armature) else []
-        keyframes.write_channels(bag, keyed, frames, interpolation, self._thinner(frames, rotations), cut)
+        keyframes.write_channels(bag, keyed, frames, interpolation, self._thinner(frames, rotations, stood), cut)
         if not copied:
             keyframes.set_range(action, frames)
         provenance.stamp(action, self._provenance(motion, place))
         layers.remember(action, slot, base)
         keyframes.remember(action, self.armature, {one.path for one in keyed}, self.former)
-        density.note(action, keyed)
+        density.note(action, keyed, stood)
         return action
 
     @property
@@ -86,15 +90,17 @@ class Laying:
         """Keys a second."""
         return apply.scene_fps(self.scene) / self.step
 
-    def _thinner(self, frames, rotations) -> thinning.Thinner | None:
+    def _thinner(self, frames, rotations, stood) -> thinning.Thinner | None:
         if not self.few:
             return None
         limbs = density.limbs(reading.read(self.armature), self.mapping)
-        return thinning.Thinner(rotations, limbs, frames, self.fps, self.settings["tolerance"])
+        return thinning.Thinner(rotations, limbs, frames, self.fps, self.settings["tolerance"], stood)
 
     def keys(self, motion: Motion) -> apply.Keys:
         """What to key for one motion; changes nothing."""
         motion = pacing.paced(motion, self.settings.get("speed", 1.0))
+        if motion.pelvis is not None and "TORSO" not in self.settings["parts"]:  # no spine takes its turn back
+            motion = replace(motion, pelvis=replace(motion.pelvis, turn=np.zeros_like(motion.pelvis.turn)))
         planned, self.mapping = self.planned, self.mapping or self._mapping()  # found once for all takes
         if planned.draft:
             self.span = near_playhead(planned.voice.span, motion.duration, self.scene)
@@ -113,7 +119,8 @@ class Laying:
         )
         left_out = self._left_out()
         kept = {bone: values for bone, values in keys.rotations.items() if bone not in left_out}
-        return keys._replace(rotations=pacing.smoothed(kept, self.fps, self.settings.get("smoothing", 0.0)))
+        legs = {bone: kept[bone] for bone in keys.stood if bone in kept}  # smoothed one by one they would move the feet
+        return keys._replace(rotations=pacing.smoothed(kept, self.fps, self.settings.get("smoothing", 0.0)) | legs)
 
     def _left_out(self) -> set[str]:
         parts = [part for name, parts in _PARTS.items() if name not in self.settings["parts"] for part in parts]
@@ -143,8 +150,9 @@ class Laying:
             fades = [fades[0] * (kept["start_pose"] == "REST"), fades[1] * (kept["end_pose"] == "FREE")]
         return layers.Place(result, first, last, kept["influence"] if result != "ACTION" else 1.0, *fades)
 
-    def _channels(self, motion: Motion, frames, rotations, place, base) -> list:
+    def _channels(self, motion: Motion, frames, rotations, legs, place, base) -> list:
         if place.result == "LAYER":
+            rotations = rotations | legs
             # What is the same on all frames is no departure from anything.
             rotations = {bone: values for bone, values in rotations.items() if len(values) == len(frames)}
             near = layers.added_numbers(self.armature, rotations)
@@ -153,10 +161,33 @@ class Laying:
             seen = layers.share(place, frames) if self.planned.draft else None  # a take's strip has it keyed
             return layers.deltas(self.armature, rotations, self._neutral(rotations, motion.hands is not None), seen)
         mixed = self._mixed(frames, rotations, place, base)
+        mixed |= mixing.mix(legs, {}, self._standing(frames, place, base))
         return [keyframes.channels(self.armature.pose.bones[bone], values) for bone, values in mixed.items()]
 
+    def _places(self, frames, places: dict[str, np.ndarray], place, base) -> list:
+        """Channels of locations; what has them is moved by nobody else."""
+        drafted = place.result == "LAYER" and self.planned.draft
+        share = layers.share(place, frames) if drafted else self._standing(frames, place, base)
+        pose = self.armature.pose.bones
+        return [keyframes.place_channels(pose[bone], share[:, None] * values) for bone, values in places.items()]
+
+    def _standing(self, frames, place, base) -> np.ndarray:
+        """How much of a weight shift (keys,) is seen: poses and animation that are blended in have none."""
+        kept, share = self.settings, np.ones(len(frames))
+        if place.result == "LAYER":
+            return share
+        there = place.result == "ACTION" and layers.is_animated(self.armature, base)
+        if kept["start_pose"] == "CURRENT" or (there and place.blend_in):
+            share = share * mixing.ramp(frames, max(kept["blend_in"], 1))
+        if kept["end_pose"] != "FREE" or (there and place.blend_out):
+            share = share * mixing.ramp(frames, max(kept["blend_out"], 1), at_end=True)
+        return share
+
     def _neutral(self, rotations, hands: bool) -> dict:
-        """Rotations (4,) of the bones when the body stands at ease; for drafts kept while the rig stays as it is."""
+        """Rotations (4,) of the bones when the body stands at ease; for drafts kept while the rig stays as it is.
+
+        Legs, which only some motions turn, rest.
+        """
         uid, planned = self.armature.session_uid, self.planned
         rig = readiness.made_of(self.armature), planned.mapping, planned.options
         made_of = (*rig, _dials(self.armature, self.former), hands)
@@ -166,7 +197,7 @@ class Laying:
             alike = {"scene": self.scene, "mapping": planned.mapping, "options": planned.options}
             found = apply.pose_keys(self.armature, still, 0, **alike, report=lambda warning: None)
             _NEUTRAL[uid] = made_of, {bone: values[0] for bone, values in found.rotations.items()}
-        return {bone: _NEUTRAL[uid][1][bone] for bone in rotations}
+        return {bone: _NEUTRAL[uid][1].get(bone, quaternion.IDENTITY) for bone in rotations}
 
     def _settings(self, settings: dict[str, float], place) -> list:
         """Channels of what lets the rig follow its keys; a layer adds to what is there."""

@@ -4,6 +4,7 @@ Between two keys a Bezier curve whose handles reach a third of the way is a cubi
 Blender will draw is known before it is written.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ APART = 0.16
 """Seconds between two beats, at least."""
 LEAST = np.radians(3.0)
 """Speed a second below which a limb does not move at all."""
+STANDING, SHIFTING = np.radians(0.1), 0.01
+"""Tolerance of legs, and of the pelvis's place as a share of its range: so much moves a foot by three thousandths of a leg."""
 
 _NONE = np.zeros(0, int)
 
@@ -69,13 +72,19 @@ class Thinner:
     """Keys that are enough for a performance: beats of whole limbs, so that their bones are keyed together."""
 
     def __init__(
-        self, rotations: dict[str, np.ndarray], limbs: dict[str, str], frames: np.ndarray, fps: float, tolerance: float
+        self,
+        rotations: dict[str, np.ndarray],
+        limbs: dict[str, str],
+        frames: np.ndarray,
+        fps: float,
+        tolerance: float,
+        stood: Collection[str] = (),
     ):
         """Take the ``rotations`` ``{bone: (keys, 4)}`` at ``frames`` (keys,), ``fps`` a second, and each bone's limb.
 
-        ``tolerance`` is in radians.
+        ``tolerance`` is in radians; bones ``stood``, which together keep feet in place, have :data:`STANDING` at most.
         """
-        self.frames, self.limbs, self.tolerance = np.asarray(frames, float), limbs, tolerance
+        self.frames, self.limbs, self.tolerance, self.stood = np.asarray(frames, float), limbs, tolerance, stood
         moving = {bone: values for bone, values in rotations.items() if len(values) == len(frames)}
         groups = {}
         for bone, values in moving.items():
@@ -84,10 +93,13 @@ class Thinner:
 
     def __call__(self, bone: str, path: str, values: np.ndarray) -> Thin:
         """The keys of one bone's channels ``values`` (keys, columns) at the data path ``path``."""
+        turns = "rotation" in path.rpartition(".")[2]
         tolerance = self.tolerance
+        if bone in self.stood:
+            tolerance = min(tolerance, STANDING if turns else SHIFTING)
         if path.endswith(("rotation_quaternion", "rotation_axis_angle")):
             tolerance = 0.5 * tolerance  # half the angle, as quaternions have it
-        elif not path.endswith("rotation_euler"):
+        elif not turns:
             tolerance = max(float(np.ptp(values, axis=0).max()) * tolerance, 1e-9)  # a place: of its own range
         return thin(self.frames, values, tolerance, self.beats.get(self.limbs.get(bone, ""), Beats(_NONE, _NONE)))
 

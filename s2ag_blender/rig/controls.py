@@ -14,6 +14,7 @@ import numpy as np
 
 from ...core.motion import skeleton
 from ...core.motion.hands import Hands
+from ...core.motion.pelvis import Pelvis
 from ...rigs import quaternion, twist
 from ...rigs.family import LINES, SIDES
 from ...rigs.goals import Goals, Walk
@@ -39,6 +40,7 @@ class Take:
     fps: float
     frames: np.ndarray
     hands: Hands | None = None
+    pelvis: Pelvis | None = None
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ def free_bones(armature: bpy.types.Object, ruled: bool = False, eased: bool = Fa
     A bone that the user posed or keyed, that is locked, or that a constraint or a driver rules is left to them; the last
     two are not, if ``ruled``. With ``eased``, hands at ease that a character came with are free as well.
     """
-    ours, theirs = _keyed(armature)
+    ours, theirs = keyed(armature)
     if not ruled:
         theirs |= {dependencies.bone_of(curve.data_path) for curve in dependencies.drivers(armature)}
         theirs |= set(dependencies.pulled(armature))
@@ -48,8 +48,8 @@ def _at_ease(bone: bpy.types.PoseBone) -> bool:
     return came is not None and bone.matrix_basis.to_quaternion().rotation_difference(Quaternion(came)).angle < _REST
 
 
-def _keyed(armature) -> tuple[set[str], set[str]]:
-    """Names of the bones whose rotation actions of this package key, and of those that others key."""
+def keyed(armature: bpy.types.Object, what: str = "rotation") -> tuple[set[str], set[str]]:
+    """Names of the bones whose rotation (or location) actions of this package key, and of those that others key."""
     ours, theirs = set(), set()
     animation = armature.animation_data
     if animation is None:
@@ -57,5 +57,5 @@ def _keyed(armature) -> tuple[set[str], set[str]]:
     actions = [animation.action, *(strip.action for track in animation.nla_tracks for strip in track.strips)]
     for action in {action for action in actions if action is not None}:
         names = ours if provenance.of(action) is not None else theirs
-        names |= {dependencies.bone_of(curve.data_path) for curve in compat.curves(action) if "rotation" in curve.data_path}
+        names |= {dependencies.bone_of(curve.data_path) for curve in compat.curves(action) if f".{what}" in curve.data_path}
     return ours - theirs, theirs

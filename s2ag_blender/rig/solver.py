@@ -1,7 +1,7 @@
 """One call for every rig: the formula for plain skeletons where it holds, measuring where constraints rule."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
@@ -10,22 +10,26 @@ from ...core.motion.skeleton import EDGE_NAMES
 from ...rigs import quaternion, retarget
 from ...rigs.goals import Goals, Options
 from ...rigs.plain import ARMS, Bones, Mapping, character_frame
-from . import controls, dependencies, girth, hands
+from . import controls, dependencies, girth, hands, standing
 from .controls import Take
 
 _TRANSFORMS = ("location", "rotation_quaternion", "rotation_euler", "rotation_axis_angle", "scale")
+_RULED = "The feet of this control rig do not stay when its hips move, so the weight does not shift."
 
 
 @dataclass(frozen=True)
 class Solution:
     """``rotations`` ``{bone: (keys, 4)}``, and the settings by data path (``values``) without which the rig would not follow.
 
-    ``why`` says in words why bones had to be measured; "" where the formula for plain skeletons held.
+    ``why`` says in words why bones had to be measured; "" where the formula for plain skeletons held. ``places``
+    ``{bone: (keys, 3)}`` are locations of the pelvis where the weight shifts, ``stood`` are it and the bones of the legs.
     """
 
     rotations: dict[str, np.ndarray]
     values: dict[str, float]
     why: str = ""
+    places: dict[str, np.ndarray] = field(default_factory=dict)
+    stood: tuple[str, ...] = ()
 
 
 def solve(
@@ -49,9 +53,16 @@ def solve(
     trunk, free = girth.read(armature, bones, mapping), hands.free_bones(armature, eased=motion.hands is not None)
 
     frame = character_frame(bones, mapping.check(bones))
+    legs, places = None, {}
+    if keys.pelvis is not None:
+        legs, obstacle = (None, _RULED) if why else standing.find(armature, bones, mapping, frame[2], free)
+        if legs is None and (why or dependencies.pulled(armature)):
+            places = standing.ride(armature, bones, mapping, frame, keys.pelvis, scene=scene, values=values)
+        if legs is None and not places:
+            tell(obstacle)
 
     def ask(rest: Bones, take: Take) -> Goals:
-        about = {"girth": trunk, "free": free, "frame": frame, "hands": take.hands}
+        about = {"girth": trunk, "free": free, "frame": frame, "hands": take.hands, "pelvis": take.pelvis, "legs": legs}
         return Goals(rest, mapping, take.directions, take.fps, options, **about)
 
     goals = ask(bones, keys)
@@ -65,7 +76,9 @@ def solve(
     rotations = goals.extras() | rotations
     if motion.hands is not None:  # what is neither a finger nor a wrist, such as a bone in the palm, rests
         rotations = {name: quaternion.IDENTITY[None] for name in hands.eased(armature) if name in free} | rotations
-    return Solution(rotations, values, why)
+    if goals.stood is None:
+        return Solution(rotations, values, why, places, tuple(places))
+    return Solution(rotations, values, why, goals.stood.places, tuple(bones.names[row] for row in goals.stood.turned))
 
 
 def switches(armature: bpy.types.Object, mapping: Mapping, tell: Callable[[str], None]) -> dict[str, float]:

@@ -48,6 +48,7 @@ def request(settings, audio: str = "") -> dict:
         "hand": slider(settings, "hand"),
         "meaning": slider(settings, "meaning"),
         "hands": slider(settings, "hands"),
+        "stance": slider(settings, "stance"),
         "mirror": settings.mirror,
         **sources.words(settings, "" if settings.audio_source == "MIXDOWN" else audio),
     }
@@ -95,14 +96,17 @@ def export(context, armature, path: str) -> None:
 
 
 def add_character(name: str, gender: str = "female"):
-    """Build ``human`` or ``mannequin`` in the current scene; returns its armature object."""
+    """Build ``human`` or ``mannequin`` in the current scene; returns its armature object, whose legs are ours to move."""
     if name == "human":
         from ..cast import human
 
-        return human.build(gender=gender).armature
-    from ..cast import mannequin
+        armature = human.build(gender=gender).armature
+    else:
+        from ..cast import mannequin
 
-    return mannequin.build().armature
+        armature = mannequin.build().armature
+    armature.s2ag.stance = 1.0
+    return armature
 
 
 def slider(settings, name: str) -> float:

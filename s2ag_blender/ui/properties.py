@@ -49,6 +49,7 @@ def _control(name: str, label: str):
 
 
 _HANDS = "How much wrists and fingers live; 0 leaves them to the forearms, and the arms are the same"
+_STANCE = "How far weight goes from foot to foot: keys pelvis and legs, which must be at rest; feet stay where they are"
 _MEANING = "How readily phrases such as \"I don't know\" get gestures of their own; 1 is as readily as the style would"
 
 
@@ -209,6 +210,7 @@ class S2AG_Settings(CurveSettings, bpy.types.PropertyGroup):
     hand: _control("hand", "Hand")
     meaning: _share("Meaning", _MEANING, 1.0, 1.0, update=changed)
     hands: _share("Hands", _HANDS, 1.0, 1.0, update=changed)
+    stance: _share("Stance", _STANCE, 0.0, 1.0, update=changed)
     mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right", override=EDITABLE, update=changed)
     take_count: bpy.props.IntProperty(
         name="Takes", description="How many variations to make in one go", default=1, min=1, max=16, override=EDITABLE

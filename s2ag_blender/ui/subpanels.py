@@ -80,6 +80,7 @@ class S2AG_PT_expression(_Below, bpy.types.Panel):
             steered.prop(settings, name, slider=True)
         layout.prop(settings, "meaning", slider=True)
         layout.prop(settings, "hands", slider=True)
+        layout.prop(settings, "stance", slider=True)
         layout.prop(settings, "mirror")
         # Greyed, not locked: whoever opens a file whose sliders are set must be able to set them back.
         steered.active = bool(known)

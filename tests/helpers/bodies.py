@@ -79,7 +79,7 @@ def performance(frames: int = 90, seed: int = 1, size: float = 0.8) -> np.ndarra
     return skeleton.normalize(skeleton.MEAN + size * steps).astype(np.float32)
 
 
-def pose(bones: Bones, rotations: dict) -> tuple[np.ndarray, np.ndarray]:
+def pose(bones: Bones, rotations: dict, places: dict | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Forward kinematics by plain matrices, as Blender defines it: heads (frames, n, 3) and orientations (frames, n, 3, 3)."""
     frames = len(next(iter(rotations.values())))
     result = np.zeros((len(bones.names), frames, 4, 4))
@@ -87,6 +87,8 @@ def pose(bones: Bones, rotations: dict) -> tuple[np.ndarray, np.ndarray]:
         basis = np.tile(np.eye(4), (frames, 1, 1))
         if name in rotations:
             basis[:, :3, :3] = quaternion.to_matrix(rotations[name])
+        if name in (places or {}):
+            basis[:, :3, 3] = places[name]
         above = bones.parents[row]
         start = bones.matrices[row]
         if above >= 0:
