@@ -27,6 +27,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--draws", metavar="N", type=int, help="style draws for every test window")
     parser.add_argument("--steps", metavar="N", type=int, help="batches of a training at most")
     parser.add_argument("--precision", metavar="P", help="of the training: 32-true or bf16-mixed")
+    order = "S2AG's discriminator pauses in the first pass as in its code (default), or never, as in the paper"
+    parser.add_argument("--warm-up", choices=("code", "paper"), help=order)
+    whose = "S2AG learns windows as their own speakers' (default), or as strangers', as its code does"
+    parser.add_argument("--training-ids", choices=("own", "strangers"), help=whose)
     parser.add_argument("--faithful", action="store_true", help="with the public code's bugs instead of the corrected forms")
     parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
     parser.add_argument("--threads", metavar="N", type=int, default=0, help="CPU threads (default: all)")
@@ -53,7 +57,10 @@ def run(options: argparse.Namespace) -> int:
             raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join(KNOWN)}.")
     if options.jobs < 1:
         raise UsageError(f"--jobs is {options.jobs}.", "Set it to 1 or more.")
-    changes = {name: getattr(options, name) for name in ("draws", "steps", "precision") if getattr(options, name) is not None}
+    named = ("draws", "steps", "precision", "warm_up", "training_ids")
+    changes = {name: getattr(options, name) for name in named if getattr(options, name) is not None}
+    if options.faithful:
+        changes.setdefault("training_ids", "strangers")
     if options.seeds:
         changes["seeds"] = _numbers(options.seeds)
     setting = SETTINGS[options.setting].replace(faithful=options.faithful, **changes)

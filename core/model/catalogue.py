@@ -24,7 +24,8 @@ def read_facts(path: Path) -> dict:
         raise CheckpointUnreadable(f"There is no checkpoint {path}.", REMEDY)
     if not facts_path(path).is_file() and _is_state(path):
         what = f"{path} is the state of a training or a system of s2ag bench, which only those can go on with."
-        raise CheckpointUnreadable(what, "Name the checkpoint.safetensors that s2ag's training has written.")
+        where = "Name the checkpoint.safetensors of a training, or the weights.safetensors of S2AG, its ablations or GTC."
+        raise CheckpointUnreadable(what, where)
     try:
         facts = json_text.read(facts_path(path))
     except (OSError, ValueError) as error:

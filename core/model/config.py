@@ -33,6 +33,7 @@ class ModelConfig:
     mfcc_kernels: tuple[int, ...] = (5, 5, 3)
     mfcc_size: int = 32  # (Dm)
     mfcc_slope: float = 0.3
+    wave_channels: tuple[int, ...] = (16, 32, 64)  # of the convolutions of raw samples before the last
 
     words: int = 0  # rows of a trained word table; 0: vectors come from outside
     word_size: int = 300
@@ -82,6 +83,7 @@ class ModelConfig:
     head_size: int = 96
     head_slope: float = 0.01
 
+    discriminator_channels: tuple[int, ...] = (16, 8, 8)  # of the convolutions of a discriminator of raw poses
     discriminator_size: int = 64  # (Dd)
     discriminator_layers: int = 1
     discriminator_dropout: float = 0.0

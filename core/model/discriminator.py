@@ -18,12 +18,13 @@ class Discriminator(nn.Module):
         if config.affect == "graph":
             self.aff_encoder = AffectiveEncoder(config)
         else:
+            a, b, c = config.discriminator_channels
             self.pre_conv = nn.Sequential(
-                nn.Conv1d(len(EDGES) * 3, 16, 3), make_norm(config.norm, 16), nn.LeakyReLU(config.head_slope),
-                nn.Conv1d(16, 8, 3), make_norm(config.norm, 8), nn.LeakyReLU(config.head_slope), nn.Conv1d(8, 8, 3),
+                nn.Conv1d(len(EDGES) * 3, a, 3), make_norm(config.norm, a), nn.LeakyReLU(config.head_slope),
+                nn.Conv1d(a, b, 3), make_norm(config.norm, b), nn.LeakyReLU(config.head_slope), nn.Conv1d(b, c, 3),
             )  # fmt: skip
         self.gru = make_gru(
-            config.affect_size if config.affect == "graph" else 8,
+            config.affect_size if config.affect == "graph" else config.discriminator_channels[-1],
             config.discriminator_size,
             config.discriminator_layers,
             config.discriminator_dropout,

@@ -31,7 +31,8 @@ class Encoders(nn.Module):
     def __init__(self, config: ModelConfig):
         super().__init__()
         self.config = config
-        self.audio_encoder = WaveEncoder(config.mfcc_size) if config.audio == "wave" else MfccEncoder(config)
+        wave = config.audio == "wave"
+        self.audio_encoder = WaveEncoder(config.mfcc_size, config.wave_channels) if wave else MfccEncoder(config)
         self.text_encoder = TextEncoder(config)
         if config.affect == "graph":
             self.aff_encoder = AffectiveEncoder(config)

@@ -13,13 +13,14 @@ _SLOPE = 0.3
 class WaveEncoder(nn.Module):
     """Four strided convolutions that turn exactly :data:`SAMPLES` samples into exactly 34 frames."""
 
-    def __init__(self, size: int = 32):
+    def __init__(self, size: int = 32, channels: tuple[int, ...] = (16, 32, 64)):
         super().__init__()
+        a, b, c = channels
         self.feat_extractor = nn.Sequential(
-            nn.Conv1d(1, 16, 15, stride=5, padding=1600), nn.BatchNorm1d(16), nn.LeakyReLU(_SLOPE),
-            nn.Conv1d(16, 32, 15, stride=6), nn.BatchNorm1d(32), nn.LeakyReLU(_SLOPE),
-            nn.Conv1d(32, 64, 15, stride=6), nn.BatchNorm1d(64), nn.LeakyReLU(_SLOPE),
-            nn.Conv1d(64, size, 15, stride=6),
+            nn.Conv1d(1, a, 15, stride=5, padding=1600), nn.BatchNorm1d(a), nn.LeakyReLU(_SLOPE),
+            nn.Conv1d(a, b, 15, stride=6), nn.BatchNorm1d(b), nn.LeakyReLU(_SLOPE),
+            nn.Conv1d(b, c, 15, stride=6), nn.BatchNorm1d(c), nn.LeakyReLU(_SLOPE),
+            nn.Conv1d(c, size, 15, stride=6),
         )  # fmt: skip
 
     def forward(self, wave: torch.Tensor, frames: int = FRAMES) -> torch.Tensor:

@@ -1,7 +1,7 @@
 """All figures of one performance of the test windows."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -66,12 +66,20 @@ class Bench:
         return dynamics.wrist_speed_histogram(self.real)
 
     @torch.inference_mode()
-    def perform(self, system: System, seed: int, device: str = "cpu") -> np.ndarray:
-        """Directions ``(n, 34, 9, 3)`` of all test windows; ``seed`` draws the styles."""
+    def perform(self, system: System, seed: int, device: str = "cpu", ids: str = "own") -> np.ndarray:
+        """Directions ``(n, 34, 9, 3)`` of all test windows; ``seed`` draws the styles.
+
+        ``ids`` "own": each window as its own speaker; "random": as one drawn from all, as the public codes test.
+        """
         system.eval()
         torch.manual_seed(seed)
-        parts = np.array_split(self.windows, -(-len(self.windows) // _BATCH))
-        return np.concatenate([system.perform(self.data.sample(part).to(device)).cpu().numpy() for part in parts])
+        made = []
+        for part in np.array_split(self.windows, -(-len(self.windows) // _BATCH)):
+            sample = self.data.sample(part)
+            if ids == "random":
+                sample = replace(sample, speaker=torch.randint(self.data.speakers, sample.speaker.shape))
+            made.append(system.perform(sample.to(device)).cpu().numpy())
+        return np.concatenate(made)
 
     def score(self, made: np.ndarray) -> dict[str, float]:
         """The figures that weights can be selected by, of directions ``(n, 34, 9, 3)``: MAJE (code) and FGD."""

@@ -14,9 +14,10 @@ from ...errors import OutputUnwritable, UsageError
 from ...files import whole_file
 from ..metrics import extractor as extractors
 from ..systems.catalogue import KNOWN, Build
+from ..systems.system import System
 from ..train.dataset import TEST, TRAIN, VALIDATION
 from ..train.storage import require_folder
-from . import curves, table
+from . import curves, table, weights
 from .data import Data
 from .jobs import train as side_by_side
 from .judging import Bench
@@ -70,22 +71,29 @@ class Runner:
     def _held_out(self) -> Bench:
         return Bench(self.data, self._extractor[0], self.setting.validation_windows, VALIDATION)
 
-    def one(self, name: str, seed: int, stopping: Callable[[], bool] = lambda: False) -> bool:
-        """Train and judge one system, if that is not done yet; False where ``stopping()`` came first."""
-        folder = self.folder / f"{name}-{seed}"
-        if (folder / FIGURES).is_file():
-            return True
-        torch.manual_seed(seed)
+    def system(self, name: str, seed: int) -> System:
+        """One system as its training begins."""
         setting = self.setting
-        words = Build(
+        build = Build(
             self.data.vectors,
             self.data.speakers,
             setting.share,
             setting.trained_words,
             setting.diversity_share,
             setting.faithful,
+            setting.first_pass(len(self.data.windows[TRAIN])),
+            setting.training_ids == "strangers",
         )
-        training = Training(KNOWN[name].build(words), self.data, setting, seed, folder, self.device)
+        torch.manual_seed(seed)
+        return KNOWN[name].build(build)
+
+    def one(self, name: str, seed: int, stopping: Callable[[], bool] = lambda: False) -> bool:
+        """Train and judge one system, if that is not done yet; False where ``stopping()`` came first."""
+        folder = self.folder / f"{name}-{seed}"
+        if (folder / FIGURES).is_file():
+            return True
+        setting = self.setting
+        training = Training(self.system(name, seed), self.data, setting, seed, folder, self.device)
         self.say(f"{KNOWN[name].title}, seed {seed}: {training.steps - training.done} of {training.steps} steps to go")
 
         def validate() -> dict[str, float]:
@@ -94,7 +102,13 @@ class Runner:
         if not training.run(stopping, validate):
             return False
         bench = self._bench
-        results = bench.judge_draws(lambda draw: bench.perform(training.system, 1000 * seed + draw, self.device), setting.draws)
+        protocols = table.IDS if training.system.knows_speakers else table.IDS[:1]
+        results = {
+            ids: bench.judge_draws(
+                lambda draw, ids=ids: bench.perform(training.system, 1000 * seed + draw, self.device, ids), setting.draws
+            )
+            for ids in protocols
+        }
         facts = {
             "steps": training.done,
             "best": training.best,
@@ -104,9 +118,10 @@ class Runner:
             "curve": training.curve,
             "draws": results,
         }
+        weights.save(training.system, self.data, folder, {"kind": name, "seed": seed, "steps": training.done})
         with whole_file(folder / FIGURES) as temporary:
             temporary.write_text(json.dumps(facts), encoding="utf-8")
-        mean = table.summarise(results)
+        mean = table.summarise(results["own"])
         self.say("  " + ", ".join(f"{key} {mean[key][0]:.3f}" for key in table.PAPER) + f", {training.rate:.0f} windows/s")
         return True
 
@@ -136,12 +151,13 @@ class Runner:
         rows, seconds = {}, 0.0
         for name in systems:
             facts = [json.loads((self.folder / f"{name}-{s}" / FIGURES).read_text("utf-8")) for s in self.setting.seeds]
-            results = [draw for one in facts for draw in one["draws"]]
+            figures = {ids: table.summarise([draw for one in facts for draw in one["draws"][ids]]) for ids in facts[0]["draws"]}
             spent = sum(one["seconds"] for one in facts)
             seconds += spent
             rows[name] = {
                 "title": KNOWN[name].title,
-                "figures": table.summarise(results),
+                "figures": figures["own"],
+                "random_ids": figures.get("random"),
                 "steps": facts[0]["steps"],
                 "best": [one["best"] for one in facts],
                 "skipped": [one["skipped"] for one in facts],

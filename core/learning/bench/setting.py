@@ -5,6 +5,13 @@ from dataclasses import asdict, dataclass, replace
 from ...errors import UsageError
 from ...model.config import build
 
+_CHOICES = {
+    "select": ("maje_code", "fgd"),
+    "precision": ("32-true", "bf16-mixed"),
+    "warm_up": ("code", "paper"),
+    "training_ids": ("own", "strangers"),
+}
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -14,7 +21,10 @@ class Setting:
     ``steps`` batches (0: no limit). ``windows``: test windows. ``draws``: styles drawn for each test window.
     ``trained_words``: word tables are trained, as published, or frozen. ``diversity_share``: part of a batch that is made
     a second time for the diversity term. ``filtered``: only windows that pass :mod:`datasets.filters`, as published.
-    ``faithful``: the public code's bugs instead of the corrected forms (reference section G). ``validate_every`` so many
+    ``faithful``: the public code's bugs instead of the corrected forms (reference section G). ``warm_up``: "code", S2AG's
+    discriminator neither learns nor is heard in the first pass (in a quarter of a training that is shorter than four), or
+    "paper", it does so from the start (reference A.11, 16). ``training_ids``: S2AG and its ablations learn each window as
+    its "own" speaker's, or as that of "strangers" as in the public code (A.11, 15). ``validate_every`` so many
     batches ``validation_windows`` are judged, and the weights with the lowest ``select`` are the ones that count (0: the
     last ones are); the public codes select by L1 (S2AG) and FGD (GTC; reference A.11, 26 and C). ``precision``: of the
     training; judged is in float32.
@@ -33,6 +43,8 @@ class Setting:
     diversity_share: float = 1.0
     filtered: bool = True
     faithful: bool = False
+    warm_up: str = "code"
+    training_ids: str = "own"
     validate_every: int = 0
     validation_windows: int = 600
     select: str = "maje_code"  # or "fgd"
@@ -43,7 +55,7 @@ class Setting:
         for name in ("batch", "extractor_steps", "windows", "draws"):
             if getattr(self, name) < 1:
                 raise UsageError(f"{name} is {getattr(self, name)}.", "Set it to 1 or more.")
-        for name, known in (("select", ("maje_code", "fgd")), ("precision", ("32-true", "bf16-mixed"))):
+        for name, known in _CHOICES.items():
             if getattr(self, name) not in known:
                 raise UsageError(f"There is no {name} {getattr(self, name)!r}.", f"Known are {' and '.join(known)}.")
         if not (0 < self.share <= 4 and self.epochs > 0 and self.seeds):
@@ -53,6 +65,14 @@ class Setting:
         """Steps of a training on so many windows."""
         steps = max(round(self.epochs * windows / self.batch), 1)
         return min(steps, self.steps) if self.steps else steps
+
+    def batches(self, windows: int) -> int:
+        """Of one pass over so many windows."""
+        return max(windows // self.batch, 1)
+
+    def first_pass(self, windows: int) -> float:
+        """The share of a training that its first pass is, above 1 where it is shorter than that; 0 without warm-up."""
+        return self.batches(windows) / self.length(windows) if self.warm_up == "code" else 0.0
 
     def replace(self, **changes) -> "Setting":
         """The same with some changed."""

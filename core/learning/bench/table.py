@@ -8,6 +8,8 @@ from ..systems.catalogue import KNOWN
 from .judging import FIGURES
 
 PAPER = ("maje_code", "mad_code", "fgd")
+IDS = ("own", "random")
+"""As whom the windows of the test are performed: as their own speakers, or as ones drawn from all."""
 OF_FEATURES = ("fgd", "feature_distance", "diversity", "multimodality")
 """Figures that say nothing where the features do not."""
 NOTE = """\
@@ -19,6 +21,8 @@ Gesture (for Gesticulator: GENEA 2020). They are no goal here and must not be co
   fixed root included, on a skeleton of constant bones. The paper prints MAD under mm/s^2; its numbers are mm per frame^2.
 - FGD depends on its extractor. This one is trained on this data set; values compare only within this table.
 - The paper took pretrained weights for GTC and Gesticulator; here every system is trained on the same windows.
+- Test ids: "own", every window as its own speaker; "random", as one drawn from all, as the public codes of S2AG and GTC test.
+  The other systems know no speakers.
 - Gesticulator runs at 15 frames a second on directions, with word vectors instead of BERT's; JEM hears sound as in GTC's code.
 """
 
@@ -78,26 +82,37 @@ def _setting(report: dict) -> str:
         f"Setting `{setting['name']}`: widths x {setting['share']:g}, batches of {setting['batch']}, seeds "
         f"{', '.join(map(str, setting['seeds']))}, {setting['draws']} style draws, {report['windows']['test']} test windows, "
         f"{report['windows']['training']} training windows; {report['device']}; {report['minutes']:.1f} minutes in all."
+        + _WARM_UP[setting["warm_up"]]
+        + _TRAINED_AS[setting["training_ids"]]
         + (" The public code's bugs are on." if setting["faithful"] else "")
     )
 
 
+_WARM_UP = {
+    "code": " S2AG's discriminators pause in the first pass, as in the public code.",
+    "paper": " S2AG's discriminators play from the start, as the paper words it.",
+}
+_TRAINED_AS = {"own": "", "strangers": " S2AG and its ablations learned strangers' ids, as in the public code."}
+
+
 def _main(report: dict) -> list[str]:
     titles = [f"{FIGURES[name].title} {FIGURES[name].unit}".strip() for name in PAPER]
-    lines = [_row(["System", *titles, *(f"Paper: {FIGURES[name].title.split()[0]}" for name in PAPER)]), _row(["---"] * 7)]
-    for name, row in _rows(report):
-        paper = _paper(name)
-        lines.append(_row([row["title"], *(_shown(row, figure, report) for figure in PAPER), *paper]))
+    paper = (f"Paper: {FIGURES[name].title.split()[0]}" for name in PAPER)
+    lines = [_row(["System", "Test ids", *titles, *paper]), _row(["---"] * 8)]
+    for name, ids, row in _rows(report):
+        shown = (_shown(row, figure, report) for figure in PAPER)
+        lines.append(_row([row["title"], ids, *shown, *_paper(name)]))
     return lines
 
 
 def _all(report: dict) -> list[str]:
     rest = [name for name in FIGURES if name not in PAPER]
     rows = _rows(report)
-    lines = [_row(["Figure", "Unit", "Better", *(row["title"] for _, row in rows)]), _row(["---"] * (3 + len(rows)))]
+    titles = (row["title"] + (", random ids" if ids == "random" else "") for _, ids, row in rows)
+    lines = [_row(["Figure", "Unit", "Better", *titles]), _row(["---"] * (3 + len(rows)))]
     for name in rest:
         figure = FIGURES[name]
-        lines.append(_row([figure.title, figure.unit, figure.better, *(_shown(row, name, report) for _, row in rows)]))
+        lines.append(_row([figure.title, figure.unit, figure.better, *(_shown(row, name, report) for *_, row in rows)]))
     return lines
 
 
@@ -125,8 +140,14 @@ def _verdict(report: dict) -> list[str]:
     return lines
 
 
-def _rows(report: dict) -> list[tuple[str, dict]]:
-    return [*report["systems"].items(), *report["references"].items()]
+def _rows(report: dict) -> list[tuple[str, str, dict]]:
+    """Name, test ids and row of every line; systems that know speakers have two."""
+    rows = []
+    for name, row in report["systems"].items():
+        drawn = row["random_ids"]
+        rows.append((name, "own" if drawn else "", row))
+        rows += [(name, "random", {**row, "figures": drawn})] if drawn else []
+    return rows + [(name, "", row) for name, row in report["references"].items()]
 
 
 def _paper(name: str) -> list[str]:

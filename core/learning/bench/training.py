@@ -79,7 +79,7 @@ class Training:
         return self.done >= self.steps
 
     def step(self, sample) -> dict[str, torch.Tensor]:
-        """One update of the judge, where there is one, and one of the performer; the loss terms.
+        """One update of the judge, where one is learning, and one of the performer; the loss terms.
 
         Raises :class:`UsageError` where the training has diverged.
         """
@@ -88,9 +88,9 @@ class Training:
         report = {}
         with self._autocast:
             made = system.make(sample, progress)
-            if system.judge is not None:
+            if system.judging(progress):
                 report["judge"] = system.judge_loss(sample, made.directions.detach())
-        if system.judge is not None:
+        if "judge" in report:
             self._update("judge", report["judge"])
         with self._autocast:
             terms = system.terms(sample, made, progress)
@@ -128,7 +128,7 @@ class Training:
 
     def _windows(self, step: int) -> np.ndarray:
         every, batch = self.data.windows[TRAIN], self.setting.batch
-        count = max(len(every) // batch, 1)
+        count = self.setting.batches(len(every))
         if self._order[0] != step // count:
             self._order = step // count, np.random.default_rng((self.seed, step // count)).permutation(len(every))
         here = step % count * batch

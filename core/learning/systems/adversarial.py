@@ -16,12 +16,15 @@ HUBER, ADVERSARIAL, DIVERSITY, DIVERGENCE = 500.0, 5.0, 0.05, 0.1
 class Adversarial(System):
     """Huber, adversarial, style-diversity and divergence terms with the published weights.
 
-    ``warm_up`` is the share of the training before the adversarial term: 0 for S2AG, a tenth for GTC, as published.
+    ``warm_up`` is the share of the training in which the discriminator neither learns nor is heard, as in the public codes.
     ``diversity_share`` is the part of a batch that is also made in another style; all of it in the public code. With
     ``foreign_ids`` every sample gets the id of a speaker who is not in its batch, as the public code of S2AG does: its
-    speaker table then learns nothing of anybody (reference A.11, 15). ``judge`` is "" for the discriminator that goes with
+    speaker table then learns nothing of anybody (reference A.11, 15); where all speakers are in the batch, that of any of
+    them. ``judge`` is "" for the discriminator that goes with
     the generator, "graph" for S2AG's, "raw" for GTC's, "none" for no adversarial term at all.
     """
+
+    knows_speakers = True
 
     def __init__(
         self,
@@ -66,11 +69,15 @@ class Adversarial(System):
         if count:
             apart = losses.diversity(made.directions[:count], extra.other, extra.style[:count], extra.other_style)
             terms["diversity"] = DIVERSITY * apart
-        if self.judge is not None and progress >= self.warm_up:
+        if self.judging(progress):
             self.judge.requires_grad_(False)
             terms["adversarial"] = ADVERSARIAL * losses.adversarial(self.judge.discriminator(made.directions))
             self.judge.requires_grad_(True)
         return terms
+
+    def judging(self, progress: float) -> bool:
+        """Once it is warm."""
+        return self.judge is not None and progress >= self.warm_up
 
     def judge_loss(self, sample: Sample, made: torch.Tensor) -> torch.Tensor:
         """Paper eq. 16."""
@@ -78,7 +85,7 @@ class Adversarial(System):
 
     def perform(self, sample: Sample) -> torch.Tensor:
         """In a style drawn from the speaker's distribution, as the public code does also in use."""
-        style = self.generator.sample_style(*self.generator.speaker(self._ids(sample)))
+        style = self.generator.sample_style(*self.generator.speaker(sample.speaker))
         return self.generator(*self._heard(sample), sample.seeds, style)
 
     def _heard(self, sample: Sample) -> tuple[torch.Tensor, torch.Tensor]:

@@ -11,7 +11,7 @@ from .gesticulator import Gesticulator
 from .joint_embedding import JointEmbedding
 from .seq2seq import Seq2Seq
 from .speech2gesture import Speech2Gesture
-from .system import System, wide
+from .system import System, narrow, wide
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,8 @@ class Build:
     """What every system is built from. ``share`` scales the published widths; ``faithful`` names the public code's bugs.
 
     ``trained_words``: the word table is trained, as published, or frozen. ``diversity_share``: see :class:`Adversarial`.
+    ``first_pass``: the share of the training that its first pass is, in which S2AG's discriminator neither learns nor is
+    heard; 0 for the paper's wording, in which there is no warm-up. ``strangers``: see ``foreign_ids`` there.
     """
 
     vectors: torch.Tensor
@@ -37,18 +39,38 @@ class Build:
     trained_words: bool = True
     diversity_share: float = 1.0
     faithful: bool = False
+    first_pass: float = 0.0
+    strangers: bool = False
 
 
-def _adversarial(preset: Callable[..., ModelConfig], warm_up: float = 0.0, trimodal: bool = False, judge: str = ""):
+_LARGE = ("text_channels", "gru_size", "head_size", "discriminator_size")
+_SMALL = ("mfcc_size", "text_size", "style_size", "edge_size", "part_size", "affect_size")
+_LISTS = ("mfcc_channels", "wave_channels", "discriminator_channels")
+_LONGEST_WARM_UP = 0.25
+
+
+def shrunk(config: ModelConfig, share: float) -> ModelConfig:
+    """A published configuration with every width at ``share``, so generator and discriminator keep their proportion.
+
+    The MFCC encoder's last channels are pose frames and stay.
+    """
+    if share == 1:
+        return config
+    sizes = {name: wide(getattr(config, name), share) for name in _LARGE}
+    sizes |= {name: narrow(getattr(config, name), share) for name in _SMALL}
+    lists = {name: tuple(narrow(size, share) for size in getattr(config, name)) for name in _LISTS}
+    return config.replace(**sizes, **lists | {"mfcc_channels": (*lists["mfcc_channels"][:-1], config.frames)})
+
+
+def _adversarial(preset: Callable[..., ModelConfig], trimodal: bool = False, judge: str = ""):
     def build(of: Build) -> System:
         words = len(of.vectors) + 4 if of.trained_words else 0
-        config = preset(words, of.speakers, word_size=of.vectors.shape[1])
-        if of.share != 1:
-            sizes = ("text_channels", "gru_size", "head_size", "discriminator_size")
-            config = config.replace(**{name: wide(getattr(config, name), of.share) for name in sizes})
+        config = shrunk(preset(words, of.speakers, word_size=of.vectors.shape[1]), of.share)
         if of.faithful and trimodal:
             config = config.replace(head_slope=1.0)
-        foreign = of.faithful and not trimodal
+        foreign = of.strangers and not trimodal
+        # GTC warms up for 10 of its 100 epochs, S2AG for one of 300; short trainings would be over before one is.
+        warm_up = 0.1 if trimodal else min(of.first_pass, _LONGEST_WARM_UP)
         return Adversarial(config, of.vectors, warm_up, of.diversity_share, foreign, judge)
 
     return build
@@ -58,7 +80,7 @@ SYSTEMS: dict[str, Known] = {
     "seq2seq": Known("Seq2Seq", lambda of: Seq2Seq(of.vectors, of.trained_words, of.share), (45.62, 6.33, 6.62)),
     "s2g": Known("S2G-IS", lambda of: Speech2Gesture(of.faithful, of.share), (45.11, 7.22, 6.73)),
     "jem": Known("JEM", lambda of: JointEmbedding(of.vectors, of.trained_words, True, of.share), (48.56, 4.31, 5.88)),
-    "gtc": Known("GTC", _adversarial(ModelConfig.trimodal, 0.1, trimodal=True), (27.30, 3.20, 4.49)),
+    "gtc": Known("GTC", _adversarial(ModelConfig.trimodal, trimodal=True), (27.30, 3.20, 4.49)),
     "gesticulator": Known("Gesticulator", lambda of: Gesticulator(of.vectors, of.share), None, (82.41, 3.62, 31.04)),
     "s2ag-no-mfcc": Known(
         "S2AG w/o MFCC Enc.", _adversarial(ModelConfig.without_mfcc), (27.84, 3.02, 4.21), (105.71, 1.57, 23.03)

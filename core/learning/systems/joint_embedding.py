@@ -10,7 +10,7 @@ from ...model.text_encoder import TextEncoder
 from ...model.wave_encoder import WaveEncoder
 from ..metrics.extractor import Extractor
 from .sample import POSE, Sample, WordTable, word_vectors
-from .system import Made, System, wide
+from .system import Made, System, narrow, wide
 
 LATENT = 32
 
@@ -50,19 +50,20 @@ class _Network(nn.Module):
     def __init__(self, table: WordTable, audio: bool, share: float):
         super().__init__()
         self.table = table
-        self.text = TextEncoder(
-            ModelConfig.published(words=0, text_channels=wide(200, share), text_levels=2, word_size=table.weight.shape[1])
-        )
-        self.audio = WaveEncoder() if audio else None
+        heard, inner = narrow(32, share), wide(128, share)
+        sizes = {"text_channels": wide(200, share), "text_size": heard, "word_size": table.weight.shape[1]}
+        self.text = TextEncoder(ModelConfig.published(words=0, text_levels=2, **sizes))
+        a, b, c = (narrow(channels, share) for channels in (16, 32, 64))
+        self.audio = WaveEncoder(heard, (a, b, c)) if audio else None
         size = wide(256, share)
-        self.context = nn.GRU(64 if audio else 32, size, 2, batch_first=True)
-        self.enter = nn.Sequential(nn.Linear(size, 128), nn.BatchNorm1d(128), nn.ReLU(), nn.Linear(128, LATENT))
+        self.context = nn.GRU(2 * heard if audio else heard, size, 2, batch_first=True)
+        self.enter = nn.Sequential(nn.Linear(size, inner), nn.BatchNorm1d(inner), nn.ReLU(), nn.Linear(inner, LATENT))
         self.mu, self.log_var = nn.Linear(LATENT, LATENT), nn.Linear(LATENT, LATENT)
         self.motion = Extractor().encoder
-        self.pose = nn.Sequential(nn.LazyLinear(32), nn.BatchNorm1d(32), nn.ReLU(), nn.Linear(32, 32))
+        self.pose = nn.Sequential(nn.LazyLinear(heard), nn.BatchNorm1d(heard), nn.ReLU(), nn.Linear(heard, heard))
         self.pose(torch.zeros(2, 4 * POSE))
         size = wide(300, share)
-        self.gru = make_gru(LATENT + 32, size, 4, 0.3)
+        self.gru = make_gru(LATENT + heard, size, 4, 0.3)
         self.out = nn.Sequential(nn.Linear(size, size // 2), nn.LeakyReLU(0.01), nn.Linear(size // 2, POSE))
 
     def hear(self, words: torch.Tensor, wave: torch.Tensor) -> torch.Tensor:

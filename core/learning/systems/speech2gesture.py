@@ -7,7 +7,7 @@ from torch.nn import functional
 from ...model.layers import exact
 from .sample import POSE, Sample
 from .spectrogram import decibels, log_mel
-from .system import Made, System, wide
+from .system import Made, System, narrow, wide
 
 WINDOW, HOP = 1024, 512
 PIXELS, JUDGED = 100.0, 10.0
@@ -97,9 +97,10 @@ class _Network(nn.Module):
         self.enter = nn.Sequential(_block1d(c, c), _block1d(c, c))
         self.down = nn.ModuleList(_block1d(c, c, 4, 2) for _ in range(5))
         self.up = nn.ModuleList(_block1d(c, c) for _ in range(5))
-        self.pose = nn.Sequential(nn.LazyLinear(32), nn.BatchNorm1d(32), nn.ReLU(), nn.Linear(32, 16))
+        given, pose = narrow(32, share), narrow(16, share)
+        self.pose = nn.Sequential(nn.LazyLinear(given), nn.BatchNorm1d(given), nn.ReLU(), nn.Linear(given, pose))
         self.pose(torch.zeros(2, 4 * POSE))
-        self.out = nn.Sequential(_block1d(c + 16, c), *(_block1d(c, c) for _ in range(3)), nn.Conv1d(c, POSE, 1))
+        self.out = nn.Sequential(_block1d(c + pose, c), *(_block1d(c, c) for _ in range(3)), nn.Conv1d(c, POSE, 1))
 
     def forward(self, heard: torch.Tensor, given: torch.Tensor, frames: int) -> torch.Tensor:
         """Spectrogram ``(B, first, second)`` and poses ``(B, 4, 27)`` to poses ``(B, frames, 27)``; rows become time."""

@@ -26,6 +26,7 @@ class System(nn.Module):
     mixed = True  # whether low precision pays in training; not where products are small and frames are subtracted
     judge_rate = 1e-4
     clip = 0.0
+    knows_speakers = False  # whether it performs as the speaker whose id it is given
     performer: nn.Module
 
     def __init__(self):
@@ -41,6 +42,10 @@ class System(nn.Module):
         """Weighted loss terms of the performer, scalars."""
         raise NotImplementedError
 
+    def judging(self, progress: float) -> bool:
+        """Whether the judge learns at this point of the training."""
+        return self.judge is not None
+
     def judge_loss(self, sample: Sample, made: torch.Tensor) -> torch.Tensor:
         """Loss of the judge at detached directions ``(B, T, 9, 3)``; only for systems that have one."""
         raise NotImplementedError
@@ -54,6 +59,11 @@ class System(nn.Module):
         return poses.unflatten(-1, (len(EDGES), 3)) + self.mean
 
 
-def wide(channels: int, share: float) -> int:
-    """``channels`` at a share of the published width, a multiple of eight, eight at least."""
-    return channels if share == 1 else max(8 * round(channels * share / 8), 8)
+def wide(channels: int, share: float, multiple: int = 8) -> int:
+    """``channels`` at a share of the published width, a multiple of ``multiple`` and that at least."""
+    return channels if share == 1 else max(multiple * round(channels * share / multiple), multiple)
+
+
+def narrow(channels: int, share: float) -> int:
+    """:func:`wide` for the small sizes: even, so that eight channels at a quarter are two."""
+    return wide(channels, share, 2)

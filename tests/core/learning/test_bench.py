@@ -301,7 +301,7 @@ def test_the_verdict_says_by_how_much():
 
 @pytest.mark.parametrize("trusted", [True, False])
 def test_what_collapsed_features_say_is_neither_shown_nor_ranked(trusted):
-    row = {"steps": 3, "best": [3], "minutes": 0.1, "windows_per_second": 2.0}
+    row = {"steps": 3, "best": [3], "minutes": 0.1, "windows_per_second": 2.0, "random_ids": None}
     names = enumerate(("s2ag", "gtc"), 1)
     rows = {name: {**row, "title": name, "figures": dict.fromkeys(FIGURES, [size, 0.0])} for size, name in names}
     found = {"missed": 0.9, "halves": 0.1, "still": 0.1, "ratio": 1.0, "trusted": trusted}

@@ -161,7 +161,7 @@ def test_each_hears_what_it_should():
 def test_the_ports_bugs_are_switches():
     assert built("gtc").config.head_slope == 0.01 and built("gtc", faithful=True).config.head_slope == 1.0
     assert not built("s2g").port and built("s2g", faithful=True).port
-    strangers = built("s2ag", faithful=True)
+    strangers = built("s2ag", strangers=True)
     batch = sample(2)
     assert set(strangers._ids(batch).tolist()) == {2}
     assert torch.equal(built("s2ag")._ids(batch), batch.speaker)
