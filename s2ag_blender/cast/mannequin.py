@@ -41,8 +41,13 @@ _LIMBS = {
 """Limbs around bones: from and to (shares of the bone), roundness of the ends, [(share, half width, half depth) metres]."""
 
 _BALLS = {"spine": 0.078, "upper_arm": 0.049, "lower_arm": 0.036, "hand": 0.027, "thigh": 0.070, "shin": 0.050, "foot": 0.034}
-_FINGERS = ((-0.030, 0.070, 0.0085), (-0.010, 0.082, 0.0095), (0.010, 0.078, 0.0095), (0.028, 0.062, 0.0085))
-"""Sideways offset at the knuckles, length and radius in metres, from the little finger to the index."""
+_FINGERS = {
+    "little": (-0.030, 0.070, 0.0085),
+    "ring": (-0.010, 0.082, 0.0095),
+    "middle": (0.010, 0.078, 0.0095),
+    "index": (0.028, 0.062, 0.0085),
+}
+"""Sideways offset at the knuckles, length and radius in metres."""
 
 
 def build(collection=None) -> Character:
@@ -71,6 +76,10 @@ def _bones() -> dict:
         for name, (head, tail, parent) in _LEFT.items():
             owner = parent if parent in _MIDDLE else parent + suffix
             bones[name + suffix] = (head * flip, tail * flip, owner)
+        wrist, tip, _ = bones["hand" + suffix]
+        for finger, (points, _) in _digits(wrist, tip, side).items():
+            bones[f"{finger}_1{suffix}"] = (points[0], points[1], "hand" + suffix)
+            bones[f"{finger}_2{suffix}"] = (points[1], points[2], f"{finger}_1{suffix}")
     return bones
 
 
@@ -103,7 +112,8 @@ def _body(bones: dict) -> surface.Surface:
         if plain in _BALLS:
             parts.append(_ball(head, _BALLS[plain], weights))
         if plain == "hand":
-            parts.extend(_hand(head, tail, 1 if name.endswith(".L") else -1, weights))
+            rows = {one: np.eye(len(names), dtype=np.float32)[row] for row, one in enumerate(names)}
+            parts.extend(_hand(head, tail, name.removeprefix("hand"), rows))
         if plain == "foot":
             toe = tail + [0, 0, 0.016]
             profile = [(0, 0.034, 0.036), (0.6, 0.044, 0.030), (1, 0.040, 0.020)]
@@ -143,24 +153,40 @@ def _ball(centre, radius: float, weights, slot=_JOINT) -> surface.Surface:
     return _limb(centre - reach, centre + reach, [(0, radius, radius), (1, radius, radius)], 2, weights, slot)
 
 
-def _hand(wrist, tip, side: int, weights):
-    """A palm, four fingers that curl a little, and a thumb."""
+def _frame(wrist, tip, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unit vectors along a hand, out of its palm, and across it to the thumb."""
     along = (tip - wrist) / np.linalg.norm(tip - wrist)
     palm = np.array([-side * 0.9, 0.1, -0.2])
     palm -= along * (palm @ along)
     palm /= np.linalg.norm(palm)
     across = np.cross(along, palm) * side
-    across *= np.sign(-across[1])
-    yield _limb(wrist, wrist + 0.1 * along, [(0, 0.024, 0.020), (0.6, 0.038, 0.017), (1, 0.040, 0.013)], 4, weights, front=palm)
-    for offset, length, radius in _FINGERS:
+    return along, palm, across * np.sign(-across[1])
+
+
+def _digits(wrist, tip, side: int) -> dict[str, tuple[np.ndarray, tuple[float, float]]]:
+    """Knuckle, joint and tip (3, 3) of four fingers that curl a little and of a thumb, and the radii of both links."""
+    along, palm, across = _frame(wrist, tip, side)
+    found = {}
+    for finger, (offset, length, radius) in _FINGERS.items():
         knuckle = wrist + 0.09 * along + offset * across
         bend = knuckle + 0.5 * length * (along + 0.22 * palm + 2.0 * offset * across)
-        yield _finger(knuckle, bend, radius, weights)
-        yield _finger(bend, bend + 0.55 * length * (0.85 * along + 0.6 * palm), 0.9 * radius, weights)
+        end = bend + 0.55 * length * (0.85 * along + 0.6 * palm)
+        found[finger] = np.array([knuckle, bend, end]), (radius, 0.9 * radius)
     root = wrist + 0.03 * along + 0.026 * across
     bend = root + 0.04 * along + 0.03 * across + 0.012 * palm
-    yield _finger(root, bend, 0.011, weights)
-    yield _finger(bend, bend + 0.036 * along + 0.006 * across + 0.010 * palm, 0.0095, weights)
+    end = bend + 0.036 * along + 0.006 * across + 0.010 * palm
+    return found | {"thumb": (np.array([root, bend, end]), (0.011, 0.0095))}
+
+
+def _hand(wrist, tip, suffix: str, weights: dict):
+    """A palm on the hand's bone, four fingers and a thumb on bones of their own."""
+    side = 1 if suffix == ".L" else -1
+    along, palm, _ = _frame(wrist, tip, side)
+    profile, own = [(0, 0.024, 0.020), (0.6, 0.038, 0.017), (1, 0.040, 0.013)], weights["hand" + suffix]
+    yield _limb(wrist, wrist + 0.1 * along, profile, 4, own, front=palm)
+    for finger, (points, radii) in _digits(wrist, tip, side).items():
+        for link in (0, 1):
+            yield _finger(points[link], points[link + 1], radii[link], weights[f"{finger}_{link + 1}{suffix}"])
 
 
 def _finger(start, end, radius, weights):

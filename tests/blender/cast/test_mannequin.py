@@ -2,10 +2,14 @@
 
 import bpy
 import numpy as np
-from s2ag.core.motion import skeleton
+from s2ag.core.motion import handshape, skeleton
+from s2ag.core.motion.hands import Hands
+from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender.cast import mannequin
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import reading
+
+FINGERS = ("index", "middle", "ring", "little")
 
 
 def test_each_point_hangs_on_one_bone():
@@ -51,3 +55,21 @@ def test_arms_point_where_the_motion_points(wave):
             found = np.array((bone.tail - bone.head).normalized())
             angle = np.degrees(np.arccos(np.clip(found @ wanted[row, skeleton.EDGE_NAMES.index(part)], -1, 1)))
             assert angle < 0.1, part
+
+
+def test_fingers_bend_as_the_motion_says():
+    character = mannequin.build()
+    directions = np.repeat(skeleton.REST[None], 2, 0)
+    shape = np.tile(handshape.RELAXED, (2, 2, 1)).astype(np.float32)
+    shape[0, :, :8], shape[1, :, :8] = 0.0, 80.0  # an open hand and a fist
+    palms = np.repeat([[[1.0, 0, 0], [-1, 0, 0]]], 2, 0)
+    bpy.context.scene.render.fps = 15
+    motion = Motion(directions, hands=Hands.of(directions[:, [5, 8]], palms, shape))
+    apply_motion(character.armature, motion, 1)
+    for side in "LR":
+        reach = []
+        for frame in (1, 2):
+            bpy.context.scene.frame_set(frame)
+            pose = character.armature.pose.bones
+            reach.append([(pose[f"{finger}_2.{side}"].tail - pose[f"hand.{side}"].head).length for finger in FINGERS])
+        assert (np.array(reach[1]) < np.array(reach[0]) - 0.03).all()  # tips come to the palm

@@ -4,8 +4,12 @@ import json
 import struct
 
 import bpy
+import handed
+import numpy as np
 import pytest
+from bodies import performance
 from s2ag.core.errors import OutputUnwritable, UsageError
+from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.cast import mannequin
 from s2ag.s2ag_blender.film import export
@@ -87,3 +91,29 @@ def test_nothing_is_left_where_writing_fails(character, tmp_path):
     with pytest.raises(OutputUnwritable):
         export.export(bpy.context.scene, character, tmp_path / "absent" / "take.fbx")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", [".fbx", ".glb"])
+def test_feet_stay_and_fingers_move_in_files(tmp_path, suffix):
+    scene, directions = bpy.context.scene, performance(16)
+    scene.render.fps = 15
+    scene.frame_start, scene.frame_end = 1, 16
+    character = mannequin.build()
+    motion = Motion(directions, hands=handed.hands(directions), pelvis=handed.pelvis(16))
+    apply_motion(character.armature, motion, 1)
+    export.export(scene, character, tmp_path / f"take{suffix}")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.context.scene.render.fps = 15
+    importer = bpy.ops.import_scene.fbx if suffix == ".fbx" else bpy.ops.import_scene.gltf
+    importer(filepath=str(tmp_path / f"take{suffix}"))
+    (armature,) = [item for item in bpy.data.objects if item.type == "ARMATURE"]
+    seen = {name: [] for name in ("foot.L", "foot.R", "hips", "index_1.L", "index_2.L")}
+    for frame in range(0, 18):
+        bpy.context.scene.frame_set(frame)
+        for name, places in seen.items():
+            places.append(armature.matrix_world @ armature.pose.bones[name].matrix)
+    feet = [np.array(seen[name])[:, :3, 3] for name in ("foot.L", "foot.R")]
+    assert max(np.abs(places - places[0]).max() for places in feet) < 0.005
+    assert np.ptp(np.array(seen["hips"])[:, 0, 3]) > 0.03
+    bends = [(a.inverted() @ b).to_quaternion() for a, b in zip(seen["index_1.L"], seen["index_2.L"], strict=True)]
+    assert max(np.degrees(bends[1].rotation_difference(bend).angle) for bend in bends[1:-1]) > 3
