@@ -2,8 +2,9 @@
 
 Frame: y up, z forward, left at +x. Unit: metres unless ``unit`` says otherwise. One joint for each of the nine edges,
 named as Mixamo does so that rigs and programs recognise them, below still hips; hands turn where the motion has any, and
-have no fingers. The rest pose stretches the arms out to the sides in a T, while torso, neck, head and clavicles lie along
-the data's mean, so that no rotation means an average posture.
+have no fingers. Where the motion has a pelvis, hips move, and there are legs that keep their feet in place. The rest pose
+stretches the arms out to the sides in a T, while torso, neck, head and clavicles lie along the data's mean, so that no
+rotation means an average posture.
 """
 
 import os
@@ -11,9 +12,10 @@ import os
 import numpy as np
 
 from ...rigs import quaternion
-from ...rigs.goals import NEUTRAL, Options
+from ...rigs.goals import NEUTRAL, Goals, Options
+from ...rigs.legs import Leg, Legs
 from ...rigs.plain import Bones, Mapping
-from ...rigs.retarget import solve
+from ...rigs.retarget import rotations
 from ..files import whole_file
 from . import skeleton
 from .motion import Motion
@@ -50,6 +52,9 @@ _JOINTS = (  # name, parent, the edge that leads to it
     ("RightForeArm", "RightArm", "right_upper_arm"),
     ("RightHand", "RightForeArm", "right_forearm"),
 )
+_LEG = (("UpLeg", "Hips", (0.09, -0.03, 0.0)), ("Leg", "UpLeg", (0.01, -0.4, 0.015)), ("Foot", "Leg", (0.01, -0.4, -0.025)))
+"""A left leg: joints below "Left", what they hang on, and offsets in metres; straight but for what tells where a knee bends."""
+_TOES = np.array([0.01, -0.06, 0.13])
 _ENDS = {"Head": "head", "LeftHand": "left_forearm", "RightHand": "right_forearm"}
 _CROWN = "crown"  # a bone that only the solver sees: where the head ends
 _ORDER = "YXZ"  # as Blender names it: y turns first; BVH lists the same from the outside in, Z X Y
@@ -60,40 +65,49 @@ def save(motion: Motion, path: str | os.PathLike, unit: float = 1.0) -> None:
 
     Raises :class:`OutputUnwritable`.
     """
-    text = hierarchy(unit) + frames(motion, unit)
+    text = hierarchy(unit, motion.pelvis is not None) + frames(motion, unit)
     with whole_file(path) as temporary:
         temporary.write_text(text, "ascii")
 
 
-def hierarchy(unit: float = 1.0) -> str:
+def hierarchy(unit: float = 1.0, legs: bool = False) -> str:
     """The HIERARCHY section: joints, offsets and channels."""
     lines = ["HIERARCHY"]
-    _joint(lines, "Hips", "", unit)
+    _joint(lines, "Hips", "", unit, _joints(legs))
     return "\n".join(lines) + "\n"
 
 
 def frames(motion: Motion, unit: float = 1.0) -> str:
     """The MOTION section: degrees with five decimals."""
-    angles = np.degrees(_angles(motion))[..., [2, 0, 1]]
-    hips = np.tile([0.0, HIPS_HEIGHT * unit, 0.0], (len(angles), 1))
-    rows = np.concatenate([hips, angles.reshape(len(angles), -1)], -1)
+    hips, angles = _solved(motion)
+    angles = np.degrees(angles)[..., [2, 0, 1]]
+    rows = np.concatenate([unit * hips, angles.reshape(len(angles), -1)], -1)
     body = "\n".join(" ".join(f"{value:.5f}" for value in row) for row in rows)
     return f"MOTION\nFrames: {len(rows)}\nFrame Time: {1.0 / motion.fps:.9f}\n{body}\n"
 
 
-def _joint(lines: list[str], name: str, indent: str, unit: float) -> None:
+def _joints(legs: bool) -> tuple[tuple[str, str | None, np.ndarray], ...]:
+    """Name, parent and offset (3,) of every joint, parents first."""
+    found = [(name, parent, _offset(name)) for name, parent, _ in _JOINTS]
+    for side, sign in (("Left", 1.0), ("Right", -1.0)) if legs else ():
+        for name, parent, offset in _LEG:
+            found.append((side + name, parent if parent == "Hips" else side + parent, np.array(offset) * [sign, 1, 1]))
+    return tuple(found)
+
+
+def _joint(lines: list[str], name: str, indent: str, unit: float, joints) -> None:
     is_root = name == "Hips"
     channels = "6 Xposition Yposition Zposition" if is_root else "3"
     lines += [
         f"{indent}{'ROOT' if is_root else 'JOINT'} {name}",
         f"{indent}{{",
-        f"{indent}\tOFFSET {_offset_text(_offset(name), unit)}",
+        f"{indent}\tOFFSET {_offset_text(next(offset for joint, _, offset in joints if joint == name), unit)}",
         f"{indent}\tCHANNELS {channels} Zrotation Xrotation Yrotation",
     ]
-    for child, parent, _ in _JOINTS:
+    for child, parent, _ in joints:
         if parent == name:
-            _joint(lines, child, indent + "\t", unit)
-    if name in _ENDS:
+            _joint(lines, child, indent + "\t", unit, joints)
+    if name in _ENDS or name.endswith("Foot"):
         end = f"{indent}\t\tOFFSET {_offset_text(_end(name), unit)}"
         lines += [f"{indent}\tEnd Site", f"{indent}\t{{", end, f"{indent}\t}}"]
     lines.append(f"{indent}}}")
@@ -119,26 +133,39 @@ def _offset(name: str) -> np.ndarray:
 
 
 def _end(name: str) -> np.ndarray:
+    if name.endswith("Foot"):
+        return _TOES * [1 if name.startswith("Left") else -1, 1, 1]
     row = skeleton.EDGE_NAMES.index(_ENDS[name])
     return _rest()[row] * (skeleton.LENGTHS[row] if name == "Head" else HAND)
 
 
-def _bones() -> Bones:
-    """The skeleton at rest, joints as bones whose axes are the file's own."""
-    names = (*(name for name, _, _ in _JOINTS), _CROWN)
-    parents = np.array([-1 if above is None else names.index(above) for _, above, _ in _JOINTS] + [names.index("Head")])
+def _bones(legs: bool) -> Bones:
+    """The skeleton at rest, joints as bones whose axes are the file's own; bones after those mark where others end."""
+    joints = _joints(legs)
+    ends = {_CROWN: "Head"} | ({f"{side} toes": f"{side}Foot" for side in ("Left", "Right")} if legs else {})
+    names = (*(name for name, _, _ in joints), *ends)
+    parents = [-1 if above is None else names.index(above) for _, above, _ in joints]
+    parents = np.array(parents + [names.index(above) for above in ends.values()])
+    offsets = [offset for _, _, offset in joints] + [_end(above) for above in ends.values()]
     matrices = np.tile(np.eye(4), (len(names), 1, 1))
-    for row, name in enumerate(names):
+    for row, offset in enumerate(offsets):
         above = matrices[parents[row], :3, 3] if row else np.array([0.0, HIPS_HEIGHT, 0.0])
-        matrices[row, :3, 3] = above + (_end("Head") if name == _CROWN else _offset(name))
+        matrices[row, :3, 3] = above + offset
     return Bones(names, parents, matrices, np.full(len(names), HAND))
 
 
-def _angles(motion: Motion) -> np.ndarray:
-    """Euler angles (frames, joints, 3) as x, y, z in radians."""
+def _solved(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Places of the hips (frames, 3) in metres, and Euler angles (frames, joints, 3) as x, y, z in radians."""
+    moves = motion.pelvis is not None
+    bones = _bones(moves)
     chains = {edge: (joint,) for edge, joint in JOINT_OF_EDGE.items()}
     chains |= {"left_hand": ("LeftHand",), "right_hand": ("RightHand",), "crown": (_CROWN,)}
     options = Options(clavicle=1.0, aimed=frozenset(skeleton.EDGE_NAMES), palms=0.0, clear_body=0.0, limits=False)
-    rotations = solve(_bones(), Mapping(chains, hips="Hips"), motion.directions, motion.fps, options, motion.hands)
-    still = np.zeros((len(motion.directions), 3))
-    return np.stack([quaternion.to_euler(rotations[name], _ORDER) if name in rotations else still for name, _, _ in _JOINTS], 1)
+    pair = tuple(Leg(*(bones.row(side + name) for name, _, _ in _LEG)) for side in ("Left", "Right") if moves)
+    about = {"hands": motion.hands, "pelvis": motion.pelvis, "legs": Legs(bones.row("Hips"), pair) if moves else None}
+    goals = Goals(bones, Mapping(chains, hips="Hips"), motion.directions, motion.fps, options, **about)
+    found, still = rotations(goals), np.zeros((len(motion.directions), 3))
+    names = [name for name, _, _ in _joints(moves)]
+    angles = [quaternion.to_euler(found[name], _ORDER) if name in found else still for name in names]
+    places = goals.stood.places["Hips"] if goals.stood is not None else still
+    return places + [0.0, HIPS_HEIGHT, 0.0], np.stack(angles, 1)

@@ -1,3 +1,4 @@
+import handed
 import numpy as np
 import pytest
 from bodies import degrees, performance
@@ -100,6 +101,24 @@ def test_the_skeleton_is_plain(tmp_path):
     np.testing.assert_allclose(channels[:, :3], [[0, bvh.HIPS_HEIGHT, 0]] * 2)
     assert joints["LeftArm"][1][0] > 0.1 > -0.1 > joints["RightArm"][1][0]
     np.testing.assert_allclose(joints["LeftForeArm"][1], [skeleton.LENGTHS[4], 0, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize("unit", [1.0, 100.0])
+def test_feet_stay_below_a_pelvis_that_moves(unit, tmp_path):
+    motion = Motion(performance(60), pelvis=handed.pelvis(60))
+    bvh.save(motion, tmp_path / "take.bvh", unit)
+    joints, channels, _ = parse(tmp_path / "take.bvh")
+    places = positions(joints, channels)
+    for side in ("Left", "Right"):
+        for foot in (f"{side}Foot", f"{side}Foot End"):
+            assert np.abs(places[foot] - places[foot][:1]).max() < 1e-4 * unit
+        hip, knee, ankle = (places[side + name] for name in ("UpLeg", "Leg", "Foot"))
+        assert ((knee - 0.5 * (hip + ankle))[:, 2] > 0).all()
+    tall = 0.85 * unit
+    np.testing.assert_allclose(np.ptp(places["Hips"][:, 0]), np.ptp(motion.pelvis.place[:, 0]) * tall, rtol=0.1)
+    for row, edge in enumerate(skeleton.EDGE_NAMES):
+        start, end = (places[name] for name in JOINTS[edge])
+        assert degrees(end - start, skeleton.canonical_to_y_up(motion.directions[:, row])).max() < 1e-3
 
 
 def test_angles_do_not_jump(tmp_path):
