@@ -129,6 +129,13 @@ def sound_strips(scene: bpy.types.Scene) -> list:
     return [strip for strip in strips if strip.type == "SOUND"]
 
 
+def show_in_sequencers(scene: bpy.types.Scene) -> None:
+    """Let sequencers that show no scene yet show this one: since Blender 5.0 a workspace has none at first."""
+    for workspace in bpy.data.workspaces:
+        if getattr(workspace, "sequencer_scene", scene) is None:
+            workspace.sequencer_scene = scene
+
+
 def visible_start(strip) -> float:
     """The scene frame of a strip's first visible frame."""
     return strip.left_handle if hasattr(strip, "left_handle") else strip.frame_final_start

@@ -123,7 +123,8 @@ def _without_locked(armature, mapping: Mapping) -> Mapping:
     }
     held = mapping.held.union(name for part in still for name in chains[part])
     findings = tuple(_unlocked(one, free) if one.part in moved else one for one in mapping.findings)
-    warnings = (*mapping.warnings, f"{_quoted(locked)}: rotation is locked, so it stays as it is.")
+    stays = "they stay as they are" if len(locked) > 1 else "it stays as it is"
+    warnings = (*mapping.warnings, f"{_quoted(locked)}: rotation is locked, so {stays}.")
     return replace(mapping, chains=chains, warnings=warnings, findings=findings, held=held)
 
 

@@ -29,6 +29,7 @@ def lay(scene: bpy.types.Scene, path: str, start: int, name: str, wanted: bool =
     if strip is None:
         strip = sound.add_sound(scene, path, start, name)
         strip[TAG] = uuid.uuid4().hex
+        compat.show_in_sequencers(scene)
     scene.sync_mode = "AUDIO_SYNC" if wanted else scene.sync_mode
     twice = [other for other in others if other != strip and not other.mute]
     said = [(one.name, round(compat.strip_start(one))) for one in twice]

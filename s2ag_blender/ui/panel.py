@@ -163,7 +163,7 @@ def draw_beyond(layout, armature, scene) -> bool:
     if seconds is None:
         return False
     gestures, end = seconds
-    text = told("{gestures:.0f} s of gestures, the scene ends at {end:.0f} s", gestures=gestures, end=end)
+    text = told("{gestures:.0f} s of gestures, scene ends at {end:.0f} s", gestures=gestures, end=end)
     sentence(layout, text, "ERROR")
     layout.operator("s2ag.fit_range", icon="PREVIEW_RANGE")
     return True

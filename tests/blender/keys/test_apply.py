@@ -244,7 +244,7 @@ def test_a_locked_arm_stays_and_is_told_and_the_rest_gestures(measured):
     action = apply_motion(item, motion, mapping=whole.chains, report=told.append, options=EXACT)
     keyed = {curve.data_path.split('"')[1] for curve in compat.curves(action)}
     assert {"right_upper", "right_fore", "neck"} <= keyed and not {"left_upper", "left_fore"} & keyed
-    assert 'Bones "left_upper", "left_fore": rotation is locked, so it stays as it is.' in told
+    assert 'Bones "left_upper", "left_fore": rotation is locked, so they stay as they are.' in told
     assert not any("cannot point" in sentence for sentence in told)
 
 

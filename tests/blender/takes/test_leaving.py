@@ -87,7 +87,7 @@ def test_the_scene_is_offered_to_end_where_the_gestures_do(speaker, tmp_path, ca
     scene.frame_start, scene.frame_end = 1, 24
     press(bpy.ops.s2ag.generate)
     shown = " ".join(drawn())
-    assert "3 s of gestures, the scene ends at 1 s" in shown and "s2ag.fit_range" in shown
+    assert "3 s of gestures, scene ends at 1 s" in shown and "s2ag.fit_range" in shown
     bpy.ops.s2ag.export(filepath=str(tmp_path / "cut.bvh"), format=".bvh")
     assert "Cut where the scene ends" in "".join(capfd.readouterr())
     press(bpy.ops.s2ag.fit_range)

@@ -41,6 +41,18 @@ def test_a_strip_of_the_users_is_neither_moved_nor_trimmed_nor_muted(speaker):
     assert state(strips()["mine"]) == before
 
 
+@pytest.mark.skipif(bpy.app.version < (5, 0), reason="sequencers show the window's scene")
+def test_the_strip_is_seen_in_sequencers_that_show_nothing_yet(speaker):
+    other = bpy.data.scenes.new("Edit")
+    chosen = bpy.data.workspaces["Layout"]
+    for workspace in bpy.data.workspaces:
+        workspace.sequencer_scene = None
+    chosen.sequencer_scene = other
+    press(bpy.ops.s2ag.generate)
+    shown = {workspace.sequencer_scene for workspace in bpy.data.workspaces if workspace != chosen}
+    assert shown == {bpy.context.scene} and chosen.sequencer_scene == other
+
+
 def test_two_characters_sharing_a_recording(speaker):
     audio = speaker.s2ag.audio
     press(bpy.ops.s2ag.generate)
