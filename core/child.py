@@ -15,21 +15,31 @@ HELD = "S2AG_HELD"
 """Environment variable of a child whose parent holds its standard input open: a folder that goes with the parent, or ""."""
 
 
+_folder = ""
+
+
 def hold_on() -> None:
     """In a child: end at once when the parent is gone, wherever the main thread is, and leave nothing unfinished behind."""
+    global _folder
     folder = os.environ.pop(HELD, None)
     if folder is not None:
-        threading.Thread(target=_listen, args=(folder,), daemon=True).start()
+        _folder = folder
+        threading.Thread(target=_listen, daemon=True).start()
 
 
-def _listen(folder: str) -> None:
+def leave() -> None:
+    """End this process at once, because nobody waits for its work, and leave nothing unfinished behind."""
+    abandon()
+    if _folder:
+        shutil.rmtree(_folder, ignore_errors=True)
+    os._exit(1)
+
+
+def _listen() -> None:
     with contextlib.suppress(OSError):
         while os.read(0, 4096):
             pass
-    abandon()
-    if folder:
-        shutil.rmtree(folder, ignore_errors=True)
-    os._exit(1)
+    leave()
 
 
 class ChildFailed(Exception):

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from ..core import mistake
-from ..core.child import hold_on
+from ..core.child import hold_on, leave
 from ..core.errors import BlenderUnavailable, S2agError, UsageError, readable
 from ..core.files import abandon
 
@@ -90,8 +90,11 @@ def own_stdout():
         with os.fdopen(os.dup(real), "w", encoding="utf-8") as stream:
 
             def write(text: str) -> None:
-                stream.write(text)
-                stream.flush()
+                try:
+                    stream.write(text)
+                    stream.flush()
+                except BrokenPipeError:  # it may be noticed here before standard input ends
+                    leave()
 
             yield write
     finally:

@@ -5,9 +5,14 @@ import json
 import bpy
 
 from ..core.version import VERSION
+from . import stored
 
 PROPERTY = "s2ag"
 """Name of the action's custom property."""
+
+_KINDS = {"place": dict, "settings": dict, "seed": int, "take": int, "style": (str, dict), "near": (list, type(None))}
+_KINDS |= {"pose": (list, type(None)), "keyed_pose": (dict, type(None)), "checkpoint": str}
+_PLACE = {"result": str, "first": int, "last": int, "influence": (int, float), "blend_in": int, "blend_out": int}
 
 
 def stamp(action: bpy.types.Action, meta: dict) -> None:
@@ -16,6 +21,6 @@ def stamp(action: bpy.types.Action, meta: dict) -> None:
 
 
 def of(action: bpy.types.Action) -> dict | None:
-    """What :func:`stamp` stored, or None if this package did not make the action."""
-    text = action.get(PROPERTY)
-    return None if text is None else json.loads(text)
+    """What :func:`stamp` stored, or None if this package did not make the action, or somebody has changed that since."""
+    told = stored.read(action, PROPERTY)
+    return told if told and stored.fits(told, _KINDS) and stored.fits(told.get("place", {}), _PLACE) else None

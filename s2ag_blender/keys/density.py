@@ -8,7 +8,7 @@ import numpy as np
 
 from ...rigs import quaternion
 from ...rigs.plain import Bones, Mapping
-from .. import compat
+from .. import compat, stored
 from ..rig import dependencies, reading
 from . import keyframes, layers, thinning
 
@@ -43,7 +43,7 @@ def is_dense(action: bpy.types.Action) -> bool:
 
 def most_keys(action: bpy.types.Action) -> int:
     """How many keys of gestures the curve has that has most."""
-    paths, place = json.loads(action.get(KEYED, "[]")), layers.Place.of(action)
+    paths, place = stored.read(action, KEYED, list), layers.Place.of(action)
     counts = [0]
     for curve in (curve for curve in compat.curves(action) if curve.data_path in paths):
         keys = np.empty(2 * len(curve.keyframe_points), np.float32)
@@ -57,7 +57,7 @@ def convert(armature: bpy.types.Object, action: bpy.types.Action, tolerance: flo
 
     What was edited by hand since stays; curves that gestures do not key, and frames outside, are left alone.
     """
-    paths, place = json.loads(action.get(KEYED, "[]")), layers.Place.of(action)
+    paths, place = stored.read(action, KEYED, list), layers.Place.of(action)
     slot = layers.slot_of(armature, action)
     bag = compat.bag(action, slot)
     frames = np.arange(place.first, place.last + 1)

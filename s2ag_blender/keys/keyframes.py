@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from ...rigs import quaternion
-from .. import compat
+from .. import compat, stored
 from ..rig import dependencies
 from ..rig.locks import held
 from .cutting import around
@@ -150,7 +150,7 @@ def values(armature: bpy.types.Object, paths) -> dict:
 
 def former(action: bpy.types.Action | None) -> dict:
     """What :func:`remember` stored: values by data path."""
-    return json.loads(action.get(FORMER, "{}")) if action is not None else {}
+    return stored.read(action, FORMER) if action is not None else {}
 
 
 def give_back(armature: bpy.types.Object, action: bpy.types.Action, but: Collection[str] = ()) -> None:

@@ -36,7 +36,9 @@ class Place:
     def of(cls, action: bpy.types.Action | None) -> "Place | None":
         """The place that an action was made for, or None if it is not ours."""
         told = provenance.of(action) if action is not None else None
-        return cls(**told["place"]) if told and "place" in told else None
+        place = told.get("place") if told else None
+        known = place and {"result", "first", "last"} <= place.keys() <= cls.__dataclass_fields__.keys()
+        return cls(**place) if known else None
 
     def same(self, other: "Place | None") -> bool:
         """Whether two actions are takes of one another."""

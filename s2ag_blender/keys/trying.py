@@ -7,6 +7,7 @@ import numpy as np
 
 from ...core.motion import skeleton
 from ...core.motion.motion import Motion
+from .. import stored
 from ..rig import dependencies
 from . import apply, keyframes
 
@@ -56,7 +57,7 @@ def end(armature: bpy.types.Object) -> None:
     """Give a character that stands in the test pose back what it had; nothing happens to others."""
     if not is_shown(armature):
         return
-    for path, value in json.loads(armature[BEFORE]).items():
+    for path, value in stored.read(armature, BEFORE).items():
         try:
             dependencies.set_value(armature, path, value)
         except ValueError:  # the bone was renamed or removed meanwhile

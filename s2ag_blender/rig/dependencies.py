@@ -108,10 +108,14 @@ def redirect(item: bpy.types.Object, copies: dict[bpy.types.Object, bpy.types.Ob
 
 
 def set_value(item: bpy.types.Object, path: str, value: float | list[float]) -> None:
-    """Set the property at a data path of an object. Raises :class:`ValueError` where there is none."""
+    """Set the number or numbers at a data path of an object. Raises :class:`ValueError` where there are none."""
     former = item.path_resolve(path)
-    if not isinstance(value, list):
-        value = type(former)(value)
+    several = hasattr(former, "__len__") and not isinstance(former, str)
+    if several != isinstance(value, list) or not (several or isinstance(former, (bool, int, float))):
+        raise ValueError(f"{path} holds something else")
+    if not all(isinstance(one, (bool, int, float)) for one in (value if several else [value])):
+        raise ValueError(f"{path} takes numbers")
+    value = value if several else type(former)(value)
     if path.endswith('"]'):
         owner, _, key = path[:-2].rpartition('["')
         item.path_resolve(owner)[bpy.utils.unescape_identifier(key)] = value

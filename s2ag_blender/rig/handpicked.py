@@ -1,8 +1,8 @@
 """Bones that the animator chose, as a character's settings keep them: a field of text for each part."""
 
 import csv
-import json
 
+from ...core import json_text
 from ...rigs import maps
 from ...rigs.plain import Mapping
 
@@ -18,7 +18,16 @@ def chosen(settings) -> Mapping | dict[str, tuple[str, ...]] | None:
     notes = getattr(settings, "bone_map_notes", "")  # takes of earlier versions have none
     if not notes:
         return chains
-    return maps.parse({part: list(chain) for part, chain in chains.items()} | json.loads(notes))
+    return maps.parse({part: list(chain) for part, chain in chains.items()} | _noted(notes))
+
+
+def _noted(notes: str) -> dict:
+    """What a map says beside bones; a text that another has changed says nothing."""
+    try:
+        found = json_text.parse(notes, maps.LARGEST)
+    except json_text.NotJson:
+        return {}
+    return found if isinstance(found, dict) else {}
 
 
 def split(text: str) -> tuple[str, ...]:

@@ -5,11 +5,12 @@ as its strip would be; meanwhile the former action lies in a track of its own an
 muted. What to put back stands on the object, so undo, which goes back to before or after all of it, cannot part them.
 """
 
+import contextlib
 import json
 
 import bpy
 
-from .. import compat
+from .. import compat, stored
 from ..keys import keyframes, layers
 
 TRACK = "S2AG draft"
@@ -39,9 +40,9 @@ def show(armature: bpy.types.Object, action: bpy.types.Action) -> None:
 
 def drop(armature: bpy.types.Object) -> None:
     """Remove the draft; the character plays again what it played before, and its bones and switches stand as they stood."""
-    action, staged = layers.draft_of(armature), armature.get(STAGED)
-    if staged is not None:
-        _unstage(armature, json.loads(staged))
+    action = layers.draft_of(armature)
+    if armature.get(STAGED) is not None:
+        _unstage(armature, stored.read(armature, STAGED))
     if action is not None:
         keyframes.give_back(armature, action)
         layers.assign(armature, action.get(layers.BEFORE))
@@ -70,13 +71,15 @@ def _stage(armature, place: layers.Place) -> None:
 
 
 def _unstage(armature, told: dict) -> None:
-    data = armature.animation_data
+    data, muted = armature.animation_data, told.get("muted")
+    muted = muted if isinstance(muted, list) else []
     for track in list(data.nla_tracks) if data else ():
         if track.name == TRACK:
             data.nla_tracks.remove(track)
             continue
         for strip in track.strips:
-            strip.mute = strip.mute and strip.name not in told["muted"]
+            strip.mute = strip.mute and strip.name not in muted
     for name in _BLENDING if data else ():
-        setattr(data, name, told[name])
+        with contextlib.suppress(TypeError):  # what was stored is of another kind
+            setattr(data, name, told.get(name, _BLENDING[name]))
     del armature[STAGED]

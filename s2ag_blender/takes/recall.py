@@ -6,6 +6,8 @@ import bpy
 
 _NOT_KEPT = {"rna_type", "name", "takes", "active_take", "bone_map", "style_pick", "style_second_pick", "transcript_block"}
 
+_KINDS = {"BOOLEAN": bool, "INT": int, "FLOAT": (int, float), "STRING": str, "ENUM": (str, list)}
+
 
 def snapshot(settings) -> dict:
     """All of a character's settings as JSON."""
@@ -26,16 +28,19 @@ def view(kept: dict) -> SimpleNamespace:
     """
     every = bpy.types.Object.bl_rna.properties["s2ag"].fixed_type.properties
     plain = {one.identifier: one.default for one in every if one.type in ("BOOLEAN", "INT", "FLOAT", "STRING")}
-    bones = [SimpleNamespace(name=part, bones=chain) for part, chain in kept.get("bone_map", {}).items()]
-    block = bpy.data.texts.get(kept.get("transcript_block", ""))
-    return SimpleNamespace(**{**plain, **kept, "parts": set(kept["parts"]), "bone_map": bones, "transcript_block": block})
+    enums = {one.identifier: one.default for one in every if one.type == "ENUM" and not one.is_enum_flag}
+    parts = {"parts": set(every["parts"].default_flag)}
+    bones = [SimpleNamespace(name=part, bones=chain) for part, chain in _bones(kept).items()]
+    known = {name: set(value) if every[name].type == "ENUM" and every[name].is_enum_flag else value
+             for name, value in _sensible(every, kept).items()}  # fmt: skip
+    return SimpleNamespace(**{**plain, **enums, **parts, **known, "bone_map": bones, "transcript_block": _block(kept)})
 
 
 def restore(settings, kept: dict) -> None:
     """Set a character's settings to what :func:`snapshot` gave; what this version does not know is left out."""
     known = settings.bl_rna.properties
-    for name, value in kept.items():
-        if name not in known or name in _NOT_KEPT or known[name].is_readonly:
+    for name, value in _sensible(known, kept).items():
+        if known[name].is_readonly:
             continue
         if known[name].type == "ENUM":
             choices = set(known[name].enum_items.keys())
@@ -43,12 +48,40 @@ def restore(settings, kept: dict) -> None:
             if not known[name].is_enum_flag and value not in choices:
                 continue
         setattr(settings, name, value)
-    settings.transcript_block = bpy.data.texts.get(kept.get("transcript_block", ""))
-    settings.bone_map_notes = kept.get("bone_map_notes", "")
+    settings.transcript_block = _block(kept)
+    settings.bone_map_notes = notes if isinstance(notes := kept.get("bone_map_notes"), str) else ""
     settings.bone_map.clear()
-    for part, bones in kept.get("bone_map", {}).items():
+    for part, bones in _bones(kept).items():
         item = settings.bone_map.add()
         item.name, item.bones = part, bones
+
+
+def _sensible(properties, kept: dict) -> dict:
+    """What of ``kept`` is a setting and of its kind: a file may have been changed by others."""
+    found = {}
+    for name, value in kept.items():
+        kind = _KINDS.get(properties[name].type) if name in properties and name not in _NOT_KEPT else None
+        if kind is None or not isinstance(value, kind) or isinstance(value, bool) != (kind is bool):
+            continue
+        if isinstance(value, list) != bool(properties[name].type == "ENUM" and properties[name].is_enum_flag):
+            continue
+        if isinstance(value, (int, float)) and not abs(value) < 2**31:  # nor is what is no number
+            continue
+        if not isinstance(value, list) or all(isinstance(one, str) for one in value):
+            found[name] = value
+    return found
+
+
+def _bones(kept: dict) -> dict[str, str]:
+    """The fields of the bone map that were kept."""
+    bones = kept.get("bone_map")
+    return {part: chain for part, chain in bones.items() if isinstance(chain, str)} if isinstance(bones, dict) else {}
+
+
+def _block(kept: dict):
+    """The text that was the transcript, if it is still there."""
+    name = kept.get("transcript_block")
+    return bpy.data.texts.get(name) if isinstance(name, str) else None
 
 
 def _plain(value):

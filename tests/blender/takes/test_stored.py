@@ -1,0 +1,83 @@
+"""What a .blend stores of ours, damaged by others: it is what we wrote, or it counts as nothing; no button fails over it."""
+
+import contextlib
+import json
+import random
+
+import bpy
+import mutations
+import pytest
+from s2ag.core.errors import S2agError
+from s2ag.s2ag_blender import provenance, stored
+from s2ag.s2ag_blender.keys import density, keyframes, layers, trying
+from s2ag.s2ag_blender.takes import drafts, generate, recall, takes
+
+
+@pytest.fixture
+def laid(figure, voice, wave):
+    """A mannequin with an action of ours."""
+    figure.s2ag.audio = str(voice)
+    motion = wave(46)
+    motion.meta.update({"style": "still", "seed": 3, "take": 0, "checkpoint": "abc"})
+    generate.finish(generate.plan(bpy.context, figure), {"motions": [motion]})
+    return figure
+
+
+def used(armature, action):
+    """All that reads what is stored on an action."""
+    told = provenance.of(action)
+    place = layers.Place.of(action)
+    if place is not None:
+        assert place.overlaps(place.first, place.last) or place.first > place.last
+        assert density.most_keys(action) >= 0 and isinstance(density.is_dense(action), bool)
+    layers.is_draft(action)
+    layers.base_action(armature, 1, 30)
+    keyframes.give_back(armature, action)
+    if told is not None:
+        takes.title(armature, action)
+        if "settings" in told and "seed" in told:
+            with contextlib.suppress(S2agError):
+                recall.restore(armature.s2ag, told["settings"])
+
+
+@pytest.mark.parametrize("name", [provenance.PROPERTY, keyframes.FORMER, density.KEYED])
+def test_damaged_properties_of_an_action(laid, name):
+    action = laid.animation_data.action
+    good = action[name]
+    others = [good.encode()]
+    for number in range(150):
+        chance = random.Random(f"{name} {number}")
+        action[name] = mutations.of_json(good.encode(), chance, others).decode("utf-8", "replace").replace("\0", "")
+        used(laid, action)
+        action[name] = good
+    used(laid, action)
+
+
+DAMAGED = ["", "[", "[]", '{"muted": 3}', '{"a": 1}', "[" * 5000, '{"action_influence": "x", "muted": [[]]}']
+
+
+@pytest.mark.parametrize("text", DAMAGED, ids=range(len(DAMAGED)))
+def test_damaged_properties_of_a_character(laid, text):
+    laid[drafts.STAGED], laid[trying.BEFORE] = text, text
+    drafts.drop(laid)
+    trying.end(laid)
+    assert drafts.STAGED not in laid and trying.BEFORE not in laid
+
+
+def test_nothing_but_numbers_is_set_by_what_a_file_says(laid):
+    """A driver's expression would run with the next frame."""
+    curve = laid.driver_add("location", 0)
+    curve.driver.expression = "1.0"
+    action, name = laid.animation_data.action, laid.name
+    told = {"animation_data.drivers[0].driver.expression": "2.0", "name": "other", "location": ["x"] * 3}
+    action[keyframes.FORMER] = json.dumps(told)
+    keyframes.give_back(laid, action)
+    assert curve.driver.expression == "1.0" and laid.name == name
+
+
+STORED = [("{}", dict, {}), ("[1]", list, [1]), ("[1]", dict, {}), (3, dict, {}), ("{", list, [])]
+
+
+@pytest.mark.parametrize(("value", "kind", "found"), STORED)
+def test_what_is_stored_is_of_its_kind(value, kind, found):
+    assert stored.read({"a": value}, "a", kind) == found and stored.read({}, "a", kind) == kind()
