@@ -14,7 +14,7 @@ import threading
 import traceback
 from pathlib import Path
 
-from ..errors import Cancelled, EngineMissing, S2agError, UsageError
+from ..errors import Cancelled, EngineMissing, OutputUnwritable, S2agError, UsageError
 from ..files import check_output
 from ..threads import share_cores
 from ..version import VERSION
@@ -139,6 +139,9 @@ class Worker:
             reply = protocol.failure(request, EngineMissing.of(error))
         except BrokenPipeError:
             raise
+        except OSError as error:
+            what = f"{error.filename or 'A file'} failed: {error.strerror or error}."
+            reply = protocol.failure(request, OutputUnwritable(what, "Check the path and the free space."))
         except Exception as error:
             traceback.print_exc()
             reply = protocol.failure(

@@ -167,6 +167,8 @@ def _opened(path: Path):
         with opened(path) as container:
             if not container.streams.audio:
                 raise AudioUnreadable(f"{path} has no sound in it.", _CHOOSE)
+            if container.streams.audio[0].codec_context is None:
+                raise AudioUnreadable(f"The sound of {path} is of a kind that nothing here reads.", _CHOOSE)
             yield container
     except (av.FFmpegError, OSError, ValueError) as error:
         raise _unreadable(path, error) from error

@@ -17,10 +17,10 @@ def read(path: Path, audio: np.ndarray) -> list[Word]:
     """Words of a transcript file; plain text is aligned to the ``audio``. Raises :class:`CorpusUnreadable`."""
     try:
         if path.suffix == ".TextGrid":
-            return textgrid(path)
+            return _timed(textgrid(path))
         if path.suffix == ".json":
             content = json_text.read(path)
-            return google(content) if _is_google(content) else [(str(w), float(a), float(b)) for w, a, b in content]
+            return _timed(google(content) if _is_google(content) else content)
     except (OSError, ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
         reason = " ".join(str(error).split())[:100]
         raise CorpusUnreadable(f"The transcript {path} cannot be read: {reason}.", "Mend it or take it away.") from error
@@ -51,6 +51,14 @@ def textgrid(path: Path) -> list[Word]:
     tier = next((tier for tier in tiers if re.search(r'name\s*=\s*"words?"', tier, re.IGNORECASE)), tiers[0])
     found = [(match[2].replace('""', '"').strip(), float(match[0]), float(match[1])) for match in _INTERVAL.findall(tier)]
     return [word for word in found if word[0] and not word[0].startswith("<")]
+
+
+def _timed(words) -> list[Word]:
+    """Words with times that are numbers."""
+    words = [(str(word), float(start), float(end)) for word, start, end in words]
+    if not np.isfinite([times for _, *times in words]).all():
+        raise ValueError("a time is no number")
+    return words
 
 
 def _is_google(content) -> bool:

@@ -28,8 +28,9 @@ def read(path: str | PathLike) -> tuple[bytes, dict[str, np.ndarray]]:
     except (TypeError, AttributeError, json_text.NotJson) as error:
         raise ValueError("its header makes no sense") from error
     body = memoryview(data)[8 + length :]
-    if sum(end - begin for _, _, begin, end in entries.values()) > len(body):
-        raise ValueError("its arrays are more than it holds")
+    places = sorted((begin, end) for _, _, begin, end in entries.values())
+    if any(begin < end for (_, end), (begin, _) in zip(places, places[1:], strict=False)):
+        raise ValueError("its arrays overlap")
     arrays = {}
     for name, (kind, shape, begin, end) in entries.items():
         if end > len(body):

@@ -84,6 +84,17 @@ def test_garbage_is_answered_and_survived(worker, line):
     assert worker.hear()["id"] == 2
 
 
+def test_a_line_of_60_megabytes_takes_no_memory(worker):
+    worker.say({"id": 1, "method": "hello"})
+    worker.hear()
+    status = Path(f"/proc/{worker.process.pid}/status")
+    worker.say(*[b"[" * 1_000_000] * 60, b"\n", {"id": 2, "method": "hello"})
+    assert worker.hear("error")["error"]["kind"] == "BadRequest" and worker.hear()["id"] == 2
+    if status.exists():
+        (peak,) = (line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
+        assert int(peak.split()[1]) * 1024 < 5 * protocol.LARGEST + 100_000_000
+
+
 def test_empty_lines_are_no_requests(worker):
     worker.say(b"\n \n", {"id": 5, "method": "hello"})
     assert worker.hear("id")["id"] == 5

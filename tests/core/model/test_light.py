@@ -153,6 +153,8 @@ ENTRY = {"dtype": "F32", "shape": [2], "data_offsets": [0, 8]}
         packed({"a": {**ENTRY, "data_offsets": [8, 16]}}),
         packed({"a": {**ENTRY, "data_offsets": [0]}}),
         packed({"a": {**ENTRY, "data_offsets": None}}),
+        packed({"a": ENTRY, "b": ENTRY}, bytes(16)),
+        packed({"a": ENTRY, "b": {**ENTRY, "data_offsets": [4, 12]}}, bytes(16)),
     ],
 )
 def test_damaged_weights_are_refused(tmp_path, data):
