@@ -283,7 +283,7 @@ def test_shutdown_during_work_ends_it_and_removes_its_files(random_checkpoint, l
     pipe.say({"method": "shutdown"})
     assert pipe.ended() == 0
     pipe.process.communicate()
-    assert not list(tmp_path.iterdir())
+    assert not list(tmp_path.glob("s2ag-*"))  # torch makes folders of its own there
 
 
 def test_errors_cross_the_protocol_unchanged():
