@@ -82,13 +82,13 @@ def test_clips_without_films_are_only_synthesised(compiled):
 
 
 def test_its_commands_are_ones_that_s2ag_understands(compiled):
-    from s2ag.core.cli.main import _parser
+    from s2ag.core.cli.parser import parser
 
     job = compiled(clips="1-3", chunk_size=2, checkpoint="/net.safetensors", outputs="bvh,mp4", preset="hd")
     for task in job["tasks"]:
         (command,) = task["commands"]
         assert command["name"] == "exec" and command["parameters"]["exe"] == "{s2ag}"
-        options = _parser().parse_args(command["parameters"]["args"])
+        options = parser().parse_args(command["parameters"]["args"])
         assert options.verb == task["name"].split("-")[0] and str(options.folder) == "/out"
         assert options.tolerate == (options.verb in ("synth", "render", "encode"))
     kinds = {"string", "int32", "float", "bool"}

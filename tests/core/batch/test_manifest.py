@@ -126,13 +126,13 @@ def test_recordings_without_words_are_recognised_if_asked(written, tmp_path):
 
 def test_all_that_synth_and_animate_can_do_has_a_column():
     """Options of the single commands by the name of their column; what a batch says once or in its own way is listed."""
-    from s2ag.core.cli.main import _parser
+    from s2ag.core.cli.parser import parser
 
-    parsed = _parser().parse_args(["animate", "a.wav", "-o", "a.bvh"])
+    parsed = parser().parse_args(["animate", "a.wav", "-o", "a.bvh"])
     own_way = {"chosen": "cell", "verbose": None, "run": None, "cache": None}
     columns = {own_way.get(name, name) for name in vars(parsed)} - {None}
     assert columns <= set(manifest.COLUMNS)
-    options = vars(_parser().parse_args(["batch", "run", "a.csv", "-o", "out"]))
+    options = vars(parser().parse_args(["batch", "run", "a.csv", "-o", "out"]))
     assert {"cache", "checkpoint", "vectors", "aligner_model", "recogniser_model", "language", "recognise"} <= set(options)
 
 

@@ -57,13 +57,13 @@ def test_a_chosen_cell_is_made_again_exactly(sampled, tmp_path, random_checkpoin
 
 def test_a_chosen_cell_says_what_its_sample_said(session, examples, tmp_path, random_checkpoint):
     from s2ag.core.cli import performance
-    from s2ag.core.cli.main import _parser
+    from s2ag.core.cli.parser import parser
 
     sheet, _, _ = sampling.perform(session, Request(examples / "hello.flac", text="hello"), [""], 1)
     sheet.save(tmp_path / "sheet.json")
     arguments = ["--from", f"{tmp_path / 'sheet.json'}:1", "--checkpoint", str(random_checkpoint), "-o", "a.npz"]
     for more, text in (([], "hello"), (["--text", "good day"], "good day"), (["--no-transcript"], None)):
-        wanted = performance.request(_parser().parse_args(["synth", *arguments, *more]))
+        wanted = performance.request(parser().parse_args(["synth", *arguments, *more]))
         assert wanted.text == text and wanted.transcript is None and not wanted.recognise
 
 
