@@ -93,7 +93,7 @@ def require_folder(folder: str | PathLike) -> Path:
     """The folder if it could hold a corpus; raises :class:`CorpusUnreadable`."""
     folder = Path(folder)
     if not folder.is_dir():
-        raise CorpusUnreadable(f"There is no folder {folder}.", BUILD)
+        raise CorpusUnreadable(f"{folder} is not a packed corpus: there is no such folder.", BUILD)
     if not (folder / META).is_file():
         raise CorpusUnreadable(f"{folder} is not a packed corpus: {META} is missing.", BUILD)
     return folder

@@ -316,7 +316,7 @@ def test_a_missing_folder_leaves_nothing_and_is_one_sentence(tmp_path, capsys):
     out = tmp_path / "bench"
     assert main(["bench", "--data", str(tmp_path / "none"), "--out", str(out), "--setting", "tiny"]) == 2
     told = capsys.readouterr().err
-    assert "There is no folder" in told and "Errno" not in told and not out.exists()
+    assert "there is no such folder" in told and "Errno" not in told and not out.exists()
 
 
 def test_weights_of_a_bench_are_named_as_such(data, tmp_path, capsys):

@@ -133,7 +133,7 @@ def cut_short(folder):
 @pytest.mark.parametrize(
     ("damage", "says"),
     [
-        (lambda folder: shutil.rmtree(folder), "No such file"),
+        (lambda folder: shutil.rmtree(folder), "no such folder"),
         (lambda folder: (folder / "prosody.npy").unlink(), "prosody.npy is missing"),
         (lambda folder: (folder / "mfcc.npy").write_text("hello"), "not a packed corpus"),
         (lambda folder: (folder / "speaker.npy").write_bytes(b""), "not a packed corpus"),
