@@ -151,10 +151,16 @@ class WorkerClient:
         return job.outcome()
 
     def cancel(self, job: Job) -> None:
-        """Ask the worker to drop ``job``, which then ends with :class:`Cancelled`; a worker that cannot is killed."""
+        """Ask the worker to drop ``job``, which then ends with :class:`Cancelled`; a worker that cannot is killed.
+
+        A job that waits behind another ends at once: the worker answers one after the other and is not late yet.
+        """
         if not job.done and job.cancelled_at is None:
             job.cancelled_at = time.monotonic()
             self._process.send({"method": "cancel", "id": job.id})
+            if job.id != min(self._jobs):
+                del self._jobs[job.id]
+                job.error = Cancelled("Cancelled.")
 
     def pump(self) -> None:
         """Take in all messages that have come, and notice a worker that died or hangs. Never waits."""

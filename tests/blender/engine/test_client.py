@@ -178,6 +178,29 @@ def test_worker_deaf_to_cancellation_is_killed(start, monkeypatch):
         wait(other).outcome()
 
 
+def test_what_waits_behind_another_is_cancelled_at_once_and_leaves_the_other(start, monkeypatch):
+    """A draft that is no longer wanted while 24 takes are made: the worker reads of it when they are done."""
+    monkeypatch.setattr(module, "GRACE", 0.05)
+    client = start(
+        "import json, sys, time\n"
+        "first, second = (json.loads(sys.stdin.readline())['id'] for _ in range(2))\n"
+        "print(json.dumps({'id': first, 'event': 'progress', 'stage': 'draw', 'value': 0.5}), flush=True)\n"
+        "time.sleep(0.5)\n"
+        "print(json.dumps({'id': first, 'result': {'takes': 24}}), flush=True)\n"
+        "e = {'kind': 'Cancelled', 'message': 'Cancelled.', 'remedy': ''}\n"
+        "print(json.dumps({'id': second, 'error': e}), flush=True)\n"
+        "sys.stdin.read()\n"
+    )
+    long, queued = client.request("synthesize"), client.request("synthesize")
+    client.cancel(queued)
+    assert queued.done and not long.done
+    with pytest.raises(Cancelled):
+        queued.outcome()
+    assert wait(long).outcome() == {"takes": 24}
+    client.pump()
+    assert client.pid is not None
+
+
 @pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
 def test_interrupt_cancels_and_is_passed_on(start, monkeypatch, interruptible):
     monkeypatch.setattr(module, "GRACE", 0.2)
