@@ -65,7 +65,8 @@ def test_few_keys_show_the_gestures_within_the_tolerance(actor, motion, share, t
     depth = 1 + max(len(bone.parent_recursive) for bone in actor.pose.bones)
     for frame, before in zip(FRAMES, wanted, strict=True):
         assert apart(before, pose(actor, frame)) < depth * tolerance + 0.05  # each bone adds to what it hangs on
-    assert {point.interpolation for curve in compat.curves(few) for point in curve.keyframe_points} == {"BEZIER"}
+    moving = [curve.keyframe_points for curve in compat.curves(few) if len(curve.keyframe_points) > 1]  # fingers are at ease
+    assert {point.interpolation for points in moving for point in points} == {"BEZIER"}
 
 
 def test_bones_of_a_limb_are_keyed_together_where_strokes_and_holds_are(actor):
