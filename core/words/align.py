@@ -16,7 +16,7 @@ from .aligner import packed
 
 Span = tuple[float, float]
 
-VERSION = 3
+VERSION = 4
 """Of the results: what was kept by another one is aligned again."""
 TIMEOUT = 60.0
 """Seconds, beside the recording's own length, after which the child is killed; it usually needs 2 % of that length."""

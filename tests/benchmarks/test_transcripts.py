@@ -55,7 +55,7 @@ def test_alignment(benchmark, speech, said, minutes):
     benchmark.extra_info.update(share=share, wall=wall, peak_mb=peak, found=sure)
     print(f"\n{length / 60:.1f} minutes: {share:.2%} of their length (wall clock {wall:.2%}), {sure:.2%} of words found, ")
     print(f"aligner's peak memory {peak:.0f} MB; {found.warnings}")
-    assert share < 0.02 and sure > 0.99 and peak < 300
+    assert share < 0.04 and sure > 0.99 and peak < 300
 
 
 def child_peak(sound, text):

@@ -18,6 +18,8 @@ INSIDE, BEGINS, ENDS, WHOLE = range(4)
 STEP = np.float32(np.log(1.0001) * 1024)
 """Nats of one step of the 8-bit weights."""
 _FLOOR = 1e-4
+_DEEPEST = 96 * STEP
+"""Nats below a frame's best codebook at which a stream's density ends, as in Sphinx: one bad frame does not decide a path."""
 _BLOCK = 400
 """Frames scored at a time: 9 MB."""
 
@@ -80,6 +82,7 @@ class AcousticModel:
                     which[rows, :, stream, rank] = found.reshape(-1, self._books)
                     density[rows, :, stream, rank] = scores[every, found].reshape(-1, self._books)
                     scores[every, found] = -np.inf
+        np.maximum(density, density[..., :1].max(axis=1, keepdims=True) - _DEEPEST, out=density)
         return Heard(which, density)
 
     def together(self, senones: np.ndarray) -> np.ndarray:

@@ -24,7 +24,8 @@ def features(sound: np.ndarray) -> np.ndarray:
         return np.zeros((0, 3 * _COUNT))
     logs = np.log(np.maximum(_cleaned(power), 1e-4))
     cepstra = logs @ _cosines().T
-    cepstra -= cepstra.mean(axis=0)
+    heard = cepstra[cepstra[:, 0] >= 0]  # digital silence says nothing of the voice and its room
+    cepstra -= (heard if len(heard) else cepstra).mean(axis=0)
     padded = np.pad(cepstra, ((3, 3), (0, 0)), mode="edge")
     ahead = [padded[shift : shift + len(cepstra)] for shift in range(7)]  # the middle one is now
     return np.concatenate([cepstra, ahead[5] - ahead[1], ahead[6] - ahead[2] - ahead[4] + ahead[0]], axis=1)

@@ -1,4 +1,4 @@
-"""Which engine finds words: pocketsphinx where it is installed, numpy where it is not or is asked for."""
+"""Which engine finds words: our own in numpy, or pocketsphinx where it is installed and asked for."""
 
 import importlib.util
 import os
@@ -10,13 +10,13 @@ from .lexicon import Lexicon
 from .sphinx import Sphinx
 
 SWITCH = "S2AG_ALIGNER"
-"""Environment variable: ``numpy`` has our own search find the words, which needs no compiled package."""
+"""Environment variable: ``pocketsphinx`` has that package find the words, where it is installed."""
 
 
 def switched() -> str:
-    """``numpy`` where our own search finds the words, "" where pocketsphinx does."""
-    wanted = os.environ.get(SWITCH, "").strip().lower() == "numpy"
-    return "numpy" if wanted or importlib.util.find_spec("pocketsphinx") is None else ""
+    """``pocketsphinx`` where that finds the words, "" where our own search does."""
+    wanted = os.environ.get(SWITCH, "").strip().lower() == "pocketsphinx"
+    return "pocketsphinx" if wanted and importlib.util.find_spec("pocketsphinx") else ""
 
 
 def engine(vocabulary: set[str], folder: str, model: dict | None = None) -> Ear | Sphinx:
@@ -25,7 +25,7 @@ def engine(vocabulary: set[str], folder: str, model: dict | None = None) -> Ear 
     Raises :class:`UnreadableModel` for a model of another kind where there is no pocketsphinx.
     """
     lexicon, acoustic = Lexicon(vocabulary, model), (model or {}).get("acoustic")
-    if switched():
+    if not switched():
         try:
             return Ear(sphinx_model.read(Path(acoustic)) if acoustic else packed.read(), lexicon, bool(model))
         except sphinx_model.UnreadableModel:

@@ -14,7 +14,7 @@ from .acoustic import BEGINS, ENDS, INSIDE, WHOLE, AcousticModel
 Way = tuple[int, ...]
 """A pronunciation as numbers of phones."""
 GAP = -1
-_SILENCE, _NOISE = -5.0, -12.0
+_SILENCE, _NOISE = -34.0, -120.0
 """Log probabilities of a pause, and of a noise in it, between two words."""
 _NOISES = ("+NSN+",)
 
