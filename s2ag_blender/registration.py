@@ -11,6 +11,7 @@ from .ui import (
     drop,
     engine_ops,
     handlers,
+    import_motion,
     learn,
     menus,
     operators,
@@ -40,6 +41,7 @@ CLASSES = (
     *bone_check.CLASSES,
     *take_ops.CLASSES,
     learn.S2AG_OT_learn,
+    import_motion.S2AG_OT_import_motion,
     panel.S2AG_PT_gestures,
     *subpanels.CLASSES,
     *menus.CLASSES,
@@ -47,7 +49,7 @@ CLASSES = (
     *presets.CLASSES,
     *drop.CLASSES,
 )
-SYSTEMS = (translations, presets, command, menus, handlers)
+SYSTEMS = (translations, presets, command, menus, import_motion, handlers)
 """Modules with parts of Blender that are no classes: tables of words, folders of presets, commands, entries of menus."""
 
 

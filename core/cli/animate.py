@@ -1,4 +1,4 @@
-"""``s2ag animate``: a recording to a gesturing character, in a Blender process of its own."""
+"""``s2ag animate``: a recording, or a motion, to a gesturing character, in a Blender process of its own."""
 
 import argparse
 import json
@@ -7,13 +7,15 @@ from pathlib import Path
 
 from ...rigs import maps
 from .. import characters
-from . import blender, character, outputs, performance
+from ..errors import UsageError
+from . import blender, character, given, outputs, performance
 from .progress import Progress, note
 
-SUMMARY = "make a character gesture to a recording"
+SUMMARY = "make a character gesture to a recording, or perform a motion file"
 EXAMPLE = """examples:
   s2ag animate voice.mp3 --character human -o talk.mp4
-  s2ag animate voice.wav --character hero.blend --armature Rig --style calm -o hero-talks.blend -o hero-talks.fbx"""
+  s2ag animate voice.wav --character hero.blend --armature Rig --style calm -o hero-talks.blend -o hero-talks.fbx
+  s2ag animate motion.bvh --sound voice.wav --character hero.blend -o hero-talks.mp4      a motion that is there already"""
 SUFFIXES = (".blend", ".bvh", ".fbx", ".glb", ".usd", ".mp4", ".png", ".exr")
 
 
@@ -21,6 +23,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     performance.add_options(parser)
     outputs.add_option(parser, SUFFIXES)
+    heard = "what is heard to a motion file: AUDIO may also be an .npz or .bvh, which is performed as it is, without the engine"
+    parser.add_argument("--sound", metavar="FILE", type=Path, help=heard)
     parser.add_argument("--character", metavar="WHO", default="human", help=f"{character.WHO} (default human)")
     character.add_options(parser)
     parser.add_argument("--start-frame", metavar="N", type=int, default=1, help="frame of the first key (default 1)")
@@ -37,13 +41,16 @@ def run(options: argparse.Namespace) -> int:
     who = characters.checked(options.character)
     if options.map:
         maps.load(options.map)  # complain now, not after the synthesis
-    wanted = performance.request(options)
-    inputs = [*performance.inputs(options), Path(who), *filter(None, [options.map])]
-    files = outputs.plan(options.outputs, SUFFIXES, wanted.takes, inputs)
+    there = given.read(options) if given.is_motion(options.audio) else None
+    if options.sound and there is None:
+        raise UsageError("--sound belongs to a motion file.", "Leave it out: a recording is heard itself.")
+    wanted = performance.request(options) if there is None else None
+    inputs = [*performance.inputs(options), Path(who), *filter(None, [options.map, options.sound])]
+    files = outputs.plan(options.outputs, SUFFIXES, wanted.takes if wanted else 1, inputs)
     blender.command("film.job")
-    result = performance.perform(options, wanted)
+    motions = performance.perform(options, wanted).motions if wanted else [there]
     with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
-        for take, (motion, paths) in enumerate(zip(result.motions, files, strict=True)):
+        for take, (motion, paths) in enumerate(zip(motions, files, strict=True)):
             path = Path(folder) / f"{take}.npz"
             motion.save(path)
             job = Path(folder) / f"{take}.json"
@@ -57,9 +64,10 @@ def run(options: argparse.Namespace) -> int:
 
 def _job(options: argparse.Namespace, who: str, motion: Path, paths: list[Path]) -> dict:
     """What Blender has to do for one take; all paths absolute."""
+    heard = options.sound if given.is_motion(options.audio) else options.audio
     return {
         "motions": [str(motion)],
-        "audio": str(options.audio.absolute()),
+        "audio": str(heard.absolute()) if heard else None,
         "character": who,
         "gender": options.gender,
         "armature": options.armature,

@@ -6,10 +6,11 @@ from pathlib import Path
 
 from ..errors import UsageError
 from ..files import check_output, whole_file
+from . import films
 
 SUMMARY = "make a user study of clips, and analyse its answers"
 EXAMPLE = """examples:
-  s2ag study make clips -o study            clips/original/01.mp4, clips/ours/01.mp4, ...
+  s2ag study make clips -o study            clips/original/01.mp4, clips/ours/01.npz and .wav, ...
   s2ag study analyse answers-*.json --key study/key.json --ours ours"""
 MOST = 1000
 
@@ -18,7 +19,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     verbs = parser.add_subparsers(title="verbs", required=True, metavar="VERB", dest="verb")
     make = verbs.add_parser("make", help="a web page that shows the clips and asks")
-    make.add_argument("clips", metavar="FOLDER", type=Path, help="a folder for every condition, the same clips in each")
+    kinds = "a folder for every condition with the same clips in each: .mp4, .webm, or motions (.npz, .bvh), which are filmed"
+    make.add_argument("clips", metavar="FOLDER", type=Path, help=kinds)
+    make.add_argument("--character", metavar="WHO", default="human", help="who performs motions (see s2ag animate)")
+    heard = "recordings of the motions, by the clips' names, if they are not beside them"
+    make.add_argument("--speech", metavar="FOLDER", type=Path, help=heard)
     make.add_argument("-o", "--output", metavar="DIR", type=Path, required=True, help="new folder for page and key")
     make.add_argument("--title", default="Gesture study", help="what participants read")
     make.add_argument("--participants", metavar="N", type=int, default=24, help="orders to prepare (default 24)")
@@ -40,8 +45,9 @@ def _make(options: argparse.Namespace) -> int:
 
     if not 1 <= options.participants <= MOST:
         raise UsageError(f"{options.participants} participants were asked for.", f"Ask for 1 to {MOST}.")
-    found = design.find(options.clips, options.seed)
-    place = build.build(found, options.output, options.title, options.participants)
+    with films.filmed(options.clips, options.character, options.speech) as clips:
+        found = design.find(clips, options.seed)
+        place = build.build(found, options.output, options.title, options.participants)
     print(f"{place / 'page' / 'index.html'}: {len(found.conditions)} conditions, {len(found.excerpts)} excerpts")
     print(f"Give participants the folder {place / 'page'}; keep {place / 'key.json'} to yourself.")
     return 0

@@ -239,13 +239,16 @@ ELSEWHERE = (
     *("s2ag_blender/film/job.py", "s2ag_blender/film/sheet.py", "s2ag_blender/program.py"),
 )
 """What runs in other processes, for other people."""
+READERS = tuple(f"core/learning/datasets/{name}.py" for name in ("reading", "bvh", "smplx", "ten"))
+"""What reads motion files for the panel, too."""
 
 
 def texts_of_errors():
     """Message and remedy of every error, and every warning, that can reach Blender."""
     kinds = {name for name, value in vars(errors).items() if isinstance(value, type) and issubclass(value, errors.S2agError)}
     for path in (path for folder in ("core", "rigs", "s2ag_blender") for path in (FOLDER.parent / folder).rglob("*.py")):
-        if path.relative_to(FOLDER.parent).as_posix().startswith(ELSEWHERE):
+        place = path.relative_to(FOLDER.parent).as_posix()
+        if place.startswith(ELSEWHERE) and place not in READERS:
             continue
         tree = ast.parse(path.read_text("utf-8"))
         named = {}

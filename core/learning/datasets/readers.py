@@ -10,15 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ... import npz
 from ...errors import CorpusUnreadable
-from ...motion.motion import Motion
 from ...sound import audio
-from . import bvh, smplx, ten, transcripts
+from . import reading, smplx, ten, transcripts
 from .recording import Recording
 
 SOUNDS = (".wav", ".flac", ".mp3", ".ogg", ".m4a")
-MOTIONS = (".bvh", ".npz")
 TENTHS = ("train",) * 8 + ("validation", "test")
 Tell = Callable[[str], None]
 
@@ -48,7 +45,7 @@ def plain(folder: str | PathLike, speaker: str | None = None, tell: Tell = _sile
     """
     folder = _folder(folder)
     found, mute = [], []
-    for motion in sorted(path for path in folder.rglob("*") if path.suffix.lower() in MOTIONS):
+    for motion in sorted(path for path in folder.rglob("*") if path.suffix.lower() in reading.SUFFIXES):
         sound = next((motion.with_suffix(suffix) for suffix in SOUNDS if motion.with_suffix(suffix).is_file()), None)
         if sound is None:
             mute.append(motion)
@@ -132,23 +129,9 @@ def recordings(
 
 
 def _performed(path: Path, paper_joints: bool, body: np.ndarray) -> np.ndarray:
-    """Directions at 15 frames a second of a BVH file, of SMPL-X poses, or of a motion of our own."""
-    if path.suffix.lower() == ".bvh":
-        posed, fps = bvh.read(path)
-    elif _is_motion(path):
-        motion = Motion.load(path)
-        return ten.resample(motion.directions, motion.fps)
-    else:
-        posed, fps = smplx.read(path, body)
-    return ten.resample(ten.directions(posed, paper_joints, str(path)), fps)
-
-
-def _is_motion(path: Path) -> bool:
-    try:
-        with npz.opened(path, smplx.LARGEST) as data:
-            return "directions" in data
-    except (OSError, npz.NotArrays):
-        return False  # smplx.read says what is wrong
+    """Directions of a motion file at 15 frames a second."""
+    motion = reading.load(path, paper_joints, body)
+    return ten.resample(motion.directions, motion.fps)
 
 
 def tenth(name: str) -> str:

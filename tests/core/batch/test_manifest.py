@@ -129,7 +129,7 @@ def test_all_that_synth_and_animate_can_do_has_a_column():
     from s2ag.core.cli.parser import parser
 
     parsed = parser().parse_args(["animate", "a.wav", "-o", "a.bvh"])
-    own_way = {"chosen": "cell", "verbose": None, "run": None, "cache": None}
+    own_way = {"chosen": "cell", "verbose": None, "run": None, "cache": None, "sound": None}
     columns = {own_way.get(name, name) for name in vars(parsed)} - {None}
     assert columns <= set(manifest.COLUMNS)
     options = vars(parser().parse_args(["batch", "run", "a.csv", "-o", "out"]))

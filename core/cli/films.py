@@ -1,0 +1,67 @@
+"""Motions among a study's clips become films of one character, each in a Blender process of its own."""
+
+import contextlib
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from .. import characters
+from ..errors import UsageError
+from . import blender, given
+from .progress import Progress, note
+
+_SOUNDS = (".wav", ".flac", ".mp3", ".ogg", ".m4a")
+
+
+@contextlib.contextmanager
+def filmed(clips: Path, character: str, speech: Path | None) -> Iterator[Path]:
+    """``clips`` itself, or a folder beside it in which its motions are films.
+
+    Each motion needs its recording, of the same name beside it or in ``speech``. Films that are there are taken as they are.
+    Raises :class:`UsageError` before anything is filmed, and what reading and filming raise.
+    """
+    from ..study.design import CLIPS
+
+    places = sorted(path for path in clips.iterdir() if path.is_dir()) if clips.is_dir() else []
+    motions = [path for place in places for path in sorted(place.iterdir()) if given.is_motion(path)]
+    motions = [path for path in motions if not any(path.with_suffix(suffix).is_file() for suffix in CLIPS)]
+    if not motions:
+        yield clips
+        return
+    who, sounds = characters.checked(character), [_sound(path, speech) for path in motions]
+    blender.command("film.job")
+    with tempfile.TemporaryDirectory(prefix=blender.PREFIX) as folder:
+        for place in places:
+            (Path(folder) / "clips" / place.name).mkdir(parents=True)
+            for path in sorted(place.iterdir()):
+                if path.suffix.lower() in CLIPS:
+                    shutil.copyfile(path, Path(folder) / "clips" / place.name / path.name)
+        for path, sound in zip(motions, sounds, strict=True):
+            _film(path, sound, who, Path(folder))
+        yield Path(folder) / "clips"
+
+
+def _film(path: Path, sound: Path, who: str, folder: Path) -> None:
+    from ..learning.datasets import reading
+
+    film = folder / "clips" / path.parent.name / f"{path.stem}.mp4"
+    reading.load(path).save(folder / "motion.npz")
+    engine = None if Path(who).suffix.lower() == ".blend" else "workbench"
+    heard = str(sound.absolute())
+    job = {"motions": [str(folder / "motion.npz")], "audio": heard, "character": who, "engine": engine, "outputs": [str(film)]}
+    (folder / "job.json").write_text(json.dumps(job), "utf-8")
+    with Progress() as progress:
+        done = blender.run("film.job", str(folder / "job.json"), progress=lambda stage, value: progress(film.name, value))
+    for warning in done.get("warnings", ()):
+        note(f"{path.parent.name}/{path.name}: {warning}")
+
+
+def _sound(motion: Path, speech: Path | None) -> Path:
+    """The recording of a motion's name; raises :class:`UsageError`."""
+    for place in filter(None, (motion.parent, speech)):
+        for suffix in _SOUNDS:
+            if (place / f"{motion.stem}{suffix}").is_file():
+                return place / f"{motion.stem}{suffix}"
+    raise UsageError(f"{motion} has no recording.", f"Put {motion.stem}.wav beside it, or name its folder with --speech.")

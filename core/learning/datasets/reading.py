@@ -1,0 +1,39 @@
+"""One file of captured or made motion, of whatever kind, as a motion of ours. numpy alone."""
+
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ... import npz
+from ...errors import CorpusUnreadable
+from ...motion.motion import Motion
+from . import bvh, smplx, ten
+
+SUFFIXES = (".npz", ".bvh")
+
+
+def load(path: str | PathLike, paper_joints: bool = False, body: np.ndarray = smplx.OFFSETS) -> Motion:
+    """A motion at the file's own frame rate: BVH (ours, GENEA's or anybody's), SMPL-X poses, or what :meth:`Motion.save` wrote.
+
+    BVH and SMPL-X give the nine directions alone; ``paper_joints`` and ``body`` are as in :mod:`readers`. Raises
+    :class:`CorpusUnreadable` or :class:`MotionUnreadable`.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise CorpusUnreadable(f"{path} is no motion file.", "Use one of .npz, .bvh.")
+    if path.suffix.lower() == ".bvh":
+        posed, fps = bvh.read(path)
+    elif _is_ours(path):
+        return Motion.load(path)
+    else:
+        posed, fps = smplx.read(path, body)
+    return Motion(ten.directions(posed, paper_joints, str(path)), fps, meta={"source": path.name})
+
+
+def _is_ours(path: Path) -> bool:
+    try:
+        with npz.opened(path, smplx.LARGEST) as data:
+            return "directions" in data
+    except (OSError, npz.NotArrays):
+        return False  # smplx.read says what is wrong

@@ -1,0 +1,87 @@
+"""A motion file onto the chosen character: what others made, or was captured, without an engine."""
+
+from pathlib import Path
+
+import bpy
+from bpy_extras.io_utils import ImportHelper
+
+from ...core.errors import S2agError
+from ...core.learning.datasets import reading
+from ..keys.apply import apply_motion
+from ..rig import handpicked
+from ..takes import drafts, generate
+from ..takes.running import character
+from ..translations import told, told_error
+
+
+def perform(armature: bpy.types.Object, path: str | Path, start: int | None = None, mirror: bool = False, report=None):
+    """The action that makes ``armature`` perform a motion file from frame ``start`` (the scene's first), as its settings say.
+
+    Raises :class:`S2agError` before anything is changed.
+    """
+    motion = reading.load(path)
+    settings = armature.s2ag
+    return apply_motion(
+        armature,
+        motion.mirrored() if mirror else motion,
+        start,
+        mapping=handpicked.chosen(settings),
+        options=generate.options(settings),
+        name=f"{armature.name} {Path(path).stem}",
+        report=report,
+    )
+
+
+class S2AG_OT_import_motion(bpy.types.Operator, ImportHelper):
+    """Let the character perform a motion file: one of ours, a BVH file or SMPL-X poses"""
+
+    bl_idname = "s2ag.import_motion"
+    bl_label = "Perform Motion File"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filter_glob: bpy.props.StringProperty(default=";".join(f"*{suffix}" for suffix in reading.SUFFIXES), options={"HIDDEN"})
+    at_playhead: bpy.props.BoolProperty(
+        name="From the Playhead", description="Begin at the current frame instead of the scene's first"
+    )
+    mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right")
+
+    @classmethod
+    def poll(cls, context):
+        armature = character(context)
+        reason = ""
+        if armature is None:
+            reason = told("Select a character's armature")
+        elif armature.mode == "EDIT":
+            reason = told("Leave edit mode first")
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
+
+    def execute(self, context):
+        armature, warnings = character(context), []
+        drafts.drop(armature)
+        start = context.scene.frame_current if self.at_playhead else None
+        try:
+            action = perform(armature, bpy.path.abspath(self.filepath), start, self.mirror, warnings.append)
+        except S2agError as error:
+            self.report({"ERROR"}, told_error(error))
+            return {"CANCELLED"}
+        for warning in warnings:
+            self.report({"WARNING"}, warning)
+        self.report({"INFO"}, told("{name} performs {file}", name=armature.name, file=action.name))
+        return {"FINISHED"}
+
+
+def draw_in_import(self, context):
+    """The entry in File > Import."""
+    self.layout.operator(S2AG_OT_import_motion.bl_idname, text="Gesture Motion (.npz, .bvh)")
+
+
+def register() -> None:
+    """Add the entry."""
+    bpy.types.TOPBAR_MT_file_import.append(draw_in_import)
+
+
+def unregister() -> None:
+    """Take it back."""
+    bpy.types.TOPBAR_MT_file_import.remove(draw_in_import)
