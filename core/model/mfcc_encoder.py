@@ -13,12 +13,14 @@ class MfccEncoder(nn.Module):
 
     Along time, the input ``(B, Ta, features)`` may have any length and is resampled to the pose frames. Along the
     coefficients, as in the public code, the input is ``(B, features, Ta)`` with both lengths fixed, and the last
-    convolution's channels are the pose frames.
+    convolution's channels are the pose frames. Where more features are offered than the configuration takes, it hears the first
+    ones: 37 of our 40 are all but the last three slopes of slopes.
     """
 
     def __init__(self, config: ModelConfig):
         super().__init__()
         self.along_time = config.mfcc_axis == "time"
+        self.features = config.mfcc_features
         self.slope = config.mfcc_slope
         self.count = len(config.mfcc_channels)
         channels = (config.mfcc_features if self.along_time else config.mfcc_frames, *config.mfcc_channels)
@@ -29,7 +31,7 @@ class MfccEncoder(nn.Module):
 
     def forward(self, mfcc: torch.Tensor, frames: int) -> torch.Tensor:
         """Features ``(B, frames, mfcc_size)``."""
-        x = mfcc.transpose(1, 2)
+        x = (mfcc[..., : self.features] if self.along_time else mfcc).transpose(1, 2)
         for i in range(1, self.count + 1):
             x = getattr(self, f"batch_norm{i}")(getattr(self, f"conv{i}")(x))
             x = functional.leaky_relu(x, self.slope)

@@ -168,7 +168,7 @@ def test_training_learns_to_follow_the_voice(settings, tmp_path, one_thread):
 @pytest.mark.parametrize("model", ["default", "paper", "flow"])
 def test_a_continued_run_equals_an_uninterrupted_one(settings, tmp_path, one_thread, model):
     if model == "paper":
-        settings |= {"model_settings": {"mfcc_features": 40, "text_channels": 16, "gru_size": 16, "discriminator_size": 16}}
+        settings |= {"model_settings": {"text_channels": 16, "gru_size": 16, "discriminator_size": 16}}
     if model == "flow":
         settings |= FLOW
     settings["model"] = model
