@@ -1,13 +1,17 @@
 """The velocity of a flow, as :mod:`denoiser` learns it: depthwise convolutions, their channels scaled and shifted."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from ...threads import each
 from ..config import ModelConfig
 from .layers import Convolution, Linear, Norm, Weights, pad, product, silu, unit
 
 _WAVES = 32
+_PIECE = 256
+"""Tokens of which a piece has at most so many: large enough for products, small enough for caches and for two cores."""
 
 
 class Conditions(NamedTuple):
@@ -15,6 +19,7 @@ class Conditions(NamedTuple):
 
     heard: np.ndarray
     films: list[tuple[np.ndarray, np.ndarray]]
+    room: "Room"
 
 
 class Moments(NamedTuple):
@@ -23,30 +28,54 @@ class Moments(NamedTuple):
     films: list[tuple[np.ndarray, np.ndarray]]
 
 
+class Room:
+    """Arrays in which all velocities of a take are computed, and its tokens in pieces that do not depend on who computes.
+
+    ``hidden``: two with ``edge`` tokens of zeros at both ends; ``narrow`` and ``wide``: two spare ones of each size.
+    """
+
+    def __init__(self, tokens: int, size: int, wide: int, edge: int):
+        count = max(-(-tokens // _PIECE), 1)
+        bounds = [round(tokens * number / count) for number in range(count + 1)]
+        self.pieces = [slice(*pair) for pair in zip(bounds, bounds[1:], strict=False)]
+        self.edge = edge
+        self.hidden = [np.zeros((tokens + 2 * edge, size), np.float32) for _ in range(2)]
+        self.narrow = [np.empty((tokens, size), np.float32) for _ in range(2)]
+        self.wide = [np.empty((tokens, wide), np.float32) for _ in range(2)]
+
+    def inner(self, rows: slice) -> slice:
+        """Where the tokens ``rows`` lie in what has edges."""
+        return slice(rows.start + self.edge, rows.stop + self.edge)
+
+
 class Block:
     """A depthwise convolution and two products around a shortcut."""
 
     def __init__(self, weights: Weights, dilation: int):
         self.taps, self.dilation = (weights / "conv")["weight"], dilation
+        self.reach = dilation * (len(self.taps) // 2)
         self.scale, self.shift, self.widen, self.narrow = (
             Linear.of(weights / name) for name in ("scale", "shift", "widen", "narrow")
         )
 
-    def __call__(self, x: np.ndarray, film: tuple, moment: tuple) -> None:
-        """Add what the block makes of ``(T, size)`` to it."""
-        y = unit(self._convolved(x))
-        y *= film[0] + moment[0]
-        y += film[1]
-        y += moment[1]
-        x += self.narrow(silu(self.widen(y)))
+    def __call__(self, x: np.ndarray, out: np.ndarray, film: tuple, moment: tuple, room: Room, rows: slice) -> None:
+        """What the block makes of ``rows`` of ``x``, and they themselves, into ``out``; both are :attr:`Room.hidden`."""
+        (y, spare), (wide, share) = ((part[rows] for part in pair) for pair in (room.narrow, room.wide))
+        self._convolve(x, rows, room.edge, y, spare)
+        unit(y, y)
+        y *= np.add(film[0][rows], moment[0], out=spare)
+        y += np.add(film[1][rows], moment[1], out=spare)
+        self.narrow(silu(self.widen(y, wide), share), y)
+        here = room.inner(rows)
+        np.add(x[here], y, out=out[here])
 
-    def _convolved(self, x: np.ndarray) -> np.ndarray:
-        reach, frames = self.dilation * (len(self.taps) // 2), len(x)
-        padded = pad(x, reach, reach)
-        total = padded[:frames] * self.taps[0]
-        for number in range(1, len(self.taps)):
-            total += padded[number * self.dilation : number * self.dilation + frames] * self.taps[number]
-        return total
+    def _convolve(self, x: np.ndarray, rows: slice, edge: int, total: np.ndarray, spare: np.ndarray) -> None:
+        first = rows.start + edge - self.reach
+        for number, tap in enumerate(self.taps):
+            start = first + number * self.dilation
+            seen = np.multiply(x[start : start + len(total)], tap, out=spare if number else total)
+            if number:
+                total += seen
 
 
 class Denoiser:
@@ -77,10 +106,20 @@ class Denoiser:
 
     def conditions(self, heard: list[np.ndarray], style: np.ndarray, frames: int) -> Conditions:
         """Of a take with style ``(size,)``, or ``(T, size)`` where it walks."""
-        tokens = self.fold(np.broadcast_to(style, (frames, self.styled)))
+        tokens = self.fold(np.broadcast_to(style, (frames if style.ndim == 2 else self.patch, self.styled)))
         added, wide = (part + layer(tokens) for part, layer in zip(heard, self.of_styles, strict=True))
-        wide = self.second(silu(wide))
-        return Conditions(added, [(block.scale(wide), block.shift(wide)) for block in self.blocks])
+        edge = max(self.out.before, *(block.reach for block in self.blocks))
+        room = Room(len(added), added.shape[1], len(self.blocks[0].widen.weight), edge)
+        films = [tuple(np.empty_like(added) for _ in range(2)) for _ in self.blocks]
+
+        def part(rows: slice) -> None:
+            known = self.second(silu(wide[rows]))
+            for block, film in zip(self.blocks, films, strict=True):
+                block.scale(known, film[0][rows])
+                block.shift(known, film[1][rows])
+
+        each(part, room.pieces)
+        return Conditions(added, films, room)
 
     def moments(self, time: float) -> Moments:
         """Of a time from 0 to 1."""
@@ -90,11 +129,25 @@ class Denoiser:
 
     def __call__(self, x: np.ndarray, mask: np.ndarray, conditions: Conditions, moments: Moments) -> np.ndarray:
         """Velocities ``(T, channels)`` of ``x``; ``mask`` ``(T, 1)`` is 1 on given frames."""
-        hidden = self.into(self.fold(np.concatenate([x, mask], axis=1)))
-        hidden += conditions.heard
+        room, given = conditions.room, pad(self.fold(np.concatenate([x, mask], axis=1)), self.into.before, self.into.after)
+        hidden, other = room.hidden
+        made = np.empty((len(conditions.heard), self.patch * x.shape[1]), np.float32)
+
+        def enter(rows: slice) -> None:
+            np.add(self.into.within(given, rows), conditions.heard[rows], out=hidden[room.inner(rows)])
+
+        def normed(rows: slice) -> None:
+            other[room.inner(rows)] = self.norm(hidden[room.inner(rows)])
+
+        def leave(rows: slice) -> None:
+            made[rows] = self.out.within(other[room.edge - self.out.before :], rows)
+
+        each(enter, room.pieces)
         for block, film, moment in zip(self.blocks, conditions.films, moments.films, strict=True):
-            block(hidden, film, moment)
-        made = self.out(self.norm(hidden))
+            each(partial(block, hidden, other, film, moment, room), room.pieces)
+            hidden, other = other, hidden
+        each(normed, room.pieces)
+        each(leave, room.pieces)
         return made.reshape(len(made) * self.patch, -1)[: len(x)]
 
     def fold(self, x: np.ndarray) -> np.ndarray:

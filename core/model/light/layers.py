@@ -42,9 +42,9 @@ class Linear:
         """The layer that was learned under this name."""
         return cls(weights["weight"], weights.get("bias"))
 
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        """``(..., n)`` to ``(..., m)``."""
-        y = product(x, self.weight)
+    def __call__(self, x: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
+        """``(..., n)`` to ``(..., m)``; with ``out``, which is returned then, only ``(rows, n)`` to ``(rows, m)``."""
+        y = product(x, self.weight) if out is None else rows_by_rows(x, self.weight, out)
         if self.bias is not None:
             y += self.bias
         return y
@@ -69,8 +69,12 @@ class Convolution:
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """``(..., T, inputs)`` to ``(..., T, outputs)``."""
-        frames, padded = x.shape[-2], pad(x, self.before, self.after)
-        taps = [padded[..., k * self.dilation : k * self.dilation + frames, :] for k in range(self.kernel)]
+        return self.within(pad(x, self.before, self.after), slice(0, x.shape[-2]))
+
+    def within(self, padded: np.ndarray, rows: slice) -> np.ndarray:
+        """The same of these ``rows`` alone; ``padded`` has ``before`` and ``after`` more frames at its ends."""
+        starts = range(0, self.kernel * self.dilation, self.dilation)
+        taps = [padded[..., rows.start + start : rows.stop + start, :] for start in starts]
         return self._linear(np.concatenate(taps, axis=-1))
 
 
@@ -88,9 +92,9 @@ class Norm:
         return y
 
 
-def unit(x: np.ndarray) -> np.ndarray:
-    """Layer normalisation over the last axis, without anything learned."""
-    y = x - x.mean(axis=-1, keepdims=True)
+def unit(x: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
+    """Layer normalisation over the last axis, without anything learned; ``out`` may be ``x``."""
+    y = np.subtract(x, x.mean(axis=-1, keepdims=True), out=out)
     y /= np.sqrt(np.einsum("...i,...i->...", y, y)[..., None] / np.float32(y.shape[-1]) + _EPSILON)
     return y
 
@@ -110,10 +114,11 @@ def relu(x: np.ndarray) -> np.ndarray:
     return np.maximum(x, 0, out=x)
 
 
-def silu(x: np.ndarray) -> np.ndarray:
-    """``x`` times its logistic; in place."""
+def silu(x: np.ndarray, spare: np.ndarray | None = None) -> np.ndarray:
+    """``x`` times its logistic; in place. ``spare`` is room of the same shape."""
+    share = np.negative(x, out=spare)
     with np.errstate(over="ignore"):  # far below zero the exponential is infinite, and the result zero as it should be
-        share = np.exp(-x)
+        np.exp(share, out=share)
     share += 1
     x /= share
     return x

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ...motion.skeleton import EDGES, MEAN
+from ...products import one_thread_each
 from ..config import ModelConfig
 from ..steps import STEPS, affect_reach, hears, looks, noise_size, solve
 from ..timing import IN_STEP, mfcc_slice
@@ -96,7 +97,6 @@ class LightNetwork:
         mask = seeds[:, -1:]
         given = (seeds[:, :-1] - self._centre) / self._scale
         style = self._exaggerated(np.asarray(style, np.float32))
-        conditions = self._denoiser.conditions(heard, style, len(seeds))
         noise = np.float32(self.config.flow_noise) * noise
         moments = iter(self._moments)
 
@@ -104,7 +104,9 @@ class LightNetwork:
             begins()
             return self._denoiser(x, mask, conditions, next(moments)) * (1 - mask)
 
-        made = solve(velocity, noise + mask * (given - noise)) * self._scale + self._centre
+        with one_thread_each():
+            conditions = self._denoiser.conditions(heard, style, len(seeds))
+            made = solve(velocity, noise + mask * (given - noise)) * self._scale + self._centre
         poses = made[:, :_POSE].reshape(-1, len(EDGES), 3) + MEAN.astype(np.float32)
         lengths = np.sqrt(np.square(poses).sum(axis=-1, keepdims=True))
         return poses / np.maximum(lengths, np.float32(1e-12)), made[:, _POSE:]
