@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import TypeVar
 
-T = TypeVar("T")
+T, R = TypeVar("T"), TypeVar("R")
 
 
 def share_cores() -> None:
@@ -32,26 +32,32 @@ def cores() -> int:
     return max(1, min([there, _MOST, *(int(number) for number in told if number.isdecimal())]))
 
 
-def each(work: Callable[[T], None], parts: Iterable[T]) -> None:
-    """``work(part)`` for every part, on all cores, this thread among them; returns when all are done.
+def each(work: Callable[[T], R], parts: Iterable[T], most: int = _MOST) -> list[R]:
+    """What ``work(part)`` gives for every part, up to ``most`` at once on all cores, this thread among them.
 
-    Meant for array work, during which numpy lets other threads run. Raises what any of them raised.
+    Meant for array work, during which numpy lets other threads run; work may share out parts of its own in the same way.
+    Where one fails the rest is left undone, and what it raised is raised.
     """
     parts = list(parts)
-    helpers = min(cores(), len(parts)) - 1
-    left = iter(parts)
+    made: list = [None] * len(parts)
+    left = iter(range(len(parts)))
 
     def some() -> None:
-        for part in left:  # taking the next of a list is one step of the interpreter, so no two take the same
-            work(part)
+        try:
+            for number in left:  # taking the next is one step of the interpreter, so no two threads take the same
+                made[number] = work(parts[number])
+        finally:
+            for _ in left:
+                pass
 
-    others = [_pool().submit(some) for _ in range(helpers)]
+    others = [_pool().submit(some) for _ in range(min(cores(), most, len(parts)) - 1)]
     try:
         some()
-    finally:
-        done = [other.exception() for other in others if not other.cancel()]
-    for error in filter(None, done):
-        raise error
+    finally:  # those that have not begun yet have nothing to do any more: nobody waits for a thread that is waiting
+        failed = [error for other in others if not other.cancel() and (error := other.exception())]
+    if failed:
+        raise failed[0]
+    return made
 
 
 @cache

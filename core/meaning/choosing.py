@@ -45,18 +45,21 @@ def choose(
     asked: Mapping[int, tuple[str, float]],
     readiness: float,
     seed: tuple[int, ...],
+    found: Mapping[int, tuple[str, int]] | None = None,
 ) -> list[Shown]:
     """What is shown of ``words`` ``(text, start, end)``, in order of time.
 
     ``asked`` maps numbers of words to the hint and the side that a transcript's marks ask for: those are shown in any case.
-    ``readiness`` 0..1: how much of the rest is. All chance follows from ``seed`` and the word.
+    ``readiness`` 0..1: how much of the rest is. All chance follows from ``seed`` and the word. ``found`` is what
+    :func:`occasions` gave of the same words, for who chooses more than once.
     """
-    occasions = _said(vocabulary, words, readiness, seed)
+    found = occasions(vocabulary, words) if found is None else found
+    said = _said(vocabulary, found, readiness, seed)
     for number, (hint, side) in asked.items():
         if hint in vocabulary.marks:
-            occasions[number] = vocabulary.gestures[vocabulary.marks[hint]], 1, side, True
+            said[number] = vocabulary.gestures[vocabulary.marks[hint]], 1, side, True
     chosen: list[tuple[int, tuple]] = []
-    for number, occasion in sorted(occasions.items()):
+    for number, occasion in sorted(said.items()):
         near = chosen and words[number][1] - words[chosen[-1][0]][1] < _APART
         if near and not occasion[3]:
             continue
@@ -66,17 +69,22 @@ def choose(
     return _timed(chosen, words, seed)
 
 
-def _said(vocabulary: Vocabulary, words: Sequence, readiness: float, seed: tuple[int, ...]) -> dict[int, tuple]:
-    """Number of the bearing word -> gesture, how many words say it, side, whether it was asked for."""
+def occasions(vocabulary: Vocabulary, words: Sequence[tuple[str, float, float]]) -> Mapping[int, tuple[str, int]]:
+    """Number of the bearing word -> the gesture that could show it, and how many words say it."""
     plain = [text.lower().replace("’", "'").strip(".,;:!?\"'()…-–—") for text, *_ in words]
     breaks = [text.rstrip("\"')")[-1:] in ".;:!?…" for text, *_ in words]
-    occasions = {}
-    for number, (name, count) in vocabulary.find(plain, breaks).items():
+    return vocabulary.find(plain, breaks)
+
+
+def _said(vocabulary: Vocabulary, found: Mapping, readiness: float, seed: tuple[int, ...]) -> dict[int, tuple]:
+    """Number of the bearing word -> gesture, how many words say it, side, whether it was asked for."""
+    said = {}
+    for number, (name, count) in found.items():
         gesture = vocabulary.gestures[name]
         drawn = np.random.default_rng((*seed, _SALT, number, zlib.crc32(name.encode()))).random()
         if drawn < readiness * (gesture.often if count == 1 else 0.5 + 0.5 * gesture.often):
-            occasions[number] = gesture, count, 0.0, False
-    return occasions
+            said[number] = gesture, count, 0.0, False
+    return said
 
 
 def _timed(chosen: list[tuple[int, tuple]], words: Sequence, seed: tuple[int, ...]) -> list[Shown]:

@@ -42,10 +42,13 @@ def weights(one: Shown, time: np.ndarray) -> np.ndarray:
     return ramp(time, one.begin, one.ready) * (1 - ramp(time, one.until, one.end))
 
 
-def show(directions: np.ndarray, shown: Sequence[Shown]) -> np.ndarray:
-    """Directions ``(frames, 9, 3)`` float32 at 15 fps with every gesture; outside of them all stays as it was to the bit."""
+def show(directions: np.ndarray, shown: Sequence[Shown], which: Sequence[tuple[bool, bool]]) -> np.ndarray:
+    """Directions ``(frames, 9, 3)`` float32 at 15 fps with every gesture; outside of them all stays as it was to the bit.
+
+    ``which`` arms show each of them: :func:`sides` of the same directions.
+    """
     result, time = np.array(directions, np.float32), np.arange(len(directions)) / skeleton.FPS
-    for one, arms in zip(shown, sides(directions, shown), strict=True):
+    for one, arms in zip(shown, which, strict=True):
         here = slice(*np.searchsorted(time, [one.begin, max(one.end, one.lands + _SHAKEN)]))
         if here.start == here.stop:
             continue
@@ -79,14 +82,14 @@ def _bear(part: np.ndarray, one: Shown, arms: tuple[bool, bool], time: np.ndarra
         part[:, edge] = turned(turned(part[:, edge], 2, roll), 1, yaw)
 
 
-def hands(performed: Hands, directions: np.ndarray, shown: Sequence[Shown]) -> Hands:
+def hands(performed: Hands, shown: Sequence[Shown], which: Sequence[tuple[bool, bool]]) -> Hands:
     """Hands of a performance that show what each gesture means: where the palm looks, where it points, and its fingers.
 
-    ``directions`` ``(frames, 9, 3)`` are those of the performance without gestures, by which :func:`sides` finds the hand.
+    ``which`` as for :func:`show`.
     """
     knuckles, palms, shape = performed.knuckles.copy(), performed.palms.copy(), performed.shape.copy()
-    time = np.arange(len(directions)) / skeleton.FPS
-    for one, arms in zip(shown, sides(directions, shown), strict=True):
+    time = np.arange(len(performed)) / skeleton.FPS
+    for one, arms in zip(shown, which, strict=True):
         weight = (weights(one, time) * ramp(time, one.ready - 0.2, one.lands))[:, None]
         for arm, mirror in enumerate((np.ones(3), _MIRROR)):
             for parts, wanted in ((knuckles, one.gesture.knuckles), (palms, one.gesture.palm)):

@@ -26,6 +26,8 @@ def load(path: str | PathLike, device: str = "cpu") -> Loaded:
 class ByTorch:
     """A ``generator`` with the methods of :class:`light.network.LightNetwork`, which says what they take and give."""
 
+    shares = False  # torch has threads of its own
+
     def __init__(self, generator: Encoders):
         self.generator, self.config = generator.eval(), generator.config
         self.noise_size = generator.noise_size

@@ -1,5 +1,7 @@
 """What a body does while it is not gesturing: it hangs its arms, breathes and sways, and is never frozen."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..smoothing import gaussian
@@ -75,18 +77,26 @@ def _waves(time: np.ndarray, rates: tuple[float, ...], rng: np.random.Generator)
     return (waves / np.sqrt(np.arange(1, len(rates) + 1))[:, None, None]).sum(0)
 
 
-def rest(
-    directions: np.ndarray,
-    activity: np.ndarray,
-    seed: int = 0,
-    pose: np.ndarray = REST,
-    at_rest: bool = True,
-    fps: float = skeleton.FPS,
-) -> np.ndarray:
-    """Blend a performance ``(frames, 9, 3)`` into ``pose`` where nobody speaks, and let it breathe and sway throughout."""
-    settled = slerp(directions, pose, settle_weight(activity, fps, at_rest)[:, None])
-    talking = gaussian(activity, 0.5 * fps)
-    return skeleton.normalize(settled + idle(len(directions), fps, seed, talking)).astype(np.float32)
+@dataclass(frozen=True)
+class Stillness:
+    """What all performances of a recording share: how much of each frame is rest, and how lively a talker's body is there.
+
+    Both ``(frames,)`` in 0..1 at ``fps``.
+    """
+
+    weight: np.ndarray
+    talking: np.ndarray
+    fps: float = skeleton.FPS
+
+    @classmethod
+    def of(cls, activity: np.ndarray, at_rest: bool = True, fps: float = skeleton.FPS) -> "Stillness":
+        """Of voice activity ``(frames,)``; ``at_rest`` as for :func:`settle_weight`."""
+        return cls(settle_weight(activity, fps, at_rest), gaussian(activity, 0.5 * fps), fps)
+
+    def live(self, directions: np.ndarray, pose: np.ndarray = REST, seed: int = 0) -> np.ndarray:
+        """Blend a performance ``(frames, 9, 3)`` into ``pose`` where nobody speaks; let it breathe and sway throughout."""
+        settled = slerp(directions, pose, self.weight[:, None])
+        return skeleton.normalize(settled + idle(len(directions), self.fps, seed, self.talking)).astype(np.float32)
 
 
 def scale(directions: np.ndarray, intensity: float | np.ndarray, pose: np.ndarray = REST) -> np.ndarray:

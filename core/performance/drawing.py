@@ -2,11 +2,14 @@
 
 A frame depends on those within the network's reach and on nothing else, so a tile with that much around it holds what one
 evaluation of the whole would hold there: there are no seams to hide. Nor has a frame a window's edge near it, where a
-velocity is 2 to 4 % farther from the truth than in its middle. Takes are drawn one by one, so that none depends on those
-beside it.
+velocity is 2 to 4 % farther from the truth than in its middle. Takes are drawn each for itself, several at once where there
+are cores, so that none depends on those beside it.
 """
 
+import itertools
+import threading
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -14,6 +17,7 @@ from ..errors import Cancelled
 from ..model.steps import STEPS
 from ..model.timing import IN_STEP
 from ..motion import hand_numbers, skeleton
+from ..threads import each
 from . import living
 from .casting import Performers
 from .noise import noise
@@ -43,14 +47,16 @@ def draw(
     performed nearer to what is usual there.
     """
     plans = [_Plan(network, one, wishes, frames, tile, lively) for one, wishes in zip(cast, asked, strict=True)]
-    steps, done = max(STEPS * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans), 1), 0
+    steps = max(STEPS * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans), 1)
+    done, asking = itertools.count(), threading.get_ident()
 
     def begins() -> None:
-        nonlocal done
+        share = next(done) / steps
+        if threading.get_ident() != asking:
+            return  # who asked is told in the thread that asked
         if cancelled():
             raise Cancelled("Cancelled.")
-        progress(done / steps)
-        done += 1
+        progress(share)
 
     made = [plan.draw(inputs, begins) for plan in plans]
     progress(1.0)
@@ -75,19 +81,26 @@ class _Plan:
         """``(takes, frames, 9, 3)`` and ``(takes, frames, extras)``; ``begins()`` is called before each step."""
         network, performers = self.network, self.performers
         made, extras = (np.repeat(part[None], len(performers.latents), 0) for part in (self.poses, self.extras))
-        for start, stop, low, high in self.tiles:
+        for place in self.tiles:
+            low, high = place[2:]
             seeds = self._seeds(low, high)
             mfcc, words, prosody = _heard(inputs, low, high)
             asked = None if self.asked is None else _cut(self.asked, low, high)
             heard = network.hear(mfcc, words, seeds, prosody, asked)
-            for row, identity in enumerate(performers.request.identities):
-                drawn = noise(performers.request.seed, identity, low, high, network.noise_size, self.who)
-                drawn = drawn * _cut(self.lively, low, high)[:, None]
-                made_here = network.draw(heard, self._style(row, low, high), seeds, drawn, begins)
-                for whole, part in zip((made, extras), made_here, strict=True):
-                    whole[row, start:stop] = part[start - low : stop - low]
+            take = partial(self._draw_take, (made, extras), place, heard, seeds, begins)
+            each(take, range(len(made)), 2 * TILE // (high - low) if network.shares else 1)
         made[:, self.mask], extras[:, self.mask] = self.poses[self.mask], self.extras[self.mask]
         return made, extras
+
+    def _draw_take(self, wholes: tuple, place: tuple, heard, seeds: np.ndarray, begins: Callable[[], None], row: int) -> None:
+        """Put a take's frames from ``place`` into the ``wholes``."""
+        start, stop, low, high = place
+        request = self.performers.request
+        drawn = noise(request.seed, request.identities[row], low, high, self.network.noise_size, self.who)
+        drawn = drawn * _cut(self.lively, low, high)[:, None]
+        made = self.network.draw(heard, self._style(row, low, high), seeds, drawn, begins)
+        for whole, part in zip(wholes, made, strict=True):
+            whole[row, start:stop] = part[start - low : stop - low]
 
     def _seeds(self, low: int, high: int) -> np.ndarray:
         """Given poses as the network takes them, ``(high - low, noise_size + 1)``; the last channel says where they are."""

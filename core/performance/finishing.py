@@ -8,6 +8,7 @@ from ..motion import hand_numbers, limits, rest, skeleton
 from ..motion.hands import Hands
 from ..motion.motion import Motion
 from ..motion.pelvis import Pelvis
+from ..threads import each
 from ..words import hints
 from . import living, stance
 from .casting import Performers
@@ -21,31 +22,29 @@ VERSION = 1  # of the provenance written into every motion
 
 def finish(checkpoint, request: Request, heard: Heard, performers: Performers, made: Made) -> list[Motion]:
     """Motions of what was made for a request."""
-    meta = _meta(checkpoint, request, heard, performers)
+    meta, still = _meta(checkpoint, request, heard, performers), rest.Stillness.of(heard.activity, request.pose is None)
     pose, kept = performers.rest(heard.frames), wished(request, heard.frames)
-    motions = []
-    for (take, near), drawn, extras in zip(request.identities, *made, strict=True):
+    # Gestures of their own are for networks that know meanings: others give what they were made to give.
+    vocabulary = heard.shows if checkpoint.meanings else None
+    found = choosing.occasions(vocabulary, heard.words) if vocabulary else {}
+
+    def finished(one: tuple) -> Motion:
+        (take, near), drawn, extras = one
         about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
         directions = rest.restore(rest.soften(drawn), checkpoint.gain, pose)
-        shown = _meant(checkpoint, request, heard, performers, take)
-        plain, directions = directions, showing.show(directions, shown)
-        directions = hints.perform(directions, heard.wishes, pose)
-        directions = rest.rest(directions, heard.activity, request.seed + take, pose, at_rest=request.pose is None)
+        asked = heard.wishes.gestures, request.meaning * performers.readiness, (request.seed, take)
+        shown = choosing.choose(vocabulary, heard.words, *asked, found) if vocabulary else []
+        which = showing.sides(directions, shown)
+        directions = hints.perform(showing.show(directions, shown, which), heard.wishes, pose)
+        directions = still.live(directions, pose, request.seed + take)
         directions = keep(limits.keep_human(rest.scale(directions, request.intensity, pose)), kept)
         hands = _hands(request, performers, take, drawn, extras, directions)
-        hands = hands and showing.hands(hands, plain, shown)
+        hands = hands and showing.hands(hands, shown, which)
         pelvis = _pelvis(request, heard, performers, take, directions)
         motion = Motion(directions, skeleton.FPS, heard.words, about, hands, pelvis)
-        motions.append(motion.mirrored() if request.mirror else motion)
-    return motions
+        return motion.mirrored() if request.mirror else motion
 
-
-def _meant(checkpoint, request: Request, heard: Heard, performers: Performers, take: int) -> list[choosing.Shown]:
-    """What is shown of the words, by networks that know meanings: others give what they were made to give."""
-    if heard.shows is None or not checkpoint.meanings:
-        return []
-    readiness = request.meaning * performers.readiness
-    return choosing.choose(heard.shows, heard.words, heard.wishes.gestures, readiness, (request.seed, take))
+    return each(finished, zip(request.identities, *made, strict=True))
 
 
 def _hands(request: Request, performers: Performers, take: int, drawn, extras, directions) -> Hands | None:

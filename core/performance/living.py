@@ -100,10 +100,11 @@ def _strokes(speed: np.ndarray, fps: float) -> np.ndarray:
     """Frames at which a forearm is fastest, the fastest first where two are too near each other, in rising order."""
     inner = speed[1:-1]
     peaks = 1 + np.flatnonzero((inner >= speed[:-2]) & (inner > speed[2:]) & (inner > _STROKE))
-    kept: list[int] = []
-    for peak in sorted(peaks, key=lambda frame: -speed[frame]):
-        if all(abs(peak - other) >= _APART * fps for other in kept):
+    free, near, kept = np.ones(len(speed), bool), int(np.ceil(_APART * fps)) - 1, []
+    for peak in peaks[np.argsort(-speed[peaks], kind="stable")]:
+        if free[peak]:
             kept.append(int(peak))
+            free[max(peak - near, 0) : peak + near + 1] = False
     return np.array(sorted(kept), int)
 
 
@@ -115,18 +116,18 @@ def _shapes(strokes, frames: int, ease, rng, fps) -> np.ndarray:
         number = int(rng.integers(len(shapes))) if rng.random() < 0.7 else number
         chosen.append(ease + rng.uniform(0.6, 1.1) * (shapes[number] - ease) * _SHOWN)
     targets = np.array(chosen).reshape(-1, len(ease))
-    tracks = [_held(strokes, targets[:, column], frames, ease[column], fps) for column in range(len(ease))]
+    tracks = _held(strokes, targets, frames, ease, fps)
     time = np.arange(frames)[:, None] / fps
     phase = rng.uniform(0, 2 * np.pi, (2, len(ease)))
     life = np.sin(2 * np.pi * 0.21 * time + phase[0]) + np.sin(2 * np.pi * 0.37 * time + phase[1])
-    shape = np.stack(tracks, -1) + life * np.where(np.arange(len(ease)) % 2, 1.6, 1.0)
+    shape = tracks + life * np.where(np.arange(len(ease)) % 2, 1.6, 1.0)
     shape[:, -1] = np.minimum(shape[:, -1], _SPREAD)
     return shape
 
 
-def _held(strokes, values, frames: int, otherwise: float, fps: float) -> np.ndarray:
-    """A curve (frames,) that has each stroke's value around it and another elsewhere."""
-    curve = np.full(frames, float(otherwise))
+def _held(strokes, values, frames: int, otherwise: np.ndarray | float, fps: float) -> np.ndarray:
+    """Curves (frames, ...) that have each stroke's values (...) around it and others elsewhere."""
+    curve = np.tile(np.asarray(otherwise, float), (frames, *[1] * np.ndim(otherwise)))
     for place, (stroke, value) in enumerate(zip(strokes, values, strict=True)):
         end = stroke + round(_HELD * fps)
         if place + 1 < len(strokes):

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..motion import hand_numbers, skeleton
 from ..smoothing import gaussian
+from ..threads import each
 from . import asking, drawing, stillness
 from .casting import Performers
 from .hearing import Heard
@@ -48,12 +49,13 @@ def perform(
     lively = _lively(heard.activity)
     drawn, extras = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, lively=lively)
     given = [one.given(heard.frames).frames for one in cast for _ in one.latents]
-    settled, extras = zip(*map(_settled, drawn, extras, given), strict=True)
+    settled, extras = zip(*each(_settled, zip(drawn, extras, given, strict=True)), strict=True)
     return Made(np.stack(settled), np.stack(extras))
 
 
-def _settled(directions: np.ndarray, extras: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A take whose waiting arms are still, and its hands on them; hands of the frames that were ``given`` stay."""
+def _settled(take: tuple[np.ndarray, np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """A take whose waiting arms are still, and its hands on them; hands of the frames that were given stay."""
+    directions, extras, given = take
     settled = stillness.settle(directions)
     if extras.shape[1] == hand_numbers.SIZE:
         calm = stillness.settle_hands(extras, directions)

@@ -80,7 +80,6 @@ class Sheet:
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise SampleUnreadable(f"{path} is not a sample.", _REMEDY) from error
 
-
     def check(self) -> None:
         """Raise ValueError or TypeError for what no sample holds."""
         texts = (self.audio, self.checkpoint, self.transcript or "", self.text or "", *(one.style for one in self.cells))

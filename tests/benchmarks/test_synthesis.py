@@ -59,15 +59,20 @@ def test_eight_takes_against_one_by_one(benchmark, minute):
 
 @pytest.mark.parametrize("backend", ["numpy", "torch"])
 def test_nine_takes_against_one(benchmark, minute, backend):
-    session, seconds = Session(backend=backend), {}
+    session, wall, busy = Session(backend=backend), {}, {}
     for takes in (1, 9):
         request = Request(minute / "minute.wav", transcript=minute / "minute.json", takes=takes)
         session.synthesize(request)
-        began = time.process_time()
-        session.synthesize(request)
-        seconds[takes] = time.process_time() - began
+        rounds = []
+        for _ in range(7 if takes == 1 else 4):
+            began = time.perf_counter(), time.process_time()
+            session.synthesize(request)
+            rounds.append((time.perf_counter() - began[0], time.process_time() - began[1]))
+        wall[takes], busy[takes] = (min(part) for part in zip(*rounds, strict=True))
+    benchmark.extra_info["ratio"] = wall[9] / wall[1]
     benchmark.pedantic(session.synthesize, args=(request,), rounds=1)
-    print(f"\n{backend}: nine takes {seconds[9]:.2f} s of processor time, one {seconds[1]:.2f} s")
+    told = ", ".join(f"{takes} takes {wall[takes]:.2f} s ({busy[takes]:.2f} of processors)" for takes in (1, 9))
+    print(f"\n{backend}, best of several: {told}; {wall[9] / wall[1]:.2f} times one")
 
 
 @pytest.mark.parametrize("backend", ["numpy", "torch"])

@@ -106,7 +106,7 @@ class Denoiser:
 
     def conditions(self, heard: list[np.ndarray], style: np.ndarray, frames: int) -> Conditions:
         """Of a take with style ``(size,)``, or ``(T, size)`` where it walks."""
-        tokens = self.fold(np.broadcast_to(style, (frames if style.ndim == 2 else self.patch, self.styled)))
+        tokens = self.fold(np.broadcast_to(style, (frames, self.styled)))
         added, wide = (part + layer(tokens) for part, layer in zip(heard, self.of_styles, strict=True))
         edge = max(self.out.before, *(block.reach for block in self.blocks))
         room = Room(len(added), added.shape[1], len(self.blocks[0].widen.weight), edge)

@@ -31,6 +31,9 @@ class LightNetwork:
     Raises KeyError and ValueError where the arrays are not those of the configuration.
     """
 
+    shares = True
+    """Whether several threads may draw at once."""
+
     def __init__(self, config: ModelConfig, arrays: Mapping[str, np.ndarray]):
         weights = Weights(arrays)
         self.config, self.noise_size, self.looks, self.hears = config, noise_size(config), looks(config), hears(config)

@@ -40,7 +40,7 @@ def both(known, said: str) -> tuple[np.ndarray, np.ndarray, choosing.Shown]:
     for seed in range(20):
         strokes = shown(known, said, seed)
         if strokes:
-            return plain, limits.keep_human(showing.show(plain, strokes)), strokes[0]
+            return plain, limits.keep_human(showing.show(plain, strokes, showing.sides(plain, strokes))), strokes[0]
     raise AssertionError(f"nobody shows {said!r}")
 
 
@@ -130,12 +130,13 @@ def test_steps_of_a_list_go_on_to_the_side(known):
 def test_neutral_twins_are_left_alone_to_the_bit(known):
     plain = performance()
     for said in ("the table is green", "we walked home", "it rained on sunday", "she reads a book"):
-        np.testing.assert_array_equal(showing.show(plain, shown(known, said)), plain)
+        strokes = shown(known, said)
+        np.testing.assert_array_equal(showing.show(plain, strokes, showing.sides(plain, strokes)), plain)
 
 
 def test_outside_of_its_time_a_gesture_changes_nothing(known):
     plain, _, stroke = both(known, "this big")
-    motion = showing.show(plain, [stroke])
+    motion = showing.show(plain, [stroke], showing.sides(plain, [stroke]))
     time = np.arange(FRAMES) / skeleton.FPS
     away = (time < stroke.begin) | (time > max(stroke.end, stroke.lands + 1.2))
     np.testing.assert_array_equal(motion[away], plain[away])
@@ -170,12 +171,13 @@ def test_hands_show_what_arms_mean(known):
     down, relaxed = np.tile([0, 1.0, 0], (FRAMES, 2, 1)), np.tile(handshape.RELAXED, (FRAMES, 2, 1))
     for said, palm in (("i don't know", [0, -1, 0]), ("no way", [0, 0, 1])):
         plain, motion, stroke = both(known, said)
-        hands = showing.hands(Hands.of(motion[:, [5, 8]], down, relaxed), plain, [stroke])
+        hands = showing.hands(Hands.of(motion[:, [5, 8]], down, relaxed), [stroke], showing.sides(plain, [stroke]))
         landed = round((stroke.lands + 0.1) * skeleton.FPS)
         assert (hands.palms[landed] @ np.array(palm)).min() > 0.7, said
     plain, motion, stroke = both(known, "number two")
     ease = Hands.of(motion[:, [5, 8]], down, relaxed)
-    hands, (left, _) = showing.hands(ease, plain, [stroke]), showing.sides(plain, [stroke])[0]
+    which = showing.sides(plain, [stroke])
+    hands, (left, _) = showing.hands(ease, [stroke], which), which[0]
     landed, showing_hand = round((stroke.lands + 0.1) * skeleton.FPS), 0 if left else 1
     bends = hands.shape[landed, showing_hand, :8:2] + hands.shape[landed, showing_hand, 1:8:2]
     assert (bends < 40).sum() == 2 and (bends > 150).sum() == 2

@@ -20,7 +20,7 @@ def test_hands_come_to_rest_in_a_long_silence_and_are_back_before_speech():
     frames = 300
     activity = np.ones(frames)
     activity[100:220] = 0
-    performed = rest.rest(gesture(frames), activity)
+    performed = rest.Stillness.of(activity).live(gesture(frames))
     resting = slice(100 + int((rest.SETTLE_AFTER + rest.SETTLE_TIME) * FPS) + 1, 220 - int(rest.RAISE_TIME * FPS) - 1)
     assert angles(performed[resting], rest.REST).max() < 6
     assert angles(performed[90, 5], rest.REST[5]) > 40
@@ -42,7 +42,7 @@ def test_settling_is_smooth():
 
 
 def test_a_silent_clip_rests_from_the_first_frame_to_the_last_yet_no_frame_is_frozen():
-    performed = rest.rest(gesture(450), np.zeros(450))
+    performed = rest.Stillness.of(np.zeros(450)).live(gesture(450))
     assert angles(performed, rest.REST).max() < 6
     speed = angles(performed[1:], performed[:-1]).max(1) * FPS
     assert speed.min() > 0.05

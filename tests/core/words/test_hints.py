@@ -71,7 +71,7 @@ def test_unknown_hints_are_named_and_nothing_else():
 def test_rest_may_change_on_the_way():
     words = [("so", 0.5, 0.8), ("this", 0.9, 1.2), ("one", 1.3, 1.8)]
     wishes = hints.understand([Mark("gesture", 1, 2, "point left"), Mark("gesture", 2, 3, "none")], words)
-    directions = rest.rest(np.broadcast_to(rest.REST[::-1], (40, 9, 3)), np.ones(40))
+    directions = rest.Stillness.of(np.ones(40)).live(np.broadcast_to(rest.REST[::-1], (40, 9, 3)))
     same = hints.perform(directions, wishes, np.broadcast_to(rest.REST, directions.shape))
     np.testing.assert_array_equal(same, hints.perform(directions, wishes, rest.REST))
     assert not np.array_equal(same, directions)

@@ -1,0 +1,74 @@
+"""Work shared out among threads: all of it is done, in order, and what fails is told."""
+
+import threading
+
+import numpy as np
+import pytest
+from s2ag.core import products, threads
+
+
+@pytest.fixture(params=[1, 3])
+def cores(request, monkeypatch):
+    """So many threads, whatever this machine has."""
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+        monkeypatch.setenv(name, str(request.param))
+    monkeypatch.setattr(threads.os, "sched_getaffinity", lambda process: range(4), raising=False)
+    threads.cores.cache_clear()
+    threads._pool.cache_clear()
+    yield request.param
+    threads._pool().shutdown()
+    threads._pool.cache_clear()
+    threads.cores.cache_clear()
+
+
+def test_every_part_is_done_once_and_answers_stand_in_order(cores):
+    assert threads.cores() == cores
+    assert threads.each(lambda part: part * part, range(100)) == [part * part for part in range(100)]
+    assert threads.each(str, []) == []
+
+
+def test_parts_may_be_shared_out_again(cores):
+    inner = lambda part: sum(threads.each(lambda number: number, range(part)))  # noqa: E731
+    assert threads.each(inner, range(40)) == [part * (part - 1) // 2 for part in range(40)]
+
+
+def test_no_more_at_once_than_asked(cores):
+    at_once, most, lock = [0], [0], threading.Lock()
+
+    def work(part):
+        with lock:
+            at_once[0] += 1
+            most[0] = max(most[0], at_once[0])
+        np.linalg.svd(np.eye(60))
+        with lock:
+            at_once[0] -= 1
+
+    threads.each(work, range(30), 2)
+    assert most[0] <= min(cores, 2) and at_once[0] == 0
+
+
+def test_what_fails_is_raised_and_ends_the_rest(cores):
+    done = []
+
+    def work(part):
+        if part == 5:
+            raise ValueError("five")
+        done.append(part)
+
+    with pytest.raises(ValueError, match="five"):
+        threads.each(work, range(10_000))
+    assert len(done) < 9_999
+    assert threads.each(abs, [-1]) == [1]
+
+
+def test_products_are_one_threads_and_the_number_comes_back():
+    ask, tell = products._openblas()
+    before = ask()
+    tell(2)
+    try:
+        wanted = ask()
+        with products.one_thread_each(), products.one_thread_each():
+            assert ask() == 1
+        assert ask() == wanted
+    finally:
+        tell(before)
