@@ -146,6 +146,11 @@ def strip_start(strip) -> float:
     return strip.content_start if hasattr(strip, "content_start") else strip.frame_start
 
 
+def strip_length(strip) -> float:
+    """Scene frames of all that a strip plays, whatever is cut off."""
+    return strip.content_duration if hasattr(strip, "content_duration") else strip.frame_duration
+
+
 def move_strip(strip, frame: float) -> None:
     """Move a strip so that its content starts at ``frame``."""
     if hasattr(strip, "content_start"):

@@ -31,6 +31,7 @@ class Place:
     influence: float = 1.0
     blend_in: int = 0
     blend_out: int = 0
+    piece: bool = False  # of a recording: what is around it stays
 
     @classmethod
     def of(cls, action: bpy.types.Action | None) -> "Place | None":
@@ -52,12 +53,21 @@ class Place:
         """Whether any of these frames is this place's, too."""
         return self.first <= last and first <= self.last
 
+    def beyond(self, first: int, last: int) -> bool:
+        """Whether these frames are only a part of this place."""
+        return self.first <= first and last <= self.last and (first, last) != (self.first, self.last)
 
-def base_action(armature: bpy.types.Object, first: int, last: int) -> bpy.types.Action | None:
-    """The active action that gestures on these frames meet; one of ours on them gives way to what it was made from."""
+
+def base_action(armature: bpy.types.Object, first: int, last: int, piece: bool = False) -> bpy.types.Action | None:
+    """The active action that gestures on these frames meet; one of ours on them gives way to what it was made from.
+
+    Not where a ``piece`` of it is made anew: what is around that stays.
+    """
     data = armature.animation_data
     action = data.action if data else None
-    while is_draft(action) or ((place := Place.of(action)) is not None and place.overlaps(first, last)):
+    while is_draft(action) or (
+        (place := Place.of(action)) is not None and place.overlaps(first, last) and not (piece and place.beyond(first, last))
+    ):
         action = action.get(BEFORE if is_draft(action) else _BASE)
     return action
 
@@ -228,7 +238,7 @@ def _clear_way(armature, place: Place) -> None:
     former, slot = data.action, compat.active_slot(armature)
     if former is None:
         return
-    base = base_action(armature, place.first, place.last)
+    base = base_action(armature, place.first, place.last, place.piece)
     if base != former:
         slot = slot_of(armature, base) if base is not None else None
     if base is not None:

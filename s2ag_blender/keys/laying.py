@@ -51,7 +51,7 @@ class Laying:
         """
         frames, rotations, settings, places, stood = keys
         place = self._place(frames)
-        base = layers.base_action(self.armature, place.first, place.last)
+        base = layers.base_action(self.armature, place.first, place.last, place.piece)
         interpolation = "LINEAR" if self.step == 1 else "BEZIER"
         legs = {bone: rotations[bone] for bone in stood if bone in rotations}
         body = {bone: values for bone, values in rotations.items() if bone not in stood}
@@ -148,7 +148,8 @@ class Laying:
         fades = [min(kept[name], room) for name in ("blend_in", "blend_out")]
         if result == "STRIP":  # poses to continue from and to reach are in the keys
             fades = [fades[0] * (kept["start_pose"] == "REST"), fades[1] * (kept["end_pose"] == "FREE")]
-        return layers.Place(result, first, last, kept["influence"] if result != "ACTION" else 1.0, *fades)
+        influence = kept["influence"] if result != "ACTION" else 1.0
+        return layers.Place(result, first, last, influence, *fades, self.planned.voice.span.piece)
 
     def _channels(self, motion: Motion, frames, rotations, legs, place, base) -> list:
         if place.result == "LAYER":
@@ -268,6 +269,7 @@ class Laying:
             "start": self.span.start,
             "settings": self.settings,
             "pose": planned.params.get("pose"),
+            "around": planned.params.get("kept"),
             "keyed_pose": {bone: values.round(6).tolist() for bone, values in planned.pose.items()},
         }
         return {**origin, layers.DRAFT: True} if planned.draft else origin

@@ -60,7 +60,7 @@ def _stage(armature, place: layers.Place) -> None:
     replaced = [strip for strip in layers.strips(armature) if not strip.mute and place.within(layers.Place.of(strip.action))]
     told = {name: getattr(data, name) for name in _BLENDING} | {"muted": [strip.name for strip in replaced]}
     if former is not None:
-        base = layers.base_action(armature, place.first, place.last)
+        base = layers.base_action(armature, place.first, place.last, place.piece)
         if base is not None:
             layers.push_down(armature, base, layers.slot_of(armature, base)).name = TRACK
     for strip in replaced:

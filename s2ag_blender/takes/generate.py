@@ -20,7 +20,7 @@ from ..keys import layers, posing, trying
 from ..keys.laying import Laying
 from ..rig import handpicked, readiness, reading
 from ..translations import told
-from . import choices, drafts, gesture, markers, recall, sources, takes, voices
+from . import choices, drafts, gesture, markers, recall, sources, surroundings, takes, voices
 
 
 @dataclass(frozen=True)
@@ -71,12 +71,14 @@ def plan(
     draft: bool = False,
     kept: dict | None = None,
     keyed_pose: dict[str, list] | None = None,
+    around: list | None = None,
     **changes,
 ) -> Plan:
     """Read a character's settings and pose; ``changes`` go to the engine as they are (``styles``, ``near`` and so on).
 
-    ``kept`` are settings of an earlier take (:func:`recall.snapshot`) to use instead of those that are set, and
-    ``keyed_pose`` the pose ``{bone: (4,)}`` that it grew out of.
+    ``kept`` are settings of an earlier take (:func:`recall.snapshot`) to use instead of those that are set,
+    ``keyed_pose`` the pose ``{bone: (4,)}`` that it grew out of, and ``around`` the poses before and after it
+    (:func:`surroundings.poses`).
 
     Raises :class:`S2agError` for all that the user must mend first.
     """
@@ -98,6 +100,10 @@ def plan(
         pose = posing.current_rotations(armature, [name for part in BODY_PARTS for name in resolved.chains.get(part, ())])
     if settings.start_pose == "CURRENT" and not layered and "pose" not in params:
         params["pose"] = posing.directions(armature, bones, resolved, options(settings)).tolist()
+    if not kept:
+        around = surroundings.poses(armature, scene, voice.span, settings, (bones, resolved, options(settings)))
+    if around:
+        params["kept"] = around
     return Plan(
         Handle.of(armature),
         Handle.of(scene),

@@ -18,11 +18,19 @@ _seen: dict[str, tuple[float, bool]] = {}
 
 @dataclass(frozen=True)
 class Span:
-    """Scene frames: where the recording begins, and the first and the last frame that may be keyed (None: no end)."""
+    """Scene frames: where the recording begins, the first and the last frame that may be keyed (None: no end), and how many
+    the whole recording has, where that is known.
+    """
 
     start: float
     first: int
     last: int | None = None
+    length: float | None = None
+
+    @property
+    def piece(self) -> bool:
+        """Whether more of the recording is known than may be keyed."""
+        return self.length is not None and (self.first > self.start or self.last < self.start + self.length - 1)
 
 
 @dataclass(frozen=True)
@@ -117,7 +125,7 @@ def strip_span(settings, scene, strip) -> Span:
         first, last = max(first, begin), min(last, end)
     if first > last:
         raise UsageError(f'The strip "{strip.name}" lies outside the chosen range.', "Choose another range.")
-    return Span(compat.strip_start(strip), first, last)
+    return Span(compat.strip_start(strip), first, last, compat.strip_length(strip))
 
 
 def mixdown(scene: bpy.types.Scene, first: int, last: int) -> str:
