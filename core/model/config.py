@@ -74,6 +74,7 @@ class ModelConfig:
     flow_kernel: int = 5
     flow_expand: int = 2  # how much wider a block is inside
     flow_noise: float = 1.0  # size of the noise that is drawn from: less is calmer, with fewer movements that nobody makes
+    flow_extras_noise: float = 1.0  # the same, once more, for what a frame has beyond the nine directions
     flow_style: float = 1.0  # how far from the middle of all speakers a style is taken: more sets performers farther apart
     flow_voice: float = 1.0  # how far from silence voice and prosody are taken: more follows the voice more closely
 

@@ -15,7 +15,7 @@ from .asked_encoder import AskedEncoder
 from .config import ModelConfig
 from .denoiser import Conditions, Denoiser
 from .encoders import POSE, Encoders
-from .steps import hears, looks, noise_size, solve
+from .steps import hears, looks, noise_scale, noise_size, solve
 from .timing import IN_STEP, mfcc_slice
 
 
@@ -146,7 +146,7 @@ class FlowGenerator(Encoders):
         """
         conditions = self.conditions(self.emphasized(features), self.exaggerated(style))
         given, mask = self.numbers(seeds[..., :-1]), seeds[..., -1:]
-        noise = self.config.flow_noise * noise
+        noise = noise * noise.new_tensor(noise_scale(self.config))
 
         def velocity(x, time):
             begins()

@@ -31,6 +31,12 @@ def noise_size(config: ModelConfig) -> int:
     return 3 * len(EDGES) + config.extras
 
 
+def noise_scale(config: ModelConfig) -> list[float]:
+    """The size of each of them."""
+    poses = 3 * len(EDGES)
+    return [config.flow_noise] * poses + [config.flow_noise * config.flow_extras_noise] * config.extras
+
+
 def affect_reach(config: ModelConfig) -> int:
     """Frames to each side on which a frame's affective features depend."""
     return 4 * (config.time_kernel // 2) + 3

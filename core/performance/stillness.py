@@ -13,7 +13,7 @@ _STILL, _MOVING = 5.0, 26.0
 """Degrees a second up to which an arm counts as waiting, and from which on as moving."""
 _LONG, _SHORT = 0.5, 0.12
 """Standard deviations (s) over which a waiting arm's way is smoothed, and its speed is taken."""
-_HAND = 0.075
+_HAND = 0.1
 """The same over which hands are smoothed, wait or not: fingers are too light to tremble by themselves."""
 
 

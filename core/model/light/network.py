@@ -8,7 +8,7 @@ import numpy as np
 from ...motion.skeleton import EDGES, MEAN
 from ...products import one_thread_each
 from ..config import ModelConfig
-from ..steps import STEPS, affect_reach, hears, looks, noise_size, solve
+from ..steps import STEPS, affect_reach, hears, looks, noise_scale, noise_size, solve
 from ..timing import IN_STEP, mfcc_slice
 from .affect import AffectiveEncoder
 from .denoiser import Denoiser
@@ -100,7 +100,7 @@ class LightNetwork:
         mask = seeds[:, -1:]
         given = (seeds[:, :-1] - self._centre) / self._scale
         style = self._exaggerated(np.asarray(style, np.float32))
-        noise = np.float32(self.config.flow_noise) * noise
+        noise = noise * np.array(noise_scale(self.config), np.float32)
         moments = iter(self._moments)
 
         def velocity(x: np.ndarray, _: float) -> np.ndarray:

@@ -79,7 +79,7 @@ def test_the_shipped_network_in_numpy_is_that_in_torch(way):
     "changes",
     [
         {"meanings": 4, "flow_noise": 0.8, "flow_style": 1.3, "flow_voice": 1.2},
-        {"extras": 5, "flow_patch": 3, "flow_kernel": 3, "flow_dilations": [1, 3]},
+        {"extras": 5, "flow_extras_noise": 0.7, "flow_patch": 3, "flow_kernel": 3, "flow_dilations": [1, 3]},
         {"prosody_features": 0, "controls": 0, "flow_voice": 1.5},
         {"text_causal": True, "text_channels": 300, "text_levels": 1, "time_kernel": 3, "graph": "chain"},
     ],
