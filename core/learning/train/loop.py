@@ -5,7 +5,7 @@ import sys
 import time
 
 from ...errors import OutputUnwritable, UsageError
-from ...model import checkpoint
+from ...model import catalogue, checkpoint
 from .adversarial import Adversarial
 from .config import TrainConfig
 from .dataset import Corpus
@@ -103,6 +103,8 @@ class Run:
         settings = {
             name: value for name, value in self.config.to_dict().items() if name not in ("data", "out", "minutes", "resume")
         }
+        if self.config.start:
+            settings["start"] = catalogue.describe(self.config.start)["hash"]
         facts = {
             "steps": self.trainer.steps_done,
             "processes": self.fabric.world_size,
