@@ -85,7 +85,7 @@ def test_words_typed_in_a_block_beside_and_none(figure, tmp_path, voice):
         beside.write_text(words)
         sources._seen.clear()
         assert gesture.request(kept)["transcript"] == str(beside)
-        assert f"line{suffix} beside the recording is used" in drawn()
+        assert f"line{suffix} beside it has the words" in drawn()
     kept.transcript_source, kept.typed = "TYPED", "good day"
     assert gesture.request(kept)["text"] == "good day" and "language" not in gesture.request(kept)
     kept.language = "de"
