@@ -80,7 +80,7 @@ def _torch() -> Check:
 def _aligner() -> Check:
     if not packed.ENGLISH.is_file():
         return Check("aligner", False, "no model of speech", f"Install s2ag again; {packed.ENGLISH.name} belongs to it.")
-    return Check("aligner", True, engines.switched() or "numpy")
+    return Check("aligner", True, engines.chosen() or "numpy")
 
 
 def _recogniser() -> Check:

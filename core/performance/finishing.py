@@ -3,6 +3,8 @@
 import hashlib
 import json
 
+import numpy as np
+
 from ..meaning import choosing, showing
 from ..motion import hand_numbers, limits, rest, skeleton
 from ..motion.hands import Hands
@@ -17,6 +19,8 @@ from .keeping import keep, wished
 from .performing import Made
 from .request import Request
 
+_LEAST = 1e-3
+"""Share of hands and stance at intensity 0, so that the same bones are keyed at every intensity."""
 VERSION = 1  # of the provenance written into every motion
 
 
@@ -55,6 +59,8 @@ def _hands(request: Request, performers: Performers, take: int, drawn, extras, d
         hands = hand_numbers.hands(extras, drawn).carried(drawn, directions)
     else:
         hands = living.hands(directions, _name(performers), request.seed + take)
+    calm = _calm(request)
+    hands = hands if calm == 1 else living.hanging(directions).mixed(hands, calm)
     return hands.calmed(directions, request.hands)
 
 
@@ -63,7 +69,12 @@ def _pelvis(request: Request, heard: Heard, performers: Performers, take: int, d
     if not request.stance:
         return None
     about = {"style": _name(performers), "seed": request.seed + take}
-    return stance.pelvis(directions, heard.activity, heard.words, **about).calmed(request.stance)
+    return stance.pelvis(directions, heard.activity, heard.words, **about).calmed(request.stance * _calm(request))
+
+
+def _calm(request: Request) -> float:
+    """What hands and weight do of it where gestures are smaller than they were performed: nearly nothing at rest."""
+    return float(np.clip(request.intensity, _LEAST, 1))
 
 
 def _name(performers: Performers) -> str:

@@ -215,7 +215,7 @@ def _placed(sound: np.ndarray, script: _Script, progress, ways: Ways) -> align.A
     if not script.loose:
         return None
     asked = [(part.words, part.start, min(part.end, 1e9)) for part in script.stretches]
-    name = key("align", align.VERSION, engines.switched(), audio.digest(sound), asked, language.fingerprint(ways.model))
+    name = key("align", align.VERSION, engines.chosen(ways.model), audio.digest(sound), asked, language.fingerprint(ways.model))
     kept = ways.cache.get(name)
     try:
         spans = [_span(start, end) for start, end in kept["spans"]]

@@ -99,8 +99,8 @@ class Laying:
     def keys(self, motion: Motion) -> apply.Keys:
         """What to key for one motion; changes nothing."""
         motion = pacing.paced(motion, self.settings.get("speed", 1.0))
-        if motion.pelvis is not None and "TORSO" not in self.settings["parts"]:  # no spine takes its turn back
-            motion = replace(motion, pelvis=replace(motion.pelvis, turn=np.zeros_like(motion.pelvis.turn)))
+        if "TORSO" not in self.settings["parts"]:  # with the trunk stay the hips that carry it, and the legs
+            motion = replace(motion, pelvis=None)
         planned, self.mapping = self.planned, self.mapping or self._mapping()  # found once for all takes
         if planned.draft:
             self.span = near_playhead(planned.voice.span, motion.duration, self.scene)

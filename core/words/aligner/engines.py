@@ -1,4 +1,7 @@
-"""Which engine finds words: our own in numpy, or pocketsphinx where it is installed and asked for."""
+"""Which engine finds words: our own in numpy, or pocketsphinx where it is installed and asked for or better.
+
+It is better at other languages whose text has sentences that nobody says: after one, our search loses more of the rest.
+"""
 
 import importlib.util
 import os
@@ -10,13 +13,14 @@ from .lexicon import Lexicon
 from .sphinx import Sphinx
 
 SWITCH = "S2AG_ALIGNER"
-"""Environment variable: ``pocketsphinx`` has that package find the words, where it is installed."""
+"""Environment variable: ``pocketsphinx`` has that package find the words, where it is installed, ``numpy`` our own search."""
 
 
-def switched() -> str:
-    """``pocketsphinx`` where that finds the words, "" where our own search does."""
-    wanted = os.environ.get(SWITCH, "").strip().lower() == "pocketsphinx"
-    return "pocketsphinx" if wanted and importlib.util.find_spec("pocketsphinx") else ""
+def chosen(model: dict | None = None) -> str:
+    """``pocketsphinx`` where that finds the words of a language (None: English), "" where our own search does."""
+    wanted = os.environ.get(SWITCH, "").strip().lower()
+    wanted = wanted or ("pocketsphinx" if (model or {}).get("voice") else "numpy")
+    return "pocketsphinx" if wanted == "pocketsphinx" and importlib.util.find_spec("pocketsphinx") else ""
 
 
 def engine(vocabulary: set[str], folder: str, model: dict | None = None) -> Ear | Sphinx:
@@ -25,7 +29,7 @@ def engine(vocabulary: set[str], folder: str, model: dict | None = None) -> Ear 
     Raises :class:`UnreadableModel` for a model of another kind where there is no pocketsphinx.
     """
     lexicon, acoustic = Lexicon(vocabulary, model), (model or {}).get("acoustic")
-    if not switched():
+    if not chosen(model):
         try:
             return Ear(sphinx_model.read(Path(acoustic)) if acoustic else packed.read(), lexicon, bool(model))
         except sphinx_model.UnreadableModel:

@@ -7,9 +7,10 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 import pytest
-from s2ag.core.files import sweep
+from s2ag.core.files import is_running, sweep
 
 STARTER = """
 import sys, tempfile
@@ -57,10 +58,18 @@ def test_a_killed_command_leaves_no_process_and_no_part(tmp_path, wave, moment, 
     starter.send_signal(number)
     starter.wait(120)
     assert ended.wait(300), "Blender outlives its command"
-    sweep(out)  # a thread that was writing when all ended may have left a file, which goes with the next run
-    assert not [path.name for path in out.iterdir() if path.name.startswith(".")]
+    # a thread that was writing when all ended may have left a file, which goes with the next run
+    until = time.monotonic() + 60
+    while any(is_running(int(name.split("@")[2])) for name in _parts(out)) and time.monotonic() < until:
+        time.sleep(0.1)
+    sweep(out)
+    assert not _parts(out)
     assert not os.path.exists(folder)
     starter.stdout.close()
+
+
+def _parts(folder):
+    return [path.name for path in folder.iterdir() if path.name.startswith(".")]
 
 
 def _drain(pipe, ended):

@@ -39,7 +39,7 @@ def test_every_cell_holds_its_own_figure_and_label(cells):
     figures = [item for item in scene.objects if item.type == "ARMATURE"]
     labels = [item for item in scene.objects if item.type == "FONT"]
     assert len(figures) == 5 and len(labels) == 10
-    assert len({item.data for item in scene.objects if item.type == "MESH" and item.parent}) < 30  # shared by all figures
+    assert len({item.data for item in scene.objects if item.type == "MESH" and item.parent}) < 40  # shared by all figures
     seen = []
     for figure in figures:
         spots = [figure.matrix_world @ figure.pose.bones[name].head for name in ("head", "hand.L", "hand.R")]

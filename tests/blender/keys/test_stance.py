@@ -97,4 +97,4 @@ def test_a_trunk_that_is_not_keyed_is_not_turned(actor):
     for frame in FRAMES:
         np.testing.assert_allclose(rigging.evaluated(actor, frame)["hips"][:3, :3], rest, atol=1e-4)
     feet, hips = slid(actor)
-    assert feet < SLIDES and hips > 0.02
+    assert feet < SLIDES and hips < SLIDES

@@ -146,7 +146,9 @@ def test_other_results_and_parts_while_it_plays(actor):
     settle()
     keyed = {path.split('"')[1] for path, _ in curves(layers.draft_of(actor))}
     chains = reading.resolve_mapping(actor, reading.read(actor)).chains
-    assert keyed == {*chains["left_upper_arm"], *chains["left_forearm"], *chains["left_hand"]}
+    (hand,) = chains["left_hand"]
+    fingers = {bone.name for bone in actor.pose.bones[hand].children_recursive}
+    assert keyed == {*chains["left_upper_arm"], *chains["left_forearm"], hand} | fingers
     actor.s2ag.result = "ACTION"
     settle()
     assert layers.draft_of(actor) and not drafts.is_staged(actor) and not actor.animation_data.nla_tracks

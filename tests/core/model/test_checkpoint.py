@@ -46,7 +46,8 @@ def test_half_precision_is_small_and_close(tmp_path):
     for name, value in generator.state_dict().items():
         stored = loaded.generator.state_dict()[name]
         assert stored.dtype == torch.float32
-        torch.testing.assert_close(stored, value, rtol=1e-3, atol=1e-6)
+        # to eleven bits, and then to ten; below 2^-14 float16 has ever fewer
+        torch.testing.assert_close(stored, value, rtol=1.5 * 2**-10, atol=2**-23)
 
 
 def test_same_weights_have_the_same_hash(saved, tmp_path):

@@ -114,7 +114,10 @@ def test_what_has_no_counterpart_does_not_lose_the_rest(shared, case):
     else:
         extra = after[100:60:-1]
     spans, warnings = align.align(np.concatenate([first, between, second]), before + extra + after)
-    assert len(warnings) == bool(extra) and all("were not found in the recording: " in warning for warning in warnings)
+    assert all("not found in the recording: " in warning for warning in warnings)
+    missing = sum(int(warning.split()[0]) for warning in warnings)
+    # a numeral at the seam may be taken for noise
+    assert missing <= 1 if not extra else abs(missing - len(extra)) <= 4
     shift = (len(first) + len(between)) / 16000
     begins = np.array([start for start, _ in spans[:90]]) - [start for start, _ in expected[0][:90]]
     ends = np.array([start - shift for start, _ in spans[-60:]]) - [start for start, _ in expected[1][-60:]]

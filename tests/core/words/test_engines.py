@@ -159,6 +159,11 @@ def test_which_engine(tmp_path, monkeypatch, theirs):
     assert isinstance(engines.engine({"hello"}, str(tmp_path)), ear.Ear)
     monkeypatch.setenv(engines.SWITCH, "pocketsphinx")
     assert isinstance(engines.engine({"hello"}, str(tmp_path)), sphinx.Sphinx)
+    monkeypatch.delenv(engines.SWITCH)
+    assert engines.chosen({"voice": "de"}) == "pocketsphinx" and engines.chosen({"voice": None}) == ""
+    monkeypatch.setenv(engines.SWITCH, "numpy")
+    assert engines.chosen({"voice": "de"}) == ""
+    monkeypatch.setenv(engines.SWITCH, "pocketsphinx")
     monkeypatch.setitem(sys.modules, "pocketsphinx", None)
     assert isinstance(engines.engine({"hello"}, str(tmp_path)), ear.Ear)
 
