@@ -7,6 +7,8 @@ from ..errors import UsageError
 
 LARGEST, DEEPEST = 10_000_000, 64
 """The largest number of rows or channels that means anything, and of layers and of what is counted like them."""
+_FAR = 1000.0
+"""Beyond what any slope, share or factor is."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,8 @@ class ModelConfig:
             numbers = value if isinstance(value, tuple) else (value,)
             if len(numbers) > DEEPEST or any(isinstance(number, int) and not 0 <= number <= deepest for number in numbers):
                 raise UsageError(f"{one.name} is out of range.", f"It goes from 0 to {deepest}.")
+            if any(isinstance(number, float) and not abs(number) <= _FAR for number in numbers):
+                raise UsageError(f"{one.name} is out of range.", f"It goes to {_FAR}.")
         for name, known in _CHOICES.items():
             if getattr(self, name) not in known:
                 raise UsageError(f"{name} is {getattr(self, name)!r}.", f"Use one of {', '.join(known)}.")

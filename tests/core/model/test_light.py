@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from s2ag.core.errors import CheckpointUnreadable, UsageError
 from s2ag.core.model import catalogue, opening
+from s2ag.core.model.config import ModelConfig
 from s2ag.core.model.light import weights
 from s2ag.core.model.timing import mfcc_slice
 from s2ag.core.motion import rest, skeleton
@@ -212,3 +213,9 @@ def test_damaged_checkpoints_are_told(tmp_path, damage, says, backend):
     with pytest.raises(CheckpointUnreadable, match=says) as caught:
         opening.load(path, backend)
     assert caught.value.remedy
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -1e30, 1e306])
+def test_factors_that_mean_nothing_are_refused(value):
+    with pytest.raises(UsageError, match="flow_voice"):
+        ModelConfig.from_dict({"decoder": "flow", "flow_voice": value})
