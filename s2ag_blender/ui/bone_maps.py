@@ -96,7 +96,7 @@ def _require(armature, chains: dict[str, tuple[str, ...]]) -> None:
 
 
 class OfCharacter:
-    """Base of operators on the bone map of the active character."""
+    """Base of operators that change the active character: it is there, not linked, and not in edit mode."""
 
     bl_options = {"REGISTER", "UNDO"}
 

@@ -12,6 +12,7 @@ from ..rig import handpicked
 from ..takes import drafts, generate
 from ..takes.running import character
 from ..translations import told, told_error
+from .bone_maps import OfCharacter
 
 
 def perform(armature: bpy.types.Object, path: str | Path, start: int | None = None, mirror: bool = False, report=None):
@@ -32,30 +33,17 @@ def perform(armature: bpy.types.Object, path: str | Path, start: int | None = No
     )
 
 
-class S2AG_OT_import_motion(bpy.types.Operator, ImportHelper):
+class S2AG_OT_import_motion(OfCharacter, bpy.types.Operator, ImportHelper):
     """Let the character perform a motion file: one of ours, a BVH file or SMPL-X poses"""
 
     bl_idname = "s2ag.import_motion"
     bl_label = "Perform Motion File"
-    bl_options = {"REGISTER", "UNDO"}
 
     filter_glob: bpy.props.StringProperty(default=";".join(f"*{suffix}" for suffix in reading.SUFFIXES), options={"HIDDEN"})
     at_playhead: bpy.props.BoolProperty(
         name="From the Playhead", description="Begin at the current frame instead of the scene's first"
     )
     mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right")
-
-    @classmethod
-    def poll(cls, context):
-        armature = character(context)
-        reason = ""
-        if armature is None:
-            reason = told("Select a character's armature")
-        elif armature.mode == "EDIT":
-            reason = told("Leave edit mode first")
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
 
     def execute(self, context):
         armature, warnings = character(context), []

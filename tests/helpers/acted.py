@@ -4,11 +4,19 @@ import bpy
 import numpy as np
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.keys import keyframes
+from s2ag.s2ag_blender.takes import generate
 
 
 def press(operator, **options):
     """Run an operator as a button does, with its own undo step."""
     return operator("EXEC_DEFAULT", True, **options)
+
+
+def lay(armature, *motions, **settings):
+    """Finish a run with these motions, after these settings are made; returns its actions."""
+    for name, value in settings.items():
+        setattr(armature.s2ag, name, value)
+    return generate.finish(generate.plan(bpy.context, armature), {"motions": list(motions)}).actions
 
 
 def curves(action):

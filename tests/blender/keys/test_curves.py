@@ -5,14 +5,14 @@ import json
 import bpy
 import numpy as np
 import pytest
-from acted import animate, apart, curves, pose, press
+from acted import animate, apart, curves, lay, pose, press
 from bodies import performance
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.keys import density, layers, pacing, thinning
 from s2ag.s2ag_blender.rig import reading
-from s2ag.s2ag_blender.takes import generate, takes
+from s2ag.s2ag_blender.takes import takes
 
 FRAMES = range(10, 83, 4)
 
@@ -27,19 +27,6 @@ def speech(frames=46) -> Motion:
     pose[:, skeleton.EDGE_NAMES.index("right_forearm")] += np.outer(lift, (0, -1.5, 1.0))
     pose[:, skeleton.EDGE_NAMES.index("head"), 2] += 0.2 * np.sin(np.linspace(0, 3, frames))
     return Motion(skeleton.normalize(pose).astype(np.float32), meta={"style": "test"})
-
-
-@pytest.fixture
-def actor(figure, voice):
-    figure.s2ag.audio, figure.s2ag.start_frame = str(voice), 10
-    return figure
-
-
-def lay(armature, *motions, **settings):
-    """Finish a run with these motions; returns its actions."""
-    for name, value in settings.items():
-        setattr(armature.s2ag, name, value)
-    return generate.finish(generate.plan(bpy.context, armature), {"motions": list(motions)}).actions
 
 
 def bones_of(armature, part):

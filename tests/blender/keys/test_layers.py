@@ -5,7 +5,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from acted import animate, apart, curves, pose, same_curves
+from acted import animate, apart, curves, lay, pose, same_curves
 from s2ag.core.motion import rest
 from s2ag.core.motion.motion import Motion
 from s2ag.core.performance import living
@@ -13,13 +13,6 @@ from s2ag.rigs import quaternion
 from s2ag.s2ag_blender.keys import layers, mixing, posing
 from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.takes import generate
-
-
-@pytest.fixture
-def actor(figure, voice):
-    """A mannequin with a recording of three seconds, from frame 10 on."""
-    figure.s2ag.audio, figure.s2ag.start_frame = str(voice), 10
-    return figure
 
 
 @pytest.fixture
@@ -37,13 +30,6 @@ def raised():
     pose = rest.REST.copy()
     pose[4] = pose[5] = (-1, 0, 0)
     return pose
-
-
-def lay(armature, *motions, **settings):
-    """Finish a run with these motions; returns its actions."""
-    for name, value in settings.items():
-        setattr(armature.s2ag, name, value)
-    return generate.finish(generate.plan(bpy.context, armature), {"motions": list(motions)}).actions
 
 
 def tracks(armature):

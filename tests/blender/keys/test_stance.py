@@ -7,11 +7,10 @@ import handed
 import numpy as np
 import pytest
 import rigging
-from acted import curves
+from acted import curves, lay
 from bodies import performance
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender.keys import density
-from s2ag.s2ag_blender.takes import generate
 
 FRAMES = range(10, 83, 3)
 SLIDES = 0.005
@@ -22,18 +21,6 @@ LEGS = [f"{bone}.{side}" for bone in ("thigh", "shin", "foot") for side in "LR"]
 def motion():
     directions = performance(46)
     return Motion(directions, meta={"style": "test"}, hands=handed.hands(directions), pelvis=handed.pelvis(46))
-
-
-@pytest.fixture
-def actor(figure, voice):
-    figure.s2ag.audio, figure.s2ag.start_frame = str(voice), 10
-    return figure
-
-
-def lay(armature, *motions, **settings):
-    for name, value in settings.items():
-        setattr(armature.s2ag, name, value)
-    return generate.finish(generate.plan(bpy.context, armature), {"motions": list(motions)}).actions
 
 
 def slid(armature):
