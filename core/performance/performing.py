@@ -48,7 +48,8 @@ def perform(
     asked = [asking.channels(*wishes, one.request.hand) for one in cast]
     lively = _lively(heard.activity)
     drawn, extras = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, lively=lively)
-    given = [one.given(heard.frames).frames for one in cast for _ in one.latents]
+    known = [one.given(heard.frames).frames for one in cast]
+    given = [frames for one, frames in zip(cast, known, strict=True) for _ in one.latents]
     settled, extras = zip(*each(_settled, zip(drawn, extras, given, strict=True)), strict=True)
     return Made(np.stack(settled), np.stack(extras))
 

@@ -66,14 +66,14 @@ class Studio:
 
     def perform(self, talk: Talk, wishes: Sequence[Wish]) -> list[np.ndarray]:
         """Directions ``(takes, frames, 9, 3)`` for every wish."""
-        return [np.stack([motion.directions for motion in motions]) for motions in self.motions(talk, wishes)]
+        return [np.stack([motion.directions for motion in motions]) for motions in self.motions(talk, wishes, hands=0)]
 
-    def motions(self, talk: Talk, wishes: Sequence[Wish]) -> list[list[Motion]]:
-        """The takes of every wish, with hands."""
+    def motions(self, talk: Talk, wishes: Sequence[Wish], hands: float = 1) -> list[list[Motion]]:
+        """The takes of every wish, with hands unless they are not asked for."""
         audio, transcript = self._files(talk)
+        about = {"audio": audio, "transcript": transcript, "hands": hands}
         requests = [
-            Request(audio, transcript, style=one.style, seed=one.seed, takes=one.takes, hands=1, **self._controls(one.controls))
-            for one in wishes
+            Request(**about, style=one.style, seed=one.seed, takes=one.takes, **self._controls(one.controls)) for one in wishes
         ]
         return [result.motions for result in self.session.synthesize_all(requests)]
 
