@@ -1,6 +1,6 @@
 """What the engine has to run with: ``python -m s2ag.core.engine.inventory`` loads it all and prints one JSON object.
 
-Blender runs this with the interpreter it found and shows the answer in the preferences.
+With ``--try`` a clip is gestured, too. Blender runs this with the interpreter it found and shows the answer in the preferences.
 """
 
 import importlib
@@ -10,6 +10,9 @@ import json
 import os
 import platform
 import sys
+import tempfile
+import wave
+from pathlib import Path
 
 from ..extras import recogniser
 from ..version import VERSION
@@ -26,6 +29,9 @@ PACKAGES = {
 """Distribution name -> module, of everything that the worker imports where it is there."""
 NEEDED = ("numpy",)
 """Without these there is no engine; each of the others adds something."""
+
+
+_CLIP = Path(__file__).parents[1] / "assets" / "hello.mp3"
 
 
 def take() -> dict:
@@ -84,11 +90,49 @@ def _device() -> str:
     return f"cpu ({other} unused)" if other else "cpu"
 
 
-def main(_arguments: list[str] = ()) -> int:
-    """Print what there is."""
-    print(json.dumps(take()))
+def gestured() -> tuple[float, str]:
+    """Seconds of gestures for the clip that comes with the engine, and why there are none.
+
+    The clip is an MP3 with its words, decoded and aligned as a user's would be, and performed by torch where that is; where
+    nothing decodes, as in Blender's own Python, it is a tone in a WAV file.
+    """
+    import numpy as np
+
+    from ..errors import S2agError
+    from ..performance.synthesis import Request, Session
+
+    backend = "torch" if importlib.util.find_spec("torch") else None
+    try:
+        with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
+            (motion,) = Session(backend=backend, cache="off").synthesize(Request(**_clip(Path(folder)))).motions
+    except S2agError as error:
+        return 0.0, str(error)
+    except Exception as error:  # whatever a package of another version raises is what is looked for
+        text = (str(error).strip().splitlines() or [""])[0]
+        return 0.0, f"a clip is not gestured ({type(error).__name__}: {text[:200]})"
+    still = float(np.ptp(motion.directions, axis=0).max()) < 0.1 or not np.isfinite(motion.directions).all()
+    return motion.duration, "a clip is gestured without moving" if still else ""
+
+
+def _clip(folder: Path) -> dict:
+    if importlib.util.find_spec("av"):
+        return {"audio": _CLIP, "transcript": _CLIP.with_suffix(".txt")}
+    import numpy as np
+
+    with wave.open(str(folder / "tone.wav"), "wb") as file:
+        file.setparams((1, 2, 16000, 0, "NONE", ""))
+        file.writeframes((8000 * np.sin(np.arange(80000) / 20) * np.sin(np.arange(80000) / 3000)).astype("<i2").tobytes())
+    return {"audio": folder / "tone.wav"}
+
+
+def main(arguments: list[str] = ()) -> int:
+    """Print what there is; with ``--try``, after it has made gestures."""
+    found = take()
+    if "--try" in arguments and not found["problem"]:
+        found["gestured"], found["problem"] = gestured()
+    print(json.dumps(found))
     return 0
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

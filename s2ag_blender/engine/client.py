@@ -113,6 +113,11 @@ class WorkerClient:
         """Process id of the worker, or None while there is none."""
         return self._process and self._process.pid
 
+    @property
+    def inside(self) -> bool:
+        """Whether the engine runs in a thread of this process, because no other can be started."""
+        return isinstance(self._process, Thread)
+
     def request(self, method: str, params: dict | None = None) -> Job:
         """Send a request and return at once; raises :class:`WorkerFailed` if no worker can be started."""
         self.pump()

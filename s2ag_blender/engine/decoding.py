@@ -4,6 +4,7 @@ Blender's ``aud`` holds Python while it decodes, so it is asked for seconds at a
 continue a little beside the place that was asked for; pieces therefore overlap and are joined where they are the same.
 """
 
+import importlib.util
 import struct
 import tempfile
 import threading
@@ -32,16 +33,24 @@ _kept: dict[tuple, Path] = {}
 
 
 def needed(path: str) -> bool:
-    """Whether a recording is of a kind that only a decoder reads, and this Blender has one."""
-    try:
-        import aud  # noqa: F401
-    except ImportError:  # Blender as a Python module may come without
-        return False
+    """Whether a recording is of a kind that Blender has to decode.
+
+    Raises :class:`AudioUnreadable` where it is, and neither this Blender nor its Python can.
+    """
     try:
         head = wavefile.header(Path(path))
     except OSError:
         return False  # the engine says what is wrong with it
-    return head is None or head.kind is None
+    if head is not None and head.kind is not None:
+        return False
+    try:
+        import aud  # noqa: F401
+    except ImportError as error:  # some distributions build Blender without, and so are some of its Python modules
+        if importlib.util.find_spec("av") is not None:
+            return False  # the engine decodes by itself
+        what = "This build of Blender has no sound system, so WAV files are the only recordings that it can read."
+        raise AudioUnreadable(what, "Save the recording as WAV, or use the Blender of blender.org.") from error
+    return True
 
 
 class Decoding:

@@ -67,14 +67,14 @@ class Program:
 
 
 class Check:
-    """Asks an interpreter what it has for the engine; ``result`` are the facts once :meth:`poll` returned True."""
+    """Lets an interpreter gesture a clip; ``result`` are facts about its engine once :meth:`poll` returned True."""
 
     def __init__(self, python: str | os.PathLike):
         self.stage, self.names, self.value, self.line = _CHECK, {}, 0.0, ""
         self.result: dict | None = None
         self.error: S2agError | None = None
         self._said: deque[str] = deque(maxlen=40)
-        self._program = Program(setup.inventory_command(python))
+        self._program = Program(setup.trial_command(python))
 
     @property
     def done(self) -> bool:
@@ -125,7 +125,7 @@ class Setup:
             message = f"{plan.environment} cannot be made: {error.strerror or error}."
             raise SetupFailed(message, "Choose a user folder for Blender that can be written to.") from error
         self._variables = setup.clean_environment(self._temporary, plan.wheels)
-        self._steps = [plan.make, plan.fill, setup.inventory_command(setup.python_in(plan.environment))]
+        self._steps = [plan.make, plan.fill, setup.trial_command(setup.python_in(plan.environment))]
         self._program: Program | None = None
         try:
             self._begin()
@@ -261,7 +261,7 @@ def read_facts(lines: list[str]) -> dict:
                     raise SetupFailed(f"The engine does not work: {facts['problem']}.", "Repair it; the log has the details.")
                 return facts
     said = lines[-1] if lines else "it said nothing"
-    raise SetupFailed(f"This Python cannot run the engine: {said}", "Set the engine up, or choose another Python.")
+    raise SetupFailed(f"This Python cannot run the engine: {said.rstrip('.')}.", "Set the engine up, or choose another Python.")
 
 
 def new_log(folder: Path, kind: str) -> Path:

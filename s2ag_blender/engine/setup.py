@@ -234,9 +234,9 @@ def clean_environment(place: Path, wheels: Path | None) -> dict:
     return variables
 
 
-def inventory_command(python: str | os.PathLike) -> list[str]:
-    """The command that prints what ``python`` has for the engine."""
-    return module_command(os.fspath(python), "core.engine.inventory")
+def trial_command(python: str | os.PathLike) -> list[str]:
+    """The command that prints what ``python`` has for the engine, once that has gestured a clip."""
+    return [*module_command(os.fspath(python), "core.engine.inventory"), "--try"]
 
 
 def _fault(python: str) -> str:

@@ -8,6 +8,7 @@ from ...core.styles import AFFECTS
 from ..engine import asking, errors_log
 from ..engine.client import WorkerClient
 from ..engine.known import interpreter
+from ..translations import told
 from . import choices, sources
 
 _engine: WorkerClient | None = None
@@ -115,4 +116,12 @@ def slider(settings, name: str) -> float:
 
 
 def _loaded(result: dict) -> dict:
-    return {**result, "motions": [Motion.load(path) for path in result["motions"]]}
+    warnings = list(result.get("warnings", ()))
+    if _engine is not None and _engine.inside:
+        warnings.append(
+            told(
+                "No other program can be started here, so the engine runs inside Blender: windows answer late while it works, and "
+                "words without times are spread over the speech. Choose a Python in the preferences, or take words with times."
+            )
+        )
+    return {**result, "motions": [Motion.load(path) for path in result["motions"]], "warnings": warnings}

@@ -1,6 +1,7 @@
 """The engine's environment: made from a folder of wheels, cancelled, spoilt, mended and removed.
 
-The wheels are tiny fakes, so this shows the mechanics; docs/engine.md says how the real packages were tried by hand.
+The wheels are tiny fakes, so this shows the mechanics; test_trial.py gestures with real packages, and docs/engine.md says how
+those were fetched by hand.
 """
 
 import json
@@ -25,6 +26,14 @@ ENGINE = os.environ.get("S2AG_PYTHON")  # the extension fixture hides it
 needs_venv = pytest.mark.skipif(
     not setup.PYTHONS[0] <= sys.version_info[:2] < setup.PYTHONS[1], reason="this Python is not for the engine"
 )
+
+
+@pytest.fixture(scope="module", autouse=True)
+def imports_alone():
+    """Fakes import, but cannot gesture a clip."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(setup, "trial_command", lambda python: client.module_command(str(python), "core.engine.inventory"))
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -193,7 +202,7 @@ def test_unregistering_ends_the_work(extension, packages):
 @needs_venv
 def test_packages_that_do_not_work_are_not_made_active(extension, tmp_path):
     bad = wheels.write_wheels(tmp_path / "bad", without=["torch"])
-    wheels.write_wheel(bad, "torch", "torch", "2.13.0", "raise ImportError('a library is missing')")
+    wheels.write_wheel(bad, "torch", "torch.py", "2.13.0", "raise ImportError('a library is missing')")
     with pytest.raises(setup.SetupFailed, match="torch does not load: a library is missing"):
         made(extension, bad)
     assert setup.environment(extension) is None
