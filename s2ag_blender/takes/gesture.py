@@ -120,8 +120,9 @@ def _loaded(result: dict) -> dict:
     if _engine is not None and _engine.inside:
         warnings.append(
             told(
-                "No other program can be started here, so the engine runs inside Blender: windows answer late while it works, and "
-                "words without times are spread over the speech. Choose a Python in the preferences, or take words with times."
+                "No other program can be started here, so the engine runs inside Blender: windows answer late while it "
+                "works, and words without times are spread over the speech. Choose a Python in the preferences, or take words "
+                "with times."
             )
         )
     return {**result, "motions": [Motion.load(path) for path in result["motions"]], "warnings": warnings}

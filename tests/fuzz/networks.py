@@ -10,6 +10,7 @@ from pathlib import Path
 
 import doors
 import mutations
+from door import Door, Seeds, written
 
 
 @cache
@@ -61,7 +62,7 @@ def _damage_weights(data: bytes, chance: random.Random, others: list[bytes]) -> 
     return len(header).to_bytes(8, "little") + header + data[8 + length :]
 
 
-def _foreign() -> doors.Seeds:
+def _foreign() -> Seeds:
     import torch
 
     state = {
@@ -76,7 +77,7 @@ def _foreign() -> doors.Seeds:
     def legacy(path):
         torch.save(content, path, _use_new_zipfile_serialization=False)
 
-    return doors.written((".pth", zipped), (".bin", legacy))
+    return written((".pth", zipped), (".bin", legacy))
 
 
 def _import(path: Path) -> None:
@@ -88,8 +89,8 @@ def _import(path: Path) -> None:
 doors.DOORS |= {
     door.name: door
     for door in (
-        doors.Door("weights", lambda: [(".safetensors", _checkpoint()[0])], _load, _damage_weights),
-        doors.Door("facts", lambda: [(".json", json.dumps(_checkpoint()[1]).encode())], _load, mutations.of_json),
-        doors.Door("import", _foreign, _import),
+        Door("weights", lambda: [(".safetensors", _checkpoint()[0])], _load, _damage_weights),
+        Door("facts", lambda: [(".json", json.dumps(_checkpoint()[1]).encode())], _load, mutations.of_json),
+        Door("import", _foreign, _import),
     )
 }

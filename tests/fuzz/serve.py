@@ -20,6 +20,7 @@ from pathlib import Path
 
 import doors
 import mutations
+from door import Door
 from s2ag.core.errors import S2agError
 
 if importlib.util.find_spec("torch"):
@@ -35,7 +36,7 @@ def peak() -> int:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1000
 
 
-def attempt(door: doors.Door, number: int, folder: Path, began: int) -> str:
+def attempt(door: Door, number: int, folder: Path, began: int) -> str:
     """What is wrong with how an input ended, "" for nothing."""
     suffix, data = mutations.damaged(number, door.name, door.seeds(), door.damage)
     path = folder / f"input{suffix}"

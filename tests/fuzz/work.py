@@ -1,0 +1,165 @@
+"""What users, farms and other programs write for s2ag: good files, and what reads them."""
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+from door import HELLO, Seeds
+
+
+def maps() -> Seeds:
+    content = {"map": 1, "armature": "Hero", "family": "mixamo", "hips": ["Hips"], "torso": ["Spine", "Spine1"]}
+    content |= {"left_upper_arm": ["LeftArm"], "switches": [{"bone": "Hand_IK.L", "path": '["ik_fk"]', "value": 1.0}]}
+    return [(".json", json.dumps(content, indent=1).encode())]
+
+
+def read_map(path: Path) -> None:
+    from s2ag.rigs import maps
+
+    found = maps.load(path)
+    maps.table(found)
+    maps.parse(json.loads(maps.dump(found)))
+
+
+def manifests() -> Seeds:
+    rows = [{"audio": str(HELLO), "name": f"clip {number}", "seed": number, "outputs": "bvh"} for number in range(3)]
+    rows[0] |= {"style": "Emphatic", "takes": 2, "intensity": 1.2, "mirror": True, "text": "hello there"}
+    rows[1] |= {"affect": "arousal=0.5", "hand": "left", "delay": 2, "scene": "a"}
+    lines = "".join(json.dumps(row) + "\n" for row in rows)
+    head = "audio,name,style,seed,takes,intensity,transcript,outputs,fps,scene,delay\n"
+    cells = "".join(f"{HELLO},c{number},,{number},1,1.0,,bvh,30,,0\n" for number in range(3))
+    return [(".jsonl", lines.encode()), (".csv", (head + cells).encode()), (".csv", (head + cells).replace(",", ";").encode())]
+
+
+def read_manifest(path: Path) -> None:
+    from s2ag.core.batch import checks, clip, manifest
+
+    clips, problems = manifest.read(path)
+    problems += checks.check(clips)
+    for problem in problems:
+        assert problem.line > 0 and problem.sentence.strip()
+    if not problems:
+        clip.units(clips)
+
+
+def sheets() -> Seeds:
+    from s2ag.core.model.catalogue import describe
+
+    cell = {"row": 0, "column": 0, "style": "a", "seed": 1, "take": 0, "latent": [[0.1] * 16]}
+    content = {"format": 1, "audio": str(HELLO), "checkpoint": describe()["hash"]}
+    content["cells"] = [cell | {"column": number} for number in range(3)]
+    return [(".json", json.dumps(content | {"text": "hello", "intensity": 1.0, "mirror": False}).encode())]
+
+
+def read_sheet(path: Path) -> None:
+    from s2ag.core.performance import sampling
+
+    assert sampling.Sheet.load(path).columns > 0
+    sampling.again(f"{path}:1")
+
+
+def _study() -> tuple[dict, dict]:
+    from s2ag.core.study.build import QUESTIONS
+
+    clips = {f"{number}": {"condition": "ab"[number % 2], "excerpt": "xy"[number // 2]} for number in range(4)}
+    key = {"id": "study", "conditions": ["a", "b"], "excerpts": ["x", "y"], "clips": clips}
+    answers = [{"clip": name, **{question["id"]: 3 for question in QUESTIONS}} for name in clips]
+    return key, {"study": "study", "participant": 1, "answers": answers}
+
+
+def study_files() -> Seeds:
+    return [(suffix, json.dumps(one).encode()) for suffix, one in zip((".key", ".json"), _study(), strict=True)]
+
+
+def read_study(path: Path) -> None:
+    from s2ag.core.study import analysis
+
+    key, answers = _study()
+    mine, other = path.with_name("given.json"), path.with_name("good.json")
+    shutil.copy(path, mine)
+    is_key = path.suffix == ".key"
+    other.write_text(json.dumps(answers if is_key else key))
+    found = analysis.read([other if is_key else mine], mine if is_key else other)
+    if len(found.conditions) < 50:
+        analysis.report(analysis.analyse(found, found.conditions[0]), found.conditions[0])
+
+
+def records() -> Seeds:
+    facts = {"motions": ["d"], "recording": "r", "duration": 1.0, "warnings": []}
+    fact = {"key": "k", "files": {"npz/a.npz": 5}, "facts": facts, "seal": "s"}
+    failure = {"key": "k", "kind": "AudioUnreadable", "message": "It is broken.", "remedy": "Mend it."}
+    return [(".json", json.dumps(fact).encode()), (".failed", json.dumps(failure).encode())]
+
+
+def _sealed(data: bytes, key: str) -> bytes:
+    """A record of the key that is wanted, with the seal that its content asks for if it still holds one."""
+    from s2ag.core.batch import folder
+
+    data = data.replace(b'"key": "k"', b'"key": "%s"' % key.encode())
+    files, facts = {"npz/a.npz": 5}, {"motions": ["d"], "recording": "r", "duration": 1.0, "warnings": []}
+    return data.replace(b'"seal": "s"', b'"seal": "%s"' % folder.key(key, files, facts).encode())
+
+
+def read_record(path: Path) -> None:
+    """A batch of one clip whose record or failure is the damaged file, which is of the very key that is wanted."""
+    from s2ag.core.batch import manifest, stages, summary
+    from s2ag.core.batch.folder import Folder
+
+    table = path.with_name("talks.jsonl")
+    table.write_text(json.dumps({"audio": str(HELLO), "name": "a", "no_transcript": True}) + "\n")
+    batch = stages.Batch(Folder(path.parent / "batch"), manifest.read(table)[0])
+    (step,) = batch.steps("synth", batch.units)
+    place = step.record.failure_path if path.suffix == ".failed" else step.record.path
+    place.parent.mkdir(parents=True, exist_ok=True)
+    place.write_bytes(_sealed(path.read_bytes(), step.key))
+    result = batch.folder.result("npz", "a", ".npz")
+    result.parent.mkdir(parents=True, exist_ok=True)
+    result.write_bytes(b"12345")
+    try:
+        summary.take_stock(batch, batch.units)
+        batch.steps("encode", batch.units)
+        summary.write(batch, {})
+    finally:
+        shutil.rmtree(batch.folder.root)
+
+
+def read_cache(path: Path) -> None:
+    from s2ag.core.words.cache import Cache
+
+    cache = Cache(path.parent / "cache")
+    cache.put("ab", [["a", 0.0, 1.0]])
+    (kept,) = (one for one in cache.folder.rglob("*") if one.is_file())
+    shutil.copy(path, kept)
+    cache.get("ab")
+    cache.clear()
+
+
+def lines() -> Seeds:
+    good = {"audio": "none.wav", "transcript": "a.txt", "text": "hi", "style": {"calm": 1.0}, "seed": 3, "takes": 2}
+    good |= {"pose": [[0, 1, 0]] * 9, "affect": {"arousal": 0.5}, "kept": [[3, [[0, 1, 0]] * 9]], "near": [[0.1] * 16]}
+    good |= {"hand": 0.5, "mirror": True}
+    requests = [{"id": 1, "method": "synthesize", "params": good}, {"id": "a", "method": "styles", "params": {}}]
+    requests += [{"id": 2, "method": "hello", "params": {"checkpoint": "x"}}, {"method": "cancel", "id": 1}]
+    return [(".line", json.dumps(one).encode()) for one in requests]
+
+
+def serve_line(path: Path) -> None:
+    from s2ag.core.engine import protocol
+    from s2ag.core.engine.worker import Worker
+
+    replies, end = os.pipe()
+    worker = Worker(0, end, alone=False)
+    try:
+        for line in path.read_bytes().split(b"\n")[:5]:
+            worker._accept(line)
+        while not worker._waiting.empty():
+            worker._serve(worker._waiting.get())
+    finally:
+        os.close(end)
+        with os.fdopen(replies, "rb") as told:
+            answers = [protocol.decode(line) for line in told]
+        worker._folder.cleanup()
+    for answer in answers:
+        error = answer.get("error")
+        assert error is None or (error["kind"] != "Internal" and error["message"] and error["remedy"]), error
