@@ -18,6 +18,7 @@ OUTPUTS = (*MOTION_OUTPUTS, *CHARACTER_OUTPUTS, *SCENE_OUTPUTS)
 ASKED = (
     *("text", "recognise", "style", "seed", "take", "takes", "intensity"),
     *("affect", "rate", "hand", "hands", "stance", "meaning", "mirror", "latent"),
+    *("face", "face_smoothness"),
 )
 """What of a row is a field of :class:`synthesis.Request`, beside the files."""
 MODELS = ("checkpoint", "vectors", "aligner_model", "recogniser_model", "language", "vocabulary", "backend", "device")
@@ -74,6 +75,8 @@ class Clip:
     meaning: float = 1.0
     hands: float = 1.0
     stance: float | None = None
+    face: float = 0.0
+    face_smoothness: float = 0.5
     mirror: bool = False
     latent: list[list[float]] | None = None
     checkpoint: str | None = None

@@ -295,6 +295,8 @@ COLUMNS = {
     "meaning": _number(float, "number"),
     "hands": _number(float, "number"),
     "stance": _number(float, "number"),
+    "face": _number(float, "number"),
+    "face_smoothness": _number(float, "number"),
     "mirror": _flag,
     "cell": _path,
     "latent": _points,

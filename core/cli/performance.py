@@ -38,6 +38,10 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     parser.add_argument("--hands", metavar="X", type=float, default=1.0, help=hands)
     stance = "how far weight goes from foot to foot, 0 to 1 (default 1, for a character of your own 0: its legs get no keys)"
     parser.add_argument("--stance", metavar="X", type=float, help=stance)
+    face = "a speaking face: how far the mouth opens, 0 to 2 (--face alone: 1; default 0: none; see docs/face.md)"
+    parser.add_argument("--face", metavar="X", type=float, nargs="?", const=1.0, help=face)
+    smooth = "how lazily lips move, 0 to 1 (default 0.5)"
+    parser.add_argument("--face-smoothness", metavar="X", type=float, default=0.5, help=smooth)
     parser.add_argument("--mirror", action="store_true", help="exchange left and right")
     add_models(parser)
 
@@ -105,6 +109,7 @@ def request(options: argparse.Namespace, **changes):
         "meaning": options.meaning,
         "hands": options.hands,
         "stance": _stance(options),
+        **_face(options),
         "mirror": options.mirror,
         "recognise": options.recognise,
     }
@@ -127,13 +132,18 @@ def _chosen(options: argparse.Namespace):
     if another or options.transcript or options.text is not None or options.no_transcript or options.recognise:
         words = {"transcript": _transcript(options), "text": options.text, "recognise": options.recognise}
         wanted |= {"audio": options.audio, **words}
-    return Request(**wanted, hands=options.hands, stance=_stance(options))
+    return Request(**wanted, hands=options.hands, stance=_stance(options), **_face(options))
 
 
 def _stance(options: argparse.Namespace) -> float:
     """As asked, else 1, but for a character of the user's own, whose legs are the user's."""
     default = 1.0 if characters.is_own(getattr(options, "character", "human")) else 0.0
     return default if options.stance is None else options.stance
+
+
+def _face(options: argparse.Namespace) -> dict[str, float]:
+    """As asked, else none."""
+    return {"face": options.face or 0.0, "face_smoothness": options.face_smoothness}
 
 
 def session(options: argparse.Namespace):

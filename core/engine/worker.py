@@ -37,6 +37,8 @@ _PARAMETERS = {
     "meaning": (int, float),
     "hands": (int, float),
     "stance": (int, float),
+    "face": (int, float),
+    "face_smoothness": (int, float),
     "mirror": bool,
     "pose": list,
     "end_pose": list,

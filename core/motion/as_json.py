@@ -4,7 +4,7 @@ import json
 from os import PathLike
 
 from ..files import whole_file
-from . import handshape, skeleton
+from . import face, handshape, skeleton
 from .motion import Motion
 
 
@@ -13,7 +13,9 @@ def save(motion: Motion, path: str | PathLike) -> None:
 
     ``directions`` is a list of frames of nine unit vectors in the canonical frame, to five decimals; ``edges`` names them
     and gives the indices of parent and child joint. Hands and the pelvis, where there are, follow by the names of ``.npz``, and
-    ``handshape`` names the columns.
+    ``handshape`` names the columns. A face follows as ``face``: ``rate``, ``channels``, ``weights`` (a row a hundredth of a
+    second), ``phonemes`` ``[phone, start, end]``, and ``visemes`` ``[shape, start, end]``, the shape that is strongest
+    meanwhile.
     """
     data = {
         "fps": motion.fps,
@@ -24,7 +26,18 @@ def save(motion: Motion, path: str | PathLike) -> None:
         "directions": motion.directions.astype(float).round(5).tolist(),
         **{name: values.astype(float).round(5).tolist() for name, values in motion.extremities().items()},
         **({"handshape": handshape.COLUMNS} if motion.hands else {}),
+        **({"face": _face(motion.face)} if motion.face else {}),
     }
     with whole_file(path) as temporary, open(temporary, "w", encoding="utf-8") as file:
         json.dump(data, file, allow_nan=False, separators=(",", ":"))
         file.write("\n")
+
+
+def _face(made: face.Face) -> dict:
+    return {
+        "rate": face.RATE,
+        "channels": face.CHANNELS,
+        "phonemes": made.sounds,
+        "visemes": made.cues(),
+        "weights": made.weights.astype(float).round(3).tolist(),
+    }

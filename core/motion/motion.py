@@ -12,6 +12,7 @@ from ..errors import MotionUnreadable
 from ..files import whole_file
 from . import skeleton
 from .curves import between
+from .face import Face
 from .hands import Hands
 from .pelvis import Pelvis
 
@@ -29,7 +30,8 @@ class Motion:
 
     ``words`` are ``(word, start, end)`` in seconds from the start of the audio. ``meta`` is the provenance (audio and
     transcript hash, style, seed, checkpoint hash, version) and must be JSON. ``hands`` and ``pelvis`` have as many frames, and
-    are None where a performance has nothing to say of them: nine directions are a whole motion.
+    are None where a performance has nothing to say of them: nine directions are a whole motion. So is ``face``, which has its
+    own times, from the first frame on.
     """
 
     directions: np.ndarray
@@ -38,6 +40,7 @@ class Motion:
     meta: dict = field(default_factory=dict)
     hands: Hands | None = None
     pelvis: Pelvis | None = None
+    face: Face | None = None
 
     @property
     def duration(self) -> float:
@@ -46,8 +49,8 @@ class Motion:
 
     def mirrored(self) -> "Motion":
         """The same performance with left and right exchanged."""
-        hands, pelvis = (part and part.mirrored() for part in (self.hands, self.pelvis))
-        return replace(self, directions=skeleton.mirror(self.directions), hands=hands, pelvis=pelvis)
+        hands, pelvis, face = (part and part.mirrored() for part in (self.hands, self.pelvis, self.face))
+        return replace(self, directions=skeleton.mirror(self.directions), hands=hands, pelvis=pelvis, face=face)
 
     def resampled(self, fps: float) -> "Motion":
         """The same performance at another frame rate, through a cubic (Catmull-Rom) curve over the directions."""
@@ -62,12 +65,12 @@ class Motion:
         return replace(self, directions=cubic(self.directions, places), fps=float(fps), hands=hands, pelvis=pelvis)
 
     def frames(self, rows) -> "Motion":
-        """The frames that a slice, a mask or numbers name, at the same frame rate."""
+        """The frames that a slice, a mask or numbers name, at the same frame rate; the face, which has its own times, not."""
         hands, pelvis = (part and part[rows] for part in (self.hands, self.pelvis))
-        return replace(self, directions=self.directions[rows], hands=hands, pelvis=pelvis)
+        return replace(self, directions=self.directions[rows], hands=hands, pelvis=pelvis, face=None)
 
     def save(self, path: str | PathLike) -> None:
-        """Write an ``.npz``: directions, fps, words and meta as JSON text, hands and pelvis if any. Whole or not at all."""
+        """Write an ``.npz``: directions, fps, words and meta as JSON text, hands, pelvis, face if any. Whole or not at all."""
         buffer = io.BytesIO()  # a zip file that meets a full disk complains once more when it is collected
         np.savez_compressed(
             buffer,
@@ -76,6 +79,7 @@ class Motion:
             words=np.array(json.dumps([list(word) for word in self.words])),
             meta=np.array(json.dumps(self.meta, sort_keys=True)),
             **self.extremities(),
+            **(self.face.arrays() if self.face else {}),
         )
         with whole_file(path) as temporary:
             temporary.write_bytes(buffer.getbuffer())
@@ -99,6 +103,7 @@ class Motion:
                     json_text.parse(str(data["meta"])),
                     Hands.read(data, len(directions)),
                     Pelvis.read(data, len(directions)),
+                    Face.read(data),
                 )
                 if not 0 < motion.fps <= FASTEST or not isinstance(motion.meta, dict):
                     raise ValueError("its rate or its facts are none")

@@ -5,8 +5,10 @@ import json
 
 import numpy as np
 
+from ..face import making
 from ..meaning import choosing, showing
 from ..motion import hand_numbers, limits, rest, skeleton
+from ..motion.face import Face
 from ..motion.hands import Hands
 from ..motion.motion import Motion
 from ..motion.pelvis import Pelvis
@@ -45,7 +47,8 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
         hands = _hands(request, performers, take, drawn, extras, directions)
         hands = hands and showing.hands(hands, shown, which)
         pelvis = _pelvis(request, heard, performers, take, directions)
-        motion = Motion(directions, skeleton.FPS, heard.words, about, hands, pelvis)
+        face = _face(request, heard, take, directions)
+        motion = Motion(directions, skeleton.FPS, heard.words, about, hands, pelvis, face)
         return motion.mirrored() if request.mirror else motion
 
     return each(finished, zip(request.identities, *made, strict=True))
@@ -70,6 +73,14 @@ def _pelvis(request: Request, heard: Heard, performers: Performers, take: int, d
         return None
     about = {"style": _name(performers), "seed": request.seed + take}
     return stance.pelvis(directions, heard.activity, heard.words, **about).calmed(request.stance * _calm(request))
+
+
+def _face(request: Request, heard: Heard, take: int, directions) -> Face | None:
+    """What the face does meanwhile, where one is wanted."""
+    if not request.face:
+        return None
+    about = request.affect, request.face, request.face_smoothness
+    return making.make(heard.spoken, directions, request.seed + take, *about)
 
 
 def _calm(request: Request) -> float:
@@ -99,6 +110,7 @@ def _meta(checkpoint, request: Request, heard: Heard, performers: Performers) ->
         "hands": float(request.hands),
         "stance": float(request.stance),
         "mirror": request.mirror,
+        **({"face": float(request.face)} if request.face else {}),
         "checkpoint": checkpoint.hash,
         **({} if request.latent is None else {"latent": performers.latents[0].tolist()}),
     }

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..face import making
 from ..meaning.vocabulary import Vocabulary
 from ..motion import skeleton
 from ..words import hints
@@ -17,7 +18,8 @@ class Heard:
     """A recording as performers hear it: digest, words, wishes, warnings, features, voice activity, frames, seconds spent.
 
     ``shows``: what of the words a performer could show by gestures of their own.
-    ``features`` are :class:`VectorFeatures`, or :class:`TableFeatures` for an imported network.
+    ``features`` are :class:`VectorFeatures`, or :class:`TableFeatures` for an imported network. ``spoken`` is what a face
+    needs, None where none is wanted.
     """
 
     digest: str
@@ -29,6 +31,7 @@ class Heard:
     activity: np.ndarray
     frames: int
     seconds: dict[str, float]
+    spoken: making.Spoken | None = None
 
 
 def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
@@ -46,15 +49,17 @@ def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
 
     def features():
         if session.checkpoint.config.words:
-            return _published(session.checkpoint, sound, told, warnings)
+            return _published(session.checkpoint, sound, told, warnings), None
         from ..model.vector_features import VectorFeatures
 
-        return VectorFeatures(sound, told, vectors, _prosody(session.checkpoint.config, sound, words, frames, stressed))
+        rhythm = _prosody(session.checkpoint.config, sound, words, frames, stressed)
+        return VectorFeatures(sound, told, vectors, rhythm and rhythm.features), rhythm
 
-    features = stages.run("extract MFCC", features)
+    features, rhythm = stages.run("extract MFCC", features)
+    spoken = stages.run("hear sounds", lambda: making.hear(sound, words, said.phones, rhythm)) if request.face else None
     activity = stages.run("find pauses", lambda: _fit(voice.active(sound), frames))
     shows = session.vocabulary if session.understands and words else None
-    return Heard(audio.digest(sound), words, wishes, shows, warnings, features, activity, frames, stages.seconds)
+    return Heard(audio.digest(sound), words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken)
 
 
 def _published(checkpoint, sound: np.ndarray, words: tuple, warnings: list[str]):
@@ -67,12 +72,12 @@ def _published(checkpoint, sound: np.ndarray, words: tuple, warnings: list[str])
     return TableFeatures(sound, words, vocabulary, checkpoint.config)
 
 
-def _prosody(config, sound: np.ndarray, words: tuple, frames: int, stressed) -> np.ndarray | None:
+def _prosody(config, sound: np.ndarray, words: tuple, frames: int, stressed):
     if not config.prosody_features:
         return None
     from ..sound import prosody
 
-    return prosody.analyse(sound, words, frames, stressed).features
+    return prosody.analyse(sound, words, frames, stressed)
 
 
 def _unknown(wishes: hints.Wishes) -> list[str]:

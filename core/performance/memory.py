@@ -29,4 +29,4 @@ def signature(request) -> tuple:
     """
     files = [Path(name) for name in (request.audio, request.transcript) if name is not None]
     states = [(str(file), state.st_size, state.st_mtime_ns) for file in files if file.is_file() and (state := file.stat())]
-    return (*states, len(files), request.text, request.recognise)
+    return (*states, len(files), request.text, request.recognise, request.face > 0)

@@ -18,9 +18,10 @@ class Request:
     performance departs from rest. ``affect`` (any of :data:`styles.AFFECTS`), ``rate`` and ``hand`` steer the style, -1..1
     each, 0 as the speaker would. ``meaning`` (0..1) is how readily phrases are shown by gestures of their own, 1 as the
     speaker would. ``hands`` (0..1) is how much wrists and fingers live; with 0 the motion has none, and the arms are the same.
-    ``stance`` (0..1) is how far weight goes from foot to foot; with 0 the motion has no pelvis. ``mirror`` exchanges left and
-    right of the finished performance. With ``recognise`` words that nobody wrote down are recognised, which needs the extra of
-    that name.
+    ``stance`` (0..1) is how far weight goes from foot to foot; with 0 the motion has no pelvis. ``face`` (0..2) is how far
+    the mouth opens and brows rise, with 0 the motion has no face, and ``face_smoothness`` (0..1) how lazily lips move.
+    ``mirror`` exchanges left and right of the finished performance. With ``recognise`` words that nobody wrote down are
+    recognised, which needs the extra of that name.
 
     Some frames of the finished motion can be given, in unit directions ``(9, 3)`` (canonical frame): ``pose`` is the first
     (at rest if None), ``end_pose`` the last, and ``kept`` any, as a pair of frame numbers ``(n,)`` and directions
@@ -46,6 +47,8 @@ class Request:
     meaning: float = 1.0
     hands: float = 0.0
     stance: float = 0.0
+    face: float = 0.0
+    face_smoothness: float = 0.5
     mirror: bool = False
     pose: np.ndarray | None = None
     end_pose: np.ndarray | None = None
@@ -71,6 +74,10 @@ class Request:
             raise UsageError(f"Hands of {self.hands:g} are out of range.", "Give a number from 0 to 1.")
         if not 0 <= self.stance <= 1:
             raise UsageError(f"Stance {self.stance:g} is out of range.", "Give a number from 0 to 1.")
+        if not 0 <= self.face <= 2:
+            raise UsageError(f"Face of {self.face:g} is out of range.", "Give a number from 0 to 2.")
+        if not 0 <= self.face_smoothness <= 1:
+            raise UsageError(f"A face's smoothness of {self.face_smoothness:g} is out of range.", "Give a number from 0 to 1.")
         if self.seed < 0:
             raise UsageError(f"Seed {self.seed} is negative.", "Give zero or a positive whole number.")
         for pose in (self.pose, self.end_pose):

@@ -4,7 +4,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +15,10 @@ from ..sound.audio import SAMPLE_RATE, gain
 from .aligner import packed
 
 Span = tuple[float, float]
+Phone = tuple[str, float, float]
+"""CMU's name of a sound, start and end in seconds."""
 
-VERSION = 4
+VERSION = 5
 """Of the results: what was kept by another one is aligned again."""
 TIMEOUT = 60.0
 """Seconds, beside the recording's own length, after which the child is killed; it usually needs 2 % of that length."""
@@ -43,11 +45,13 @@ class Stretch:
 @dataclass(frozen=True)
 class Alignment:
     """``spans`` ``(start, end)`` in seconds and ``confidence`` 0..1 of every word of all stretches; 0 marks a word that was not
-    found and stands where its neighbours leave room. ``complaint`` is a sentence if the aligner as a whole failed."""
+    found and stands where its neighbours leave room. ``complaint`` is a sentence if the aligner as a whole failed. ``phones``
+    of every word, none where they are unknown."""
 
     spans: list[Span]
     confidence: list[float]
     complaint: str = ""
+    phones: list[tuple[Phone, ...]] = field(default_factory=list)
 
 
 def align(audio: np.ndarray, words: list[list[str]], progress=None) -> tuple[list[Span], list[str]]:
@@ -81,7 +85,8 @@ def place(audio: np.ndarray, stretches: Sequence[Stretch], progress=None, model:
         here = [span and span[:2] for span in found[first : first + len(part.words)]]
         spans += _fill(here, part.words, segments, part.start, part.end)
         first += len(part.words)
-    return Alignment(_trim(_ordered(spans), segments), [span[2] if span else 0.0 for span in found], complaint)
+    phones = [span[3] if span else () for span in found]
+    return Alignment(_trim(_ordered(spans), segments), [span[2] if span else 0.0 for span in found], complaint, phones)
 
 
 def complaints(found: Alignment, shown: Sequence[str]) -> list[str]:
@@ -162,12 +167,12 @@ def _run(audio, stretches, segments, progress, model) -> tuple[list, str]:
         if "spans" not in answer:
             progress(float(answer["progress"]))
             return None
-        spans = [None if span is None else tuple(map(float, span)) for span in answer["spans"]]
-        if len(spans) != count:
+        if len(answer["spans"]) != count:
             raise child.ChildFailed("answered for another text")
-        if any(span is not None and len(span) != 3 for span in spans):
-            raise child.ChildFailed("answered nonsense")
-        return spans
+        try:
+            return [None if span is None else _span(*span) for span in answer["spans"]]
+        except (TypeError, ValueError):
+            raise child.ChildFailed("answered nonsense") from None
 
     with tempfile.TemporaryDirectory(prefix="s2ag-", ignore_cleanup_errors=True) as folder:
         request = {
@@ -183,6 +188,18 @@ def _run(audio, stretches, segments, progress, model) -> tuple[list, str]:
             return nothing, f"The aligner {error}; words are spread over the speech by their letters."
     progress(1.0)
     return spans, ""
+
+
+def _span(start, end, sure, phones) -> tuple:
+    return float(start), float(end), float(sure), sounds(phones)
+
+
+def sounds(phones) -> tuple[Phone, ...]:
+    """Phones as they are, of something that another process wrote; raises TypeError or ValueError where they are none."""
+    result = tuple((str(name), float(start), float(end)) for name, start, end in phones)
+    if not all(0 <= start <= end < 1e9 for _, start, end in result):
+        raise ValueError("no times")
+    return result
 
 
 def pcm(audio: np.ndarray):

@@ -1,6 +1,6 @@
 """What is said and when: from a transcript in any form, aligned where it states no times of words, or from nothing."""
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from os import PathLike
 from pathlib import Path
 
@@ -27,13 +27,15 @@ _NOTHING = "The transcript holds no words; the gestures follow the sound alone."
 @dataclass(frozen=True)
 class Heard:
     """``words`` ``(word, start, end)`` in seconds in order of start; for each its ``confidence`` 0..1 (1 for times that a file
-    states); ``marks`` whose numbers count the words; ``warnings`` for people; ``form`` of the transcript."""
+    states); ``marks`` whose numbers count the words; ``warnings`` for people; ``form`` of the transcript; and for each word its
+    ``phones``, ``(name, start, end)`` in CMU's alphabet, none where the aligner did not hear them."""
 
     words: tuple[Word, ...] = ()
     confidence: tuple[float, ...] = ()
     marks: tuple[markup.Mark, ...] = ()
     warnings: list[str] = field(default_factory=list)
     form: str = ""
+    phones: tuple[tuple[align.Phone, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,10 @@ def hear(
     words = tuple((script.tokens[number][0], *spans[number]) for number in order)
     shown = [script.tokens[number][0] for number in script.loose]
     warnings = script.warnings + (align.complaints(found, shown) if found else [])
-    return Heard(words, tuple(sure[number] for number in order), tuple(script.marks), warnings + _trouble(ways), source.form)
+    sounds = dict(zip(script.loose, found.phones, strict=True)) if found else {}
+    phones = tuple(sounds.get(number, ()) for number in order)
+    certain = tuple(sure[number] for number in order)
+    return Heard(words, certain, tuple(script.marks), warnings + _trouble(ways), source.form, phones)
 
 
 def read(path: str | PathLike) -> str:
@@ -220,14 +225,15 @@ def _placed(sound: np.ndarray, script: _Script, progress, ways: Ways) -> align.A
     try:
         spans = [_span(start, end) for start, end in kept["spans"]]
         sure = [float(one) for one in kept["confidence"]]
-        if not len(spans) == len(sure) == sum(len(part.words) for part in script.stretches):
+        phones = [align.sounds(one) for one in kept["phones"]]
+        if not len(spans) == len(sure) == len(phones) == sum(len(part.words) for part in script.stretches):
             raise ValueError("of other words")
-        return align.Alignment(spans, sure, str(kept["complaint"]))
+        return align.Alignment(spans, sure, str(kept["complaint"]), phones)
     except (TypeError, KeyError, ValueError):  # nothing kept, or by a hand other than ours
         pass
     found = align.place(sound, script.stretches, progress, ways.model)
     if not found.complaint.startswith("The aligner"):
-        ways.cache.put(name, {"spans": found.spans, "confidence": found.confidence, "complaint": found.complaint})
+        ways.cache.put(name, asdict(found))
     return found
 
 

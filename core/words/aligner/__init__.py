@@ -11,7 +11,7 @@ of JSON and then ``samples`` little-endian int16 samples at 16 kHz::
      "pauses": [[start, end], ...], "samples": n, "folder": "for temporary files", "model": null or {"acoustic": folder or null,
      "dictionary": file or null, "letters": {"sch": "SH", ...} or null, "voice": "de" or null}}
 
-Standard output is JSON lines, ``{"progress": 0..1}`` and last ``{"spans": [[start, end, confidence] or null, ...]}``, one for
-every word of every stretch. A word in capitals is spelt out where no dictionary knows it. Sound is read as it is needed and
-forgotten afterwards, so memory does not grow with the recording.
+Standard output is JSON lines, ``{"progress": 0..1}`` and last ``{"spans": [[start, end, confidence, phones] or null, ...]}``,
+one for every word of every stretch; phones are ``[name, start, end]``. A word in capitals is spelt out where no dictionary
+knows it. Sound is read as it is needed and forgotten afterwards, so memory does not grow with the recording.
 """

@@ -31,6 +31,7 @@ class Ear:
 
     def __init__(self, parts: Parts, lexicon: Lexicon, foreign: bool = False):
         self._model = AcousticModel(parts)
+        self._names = list(self._model.phones)
         self._lexicon, self._best = lexicon, _FOREIGN if foreign else _GAUSSIANS
         self._ways: dict[str, list[graph.Way]] = {}
         self._alone = self._model.together(np.unique(self._model.alone))
@@ -44,12 +45,15 @@ class Ear:
             self._ways[word] = [tuple(phones[one] for one in way) for way in spelt if way and phones.keys() >= set(way)]
         return {word for word in words if self._ways[word]}
 
-    def chain(self, sound: np.ndarray, words: list[str], open_end: bool, wide: bool) -> list[tuple[float, float, float]] | None:
-        """``(start, end, summed score)`` of all words, or with ``open_end`` of the first few; times in seconds."""
+    def chain(self, sound: np.ndarray, words: list[str], open_end: bool, wide: bool) -> list[tuple] | None:
+        """``(start, end, summed score, phones)`` of all words, or with ``open_end`` of the first few; times in seconds.
+
+        Phones are ``(name, start, end)``.
+        """
         found = self._path(sound, words, open_end=open_end)
         if not found or not (open_end or len(found) == len(words)):
             return None
-        return [(_seconds(part.begin), _seconds(part.end), part.total / np.log(10)) for part in found]
+        return [(_seconds(part.begin), _seconds(part.end), part.total / np.log(10), self._phones(part)) for part in found]
 
     def recognise(self, sound: np.ndarray, words: list[str]) -> list[tuple[str, float]]:
         """What seems to be said, ``(word, start)`` in seconds, in words of the text and mostly in its order."""
@@ -61,6 +65,11 @@ class Ear:
             return []
         ways = [self._ways[word] for word in words]
         return viterbi.path(self._model, graph.build(self._model, ways, **manner), heard, background)
+
+    def _phones(self, part: viterbi.Said) -> list[tuple[str, float, float]]:
+        ends = [*(begin for _, begin in part.phones[1:]), part.end]
+        pairs = zip(part.phones, ends, strict=True)
+        return [(self._names[phone], _seconds(begin), _seconds(end)) for (phone, begin), end in pairs]
 
     def _hear(self, sound: np.ndarray):
         """Gaussians of a sound and the best phone's score a frame; those of the last sound are kept."""

@@ -34,7 +34,8 @@ _BRIDGE = 60.0
 
 
 class Follower:
-    """A text on its way through the sound between two moments; :attr:`found` has ``(start, end, confidence)`` or None."""
+    """A text on its way through the sound between two moments; :attr:`found` has ``(start, end, confidence,
+    phones)`` or None."""
 
     def __init__(self, searcher: Searcher, words: list[str], start: float, end: float, tell=lambda time: None):
         self._searcher, self._words, self._end, self._tell = searcher, words, end, tell
@@ -81,7 +82,8 @@ class Follower:
 
     def _note(self, word: int, piece: Piece, places) -> None:
         for place in places:
-            self.found[word + place] = (*piece.spans[place], self._searcher.confidence(piece.scores[place]))
+            sure = self._searcher.confidence(piece.scores[place])
+            self.found[word + place] = (*piece.spans[place], sure, piece.phones[place])
 
     def _search(self) -> bool:
         """Lost: find where in the text what is said next stands, and go on there; False if that cannot be told."""

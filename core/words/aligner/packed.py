@@ -55,6 +55,18 @@ def pronunciations(wanted: set[str], path: Path = ENGLISH) -> dict[str, list[str
     return found
 
 
+def neighbours(path: Path = ENGLISH) -> tuple[list[str], np.ndarray]:
+    """Names of phones, and how often ``(names + 1, names + 1)`` the second stands before the first in words of the dictionary;
+    the last row and column are a word's border."""
+    with npz.opened(path) as data:
+        names, lengths, said = _text(data["sounds"]).split(), data["lengths"].astype(int), data["said"].astype(int)
+    border = len(names)
+    line = np.insert(said, np.cumsum(lengths), border)
+    count = np.zeros((border + 1, border + 1))
+    np.add.at(count, (line, np.roll(line, 1)), 1)
+    return names, count
+
+
 def write(folder: Path, path: Path) -> None:
     """Pack ``folder`` with ``en-us`` (the acoustic model) and ``cmudict-en-us.dict``."""
     parts = sphinx_model.read(folder / "en-us")

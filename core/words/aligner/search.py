@@ -13,11 +13,13 @@ _LADDERS = 2
 
 
 class Piece(NamedTuple):
-    """Words found in a row: ``(start, end)`` in seconds, mean log10 scores a frame, how many of them sound like their words."""
+    """Words found in a row: ``(start, end)`` in seconds, mean log10 scores a frame, how many of them sound like their words,
+    and the ``phones`` of each, ``[name, start, end]``, none where the engine tells none."""
 
     spans: list
     scores: np.ndarray
     good: int
+    phones: list
 
 
 class Searcher:
@@ -58,7 +60,8 @@ class Searcher:
             return None
         if best.good >= min(RUN, len(words)):
             self._kind = kind
-        return Piece([(start + begin, start + stop) for begin, stop in best.spans], best.scores, best.good)
+        phones = [[[name, round(start + begin, 3), round(start + stop, 3)] for name, begin, stop in one] for one in best.phones]
+        return Piece([(start + begin, start + stop) for begin, stop in best.spans], best.scores, best.good, phones)
 
     def fitting(self, piece: Piece) -> list[int]:
         """Places of the words that sound right, as far as this recording has told, or stand alone among such."""
@@ -86,17 +89,18 @@ class Searcher:
             self._treated = asked, treated(self.sound.cut(start, end), treatment, pauses)
         return self._treated[1]
 
-    def _judged(self, found: list[tuple[float, float, float]]) -> Piece:
+    def _judged(self, found: list[tuple]) -> Piece:
         """How many of the first words sound like their words, in runs of :data:`RUN`."""
-        lengths = np.array([100 * (stop - begin) for begin, stop, _ in found])
-        totals = np.array([total for *_, total in found])
+        lengths = np.array([100 * (stop - begin) for begin, stop, *_ in found])
+        totals = np.array([total for _, _, total, _ in found])
         runs = means(totals, lengths, RUN)
         usual = max(self.usual, float(np.percentile(runs, 75)))
         bad = np.flatnonzero(runs < max(self._engine.worst, usual - self._engine.drop))
         if not len(bad):
             self.usual = usual
         good = len(found) if not len(bad) else int(bad[0]) + RUN // 4 if bad[0] else 0
-        return Piece([span[:2] for span in found], around(totals, lengths), min(good, len(found)))
+        spans, phones = [span[:2] for span in found], [span[3] for span in found]
+        return Piece(spans, around(totals, lengths), min(good, len(found)), phones)
 
 
 def means(totals: np.ndarray, lengths: np.ndarray, size: int) -> np.ndarray:

@@ -41,8 +41,8 @@ def _place(searcher: Searcher, stretch: dict, tell) -> list:
     spans = [None] * len(stretch["words"])
     for (owner, _), span in zip(owners, _find(searcher, words, stretch["start"], stretch["end"], tell), strict=True):
         if span is not None:
-            start, _, sure = spans[owner] or span
-            spans[owner] = (start, span[1], min(sure, span[2]))
+            start, _, sure, phones = spans[owner] or (*span[:3], [])
+            spans[owner] = (start, span[1], min(sure, span[2]), phones + span[3])
     return spans
 
 
@@ -63,5 +63,5 @@ def _find(searcher: Searcher, words: list[str], start: float, end: float, tell) 
         return [None] * len(words)
     spans: list = [None] * len(words)
     for place in searcher.fitting(piece):
-        spans[place] = (*piece.spans[place], searcher.confidence(piece.scores[place]))
+        spans[place] = (*piece.spans[place], searcher.confidence(piece.scores[place]), piece.phones[place])
     return spans

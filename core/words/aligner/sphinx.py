@@ -57,8 +57,11 @@ class Sphinx:
             able.add(word)
         return able
 
-    def chain(self, sound: np.ndarray, words: list[str], open_end: bool, wide: bool) -> list[tuple[float, float, float]] | None:
-        """``(start, end, summed score)`` of all words, or with ``open_end`` of the first few; times in seconds."""
+    def chain(self, sound: np.ndarray, words: list[str], open_end: bool, wide: bool) -> list[tuple] | None:
+        """``(start, end, summed score, [])`` of all words, or with ``open_end`` of the first few; times in seconds.
+
+        Its phones are not asked for: nothing to give in their place.
+        """
         known, decoder = self._decoder(False), self._decoder(wide)
         for word in words if decoder is not known else ():
             if decoder.lookup_word(word) is None:
@@ -71,7 +74,7 @@ class Sphinx:
         heard = _heard(decoder, sound)
         if not heard or not (open_end or len(heard) == count):
             return None
-        return [(begin + _LATER, stop + _LATER, total) for _, begin, stop, total in heard]
+        return [(begin + _LATER, stop + _LATER, total, []) for _, begin, stop, total in heard]
 
     def recognise(self, sound: np.ndarray, words: list[str]) -> list[tuple[str, float]]:
         """What seems to be said, ``(word, start)`` in seconds, in words of the text and mostly in its order.

@@ -11,12 +11,14 @@ _NEVER = np.float32(-1e30)
 
 
 class Said(NamedTuple):
-    """A word on the path: its number, first frame, frame after its last, and summed log likelihood over the background's."""
+    """A word on the path: its number, first frame, frame after its last, summed log likelihood over the background's, and its
+    ``phones``, each with its first frame."""
 
     word: int
     begin: int
     end: int
     total: float
+    phones: tuple[tuple[int, int], ...] = ()
 
 
 def path(model: AcousticModel, graph: Graph, heard: Heard, background: np.ndarray) -> list[Said]:
@@ -87,7 +89,7 @@ def _read(graph: Graph, scores: np.ndarray, column: np.ndarray, moved, came, sou
     """Words from the marks of the walk, backwards."""
     count, targets = len(graph.phone), np.unique(graph.to)
     said: list[Said] = []
-    phone, state, end, total = last, STATES - 1, len(scores), 0.0
+    phone, state, end, total, phones = last, STATES - 1, len(scores), 0.0, []
     for frame in range(len(scores) - 1, -1, -1):
         total += float(scores[frame, column[state, phone]])
         bit = state * count + phone
@@ -98,12 +100,14 @@ def _read(graph: Graph, scores: np.ndarray, column: np.ndarray, moved, came, sou
             continue
         source = int(sources[came[frame, np.searchsorted(targets, phone)], np.searchsorted(targets, phone)])
         jumped = source == count
+        phones.append((int(graph.phone[phone]), frame))
         source = int(hub[frame]) if jumped else source
         if jumped or graph.word[source] != graph.word[phone]:
             if graph.word[phone] != GAP:
-                said.append(Said(int(graph.word[phone]), frame, end, total))
-            end, total = frame, 0.0
+                said.append(Said(int(graph.word[phone]), frame, end, total, tuple(phones[::-1])))
+            end, total, phones = frame, 0.0, []
         phone, state = source, STATES - 1
     if graph.word[phone] != GAP:
-        said.append(Said(int(graph.word[phone]), 0, end, total))
+        phones.append((int(graph.phone[phone]), 0))
+        said.append(Said(int(graph.word[phone]), 0, end, total, tuple(phones[::-1])))
     return said[::-1]
