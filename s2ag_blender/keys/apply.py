@@ -1,7 +1,7 @@
 """A motion onto a character: frame rate, retargeting, one new action."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ from ...rigs.plain import Mapping
 from .. import compat, provenance
 from ..rig import reading, solver
 from ..rig.controls import Take
+from ..slices import whole
 from . import keyframes
 
 _LOG = logging.getLogger(__name__)
@@ -94,7 +95,12 @@ class Keys(NamedTuple):
     stood: tuple[str, ...] = ()
 
 
-def pose_keys(
+def pose_keys(armature: bpy.types.Object, motion: Motion, start: float, **about) -> Keys:
+    """:func:`posing` in one go."""
+    return whole(posing(armature, motion, start, **about))
+
+
+def posing(
     armature: bpy.types.Object,
     motion: Motion,
     start: float,
@@ -107,8 +113,8 @@ def pose_keys(
     last: float = np.inf,
     measured: int = 1,
     report: Callable[[str], None] | None = None,
-) -> Keys:
-    """What to key for ``motion`` starting at frame ``start``; a rig's ``settings`` let it follow these keys.
+) -> Generator[None, None, Keys]:
+    """What to key for ``motion`` starting at frame ``start``, in slices; a rig's ``settings`` let it follow these keys.
 
     Only frames from ``first`` to ``last`` are made. A control rig is measured at every ``measured``-th frame of the motion:
     between them its answer is taken to change evenly, which is quick and near. Changes nothing. Raises :class:`RigUnusable`
@@ -130,7 +136,7 @@ def pose_keys(
     near = np.flatnonzero(np.abs(given - np.clip(given, keys.frames[0], keys.frames[-1])) <= 2 * fps / motion.fps)
     near = np.union1d(near[::measured], near[-1:])
     whole = _take(replace(motion.frames(near), fps=motion.fps / measured), given[near])
-    found = solver.solve(armature, bones, mapping, whole, keys, scene=scene, options=options, tell=tell)
+    found = yield from solver.solving(armature, bones, mapping, whole, keys, scene=scene, options=options, tell=tell)
     return Keys(keys.frames, found.rotations, found.values, found.places, found.stood)
 
 

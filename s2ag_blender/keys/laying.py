@@ -1,11 +1,12 @@
 """Motions of one run onto a character: keys beside, over or added to the animation that is there, as actions of ours."""
 
+from collections.abc import Generator
 from dataclasses import replace
 
 import bpy
 import numpy as np
 
-from ...core.errors import UsageError
+from ...core.errors import S2agError, UsageError
 from ...core.motion import skeleton
 from ...core.motion.motion import Motion
 from ...core.performance import living
@@ -18,6 +19,8 @@ from . import apply, density, keyframes, layers, mixing, pacing, posing, thinnin
 
 MEASURED = 10
 """A draft on a control rig is measured at one of so many frames of the motion, which has 15 a second."""
+BATCH = 8
+"""Bones that are keyed in a slice; a minute of one costs 3 ms."""
 DRAFT = 15.0
 """Seconds of a draft around the playhead."""
 _PARTS = {
@@ -44,10 +47,11 @@ class Laying:
         self.mapping: Mapping | None = None
         self.former = layers.formers(armature)
 
-    def action(self, motion: Motion, keys: apply.Keys, made: list[int]) -> bpy.types.Action:
-        """A new action with the ``keys`` of one motion, stamped with everything that it came from.
+    def acting(self, motion: Motion, keys: apply.Keys, made: list[int]) -> Generator[None, None, bpy.types.Action]:
+        """A new action with the ``keys`` of one motion, stamped with everything that it came from, in slices.
 
-        A draft is made in its own action. The number of a new one is put into ``made`` as soon as it is there.
+        A draft is made in its own action. The number of a new one is put into ``made`` as soon as it is there. Between slices
+        anything may happen to Blender's data: whoever goes on sets ``armature`` and ``scene`` anew.
         """
         frames, rotations, settings, places, stood = keys
         place = self._place(frames)
@@ -57,6 +61,9 @@ class Laying:
         body = {bone: values for bone, values in rotations.items() if bone not in stood}
         keyed = self._channels(motion, frames, body, legs, place, base) + self._settings(settings, place)
         keyed += self._places(frames, places, place, base)
+        yield
+        thinner = self._thinner(frames, rotations, stood)
+        base = layers.base_action(self.armature, place.first, place.last, place.piece)
         copied = place.result == "ACTION" and base is not None
         there = compat.curves(base, layers.slot_of(self.armature, base)) if copied else ()
         cut = {(curve.data_path, curve.array_index) for curve in there}
@@ -66,14 +73,25 @@ class Laying:
         elif action is None:
             action, slot, bag = compat.new_action(self._name(), self.armature)
         made += [action.session_uid] if action != layers.draft_of(self.armature) else []
-        keyframes.write_channels(bag, keyed, frames, interpolation, self._thinner(frames, rotations, stood), cut)
         if not copied:
             keyframes.set_range(action, frames)
         provenance.stamp(action, self._provenance(motion, place))
         layers.remember(action, slot, base)
         keyframes.remember(action, self.armature, {one.path for one in keyed}, self.former)
         density.note(action, keyed, stood)
+        uid = action.session_uid
+        for first in range(0, len(keyed), BATCH):
+            keyframes.write_channels(bag, keyed[first : first + BATCH], frames, interpolation, thinner, cut)
+            yield
+            action, bag = self._again(uid)
         return action
+
+    def _again(self, uid: int) -> tuple:
+        """The action of that number in this session and what holds its curves, or :class:`S2agError`."""
+        action = next((one for one in bpy.data.actions if one.session_uid == uid), None)
+        if action is None:
+            raise S2agError("Gestures were undone while they came.", "Nothing was changed.")
+        return action, compat.bag(action, layers.slot_of(self.armature, action))
 
     @property
     def few(self) -> bool:
@@ -96,15 +114,18 @@ class Laying:
         limbs = density.limbs(reading.read(self.armature), self.mapping)
         return thinning.Thinner(rotations, limbs, frames, self.fps, self.settings["tolerance"], stood)
 
-    def keys(self, motion: Motion) -> apply.Keys:
-        """What to key for one motion; changes nothing."""
+    def keying(self, motion: Motion) -> Generator[None, None, apply.Keys]:
+        """What to key for one motion, in slices as :meth:`acting`; changes nothing."""
         motion = pacing.paced(motion, self.settings.get("speed", 1.0))
         if "TORSO" not in self.settings["parts"]:  # with the trunk stay the hips that carry it, and the legs
             motion = replace(motion, pelvis=None)
-        planned, self.mapping = self.planned, self.mapping or self._mapping()  # found once for all takes
+        planned = self.planned
+        if self.mapping is None:  # found once for all takes
+            self.mapping = self._mapping()
+            yield
         if planned.draft:
             self.span = near_playhead(planned.voice.span, motion.duration, self.scene)
-        keys = apply.pose_keys(
+        keys = yield from apply.posing(
             self.armature,
             motion,
             self.span.start,

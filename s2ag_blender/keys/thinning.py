@@ -55,10 +55,12 @@ def beats(speed: np.ndarray, fps: float) -> Beats:
     holds = [(start, stop - 1) for start, stop in zip(edges[::2], edges[1::2], strict=True) if stop - start >= HOLD * fps]
     lows = np.flatnonzero((speed[1:-1] <= speed[:-2]) & (speed[1:-1] < speed[2:])) + 1
     lows = [row for row in lows if not any(start <= row <= stop for start, stop in holds)]
-    kept: list[int] = []
+    kept, free = [], np.ones(len(speed), bool)
+    apart = int(np.ceil(APART * fps)) - 1
     for row in sorted(lows, key=lambda row: speed[row]):  # the slowest of those that lie close together
-        if all(abs(row - other) >= APART * fps for other in kept):
+        if free[row]:
             kept.append(row)
+            free[max(row - apart, 0) : row + apart + 1] = False
     return Beats(np.array(sorted(kept), int), np.array(sorted({row for hold in holds for row in hold}), int))
 
 

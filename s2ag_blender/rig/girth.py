@@ -8,7 +8,7 @@ from ...rigs.plain import Bones, Mapping
 from ...rigs.proportions import Girth, measure
 
 VERTICES = 6000
-"""As many of a mesh's vertices are looked at, evenly spread."""
+"""As many of a character's vertices are looked at, evenly spread."""
 _ENOUGH = 60
 """Vertices of a trunk from which on it counts as measured."""
 
@@ -16,7 +16,9 @@ _ENOUGH = 60
 def read(armature: bpy.types.Object, bones: Bones, mapping: Mapping) -> Girth | None:
     """The trunk at rest as the armature's meshes show it, or None where they do not."""
     trunk = _trunk_bones(bones, mapping)
-    points = [_points(armature, item, trunk) for item in meshes(armature)]
+    items = meshes(armature)
+    step = max(1, -(-sum(len(item.data.vertices) for item in items) // VERTICES))
+    points = [_points(armature, item, trunk, step) for item in items]
     points = np.concatenate([np.zeros((0, 3)), *points])
     return measure(bones, mapping, points) if len(points) >= _ENOUGH else None
 
@@ -62,12 +64,11 @@ def _distance(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndar
     return np.linalg.norm(points - start - share[:, None] * along, axis=-1)
 
 
-def _points(armature, item, trunk: set[str]) -> np.ndarray:
-    """Vertices (n, 3) in armature space of a mesh at rest that follow a trunk bone more than any other."""
+def _points(armature, item, trunk: set[str], step: int) -> np.ndarray:
+    """Every ``step``-th vertex (n, 3) of a mesh at rest, in armature space, if it follows a trunk bone more than any other."""
     mesh = item.data
     known = set(armature.data.bones.keys())
     groups = {group.index: group.name in trunk for group in item.vertex_groups if group.name in known}
-    step = max(1, -(-len(mesh.vertices) // VERTICES))
     rows = []
     for vertex in (mesh.vertices[row] for row in range(0, len(mesh.vertices), step)):
         pulls = [(pull.weight, groups[pull.group]) for pull in vertex.groups if pull.group in groups]

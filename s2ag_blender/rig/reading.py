@@ -1,5 +1,6 @@
 """Reading an armature object into the numpy structures of ``rigs``, and what stands in the way of keying it."""
 
+import functools
 import re
 from dataclasses import replace
 
@@ -86,7 +87,8 @@ def resolve_mapping(armature: bpy.types.Object, bones: Bones, mapping: Mapping |
         mapping = by_hand(armature, bones, mapping)
     mapping = _without_locked(armature, mapping.check(bones))
     if not mapping.shares:
-        mapping = replace(mapping, shares=arm_chains.twist_shares(bones, mapping.chains, lambda: skin.read(armature, bones)))
+        seen = functools.cache(lambda: skin.read(armature, bones))
+        mapping = replace(mapping, shares=arm_chains.twist_shares(bones, mapping.chains, seen))
     return replace(mapping, warnings=(*mapping.warnings, *_obstacles(armature, mapping)))
 
 

@@ -1,6 +1,6 @@
 """One call for every rig: the formula for plain skeletons where it holds, measuring where constraints rule."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 
 import bpy
@@ -32,7 +32,7 @@ class Solution:
     stood: tuple[str, ...] = ()
 
 
-def solve(
+def solving(
     armature: bpy.types.Object,
     bones: Bones,
     mapping: Mapping,
@@ -42,8 +42,8 @@ def solve(
     scene: bpy.types.Scene,
     options: Options | None = None,
     tell: Callable[[str], None],
-) -> Solution:
-    """Rotations of the mapped bones at ``keys``, by the solver that the rig needs.
+) -> Generator[None, None, Solution]:
+    """Rotations of the mapped bones at ``keys``, by the solver that the rig needs; slices after the first ask Blender nothing.
 
     ``motion`` and ``keys`` are the same performance, as it came and at the frames to be keyed. What keeps a bone from
     its goal is told. Nothing in the file changes. Raises :class:`RigUnusable` for an unusable mapping.
@@ -65,6 +65,9 @@ def solve(
         about = {"girth": trunk, "free": free, "frame": frame, "hands": take.hands, "pelvis": take.pelvis, "legs": legs}
         return Goals(rest, mapping, take.directions, take.fps, options, **about)
 
+    resting = [name for name in hands.eased(armature) if name in free] if motion.hands is not None else ()
+    if not why:
+        yield
     goals = ask(bones, keys)
     if why:
         followers = hands.free_bones(armature, ruled=True, eased=motion.hands is not None)
@@ -72,10 +75,11 @@ def solve(
             armature, bones, mapping, motion, keys, scene=scene, ask=ask, values=values, hands=followers, tell=tell
         )
     else:
+        yield
         rotations = retarget.rotations(goals)
-    rotations = goals.extras() | rotations
-    if motion.hands is not None:  # what is neither a finger nor a wrist, such as a bone in the palm, rests
-        rotations = {name: quaternion.IDENTITY[None] for name in hands.eased(armature) if name in free} | rotations
+    yield
+    # What is neither a finger nor a wrist, such as a bone in the palm, rests.
+    rotations = {name: quaternion.IDENTITY[None] for name in resting} | goals.extras() | rotations
     if goals.stood is None:
         return Solution(rotations, values, why, places, tuple(places))
     return Solution(rotations, values, why, goals.stood.places, tuple(bones.names[row] for row in goals.stood.turned))

@@ -19,6 +19,7 @@ from .. import provenance
 from ..keys import layers, posing, trying
 from ..keys.laying import Laying
 from ..rig import handpicked, readiness, reading
+from ..slices import whole
 from ..translations import told
 from . import choices, drafts, gesture, markers, recall, sources, surroundings, takes, voices
 
@@ -162,12 +163,7 @@ def finish(planned: Plan, result: dict) -> Outcome:
 
     Raises :class:`S2agError`, also where the character or the scene is gone.
     """
-    slices = finishing(planned, result)
-    while True:
-        try:
-            next(slices)
-        except StopIteration as end:
-            return end.value
+    return whole(finishing(planned, result))
 
 
 def finishing(planned: Plan, result: dict):
@@ -176,7 +172,10 @@ def finishing(planned: Plan, result: dict):
     Blender's data is found anew for every slice, for meanwhile anything may happen to it. A draft is a single slice.
     """
     warnings = [*planned.warnings, *result.get("warnings", ())]
-    motions, laying, made = result["motions"], None, []
+    motions, laying, made = [], None, []
+    for motion in result["motions"]:  # a path, or loaded already
+        motions.append(motion if isinstance(motion, Motion) else Motion.load(motion))
+        yield 0.0
     try:
         for number, motion in enumerate(motions):
             armature, scene = _whom(planned)
@@ -184,22 +183,29 @@ def finishing(planned: Plan, result: dict):
                 if not planned.draft or (drafts.is_staged(armature) and planned.settings["result"] != "LAYER"):
                     drafts.drop(armature)
                 laying = Laying(planned, armature, scene, warnings.append)
-            laying.armature, laying.scene = armature, scene
-            keys = laying.keys(motion)
             if planned.draft:
-                action = laying.action(motion, keys, made)
+                action = whole(laying.acting(motion, whole(laying.keying(motion)), made))
                 drafts.show(armature, action)
                 return Outcome([action], motion.duration, warnings)
-            yield (number + 0.5) / len(motions)
-            laying.armature, laying.scene = _whom(planned)
-            laying.action(motion, keys, made)
-            yield (number + 1) / len(motions)
+            keys = yield from _sliced(planned, laying, laying.keying(motion), number / len(motions))
+            yield from _sliced(planned, laying, laying.acting(motion, keys, made), (number + 0.5) / len(motions))
         armature, scene = _whom(planned)
         return _finished(planned, armature, scene, _still(made), motions[0], warnings)
     except BaseException:
         for action in [action for action in bpy.data.actions if action.session_uid in made]:
             bpy.data.actions.remove(action)
         raise
+
+
+def _sliced(planned: Plan, laying: Laying, slices, done: float):
+    """What ``slices`` of a take return; each begins with the character as it is by then."""
+    while True:
+        laying.armature, laying.scene = _whom(planned)
+        try:
+            next(slices)
+        except StopIteration as end:
+            return end.value
+        yield done
 
 
 def _whom(planned: Plan) -> tuple:

@@ -72,16 +72,17 @@ def cancel(job: asking.Asked | None) -> None:
 
 
 def poll(job: asking.Asked, progress) -> dict | None:
-    """The finished job's result with its motions loaded, or None while it runs; raises the error it ended with."""
+    """The finished job's result with the paths of its motions, or None while it runs; raises the error it ended with."""
     if not job.poll():
         progress(job.stage, job.value)
         return None
-    return _loaded(job.outcome())
+    return _warned(job.outcome())
 
 
 def call(context, params: dict, progress=None) -> dict:
-    """Ask for gestures and wait: the headless way."""
-    return _loaded(asking.call(engine(context), params, progress))
+    """Ask for gestures and wait: the headless way. The result has its motions loaded."""
+    result = _warned(asking.call(engine(context), params, progress))
+    return {**result, "motions": [Motion.load(path) for path in result["motions"]]}
 
 
 def export(context, armature, path: str) -> None:
@@ -115,7 +116,7 @@ def slider(settings, name: str) -> float:
     return round(getattr(settings, name), 4)
 
 
-def _loaded(result: dict) -> dict:
+def _warned(result: dict) -> dict:
     warnings = list(result.get("warnings", ()))
     if _engine is not None and _engine.inside:
         warnings.append(
@@ -125,4 +126,4 @@ def _loaded(result: dict) -> dict:
                 "with times."
             )
         )
-    return {**result, "motions": [Motion.load(path) for path in result["motions"]], "warnings": warnings}
+    return {**result, "warnings": warnings}
