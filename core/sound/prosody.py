@@ -124,10 +124,11 @@ def _tracks(audio: np.ndarray) -> _Tracks:
 def _bands(audio: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Power below and above 1 kHz, ``(count,)`` each, in the band that vowels fill (200 to 3400 Hz)."""
     hop = SAMPLE_RATE // RATE
-    sound, power = (audio * gain(audio))[: count * hop], np.empty((2, count))
-    for begin, bands in bandpass.in_blocks(sound, SAMPLE_RATE, ((200, 1000), (1000, 3400))):
+    power = np.empty((2, count))
+    for begin, bands in bandpass.in_blocks(audio[: count * hop], SAMPLE_RATE, ((200, 1000), (1000, 3400))):
         for band, track in zip(bands, power, strict=True):
             track[begin // hop : (begin + len(band)) // hop] = np.mean(band.reshape(-1, hop) ** 2, axis=1)
+    power *= gain(audio) ** 2  # a louder copy of an hour would take 230 MB
     return power[0], power[1]
 
 

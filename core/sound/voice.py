@@ -78,9 +78,15 @@ def probability(audio: np.ndarray) -> np.ndarray:
     if not len(bands):
         return np.zeros(0, np.float32)
     lowest = max(_LOWEST, float(np.percentile(bands.mean(1), 98)) - _DYNAMICS)
-    above = np.maximum(bands - np.maximum(_noise_floor(bands), lowest), 0)
-    strongest = np.sort(above, axis=1)[:, above.shape[1] // 2 :].mean(1)
-    excess = running_mean((above.mean(1) + strongest) / 2, 5)
+    centres, floor = _noise_floor(bands)
+    loud = np.empty(len(bands))
+    for begin in range(0, len(bands), _BLOCK):
+        at = np.arange(begin, min(begin + _BLOCK, len(bands)))
+        quiet = np.stack([np.interp(at, centres, column) for column in floor.T], axis=1)
+        above = np.maximum(bands[at] - np.maximum(quiet, lowest), 0)
+        strongest = np.sort(above, axis=1)[:, above.shape[1] // 2 :].mean(1)
+        loud[at] = (above.mean(1) + strongest) / 2
+    excess = running_mean(loud, 5)
     voiced = 1 / (1 + np.exp(-(excess - _MIDPOINT) / _WIDTH))
     voiced = np.where(voiced < 0.02, 0, voiced)
     return running_maximum(voiced, _ATTACK, _HANGOVER).astype(np.float32)
@@ -102,16 +108,14 @@ def _bands(audio: np.ndarray) -> np.ndarray:
     return levels
 
 
-def _noise_floor(bands: np.ndarray) -> np.ndarray:
-    """``(frames, bands)`` dB: a low percentile of each quarter second, then a low percentile of its neighbourhood."""
+def _noise_floor(bands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Frames ``(steps,)`` and ``(steps, bands)`` dB: a low percentile of each quarter second, then one of its neighbourhood."""
     steps = -(-len(bands) // _FLOOR_STEP)
     padded = np.pad(bands, ((0, steps * _FLOOR_STEP - len(bands)), (0, 0)), mode="edge")
     quiet = np.percentile(padded.reshape(steps, _FLOOR_STEP, -1), 30, axis=1)
     reach = np.pad(quiet, ((_FLOOR_REACH, _FLOOR_REACH), (0, 0)), mode="reflect" if steps > _FLOOR_REACH else "symmetric")
     floor = np.percentile(np.lib.stride_tricks.sliding_window_view(reach, 2 * _FLOOR_REACH + 1, axis=0), 10, axis=-1)
-    centres = (np.arange(steps) + 0.5) * _FLOOR_STEP
-    at = np.arange(len(bands))
-    return np.stack([np.interp(at, centres, column) for column in floor.T], axis=1)
+    return (np.arange(steps) + 0.5) * _FLOOR_STEP, floor
 
 
 @lru_cache(maxsize=1)
