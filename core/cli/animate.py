@@ -22,6 +22,7 @@ SUFFIXES = (".blend", ".bvh", ".fbx", ".glb", ".usd", ".mp4", ".png", ".exr")
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     performance.add_options(parser)
+    performance.add_edits(parser)
     outputs.add_option(parser, SUFFIXES)
     heard = "what is heard to a motion file: AUDIO may also be an .npz or .bvh, which is performed as it is, without the engine"
     parser.add_argument("--sound", metavar="FILE", type=Path, help=heard)

@@ -25,6 +25,7 @@ def read(options: argparse.Namespace):
 
     parser = argparse.ArgumentParser()
     performance.add_options(parser)
+    performance.add_edits(parser)
     made = vars(parser.parse_args([]))
     asked = [name for name, value in made.items() if name not in _KEPT and getattr(options, name, value) != value]
     if asked:

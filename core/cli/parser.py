@@ -4,7 +4,7 @@ import argparse
 
 from ..errors import UsageError
 from ..version import VERSION
-from . import animate, batch, bench, checkpoint, data, doctor, evaluate, rig, sample, study, styles, synth
+from . import animate, batch, bench, checkpoint, data, doctor, edit, evaluate, rig, sample, study, styles, synth
 
 
 class Parser(argparse.ArgumentParser):
@@ -24,7 +24,7 @@ def parser() -> Parser:
     )
     made.add_argument("--version", action="version", version=f"s2ag {VERSION}")
     commands = made.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for verb in (synth, animate, sample, batch, rig, styles, doctor, evaluate, bench, checkpoint, data, study):
+    for verb in (synth, animate, edit, sample, batch, rig, styles, doctor, evaluate, bench, checkpoint, data, study):
         name = verb.__name__.rpartition(".")[2]
         command = commands.add_parser(
             name,

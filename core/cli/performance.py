@@ -32,7 +32,7 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     parser.add_argument("--takes", metavar="K", type=int, default=takes, help=f"that many variations (default {takes})")
     parser.add_argument("--intensity", metavar="X", type=float, default=1.0, help="size of the gestures (default 1)")
     _add_controls(parser)
-    meaning = "how readily phrases as in \"I don't know\" get gestures of their own, 0 to 1 (default 1: as the performer would)"
+    meaning = 'how readily phrases as in "I don\'t know" get gestures of their own, 0 to 1 (default 1: as the performer would)'
     parser.add_argument("--meaning", metavar="X", type=float, default=1.0, help=meaning)
     hands = "how much wrists and fingers live, from 0 (they follow the forearms) to 1 (default); the arms stay the same"
     parser.add_argument("--hands", metavar="X", type=float, default=1.0, help=hands)
@@ -44,6 +44,12 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     parser.add_argument("--face-smoothness", metavar="X", type=float, default=0.5, help=smooth)
     parser.add_argument("--mirror", action="store_true", help="exchange left and right")
     add_models(parser)
+
+
+def add_edits(parser: argparse.ArgumentParser) -> None:
+    """The option that names a document of edits."""
+    what = "what an animator changed in the take: a JSON document of edits (see docs/directing.md)"
+    parser.add_argument("--edits", metavar="FILE", type=Path, help=what)
 
 
 def add_models(parser: argparse.ArgumentParser) -> None:
@@ -84,6 +90,7 @@ def add_checkpoint(parser: argparse.ArgumentParser) -> None:
 def inputs(options: argparse.Namespace) -> list[Path]:
     """Files that the command reads and must not overwrite."""
     named = (options.audio, options.transcript, options.checkpoint, options.vectors, options.vocabulary)
+    named += (getattr(options, "edits", None),)
     return [path for path in named if path is not None]
 
 
@@ -158,9 +165,17 @@ def session(options: argparse.Namespace):
 
 def perform(options: argparse.Namespace, wanted):
     """Synthesise in this process behind a progress bar; warnings become notes. Returns the :class:`Result`."""
-    engine = session(options)
-    with Progress() as progress:
-        result = engine.synthesize(wanted, progress)
+    engine, edits = session(options), getattr(options, "edits", None)
+    if edits is not None:
+        from ..direction import directing
+        from ..direction import edits as document
+
+        asked = document.load(edits)
+        with Progress() as progress:
+            result = directing.Director(engine).direct(wanted, asked, progress)
+    else:
+        with Progress() as progress:
+            result = engine.synthesize(wanted, progress)
     for warning in result.warnings:
         note(warning)
     return result

@@ -14,6 +14,7 @@ SUFFIXES = (".npz", ".bvh", ".json")
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     performance.add_options(parser)
+    performance.add_edits(parser)
     outputs.add_option(parser, SUFFIXES)
 
 

@@ -69,7 +69,7 @@ class Worker:
         self._cancelled: set = set()
         self._ending = threading.Event()
         self._writing = threading.Lock()
-        self._session = None
+        self._session = self._director = None
         self._settings: dict | None = None
         self._served = 0
         self._folder = tempfile.TemporaryDirectory(prefix="s2ag-", ignore_cleanup_errors=True)
@@ -195,7 +195,7 @@ class Worker:
                 last = (stage, value)
                 self._send({"id": request, "event": "progress", "stage": stage, "value": round(float(value), 3)})
 
-        results = self._open(params).synthesize_all(every, progress, lambda: self._is_cancelled(request))
+        results = self._performed(params, every, progress, lambda: self._is_cancelled(request))
         result = results[0]
         for motion, path in zip([motion for one in results for motion in one.motions], paths, strict=True):
             motion.save(path)
@@ -207,13 +207,25 @@ class Worker:
             "stages": {stage: round(seconds, 4) for stage, seconds in result.seconds.items()},
         }
 
+    def _performed(self, params: dict, every: list, *told) -> list:
+        """The results of all requests; of a single one after its ``edits`` (:mod:`direction.edits`)."""
+        session, edits = self._open(params), params.get("edits")
+        if edits is None:
+            return session.synthesize_all(every, *told)
+        if len(every) > 1:
+            raise UsageError("Several styles cannot be directed at once.", "Ask for the one that the edits are about.")
+        from ..direction.directing import Director
+
+        self._director = self._director or Director(session)
+        return [self._director.direct(every[0], edits, *told)]
+
     def _open(self, params: dict):
         """The session for these settings; only one is kept, so that memory stays bounded."""
         settings = {name: params[name] for name in _SETTINGS if params.get(name)}
         if self._session is None or settings != self._settings:
             from ..performance.synthesis import Session
 
-            self._session = None
+            self._session = self._director = None
             self._session, self._settings = Session(**settings, remember=True), settings
         return self._session
 
@@ -229,7 +241,7 @@ class Worker:
 
 def _checked(params: dict) -> dict:
     """The parameters of a synthesis request, without absent ones; raises :class:`UsageError` for anything odd."""
-    unknown = set(params) - set(_PARAMETERS) - set(_SETTINGS) - {"output_dir", "styles"}
+    unknown = set(params) - set(_PARAMETERS) - set(_SETTINGS) - {"output_dir", "styles", "edits"}
     if unknown:
         raise UsageError(f"There is no parameter {sorted(unknown)[0]!r}.", f"Parameters are {', '.join(_PARAMETERS)}.")
     options = {name: params[name] for name in _PARAMETERS if params.get(name) is not None}

@@ -40,6 +40,8 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
         directions = rest.restore(rest.soften(drawn), checkpoint.gain, pose)
         asked = heard.wishes.gestures, request.meaning * performers.readiness, (request.seed, take)
         shown = choosing.choose(vocabulary, heard.words, *asked, found) if vocabulary else []
+        if shown:
+            about["shows"] = [[one.gesture.name, round(one.lands, 3)] for one in shown]
         which = showing.sides(directions, shown)
         directions = hints.perform(showing.show(directions, shown, which), heard.wishes, pose)
         directions = still.live(directions, pose, request.seed + take)

@@ -17,6 +17,10 @@ class Memory:
         """What these performers made, if they were the last ones."""
         return self._made[1] if self._made[0] == performers else None
 
+    def keep_heard(self, recording: tuple, heard) -> None:
+        """Remember a recording instead of the former one."""
+        self._heard = (recording, heard)
+
     def keep(self, recording: tuple, heard, performers: tuple, made) -> None:
         """Remember a recording and a performance instead of the former ones."""
         self._heard, self._made = (recording, heard), (performers, made)

@@ -75,6 +75,10 @@ class Session:
         ways = replace(self._ways, recognise=request.recognise)
         return transcript.hear(sound, request.transcript, request.text, progress, ways)
 
+    def remember(self) -> None:
+        """Keep the last recording and the last performance from now on."""
+        self._memory = self._memory or Memory()
+
     def styles(self) -> list[dict]:
         """Names and descriptions of the checkpoint's speakers."""
         return list(self.checkpoint.speakers)
@@ -109,18 +113,29 @@ class Session:
         """
         if len({(str(one.audio), str(one.transcript), one.text, one.recognise) for one in requests}) != 1:
             raise UsageError("The requests are not about one recording.", "Make those of other recordings one by one.")
-        from ..sound import audio
-
         stages, memory = Stages(progress, cancelled), self._memory or Memory()
         recording = signature(requests[0])
-        heard = memory.heard(recording)
-        sound = stages.run("read audio", lambda: audio.load(requests[0].audio)) if heard is None else None
+        heard, cast = self._heard(requests, memory.heard(recording), stages)
+        made = self._made(heard, cast, recording, memory, stages)
+        return [self._result(*one, heard, stages) for one in zip(requests, cast, made, strict=True)]
+
+    def hear(self, request: Request, stages: Stages) -> tuple[hearing.Heard, casting.Performers]:
+        """A recording as its performers hear it, and they; remembered as performances are."""
+        memory, recording = self._memory or Memory(), signature(request)
+        heard, cast = self._heard([request], memory.heard(recording), stages)
+        memory.keep_heard(recording, heard)
+        return heard, cast[0]
+
+    def _heard(self, requests: Sequence[Request], known: hearing.Heard | None, stages: Stages) -> tuple:
+        """What is heard, unless it is ``known``, and who performs each of the requests."""
+        from ..sound import audio
+
+        sound = stages.run("read audio", lambda: audio.load(requests[0].audio)) if known is None else None
         checkpoint = stages.run("load model", lambda: self.checkpoint)
         # Before anything long: it complains of unknown styles.
         cast = [casting.cast(checkpoint, request) for request in requests]
-        heard = hearing.hear(self, requests[0], sound, stages) if heard is None else replace(heard, seconds=stages.seconds)
-        made = self._made(heard, cast, recording, memory, stages)
-        return [self._result(*one, heard, stages) for one in zip(requests, cast, made, strict=True)]
+        heard = hearing.hear(self, requests[0], sound, stages) if known is None else replace(known, seconds=stages.seconds)
+        return heard, cast
 
     def _made(
         self, heard, cast: list[casting.Performers], recording: tuple, memory: Memory, stages: Stages

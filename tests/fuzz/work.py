@@ -43,6 +43,18 @@ def read_manifest(path: Path) -> None:
         clip.units(clips)
 
 
+def edits() -> Seeds:
+    some = [{"do": "move", "at": 1.0, "to": 2.0}, {"do": "add", "word": "so", "kind": "big", "hand": "left", "size": 1.2}]
+    some += [{"do": "reroll", "from": 1.0, "to": 2.0, "seed": 1}, {"do": "pose", "at": 1.0, "directions": [[0, 1, 0]] * 9}]
+    return [(".json", json.dumps({"format": 1, "edits": some}).encode())]
+
+
+def read_edits(path: Path) -> None:
+    from s2ag.core.direction import edits
+
+    assert edits.check(edits.load(path)) is not None
+
+
 def sheets() -> Seeds:
     from s2ag.core.model.catalogue import describe
 

@@ -293,3 +293,18 @@ def test_errors_cross_the_protocol_unchanged():
     assert protocol.revive({"kind": "Internal", "message": "m"}).kind == "Internal"
     assert type(protocol.revive({"kind": "json", "message": "m"})) is errors.S2agError
     assert protocol.revive("nonsense").message
+
+
+def test_edits_are_done_and_bad_ones_refused(worker, examples):
+    params = {"audio": str(examples / "hello.flac"), "seed": 2}
+    worker.say({"id": 1, "method": "synthesize", "params": {**params, "edits": []}})
+    before = Motion.load(worker.hear()["result"]["motions"][0])
+    edit = {"do": "reroll", "from": 3.0, "to": 5.0, "seed": 1}
+    worker.say({"id": 2, "method": "synthesize", "params": {**params, "edits": [edit]}})
+    after = Motion.load(worker.hear()["result"]["motions"][0])
+    differ = np.flatnonzero((before.directions != after.directions).any((1, 2)))
+    assert len(differ) and 45 <= differ.min() and differ.max() <= 76
+    assert after.meta["edits"] == [edit]
+    for number, wrong in enumerate(([{"do": "fly"}], {"do": "move"}, "delete"), 3):
+        worker.say({"id": number, "method": "synthesize", "params": {**params, "edits": wrong}})
+        assert worker.hear("error")["error"]["remedy"]

@@ -1,0 +1,81 @@
+"""``s2ag edit``: the gestures of a take, and the take after an animator's edits, without Blender."""
+
+import argparse
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+from ..errors import UsageError
+from . import outputs, performance
+from .progress import Progress, note
+
+SUMMARY = "list the gestures of a take, or change some of them and leave all else as it is"
+EXAMPLE = """examples:
+  s2ag edit talk.npz
+  s2ag edit talk.npz --audio talk.mp3 --transcript talk.txt --edits talk.edits.json -o directed.npz"""
+SUFFIXES = (".npz", ".bvh", ".json")
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add this command's options."""
+    parser.add_argument("take", metavar="TAKE.npz", type=Path, help="a take of s2ag synth")
+    performance.add_edits(parser)
+    parser.add_argument("--audio", metavar="FILE", type=Path, help="the recording that the take was made for")
+    words = parser.add_mutually_exclusive_group()
+    words.add_argument("--transcript", metavar="FILE", type=Path, help="what is said, as the take was made with")
+    words.add_argument("--text", metavar="WORDS", help="what is said, on the command line")
+    parser.add_argument("-o", "--output", dest="outputs", metavar="OUT", type=Path, action="append", default=[],
+                        help=f"file to write ({', '.join(SUFFIXES)}); may come several times")  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="list the gestures as JSON")
+    performance.add_models(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """List, or edit and write."""
+    from ..motion.motion import Motion
+
+    motion = Motion.load(options.take)
+    if options.edits is not None or options.outputs:
+        motion = _edited(options, motion)
+    if options.json or not options.outputs:
+        _list(motion, options.json)
+    return 0
+
+
+def _edited(options: argparse.Namespace, motion):
+    from ..direction import directing, edits, remaking
+    from ..performance.stages import Stages
+    from .synth import save
+
+    if options.edits is None or options.audio is None or not options.outputs:
+        raise UsageError("Edits, the recording and an output belong together.", "Give --edits, --audio and -o.")
+    inputs = [path for path in (options.take, *performance.inputs(options)) if path]
+    files = outputs.plan(options.outputs, SUFFIXES, 1, inputs)[0]
+    asked = edits.load(options.edits)
+    wanted = remaking.request(motion.meta, options.audio, transcript=options.transcript, text=options.text)
+    director = directing.Director(performance.session(options))
+    remaking.check_weights(motion.meta, director.session.checkpoint)
+    with Progress() as progress:
+        heard, _ = director.session.hear(wanted, Stages(progress, lambda: False))
+        remaking.check_recording(motion.meta, heard.digest)
+        motion, warnings = director.apply(wanted, motion, asked, progress)
+    for warning in warnings:
+        note(warning)
+    for path in files:
+        save(motion, path)
+    return motion
+
+
+def _list(motion, as_json: bool) -> None:
+    from ..direction import gestures
+
+    found = gestures.find(motion)
+    if as_json:
+        rows = [{name: round(value, 3) if isinstance(value, float) else value for name, value in asdict(one).items()}
+                for one in found]  # fmt: skip
+        print(json.dumps({"gestures": rows, "edits": motion.meta.get("edits", [])}, indent=1))
+        return
+    print("    at   begin   hold     end  hand   size  kind        word")
+    for one in found:
+        times = f"{one.at:6.2f} {one.begin:7.2f} {one.hold:6.2f} {one.end:7.2f}"
+        print(f"{times}  {one.hand:<5} {one.size:5.2f}  {one.kind:<10}  {one.word}".rstrip())

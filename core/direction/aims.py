@@ -1,0 +1,78 @@
+"""What an edit aims at, how far a motion is from it, and the best of a few attempts."""
+
+import json
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import UsageError
+from ..motion import skeleton
+from ..motion.motion import Motion
+from . import filling, gestures
+from .filling import Filler
+
+LANDS = 0.08
+"""Seconds within which a stroke is to land where it was asked for."""
+SIZE = 0.15
+"""Share by which a size may differ from what was asked for."""
+TRIES = 4
+"""Seeds that a phrase is made from at most, until one is as asked."""
+LOOSE = 0.35
+"""Seconds in which the stroke that was made is looked for."""
+
+
+@dataclass(frozen=True)
+class State:
+    """A take after some edits: which frames are ``held`` by them whatever comes, and sentences on what could not be had."""
+
+    motion: Motion
+    held: np.ndarray
+    warnings: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, motion: Motion, warnings=()) -> "State":
+        """Of a motion at the generator's rate; raises :class:`UsageError` for another."""
+        if motion.fps != skeleton.FPS:
+            raise UsageError(f"A take of {motion.fps:g} frames a second cannot be directed.", "Direct the .npz of s2ag synth.")
+        return cls(motion, np.zeros(len(motion.directions), bool), tuple(warnings))
+
+
+@dataclass(frozen=True)
+class Aim:
+    """The stroke that is to be there: seconds, hand, metres; None where it does not matter."""
+
+    at: float
+    hand: str | None = None
+    size: float | None = None
+
+    def miss(self, motion: Motion) -> float:
+        """How far off a motion is, in shares of what is allowed: 1 or less is as asked."""
+        one = gestures.near(gestures.find(motion), self.at, LOOSE)
+        if one is None:
+            return 20.0
+        off = [abs(one.at - self.at) / LANDS]
+        off += [10.0 * (one.hand != self.hand)] if self.hand else []
+        off += [abs(one.size / self.size - 1) / SIZE] if self.size else []
+        return max(off)
+
+
+def best(filler: Filler, state: State, edit: dict, places, make: Callable, miss: Callable) -> tuple[Motion, float]:
+    """Of a few seeds the motion that misses least by ``miss(motion)`` and is no more sudden than the take is."""
+    found = None
+    for attempt in range(TRIES):
+        made = make(seed_of(filler, edit, attempt))
+        off = miss(made)
+        rating = max(off, 1.0) + filling.strain(state.motion, made, places)
+        if found is None or rating < found[0]:
+            found = rating, made, off
+        if found[0] <= 1:
+            break
+    return found[1], found[2]
+
+
+def seed_of(filler: Filler, edit: dict, attempt: int) -> int:
+    """The seed of an attempt at an edit of this take."""
+    request = filler.request
+    return zlib.crc32(json.dumps([request.seed, request.take, edit, attempt], sort_keys=True).encode())

@@ -1,0 +1,220 @@
+"""What each kind of edit does to a take."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ..errors import UsageError
+from ..motion import skeleton
+from ..motion.motion import Motion
+from . import cores, filling, gestures, kinds, spans
+from .aims import LOOSE, TRIES, Aim, State, best, seed_of
+from .filling import Filler
+from .gestures import BEAT, Gesture
+
+GIVE_WAY = 0.8
+"""Seconds around a stroke in which others give way to it where it cannot be had beside them."""
+SHORTEST = 0.6
+"""Seconds of a range that is made anew, at least."""
+
+
+def do(filler: Filler, state: State, edit: dict, number: int) -> State:
+    """A take after one more edit, which is the ``number``-th; raises :class:`UsageError` for what cannot be done."""
+    try:
+        made, miss = _DOING[edit["do"]](filler, state, edit, 0.0)
+        if miss > 1:
+            freer, off = _DOING[edit["do"]](filler, state, edit, GIVE_WAY)
+            made, miss = (freer, off) if off < miss else (made, miss)
+    except UsageError as error:
+        raise UsageError(f"Edit {number} cannot be done: {error.message}", error.remedy) from error
+    warnings = state.warnings
+    if miss > 1:
+        warnings += (f"Edit {number} ({edit['do']}) came only near to what was asked for: its neighbours leave no room.",)
+    meta = {**made.motion.meta, "edits": [*state.motion.meta.get("edits", []), edit]}
+    return replace(made, motion=replace(made.motion, meta=meta), warnings=warnings)
+
+
+def _gesture(state: State, at: float, apart: float, to: float | None = None) -> tuple[Gesture, list[Gesture]]:
+    """The gesture at a time, and the others that are to stay: those so far ``apart`` from where it will be, ``to``."""
+    found = gestures.find(state.motion)
+    one = gestures.near(found, at)
+    if one is None:
+        best = gestures.near(found, at, np.inf)
+        remedy = f"The nearest is at {best.at:.2f} s." if best else "The take has none at all."
+        raise UsageError(f"there is no gesture at {at:.2f} s.", remedy)
+    to = one.at if to is None else to
+    return one, [other for other in found if other is not one and abs(other.at - to) >= apart]
+
+
+def _frames(one: Gesture) -> tuple[int, int]:
+    return int(one.stroke * skeleton.FPS), int(np.ceil(one.hold * skeleton.FPS))
+
+
+def through(
+    filler: Filler, state: State, edit: dict, places, core, aim: Aim, whole: bool = False, bare: bool = False
+) -> tuple[State, float]:
+    """The take with its spans made anew through a core; with ``bare`` later attempts only go there and back."""
+
+    factor = 1.0
+    plain = [seed_of(filler, edit, attempt) for attempt in range(2, TRIES)] if bare else []
+
+    def make(seed: int) -> Motion:
+        nonlocal factor
+        shape = cores.sized(core, factor, aim.hand)
+        made = filler.fill(state.motion, places, shape, seed, state.held, whole=whole)[0]
+        if seed in plain:
+            made = _bare(made, places, shape, state.held)
+        one = gestures.near(gestures.find(made), aim.at)
+        if one is not None:  # what comes before and behind the core belongs to the stroke, too
+            factor = float(np.clip(factor * (aim.size / one.size) ** 0.8, 0.4, 2.5))
+        return made
+
+    made, miss = best(filler, state, edit, places, make, aim.miss)
+    return replace(state, motion=made), miss
+
+
+def _bare(motion: Motion, places, core, held) -> Motion:
+    """A motion with nothing but the way to its core and back."""
+    for start, stop in places:
+        for part in ((start, min(stop, core.first)), (max(start, core.last + 1), stop)):
+            motion = filling.quiet(motion, part, held) if part[1] > part[0] else motion
+    return motion
+
+
+def _move(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    one, others = _gesture(state, edit["at"], apart, edit["to"])
+    whole = one.kind != BEAT
+    core = cores.carried(state.motion, one, edit["to"], whole)
+    frames = len(state.motion.directions)
+    old = spans.around(others, *_frames(one), frames, spans.LEAST)
+    places = spans.joined([old, spans.around(others, core.first, core.last, frames)])
+    made, miss = through(filler, state, edit, places, core, Aim(edit["to"], one.hand, one.size), whole, apart > 0)
+    return replace(made, motion=kinds.told(made.motion, places, [(one.kind, edit["to"])])), miss
+
+
+def _delete(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    one, others = _gesture(state, edit["at"], apart)
+    places = [spans.around(others, *_frames(one), len(state.motion.directions))]
+
+    def make(seed: int) -> Motion:
+        return filler.fill(state.motion, places, None, seed, state.held, whole=one.kind != BEAT)[0]
+
+    def miss(motion: Motion) -> float:
+        left = gestures.near(gestures.find(motion), one.at, one.hold - one.stroke)
+        return 0.0 if left is None else 2 * left.size / one.size
+
+    made, off = best(filler, state, edit, places, make, miss)
+    if off > 1:
+        calm = filling.quiet(made, places[0], state.held)
+        made, off = (calm, miss(calm)) if miss(calm) < off else (made, off)
+    return replace(state, motion=kinds.told(made, places, [])), off
+
+
+def _change(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    one, others = _gesture(state, edit["at"], apart)
+    hand, size = edit.get("hand"), edit.get("size", 1.0)
+    if edit.get("kind", one.kind) not in (one.kind, BEAT):
+        return kinds.shown(filler, state, edit, one.at, others, edit["kind"], hand, size)
+    core, made_by, way = cores.carried(state.motion, one, one.at, one.kind != BEAT), one.hand, one.size
+    if edit.get("kind", one.kind) != one.kind:
+        core, made_by, way = _borrowed(filler, state, edit, one.at)
+    how = one.kind != BEAT, apart > 0
+    return _formed(filler, state, edit, others, one.at, core, (made_by, hand or made_by), (way, size), how)
+
+
+def _add(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    at = edit["at"] if "at" in edit else kinds.time_of(state.motion.words, edit["word"], edit.get("nth", 1))
+    kind, hand, size = edit.get("kind", BEAT), edit.get("hand"), edit.get("size", 1.0)
+    found = gestures.find(state.motion)
+    others = [one for one in found if abs(one.at - at) >= max(apart, gestures.APART / 2)]
+    if kind != BEAT:
+        return kinds.shown(filler, state, edit, at, others, kind, hand, size)
+    core, made_by, way = _borrowed(filler, state, edit, at)
+    return _formed(filler, state, edit, others, at, core, (made_by, hand or made_by), (way, size), (False, apart > 0))
+
+
+def _formed(filler, state, edit, others, at, core, by, sizes, how) -> tuple[State, float]:
+    """A core made by another hand, and of another size, put in its place; ``by`` is who did it and who is to."""
+    frames = len(state.motion.directions)
+    span = spans.around(others, core.first, core.last, frames)
+    ends = state.motion.directions[[max(span[0] - 1, 0), min(span[1], frames - 1)]]
+    if by[0] != by[1]:
+        core = cores.by_hand(core, *by, ends, span)
+    core = cores.sized(core, sizes[1], by[1])
+    made, miss = through(filler, state, edit, [span], core, Aim(at, by[1], sizes[0] * sizes[1]), *how)
+    kept = [one for one in gestures.shows(state.motion) if how[0] and abs(one[1] - at) < LOOSE]
+    return replace(made, motion=kinds.told(made.motion, [span], kept)), miss
+
+
+def _borrowed(filler: Filler, state: State, edit: dict, at: float) -> tuple[cores.Core, str, float]:
+    """The core of a beat from elsewhere in the take at ``at``, the hand that made it, and how far."""
+    beats = [one for one in gestures.find(state.motion) if one.kind == BEAT and abs(one.at - at) > gestures.APART]
+    sizes = np.array([one.size for one in beats])
+    usual = [one for one in beats if abs(one.size / np.median(sizes) - 1) < 0.4] if len(beats) else []
+    wanted = [one for one in usual if edit.get("hand") in (None, one.hand)] or usual
+    if not wanted:
+        raise UsageError("the take has no gesture like it.", "Give a kind that means something.")
+    one = wanted[seed_of(filler, edit, 0) % len(wanted)]
+    return cores.carried(state.motion, one, at), one.hand, one.size
+
+
+def _reroll(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    motion = state.motion
+    start, stop = round(edit["from"] * motion.fps), min(round(edit["to"] * motion.fps) + 1, len(motion.directions))
+    if stop - start < SHORTEST * motion.fps:
+        raise UsageError("less than a phrase is chosen.", f"Choose {SHORTEST:g} s or more of the recording.")
+    places, shows = [(start, stop)], {}
+
+    def make(seed: int) -> Motion:
+        made, shows[seed] = filler.fill(motion, places, None, seed, state.held, plain=False, whole=True)
+        return replace(made, meta={**made.meta, "seed_of_range": seed})
+
+    made, _ = best(filler, state, edit, places, make, lambda motion: 0.0)
+    inside = shows[made.meta["seed_of_range"]]
+    meta = {name: value for name, value in made.meta.items() if name != "seed_of_range"}
+    return replace(state, motion=kinds.told(replace(made, meta=meta), places, inside)), 0.0
+
+
+def _pose(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    at, frames = edit["at"] * state.motion.fps, len(state.motion.directions)
+    first, last = int(np.floor(at + 1e-6)), int(np.ceil(at - 1e-6))
+    if last >= frames:
+        raise UsageError("the recording ends before that.", f"Give a time within 0 to {state.motion.duration:.1f} s.")
+    pose = skeleton.normalize(np.array(edit["directions"], float)).astype(np.float32)
+    return _held(filler, state, edit, cores.Core(first, np.repeat(pose[None], last - first + 1, 0)), True)
+
+
+def _place(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    fps, frames = state.motion.fps, len(state.motion.directions)
+    first, last = int(np.floor(edit["from"] * fps)), int(np.ceil(edit["to"] * fps))
+    if last >= frames:
+        raise UsageError("the recording ends before that.", f"Give times within 0 to {state.motion.duration:.1f} s.")
+    side = gestures.HANDS.index(edit["hand"])
+    return _held(filler, state, edit, cores.reaching(state.motion, side, first, last, edit["place"]), False)
+
+
+def _held(filler: Filler, state: State, edit: dict, core: cores.Core, whole: bool) -> tuple[State, float]:
+    """The take led through frames that stay as they are from now on."""
+    others = gestures.find(state.motion)
+    places = [spans.around(others, core.first, core.last, len(state.motion.directions))]
+    free = replace(state, held=state.held.copy())
+    free.held[core.frames] = False
+
+    def make(seed: int) -> Motion:
+        return filler.fill(state.motion, places, core, seed, free.held, whole=whole)[0]
+
+    made, _ = best(filler, state, edit, places, make, lambda motion: 0.0)
+    free.held[core.frames] = True
+    return replace(free, motion=made), 0.0
+
+
+_DOING: dict[str, Callable[[Filler, State, dict, float], tuple[State, float]]] = {
+    "move": _move,
+    "delete": _delete,
+    "change": _change,
+    "add": _add,
+    "reroll": _reroll,
+    "pose": _pose,
+    "place": _place,
+}

@@ -1,0 +1,153 @@
+"""Spans of a take made anew by the generator: from the poses before to those behind, through what is kept between."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..motion import limits, skeleton
+from ..motion.curves import ramp
+from ..motion.hands import Hands
+from ..motion.motion import Motion
+from ..performance import finishing, performing
+from ..performance.request import Request
+from ..performance.stages import Stages
+from . import gestures, spans
+from .cores import ARMS, Core
+
+_ALL = tuple(range(len(skeleton.EDGES)))
+_EASE = 5
+"""Frames in which hands go from what they did to what they do."""
+_NEAR = 2
+"""Frames outside a span that its join is judged by."""
+
+
+class Filler:
+    """Makes spans of a take of ``request`` anew; ``held`` frames of it stay in any case."""
+
+    def __init__(self, session, request: Request, stages: Stages):
+        self.session, self.request, self.stages = session, request, stages
+        self.heard, self.performers = session.hear(request, stages)
+
+    def fill(
+        self,
+        motion: Motion,
+        places: Sequence[spans.Span],
+        core: Core | None,
+        seed: int,
+        held: np.ndarray,
+        *,
+        plain: bool = True,
+        whole: bool = False,
+    ) -> tuple[Motion, list]:
+        """The take with ``places`` made anew through ``core``, and what the generator shows there (:func:`gestures.shows`).
+
+        ``plain``: no strokes of its own, nor what words mean. ``whole``: head and trunk, too, instead of the arms alone.
+        """
+        frames = len(motion.directions)
+        given, kept = motion.directions.copy(), ~spans.mask(places, frames) | held
+        if core is not None:
+            free = core.frames[~held[core.frames]]
+            given[free], kept[free] = core.directions[free - core.first], True
+        numbers = np.flatnonzero(kept)
+        wanted = replace(self.request, kept=(numbers, given[numbers]) if len(numbers) else None)
+        made = self._made(wanted, seed, places if plain else ())
+        directions = motion.directions.copy()
+        edges = list(_ALL if whole else ARMS)
+        fresh = np.flatnonzero(~kept)
+        directions[np.ix_(fresh, edges)] = made.directions[np.ix_(fresh, edges)]
+        if core is not None:
+            directions[free] = core.directions[free - core.first]
+        hands = _hands(motion, made, directions, places, core, held)
+        inside = [one for one in gestures.shows(made) if any(a <= one[1] * made.fps < b for a, b in places)]
+        return replace(motion, directions=directions, hands=hands), inside
+
+    def _made(self, wanted: Request, seed: int, calm: Sequence[spans.Span]) -> Motion:
+        """All of a performance that keeps what is wanted, its chance by ``seed``; without strokes in ``calm`` spans."""
+        checkpoint, heard, told = self.session.checkpoint, self.heard, self.heard
+        if calm:
+            quiet = tuple((start / skeleton.FPS, stop / skeleton.FPS) for start, stop in calm)
+            wishes = replace(heard.wishes, gestures={})
+            heard = replace(heard, shows=None, wishes=wishes)
+            told = replace(heard, wishes=replace(wishes, rests=wishes.rests + quiet))
+        chance = replace(self.performers, request=replace(wanted, seed=seed))
+        working = self.stages.within("generate"), self.stages.cancelled
+        made = performing.perform(checkpoint, told, [chance], *working)
+        return finishing.finish(checkpoint, wanted, heard, replace(self.performers, request=wanted), made)[0]
+
+
+def quiet(motion: Motion, place: spans.Span, held: np.ndarray) -> Motion:
+    """The take with arms that go the shortest smooth way through a span, as fast at its ends as they come and go."""
+    start, stop = place
+    directions, arms = motion.directions.copy(), list(ARMS)
+    low, high = max(start - 1, 0), min(stop, len(directions) - 1)
+    length = high - low
+    if length < 2:
+        return motion
+    poses = directions[:, arms].astype(float)
+    slopes = [poses[high] * 0 if at in (0, len(directions) - 1) else (poses[at + step] - poses[at]) * step
+              for at, step in ((low, -1), (high, 1))]  # fmt: skip
+    t = (np.arange(1, length) / length)[:, None, None]
+    path = (2 * t**3 - 3 * t**2 + 1) * poses[low] + (t**3 - 2 * t**2 + t) * length * slopes[0]
+    path += (3 * t**2 - 2 * t**3) * poses[high] + (t**3 - t**2) * length * slopes[1]
+    inner = np.arange(low + 1, high)
+    free = ~held[inner]
+    directions[np.ix_(inner[free], arms)] = skeleton.normalize(path)[free].astype(np.float32)
+    hands = motion.hands
+    if hands is not None:
+        carried = hands[start:stop].carried(motion.directions[start:stop], directions[start:stop])
+        hands = put(hands, start, carried)
+    return replace(motion, directions=directions, hands=hands)
+
+
+def strain(before: Motion, after: Motion, places: Sequence[spans.Span]) -> float:
+    """By how much the spans and their joins are faster or more sudden than anything in the take before, 0 for not at all; and
+    one more for what no body can do.
+    """
+    excess, frames = 0.0, len(after.directions)
+    own = _most(before.directions)
+    for start, stop in places:
+        low, high = max(start - _NEAR, 0), min(stop + _NEAR, frames)
+        part = after.directions[low:high]
+        excess = max(excess, *(new / max(old, 1e-6) - 1 for new, old in zip(_most(part), own, strict=True)))
+        excess += bool((limits.penetration(part) > 2 * limits.TOUCH).any() or limits.backward_elbows(part).any())
+    return max(excess, 0.0)
+
+
+def _most(directions: np.ndarray) -> tuple[float, float]:
+    """Highest speed and acceleration of the wrists."""
+    way = gestures.wrists(directions)
+    speed, change = np.diff(way, axis=0), np.diff(way, n=2, axis=0)
+    return tuple(float(np.linalg.norm(one, axis=-1).max(initial=0)) for one in (speed, change))
+
+
+def _hands(motion, made, directions, places, core, held) -> Hands | None:
+    """Hands of the spans: from what they did to what they do on the new arms, and in the core what they do in it."""
+    if motion.hands is None or made.hands is None:
+        return motion.hands
+    hands = motion.hands
+    for start, stop in places:
+        here, at = slice(start, stop), np.arange(start, stop)
+        arms = directions[here]
+        old = motion.hands[here].carried(motion.directions[here], arms)
+        new = made.hands[here].carried(made.directions[here], arms)
+        share = ramp(at - start + 1, 0, _EASE) * ramp(stop - at, 0, _EASE)
+        mixed = old.mixed(new, share)
+        if core is not None and core.hands is not None:
+            row = np.clip(at, core.first, core.last) - core.first
+            own = core.hands[row].carried(core.directions[row], arms)
+            away = np.maximum(core.first - at, 0) + np.maximum(at - core.last, 0)
+            mixed = mixed.mixed(own, 1 - ramp(away, 0, _EASE))
+        hands = put(hands, start, mixed, ~held[here])
+    return hands
+
+
+def put(hands: Hands, start: int, part: Hands, rows: np.ndarray | None = None) -> Hands:
+    """Hands with ``part`` from a frame on, and all else as it was to the bit."""
+    rows = np.ones(len(part), bool) if rows is None else rows
+    result = []
+    for old, new in zip((hands.knuckles, hands.palms, hands.shape), (part.knuckles, part.palms, part.shape), strict=True):
+        values = old.copy()
+        values[start : start + len(part)][rows] = new[rows]
+        result.append(values)
+    return Hands(*result)

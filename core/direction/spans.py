@@ -1,0 +1,46 @@
+"""Which frames an edit may touch: those around its gesture, as far as the neighbours' strokes let it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..motion import skeleton
+from .gestures import Gesture
+
+WANTED, LEAST = 0.8, 0.4
+"""Seconds on either side of a stroke in which hands come to it and go from it: as wished, and at least."""
+_JOINED = 0.4
+"""Seconds between two spans up to which they are one."""
+
+Span = tuple[int, int]
+"""First frame, and the one after the last."""
+
+
+def around(found: Sequence[Gesture], first: int, last: int, frames: int, wanted: float = WANTED) -> Span:
+    """The span to make anew around frames ``first`` to ``last``; ``found`` are the gestures that are to stay."""
+    fps = skeleton.FPS
+    holds = [one.hold * fps for one in found if one.at * fps < first]
+    strokes = [one.stroke * fps for one in found if one.at * fps > last]
+    start = max(first - wanted * fps, max(holds, default=-1) + 1)
+    stop = min(last + wanted * fps, min(strokes, default=frames) - 1)
+    start, stop = min(start, first - LEAST * fps), max(stop, last + LEAST * fps)
+    return max(int(np.floor(start)), 0), min(int(np.ceil(stop)) + 1, frames)
+
+
+def joined(spans: Sequence[Span]) -> list[Span]:
+    """Spans in order of time, those that lie near each other as one."""
+    result: list[Span] = []
+    for start, stop in sorted(spans):
+        if result and start - result[-1][1] < _JOINED * skeleton.FPS:
+            result[-1] = result[-1][0], max(stop, result[-1][1])
+        else:
+            result.append((start, stop))
+    return result
+
+
+def mask(spans: Sequence[Span], frames: int) -> np.ndarray:
+    """Which of all ``frames`` the spans hold, ``(frames,)``."""
+    inside = np.zeros(frames, bool)
+    for start, stop in spans:
+        inside[start:stop] = True
+    return inside

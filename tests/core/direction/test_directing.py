@@ -1,0 +1,225 @@
+"""What is directed is there, what is not touched stays to the bit, and the same edits give the same take."""
+
+import random
+from collections import Counter
+
+import numpy as np
+import pytest
+from s2ag.core.direction import aims, filling, gestures, remaking, spans
+from s2ag.core.direction.directing import Director
+from s2ag.core.errors import UsageError
+from s2ag.core.motion import skeleton
+from s2ag.core.performance.synthesis import Request, Session
+
+
+@pytest.fixture(scope="module")
+def director():
+    return Director(Session(cache="off"))
+
+
+@pytest.fixture(scope="module")
+def request_(examples):
+    return Request(examples / "hello.flac", transcript=examples / "hello.txt", seed=2, hands=1.0, stance=1.0)
+
+
+@pytest.fixture(scope="module")
+def base(director, request_):
+    return director.direct(request_, []).motions[0]
+
+
+@pytest.fixture
+def after(director, request_):
+    """The take after edits, and its warnings."""
+
+    def run(*edits):
+        result = director.direct(request_, list(edits))
+        return result.motions[0], result.warnings
+
+    return run
+
+
+def touched(before, motion):
+    """Frames in which anything differs."""
+    parts = [motion.directions != before.directions, motion.pelvis.place != before.pelvis.place]
+    parts += [getattr(motion.hands, name) != getattr(before.hands, name) for name in ("knuckles", "palms", "shape")]
+    return np.flatnonzero(np.any([part.reshape(len(part), -1).any(1) for part in parts], axis=0))
+
+
+def within(before, motion, *times, room=2.5):
+    frames = touched(before, motion) / skeleton.FPS
+    assert len(frames)
+    assert min(times) - room < frames.min() and frames.max() < max(times) + room
+
+
+def middle(base, hand=None):
+    """A gesture with neighbours on both sides."""
+    found = gestures.find(base)[2:-2]
+    return max((one for one in found if hand in (None, one.hand)), key=lambda one: one.size)
+
+
+def test_no_edits_are_the_take_itself(director, request_, base):
+    plain = Session(cache="off").synthesize(request_).motions[0]
+    assert not len(touched(plain, base))
+    assert "edits" not in base.meta
+
+
+@pytest.mark.parametrize("by", [-0.3, 0.3])
+def test_a_moved_stroke_lands_where_it_was_moved_to(after, base, by):
+    one = middle(base)
+    motion, _ = after({"do": "move", "at": one.at, "to": one.at + by})
+    assert aims.Aim(one.at + by, one.hand, one.size).miss(motion) <= 1
+    within(base, motion, one.at, one.at + by)
+
+
+def test_a_deleted_stroke_is_gone(after, base):
+    found = gestures.find(base)[2:-2]
+    one = sorted(found, key=lambda one: one.size)[len(found) // 2]
+    motion, _ = after({"do": "delete", "at": one.at})
+    left = gestures.near(gestures.find(motion), one.at, 0.2)
+    assert left is None or left.size < 0.5 * one.size
+    within(base, motion, one.at)
+
+
+@pytest.mark.parametrize("hand", gestures.HANDS)
+def test_the_hand_that_was_asked_for_does_it(after, base, hand):
+    one = max((one for one in gestures.find(base)[2:-2] if one.hand != hand), key=lambda one: one.size)
+    motion, _ = after({"do": "change", "at": one.at, "hand": hand})
+    assert gestures.near(gestures.find(motion), one.at, aims.LANDS).hand == hand
+    within(base, motion, one.at)
+
+
+@pytest.mark.parametrize("size", [0.6, 1.3])
+def test_sizes_are_had(after, base, size):
+    one = middle(base)
+    motion, _ = after({"do": "change", "at": one.at, "size": size})
+    made = gestures.near(gestures.find(motion), one.at, aims.LANDS)
+    assert abs(made.size / (size * one.size) - 1) <= aims.SIZE
+
+
+@pytest.mark.parametrize("kind", ["shrug", "big", "refusal", "me", "beat"])
+def test_gestures_are_added_at_a_time(after, base, kind):
+    motion, _ = after({"do": "add", "at": 7.75, "kind": kind})
+    one = gestures.near(gestures.find(motion), 7.75, aims.LANDS)
+    assert one is not None and one.kind == kind
+    within(base, motion, 7.75)
+
+
+def test_gestures_are_added_at_a_word(after, base):
+    word, start, end = base.words[8]
+    motion, _ = after({"do": "add", "word": word, "kind": "big"})
+    first = next((begin, until) for text, begin, until in base.words if text == word)
+    at = first[0] + 0.4 * (first[1] - first[0])
+    assert gestures.near(gestures.find(motion), at, aims.LANDS).kind == "big"
+
+
+def test_another_seed_makes_a_range_anew_and_nothing_else(after, base):
+    made = [after({"do": "reroll", "from": 4.0, "to": 7.0, "seed": seed})[0] for seed in (1, 2, 1)]
+    for motion in made:
+        frames = touched(base, motion)
+        assert frames.min() >= 4.0 * skeleton.FPS and frames.max() <= 7.0 * skeleton.FPS + 1
+        assert len(frames) > 30
+    assert len(touched(made[0], made[1])) > 30
+    assert not len(touched(made[0], made[2]))
+
+
+def test_a_pose_is_kept_whatever_is_edited_afterwards(after, base):
+    pose = skeleton.normalize(base.directions[100] + 0.2 * np.roll(base.directions[100], 1, -1))
+    edits = [{"do": "pose", "at": 80 / skeleton.FPS, "directions": pose.tolist()}]
+    for more in ([], [{"do": "reroll", "from": 4.0, "to": 6.5}], [{"do": "add", "at": 5.6, "kind": "big"}]):
+        motion, _ = after(*edits, *more)
+        cosine = (motion.directions[80] * pose).sum(-1)
+        assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).max() < 0.5
+
+
+def test_a_hand_stays_at_its_place(after, base):
+    place = [-0.3, -0.35, 0.35]
+    motion, _ = after({"do": "place", "from": 5.0, "to": 6.0, "hand": "left", "place": place})
+    wrist = skeleton.to_positions(motion.directions)[75:91, 6]
+    assert np.linalg.norm(wrist - place, axis=-1).max() < 0.005
+    within(base, motion, 5.0, 6.0)
+
+
+def test_edits_follow_each_other_and_are_told(director, after, base):
+    one = middle(base)
+    edits = [{"do": "move", "at": one.at, "to": one.at + 0.3}, {"do": "change", "at": one.at + 0.3, "size": 0.7}]
+    motion, _ = after(*edits)
+    assert motion.meta["edits"] == edits
+    fresh = Director(director.session).direct(Request(**vars_of(director, base)), edits).motions[0]
+    assert not len(touched(motion, fresh))
+    assert not len(touched(base, after()[0]))
+
+
+def vars_of(director, base):
+    """The request of a take by its provenance."""
+    known = director.session._memory._heard[0][0][0]
+    wanted = remaking.request(base.meta, known, transcript=str(known).replace(".flac", ".txt"))
+    return {name: getattr(wanted, name) for name in wanted.__dataclass_fields__}
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        {"do": "move", "at": 3.2, "to": 900.0},
+        {"do": "delete", "at": 900.0},
+        {"do": "add", "at": 900.0},
+        {"do": "add", "at": 5.0, "kind": "somersault"},
+        {"do": "add", "word": "xylophone"},
+        {"do": "reroll", "from": 2.0, "to": 2.2},
+        {"do": "pose", "at": 900.0, "directions": skeleton.REST.tolist()},
+        {"do": "place", "from": 1.0, "to": 2.0, "hand": "left", "place": [-5.0, 0.0, 0.0]},
+    ],
+)
+def test_what_cannot_be_done_is_told_with_its_number(after, edit):
+    with pytest.raises(UsageError, match="Edit 1 ") as told:
+        after(edit)
+    assert told.value.remedy
+
+
+def test_several_takes_are_not_directed(director, examples):
+    with pytest.raises(UsageError):
+        director.direct(Request(examples / "hello.flac", takes=2), [])
+
+
+@pytest.mark.slow
+def test_a_hundred_random_edits(director, request_, base, after):
+    """A few miss, and each that does is told; nothing outside its phrase differs."""
+    rng, missed, strains = random.Random(3), [], []
+    found, kinds = gestures.find(base), list(director.session.vocabulary.gestures)
+    for _ in range(100):
+        one = rng.choice(found[1:-1])
+        at = one.at
+        do = rng.choice(["move", "delete", "change", "add"])
+        edit = {"do": do, "at": at}
+        if do == "move":
+            edit["to"] = float(np.clip(at + rng.choice([-1, 1]) * rng.uniform(0.2, 0.8), 1.5, base.duration - 1.5))
+        elif do == "change":
+            what = rng.choice(["hand", "size", "kind"])
+            choices = {"hand": gestures.HANDS, "size": [0.6, 0.8, 1.25, 1.4], "kind": kinds}
+            edit[what] = rng.choice(choices[what])
+        elif do == "add":
+            at = edit["at"] = rng.uniform(2.0, base.duration - 2.0)
+            edit["kind"] = rng.choice([gestures.BEAT, *kinds])
+        motion, warnings = after(edit)
+        aim = edit.get("to", at)
+        frames = touched(base, motion) / skeleton.FPS
+        assert len(frames) == 0 or (min(at, aim) - 2.5 < frames.min() and frames.max() < max(at, aim) + 2.5)
+        there = gestures.near(gestures.find(motion), aim, aims.LANDS if do != "delete" else 0.2)
+        if there is None if do != "delete" else there is not None and there.size > 0.5 * one.size:
+            missed.append(edit)
+            assert any("only near" in warning for warning in warnings)
+        rows = touched(base, motion)
+        strains.append(filling.strain(base, motion, [(rows[0], rows[-1] + 1)]) if len(rows) else 0.0)
+    assert len(missed) <= 8, Counter(one["do"] for one in missed)
+    print(f"{len(missed)} of 100 missed; beyond the take's own speed and acceleration at most {max(strains):.0%}")
+    assert np.percentile(strains, 90) < 0.1
+
+
+def test_spans_leave_neighbours_their_strokes():
+    def gesture(at):
+        return gestures.Gesture(at - 0.4, at - 0.2, at, at + 0.2, at + 0.3, at + 0.5, "left", "beat", 0.4, "")
+
+    start, stop = spans.around([gesture(3.0), gesture(7.0)], 72, 78, 200)  # 4.8 to 5.2 s
+    assert 3.2 * skeleton.FPS < start <= 72 - 6 and 78 + 6 < stop < 6.8 * skeleton.FPS + 1
+    assert spans.around([], 2, 5, 10) == (0, 10)
+    assert spans.joined([(20, 30), (5, 10), (12, 18)]) == [(5, 30)]
+    assert spans.mask([(1, 3)], 4).tolist() == [False, True, True, False]
