@@ -20,16 +20,18 @@ def around(points: dict, made: dict, last: float, codes: dict[str, int]) -> dict
     first = float(made["co"][0, 0])
     before, key, _ = split(points, first, codes)
     if abs(key["co"][0, 1] - made["co"][0, 1]) < SAME:
-        for name in ("co", "handle_left", "handle_left_type"):
+        for name in ("co", "handle_left"):
             made[name][0] = key[name][0]
+        made["handle_left_type"][0] = codes["FREE"]  # any other kind would turn it with the handle inside
     else:
         before, key, _ = split(points, first - 1, codes)
         key["interpolation"][0] = codes["LINEAR"]
         before = _joined(before, key)
     _, key, after = split(points, last, codes)
     if made["co"][-1, 0] == last and abs(key["co"][0, 1] - made["co"][-1, 1]) < SAME:
-        for name in ("co", "handle_right", "handle_right_type", "interpolation"):
+        for name in ("co", "handle_right", "interpolation"):
             made[name][-1] = key[name][0]
+        made["handle_right_type"][-1] = codes["FREE"]
     else:
         _, key, after = split(points, last + 1, codes)
         if made["interpolation"][-1] != codes["CONSTANT"]:

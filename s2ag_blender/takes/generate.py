@@ -239,7 +239,7 @@ def _finished(planned, armature, scene, actions, motion: Motion, warnings) -> Ou
 def _accompany(planned: Plan, scene, motion: Motion, warnings: list[str]) -> str:
     """The sound strip and the word markers, where they are wanted; returns the strip's tag."""
     span, kept, voice = planned.voice.span, planned.settings, planned.voice
-    own = ""
+    own = voice.tag
     if voice.placed:
         scene.sync_mode = "AUDIO_SYNC"
     else:

@@ -10,6 +10,7 @@ from ...core.errors import AudioUnreadable, UsageError
 from ...core.words import beside as transcripts
 from .. import compat
 from ..translations import told
+from . import voices
 
 _FRESH = 2.0
 """Seconds for which the panel trusts what it saw on disk."""
@@ -35,12 +36,15 @@ class Span:
 
 @dataclass(frozen=True)
 class Voice:
-    """What the engine is to hear, and its name for people. ``placed`` tells that the sequencer plays it already."""
+    """What the engine is to hear, and its name for people. ``placed`` tells that the sequencer plays it already, and ``tag``
+    which strip of ours does (:data:`voices.TAG`), if it is one.
+    """
 
     path: str
     span: Span
     placed: bool = False
     name: str = ""
+    tag: str = ""
 
 
 def voice(settings, scene: bpy.types.Scene) -> Voice:
@@ -56,11 +60,13 @@ def voice(settings, scene: bpy.types.Scene) -> Voice:
         return Voice(mixdown(scene, *limits), Span(limits[0], *limits), placed=True, name=told("Sequencer"))
     if settings.audio_source == "STRIP":
         strip = chosen_strip(settings, scene)
-        return Voice(strip_file(strip), strip_span(settings, scene, strip), placed=True, name=strip.name)
+        span, tag = strip_span(settings, scene, strip), strip.get(voices.TAG, "")
+        return Voice(strip_file(strip), span, placed=True, name=strip.name, tag=tag)
     path = str(Path(bpy.path.abspath(settings.audio)).resolve())
     name = Path(path).name
     if settings.range == "STRIP":
-        return Voice(path, strip_span(settings, scene, chosen_strip(settings, scene)), placed=True, name=name)
+        strip = chosen_strip(settings, scene)
+        return Voice(path, strip_span(settings, scene, strip), placed=True, name=name, tag=strip.get(voices.TAG, ""))
     if settings.range == "OWN":
         return Voice(path, Span(settings.start_frame, settings.start_frame), name=name)
     first, last = _limits(settings, scene)

@@ -10,7 +10,7 @@ from bodies import performance
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import compat
-from s2ag.s2ag_blender.keys import density, layers, pacing, thinning
+from s2ag.s2ag_blender.keys import density, keyframes, layers, pacing, thinning
 from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.takes import takes
 
@@ -118,6 +118,26 @@ def test_what_lies_outside_the_range_stays_exactly_as_it_was(actor, keys, blend,
     after = values(made, frames)
     for key, wanted in before.items():
         np.testing.assert_allclose(after[key], wanted, atol=2e-5)
+
+
+@pytest.mark.parametrize("kind", ["ALIGNED", "AUTO_CLAMPED", "FREE"])
+def test_a_key_on_the_edge_does_not_turn_with_the_handle_inside(actor, kind):
+    bone = bones_of(actor, "head")[0]
+    path = f'pose.bones["{bone}"].rotation_euler'
+    action, _, bag = compat.new_action("edges", actor)
+    curve = bag.fcurves.new(path, index=0)
+    for frame, value in ((1, 0.0), (20, 1.0), (40, 1.0), (60, 1.0), (70, 0.3)):
+        point = curve.keyframe_points.insert(frame, value)
+        point.handle_left_type = point.handle_right_type = kind
+    curve.update()
+    outside = np.concatenate([np.arange(-5, 20.01, 0.25), np.arange(40, 80, 0.25)])
+    before, frames = values(action, outside), np.arange(20.0, 41.0)
+    column = 1 + np.sin((frames - 20) * np.pi / 10)  # steep where it meets what was there
+    thinner = thinning.Thinner({}, {}, frames, 24.0, 0.01)
+    keyed = [keyframes.Channels(bone, path, {0: column})]
+    keyframes.write_channels(bag, keyed, frames, "BEZIER", thinner, {(path, 0)})
+    np.testing.assert_allclose(values(action, outside)[path, 0], before[path, 0], atol=2e-5)
+    assert values(action, [25.0])[path, 0] > 1.9
 
 
 @pytest.mark.parametrize("result", ["ACTION", "STRIP"])

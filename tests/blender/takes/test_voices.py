@@ -53,6 +53,16 @@ def test_the_strip_is_seen_in_sequencers_that_show_nothing_yet(speaker):
     assert shown == {bpy.context.scene} and chosen.sequencer_scene == other
 
 
+@pytest.mark.parametrize("source", ["STRIP", "FILE"])
+def test_a_strip_of_ours_that_is_the_voice_of_another_take_stays_heard(speaker, source):
+    press(bpy.ops.s2ag.generate)
+    speaker.s2ag.audio_source, speaker.s2ag.range = source, "STRIP"
+    press(bpy.ops.s2ag.generate)
+    (own,) = strips().values()
+    assert not own.mute and not session.messages(speaker)
+    assert speaker.s2ag.takes[0].action[voices.TAG] == speaker.s2ag.takes[1].action[voices.TAG] == own[voices.TAG]
+
+
 def test_two_characters_sharing_a_recording(speaker):
     audio = speaker.s2ag.audio
     press(bpy.ops.s2ag.generate)
