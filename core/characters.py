@@ -12,6 +12,11 @@ def is_own(name: str) -> bool:
     return name in ("human", "mannequin") or (name.startswith("human:") and not Path(name).suffix)
 
 
+def speaks(name: str) -> bool:
+    """Whether a character is one of ours with a face that can speak."""
+    return is_own(name) and name != "mannequin"
+
+
 def checked(name: str) -> str:
     """The character as Blender's side wants it; raises for a file that is missing or of an unknown kind."""
     if is_own(name):

@@ -54,6 +54,19 @@ def copy_action(action: bpy.types.Action, slot, name: str):
     return copy, twin, strip.channelbag(twin, ensure=True)
 
 
+def key_bag(action: bpy.types.Action, key: bpy.types.Key):
+    """What the curves of a mesh's shape keys go into, beside those of a body's action: ``(action, slot or None, bag)``.
+
+    With slots it is the same action, before 4.4 another one.
+    """
+    if not hasattr(action, "slots"):
+        own = bpy.data.actions.new(action.name)
+        own.id_root = "KEY"
+        return own, None, own
+    slot = action.slots.new(id_type="KEY", name=key.name)
+    return action, slot, action.layers[0].strips[0].channelbag(slot, ensure=True)
+
+
 def bag(action: bpy.types.Action, slot=None):
     """What holds the curves and groups of an action's slot (of its first one, if None)."""
     if not hasattr(action, "slots"):

@@ -16,7 +16,7 @@ ROOF = {"core.synthesis", "s2ag_blender.apply", "s2ag_blender.generate", "s2ag_b
 """Loose files that hand on to the rooms: old names of what scripts use, and the list of what is registered."""
 PACKAGE_ORDER = {"s2ag_blender": {"rigs", "core"}, "rigs": {"core"}, "core": {"rigs"}}
 """``core`` reads bone maps and writes BVH by ``rigs``, which knows of it only what a motion is, errors, files and JSON."""
-_MOTION = ("skeleton", "hands", "handshape", "pelvis")
+_MOTION = ("skeleton", "hands", "handshape", "pelvis", "face")
 GROUND_FOR_RIGS = ("core.errors", "core.files", "core.json_text", *(f"core.motion.{name}" for name in _MOTION))
 
 

@@ -38,7 +38,7 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     parser.add_argument("--hands", metavar="X", type=float, default=1.0, help=hands)
     stance = "how far weight goes from foot to foot, 0 to 1 (default 1, for a character of your own 0: its legs get no keys)"
     parser.add_argument("--stance", metavar="X", type=float, help=stance)
-    face = "a speaking face: how far the mouth opens, 0 to 2 (--face alone: 1; default 0: none; see docs/face.md)"
+    face = "a speaking face: how far the mouth opens, 0 to 2 (--face alone: 1; default 0: none, 1 on human; docs/face.md)"
     parser.add_argument("--face", metavar="X", type=float, nargs="?", const=1.0, help=face)
     smooth = "how lazily lips move, 0 to 1 (default 0.5)"
     parser.add_argument("--face-smoothness", metavar="X", type=float, default=0.5, help=smooth)
@@ -149,8 +149,9 @@ def _stance(options: argparse.Namespace) -> float:
 
 
 def _face(options: argparse.Namespace) -> dict[str, float]:
-    """As asked, else none."""
-    return {"face": options.face or 0.0, "face_smoothness": options.face_smoothness}
+    """As asked, else 1 on a character of ours that has a face, and none elsewhere."""
+    default = float(characters.speaks(getattr(options, "character", "")))
+    return {"face": default if options.face is None else options.face, "face_smoothness": options.face_smoothness}
 
 
 def session(options: argparse.Namespace):

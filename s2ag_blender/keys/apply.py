@@ -16,7 +16,7 @@ from .. import compat, provenance
 from ..rig import reading, solver
 from ..rig.controls import Take
 from ..slices import whole
-from . import keyframes
+from . import faces, keyframes
 
 _LOG = logging.getLogger(__name__)
 
@@ -57,6 +57,11 @@ def apply_motion(
     action, slot = keyframes.write_action(name, armature, keys.rotations, keys.frames, interpolation, **about)
     provenance.stamp(action, motion.meta)
     keyframes.remember(action, armature)
+    if motion.face is not None:
+        last = float(max(keys.frames[-1], keys.frames[0] + 1))
+        every = np.arange(float(start), last + 1)
+        faces.lay(armature, action, motion.face, start, every, scene_fps(scene), report or _LOG.warning)
+        faces.show(armature, action)
     if strip:
         _push(armature, action, slot, int(start))
     else:
@@ -79,6 +84,7 @@ def take_off(armature: bpy.types.Object, action: bpy.types.Action) -> None:
         if animation.action == action:
             animation.action = None
     keyframes.give_back(armature, action)
+    faces.hide(armature, action)
 
 
 class Keys(NamedTuple):

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...rigs import quaternion
 from .. import compat, provenance
-from . import keyframes, mixing
+from . import faces, keyframes, mixing
 
 TRACK = "Gestures"
 """What names of tracks made here start with."""
@@ -142,6 +142,7 @@ def added_numbers(armature: bpy.types.Object, bones) -> list[str]:
 
 def show(armature: bpy.types.Object, action: bpy.types.Action) -> None:
     """Let the character play an action of ours in the place it was made for, instead of another take of it."""
+    faces.show(armature, action)
     place = Place.of(action)
     if place is None or place.result == "ACTION":
         _activate(armature, action)
@@ -200,6 +201,7 @@ def hide(armature: bpy.types.Object, action: bpy.types.Action) -> None:
                 data.nla_tracks.remove(track)
                 break
     keyframes.give_back(armature, action)
+    faces.hide(armature, action)
 
 
 def _apart(neutral: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from ...rigs.plain import Mapping
 from .. import compat, provenance
 from ..rig import readiness, reading
 from ..translations import told
-from . import apply, density, keyframes, layers, mixing, pacing, posing, thinning
+from . import apply, density, faces, keyframes, layers, mixing, pacing, posing, thinning
 
 MEASURED = 10
 """A draft on a control rig is measured at one of so many frames of the motion, which has 15 a second."""
@@ -75,6 +75,9 @@ class Laying:
         made += [action.session_uid] if action != layers.draft_of(self.armature) else []
         if not copied:
             keyframes.set_range(action, frames)
+        if motion.face is not None and not self.planned.draft:
+            every = np.arange(frames[0], frames[-1] + 1)
+            faces.lay(self.armature, action, motion.face, self.span.start, every, apply.scene_fps(self.scene), self._tell)
         provenance.stamp(action, self._provenance(motion, place))
         layers.remember(action, slot, base)
         keyframes.remember(action, self.armature, {one.path for one in keyed}, self.former)

@@ -51,6 +51,7 @@ def request(settings, audio: str = "") -> dict:
         "hands": slider(settings, "hands"),
         "stance": slider(settings, "stance"),
         "mirror": settings.mirror,
+        **_face(settings),
         **sources.words(settings, "" if settings.audio_source == "MIXDOWN" else audio),
     }
     if settings.checkpoint:
@@ -58,6 +59,13 @@ def request(settings, audio: str = "") -> dict:
     if settings.language.strip() and {"transcript", "text"} & set(params):
         params["language"] = settings.language.strip()
     return params
+
+
+def _face(settings) -> dict:
+    """The engine's parameters of a face, where one is wanted."""
+    if not settings.face:
+        return {}
+    return {"face": slider(settings, "face_intensity"), "face_smoothness": slider(settings, "face_smoothness")}
 
 
 def start(context, params: dict) -> asking.Asked:
@@ -108,6 +116,7 @@ def add_character(name: str, gender: str = "female"):
 
         armature = mannequin.build().armature
     armature.s2ag.stance = 1.0
+    armature.s2ag.face = name == "human"
     return armature
 
 

@@ -50,6 +50,7 @@ def _control(name: str, label: str):
 
 _HANDS = "How much wrists and fingers live; 0 leaves them to the forearms, and the arms are the same"
 _STANCE = "How far weight goes from foot to foot: keys pelvis and legs, which must be at rest; feet stay where they are"
+_FACE = "Move lips, eyes and brows with the gestures: keys the shape keys of this character's meshes, if it has any that speak"
 _MEANING = "How readily phrases such as \"I don't know\" get gestures of their own; 1 is as readily as the style would"
 
 
@@ -211,6 +212,17 @@ class S2AG_Settings(CurveSettings, bpy.types.PropertyGroup):
     meaning: _share("Meaning", _MEANING, 1.0, 1.0, update=changed)
     hands: _share("Hands", _HANDS, 1.0, 1.0, update=changed)
     stance: _share("Stance", _STANCE, 0.0, 1.0, update=changed)
+    face: bpy.props.BoolProperty(name="Face", description=_FACE, override=EDITABLE)
+    face_intensity: bpy.props.FloatProperty(
+        name="Face Intensity",
+        description="How far the mouth opens and brows rise",
+        default=1.0,
+        min=0.0,
+        max=2.0,
+        soft_max=1.5,
+        override=EDITABLE,
+    )
+    face_smoothness: _share("Face Smoothness", "How lazily lips move: closed lips close in any case", 0.5, 1.0)
     mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right", override=EDITABLE, update=changed)
     take_count: bpy.props.IntProperty(
         name="Takes", description="How many variations to make in one go", default=1, min=1, max=16, override=EDITABLE

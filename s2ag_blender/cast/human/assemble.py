@@ -6,7 +6,7 @@ import numpy as np
 from .. import materials, surface
 from ..character import Character
 from ..surface import Surface
-from . import data, dress, hair, paint, rig
+from . import data, dress, face, hair, paint, rig
 
 _PALETTES = {
     "female": paint.Palette(
@@ -45,10 +45,13 @@ def build(rig_name: str = "default", gender: str = "female", collection=None) ->
         collection = bpy.data.collections.new("Human")
         bpy.context.scene.collection.children.link(collection)
     armature = rig.armature("Human", rig_name, points, collection)
-    parts = [
-        surface.to_object(f"Human {name}", mesh, bones, looks, collection, fine)
-        for name, mesh, looks, fine in _parts(points, weights, gender)
-    ]
+    parts = []
+    for name, mesh, looks, fine, rows in _parts(points, weights, gender):
+        parts.append(surface.to_object(f"Human {name}", mesh, bones, looks, collection, fine))
+        if rows is not None and not fine:
+            face.add_keys(parts[-1], points, rows)
+        elif rows is not None:
+            face.add_fine_keys(parts[-1], mesh, rows, fine, collection)
     for part in parts:
         part.parent = armature
         part.modifiers.new("Armature", "ARMATURE").object = armature
@@ -57,26 +60,35 @@ def build(rig_name: str = "default", gender: str = "female", collection=None) ->
 
 
 def _parts(points, weights, gender):
-    """(name, surface, materials, subdivisions) of everything the person wears and is."""
-    palette, wardrobe = _PALETTES[gender], _WARDROBE[gender]
+    """(name, surface, materials, subdivisions, rows of the points or None) of everything the person wears and is."""
+    palette, wardrobe, mesh = _PALETTES[gender], _WARDROBE[gender], data.base_mesh()
     tailor = dress.Tailor(points, weights)
-    yield "Skin", *_skin(tailor, palette, gender), 0
-    yield "Eyes", *_eyes(points, weights, palette), 1
-    if gender == "female":
-        lashes = np.concatenate([data.base_mesh().faces[name] for name in _LASHES])
-        yield "Lashes", Surface.of(points, lashes, weights), [materials.plain("Lashes", (0.01, 0.008, 0.007))], 0
-    knit = materials.plain("Jumper", wardrobe["jumper"], 0.9, specular=0.15)
-    rib = materials.plain("Rib", wardrobe["rib"], 0.9, specular=0.15)
-    yield "Jumper", tailor.jumper(), [knit, rib], 1
-    yield "Trousers", tailor.trousers(), [materials.plain("Trousers", wardrobe["trousers"], 0.85, specular=0.2)], 1
-    leather, sole = materials.plain("Shoe", (0.035, 0.022, 0.016), 0.4), materials.plain("Sole", (0.012, 0.012, 0.012), 0.8)
-    yield "Shoes", tailor.shoes(), [leather, sole], 1
+    skin, looks, rows = _skin(tailor, palette, gender)
+    yield "Skin", skin, looks, 0, rows
+    yield "Eyes", *_eyes(points, weights, palette), 1, np.concatenate([np.unique(mesh.faces[name]) for name in _EYES])
     body = np.unique(data.base_mesh().faces["body"])
     crown = weights[body[np.argmax(points[body, 2])]]
+    for name, quads, look in _mouth():  # the jaw is in their keys
+        yield name, Surface.of(points, quads, np.repeat(crown[None], len(points), 0)), [look], 0, np.unique(quads)
+    if gender == "female":
+        lashes = np.concatenate([data.base_mesh().faces[name] for name in _LASHES])
+        yield (
+            "Lashes",
+            Surface.of(points, lashes, weights),
+            [materials.plain("Lashes", (0.01, 0.008, 0.007))],
+            0,
+            np.unique(lashes),
+        )
+    knit = materials.plain("Jumper", wardrobe["jumper"], 0.9, specular=0.15)
+    rib = materials.plain("Rib", wardrobe["rib"], 0.9, specular=0.15)
+    yield "Jumper", tailor.jumper(), [knit, rib], 1, None
+    yield "Trousers", tailor.trousers(), [materials.plain("Trousers", wardrobe["trousers"], 0.85, specular=0.2)], 1, None
+    leather, sole = materials.plain("Shoe", (0.035, 0.022, 0.016), 0.4), materials.plain("Sole", (0.012, 0.012, 0.012), 0.8)
+    yield "Shoes", tailor.shoes(), [leather, sole], 1, None
     cut = hair.tied_back if gender == "female" else hair.short
     strands = materials.image("Human hair", paint.strands(palette))
     locks = materials.painted("Hair", strands, palette.hair, 0.45, 0.35)
-    yield "Hair", cut(hair.Head.of(points), crown), [locks], 0
+    yield "Hair", cut(hair.Head.of(points), crown), [locks], 0, None
 
 
 def _skin(tailor, palette, gender):
@@ -87,7 +99,15 @@ def _skin(tailor, palette, gender):
     picture = canvas.paint(palette, mesh.masks["lips"], 0.0052 if gender == "female" else 0.0078)
     uvs = canvas.uvs(faces[shown], mesh.masks["fingernails"][shown])
     skin = Surface.of(tailor.points, faces[shown], tailor.weights, 0, uvs)
-    return skin, [materials.painted("Skin", materials.image("Human skin", picture), palette.skin)]
+    looks = [materials.painted("Skin", materials.image("Human skin", picture), palette.skin)]
+    return skin, looks, np.unique(faces[shown])
+
+
+def _mouth():
+    """(name, quads, material) of teeth and tongue."""
+    teeth = np.concatenate([face.surface(name) for name in face.SURFACES[:2]])
+    yield "Teeth", teeth, materials.plain("Teeth", (0.72, 0.68, 0.6), 0.3)
+    yield "Tongue", face.surface(face.SURFACES[2]), materials.plain("Tongue", (0.42, 0.13, 0.12), 0.4)
 
 
 def _eyes(points, weights, palette):

@@ -36,7 +36,7 @@ def main() -> None:
 def changes(rows: np.ndarray) -> np.ndarray:
     """Whole numbers (n, width) below 65536 as differences from the row before, low and high bytes apart (2, n * width)."""
     whole = np.asarray(rows).astype(np.uint16)
-    return _bytes(np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])))
+    return halves(np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])))
 
 
 def _skin(name: str, table: np.ndarray, shown: np.ndarray) -> dict[str, np.ndarray]:
@@ -48,7 +48,7 @@ def _skin(name: str, table: np.ndarray, shown: np.ndarray) -> dict[str, np.ndarr
     return {
         f"counts {name}": counts.astype(np.uint8),
         f"owners {name}": owners.astype(np.uint8),
-        f"shares {name}": _bytes(whole[points, owners]),
+        f"shares {name}": halves(whole[points, owners]),
     }
 
 
@@ -69,7 +69,8 @@ def _end(end: dict) -> str | list[int]:
     return [end["vertex_index"]] if end["strategy"] == "VERTEX" else end["vertex_indices"]
 
 
-def _bytes(whole: np.ndarray) -> np.ndarray:
+def halves(whole: np.ndarray) -> np.ndarray:
+    """Whole numbers below 65536 with low and high bytes apart, ``(2, n)`` uint8."""
     return np.ascontiguousarray(whole.reshape(-1, 1).astype("<u2").view(np.uint8).T)
 
 

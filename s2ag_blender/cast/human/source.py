@@ -153,3 +153,12 @@ def mask(name: str) -> np.ndarray:
     column = np.clip((mesh.uvs[:, 0] * width).astype(int), 0, width - 1)
     row = np.clip((mesh.uvs[:, 1] * height).astype(int), 0, height - 1)
     return pixels.reshape(height, width, -1)[..., 0][row, column][mesh.uv_faces["body"]]
+
+
+def unit(name: str) -> tuple[np.ndarray, np.ndarray]:
+    """A face unit: rows (n,) of the base mesh in order and their offsets (n, 3) in decimetres."""
+    path = folder().parent / "faceunits01" / "targets" / "faceunits" / f"{name}.target"
+    lines = [line for line in path.read_text().splitlines() if line and not line.startswith("#")]
+    table = np.array(" ".join(lines).split(), float).reshape(-1, 4)
+    table = table[np.argsort(table[:, 0], kind="stable")]
+    return table[:, 0].astype(int), table[:, 1:]

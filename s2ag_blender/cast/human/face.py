@@ -1,0 +1,84 @@
+"""The human's face: shape keys by ARKit's names, teeth and tongue, as kept in ``face.npz``; made by :mod:`pack_face`."""
+
+import functools
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ....core.errors import RigUnusable
+from ..surface import Surface, to_object
+from . import data
+
+FACE = Path(__file__).with_name("face.npz")
+MOVE = 2e-5
+"""Metres between the places that a point can be moved to."""
+SURFACES = ("helper-upper-teeth", "helper-lower-teeth", "helper-tongue")
+
+
+def surface(name: str) -> np.ndarray:
+    """Quads ``(n, 4)`` of one of :data:`SURFACES`, as rows of the base mesh."""
+    return data.restored(_kept()[f"faces {name}"], 4).astype(int)
+
+
+def units() -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """By name, rows ``(n,)`` of the base mesh and how far a unit moves them, ``(n, 3)`` metres, z up, facing -y."""
+    kept = _kept()
+    names = [name.removeprefix("rows ") for name in kept if name.startswith("rows ")]
+    return {name: (np.cumsum(kept[f"rows {name}"], dtype=int), _moves(kept[f"moves {name}"])) for name in names}
+
+
+def add_fine_keys(item, mesh: Surface, used: np.ndarray, subdivisions: int, collection) -> None:
+    """The same on an object that was made of ``mesh``, whose points are the rows ``used``, and subdivided."""
+    for name, (rows, moves) in units().items():
+        mine, where = np.isin(rows, used), {row: place for place, row in enumerate(used.tolist())}
+        if not mine.any():
+            continue
+        points = mesh.points.copy()
+        points[[where[row] for row in rows[mine].tolist()]] += moves[mine]
+        moved = to_object(name, replace(mesh, points=points), (), [], collection, subdivisions)
+        flat = np.empty(3 * len(moved.data.vertices), np.float32)
+        moved.data.vertices.foreach_get("co", flat)
+        _basis(item)
+        item.shape_key_add(name=name, from_mix=False).data.foreach_set("co", flat)
+        left = moved.data
+        bpy.data.objects.remove(moved)
+        bpy.data.meshes.remove(left)
+
+
+def add_keys(item, points: np.ndarray, used: np.ndarray) -> None:
+    """Shape keys on a mesh object whose vertices are the rows ``used`` of the base mesh ``points``, if any of them moves."""
+    where = np.full(len(points), -1)
+    where[used] = np.arange(len(used))
+    flat = np.empty(3 * len(used), np.float32)
+    item.data.vertices.foreach_get("co", flat)
+    rest = flat.reshape(-1, 3)
+    for name, (rows, moves) in units().items():
+        mine = where[rows] >= 0
+        if not mine.any():
+            continue
+        _basis(item)
+        moved = rest.copy()
+        moved[where[rows[mine]]] += moves[mine]
+        item.shape_key_add(name=name, from_mix=False).data.foreach_set("co", moved.ravel())
+
+
+def _basis(item) -> None:
+    if item.data.shape_keys is None:
+        item.shape_key_add(name="Basis", from_mix=False)
+        item.data.shape_keys.name = f"{item.name} keys"
+
+
+def _moves(planes: np.ndarray) -> np.ndarray:
+    return data.joined(planes).view(np.int16).reshape(3, -1).T * MOVE
+
+
+@functools.lru_cache(maxsize=1)
+def _kept() -> dict[str, np.ndarray]:
+    try:
+        with np.load(FACE, allow_pickle=False) as file:
+            return dict(file)
+    except (OSError, ValueError, zipfile.BadZipFile) as error:
+        raise RigUnusable("The human's face data cannot be read.", "Install the extension again.") from error
