@@ -61,7 +61,8 @@ def lay(
         return False
     missing = found.shapes.missing()
     if missing:
-        tell(told("The face of {name} has nothing for: {parts}", name=armature.name, parts=", ".join(missing)))
+        parts = ", ".join(told(part) for part in missing)
+        tell(told("The face of {name} has nothing for: {parts}", name=armature.name, parts=parts))
     frames = np.asarray(frames, float)
     values = found.shapes.values(face.at((frames - start) / fps, fps))
     entries = []

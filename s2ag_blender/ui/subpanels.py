@@ -1,9 +1,9 @@
-"""Panels below the main one: takes, expression, frames and sound, layers, body, bones, export, advanced."""
+"""Panels below the main one: takes, expression, face, frames and sound, layers, body, bones, export, advanced."""
 
 import bpy
 
 from ...core.styles import AFFECTS
-from ..keys import density, trying
+from ..keys import density, faces, trying
 from ..rig import handpicked, readiness
 from ..takes import choices, markers, takes
 from ..takes.running import character
@@ -102,6 +102,24 @@ def draw_blend(layout, settings) -> None:
     column.prop(settings, "style_second_pick")
     if settings.style_second:
         column.prop(settings, "style_mix", slider=True)
+
+
+class S2AG_PT_face(_Below, bpy.types.Panel):
+    bl_label = "Face"
+
+    def draw_settings(self, layout, armature, settings, context):
+        layout.prop(settings, "face")
+        column = layout.column()
+        column.active = settings.face
+        column.prop(settings, "face_intensity", slider=True)
+        column.prop(settings, "face_smoothness", slider=True)
+        found = faces.find(armature)
+        if found is None:
+            layout.label(text="No shape keys that speak were found", icon="INFO")
+            return
+        layout.label(text=found.shapes.family, icon="CHECKMARK", translate=False)
+        for part in found.shapes.missing():
+            layout.label(text=told("Nothing for: {parts}", parts=told(part)), icon="INFO", translate=False)
 
 
 class S2AG_PT_frames(_Below, bpy.types.Panel):
@@ -242,6 +260,7 @@ CLASSES = (
     S2AG_UL_takes,
     S2AG_PT_takes,
     S2AG_PT_expression,
+    S2AG_PT_face,
     S2AG_PT_frames,
     S2AG_PT_layers,
     S2AG_PT_body,

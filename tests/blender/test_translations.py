@@ -11,6 +11,7 @@ import pytest
 import s2ag
 from s2ag.core import errors
 from s2ag.core.motion import skeleton
+from s2ag.rigs.faces import shapes
 from s2ag.s2ag_blender import registration, translations
 from s2ag.s2ag_blender.engine import pip
 from s2ag.s2ag_blender.rig import readiness
@@ -141,6 +142,7 @@ def texts_of_reasons():
 def wanted():
     found = {*texts_of_calls(), *texts_of_classes(), *texts_of_choices(), *texts_of_reasons()}
     found |= {readiness.label(part) for part in (*bone_maps.ORDER, *skeleton.EDGE_NAMES)}
+    found |= set(shapes.PARTS)
     found |= {bpy.path.display_name(path.name, title_case=False) for path in PRESETS.rglob("*.py")}
     return {text for text in found if any(letter.isalpha() for letter in text)}
 
