@@ -67,7 +67,7 @@ def lay(
     values = found.shapes.values(face.at((frames - start) / fps, fps))
     entries = []
     for number, key in enumerate(found.keys):
-        own, slot, bag = compat.key_bag(action, key)
+        own, slot, bag = _copied(action, key) or compat.key_bag(action, key)
         if own != action:
             own.name = f"{action.name} face"
             provenance.stamp(own, face.meta)
@@ -85,6 +85,18 @@ def lay(
         entries.append({"key": key.name, "slot": compat.slot_name(slot), "before": before})
     action[FACES] = json.dumps(entries)
     return True
+
+
+def _copied(action: bpy.types.Action, key: bpy.types.Key):
+    """What the curves of a mesh's keys are in already, where the action is a copy of one with a face; else None."""
+    for number, entry in enumerate(_entries(action)):
+        slot, own = compat.find_slot(action, entry["slot"]), action.get(_ACTION.format(number))
+        if entry["key"] == key.name and slot is not None:
+            return action, slot, compat.bag(action, slot)
+        if entry["key"] == key.name and own is not None:
+            copy = own.copy()
+            return copy, None, compat.bag(copy)
+    return None
 
 
 def ours(action: bpy.types.Action | None) -> bool:

@@ -75,9 +75,6 @@ class Laying:
         made += [action.session_uid] if action != layers.draft_of(self.armature) else []
         if not copied:
             keyframes.set_range(action, frames)
-        if motion.face is not None and not self.planned.draft:
-            every = np.arange(frames[0], frames[-1] + 1)
-            faces.lay(self.armature, action, motion.face, self.span.start, every, apply.scene_fps(self.scene), self._tell)
         provenance.stamp(action, self._provenance(motion, place))
         layers.remember(action, slot, base)
         keyframes.remember(action, self.armature, {one.path for one in keyed}, self.former)
@@ -87,6 +84,9 @@ class Laying:
             keyframes.write_channels(bag, keyed[first : first + BATCH], frames, interpolation, thinner, cut)
             yield
             action, bag = self._again(uid)
+        if motion.face is not None and not self.planned.draft:
+            every = np.arange(frames[0], frames[-1] + 1)
+            faces.lay(self.armature, action, motion.face, self.span.start, every, apply.scene_fps(self.scene), self._tell)
         return action
 
     def _again(self, uid: int) -> tuple:
