@@ -41,8 +41,7 @@ def add_fine_keys(item, mesh: Surface, used: np.ndarray, subdivisions: int, coll
         moved = to_object(name, replace(mesh, points=points), (), [], collection, subdivisions)
         flat = np.empty(3 * len(moved.data.vertices), np.float32)
         moved.data.vertices.foreach_get("co", flat)
-        _basis(item)
-        item.shape_key_add(name=name, from_mix=False).data.foreach_set("co", flat)
+        _add(item, name, flat)
         left = moved.data
         bpy.data.objects.remove(moved)
         bpy.data.meshes.remove(left)
@@ -59,16 +58,18 @@ def add_keys(item, points: np.ndarray, used: np.ndarray) -> None:
         mine = where[rows] >= 0
         if not mine.any():
             continue
-        _basis(item)
         moved = rest.copy()
         moved[where[rows[mine]]] += moves[mine]
-        item.shape_key_add(name=name, from_mix=False).data.foreach_set("co", moved.ravel())
+        _add(item, name, moved.ravel())
 
 
-def _basis(item) -> None:
+def _add(item, name: str, coordinates: np.ndarray) -> None:
     if item.data.shape_keys is None:
         item.shape_key_add(name="Basis", from_mix=False)
         item.data.shape_keys.name = f"{item.name} keys"
+    block = item.shape_key_add(name=name, from_mix=False)
+    block.data.foreach_set("co", coordinates)
+    block.value = 0.0
 
 
 def _moves(planes: np.ndarray) -> np.ndarray:

@@ -1,0 +1,47 @@
+"""Faces of takes: keyed with the gestures, shown with the take that is chosen, gone with the last, undone in one step."""
+
+import bpy
+import numpy as np
+import pytest
+from s2ag.s2ag_blender.keys import faces
+from s2ag.s2ag_blender.takes import takes
+
+NAMES = ("jawOpen", "mouthPucker", "mouthFunnel", "mouthPressLeft", "mouthRollLower", "eyeBlinkLeft", "eyeBlinkRight")
+
+
+@pytest.fixture
+def key(speaker):
+    """Shape keys of a mesh on the speaker."""
+    mesh = bpy.data.meshes.new("Box")
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    item = bpy.data.objects.new("Box", mesh)
+    bpy.context.scene.collection.objects.link(item)
+    item.parent = speaker
+    for name in ("Basis", *NAMES):
+        item.shape_key_add(name=name, from_mix=False).value = 0.0
+    return mesh.shape_keys
+
+
+def track(key, name):
+    scene, found = bpy.context.scene, []
+    for frame in range(1, 40):
+        scene.frame_set(frame)
+        found.append(key.evaluated_get(bpy.context.evaluated_depsgraph_get()).key_blocks[name].value)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("result", ["STRIP", "ACTION", "LAYER"])
+def test_the_face_comes_and_goes_with_its_take(speaker, key, result):
+    speaker.s2ag.face, speaker.s2ag.take_count, speaker.s2ag.result = True, 2, result
+    assert bpy.ops.s2ag.generate() == {"FINISHED"}
+    first = track(key, "eyeBlinkLeft"), track(key, "jawOpen")
+    assert all(faces.ours(take.action) and faces.FACES in take.action for take in speaker.s2ag.takes)
+    speaker.s2ag.active_take = 1
+    assert (track(key, "jawOpen") == first[1]).all()  # the same words
+    takes.delete(speaker, [0, 1])
+    assert key.animation_data.action is None and not track(key, "jawOpen").any()
+
+
+def test_without_the_box_no_face_is_keyed(speaker, key):
+    assert bpy.ops.s2ag.generate() == {"FINISHED"}
+    assert key.animation_data is None and faces.FACES not in speaker.s2ag.takes[0].action
