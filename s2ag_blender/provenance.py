@@ -11,7 +11,7 @@ PROPERTY = "s2ag"
 """Name of the action's custom property."""
 
 _KINDS = {"place": dict, "settings": dict, "seed": int, "take": int, "style": (str, dict), "near": (list, type(None))}
-_KINDS |= {"pose": (list, type(None)), "keyed_pose": (dict, type(None)), "checkpoint": str}
+_KINDS |= {"pose": (list, type(None)), "keyed_pose": (dict, type(None)), "checkpoint": str, "edits": list, "touched": list}
 _PLACE = {"result": str, "first": int, "last": int, "influence": (int, float), "blend_in": int, "blend_out": int}
 
 

@@ -31,8 +31,22 @@ def do(filler: Filler, state: State, edit: dict, number: int) -> State:
     warnings = state.warnings
     if miss > 1:
         warnings += (f"Edit {number} ({edit['do']}) came only near to what was asked for: its neighbours leave no room.",)
-    meta = {**made.motion.meta, "edits": [*state.motion.meta.get("edits", []), edit]}
+    told = state.motion.meta
+    meta = {**made.motion.meta, "edits": [*told.get("edits", []), edit]}
+    meta["touched"] = [*told.get("touched", []), _touched(state.motion, made.motion)]
     return replace(made, motion=replace(made.motion, meta=meta), warnings=warnings)
+
+
+def _touched(before: Motion, after: Motion) -> list[list[float]]:
+    """Seconds between which motions differ."""
+    parts = [before.directions != after.directions]
+    if before.hands is not None:
+        pairs = zip(before.hands.arrays().values(), after.hands.arrays().values(), strict=True)
+        parts += [old != new for old, new in pairs]
+    rows = np.flatnonzero(np.any([part.reshape(len(part), -1).any(1) for part in parts], axis=0))
+    ends = np.flatnonzero(np.diff(rows) > skeleton.FPS)
+    groups = np.split(rows, ends + 1) if len(rows) else []
+    return [[round(float(one[0] / before.fps), 4), round(float(one[-1] / before.fps), 4)] for one in groups]
 
 
 def _gesture(state: State, at: float, apart: float, to: float | None = None) -> tuple[Gesture, list[Gesture]]:

@@ -197,7 +197,24 @@ def _fill(curve: bpy.types.FCurve, made: dict[str, np.ndarray], last: float, cut
     points = curve.keyframe_points
     if len(points):
         made = _merged(points, made, last, cut)
-        points.clear()
+    replace(curve, made)
+
+
+def columns(points) -> dict[str, np.ndarray]:
+    """All that the keys of a curve are, as arrays."""
+    kept = {}
+    for key, kind in _KEY_PARTS.items():
+        width = 2 if key in _PAIRS else 1
+        column = np.empty(len(points) * width, kind)
+        points.foreach_get(key, column)
+        kept[key] = column.reshape(-1, 2) if width == 2 else column
+    return kept
+
+
+def replace(curve: bpy.types.FCurve, made: dict[str, np.ndarray]) -> None:
+    """Give a curve the keys of arrays like those of :func:`columns` instead of its own."""
+    points = curve.keyframe_points
+    points.clear()
     points.add(len(made["co"]))
     for key, column in made.items():
         points.foreach_set(key, column.ravel())
@@ -206,12 +223,7 @@ def _fill(curve: bpy.types.FCurve, made: dict[str, np.ndarray], last: float, cut
 
 def _merged(points, made: dict[str, np.ndarray], last: float, cut: bool) -> dict[str, np.ndarray]:
     """The keys that are there, without those from the first of ``made`` to ``last``, and ``made`` in their place."""
-    kept = {}
-    for key, kind in _KEY_PARTS.items():
-        width = 2 if key in _PAIRS else 1
-        column = np.empty(len(points) * width, kind)
-        points.foreach_get(key, column)
-        kept[key] = column.reshape(-1, 2) if width == 2 else column
+    kept = columns(points)
     filled = {key: made.get(key, _default(key, kind, made["co"])) for key, kind in _KEY_PARTS.items()}
     if cut:
         codes = {name: _number("interpolation", name) for name in ("CONSTANT", "LINEAR", "BEZIER")}

@@ -21,7 +21,7 @@ from ..keys.laying import Laying
 from ..rig import handpicked, readiness, reading
 from ..slices import whole
 from ..translations import told
-from . import choices, drafts, gesture, markers, recall, sources, surroundings, takes, voices
+from . import choices, directing, drafts, gesture, markers, recall, sources, surroundings, takes, voices
 
 
 @dataclass(frozen=True)
@@ -190,7 +190,7 @@ def finishing(planned: Plan, result: dict):
             keys = yield from _sliced(planned, laying, laying.keying(motion), number / len(motions))
             yield from _sliced(planned, laying, laying.acting(motion, keys, made), (number + 0.5) / len(motions))
         armature, scene = _whom(planned)
-        return _finished(planned, armature, scene, _still(made), motions[0], warnings)
+        return _finished(planned, armature, scene, _still(made), motions, warnings)
     except BaseException:
         for action in [action for action in bpy.data.actions if action.session_uid in made]:
             bpy.data.actions.remove(action)
@@ -225,10 +225,11 @@ def _still(made: list[int]) -> list:
     return [there[uid] for uid in made]
 
 
-def _finished(planned, armature, scene, actions, motion: Motion, warnings) -> Outcome:
-    own = _accompany(planned, scene, motion, warnings)
-    for action in actions:
+def _finished(planned, armature, scene, actions, motions: list[Motion], warnings) -> Outcome:
+    own, motion = _accompany(planned, scene, motions[0], warnings), motions[0]
+    for action, performed in zip(actions, motions, strict=True):
         action[voices.TAG] = own
+        directing.note(action, performed, scene)
     warnings = list(dict.fromkeys(warnings))
     silent = voices.hear(armature, actions[0])
     takes.add(armature, actions, planned.voice.name, warnings)

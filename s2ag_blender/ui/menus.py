@@ -23,6 +23,9 @@ class S2AG_MT_gestures(bpy.types.Menu):
         for name in ("keep_take", "delete_take", "delete_others", "recall_take", "change_keys"):
             layout.operator(f"s2ag.{name}")
         layout.separator()
+        for name in ("apply_markers", "add_gesture", "change_gesture", "delete_gesture", "reroll_range"):
+            layout.operator(f"s2ag.{name}")
+        layout.separator()
         for name in ("edit_bone_map", "reset_bone_map", "load_bone_map", "save_bone_map", "select_bones", "test_pose"):
             layout.operator(f"s2ag.{name}")
         layout.operator_menu_enum("s2ag.bones_from_selection", "part")

@@ -1,0 +1,32 @@
+"""Keys of an action as another one has them, outside of what was meant to change."""
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+
+from .. import compat
+from . import keyframes
+
+
+def outside(former: bpy.types.Action, action: bpy.types.Action, spans: Sequence[tuple[float, float]]) -> None:
+    """Give curves of ``action`` the keys of ``former`` outside of ``spans`` of frames; curves that only one has stay."""
+    there = {(curve.data_path, curve.array_index): curve for curve in compat.curves(former)}
+    for curve in compat.curves(action):
+        old = there.get((curve.data_path, curve.array_index))
+        if old is None:
+            continue
+        kept, new = keyframes.columns(old.keyframe_points), keyframes.columns(curve.keyframe_points)
+        rows = [~_within(kept["co"][:, 0], spans), _within(new["co"][:, 0], spans)]
+        if not rows[0].any():
+            continue
+        merged = {key: np.concatenate([kept[key][rows[0]], new[key][rows[1]]]) for key in kept}
+        order = np.argsort(merged["co"][:, 0], kind="stable")
+        keyframes.replace(curve, {key: values[order] for key, values in merged.items()})
+
+
+def _within(frames: np.ndarray, spans: Sequence[tuple[float, float]]) -> np.ndarray:
+    inside = np.zeros(len(frames), bool)
+    for low, high in spans:
+        inside |= (frames >= low) & (frames <= high)
+    return inside
