@@ -1,8 +1,8 @@
 """A motion as BVH: the plain ten-joint skeleton, readable by any animation program.
 
 Frame: y up, z forward, left at +x. Unit: metres unless ``unit`` says otherwise. One joint for each of the nine edges,
-named as Mixamo does so that rigs and programs recognise them, below still hips; hands turn where the motion has any, and
-have no fingers. Where the motion has a pelvis, hips move, and there are legs that keep their feet in place. The rest pose
+named as Mixamo does so that rigs and programs recognise them, below still hips. Where the motion has hands, they turn and have
+fingers; where it has a pelvis, hips move, and there are legs that keep their feet in place. The rest pose
 stretches the arms out to the sides in a T, while torso, neck, head and clavicles lie along the data's mean, so that no
 rotation means an average posture.
 """
@@ -54,6 +54,13 @@ _JOINTS = (  # name, parent, the edge that leads to it
 )
 _LEG = (("UpLeg", "Hips", (0.09, -0.03, 0.0)), ("Leg", "UpLeg", (0.01, -0.4, 0.015)), ("Foot", "Leg", (0.01, -0.4, -0.025)))
 """A left leg: joints below "Left", what they hang on, and offsets in metres; straight but for what tells where a knee bends."""
+_FINGERS = {  # of a left hand with its palm down: from the wrist to the first joint, then from joint to joint, metres
+    "Thumb": ((0.025, -0.012, 0.03), (0.028, -0.008, 0.022), (0.024, -0.004, 0.014), (0.02, -0.003, 0.01)),
+    "Index": ((0.095, 0.0, 0.026), (0.042, 0.0, 0.003), (0.026, 0.0, 0.001), (0.02, 0.0, 0.0)),
+    "Middle": ((0.1, 0.0, 0.004), (0.046, 0.0, 0.0), (0.03, 0.0, 0.0), (0.022, 0.0, 0.0)),
+    "Ring": ((0.094, 0.0, -0.016), (0.043, 0.0, -0.002), (0.028, 0.0, -0.001), (0.021, 0.0, 0.0)),
+    "Pinky": ((0.084, 0.0, -0.034), (0.034, 0.0, -0.004), (0.022, 0.0, -0.002), (0.018, 0.0, 0.0)),
+}
 _TOES = np.array([0.01, -0.06, 0.13])
 _ENDS = {"Head": "head", "LeftHand": "left_forearm", "RightHand": "right_forearm"}
 _CROWN = "crown"  # a bone that only the solver sees: where the head ends
@@ -65,15 +72,15 @@ def save(motion: Motion, path: str | os.PathLike, unit: float = 1.0) -> None:
 
     Raises :class:`OutputUnwritable`.
     """
-    text = hierarchy(unit, motion.pelvis is not None) + frames(motion, unit)
+    text = hierarchy(unit, motion.pelvis is not None, motion.hands is not None) + frames(motion, unit)
     with whole_file(path) as temporary:
         temporary.write_text(text, "ascii")
 
 
-def hierarchy(unit: float = 1.0, legs: bool = False) -> str:
+def hierarchy(unit: float = 1.0, legs: bool = False, fingers: bool = False) -> str:
     """The HIERARCHY section: joints, offsets and channels."""
     lines = ["HIERARCHY"]
-    _joint(lines, "Hips", "", unit, _joints(legs))
+    _joint(lines, "Hips", "", unit, _joints(legs, fingers))
     return "\n".join(lines) + "\n"
 
 
@@ -86,13 +93,23 @@ def frames(motion: Motion, unit: float = 1.0) -> str:
     return f"MOTION\nFrames: {len(rows)}\nFrame Time: {1.0 / motion.fps:.9f}\n{body}\n"
 
 
-def _joints(legs: bool) -> tuple[tuple[str, str | None, np.ndarray], ...]:
-    """Name, parent and offset (3,) of every joint, parents first."""
+def _joints(legs: bool, fingers: bool) -> tuple[tuple[str, str | None, np.ndarray], ...]:
+    """Name, parent and offset (3,) of every joint, in the file's order: what hangs on a joint follows it."""
     found = [(name, parent, _offset(name)) for name, parent, _ in _JOINTS]
     for side, sign in (("Left", 1.0), ("Right", -1.0)) if legs else ():
         for name, parent, offset in _LEG:
             found.append((side + name, parent if parent == "Hips" else side + parent, np.array(offset) * [sign, 1, 1]))
-    return tuple(found)
+    for hand, sign in (("LeftHand", 1.0), ("RightHand", -1.0)) if fingers else ():
+        for finger, offsets in _FINGERS.items():
+            names = [f"{hand}{finger}{number}" for number in range(1, len(offsets))]
+            found += [
+                (*pair, np.array(offset) * [sign, 1, 1]) for *pair, offset in zip(names, [hand, *names], offsets, strict=False)
+            ]
+
+    def below(above: str | None) -> list:
+        return [one for joint in found if joint[1] == above for one in (joint, *below(joint[0]))]
+
+    return tuple(below(None))
 
 
 def _joint(lines: list[str], name: str, indent: str, unit: float, joints) -> None:
@@ -104,10 +121,10 @@ def _joint(lines: list[str], name: str, indent: str, unit: float, joints) -> Non
         f"{indent}\tOFFSET {_offset_text(next(offset for joint, _, offset in joints if joint == name), unit)}",
         f"{indent}\tCHANNELS {channels} Zrotation Xrotation Yrotation",
     ]
-    for child, parent, _ in joints:
-        if parent == name:
-            _joint(lines, child, indent + "\t", unit, joints)
-    if name in _ENDS or name.endswith("Foot"):
+    children = [child for child, parent, _ in joints if parent == name]
+    for child in children:
+        _joint(lines, child, indent + "\t", unit, joints)
+    if not children:
         end = f"{indent}\t\tOFFSET {_offset_text(_end(name), unit)}"
         lines += [f"{indent}\tEnd Site", f"{indent}\t{{", end, f"{indent}\t}}"]
     lines.append(f"{indent}}}")
@@ -133,16 +150,21 @@ def _offset(name: str) -> np.ndarray:
 
 
 def _end(name: str) -> np.ndarray:
+    side = [1 if name.startswith("Left") else -1, 1, 1]
     if name.endswith("Foot"):
-        return _TOES * [1 if name.startswith("Left") else -1, 1, 1]
+        return _TOES * side
+    finger = name[:-1].partition("Hand")[2]
+    if finger:
+        return np.array(_FINGERS[finger][-1]) * side
     row = skeleton.EDGE_NAMES.index(_ENDS[name])
     return _rest()[row] * (skeleton.LENGTHS[row] if name == "Head" else HAND)
 
 
-def _bones(legs: bool) -> Bones:
+def _bones(legs: bool, fingers: bool) -> Bones:
     """The skeleton at rest, joints as bones whose axes are the file's own; bones after those mark where others end."""
-    joints = _joints(legs)
+    joints = _joints(legs, fingers)
     ends = {_CROWN: "Head"} | ({f"{side} toes": f"{side}Foot" for side in ("Left", "Right")} if legs else {})
+    ends |= {f"{name} tip": name for name, _, _ in joints if name[:-1].partition("Hand")[2] and name.endswith("3")}
     names = (*(name for name, _, _ in joints), *ends)
     parents = [-1 if above is None else names.index(above) for _, above, _ in joints]
     parents = np.array(parents + [names.index(above) for above in ends.values()])
@@ -157,15 +179,15 @@ def _bones(legs: bool) -> Bones:
 def _solved(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
     """Places of the hips (frames, 3) in metres, and Euler angles (frames, joints, 3) as x, y, z in radians."""
     moves = motion.pelvis is not None
-    bones = _bones(moves)
+    bones = _bones(moves, motion.hands is not None)
     chains = {edge: (joint,) for edge, joint in JOINT_OF_EDGE.items()}
     chains |= {"left_hand": ("LeftHand",), "right_hand": ("RightHand",), "crown": (_CROWN,)}
     options = Options(clavicle=1.0, aimed=frozenset(skeleton.EDGE_NAMES), palms=0.0, clear_body=0.0, limits=False)
     pair = tuple(Leg(*(bones.row(side + name) for name, _, _ in _LEG)) for side in ("Left", "Right") if moves)
     about = {"hands": motion.hands, "pelvis": motion.pelvis, "legs": Legs(bones.row("Hips"), pair) if moves else None}
     goals = Goals(bones, Mapping(chains, hips="Hips"), motion.directions, motion.fps, options, **about)
-    found, still = rotations(goals), np.zeros((len(motion.directions), 3))
-    names = [name for name, _, _ in _joints(moves)]
+    found, still = goals.extras() | rotations(goals), np.zeros((len(motion.directions), 3))
+    names = [name for name, _, _ in _joints(moves, motion.hands is not None)]
     angles = [quaternion.to_euler(found[name], _ORDER) if name in found else still for name in names]
     places = goals.stood.places["Hips"] if goals.stood is not None else still
     return places + [0.0, HIPS_HEIGHT, 0.0], np.stack(angles, 1)

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from bodies import degrees, performance
 from s2ag.core.errors import OutputUnwritable
-from s2ag.core.motion import bvh, skeleton
+from s2ag.core.motion import bvh, handshape, skeleton
 from s2ag.core.motion.motion import Motion
 
 JOINTS = {  # where each edge starts and ends in the file
@@ -119,6 +119,27 @@ def test_feet_stay_below_a_pelvis_that_moves(unit, tmp_path):
     for row, edge in enumerate(skeleton.EDGE_NAMES):
         start, end = (places[name] for name in JOINTS[edge])
         assert degrees(end - start, skeleton.canonical_to_y_up(motion.directions[:, row])).max() < 1e-3
+
+
+@pytest.mark.parametrize("unit", [1.0, 100.0])
+def test_hands_and_fingers_do_what_the_motion_says(unit, tmp_path):
+    motion = Motion(performance(60), hands=handed.hands(performance(60)))
+    bvh.save(motion, tmp_path / "take.bvh", unit)
+    joints, channels, _ = parse(tmp_path / "take.bvh")
+    places = positions(joints, channels)
+    knuckles, palms = (skeleton.canonical_to_y_up(part) for part in (motion.hands.knuckles, motion.hands.palms))
+    for side, name in enumerate(("LeftHand", "RightHand")):
+        row = [places[f"{name}{finger}1"] - places[name] for finger in ("Index", "Middle", "Ring", "Pinky")]
+        assert degrees(np.mean(row, axis=0), knuckles[:, side]).max() < 1
+        across = np.cross(row[0] - row[3], knuckles[:, side]) * (1 if side else -1)
+        assert degrees(across, palms[:, side]).max() < 5  # knuckles lie on an arc
+        for finger, column in (("Index", "index"), ("Middle", "middle"), ("Ring", "ring"), ("Pinky", "little")):
+            first, _, last = (
+                places[f"{name}{finger}{end}"] - places[f"{name}{finger}{start}"]
+                for start, end in (("1", "2"), ("2", "3"), ("3", "3 End"))
+            )
+            bend = handshape.column(motion.hands.shape, f"{column}_rest")[:, side]
+            assert np.abs(degrees(last, first) - np.abs(bend)).max() < 2
 
 
 def test_angles_do_not_jump(tmp_path):
