@@ -39,8 +39,8 @@ def save(path: str | PathLike, generator: Encoders, discriminator: Discriminator
     """Write weights to ``path`` (.safetensors) and facts to the .json beside it, each whole or not at all.
 
     ``meta`` must be JSON and may hold "speakers" (names and descriptions in table order), training facts and feature
-    settings; format, configuration and the weights' hash are added. ``half`` stores float16, of whose eleven bits ten are
-    used, so that archives are smaller. Returns the hash.
+    settings; format, configuration and the weights' hash are added. ``half`` stores float16, of whose eleven bits eight are
+    used, as many as bfloat16 has in training, so that archives are smaller. Returns the hash.
     """
     path = Path(path)
     tensors = _prefixed("generator", generator, half)
@@ -104,9 +104,9 @@ def _filled(make, config: ModelConfig, tensors: dict[str, torch.Tensor], prefix:
 
 
 def _short(value: torch.Tensor) -> torch.Tensor:
-    """Float16 with an even significand: the nearer of the two that are next to each other."""
+    """Float16 whose last three bits are zero: the nearest of these, of two the one that has one more zero."""
     bits = value.half().contiguous().view(torch.int16)
-    return ((bits + (bits & 1) * ((bits >> 1 & 1) * 2 - 1)) & ~1).view(torch.float16)
+    return ((bits + 3 + (bits >> 3 & 1)) & ~7).view(torch.float16)
 
 
 def _sha256(path: Path) -> str:

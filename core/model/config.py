@@ -75,8 +75,11 @@ class ModelConfig:
     flow_dilations: tuple[int, ...] = (1, 2, 4, 1, 2, 4)  # of each block, in tokens
     flow_kernel: int = 5
     flow_expand: int = 2  # how much wider a block is inside
+    flow_extras_size: int = 96  # the same three of a second denoiser, which draws the extras on poses that are drawn
+    flow_extras_condition: int = 64
+    flow_extras_dilations: tuple[int, ...] = (1, 2, 4, 1)
     flow_noise: float = 1.0  # size of the noise that is drawn from: less is calmer, with fewer movements that nobody makes
-    flow_extras_noise: float = 1.0  # the same, once more, for what a frame has beyond the nine directions
+    flow_extras_noise: float = 1.0  # the same of what a frame has beyond the nine directions
     flow_style: float = 1.0  # how far from the middle of all speakers a style is taken: more sets performers farther apart
     flow_voice: float = 1.0  # how far from silence voice and prosody are taken: more follows the voice more closely
 
@@ -120,6 +123,11 @@ class ModelConfig:
             raise UsageError("A regressor has nine directions and is asked for no strokes.", "Set extras and meanings to 0.")
         if self.discriminator_pool == "linear" and not self.frames:
             raise UsageError("A linear pool needs a fixed number of frames.", "Set frames, or discriminator_pool to mean.")
+
+    def of_extras(self) -> "ModelConfig":
+        """The settings of the denoiser that draws the extras."""
+        names = "size", "condition", "dilations"
+        return replace(self, **{f"flow_{name}": getattr(self, f"flow_extras_{name}") for name in names})
 
     @classmethod
     def default(cls, speakers: int = 1, **changes) -> "ModelConfig":

@@ -24,6 +24,7 @@ class FlowGenerator(Encoders):
 
     A frame's numbers are nine directions less their mean and ``extras`` further ones; inside the network they are divided
     by what they vary (:attr:`scale`) after their own mean (:attr:`centre`) is taken off. Given frames stay as they are.
+    Extras are drawn by a second denoiser on the poses that the first one drew: arms do not depend on hands.
     """
 
     def __init__(self, config: ModelConfig):
@@ -32,7 +33,10 @@ class FlowGenerator(Encoders):
         if config.meanings:
             self.asked_encoder = AskedEncoder(config)
         self.no_style = nn.Parameter(torch.zeros(config.style_size))
-        self.denoiser = Denoiser(config, self.noise_size, self.feature_size + config.style_size)
+        known = self.feature_size + config.style_size
+        self.denoiser = Denoiser(config, POSE, known)
+        if config.extras:
+            self.extras_denoiser = Denoiser(config.of_extras(), config.extras, known + POSE)
         self.register_buffer("centre", torch.zeros(self.noise_size))
         self.register_buffer("scale", torch.full((self.noise_size,), 0.3))
 
@@ -67,18 +71,17 @@ class FlowGenerator(Encoders):
         return torch.cat([features, self.asked_encoder(asked).expand(*features.shape[:2], -1)], -1)
 
     def conditions(self, features: torch.Tensor, style: torch.Tensor, time: torch.Tensor | None = None) -> Conditions:
-        """What :meth:`velocity` needs of features ``(B, T, channels)`` and styles ``(B, size)`` or ``(B, T, size)``.
+        """What the denoiser of poses needs of features ``(B, T, channels)`` and styles ``(B, size)`` or ``(B, T, size)``.
 
         With times ``(B,)`` it is for that moment alone, and a little cheaper.
         """
-        style = style if style.dim() == 3 else style[:, None].expand(-1, features.shape[1], -1)
-        return self.denoiser.condition(torch.cat([features, style], -1), time)
+        return self.denoiser.condition(_known(features, style), time)
 
-    def velocity(
-        self, x: torch.Tensor, mask: torch.Tensor, conditions: Conditions, time: torch.Tensor | None = None
-    ) -> torch.Tensor:
-        """Where the poses ``(B, T, noise_size)`` at ``time`` ``(B,)`` go; those where ``mask`` ``(B, T, 1)`` is 1 are given."""
-        return self.denoiser(x, mask, conditions, time)
+    def extras_conditions(
+        self, features: torch.Tensor, style: torch.Tensor, poses: torch.Tensor, time: torch.Tensor | None = None
+    ) -> Conditions:
+        """What the denoiser of extras needs: :meth:`conditions`, and the flow's numbers ``(B, T, 27)`` of all poses."""
+        return self.extras_denoiser.condition(torch.cat([_known(features, style), poses], -1), time)
 
     def exaggerated(self, style: torch.Tensor) -> torch.Tensor:
         """Styles ``(..., size)`` as performances are drawn with them, farther from the middle of all speakers.
@@ -142,17 +145,24 @@ class FlowGenerator(Encoders):
     ) -> tuple[torch.Tensor, torch.Tensor]:
         """:meth:`forward` of what :meth:`encode` made, and the extras ``(B, T, extras)``.
 
-        ``begins()`` is called before each of the :data:`steps.STEPS`.
+        ``begins()`` is called before each of the :data:`steps.STEPS` of poses, then of extras.
         """
-        conditions = self.conditions(self.emphasized(features), self.exaggerated(style))
+        features, style = self.emphasized(features), self.exaggerated(style)
         given, mask = self.numbers(seeds[..., :-1]), seeds[..., -1:]
         noise = noise * noise.new_tensor(noise_scale(self.config))
+        start = noise + mask * (given - noise)
 
-        def velocity(x, time):
-            begins()
-            return self.velocity(x, mask, conditions, x.new_full((1,), time)) * (1 - mask)
+        def drawn(denoiser: Denoiser, conditions: Conditions, start: torch.Tensor) -> torch.Tensor:
+            def velocity(x, time):
+                begins()
+                return denoiser(x, mask, conditions, x.new_full((1,), time)) * (1 - mask)
 
-        made = solve(velocity, noise + mask * (given - noise))
+            return solve(velocity, start)
+
+        made = drawn(self.denoiser, self.conditions(features, style), start[..., :POSE])
+        if self.config.extras:
+            conditions = self.extras_conditions(features, style, made)
+            made = torch.cat([made, drawn(self.extras_denoiser, conditions, start[..., POSE:])], -1)
         return self.directions(made), (made * self.scale + self.centre)[..., POSE:]
 
     def _affect(self, seeds: torch.Tensor) -> torch.Tensor:
@@ -162,3 +172,9 @@ class FlowGenerator(Encoders):
         last = min(int(filled[-1]) + 1 + self.aff_encoder.reach, seeds.shape[1]) if len(filled) else 1
         poses = seeds[:, :last, :POSE].unflatten(-1, (len(EDGES), 3))
         return functional.pad(self.aff_encoder(poses) * mask[:, :last], (0, 0, 0, seeds.shape[1] - last))
+
+
+def _known(features: torch.Tensor, style: torch.Tensor) -> torch.Tensor:
+    """Features ``(B, T, channels)`` and styles ``(B, size)`` or ``(B, T, size)`` side by side."""
+    style = style if style.dim() == 3 else style[:, None].expand(-1, features.shape[1], -1)
+    return torch.cat([features, style], -1)

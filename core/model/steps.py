@@ -34,7 +34,7 @@ def noise_size(config: ModelConfig) -> int:
 def noise_scale(config: ModelConfig) -> list[float]:
     """The size of each of them."""
     poses = 3 * len(EDGES)
-    return [config.flow_noise] * poses + [config.flow_noise * config.flow_extras_noise] * config.extras
+    return [config.flow_noise] * poses + [config.flow_extras_noise] * config.extras
 
 
 def affect_reach(config: ModelConfig) -> int:
@@ -50,6 +50,10 @@ def hears(config: ModelConfig) -> int:
 
 
 def looks(config: ModelConfig) -> int:
-    """Frames to each side on which one velocity depends; a whole performance sees :data:`STEPS` times as far."""
-    tokens = 2 + sum(dilation * (config.flow_kernel // 2) for dilation in config.flow_dilations)
-    return config.flow_patch * (tokens + 1)
+    """Frames to each side on which one velocity depends; a whole performance sees :data:`STEPS` times as far.
+
+    Extras are drawn on poses that are drawn, so what they see and what those see add up.
+    """
+    denoisers = [config, config.of_extras()] if config.extras else [config]
+    tokens = [3 + sum(dilation * (one.flow_kernel // 2) for dilation in one.flow_dilations) for one in denoisers]
+    return config.flow_patch * sum(tokens)

@@ -22,7 +22,7 @@ class Performers:
 
     ``style``: weights of speakers by name for each step of the walk; ``rests`` ``(steps, 9, 3)``: where each step keeps its
     hands; ``latents`` ``(takes, steps, size)``; ``seeds`` ``(takes, frames, 9, 3)``: unit directions from which a regressor
-    starts; ``readiness``: how readily they show what phrases mean, 0..1.
+    starts; ``readiness``: how readily they show what phrases mean, 0..1; ``chances`` ``(steps,)``: how much chance has its way.
     """
 
     request: Request
@@ -31,6 +31,7 @@ class Performers:
     latents: np.ndarray
     seeds: np.ndarray
     readiness: float
+    chances: np.ndarray
 
     @property
     def walks(self) -> bool:
@@ -42,6 +43,10 @@ class Performers:
         if frames == 1:
             return self.latents[:, 0]
         return styles.along(self.latents, frames) if self.walks else np.repeat(self.latents, frames, axis=1)
+
+    def chance(self, frames: int) -> np.ndarray:
+        """How much chance has its way in every frame ``(frames,)``, 1 for most: less of it makes calmer performers calm."""
+        return styles.along(self.chances[:, None], frames)[:, 0] if self.walks else np.full(frames, self.chances[0])
 
     def rest(self, frames: int) -> np.ndarray:
         """The pose at rest: ``(9, 3)``, or ``(frames, 9, 3)`` of a walk."""
@@ -79,7 +84,8 @@ def cast(checkpoint, request: Request) -> Performers:
     shape = request.takes, checkpoint.window[1], 9, 3
     seeds = np.broadcast_to(skeleton.normalize(start), shape).astype(np.float32)
     named = [{names[index]: weight for index, weight in (step or {}).items()} or styles.RANDOM for step in weights]
-    return Performers(request, named, rests, latents, seeds, _readiness(speakers, weights[0]))
+    chances = np.array([_fact(speakers, step, "chance", 1.0) for step in weights])
+    return Performers(request, named, rests, latents, seeds, _fact(speakers, weights[0], "semantic", _READY), chances)
 
 
 def draw(checkpoint, request: Request, weights: dict[int, float] | None) -> np.ndarray:
@@ -105,11 +111,11 @@ def _check_controls(checkpoint, request: Request) -> None:
         raise UsageError(f"This checkpoint has no control of {named}.", "Leave it at 0, or choose one with controls.")
 
 
-def _readiness(speakers: list[dict], weights: dict[int, float] | None) -> float:
-    """How readily the style's speakers show what phrases mean, 0..1."""
+def _fact(speakers: list[dict], weights: dict[int, float] | None, name: str, usual: float) -> float:
+    """A number that is known of the style's speakers, by weight; ``usual`` where it is not known."""
     if weights is None:
-        return _READY
-    return float(sum(weight * speakers[index].get("semantic", _READY) for index, weight in weights.items()))
+        return usual
+    return float(sum(weight * speakers[index].get(name, usual) for index, weight in weights.items()))
 
 
 def _rest_pose(speakers: list[dict], weights: dict[int, float] | None) -> np.ndarray:

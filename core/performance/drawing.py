@@ -47,7 +47,8 @@ def draw(
     performed nearer to what is usual there.
     """
     plans = [_Plan(network, one, wishes, frames, tile, lively) for one, wishes in zip(cast, asked, strict=True)]
-    steps = max(STEPS * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans), 1)
+    drawings = (2 if network.config.extras else 1) * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans)
+    steps = max(STEPS * drawings, 1)
     done, asking = itertools.count(), threading.get_ident()
 
     def begins() -> None:
@@ -74,7 +75,7 @@ class _Plan:
         self.styles = performers.on_the_way(frames if performers.walks else 1)
         first = performers.style[0]  # of a walk the first one's: a change on the way must not be seen
         self.who = first if isinstance(first, dict) else None
-        self.lively = np.ones(frames, np.float32) if lively is None else np.asarray(lively, np.float32)
+        self.lively = np.asarray(performers.chance(frames) * (1.0 if lively is None else lively), np.float32)
         self.tiles = list(_tiles(network, np.flatnonzero(~self.mask), tile))
 
     def draw(self, inputs, begins: Callable[[], None]) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..face import making
 from ..meaning import choosing, showing
-from ..motion import hand_numbers, limits, rest, skeleton
+from ..motion import limits, rest, skeleton
 from ..motion.face import Face
 from ..motion.hands import Hands
 from ..motion.motion import Motion
@@ -35,7 +35,7 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
     found = choosing.occasions(vocabulary, heard.words) if vocabulary else {}
 
     def finished(one: tuple) -> Motion:
-        (take, near), drawn, extras = one
+        (take, near), drawn, own = one
         about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
         directions = rest.restore(rest.soften(drawn), checkpoint.gain, pose)
         asked = heard.wishes.gestures, request.meaning * performers.readiness, (request.seed, take)
@@ -46,7 +46,7 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
         directions = hints.perform(showing.show(directions, shown, which), heard.wishes, pose)
         directions = still.live(directions, pose, request.seed + take)
         directions = keep(limits.keep_human(rest.scale(directions, request.intensity, pose)), kept)
-        hands = _hands(request, performers, take, drawn, extras, directions)
+        hands = _hands(request, performers, take, drawn, own, directions)
         hands = hands and showing.hands(hands, shown, which)
         pelvis = _pelvis(request, heard, performers, take, directions)
         face = _face(request, heard, take, directions)
@@ -56,12 +56,12 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
     return each(finished, zip(request.identities, *made, strict=True))
 
 
-def _hands(request: Request, performers: Performers, take: int, drawn, extras, directions) -> Hands | None:
+def _hands(request: Request, performers: Performers, take: int, drawn, own: Hands | None, directions) -> Hands | None:
     """What the hands do on the finished arms, as much as is asked for: as they were drawn, else as such arms have them."""
     if not request.hands:
         return None
-    if extras.shape[1] == hand_numbers.SIZE:
-        hands = hand_numbers.hands(extras, drawn).carried(drawn, directions)
+    if own is not None:
+        hands = own.carried(drawn, directions)
     else:
         hands = living.hands(directions, _name(performers), request.seed + take)
     calm = _calm(request)

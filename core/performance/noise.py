@@ -5,7 +5,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..motion.skeleton import MEAN
+
 _SALT = 0xF10
+_POSE = MEAN.size
 _BLOCK = 256
 """Frames that share a generator, so that any part of an hour is at hand without what comes before it."""
 
@@ -39,6 +42,9 @@ def _mixed(key: tuple, who: Mapping[str, float] | None, start: int, stop: int, s
 
 def _fresh(key: tuple, start: int, stop: int, size: int) -> np.ndarray:
     blocks = range(start // _BLOCK, -(-stop // _BLOCK))
-    drawn = [np.random.default_rng((*key, _SALT, block)).standard_normal((_BLOCK, size), np.float32) for block in blocks]
+    # The nine directions have the same numbers whether a network knows hands or not.
+    widths = [min(size, _POSE), max(size - _POSE, 0)]
+    generators = [np.random.default_rng((*key, _SALT, block)) for block in blocks]
+    drawn = [np.concatenate([one.standard_normal((_BLOCK, width), np.float32) for width in widths], 1) for one in generators]
     first = blocks.start * _BLOCK
     return np.concatenate(drawn)[start - first : stop - first]

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..motion import hand_numbers, skeleton
+from ..motion.hands import Hands
 from ..smoothing import gaussian
 from ..threads import each
 from . import asking, drawing, stillness
@@ -17,15 +18,15 @@ _CALM, _BRIEF = 0.3, 0.2
 
 
 class Made(NamedTuple):
-    """``directions`` ``(takes, frames, 9, 3)`` and what else a frame has, ``extras`` ``(takes, frames, n)``, both float32."""
+    """``directions`` ``(takes, frames, 9, 3)`` float32, and each take's ``hands`` on them where the network draws any."""
 
     directions: np.ndarray
-    extras: np.ndarray
+    hands: tuple[Hands | None, ...]
 
     def split(self, counts: Sequence[int]) -> list["Made"]:
         """The first so many takes, the next so many, and so on."""
-        parts = (np.split(part, np.cumsum(counts)[:-1]) for part in self)
-        return [Made(*pair) for pair in zip(*parts, strict=True)]
+        ends = np.cumsum(counts)
+        return [Made(self.directions[end - n : end], self.hands[end - n : end]) for n, end in zip(counts, ends, strict=True)]
 
 
 def perform(
@@ -43,27 +44,26 @@ def perform(
         generator = checkpoint.network.generator
         latents, seeds = _latents(heard, cast), np.concatenate([one.seeds for one in cast])
         made = windows.generate(generator, heard.features.slice, latents, seeds, heard.frames, checkpoint.window[0], *told)
-        return Made(made, np.zeros((*made.shape[:2], 0), np.float32))
+        return Made(made, (None,) * len(made))
     wishes = heard.wishes, heard.words, checkpoint.meanings, heard.frames
     asked = [asking.channels(*wishes, one.request.hand) for one in cast]
     lively = _lively(heard.activity)
     drawn, extras = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, lively=lively)
     known = [one.given(heard.frames).frames for one in cast]
     given = [frames for one, frames in zip(cast, known, strict=True) for _ in one.latents]
-    settled, extras = zip(*each(_settled, zip(drawn, extras, given, strict=True)), strict=True)
-    return Made(np.stack(settled), np.stack(extras))
+    settled, hands = zip(*each(_settled, zip(drawn, extras, given, strict=True)), strict=True)
+    return Made(np.stack(settled), hands)
 
 
-def _settled(take: tuple[np.ndarray, np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+def _settled(take: tuple[np.ndarray, np.ndarray, np.ndarray]) -> tuple[np.ndarray, Hands | None]:
     """A take whose waiting arms are still, and its hands on them; hands of the frames that were given stay."""
     directions, extras, given = take
     settled = stillness.settle(directions)
-    if extras.shape[1] == hand_numbers.SIZE:
-        calm = stillness.settle_hands(extras, directions)
-        calm[given] = extras[given]
-        hands = hand_numbers.hands(calm, directions).carried(directions, settled)
-        extras = hand_numbers.numbers(hands, settled)
-    return settled, extras
+    if extras.shape[1] != hand_numbers.SIZE:
+        return settled, None
+    calm = stillness.settle_hands(extras, directions)
+    calm[given] = extras[given]
+    return settled, hand_numbers.hands(calm, directions).carried(directions, settled)
 
 
 def _lively(activity: np.ndarray) -> np.ndarray:

@@ -43,4 +43,5 @@ def _depth(config, window: int) -> int:
         return window
     from s2ag.core.model.steps import STEPS
 
-    return STEPS * 3 * (len(config.flow_dilations) + 1)
+    blocks = len(config.flow_dilations) + (1 + len(config.flow_extras_dilations) if config.extras else 0)
+    return STEPS * 3 * (blocks + 1)

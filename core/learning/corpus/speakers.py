@@ -177,6 +177,8 @@ PERFORMERS = (
 )  # fmt: skip
 
 
+CHANCES = {"shy student": 0.86, "tired": 0.95}
+"""How much chance has its way with those who are to be calm: what is drawn from noise moves more than it was taught to."""
 DEFAULT = "eager storyteller"
 """Who performs when the user asks for nobody in particular."""
 
@@ -184,6 +186,12 @@ DEFAULT = "eager storyteller"
 def describe() -> list[dict]:
     """Names and descriptions in id order, as the data set's meta lists them; one is marked as the default."""
     return [
-        {"name": one.name, "description": one.description, "default": one.name == DEFAULT, "semantic": one.semantic}
+        {
+            "name": one.name,
+            "description": one.description,
+            "default": one.name == DEFAULT,
+            "semantic": one.semantic,
+            "chance": CHANCES.get(one.name, 1.0),
+        }
         for one in PERFORMERS
     ]

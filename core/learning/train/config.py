@@ -61,7 +61,7 @@ class TrainConfig:
     acceleration: float = 1000.0  # 0 in the paper; counters jitter
     wrist: float = 0.0  # 0 in the paper; places and speeds of elbows and wrists, where small angles of the arms add up
     arm_weight: float = 1.0  # factor on upper arms and forearms in the three terms on directions and their motion
-    extra_weight: float = 1.0  # factor on what a flow learns beyond the nine directions
+    learns: str = "poses"  # of a flow: "poses", or "extras" on poses that another training has learned (start)
     real_label: float = 0.9  # 1 in the paper; less keeps the discriminator from certainty
 
     log_steps: int = 50
@@ -72,9 +72,12 @@ class TrainConfig:
     def __post_init__(self):
         if self.model not in ("flow", "default", "paper"):
             raise UsageError(f"{self.model!r} cannot be trained here.", "Set model to flow, default or paper.")
-        for name, known in (("device", ("cpu", "cuda", "mps")), ("precision", ("32-true", "bf16-mixed"))):
+        choices = {"device": ("cpu", "cuda", "mps"), "precision": ("32-true", "bf16-mixed"), "learns": ("poses", "extras")}
+        for name, known in choices.items():
             if getattr(self, name) not in known:
                 raise UsageError(f"{name} is {getattr(self, name)!r}.", f"Use one of {', '.join(known)}.")
+        if self.learns == "extras" and not (self.model == "flow" and self.start):
+            raise UsageError("Extras are learned on poses that a flow has learned.", "Name its checkpoint with --start.")
         for name in ("steps", "batch", "frames", "log_steps", "validate_steps", "validation_windows"):
             if getattr(self, name) < 1:
                 raise UsageError(f"{name} is {getattr(self, name)}.", "Set it to 1 or more.")
@@ -90,7 +93,7 @@ class TrainConfig:
         """The network's settings for a corpus of so many speakers; a flow also learns its meanings and extras."""
         base = getattr(ModelConfig, self.model)().to_dict()
         if base["decoder"] == "flow":
-            base |= {"meanings": meanings if self.stroke_tell else 0, "extras": extras}
+            base |= {"meanings": meanings if self.stroke_tell else 0, "extras": extras if self.learns == "extras" else 0}
         return ModelConfig.from_dict({**base, "speakers": speakers, **self.model_settings})
 
     @property

@@ -3,6 +3,8 @@
 import numpy as np
 import torch
 
+from ...errors import UsageError
+from ...model.encoders import POSE
 from ...motion.skeleton import ARM_EDGES, MEAN
 from . import losses
 from .dataset import TRAIN, Batch, Corpus
@@ -18,35 +20,50 @@ class FlowMatching(Trainer):
     """Noise and performance are mixed at a random time; the network finds the velocity from one to the other.
 
     Times are logit-normal (Esser et al. 2024). Given frames count for nothing, because they are known. Errors from frame to
-    frame may count extra: whatever the weights of a quadratic error, its minimum is the same field.
+    frame may count extra: whatever the weights of a quadratic error, its minimum is the same field. Extras are learned after
+    the poses, by a denoiser of their own, and nothing else changes then.
     """
 
     def _begin(self) -> None:
         centre, scale = spread(self.corpus)
-        self.generator.centre.copy_(centre)
-        self.generator.scale.copy_(scale)
-        weight = torch.full((self.generator.noise_size,), self.config.extra_weight)
-        weight[:27] = 1
-        weight[:27].view(9, 3)[list(ARM_EDGES)] = self.config.arm_weight
-        self._weight = weight.to(self.fabric.device)
+        known = POSE if self._of_extras else 0
+        self.generator.centre[known:].copy_(centre[known:])
+        self.generator.scale[known:].copy_(scale[known:])
+        weight = torch.ones(self.generator.noise_size)
+        weight[:POSE].view(9, 3)[list(ARM_EDGES)] = self.config.arm_weight
+        self._weight = weight[self._learned].to(self.fabric.device)
 
     def _optimizer(self) -> torch.optim.Optimizer:
         config = self.config
+        if self._of_extras:
+            if not self.model_config.extras:
+                raise UsageError("The corpus has no hands.", "Build it anew, or learn poses alone.")
+            self.generator.requires_grad_(False)
+            self.generator.extras_denoiser.requires_grad_(True)
         settings = {"betas": (0.9, 0.99), "weight_decay": config.weight_decay, "fused": True}
-        return torch.optim.AdamW(self.generator.parameters(), config.generator_rate, **settings)
+        learned = [parameter for parameter in self.generator.parameters() if parameter.requires_grad]
+        return torch.optim.AdamW(learned, config.generator_rate, **settings)
+
+    @property
+    def _of_extras(self) -> bool:
+        return self.config.learns == "extras"
+
+    @property
+    def _learned(self) -> slice:
+        return slice(POSE, None) if self._of_extras else slice(POSE)
 
     def _wrapped(self) -> dict[str, torch.nn.Module]:
         return {"generator": Estimator(self.generator, self.config.style_drop, self.config.text_drop)}
 
     def _learn(self, batch: Batch, chosen) -> dict[str, torch.Tensor]:
         config, mask = self.config, batch.seeds[..., -1:]
-        target = self.generator.numbers(poses(batch, self.generator.mean))
+        performed = self.generator.numbers(poses(batch, self.generator.mean))
+        target = performed[..., self._learned]
         noise = torch.randn_like(target)
         time = torch.sigmoid(torch.randn(len(target), device=target.device))
         mixed = torch.lerp(noise, target, time[:, None, None])
-        made = self._run["generator"](
-            batch.mfcc, batch.words, batch.seeds, batch.prosody, batch.asked, batch.speaker, batch.controls, mixed, time
-        )
+        heard = batch.mfcc, batch.words, batch.seeds, batch.prosody, batch.asked, batch.speaker, batch.controls
+        made = self._run["generator"](*heard, mixed, time, self._seen(performed))
         error = (made.velocity.float() - (target - noise)) * (1 - mask)
         terms = {
             "flow": (error.square() * self._weight).mean(),
@@ -55,6 +72,13 @@ class FlowMatching(Trainer):
         if config.velocity:
             terms["velocity"] = config.velocity * (error.diff(dim=1).square() * self._weight).mean()
         return terms | {"generator_gradient": self._update("generator", sum(terms.values()))}
+
+    def _seen(self, performed: torch.Tensor) -> torch.Tensor | None:
+        """The poses on which extras are drawn: in use they are generated, so exact ones must not be relied on."""
+        if not self._of_extras:
+            return None
+        exact = performed[..., :POSE]
+        return exact + self.config.seed_noise / self.generator.scale[:POSE] * torch.randn_like(exact)
 
 
 def poses(batch: Batch, mean: torch.Tensor) -> torch.Tensor:

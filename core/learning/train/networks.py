@@ -6,6 +6,7 @@ import torch
 from torch import nn
 
 from ...model.discriminator import Discriminator
+from ...model.encoders import POSE
 from ...model.flow import FlowGenerator
 from ...model.generator import Generator
 
@@ -66,8 +67,11 @@ class Estimator(nn.Module):
         super().__init__()
         self.generator, self.style_drop, self.text_drop = generator, style_drop, text_drop
 
-    def forward(self, mfcc, words, seeds, prosody, asked, speaker, controls, mixed, time) -> Estimated:
-        """Velocities of ``mixed`` ``(B, T, n)`` at ``time`` ``(B,)``, given frames in place."""
+    def forward(self, mfcc, words, seeds, prosody, asked, speaker, controls, mixed, time, poses=None) -> Estimated:
+        """Velocities of ``mixed`` ``(B, T, n)`` at ``time`` ``(B,)``, given frames in place.
+
+        They are those of poses, or of extras where all ``poses`` ``(B, T, 27)`` are there, in the flow's numbers.
+        """
         generator = self.generator
         mu, logvar = generator.speaker(speaker)
         style = generator.sample_style(mu, logvar)
@@ -75,10 +79,14 @@ class Estimator(nn.Module):
         unstyled, speechless = (torch.rand(len(speaker), 1, device=mu.device) < p for p in (self.style_drop, self.text_drop))
         style = torch.where(unstyled, generator.no_style, style)
         words = words * ~speechless[..., None]
-        conditions = generator.conditions(generator.encode(mfcc, words, seeds, prosody, asked), style, time)
-        mask = seeds[..., -1:]
-        mixed = torch.lerp(mixed, generator.numbers(seeds[..., :-1]).to(mixed.dtype), mask)
-        return Estimated(generator.velocity(mixed, mask, conditions), mu, logvar)
+        features, mask = generator.encode(mfcc, words, seeds, prosody, asked), seeds[..., -1:]
+        given = generator.numbers(seeds[..., :-1]).to(mixed.dtype)
+        if poses is None:
+            denoiser, given, conditions = generator.denoiser, given[..., :POSE], generator.conditions(features, style, time)
+        else:
+            denoiser, given = generator.extras_denoiser, given[..., POSE:]
+            conditions = generator.extras_conditions(features, style, poses, time)
+        return Estimated(denoiser(torch.lerp(mixed, given, mask), mask, conditions), mu, logvar)
 
 
 class Judge(nn.Module):

@@ -13,8 +13,8 @@ from ...model.flow import FlowGenerator
 def start(generator: torch.nn.Module, path: str | PathLike) -> list[str]:
     """Give ``generator`` what the checkpoint ``path`` has learnt; returns the names of what begins anew.
 
-    Parameters of the same name and shape are taken over; of flows that know hands and others that do not also what concerns
-    the nine directions. Raises what :func:`checkpoint.load` raises.
+    Parameters of the same name and shape are taken over; of flows also the mean and the spread of the nine directions, whether
+    they know hands or not. Raises what :func:`checkpoint.load` raises.
     """
     known, anew = checkpoint.load(path).generator, []
     theirs = known.state_dict()
@@ -24,19 +24,6 @@ def start(generator: torch.nn.Module, path: str | PathLike) -> list[str]:
         else:
             anew.append(name)
     if isinstance(generator, FlowGenerator) and isinstance(known, FlowGenerator):
-        anew = _poses(generator.denoiser, known.denoiser, anew)
+        for mine, value in ((generator.centre, known.centre), (generator.scale, known.scale)):
+            mine[:POSE] = value[:POSE]
     return anew
-
-
-def _poses(mine, known, anew: list[str]) -> list[str]:
-    """Take over the nine directions' part of layers that see and give all numbers of a frame, where all else fits."""
-    names = {"denoiser.into.weight", "denoiser.out.weight", "denoiser.out.bias"}
-    if mine.patch != known.patch or not names <= set(anew) or mine.into.weight.shape[::2] != known.into.weight.shape[::2]:
-        return anew
-    sees, saw = (part.into.weight.unflatten(1, (part.patch, -1)) for part in (mine, known))
-    sees[:, :, POSE:-1] = 0
-    sees[:, :, :POSE], sees[:, :, -1] = saw[:, :, :POSE], saw[:, :, -1]  # the last one says which frames are given
-    for name in ("weight", "bias"):
-        gives, gave = (getattr(part.out, name).unflatten(0, (part.patch, -1)) for part in (mine, known))
-        gives[:, :POSE] = gave[:, :POSE]
-    return [name for name in anew if name not in names]

@@ -3,7 +3,8 @@
 import numpy as np
 import torch
 
-from ...model.encoders import Encoders
+from ...model.encoders import POSE, Encoders
+from ...model.flow import FlowGenerator
 from ...motion.skeleton import ARM_EDGES, FPS, MIRRORED_EDGES
 from . import losses
 from .config import TrainConfig
@@ -44,6 +45,7 @@ class Validation:
         """Huber loss, arm speed against the real one, and how the rhythm of arm speed follows the real one.
 
         ``speed_ratio`` is of the arms, ``edge_speed_ratios`` of all nine edges, left and right taken together.
+        ``extras_error`` is the root mean square of what differs in a flow's extras, over their spread.
         ``rhythm`` correlates generated and real arm speed frame by frame after the seeds; ``rhythm_shuffled`` is the
         same with all that is heard turned round by half a window, so the voice explains the difference between the two.
         """
@@ -58,7 +60,7 @@ class Validation:
         if generator.config.controls:
             style = generator.steer(style, batch.controls)
         noise = torch.randn(*batch.seeds.shape[:2], generator.noise_size, generator=torch.Generator().manual_seed(0)).to(style)
-        made = generator(batch.mfcc, batch.words, batch.seeds, style, batch.prosody, noise=noise)
+        made, extras = _performed(generator, batch, style, noise)
         mfcc, words, prosody = (x.roll(x.shape[1] // 2, dims=1) for x in (batch.mfcc, batch.words, batch.prosody))
         shuffled = generator(mfcc, words, batch.seeds, style, prosody, noise=noise)
         speeds = [edge_speed(x[:, self.seed_frames :]).mean((0, 1)).cpu().numpy() for x in (made, batch.directions)]
@@ -70,4 +72,20 @@ class Validation:
             "edge_speed_ratios": made_speed / np.maximum(real_speed, 1e-6),
             "rhythm": correlation(right, real),
             "rhythm_shuffled": correlation(wrong, real),
+            "extras_error": _error(generator, extras, batch),
         }
+
+
+def _performed(
+    generator: Encoders, batch: Batch, style: torch.Tensor, noise: torch.Tensor
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """Directions and extras."""
+    if isinstance(generator, FlowGenerator):
+        return generator.draw(generator.encode(batch.mfcc, batch.words, batch.seeds, batch.prosody), style, batch.seeds, noise)
+    return generator(batch.mfcc, batch.words, batch.seeds, style, batch.prosody), batch.extras
+
+
+def _error(generator: Encoders, extras: torch.Tensor, batch: Batch) -> float:
+    if not generator.noise_size or not extras.shape[-1]:
+        return 0.0
+    return float(((extras - batch.extras) / generator.scale[POSE:]).square().mean().sqrt())

@@ -81,33 +81,34 @@ class Block:
 class Denoiser:
     """Noisy poses and conditions to velocities, in tokens of ``flow_patch`` frames.
 
-    Conditions are linear in features and styles up to the first bend, so that all takes share the features' part.
+    Conditions are linear in features and what each take has of its own up to the first bend, so that all takes share the
+    features' part. ``own`` are the numbers of a frame that a take has of its own: its style, and poses where it sees them.
     """
 
-    def __init__(self, weights: Weights, config: ModelConfig):
-        self.patch, self.styled = config.flow_patch, config.style_size
+    def __init__(self, weights: Weights, config: ModelConfig, own: int):
+        self.patch, self.own = config.flow_patch, own
         self.into, self.out = (Convolution.of(weights / name) for name in ("into", "out"))
         self.norm = Norm(weights / "norm")
         self.blocks = [Block(weights / "blocks" / str(n), dilation) for n, dilation in enumerate(config.flow_dilations)]
         first, self.second = weights / "features" / "0", Linear.of(weights / "features" / "2")
-        self.of_features, self.of_styles = zip(*map(self._parted, (weights / "heard", first)), strict=True)
+        self.of_features, self.of_take = zip(*map(self._parted, (weights / "heard", first)), strict=True)
         self._time = [Linear.of(weights / "time" / name) for name in ("0", "2")]
 
     def _parted(self, weights: Weights) -> tuple[Linear, Linear]:
-        """A layer on tokens of features and styles as one on each."""
+        """A layer on tokens of features and what a take has of its own as one on each."""
         weight = weights["weight"].reshape(len(weights["bias"]), self.patch, -1)
-        features, styles = np.split(weight, [weight.shape[2] - self.styled], axis=2)
-        return Linear(features.reshape(len(weight), -1), weights["bias"]), Linear(styles.reshape(len(weight), -1))
+        features, own = np.split(weight, [weight.shape[2] - self.own], axis=2)
+        return Linear(features.reshape(len(weight), -1), weights["bias"]), Linear(own.reshape(len(weight), -1))
 
     def heard(self, features: np.ndarray) -> list[np.ndarray]:
         """Of features ``(T, channels)``, what :meth:`conditions` of every take has in common."""
         tokens = self.fold(features)
         return [layer(tokens) for layer in self.of_features]
 
-    def conditions(self, heard: list[np.ndarray], style: np.ndarray, frames: int) -> Conditions:
-        """Of a take with style ``(size,)``, or ``(T, size)`` where it walks."""
-        tokens = self.fold(np.broadcast_to(style, (frames, self.styled)))
-        added, wide = (part + layer(tokens) for part, layer in zip(heard, self.of_styles, strict=True))
+    def conditions(self, heard: list[np.ndarray], own: np.ndarray) -> Conditions:
+        """Of a take with numbers ``(T, own)`` of its own."""
+        tokens = self.fold(own)
+        added, wide = (part + layer(tokens) for part, layer in zip(heard, self.of_take, strict=True))
         edge = max(self.out.before, *(block.reach for block in self.blocks))
         room = Room(len(added), added.shape[1], len(self.blocks[0].widen.weight), edge)
         films = [tuple(np.empty_like(added) for _ in range(2)) for _ in self.blocks]

@@ -11,7 +11,7 @@ from ..config import ModelConfig
 from ..steps import STEPS, affect_reach, hears, looks, noise_scale, noise_size, solve
 from ..timing import IN_STEP, mfcc_slice
 from .affect import AffectiveEncoder
-from .denoiser import Denoiser
+from .denoiser import Conditions, Denoiser
 from .encoders import AskedEncoder, ProsodyEncoder, TextEncoder, VoiceEncoder
 from .layers import Linear, Weights
 
@@ -42,11 +42,14 @@ class LightNetwork:
         self._text = TextEncoder(weights / "text_encoder", config)
         self._prosody = ProsodyEncoder(weights / "prosody_encoder", config) if config.prosody_features else None
         self._asked = AskedEncoder(weights / "asked_encoder") if config.meanings else None
-        self._denoiser = Denoiser(weights / "denoiser", config)
+        self._denoisers = [Denoiser(weights / "denoiser", config, config.style_size)]
+        if config.extras:
+            own = config.style_size + _POSE
+            self._denoisers.append(Denoiser(weights / "extras_denoiser", config.of_extras(), own))
         self._centre, self._scale = weights["centre"], weights["scale"]
         self.ways = (weights / "controls")["weight"].T if config.controls else np.zeros((0, config.style_size), np.float32)
         self.speakers = self._speakers(weights)
-        self._moments = [self._denoiser.moments(step / STEPS) for step in range(STEPS)]
+        self._moments = [[one.moments(step / STEPS) for step in range(STEPS)] for one in self._denoisers]
         silence = self._nothing(2 * IN_STEP)
         # complains of arrays of other sizes
         self.draw(self.hear(*silence), self.speakers[0][0], silence[2], silence[2][:, :-1])
@@ -78,13 +81,14 @@ class LightNetwork:
             features.append(self._asked(np.zeros((frames, 7), np.float32) if asked is None else asked))
         return np.concatenate(features, axis=1)
 
-    def hear(self, mfcc, words, seeds, prosody=None, asked=None) -> list[np.ndarray]:
-        """What :meth:`draw` needs of the arguments of :meth:`encode`, whatever the style."""
-        return self._denoiser.heard(self._emphasized(self.encode(mfcc, words, seeds, prosody, asked)))
+    def hear(self, mfcc, words, seeds, prosody=None, asked=None) -> list[list[np.ndarray]]:
+        """What :meth:`draw` needs of the arguments of :meth:`encode`, whatever the style: for each denoiser."""
+        features = self._emphasized(self.encode(mfcc, words, seeds, prosody, asked))
+        return [one.heard(features) for one in self._denoisers]
 
     def draw(
         self,
-        heard: list[np.ndarray],
+        heard: list[list[np.ndarray]],
         style: np.ndarray,
         seeds: np.ndarray,
         noise: np.ndarray,
@@ -94,25 +98,23 @@ class LightNetwork:
 
         ``style`` is ``(size,)`` or ``(T, size)``.
 
-        ``begins()`` is called before each of the :data:`STEPS`. ``seeds`` ``(T, noise_size + 1)``: poses less their mean on
-        given frames and zeros elsewhere, last channel 1 on given frames.
+        ``begins()`` is called before each of the :data:`STEPS` of poses, then of extras. ``seeds`` ``(T, noise_size + 1)``:
+        poses less their mean on given frames and zeros elsewhere, last channel 1 on given frames.
         """
         mask = seeds[:, -1:]
         given = (seeds[:, :-1] - self._centre) / self._scale
-        style = self._exaggerated(np.asarray(style, np.float32))
+        own = np.broadcast_to(self._exaggerated(np.asarray(style, np.float32)), (len(seeds), self.config.style_size))
         noise = noise * np.array(noise_scale(self.config), np.float32)
-        moments = iter(self._moments)
-
-        def velocity(x: np.ndarray, _: float) -> np.ndarray:
-            begins()
-            return self._denoiser(x, mask, conditions, next(moments)) * (1 - mask)
-
+        parts = np.split(noise + mask * (given - noise), [_POSE], axis=1)
+        made = []
         with one_thread_each():
-            conditions = self._denoiser.conditions(heard, style, len(seeds))
-            made = solve(velocity, noise + mask * (given - noise)) * self._scale + self._centre
-        poses = made[:, :_POSE].reshape(-1, len(EDGES), 3) + MEAN.astype(np.float32)
+            for denoiser, moments, known, start in zip(self._denoisers, self._moments, heard, parts, strict=False):
+                made.append(_drawn(denoiser, moments, denoiser.conditions(known, own), start, mask, begins))
+                own = np.concatenate([own, made[-1]], axis=1)
+        numbers = np.concatenate(made, axis=1) * self._scale + self._centre
+        poses = numbers[:, :_POSE].reshape(-1, len(EDGES), 3) + MEAN.astype(np.float32)
         lengths = np.sqrt(np.square(poses).sum(axis=-1, keepdims=True))
-        return poses / np.maximum(lengths, np.float32(1e-12)), made[:, _POSE:]
+        return poses / np.maximum(lengths, np.float32(1e-12)), numbers[:, _POSE:]
 
     @property
     def usual(self) -> np.ndarray:
@@ -158,3 +160,16 @@ class LightNetwork:
         sizes = self.config.word_size, self.noise_size + 1, self.config.prosody_features
         mfcc = np.zeros((mfcc_slice(0, frames).stop, self.config.mfcc_features), np.float32)
         return [mfcc, *(np.zeros((frames, size), np.float32) for size in sizes)]
+
+
+def _drawn(
+    denoiser: Denoiser, moments: list, conditions: Conditions, start: np.ndarray, mask: np.ndarray, begins
+) -> np.ndarray:
+    """Where ``start`` ``(T, n)`` is carried; frames where ``mask`` ``(T, 1)`` is 1 stay as they are."""
+    ahead = iter(moments)
+
+    def velocity(x: np.ndarray, _: float) -> np.ndarray:
+        begins()
+        return denoiser(x, mask, conditions, next(ahead)) * (1 - mask)
+
+    return solve(velocity, start)

@@ -312,13 +312,37 @@ def test_two_processes_share_their_work(settings, tmp_path):
 
 
 @pytest.mark.parametrize("kind", [{}, FLOW], ids=["regressor", "flow"])
-def test_hands_in_a_corpus_are_learned_by_flows_and_ignored_by_regressors(settings, kind, one_thread):
+def test_poses_are_learned_of_a_corpus_with_hands(settings, kind, one_thread):
+    with_hands(settings)
+    train(TrainConfig.from_dict({**settings, **kind}))
+    assert checkpoint.load(Path(settings["out"]) / CHECKPOINT).config.extras == 0
+
+
+def test_hands_are_learned_on_arms_that_stay_as_they_are(settings, one_thread):
+    with_hands(settings)
+    train(TrainConfig.from_dict({**settings, **FLOW}))
+    arms = Path(settings["out"]) / CHECKPOINT
+    again = {**settings, **FLOW, "out": settings["out"] + "2", "start": str(arms), "learns": "extras"}
+    train(TrainConfig.from_dict(again))
+    before, after = (checkpoint.load(path).generator.state_dict() for path in (arms, Path(again["out"]) / CHECKPOINT))
+    assert len(after["centre"]) == 27 + hand_numbers.SIZE
+    assert all(torch.equal(after[name][: len(value)] if value.dim() else after[name], value) for name, value in before.items())
+    assert after["extras_denoiser.out.weight"].abs().max() > 0  # it began with zeros
+
+
+def test_hands_need_arms_and_a_corpus_that_has_hands(settings, one_thread):
+    with pytest.raises(UsageError, match="--start"):
+        TrainConfig.from_dict({**settings, **FLOW, "learns": "extras"})
+    train(TrainConfig.from_dict({**settings, **FLOW}))
+    arms = str(Path(settings["out"]) / CHECKPOINT)
+    with pytest.raises(UsageError, match="no hands"):
+        train(TrainConfig.from_dict({**settings, **FLOW, "out": settings["out"] + "2", "start": arms, "learns": "extras"}))
+
+
+def with_hands(settings):
     data = Path(settings["data"])
     frames = len(np.load(data / "directions.npy"))
     np.save(data / "extras.npy", np.random.default_rng(0).normal(size=(frames, hand_numbers.SIZE)).astype(np.float16))
-    train(TrainConfig.from_dict({**settings, **kind}))
-    learned = checkpoint.load(Path(settings["out"]) / CHECKPOINT)
-    assert learned.config.extras == (hand_numbers.SIZE if kind else 0)
 
 
 def test_a_training_may_start_from_a_checkpoint(settings, one_thread):

@@ -46,8 +46,8 @@ def test_half_precision_is_small_and_close(tmp_path):
     for name, value in generator.state_dict().items():
         stored = loaded.generator.state_dict()[name]
         assert stored.dtype == torch.float32
-        # to eleven bits, and then to ten; below 2^-14 float16 has ever fewer
-        torch.testing.assert_close(stored, value, rtol=1.5 * 2**-10, atol=2**-23)
+        # to eleven bits, and then to eight; below 2^-14 float16 has ever fewer
+        torch.testing.assert_close(stored, value, rtol=2**-8 + 2**-11, atol=2**-22 + 2**-25)
 
 
 def test_same_weights_have_the_same_hash(saved, tmp_path):

@@ -21,8 +21,9 @@ SMALL = dict(flow_size=48, flow_condition=32, meanings=4)
 def made_network(**changes):
     torch.manual_seed(0)
     network = FlowGenerator(ModelConfig.flow(speakers=2, **{**SMALL, **changes})).eval()
-    for parameter in network.denoiser.parameters():  # some begin at zero, so that a training begins at rest
-        torch.nn.init.normal_(parameter, std=0.1)
+    for name, parameter in network.named_parameters():  # some begin at zero, so that a training begins at rest
+        if "denoiser" in name:
+            torch.nn.init.normal_(parameter, std=0.1)
     return network
 
 
@@ -111,12 +112,27 @@ def test_extras_are_drawn_beside_the_directions():
     assert network(**chosen).shape == (2, 41, 9, 3) and network.noise_size == 32
 
 
+def test_arms_do_not_depend_on_extras_and_extras_depend_on_arms():
+    network = made_network(extras=5)
+    chosen = inputs(extras=5)
+    heard = network.encode(*(chosen[name] for name in ("mfcc", "words", "seeds", "prosody", "asked")))
+    directions, extras = network.draw(heard, chosen["style"], chosen["seeds"], chosen["noise"])
+    others = chosen["noise"].clone()
+    others[..., 27:] += 1
+    same, changed = network.draw(heard, chosen["style"], chosen["seeds"], others)
+    assert torch.equal(same, directions) and (changed - extras)[:, 10:].abs().min() > 0
+    torch.testing.assert_close(changed[:, :10], chosen["seeds"][:, :10, 27:-1])
+    others = chosen["noise"].clone()
+    others[..., :27] += 1
+    assert (network.draw(heard, chosen["style"], chosen["seeds"], others)[1] - extras)[:, 10:].abs().min() > 0
+
+
 def test_a_velocity_reaches_no_farther_than_told(network):
     x, mask = torch.randn(1, 400, 27), torch.zeros(1, 400, 1)
     conditions = network.conditions(torch.zeros(1, 400, network.feature_size), torch.zeros(1, 16))
     changed = x.clone()
     changed[:, 200] += 1
-    apart = network.velocity(x, mask, conditions, torch.ones(1)) - network.velocity(changed, mask, conditions, torch.ones(1))
+    apart = network.denoiser(x, mask, conditions, torch.ones(1)) - network.denoiser(changed, mask, conditions, torch.ones(1))
     touched = apart.abs().amax((0, 2)).nonzero().flatten()
     reach = network.looks
     assert 200 - reach <= touched.min() < 200 - reach // 2 and 200 + reach // 2 < touched.max() <= 200 + reach
@@ -125,8 +141,8 @@ def test_a_velocity_reaches_no_farther_than_told(network):
 def test_the_time_may_come_with_the_conditions_or_with_the_poses(network):
     x, mask, time = torch.randn(2, 40, 27), torch.zeros(1, 40, 1), torch.tensor([0.2, 0.7])
     features, style = torch.randn(2, 40, network.feature_size), torch.randn(2, 16)
-    once = network.velocity(x, mask, network.conditions(features, style), time)
-    twice = network.velocity(x, mask, network.conditions(features, style, time))
+    once = network.denoiser(x, mask, network.conditions(features, style), time)
+    twice = network.denoiser(x, mask, network.conditions(features, style, time))
     torch.testing.assert_close(twice, once, rtol=0, atol=bound_of(network, 40))
 
 

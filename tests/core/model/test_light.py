@@ -22,7 +22,7 @@ def angles(a, b):
 
 
 def drawn(network, frames, walks=False, asked=False, kept=(0,)):
-    """Directions drawn from the same random inputs, as large as those of a recording."""
+    """Directions and extras drawn from the same random inputs, as large as those of a recording."""
     config, rng = network.config, np.random.default_rng(frames)
     normal = lambda *shape: rng.standard_normal(shape).astype(np.float32)  # noqa: E731
     words = 0.06 * normal(frames, config.word_size) * (normal(frames, 1) > 0)
@@ -36,7 +36,7 @@ def drawn(network, frames, walks=False, asked=False, kept=(0,)):
         wishes[:, 0], wishes[:, 6] = frames // 2 < np.arange(frames), np.arange(frames) % (config.meanings + 1)
     heard = network.hear(normal(mfcc_slice(0, frames).stop, config.mfcc_features), words, seeds, prosody, wishes)
     style = normal(frames, config.style_size) if walks else normal(config.style_size)
-    return network.draw(heard, style, seeds, normal(frames, network.noise_size))[0]
+    return network.draw(heard, style, seeds, normal(frames, network.noise_size))
 
 
 def both(path):
@@ -52,8 +52,9 @@ def saved(path, **changes):
 
     torch.manual_seed(1)
     network = FlowGenerator(ModelConfig.flow(speakers=3, **{"flow_size": 32, "flow_condition": 24, **changes}))
-    for parameter in network.denoiser.parameters():
-        torch.nn.init.normal_(parameter, std=0.1)
+    for name, parameter in network.named_parameters():
+        if "denoiser" in name:
+            torch.nn.init.normal_(parameter, std=0.1)
     facts = {"speakers": [{"name": name} for name in "abc"], "training": {"settings": {"frames": 64, "seed_frames": 10}}}
     checkpoint.save(path, network, None, facts)
     return path
@@ -70,7 +71,8 @@ def saved(path, **changes):
 )
 def test_the_shipped_network_in_numpy_is_that_in_torch(way):
     pytest.importorskip("torch", reason="the engine is not installed")
-    light, heavy = (drawn(network, **way) for network in both(None))
+    (light, extras), (heavy, others) = (drawn(network, **way) for network in both(None))
+    assert extras.dtype == np.float32 and np.abs(extras - others).max() < np.radians(CLOSE)
     assert light.dtype == np.float32 and light.shape == heavy.shape == (way["frames"], 9, 3)
     assert np.abs(np.linalg.norm(light, axis=-1) - 1).max() < 1e-5
     assert angles(light, heavy).max() < CLOSE
@@ -80,7 +82,14 @@ def test_the_shipped_network_in_numpy_is_that_in_torch(way):
     "changes",
     [
         {"meanings": 4, "flow_noise": 0.8, "flow_style": 1.3, "flow_voice": 1.2},
-        {"extras": 5, "flow_extras_noise": 0.7, "flow_patch": 3, "flow_kernel": 3, "flow_dilations": [1, 3]},
+        {
+            "extras": 5,
+            "flow_extras_noise": 0.7,
+            "flow_extras_size": 40,
+            "flow_patch": 3,
+            "flow_kernel": 3,
+            "flow_dilations": [1, 3],
+        },
         {"prosody_features": 0, "controls": 0, "flow_voice": 1.5},
         {"text_causal": True, "text_channels": 300, "text_levels": 1, "time_kernel": 3, "graph": "chain"},
     ],
@@ -88,7 +97,9 @@ def test_the_shipped_network_in_numpy_is_that_in_torch(way):
 def test_every_setting_of_a_flow_is_followed(tmp_path, changes):
     path = saved(tmp_path / "flow.safetensors", **changes)
     networks = both(path)
-    light, heavy = (drawn(network, 70, asked="meanings" in changes) for network in networks)
+    (light, extras), (heavy, others) = (drawn(network, 70, asked="meanings" in changes) for network in networks)
+    assert extras.shape == others.shape == (70, changes.get("extras", 0))
+    assert np.abs(extras - others).max(initial=0) < np.radians(CLOSE)
     assert angles(light, heavy).max() < CLOSE
     light, heavy = networks
     assert (light.looks, light.hears, light.noise_size) == (heavy.looks, heavy.hears, heavy.noise_size)

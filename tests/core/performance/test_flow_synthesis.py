@@ -299,18 +299,30 @@ def handed(tmp_path_factory):
 
     torch.manual_seed(3)
     network = FlowGenerator(ModelConfig.flow(speakers=2, flow_size=48, flow_condition=32, extras=hand_numbers.SIZE))
-    for parameter in network.denoiser.parameters():
-        torch.nn.init.normal_(parameter, std=0.1)
+    for name, parameter in network.named_parameters():
+        if "denoiser" in name:
+            torch.nn.init.normal_(parameter, std=0.1)
     path = tmp_path_factory.mktemp("handed") / "handed.safetensors"
-    facts = {"speakers": [{"name": name} for name in "ab"], "training": {"settings": {"frames": 64, "seed_frames": 10}}}
-    checkpoint.save(path, network, None, facts)
+    speakers = [{"name": "a", "chance": 0.0}, {"name": "b"}]
+    checkpoint.save(path, network, None, {"speakers": speakers, "training": {"settings": {"frames": 64, "seed_frames": 10}}})
     return Session(path)
 
 
+def test_chance_has_its_way_as_far_as_the_performer_lets_it(handed, voice, heard):
+    def apart(style):
+        casts = [[casting.cast(handed.checkpoint, Request(voice, style=style, seed=seed))] for seed in (1, 2)]
+        one, other = (drawing.draw(handed.checkpoint.network, heard.features.slice, cast, [None], 97)[0][0] for cast in casts)
+        return np.abs(one - other).max(axis=(1, 2))
+
+    assert apart("a").max() == 0 < apart("b")[1:].min()
+    walk = apart("a > b")
+    assert 0 < walk[1:24].max() < walk[-24:].max()
+
+
 def test_hands_are_drawn_with_the_arms_where_the_network_knows_them(handed, voice):
-    one, other = (handed.synthesize(Request(voice, seed=seed, hands=1.0)).motions[0] for seed in (1, 2))
+    one, other = (handed.synthesize(Request(voice, style="b", seed=seed, hands=1.0)).motions[0] for seed in (1, 2))
     assert degrees(one.hands.palms, other.hands.palms).mean() > 5
-    without = handed.synthesize(Request(voice, seed=1, hands=0.0)).motions[0]
+    without = handed.synthesize(Request(voice, style="b", seed=1, hands=0.0)).motions[0]
     np.testing.assert_array_equal(without.directions, one.directions)
     assert without.hands is None
 
