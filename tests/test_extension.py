@@ -58,6 +58,7 @@ def test_zip_holds_the_extension_and_nothing_else(built):
     assert not [name for name in names if name.endswith((".whl", ".pyc", ".blend1", ".zip"))]
     outside = ("tests/", "examples/", "docs/", "farm/", "build/", "dist/", ".git/", ".ci/", "work/")
     assert not [name for name in names if name.startswith(outside) or "__pycache__" in name]
+    assert built.stat().st_size <= 20_000_000
 
 
 def test_worker_starts_from_the_installed_extension(built, tmp_path):

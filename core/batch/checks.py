@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ...rigs import maps
 from .. import characters, styles
+from ..direction import edits
 from ..errors import S2agError, UsageError
 from ..meaning import vocabulary
 from ..model.catalogue import describe
@@ -18,7 +19,7 @@ from .manifest import Problem
 
 _SHARED = ("takes", "preset", "engine", "resolution", "fps", "start_frame")
 _AGREE = "Rows of one scene must agree on it."
-_FILES = (("audio", audio.check), ("vectors", table.check), ("map", maps.load))
+_FILES = (("audio", audio.check), ("vectors", table.check), ("map", maps.load), ("edits", edits.load))
 
 
 def check(clips: list[Clip], looked_at: set[int] | None = None) -> list[Problem]:
@@ -58,6 +59,8 @@ def _wrong(clip: Clip, found: dict[tuple, str], known) -> Iterator[str]:
     yield refusal(known, clip.checkpoint) or _refusal(_ask, clip, known(clip.checkpoint))
     if clip.is_filmed:
         yield refusal(characters.checked, clip.character)
+    if clip.edits is not None and clip.takes != 1:
+        yield f"Edits are about one take, and {clip.takes} are asked for."
     if clip.fps is not None and not 1 <= clip.fps <= 240:
         yield f"{clip.fps:g} frames a second are out of range (1 to 240)."
     if not 0 <= clip.delay < 86400:

@@ -300,6 +300,7 @@ COLUMNS = {
     "mirror": _flag,
     "cell": _path,
     "latent": _points,
+    "edits": _path,
     "checkpoint": _path,
     "vectors": _path,
     "aligner_model": _path,

@@ -29,7 +29,7 @@ class Synthesis:
         """``clip``, ``folder``, ``key``, ``cache``; files land, then the record."""
         clip, folder = Clip.of(params["clip"]), Folder(params["folder"])
         models = {name: getattr(clip, name) for name in MODELS}
-        result = self._open(**models, cache=params["cache"]).synthesize(request(clip), tell)
+        result = _perform(self._open(**models, cache=params["cache"]), clip, tell)
         with folder.part() as part:
             made = {}
             for take, motion in enumerate(result.motions):
@@ -50,6 +50,16 @@ def _open(**models):
     from ..performance.synthesis import Session
 
     return Session(**models)
+
+
+def _perform(session, clip: Clip, tell):
+    """The takes of a clip, after an animator's edits where it has some."""
+    if clip.edits is None:
+        return session.synthesize(request(clip), tell)
+    from ..direction import edits
+    from ..direction.directing import Director
+
+    return Director(session).direct(request(clip), edits.load(clip.edits), tell)
 
 
 def motion_paths(folder: Folder, clip: Clip) -> list[Path]:

@@ -9,7 +9,7 @@ import numpy as np
 from ..motion import rest, skeleton
 from ..smoothing import gaussian
 
-_STILL, _MOVING = 5.0, 26.0
+_STILL, _MOVING = 8.0, 34.0
 """Degrees a second up to which an arm counts as waiting, and from which on as moving."""
 _LONG, _SHORT = 0.5, 0.12
 """Standard deviations (s) over which a waiting arm's way is smoothed, and its speed is taken."""

@@ -82,10 +82,15 @@ def test_a_deleted_stroke_is_gone(after, base):
 
 @pytest.mark.parametrize("hand", gestures.HANDS)
 def test_the_hand_that_was_asked_for_does_it(after, base, hand):
-    one = max((one for one in gestures.find(base)[2:-2] if one.hand != hand), key=lambda one: one.size)
-    motion, _ = after({"do": "change", "at": one.at, "hand": hand})
-    assert gestures.near(gestures.find(motion), one.at, aims.LANDS).hand == hand
-    within(base, motion, one.at)
+    others = [one for one in gestures.find(base)[2:-2] if one.hand != hand][:6]
+    had = 0
+    for one in others:
+        motion, warnings = after({"do": "change", "at": one.at, "hand": hand})
+        found = gestures.near(gestures.find(motion), one.at, aims.LANDS)
+        assert warnings or found.hand == hand
+        had += found is not None and found.hand == hand
+        within(base, motion, one.at)
+    assert had >= len(others) - 1  # now and then neighbours leave no room, which is told
 
 
 @pytest.mark.parametrize("size", [0.6, 1.3])

@@ -1,0 +1,40 @@
+"""A row of a manifest with an animator's edits is performed as they say."""
+
+import numpy as np
+import pytest
+from s2ag.core.batch import checks, manifest
+from s2ag.core.batch.clip import Clip
+from s2ag.core.batch.folder import Folder
+from s2ag.core.batch.stages import Batch
+from s2ag.core.batch.work import Synthesis
+from s2ag.core.direction import edits
+from s2ag.core.motion.motion import Motion
+
+
+@pytest.fixture
+def clip(tmp_path, examples):
+    edits.save([{"do": "delete", "at": 4.3}], tmp_path / "mine.json")
+    (tmp_path / "plan.csv").write_text(f"audio,seed,edits\n{examples / 'hello.flac'},2,mine.json\n")
+    clips, problems = manifest.read(tmp_path / "plan.csv")
+    assert not problems and not checks.check(clips)
+    return clips[0]
+
+
+def test_edits_are_performed_and_changed_edits_are_performed_anew(clip, tmp_path):
+    folder = Folder(tmp_path / "out")
+    for number, asked in enumerate(([{"do": "delete", "at": 4.3}], [{"do": "delete", "at": 8.7}])):
+        edits.save(asked, clip.edits)
+        batch = Batch(folder, (clip,), "off")
+        (step,) = batch.steps("synth", batch.units)
+        assert step.state == "ready", number
+        Synthesis()(step.task.params, lambda *_: None)
+        motion = Motion.load(folder.result("npz", clip.name, ".npz"))
+        assert motion.meta["edits"] == edits.check(asked) and np.isfinite(motion.directions).all()
+
+
+def test_wrong_edits_are_told_before_anything_is_made(clip, tmp_path):
+    (tmp_path / "mine.json").write_text("[]")
+    assert any("edits" in problem.sentence for problem in checks.check([clip]))
+    edits.save([], tmp_path / "mine.json")
+    several = Clip(1, "a", clip.audio, takes=2, edits=clip.edits)
+    assert any("one take" in problem.sentence for problem in checks.check([several]))
