@@ -9,7 +9,7 @@ from ..motion import hand_numbers, skeleton
 from ..motion.hands import Hands
 from ..smoothing import gaussian
 from ..threads import each
-from . import asking, drawing, stillness
+from . import across, asking, drawing, stillness
 from .casting import Performers
 from .hearing import Heard
 
@@ -56,9 +56,9 @@ def perform(
 
 
 def _settled(take: tuple[np.ndarray, np.ndarray, np.ndarray]) -> tuple[np.ndarray, Hands | None]:
-    """A take whose waiting arms are still, and its hands on them; hands of the frames that were given stay."""
+    """A take whose waiting arms are still and whose others do not reach across, and its hands on them; given frames stay."""
     directions, extras, given = take
-    settled = stillness.settle(directions)
+    settled = across.brought_back(stillness.settle(directions), given)
     if extras.shape[1] != hand_numbers.SIZE:
         return settled, None
     calm = stillness.settle_hands(extras, directions)

@@ -1,0 +1,65 @@
+"""Arms that are drawn across the chest come back before it: people reach so far for their other shoulder, not to talk.
+
+Low hands may fold and cross as they like.
+"""
+
+import numpy as np
+
+from ..motion import skeleton
+
+_FREE, _SOON, _SHARE = 0.06, 0.05, 0.75
+"""Metres beyond the body's middle that a wrist may be; over how many more the rest sets in, and how much of it is taken back."""
+_LEADS = 0.8
+"""Seconds beside given frames in which that sets in."""
+_HIGH, _LOW = 0.16, 0.34
+"""Metres below the shoulder at which that holds wholly, and not at all."""
+
+
+def brought_back(directions: np.ndarray, given: np.ndarray | tuple = ()) -> np.ndarray:
+    """Directions ``(frames, 9, 3)`` float32 whose arms are turned about the trunk's axis, as far as their wrists are across.
+
+    Frames that are ``given`` (their numbers) stay, and those beside them nearly.
+    """
+    result = np.array(directions, np.float32)
+    free = _free(len(result), np.asarray(given, int))
+    points = skeleton.to_positions(directions).astype(float)
+    shoulders = [points[:, skeleton.EDGES[upper][0]] for upper, _ in skeleton.ARMS]
+    up = skeleton.normalize(directions[:, 0].astype(float))
+    for side, (upper, lower) in enumerate(skeleton.ARMS):
+        wide = shoulders[side] - shoulders[1 - side]
+        out = skeleton.normalize(wide - (wide * up).sum(-1, keepdims=True) * up)
+        front = np.cross(out, -up) * (1 if side else -1)
+        reach = points[:, skeleton.EDGES[lower][1]] - shoulders[side]
+        aside, ahead, below = ((reach * axis).sum(-1) for axis in (out, front, -up))
+        turn = free * _turn(aside, ahead, below, 0.5 * np.linalg.norm(wide, axis=-1))
+        for edge in (upper, lower):
+            result[:, edge] = _turned(directions[:, edge].astype(float), out, front, turn)
+    return result
+
+
+def _free(frames: int, given: np.ndarray) -> np.ndarray:
+    """How much of it every frame is turned ``(frames,)``: 0 where it is given, 1 from :data:`_LEADS` on."""
+    if not len(given):
+        return np.ones(frames)
+    numbers, given = np.arange(frames), np.sort(given)
+    behind = np.searchsorted(given, numbers).clip(0, len(given) - 1)
+    away = np.minimum(np.abs(numbers - given[behind]), np.abs(numbers - given[np.maximum(behind - 1, 0)]))
+    share = np.clip(away / (_LEADS * skeleton.FPS), 0, 1)
+    return share * share * (3 - 2 * share)
+
+
+def _turn(aside: np.ndarray, ahead: np.ndarray, below: np.ndarray, half: np.ndarray) -> np.ndarray:
+    """Radians by which an arm is turned outwards, of where its wrist is from the shoulder, metres."""
+    beyond = np.maximum(-(aside + half) - _FREE, 0)
+    wanted = aside + _SHARE * beyond**2 / (beyond + _SOON)
+    long = np.maximum(np.hypot(aside, ahead), 1e-6)
+    share = np.clip((_LOW - below) / (_LOW - _HIGH), 0, 1)
+    angle = np.arcsin(np.clip(wanted / long, -1, 1)) - np.arcsin(np.clip(aside / long, -1, 1))
+    return np.where(ahead > 0, angle * share * share * (3 - 2 * share), 0.0)
+
+
+def _turned(vectors: np.ndarray, out: np.ndarray, front: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Vectors ``(frames, 3)`` turned from ``front`` towards ``out``."""
+    a, b = ((vectors * axis).sum(-1) for axis in (out, front))
+    more = np.cos(turn) - 1
+    return vectors + (a * more + b * np.sin(turn))[:, None] * out + (b * more - a * np.sin(turn))[:, None] * front

@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+from s2ag.core.motion import rest, skeleton
+from s2ag.core.performance import across
+
+
+def reaching(side: int, height: float, aside: float) -> np.ndarray:
+    """A pose (1, 9, 3) whose wrist of a side is that far (m) above the shoulder and beyond the body's middle."""
+    pose = rest.REST.astype(float).copy()[None]
+    points = skeleton.to_positions(pose)[0]
+    upper, lower = skeleton.ARMS[side]
+    shoulder = points[skeleton.EDGES[upper][0]]
+    goal = np.array([-aside if side else aside, shoulder[1] - height, 0.28])
+    way = goal - shoulder
+    reach = np.linalg.norm(way)
+    first, second = skeleton.LENGTHS[upper], skeleton.LENGTHS[lower]
+    foot = (first**2 - second**2 + reach**2) / (2 * reach)
+    along = way / reach
+    down = np.array([0.0, 1.0, 0.0]) - along[1] * along
+    bend = np.sqrt(first**2 - foot**2) * down / np.linalg.norm(down)
+    pose[0, upper] = (foot * along + bend) / first
+    pose[0, lower] = (way - foot * along - bend) / second
+    return pose.astype(np.float32)
+
+
+def beyond(pose: np.ndarray, side: int) -> float:
+    """Metres of a wrist beyond the body's middle."""
+    wrist = skeleton.to_positions(pose)[0, skeleton.EDGES[skeleton.ARMS[side][1]][1]]
+    return float(wrist[0]) * (-1 if side else 1)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+@pytest.mark.parametrize("height", [-0.1, 0.1])
+def test_a_wrist_at_the_other_shoulder_comes_back(side, height):
+    pose = reaching(side, height, 0.2)
+    assert beyond(pose, side) == pytest.approx(0.2, abs=1e-3)
+    made = across.brought_back(pose)
+    assert 0.08 < beyond(made, side) < 0.14
+    np.testing.assert_allclose(np.linalg.norm(made, axis=-1), 1, atol=1e-5)
+    others = [edge for edge in range(9) if edge not in skeleton.ARMS[side]]
+    np.testing.assert_array_equal(made[:, others], pose[:, others])
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_what_is_before_the_body_or_low_stays(side):
+    for pose in (reaching(side, 0.0, 0.04), reaching(side, -0.36, 0.2), rest.REST[None].astype(np.float32)):
+        np.testing.assert_allclose(across.brought_back(pose), pose, atol=1e-6)
+
+
+def test_given_frames_stay_and_the_ways_to_them_are_smooth():
+    still = np.repeat(reaching(1, 0.0, 0.2), 60, axis=0)
+    made = across.brought_back(still, np.array([30, 31]))
+    np.testing.assert_allclose(made[30:32], still[30:32], atol=1e-6)
+    np.testing.assert_allclose(made[[0, 59]], across.brought_back(still)[[0, 59]], atol=1e-6)
+    assert np.abs(np.diff(made, axis=0)).max() < 0.06
+
+
+def test_it_sets_in_smoothly():
+    places = [beyond(across.brought_back(reaching(1, -0.05, aside)), 1) for aside in np.arange(0.0, 0.25, 0.005)]
+    steps = np.diff(places)
+    assert (steps > 0).all() and steps.max() < 0.0056 and np.abs(np.diff(steps)).max() < 0.001
