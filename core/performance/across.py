@@ -9,6 +9,7 @@ from ..motion import skeleton
 
 _FREE, _SOON, _SHARE = 0.06, 0.05, 0.75
 """Metres beyond the body's middle that a wrist may be; over how many more the rest sets in, and how much of it is taken back."""
+_ASIDE = 0.98
 _LEADS = 0.8
 """Seconds beside given frames in which that sets in."""
 _HIGH, _LOW = 0.16, 0.34
@@ -54,7 +55,8 @@ def _turn(aside: np.ndarray, ahead: np.ndarray, below: np.ndarray, half: np.ndar
     wanted = aside + _SHARE * beyond**2 / (beyond + _SOON)
     long = np.maximum(np.hypot(aside, ahead), 1e-6)
     share = np.clip((_LOW - below) / (_LOW - _HIGH), 0, 1)
-    angle = np.arcsin(np.clip(wanted / long, -1, 1)) - np.arcsin(np.clip(aside / long, -1, 1))
+    # Of an arm that points straight aside a little less says nothing of how far it is turned.
+    angle = np.subtract(*(np.arcsin(np.clip(place / long, -_ASIDE, _ASIDE)) for place in (wanted, aside)))
     return np.where(ahead > 0, angle * share * share * (3 - 2 * share), 0.0)
 
 

@@ -10,9 +10,11 @@ import sys
 import time
 
 import pytest
+from rounding import bound
 from s2ag.core.batch import folder
 from s2ag.core.cli.main import main
 from s2ag.core.errors import S2agError
+from s2ag.core.model import opening
 from s2ag.core.motion.motion import Motion
 from sounds import write_wav
 
@@ -133,7 +135,8 @@ def test_a_chosen_cell_is_made_in_a_batch(batch, tmp_path, random_checkpoint, ex
     (tmp_path / "cells.csv").write_text("cell,name\nsheet.json:3,chosen\n")
     assert batch("run", tmp_path / "cells.csv") == 0
     alone, made = Motion.load(tmp_path / "alone.npz"), Motion.load(tmp_path / "out" / "npz" / "chosen.npz")
-    assert made.meta == alone.meta and abs(made.directions - alone.directions).max() < 1e-5
+    limit = bound(opening.load(random_checkpoint))  # another batch size, other threads
+    assert made.meta == alone.meta and abs(made.directions - alone.directions).max() < limit
 
 
 @pytest.mark.slow
