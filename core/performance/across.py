@@ -8,7 +8,7 @@ import numpy as np
 from ..motion import skeleton
 
 _FREE, _SOON, _SHARE = 0.06, 0.05, 0.75
-"""Metres beyond the body's middle that a wrist may be; over how many more the rest sets in, and how much of it is taken back."""
+"""Metres beyond the body's middle that a wrist may be; over how many more it is taken back, and how much of the rest."""
 _ASIDE = 0.98
 _LEADS = 0.8
 """Seconds beside given frames in which that sets in."""
