@@ -305,5 +305,11 @@ def main(_arguments: list[str] = ()) -> int:
     return 0
 
 
+def _end(code: int) -> None:
+    """End the process at once, its files being gone: threads of libraries may abort it on the longer way out of Python."""
+    sys.stderr.flush()
+    os._exit(code)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    _end(main())
