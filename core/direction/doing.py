@@ -178,16 +178,14 @@ def _reroll(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Sta
     start, stop = round(edit["from"] * motion.fps), min(round(edit["to"] * motion.fps) + 1, len(motion.directions))
     if stop - start < SHORTEST * motion.fps:
         raise UsageError("less than a phrase is chosen.", f"Choose {SHORTEST:g} s or more of the recording.")
-    places, shows = [(start, stop)], {}
+    places = [(start, stop)]
 
     def make(seed: int) -> Motion:
-        made, shows[seed] = filler.fill(motion, places, None, seed, state.held, plain=False, whole=True)
-        return replace(made, meta={**made.meta, "seed_of_range": seed})
+        made, inside = filler.fill(motion, places, None, seed, state.held, plain=False, whole=True)
+        return kinds.told(made, places, inside)
 
     made, _ = best(filler, state, edit, places, make, lambda motion: 0.0)
-    inside = shows[made.meta["seed_of_range"]]
-    meta = {name: value for name, value in made.meta.items() if name != "seed_of_range"}
-    return replace(state, motion=kinds.told(replace(made, meta=meta), places, inside)), 0.0
+    return replace(state, motion=made), 0.0
 
 
 def _pose(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:

@@ -116,7 +116,7 @@ def strain(before: Motion, after: Motion, places: Sequence[spans.Span]) -> float
 
 def _most(directions: np.ndarray) -> tuple[float, float]:
     """Highest speed and acceleration of the wrists."""
-    way = gestures.wrists(directions)
+    way = skeleton.wrists(directions)
     speed, change = np.diff(way, axis=0), np.diff(way, n=2, axis=0)
     return tuple(float(np.linalg.norm(one, axis=-1).max(initial=0)) for one in (speed, change))
 

@@ -48,17 +48,11 @@ class Gesture:
     word: str
 
 
-def wrists(directions: np.ndarray) -> np.ndarray:
-    """Places of the wrists ``(frames, 2, 3)``, left and right, in metres from their shoulders."""
-    arms = np.asarray(directions, float)[:, skeleton.ARM_EDGES, :] * skeleton.LENGTHS[list(skeleton.ARM_EDGES), None]
-    return arms.reshape(len(arms), 2, 2, 3).sum(2)
-
-
 def speeds(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
     """Speeds of the wrists ``(frames, 2)`` in metres a second."""
     if len(directions) < 2:
         return np.zeros((len(directions), 2))
-    return np.linalg.norm(np.gradient(wrists(directions), axis=0), axis=-1) * fps
+    return np.linalg.norm(np.gradient(skeleton.wrists(directions), axis=0), axis=-1) * fps
 
 
 def find(motion: Motion) -> list[Gesture]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..errors import UsageError
 from ..meaning import showing
-from ..meaning.choosing import HOLD, SWING, Shown
+from ..meaning.choosing import HOLD, SWING, Shown, emphasis
 from ..motion import limits, skeleton
 from ..motion.motion import Motion
 from . import filling, gestures, spans
@@ -20,8 +20,6 @@ _AHEAD = 0.12
 _PASSES = 6
 _BACK = 0.5
 """Seconds that the way back has at least."""
-_LANDS = 0.4
-"""Share of a word after which its vowel is loudest, about."""
 
 
 def names(vocabulary) -> list[str]:
@@ -36,7 +34,7 @@ def time_of(words: Sequence[tuple[str, float, float]], word: str, nth: int) -> f
     if len(places) < nth:
         raise UsageError(f"the word {word!r} is not said {nth} times.", "Give a word of the transcript, or a time.")
     _, start, end = words[places[nth - 1]]
-    return start + _LANDS * (end - start)
+    return emphasis(start, end)
 
 
 def told(motion: Motion, places: Sequence[spans.Span], shows: Sequence[tuple[str, float]]) -> Motion:

@@ -12,7 +12,7 @@ from .vocabulary import Vocabulary
 LEAD, SWING, HOLD, SINK = 0.5, 0.28, 0.35, 0.75
 """Seconds of preparation, of the stroke itself, of a hold at least, and of the way back."""
 _LANDS = 0.4
-"""Share of a word after which its vowel is loudest, about: there the stroke lands."""
+"""Share of a word after which its vowel is loudest, about."""
 _APART = 1.5
 """Seconds between the strokes of two gestures that nobody asked for."""
 _SALT = 0x3EA
@@ -87,11 +87,16 @@ def _said(vocabulary: Vocabulary, found: Mapping, readiness: float, seed: tuple[
     return said
 
 
+def emphasis(start: float, end: float) -> float:
+    """Seconds at which a word from ``start`` to ``end`` is loudest, about: there a stroke for it lands."""
+    return start + _LANDS * (end - start)
+
+
 def _timed(chosen: list[tuple[int, tuple]], words: Sequence, seed: tuple[int, ...]) -> list[Shown]:
     shown: list[Shown] = []
     for place, (number, (gesture, count, side, _)) in enumerate(chosen):
         _, start, end = words[number]
-        lands = start + _LANDS * (end - start)
+        lands = emphasis(start, end)
         after = words[chosen[place + 1][0]][1] - LEAD if place + 1 < len(chosen) else np.inf
         until = min(max(end, lands + HOLD * (1 + 0.5 * (count > 2))), max(after, lands + 0.1))
         random = np.random.default_rng((*seed, _SALT, number))

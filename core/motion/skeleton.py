@@ -78,6 +78,12 @@ REST[list(ARM_EDGES)] = normalize(
 """Standing at ease: the trunk as in the mean, the arms hanging with slightly bent elbows."""
 
 
+def wrists(directions: np.ndarray) -> np.ndarray:
+    """Left and right wrist ``(..., 2, 3)`` in metres from their shoulders, from unit directions ``(..., 9, 3)``."""
+    steps = np.asarray(directions, float) * LENGTHS[:, None]
+    return np.stack([steps[..., upper, :] + steps[..., fore, :] for upper, fore in ARMS], -2)
+
+
 def to_positions(directions: np.ndarray, lengths: np.ndarray = LENGTHS) -> np.ndarray:
     """Joint positions ``(..., 10, 3)`` from directions ``(..., 9, 3)``, spine at the origin (paper eq. 11).
 

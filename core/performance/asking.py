@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..meaning import choosing
 from ..motion import requested
 from ..words.hints import Wishes
 
@@ -21,8 +22,6 @@ _BOTH = ("all", "big", "small", "thing", "unknown", "maybe")
 _LEFT, _RIGHT, _TWO = 0, 1, 2
 _LEADING = 0.3
 """The control of the hand beyond which the left one leads."""
-_LANDS = 0.4
-"""Share of a word after which its vowel is loudest, about."""
 _READY, _END = 0.42, 0.14
 """Seconds from where a stroke is ready to its emphasis, and from there to its end: middles of the directed corpus."""
 _SIZE = 0.5
@@ -50,5 +49,5 @@ def _stroke(hint: str, side: float, word: tuple, meanings: Sequence[str], hand: 
     """A row of :data:`requested.COLUMNS` for a word."""
     meaning = MEANINGS[hint]
     which = _TWO if meaning in _BOTH and not side else _LEFT if (side or hand + _LEADING) < 0 else _RIGHT
-    emphasis = word[1] + _LANDS * (word[2] - word[1])
+    emphasis = choosing.emphasis(*word[1:3])
     return 0, emphasis - _READY, emphasis, emphasis + _END, meanings.index(meaning), which, _SIZE

@@ -33,8 +33,7 @@ class Found:
 
 def find(armature: bpy.types.Object, given: shapes.Shapes | None = None) -> Found | None:
     """The face of a character, by a map that is ``given`` or by the names of its shape keys; None where nothing speaks."""
-    every = {mesh.data.shape_keys for mesh in cast.meshes(armature) if mesh.data.shape_keys is not None}
-    blocks = sorted(every, key=lambda key: key.name)
+    blocks = _keys(armature)
     known = given or shapes.detect({block.name: None for key in blocks for block in key.key_blocks}.keys())
     if known is None:
         return None

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...motion import skeleton
+from ...motion.skeleton import wrists
 
 FOREARMS = (5, 8)
 UPPER_ARMS = (4, 7)
@@ -21,12 +22,6 @@ def angular_speed(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarr
 def arm_speed(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
     """Mean angular speed of both upper arms and forearms ``(frames - 1,)`` in degrees a second: the motion energy."""
     return angular_speed(directions, fps)[:, skeleton.ARM_EDGES].mean(axis=1)
-
-
-def wrists(directions: np.ndarray) -> np.ndarray:
-    """Left and right wrist ``(..., 2, 3)`` in metres from their shoulders, from unit directions ``(..., 9, 3)``."""
-    steps = np.asarray(directions, float) * skeleton.LENGTHS[:, None]
-    return steps[..., list(UPPER_ARMS), :] + steps[..., list(FOREARMS), :]
 
 
 def away(directions: np.ndarray, rest: np.ndarray) -> np.ndarray:

@@ -31,7 +31,7 @@ def test_a_swing_is_a_gesture_of_its_hand_at_its_time(side, hand, at):
     (one,) = gestures.find(motion)
     assert one.hand == hand
     assert abs(one.at - at) < 0.5 / skeleton.FPS
-    way = np.linalg.norm(gestures.wrists(motion.directions)[[0, -1]][1] - gestures.wrists(motion.directions)[0], axis=-1)
+    way = np.linalg.norm(skeleton.wrists(motion.directions)[[0, -1]][1] - skeleton.wrists(motion.directions)[0], axis=-1)
     assert 0.8 * way.max() < one.size < 1.6 * way.max()  # along an arc, without its slow ends
 
 
