@@ -52,7 +52,7 @@ def shown(action: bpy.types.Action, scene: bpy.types.Scene) -> list[Shown]:
     for number, row in enumerate(stored.read(action, GESTURES, list), 1):
         if not isinstance(row, list) or len(row) != len(_KINDS) or not all(map(isinstance, row, _KINDS)):
             continue
-        frame = round(told["start"] + row[0] * _rate(told, scene))
+        frame = round(told["start"] + row[0] * scene_fps(scene))
         if told["place"]["first"] <= frame <= told["place"]["last"]:
             found.append(Shown(*row, frame, f"#{number} {row[4] or row[2]} ({row[1]})"[:60]))
     return found
@@ -66,7 +66,7 @@ def nearest(action: bpy.types.Action, scene: bpy.types.Scene) -> Shown | None:
 def seconds(action: bpy.types.Action, scene: bpy.types.Scene, frame: float) -> float:
     """Seconds of the recording at a frame of the scene."""
     told = provenance.of(action)
-    return round(max((frame - told["start"]) / _rate(told, scene), 0.0), 4)
+    return round(max((frame - told["start"]) / scene_fps(scene), 0.0), 4)
 
 
 def by_markers(action: bpy.types.Action, scene: bpy.types.Scene) -> list[dict]:
@@ -126,11 +126,6 @@ def settle(former: bpy.types.Action, action: bpy.types.Action, scene: bpy.types.
     pairs = list(zip(made(former), made(action), strict=False))
     same = next((number for number, (one, other) in enumerate(pairs) if one != other), len(pairs))
     spans = [span for one in (before, told) for part in one.get("touched", [])[same:] for span in part]
-    rate = _rate(told, scene)
+    rate = scene_fps(scene)
     near = [(told["start"] + (low - _REACH) * rate, told["start"] + (high + _REACH) * rate) for low, high in spans]
     restoring.outside(former, action, near)
-
-
-def _rate(told: dict, scene: bpy.types.Scene) -> float:
-    """Frames of the scene that a second of the recording takes."""
-    return scene_fps(scene) / told["settings"].get("speed", 1.0)

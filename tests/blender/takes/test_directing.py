@@ -88,3 +88,13 @@ def test_takes_of_before_are_told_apart(speaker, take):
     assert directing.shown(take, bpy.context.scene) == [] and not bpy.ops.s2ag.delete_gesture.poll()
     take[directing.GESTURES] = '[[1, 2], "x", [1.0, "left", "beat", 0.3, "so"]]'
     assert len(directing.shown(take, bpy.context.scene)) == 1
+
+
+def test_gestures_lie_where_they_are_made_whatever_the_speed(speaker, take):
+    """Strokes become quicker between turns that stay, so their moments move by less than a stroke, a third of a second."""
+    speaker.s2ag.speed = 1.5
+    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
+    scene = bpy.context.scene
+    slow, quick = directing.shown(take, scene), directing.shown(now(speaker), scene)
+    assert [one.frame for one in slow] == [one.frame for one in quick]
+    assert quick[-1].frame > 0.9 * take.frame_range[1]
