@@ -69,7 +69,7 @@ def _parts(points, weights, gender):
     body = np.unique(data.base_mesh().faces["body"])
     crown = weights[body[np.argmax(points[body, 2])]]
     for name, quads, look in _mouth():  # the jaw is in their keys
-        yield name, Surface.of(points, quads, np.repeat(crown[None], len(points), 0)), [look], 0, np.unique(quads)
+        yield name, Surface.of(face.bite(points), quads, np.repeat(crown[None], len(points), 0)), [look], 0, np.unique(quads)
     if gender == "female":
         lashes = np.concatenate([data.base_mesh().faces[name] for name in _LASHES])
         yield (
@@ -96,11 +96,13 @@ def _skin(tailor, palette, gender):
     faces = mesh.faces["body"]
     shown = tailor.shown()[faces].all(1)
     canvas = paint.Canvas(hair.Head.of(tailor.points))
-    picture = canvas.paint(palette, mesh.masks["lips"], 0.0052 if gender == "female" else 0.0078)
+    brow = 0.0052 if gender == "female" else 0.0078
+    picture = canvas.paint(palette, mesh.masks["lips"], face.lids(faces, len(tailor.points)), brow)
     uvs = canvas.uvs(faces[shown], mesh.masks["fingernails"][shown])
     skin = Surface.of(tailor.points, faces[shown], tailor.weights, 0, uvs)
+    skin.slots[face.inside(faces, mesh.masks["lips"], len(tailor.points))[shown]] = 1
     looks = [materials.painted("Skin", materials.image("Human skin", picture), palette.skin)]
-    return skin, looks, np.unique(faces[shown])
+    return skin, [*looks, materials.plain("Mouth", (0.16, 0.03, 0.03), 0.7)], np.unique(faces[shown])
 
 
 def _mouth():

@@ -15,12 +15,54 @@ from . import data
 FACE = Path(__file__).with_name("face.npz")
 MOVE = 2e-5
 """Metres between the places that a point can be moved to."""
+_DROPS, _BACK, _NARROW = (0.006, 0.0075, 0.007), (-0.0045, -0.0035, 0.003), (0.86, 0.86, 0.95)
+"""Metres by which upper teeth, lower teeth and tongue are too high and too far in front, and how wide they should be."""
+_LIP = 0.3
+"""Of the lips' mask, what parts inside and outside."""
+_LID = 0.006
+"""Metres by which a blink moves the middle of a lid at least."""
 SURFACES = ("helper-upper-teeth", "helper-lower-teeth", "helper-tongue")
 
 
 def surface(name: str) -> np.ndarray:
     """Quads ``(n, 4)`` of one of :data:`SURFACES`, as rows of the base mesh."""
     return data.restored(_kept()[f"faces {name}"], 4).astype(int)
+
+
+def bite(points: np.ndarray) -> np.ndarray:
+    """``points`` (n, 3) of a person with teeth and tongue where a mouth has them: edges meet at the line between the lips.
+
+    Those of the base mesh overlap, stand in the way of the lower lip and come out at the corners of a closed mouth.
+    """
+    moved = points.copy()
+    for name, drop, back, narrow in zip(SURFACES, _DROPS, _BACK, _NARROW, strict=True):
+        rows = np.unique(surface(name))
+        moved[rows] = moved[rows] * (narrow, 1, 1) + (0, back, -drop)
+    return moved
+
+
+def inside(faces: np.ndarray, lips: np.ndarray, count: int) -> np.ndarray:
+    """Which ``faces`` (m, 4) of a body are the inside of its mouth: what the ``lips`` (m, 4) part from the rest of it."""
+    beside = faces[~(lips > _LIP).all(1)]
+    labels = np.arange(count)
+    while True:
+        lowest = labels.copy()
+        np.minimum.at(lowest, beside.ravel(), np.repeat(labels[beside].min(1), 4))
+        lowest = lowest[lowest]  # in long strides
+        if (lowest == labels).all():
+            break
+        labels = lowest
+    outer = np.bincount(labels[beside.ravel()]).argmax()
+    return (labels[faces] != outer).all(1) & ~(lips > _LIP).any(1)
+
+
+def lids(faces: np.ndarray, count: int) -> np.ndarray:
+    """How much of a lid (m, 4) the corners of ``faces`` are, rows of ``count`` points: what blinks move far."""
+    far = np.zeros(count)
+    for name in ("eyeBlinkLeft", "eyeBlinkRight"):
+        rows, moves = units()[name]
+        np.maximum.at(far, rows, np.linalg.norm(moves, axis=1))
+    return np.clip(far / _LID, 0, 1)[faces]
 
 
 def units() -> dict[str, tuple[np.ndarray, np.ndarray]]:

@@ -11,6 +11,9 @@ WIDTH, HEIGHT = 1024, 640
 _RAMP = 12
 """Rows at the bottom of the skin image that hold a ramp from skin to finger nail."""
 
+_LIDS = (0.86, 0.74, 0.72)
+"""Colour of lids in that of the skin: thinner, so redder and darker. Closed ones are wide and catch the light from above."""
+
 
 @dataclass(frozen=True)
 class Palette:
@@ -55,9 +58,9 @@ class Canvas:
         ramp = 0.02 + 0.96 * nails
         return np.stack([np.where(on_head, turn + 0.5, ramp), np.where(on_head, rows, _RAMP / 3) / HEIGHT], -1)
 
-    def paint(self, palette: Palette, lips: np.ndarray, brow: float) -> np.ndarray:
-        """The skin image (HEIGHT, WIDTH, 3); ``lips`` is the mask at the corners of the body, ``brow`` the
-        thickness of the eyebrows in metres."""
+    def paint(self, palette: Palette, lips: np.ndarray, lids: np.ndarray, brow: float) -> np.ndarray:
+        """The skin image (HEIGHT, WIDTH, 3); ``lips`` and ``lids`` are masks at the corners of the body,
+        ``brow`` the thickness of the eyebrows in metres."""
         rng = np.random.default_rng(7)
         z = self.low + (np.arange(HEIGHT)[:, None] - _RAMP) / (HEIGHT - _RAMP) * self.span
         turn = (np.arange(WIDTH)[None] + 0.5) / WIDTH * 2 * np.pi - np.pi
@@ -66,7 +69,8 @@ class Canvas:
         colour *= 1 + 0.035 * mottle[..., None] / mottle.std()
         for weight, tint in self._tints(turn, z, palette):
             colour = _mix(colour, tint, weight)
-        colour = _mix(colour, palette.lips, _blurred(self._lip_image(lips), 1) * 0.85)
+        colour = _mix(colour, palette.lips, _blurred(self._image(lips), 1) * 0.85)
+        colour = _mix(colour, np.multiply(palette.skin, _LIDS), 0.6 * _blurred(self._image(lids), 2))
         colour = _mix(colour, np.multiply(palette.hair, 0.7), self._brows(brow, rng) * 0.92)
         colour = _mix(colour, palette.hair, self._scalp(turn, z))
         ramp = np.linspace(0, 1, WIDTH)[None, :, None]
@@ -89,11 +93,11 @@ class Canvas:
             jaw = _spot(turn / 1.0, (z - self.head.chin - 0.015) / 0.035) + _spot(turn / 0.3, (z - mouth[2] - 0.012) / 0.007)
             yield palette.stubble * np.clip(jaw, 0, 1), np.multiply(palette.skin, [0.42, 0.46, 0.52])
 
-    def _lip_image(self, lips):
-        """The lip mask moved from the base mesh's own texture layout to this one."""
+    def _image(self, mask):
+        """A mask at the corners of the body laid out as this image is."""
         mesh = data.base_mesh()
-        near = (lips > 0.02).any(1)
-        values = lips[near]
+        near = (mask > 0.02).any(1)
+        values = mask[near]
         uvs = self.uvs(mesh.faces["body"][near], np.zeros_like(values))
         image = np.zeros((HEIGHT, WIDTH))
         step = np.linspace(0, 1, 14)
