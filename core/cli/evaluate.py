@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 import shlex
 import sys
 import tempfile
@@ -15,16 +16,21 @@ from .progress import Progress, note
 SUMMARY = "measure a checkpoint's gestures on held-out speech and write a report"
 EXAMPLE = """examples:
   s2ag evaluate --data corpus --speech corpus/speech --report report
-  s2ag evaluate --data corpus --speech corpus/speech --material PATH --compare old.safetensors --films --report report"""
+  s2ag evaluate --data corpus --speech corpus/speech --material PATH --compare old.safetensors --films --report report
+  s2ag evaluate --faces --human voice.wav"""
 EXAMPLE_RECORDING = Path(__file__).parents[2] / "examples" / "hello.flac"
 MOST_TALKS = 1000
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
-    parser.add_argument("--data", metavar="FOLDER", type=Path, required=True, help="directed corpus with a test split")
-    parser.add_argument("--speech", metavar="FOLDER", type=Path, required=True, help="the speech it was built with")
-    parser.add_argument("--report", metavar="DIR", type=Path, required=True, help="folder for the report")
+    parser.add_argument("--data", metavar="FOLDER", type=Path, help="directed corpus with a test split")
+    parser.add_argument("--speech", metavar="FOLDER", type=Path, help="the speech it was built with")
+    parser.add_argument("--report", metavar="DIR", type=Path, help="folder for the report")
+    faces = (
+        "measure only speaking faces, of the recordings of people: closed lips, jaw and voice, blinks, gaze; needs no corpus"
+    )
+    parser.add_argument("--faces", action="store_true", help=faces)
     performance.add_checkpoint(parser)
     parser.add_argument("--compare", metavar="FILE", type=Path, help="another checkpoint to stand beside")
     clips = "folder with smartbody/: the captured clips that motion is held against"
@@ -51,6 +57,11 @@ def run(options: argparse.Namespace) -> int:
     for path in people:
         if not path.is_file():
             raise AudioUnreadable(f"The recording {path} does not exist.", "Check the name and the folder.")
+    if options.faces:
+        return _faces(people, options.report)
+    for name in ("data", "speech", "report"):
+        if getattr(options, name) is None:
+            raise UsageError(f"--{name} is not given.", "Name the folder, or measure faces alone with --faces.")
     if options.films:
         blender.command("film.job")  # complain now, not after the measuring
     _need_matplotlib()
@@ -78,6 +89,31 @@ def run(options: argparse.Namespace) -> int:
     verdicts = [outcome.report["verdicts"], *outcome.report["variety_verdicts"].values()]
     missed = dict.fromkeys(key for each in verdicts for key, verdict in each.items() if verdict["reached"] is False)
     note(f"{place / 'report.md'} is written; {len(missed)} goals are missed{': ' if missed else ''}{', '.join(missed)}.")
+    return 0
+
+
+def _faces(people: list[Path], report: Path | None) -> int:
+    """Print figures of the faces of recordings; with a folder they are written there as well."""
+    from ..files import whole_file
+    from ..learning.evaluate import faces
+
+    if not people:
+        raise UsageError("No recording was given.", "Name one with --human.")
+    with Progress() as progress:
+        found = {}
+        for number, path in enumerate(people):
+            progress(path.name, number / len(people))
+            found[path.name] = faces.measure(path)
+    print(faces.table(found))
+    if report is not None:
+        report.mkdir(parents=True, exist_ok=True)
+        with whole_file(report / "faces.json") as temporary:
+            told = {
+                name: {key: value if math.isfinite(value) else None for key, value in one.items()}
+                for name, one in found.items()
+            }
+            temporary.write_text(json.dumps(told, indent=2) + "\n", "utf-8")
+        note(f"{report / 'faces.json'} is written.")
     return 0
 
 

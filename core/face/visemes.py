@@ -43,6 +43,8 @@ _CLOSURES = {"P": 0.65, "B": 0.75, "M": 0.9}
 """Share of the sound, from its start, in which lips are shut: then they burst open."""
 _LEAST_SHUT, _SHUTTING, _OPENING = 0.05, 0.05, 0.06
 """Seconds that lips are shut at least, and that they take to meet and to part."""
+_APART, _HURRY = 0.065, 0.35
+"""Seconds below which lips do not part between two closures, and the share of a longer time in which they meet or part."""
 _QUIET, _LOUD = -24.0, 3.0
 
 
@@ -67,12 +69,12 @@ def tracks(sounds: Sequence[Phone], loudness: np.ndarray, intensity: float = 1.0
 
 
 def closures(sounds: Sequence[Phone]) -> np.ndarray:
-    """``(k, 2)`` seconds between which lips are shut, in order; those that touch are one."""
+    """``(k, 2)`` seconds between which lips are shut, in order; those that nearly touch are one, for lips do not flicker."""
     found: list[list[float]] = []
     for phone, start, end in sounds:
         if phone in _CLOSURES:
             last = start + max((end - start) * _CLOSURES[phone], _LEAST_SHUT)
-            if found and start - found[-1][1] < 0.02:
+            if found and start - found[-1][1] < _APART:
                 found[-1][1] = last
             else:
                 found.append([start, last])
@@ -136,11 +138,13 @@ def _shut(mouth: np.ndarray, shut: np.ndarray) -> np.ndarray:
     """The same with lips that are closed in every closure, and close and part around it."""
     lips, jaw = MOUTH.index("PP"), MOUTH.index("JAW")
     over = np.zeros(len(mouth))
-    for start, end in shut:
-        low, high = max(int((start - _SHUTTING) * RATE), 0), min(int((end + _OPENING) * RATE) + 2, len(mouth))
+    gaps = np.concatenate([[np.inf], shut[1:, 0] - shut[:-1, 1], [np.inf]])[: len(shut) + 1]
+    for (start, end), before, after in zip(shut, gaps[:-1], gaps[1:], strict=True):
+        shutting, opening = min(_SHUTTING, _HURRY * before), min(_OPENING, _HURRY * after)
+        low, high = max(int((start - shutting) * RATE), 0), min(int((end + opening) * RATE) + 2, len(mouth))
         time = np.arange(low, high) / RATE
         # a hundredth more on either side: what lies between two hundredths is on a straight line
-        there = np.minimum((time - start + _SHUTTING) / (_SHUTTING - 0.01), (end + _OPENING - time) / (_OPENING - 0.01))
+        there = np.minimum((time - start + shutting) / (shutting - 0.01), (end + opening - time) / (opening - 0.01))
         there = np.clip(there, 0, 1)
         over[low:high] = np.maximum(over[low:high], there * there * (3 - 2 * there))
     result = mouth * (1 - over[:, None])

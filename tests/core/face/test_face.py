@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from s2ag.core.face import making, sounds, visemes
+from s2ag.core.learning.evaluate import faces
+from s2ag.core.learning.evaluate.faces import hit, lips
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.face import CHANNELS, MOUTH, RATE, VISEMES, Face, channel, closed
 from s2ag.core.motion.motion import Motion
@@ -37,16 +39,6 @@ def spoken(hello):
 
 def still(seconds):
     return np.repeat(skeleton.REST[None], int(seconds * skeleton.FPS) + 1, 0)
-
-
-def lips(said_sounds):
-    return [(start, end) for phone, start, end in said_sounds if phone in "PBM"]
-
-
-def hit(face, spans, fps):
-    """Share of the spans within a frame of which, and of their closing, lips are seen closed."""
-    moments = np.flatnonzero(closed(face.frames(fps))) / fps
-    return np.mean([((moments >= start - 1 / fps) & (moments <= end + 1 / fps)).any() for start, end in spans])
 
 
 def test_the_aligner_tells_sounds_that_fill_their_words(hello):
@@ -92,24 +84,24 @@ def test_closed_lips_close_however_little_or_lazily_the_mouth_moves(spoken):
     assert small < 0.5 * large
 
 
-def half_widths(column):
-    """Seconds that each rise of a weight lasts above half its height, where it can be seen."""
-    padded = np.pad(column, 1)
-    tops = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] > padded[2:]) & (column > 0.15)) + 1
-    for top in tops:
-        under = np.flatnonzero(padded < padded[top] / 2)
-        after = np.searchsorted(under, top)
-        yield (under[after] - under[after - 1]) / RATE
-
-
 def test_no_viseme_flickers(spoken):
     for smoothness in (0.0, 0.5):
         face = making.make(spoken, still(15), smoothness=smoothness)
-        widths = [width for column in face.weights[:, : len(VISEMES)].T for width in half_widths(column)]
+        widths = [width for column in face.weights[:, : len(VISEMES)].T for width in faces.half_widths(column)]
         assert len(widths) > 100 and min(widths) >= SHORTEST
         cues = face.cues()
         assert all(end - start >= SHORTEST for _, start, end in cues) and cues[0][1] == 0
         assert all(one[2] == other[1] and one[0] != other[0] for one, other in zip(cues, cues[1:], strict=False))
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.003, 0.007])
+def test_no_viseme_flickers_between_two_closures_however_near(phase):
+    for gap in np.arange(0.01, 0.15, 0.005):
+        end = 0.6 + gap + phase
+        said = [("M", 0.5, 0.55 + phase), ("EH", 0.55 + phase, end), ("B", end, end + 0.08), ("AA", end + 0.08, end + 0.2)]
+        weights, shut = visemes.tracks(said, np.zeros(120), 2.0, 0.0)
+        widths = [width for column in weights[:, : len(VISEMES)].T for width in faces.half_widths(column)]
+        assert min(widths) >= SHORTEST and all((shut[:, 0] <= t + 0.01).any() for t in (0.5, end))
 
 
 def test_lips_get_round_before_the_sound_and_rest_in_pauses(spoken):
@@ -206,6 +198,10 @@ def test_people_reading_sonnets(shared, name):
     for fps in (24, 60):
         assert hit(face, spans, fps) >= 0.95
         assert hit(alone, spans, fps) >= 0.6
+    assert min(faces.shortest(face), faces.shortest(alone)) >= SHORTEST
+    told = faces.behaviour(face, spoken)
+    assert told["jaw_with_loudness"] > 0.4 and 0.25 <= told["looks_at_listener"] <= 0.75
+    assert 12 <= told["blinks_a_minute"] <= 40 and told["looks_as_phrases_begin"] < told["looks_as_phrases_end"]
 
 
 def test_tracks_of_a_single_sound_are_exact():
