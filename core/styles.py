@@ -13,6 +13,8 @@ from .errors import UnknownStyle, UsageError
 RANDOM = "random"
 TAKE_SPREAD, TAKE_WISHES = 0.4, 0.6
 """Takes are there to choose from: how far they go, as a share of the way between speakers, and how much their controls vary."""
+_TURN = 9
+"""Frames in which one style becomes another that begins at a moment."""
 CONTROLS = ("arousal", "valence", "dominance", "rate", "hand")
 """What can be turned up and down beside the style, -1..1 each, 0 as the speaker would; the network's order."""
 AFFECTS = CONTROLS[:3]
@@ -71,6 +73,18 @@ def along(points: np.ndarray, frames: int) -> np.ndarray:
     return ((1 - share) * points[..., here, :] + share * points[..., here + 1, :]).astype(np.float32)
 
 
+def turning(points: np.ndarray, frames: int, begins: np.ndarray) -> np.ndarray:
+    """Points ``(..., points, size)`` of which each holds from its frame of ``begins`` ``(points - 1,)`` on, the first before;
+    at every frame, ``(..., frames, size)`` float32.
+    """
+    found = np.repeat(points[..., :1, :], frames, axis=-2).astype(np.float32)
+    for row, begin in enumerate(begins, 1):
+        share = np.clip((np.arange(frames) - begin) / _TURN + 0.5, 0, 1)
+        share = (share * share * (3 - 2 * share))[:, None].astype(np.float32)
+        found = found + share * (points[..., row : row + 1, :] - found)
+    return found.astype(np.float32)
+
+
 def controls(affect: dict[str, float], rate: float = 0.0, hand: float = 0.0) -> np.ndarray:
     """Control values ``(5,)`` float32 in the order of :data:`CONTROLS`; ``affect`` may name any of :data:`AFFECTS`.
 
@@ -126,11 +140,13 @@ def latent(
 
 
 def vary(controls: np.ndarray, seed: int, takes: int | list[tuple]) -> np.ndarray:
-    """Controls ``(takes, 5)`` float32 of every take: the first as asked, the others a little different but for the hand."""
+    """Controls ``(..., takes, 5)`` float32 of every take, of ``(..., 5)``: the first as asked, the others a little different
+    but for the hand.
+    """
     which = identities(0, takes) if isinstance(takes, int) else takes
     wishes = _draws(seed, which, len(CONTROLS), 5)
     wishes[:, CONTROLS.index("hand")] = 0
-    return np.clip(controls + TAKE_WISHES * wishes, -1, 1).astype(np.float32)
+    return np.clip(controls[..., None, :] + TAKE_WISHES * wishes, -1, 1).astype(np.float32)
 
 
 def _draws(seed: int, which: list[tuple], size: int, *salt: int, first: bool = False) -> np.ndarray:

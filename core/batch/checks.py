@@ -11,6 +11,7 @@ from ..direction import edits
 from ..errors import S2agError, UsageError
 from ..meaning import vocabulary
 from ..model.catalogue import describe
+from ..performance import course
 from ..sound import audio
 from ..vectors import table
 from ..words import language, readers, recognise, transcript
@@ -86,9 +87,10 @@ def _read_words(path: str) -> None:
 def _ask(clip: Clip, known: dict) -> None:
     """Values out of range, unknown styles, controls that the checkpoint lacks."""
     wanted = request(clip)
-    for step in styles.steps(clip.style or styles.default(known["speakers"])):
+    later = [style for _, style in wanted.changes if style]
+    for step in [*styles.steps(clip.style or styles.default(known["speakers"])), *later]:
         styles.parse(step, [one["name"] for one in known["speakers"]])
-    if wanted.controls.any() and not known["controls"]:
+    if (wanted.controls.any() or course.steers(wanted)) and not known["controls"]:
         raise UsageError("This checkpoint has no controls.", "Leave affect, rate and hand at 0.")
 
 
@@ -97,6 +99,7 @@ def request(clip: Clip):
     from ..performance.synthesis import Request
 
     asked = {name: getattr(clip, name) for name in ("audio", "transcript", *ASKED)}
+    asked |= {} if clip.curves is None else course.load(clip.curves)
     return Request(**asked | ({"stance": float(characters.is_own(clip.character))} if clip.stance is None else {}))
 
 

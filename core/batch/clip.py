@@ -50,8 +50,8 @@ class Clip:
 
     Words come from ``transcript``, ``text`` or ``recognise``, or are none (``no_transcript``). ``checkpoint``,
     ``vectors``, ``aligner_model``, ``recogniser_model`` and ``vocabulary`` are paths, or None for the shipped ones;
-    ``edits`` is the path of what an animator changed; ``language`` is a code such as ``de``;
-    ``latent`` is the point of the latent space of a chosen cell; ``take`` is the number
+    ``edits`` is the path of what an animator changed, ``curves`` that of what goes on in time;
+    ``language`` is a code such as ``de``; ``latent`` is the point of the latent space of a chosen cell; ``take`` is the number
     of the first take; ``stance`` None is 1 on a character of ours and 0 on others. ``scene`` names what
     several rows are rendered into together, each with its own recording, which begins ``delay`` seconds into the film, whose
     first frame is ``start_frame``. ``engine``, ``resolution`` and ``fps`` override the preset; without any of them a
@@ -81,6 +81,7 @@ class Clip:
     mirror: bool = False
     latent: list[list[float]] | None = None
     edits: str | None = None
+    curves: str | None = None
     checkpoint: str | None = None
     vectors: str | None = None
     aligner_model: str | None = None

@@ -19,7 +19,7 @@ SUFFIXES = (".csv", ".jsonl", ".ndjson")
 _LONGEST = 200_000_000
 _WORDS = ("transcript", "text", "recognise", "no_transcript")
 """Where the words of a recording come from: at most one of them."""
-_OF_CELL = ("style", "seed", "take", "takes", "intensity", "affect", "rate", "hand", "meaning", "mirror", "latent")
+_OF_CELL = ("style", "seed", "take", "takes", "intensity", "affect", "rate", "hand", "curves", "meaning", "mirror", "latent")
 _YES, _NO = ("1", "true", "yes", "on"), ("0", "false", "no", "off")
 
 
@@ -301,6 +301,7 @@ COLUMNS = {
     "cell": _path,
     "latent": _points,
     "edits": _path,
+    "curves": _path,
     "checkpoint": _path,
     "vectors": _path,
     "aligner_model": _path,

@@ -32,6 +32,8 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     parser.add_argument("--takes", metavar="K", type=int, default=takes, help=f"that many variations (default {takes})")
     parser.add_argument("--intensity", metavar="X", type=float, default=1.0, help="size of the gestures (default 1)")
     _add_controls(parser)
+    if chosen:  # a sheet's cells remember numbers, not what goes on in time
+        _add_curves(parser)
     meaning = 'how readily phrases as in "I don\'t know" get gestures of their own, 0 to 1 (default 1: as the performer would)'
     parser.add_argument("--meaning", metavar="X", type=float, default=1.0, help=meaning)
     hands = "how much wrists and fingers live, from 0 (they follow the forearms) to 1 (default); the arms stay the same"
@@ -44,6 +46,12 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     parser.add_argument("--face-smoothness", metavar="X", type=float, default=0.5, help=smooth)
     parser.add_argument("--mirror", action="store_true", help="exchange left and right")
     add_models(parser)
+
+
+def _add_curves(parser: argparse.ArgumentParser) -> None:
+    """The option that names a document of curves."""
+    what = "controls, intensity and style over time: a JSON document of curves (see docs/directing.md)"
+    parser.add_argument("--curves", metavar="FILE", type=Path, help=what)
 
 
 def add_edits(parser: argparse.ArgumentParser) -> None:
@@ -90,7 +98,7 @@ def add_checkpoint(parser: argparse.ArgumentParser) -> None:
 def inputs(options: argparse.Namespace) -> list[Path]:
     """Files that the command reads and must not overwrite."""
     named = (options.audio, options.transcript, options.checkpoint, options.vectors, options.vocabulary)
-    named += (getattr(options, "edits", None),)
+    named += (getattr(options, "edits", None), getattr(options, "curves", None))
     return [path for path in named if path is not None]
 
 
@@ -113,6 +121,7 @@ def request(options: argparse.Namespace, **changes):
         "affect": dict(options.affect),
         "rate": options.rate,
         "hand": options.hand,
+        **_course(options),
         "meaning": options.meaning,
         "hands": options.hands,
         "stance": _stance(options),
@@ -129,9 +138,9 @@ def _chosen(options: argparse.Namespace):
     from ..performance.synthesis import Request
 
     steered = options.affect or options.rate or options.hand or options.mirror
-    steered = steered or options.intensity != 1 or options.meaning != 1
+    steered = steered or options.intensity != 1 or options.meaning != 1 or options.curves is not None
     if options.takes != 1 or options.style or options.seed or steered:
-        what = "--style, --seed, --takes, --intensity, --meaning, --mirror and the controls"
+        what = "--style, --seed, --takes, --intensity, --meaning, --mirror, --curves and the controls"
         raise UsageError("A chosen cell has its own style, seed and settings.", f"Leave out {what}.")
     wanted = again(options.chosen, options.checkpoint)
     another = options.audio is not None and str(options.audio.absolute()) != wanted["audio"]
@@ -146,6 +155,14 @@ def _stance(options: argparse.Namespace) -> float:
     """As asked, else 1, but for a character of the user's own, whose legs are the user's."""
     default = 1.0 if characters.is_own(getattr(options, "character", "human")) else 0.0
     return default if options.stance is None else options.stance
+
+
+def _course(options: argparse.Namespace) -> dict:
+    """What goes on in time, where a document says so."""
+    from ..performance import course
+
+    path = getattr(options, "curves", None)
+    return {} if path is None else course.load(path)
 
 
 def _face(options: argparse.Namespace) -> dict[str, float]:

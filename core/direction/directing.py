@@ -61,7 +61,7 @@ class Director:
             del self._known[old]
         state = known[-1][1]
         heard, performers = self.session.hear(request, stages)
-        return Result([state.motion], heard.words, list(state.warnings), dict(stages.seconds), performers.latents)
+        return Result([state.motion], heard.words, list(state.warnings), dict(stages.seconds), performers.own)
 
     def apply(
         self,

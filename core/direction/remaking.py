@@ -6,7 +6,7 @@ from os import PathLike
 from ..errors import UsageError
 from ..performance.request import Request
 
-_SAME = ("seed", "intensity", "affect", "rate", "hand", "meaning", "hands", "stance", "mirror", "take")
+_SAME = ("seed", "intensity", "affect", "rate", "hand", "curves", "changes", "meaning", "hands", "stance", "mirror", "take")
 
 
 def request(meta: Mapping, audio: str | PathLike, **words) -> Request:

@@ -34,6 +34,8 @@ _PARAMETERS = {
     "affect": dict,
     "rate": (int, float),
     "hand": (int, float),
+    "curves": dict,
+    "changes": list,
     "meaning": (int, float),
     "hands": (int, float),
     "stance": (int, float),

@@ -33,20 +33,21 @@ def raises(accents: Sequence[tuple[float, float, bool]], questions: Sequence[tup
     return result
 
 
-def mood(affect: Mapping[str, float], speech: np.ndarray, rng) -> dict[str, np.ndarray]:
+def mood(affect: Mapping[str, float | np.ndarray], speech: np.ndarray, rng) -> dict[str, np.ndarray]:
     """Channels ``(count,)`` of a mood: a smile or a frown as far as valence says, less of it while lips are busy.
 
-    ``speech`` ``(count,)`` is 0..1, how much the mouth is at work.
+    ``affect`` are numbers, or ``(count,)``. ``speech`` ``(count,)`` is 0..1, how much the mouth is at work.
     """
-    valence, arousal = (float(np.clip(affect.get(name, 0.0), -1, 1)) for name in ("valence", "arousal"))
+    valence, arousal = (np.clip(affect.get(name, 0.0), -1, 1) for name in ("valence", "arousal"))
+    pleased, displeased, excited = (np.maximum(one, 0.0) for one in (valence, -valence, arousal))
     drift = gaussian(rng.normal(0, 1, len(speech)), 1.2 * RATE) * 3
     alive = np.clip(1 + 0.25 * drift, 0.5, 1.3)
     free = 1 - 0.45 * gaussian(speech, 0.15 * RATE)
     return {
-        "SMILE": np.clip((0.06 + 0.6 * max(valence, 0) - 0.3 * max(-valence, 0)) * alive * free, 0, 1),
-        "FROWN": np.clip(0.5 * max(-valence, 0) * alive * free, 0, 1),
-        "BROW_LOWER": np.clip((0.45 * max(-valence, 0) * (0.6 + 0.4 * max(arousal, 0))) * alive, 0, 1),
-        "WIDE": np.clip(0.35 * max(arousal, 0) * alive, 0, 1),
+        "SMILE": np.clip((0.06 + 0.6 * pleased - 0.3 * displeased) * alive * free, 0, 1),
+        "FROWN": np.clip(0.5 * displeased * alive * free, 0, 1),
+        "BROW_LOWER": np.clip((0.45 * displeased * (0.6 + 0.4 * excited)) * alive, 0, 1),
+        "WIDE": np.clip(0.35 * excited * alive, 0, 1),
     }
 
 

@@ -58,14 +58,15 @@ def make(
     spoken: Spoken,
     directions: np.ndarray,
     seed: int = 0,
-    affect: Mapping[str, float] | None = None,
+    affect: Mapping[str, float | np.ndarray] | None = None,
     intensity: float = 1.0,
     smoothness: float = 0.5,
 ) -> Face:
     """The face of a take whose body has ``directions`` ``(frames, 9, 3)`` at 15 fps, from the start of the recording.
 
     ``intensity`` (0..2) is how far the mouth opens and brows rise, ``smoothness`` (0..1) how lazily lips move; closed lips
-    close in any case. The same of all of them, and the same seed: the same face.
+    close in any case. ``affect`` are numbers, or ``(n,)`` as the loudness has.
+    The same of all of them, and the same seed: the same face.
     """
     count, rng = len(spoken.loudness), np.random.default_rng((seed, 23))
     mouth, closures = visemes.tracks(spoken.sounds, spoken.loudness, intensity, smoothness)

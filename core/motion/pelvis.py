@@ -41,9 +41,10 @@ class Pelvis:
         share = np.reshape(share, (-1, 1)).astype(np.float32)
         return Pelvis(self.place + share * (other.place - self.place), self.turn + share * (other.turn - self.turn))
 
-    def calmed(self, strength: float) -> "Pelvis | None":
-        """So much of it: 1 as it is, None with 0."""
-        return Pelvis(np.float32(strength) * self.place, np.float32(strength) * self.turn) if strength > 0 else None
+    def calmed(self, strength: np.ndarray | float) -> "Pelvis | None":
+        """So much of it, a number or ``(frames,)``: 1 as it is, None with 0."""
+        share = np.reshape(strength, (-1, 1)).astype(np.float32)
+        return Pelvis(share * self.place, share * self.turn) if np.any(share > 0) else None
 
     def arrays(self) -> dict[str, np.ndarray]:
         """By the names that files use."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..meaning import choosing
-from ..motion import requested
+from ..motion import requested, skeleton
 from ..words.hints import Wishes
 
 MEANINGS = {
@@ -33,10 +33,13 @@ def asked(wishes: Wishes, meanings: Sequence[str]) -> frozenset[int]:
     return frozenset(number for number, (hint, _) in wishes.gestures.items() if MEANINGS.get(hint) in meanings)
 
 
-def channels(wishes: Wishes, words: Sequence, meanings: Sequence[str], frames: int, hand: float = 0.0) -> np.ndarray | None:
+def channels(
+    wishes: Wishes, words: Sequence, meanings: Sequence[str], frames: int, hand: float | np.ndarray = 0.0
+) -> np.ndarray | None:
     """Strokes and rests as a network hears of them, ``(frames, 7)`` (:mod:`requested`); None where nothing is wished.
 
-    ``words`` are ``(text, start, end)`` in seconds; ``hand`` is the control that says which hand leads.
+    ``words`` are ``(text, start, end)`` in seconds; ``hand`` is the control that says which hand leads, a number
+    or ``(frames,)``.
     """
     told = sorted(asked(wishes, meanings))
     if not meanings or not (told or wishes.rests):
@@ -45,9 +48,11 @@ def channels(wishes: Wishes, words: Sequence, meanings: Sequence[str], frames: i
     return requested.asked(np.array(strokes, float).reshape(-1, len(requested.COLUMNS)), np.array(wishes.rests), frames)
 
 
-def _stroke(hint: str, side: float, word: tuple, meanings: Sequence[str], hand: float) -> tuple:
+def _stroke(hint: str, side: float, word: tuple, meanings: Sequence[str], hand: float | np.ndarray) -> tuple:
     """A row of :data:`requested.COLUMNS` for a word."""
     meaning = MEANINGS[hint]
-    which = _TWO if meaning in _BOTH and not side else _LEFT if (side or hand + _LEADING) < 0 else _RIGHT
     emphasis = choosing.emphasis(*word[1:3])
+    hand = np.ravel(hand)
+    leads = hand[min(int(emphasis * skeleton.FPS), len(hand) - 1)] + _LEADING
+    which = _TWO if meaning in _BOTH and not side else _LEFT if (side or leads) < 0 else _RIGHT
     return 0, emphasis - _READY, emphasis, emphasis + _END, meanings.index(meaning), which, _SIZE

@@ -1,5 +1,6 @@
 """Who performs: points of the latent space, poses at rest, and the poses to start from."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from .. import styles
 from ..errors import UsageError
 from ..motion import rest, skeleton
-from . import keeping
+from . import course, keeping
 from .request import Request
 
 _READY = 0.7
@@ -20,9 +21,11 @@ _LEAST = 0.2
 class Performers:
     """The takes of a ``request``.
 
-    ``style``: weights of speakers by name for each step of the walk; ``rests`` ``(steps, 9, 3)``: where each step keeps its
+    ``style``: weights of speakers by name for each step of the walk, or for each style that begins on the way, at the frames
+    ``begins`` ``(steps - 1,)`` (None of a walk); ``rests`` ``(steps, 9, 3)``: where each step keeps its
     hands; ``latents`` ``(takes, steps, size)``; ``seeds`` ``(takes, frames, 9, 3)``: unit directions from which a regressor
     starts; ``readiness``: how readily they show what phrases mean, 0..1; ``chances`` ``(steps,)``: how much chance has its way.
+    ``steer`` leads points at every frame ``(takes, frames, size)`` along the curves of controls, where there are any.
     """
 
     request: Request
@@ -32,27 +35,44 @@ class Performers:
     seeds: np.ndarray
     readiness: float
     chances: np.ndarray
+    begins: np.ndarray | None = None
+    steer: Callable[[np.ndarray], np.ndarray] | None = None
 
     @property
     def walks(self) -> bool:
         """Whether the style changes on the way."""
         return self.latents.shape[1] > 1
 
+    @property
+    def varies(self) -> bool:
+        """Whether anything about the style changes on the way."""
+        return self.walks or self.steer is not None
+
+    @property
+    def own(self) -> np.ndarray:
+        """``latents`` of the style that was asked for, without those of styles that begin on the way."""
+        return self.latents if self.begins is None else self.latents[:, :1]
+
+    def _over(self, points: np.ndarray, frames: int) -> np.ndarray:
+        """What is known of each step ``(..., steps, size)`` at every frame."""
+        return styles.along(points, frames) if self.begins is None else styles.turning(points, frames, self.begins)
+
     def on_the_way(self, frames: int) -> np.ndarray:
         """``latents`` at every frame ``(takes, frames, size)``, or ``(takes, size)`` for one frame."""
         if frames == 1:
             return self.latents[:, 0]
-        return styles.along(self.latents, frames) if self.walks else np.repeat(self.latents, frames, axis=1)
+        points = self._over(self.latents, frames) if self.walks else np.repeat(self.latents, frames, axis=1)
+        return points if self.steer is None else self.steer(points)
 
     def chance(self, frames: int) -> np.ndarray:
         """How much chance has its way in every frame ``(frames,)``, 1 for most: less of it makes calmer performers calm."""
-        return styles.along(self.chances[:, None], frames)[:, 0] if self.walks else np.full(frames, self.chances[0])
+        return self._over(self.chances[:, None], frames)[:, 0] if self.walks else np.full(frames, self.chances[0])
 
     def rest(self, frames: int) -> np.ndarray:
         """The pose at rest: ``(9, 3)``, or ``(frames, 9, 3)`` of a walk."""
         if not self.walks:
             return self.rests[0]
-        return skeleton.normalize(styles.along(self.rests.reshape(len(self.rests), -1), frames).reshape(-1, 9, 3))
+        return skeleton.normalize(self._over(self.rests.reshape(len(self.rests), -1), frames).reshape(-1, 9, 3))
 
     def given(self, frames: int) -> keeping.Kept:
         """The frames that a network draws the others around: what the request keeps, as it was before it was made larger or
@@ -61,22 +81,32 @@ class Performers:
         kept = keeping.wished(self.request, frames)
         pose = self.rest(frames)
         numbers, poses = kept.frames, pose[kept.frames] if self.walks else pose
-        directions = rest.scale(kept.directions, 1 / max(self.request.intensity, _LEAST), poses)
+        size = np.broadcast_to(course.over(self.request, "intensity", frames), (frames,))[numbers]
+        directions = rest.scale(kept.directions, 1 / np.maximum(size, _LEAST), poses)
         if not len(numbers) or numbers[0]:
             start = self.rests[:1].astype(np.float32)
             numbers, directions = np.concatenate([[0], numbers]), np.concatenate([start, directions])
         return keeping.Kept(numbers, directions)
 
 
-def cast(checkpoint, request: Request) -> Performers:
-    """The performers of a request; raises :class:`UsageError` for unknown styles and controls that are not there."""
+def cast(checkpoint, request: Request, told: Sequence[tuple] = ()) -> Performers:
+    """The performers of a request, and of styles that the words ask for, ``told`` ``(seconds, style)``; a walk minds none.
+
+    Raises :class:`UsageError` for unknown styles and controls that are not there.
+    """
     _check_controls(checkpoint, request)
     speakers = checkpoint.speakers
     names = [speaker["name"] for speaker in speakers]
-    weights = [styles.parse(step, names) for step in styles.steps(request.style or styles.default(speakers))]
+    usual = request.style or styles.default(speakers)
+    told = () if len(styles.steps(usual)) > 1 else told
+    turns = sorted([*told, *request.changes], key=lambda one: one[0])
+    walk = [usual, *(style or usual for _, style in turns)] if turns else styles.steps(usual)
+    weights = [styles.parse(step, names) for step in walk]
     rests = np.stack([_rest_pose(speakers, step) for step in weights])
     if request.latent is not None:
-        latents = _given(checkpoint, request, len(weights))
+        latents = _given(checkpoint, request, 1 if turns else len(weights))
+        later = [draw(checkpoint, request, step)[:, None] for step in weights[1:]] if turns else []
+        latents = np.concatenate([latents, *later], axis=1)
     else:
         latents = np.stack([draw(checkpoint, request, step) for step in weights], axis=1)
     start = rests[0] if request.pose is None else np.asarray(request.pose, float)
@@ -85,15 +115,30 @@ def cast(checkpoint, request: Request) -> Performers:
     seeds = np.broadcast_to(skeleton.normalize(start), shape).astype(np.float32)
     named = [{names[index]: weight for index, weight in (step or {}).items()} or styles.RANDOM for step in weights]
     chances = np.array([_fact(speakers, step, "chance", 1.0) for step in weights])
-    return Performers(request, named, rests, latents, seeds, _fact(speakers, weights[0], "semantic", _READY), chances)
+    ready = _fact(speakers, weights[0], "semantic", _READY)
+    begins = np.array([at * skeleton.FPS for at, _ in turns]) if turns else None
+    return Performers(request, named, rests, latents, seeds, ready, chances, begins, _steering(checkpoint, request))
 
 
 def draw(checkpoint, request: Request, weights: dict[int, float] | None) -> np.ndarray:
     """Styles ``(takes, size)``, one a take, each steered by the controls; takes after the first vary them a little."""
     drawn = styles.latent(weights, *checkpoint.network.speakers, request.seed, request.identities)
-    if not checkpoint.config.controls:
+    if not checkpoint.config.controls or course.steers(request):
         return drawn
     return checkpoint.network.steer(drawn, styles.vary(request.controls, request.seed, request.identities))
+
+
+def _steering(checkpoint, request: Request) -> Callable[[np.ndarray], np.ndarray] | None:
+    """What leads styles along the curves of a request's controls, None without any."""
+    if not course.steers(request):
+        return None
+
+    def steer(points: np.ndarray) -> np.ndarray:
+        wishes = styles.vary(course.controls(request, points.shape[1]), request.seed, request.identities)
+        pairs = zip(points, np.moveaxis(wishes, 1, 0), strict=True)
+        return np.stack([checkpoint.network.steer(*pair) for pair in pairs]).astype(np.float32)
+
+    return steer
 
 
 def _given(checkpoint, request: Request, steps: int) -> np.ndarray:
@@ -106,8 +151,9 @@ def _given(checkpoint, request: Request, steps: int) -> np.ndarray:
 
 
 def _check_controls(checkpoint, request: Request) -> None:
-    if request.controls.any() and not checkpoint.config.controls:
-        named = next(name for name, value in zip(styles.CONTROLS, request.controls, strict=True) if value)
+    asked = {name for name, value in zip(styles.CONTROLS, request.controls, strict=True) if value} | set(request.curves)
+    if not checkpoint.config.controls and asked & set(styles.CONTROLS):
+        named = next(name for name in styles.CONTROLS if name in asked)
         raise UsageError(f"This checkpoint has no control of {named}.", "Leave it at 0, or choose one with controls.")
 
 

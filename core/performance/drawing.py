@@ -72,7 +72,7 @@ class _Plan:
         self.network, self.performers, self.asked, self.frames = network, performers, asked, frames
         self.mask, self.poses = performers.given(frames).whole(frames)
         self.extras = _extras(network.usual, self.mask, self.poses)
-        self.styles = performers.on_the_way(frames if performers.walks else 1)
+        self.styles = performers.on_the_way(frames if performers.varies else 1)
         first = performers.style[0]  # of a walk the first one's: a change on the way must not be seen
         self.who = first if isinstance(first, dict) else None
         self.lively = np.asarray(performers.chance(frames) * (1.0 if lively is None else lively), np.float32)

@@ -8,13 +8,14 @@ import numpy as np
 from ..face import making
 from ..meaning import choosing, showing
 from ..motion import limits, rest, skeleton
-from ..motion.face import Face
+from ..motion.face import RATE, Face
 from ..motion.hands import Hands
 from ..motion.motion import Motion
 from ..motion.pelvis import Pelvis
+from ..styles import AFFECTS
 from ..threads import each
 from ..words import hints
-from . import living, stance
+from . import course, living, stance
 from .casting import Performers
 from .hearing import Heard
 from .keeping import keep, wished
@@ -30,6 +31,7 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
     """Motions of what was made for a request."""
     meta, still = _meta(checkpoint, request, heard, performers), rest.Stillness.of(heard.activity, request.pose is None)
     pose, kept = performers.rest(heard.frames), wished(request, heard.frames)
+    size = course.over(request, "intensity", heard.frames)
     # Gestures of their own are for networks that know meanings: others give what they were made to give.
     vocabulary = heard.shows if checkpoint.meanings else None
     found = choosing.occasions(vocabulary, heard.words) if vocabulary else {}
@@ -45,7 +47,7 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
         which = showing.sides(directions, shown)
         directions = hints.perform(showing.show(directions, shown, which), heard.wishes, pose)
         directions = still.live(directions, pose, request.seed + take)
-        directions = keep(limits.keep_human(rest.scale(directions, request.intensity, pose)), kept)
+        directions = keep(limits.keep_human(rest.scale(directions, size, pose)), kept)
         hands = _hands(request, performers, take, drawn, own, directions)
         hands = hands and showing.hands(hands, shown, which)
         pelvis = _pelvis(request, heard, performers, take, directions)
@@ -64,8 +66,8 @@ def _hands(request: Request, performers: Performers, take: int, drawn, own: Hand
         hands = own.carried(drawn, directions)
     else:
         hands = living.hands(directions, _name(performers), request.seed + take)
-    calm = _calm(request)
-    hands = hands if calm == 1 else living.hanging(directions).mixed(hands, calm)
+    calm = _calm(request, len(directions))
+    hands = hands if np.all(calm == 1) else living.hanging(directions).mixed(hands, calm)
     return hands.calmed(directions, request.hands)
 
 
@@ -74,20 +76,23 @@ def _pelvis(request: Request, heard: Heard, performers: Performers, take: int, d
     if not request.stance:
         return None
     about = {"style": _name(performers), "seed": request.seed + take}
-    return stance.pelvis(directions, heard.activity, heard.words, **about).calmed(request.stance * _calm(request))
+    strength = request.stance * _calm(request, len(directions))
+    return stance.pelvis(directions, heard.activity, heard.words, **about).calmed(strength)
 
 
 def _face(request: Request, heard: Heard, take: int, directions) -> Face | None:
     """What the face does meanwhile, where one is wanted."""
     if not request.face:
         return None
-    about = request.affect, request.face, request.face_smoothness
+    count = len(heard.spoken.loudness)
+    affect = {name: course.over(request, name, count, RATE) for name in (*request.affect, *request.curves) if name in AFFECTS}
+    about = affect, request.face, request.face_smoothness
     return making.make(heard.spoken, directions, request.seed + take, *about)
 
 
-def _calm(request: Request) -> float:
+def _calm(request: Request, frames: int) -> np.ndarray | float:
     """What hands and weight do of it where gestures are smaller than they were performed: nearly nothing at rest."""
-    return float(np.clip(request.intensity, _LEAST, 1))
+    return np.clip(course.over(request, "intensity", frames), _LEAST, 1)
 
 
 def _name(performers: Performers) -> str:
@@ -102,17 +107,19 @@ def _meta(checkpoint, request: Request, heard: Heard, performers: Performers) ->
         "version": VERSION,
         "audio": heard.digest,
         "transcript": hashlib.sha256(json.dumps(words).encode()).hexdigest() if words else None,
-        "style": style[0] if len(style) == 1 else style,
+        "style": style if len(style) > 1 and performers.begins is None else style[0],
         "seed": request.seed,
         "intensity": request.intensity,
         "affect": {name: float(value) for name, value in request.affect.items()},
         "rate": float(request.rate),
         "hand": float(request.hand),
+        **({"curves": request.curves} if request.curves else {}),
+        **({"changes": [list(one) for one in request.changes]} if request.changes else {}),
         "meaning": float(request.meaning),
         "hands": float(request.hands),
         "stance": float(request.stance),
         "mirror": request.mirror,
         **({"face": float(request.face)} if request.face else {}),
         "checkpoint": checkpoint.hash,
-        **({} if request.latent is None else {"latent": performers.latents[0].tolist()}),
+        **({} if request.latent is None else {"latent": performers.own[0].tolist()}),
     }

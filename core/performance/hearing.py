@@ -1,9 +1,11 @@
 """A recording as performers hear it: all that does not depend on style, pose or seed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .. import styles
+from ..errors import UnknownStyle
 from ..face import making
 from ..meaning.vocabulary import Vocabulary
 from ..motion import skeleton
@@ -40,7 +42,8 @@ def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
 
     said = stages.run("align words", lambda: session.words(sound, request, stages.within("align words")))
     words, wishes = said.words, hints.understand(said.marks, said.words)
-    warnings = said.warnings + _unknown(wishes)
+    wishes, strange = _styled(wishes, session.checkpoint.speakers)
+    warnings = said.warnings + _unknown(wishes) + strange
     unheard = not words or session.checkpoint.config.words
     vectors = None if unheard else stages.run("load word vectors", lambda: session.vectors)
     frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
@@ -85,6 +88,18 @@ def _unknown(wishes: hints.Wishes) -> list[str]:
         return []
     names = ", ".join(f"{{{name}}}" for name in wishes.unknown[:3])
     return [f"The transcript's hint {names} is not one that gestures know; it is left out (docs/transcripts.md lists them)."]
+
+
+def _styled(wishes: hints.Wishes, speakers: list[dict]) -> tuple[hints.Wishes, list[str]]:
+    """Wishes without styles that nobody knows, and what to say of those."""
+    names, known, strange = [speaker["name"] for speaker in speakers], [], []
+    for at, style in wishes.styles:
+        try:
+            styles.parse(style or styles.default(speakers), names)
+            known.append((at, style))
+        except UnknownStyle as error:
+            strange.append(f"The transcript's hint {{as {style}}} is left out: {error}")
+    return (replace(wishes, styles=tuple(known)) if strange else wishes), strange
 
 
 def _fit(values: np.ndarray, frames: int) -> np.ndarray:

@@ -9,7 +9,7 @@ from ..motion import hand_numbers, skeleton
 from ..motion.hands import Hands
 from ..smoothing import gaussian
 from ..threads import each
-from . import across, asking, drawing, stillness
+from . import across, asking, course, drawing, stillness
 from .casting import Performers
 from .hearing import Heard
 
@@ -46,7 +46,7 @@ def perform(
         made = windows.generate(generator, heard.features.slice, latents, seeds, heard.frames, checkpoint.window[0], *told)
         return Made(made, (None,) * len(made))
     wishes = heard.wishes, heard.words, checkpoint.meanings, heard.frames
-    asked = [asking.channels(*wishes, one.request.hand) for one in cast]
+    asked = [asking.channels(*wishes, course.over(one.request, "hand", heard.frames)) for one in cast]
     lively = _lively(heard.activity)
     drawn, extras = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, lively=lively)
     known = [one.given(heard.frames).frames for one in cast]
@@ -78,7 +78,7 @@ def known_by(checkpoint, heard: Heard, cast: Sequence[Performers]) -> tuple:
         return latents.shape, latents.tobytes(), np.concatenate([one.seeds for one in cast]).tobytes()
     given = [one.given(heard.frames) for one in cast]
     kept = tuple((one.frames.tobytes(), one.directions.tobytes()) for one in given)
-    drawn = tuple((one.request.seed, tuple(one.request.identities), one.request.hand) for one in cast)
+    drawn = tuple((one.request.seed, tuple(one.request.identities), one.request.hand, str(one.request.curves)) for one in cast)
     return latents.shape, latents.tobytes(), kept, drawn
 
 
@@ -92,5 +92,5 @@ def joins(checkpoint, frames: int) -> list[int]:
 
 
 def _latents(heard: Heard, cast: Sequence[Performers]) -> np.ndarray:
-    walking = any(one.walks for one in cast)
+    walking = any(one.varies for one in cast)
     return np.concatenate([one.on_the_way(heard.frames if walking else 1) for one in cast])

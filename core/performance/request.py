@@ -8,6 +8,7 @@ import numpy as np
 from .. import styles
 from ..errors import UsageError
 from ..motion.motion import Motion
+from . import course
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,9 @@ class Request:
     the mouth opens and brows rise, with 0 the motion has no face, and ``face_smoothness`` (0..1) how lazily lips move.
     ``mirror`` exchanges left and right of the finished performance. With ``recognise`` words that nobody wrote down are
     recognised, which needs the extra of that name.
+
+    ``curves`` say how ``intensity`` or a control goes on in time, ``{name: [[seconds, value], ...]}``, straight from point to
+    point and instead of the one number; ``changes`` are styles that begin on the way, ``((seconds, style), ...)``.
 
     Some frames of the finished motion can be given, in unit directions ``(9, 3)`` (canonical frame): ``pose`` is the first
     (at rest if None), ``end_pose`` the last, and ``kept`` any, as a pair of frame numbers ``(n,)`` and directions
@@ -44,6 +48,8 @@ class Request:
     affect: dict[str, float] = field(default_factory=dict)
     rate: float = 0.0
     hand: float = 0.0
+    curves: dict = field(default_factory=dict)
+    changes: tuple = ()
     meaning: float = 1.0
     hands: float = 0.0
     stance: float = 0.0
@@ -89,9 +95,24 @@ class Request:
             raise UsageError(f"Take {self.take} or step {self.step} is too low.", "Takes count from 0, steps from 1.")
         if not 0 <= self.spread <= 1 or not _are_steps(self.near):
             raise UsageError("The variation asked for makes no sense.", "Give a spread of 0 to 1, steps as (number, spread).")
+        self._settle_course()
         styles.controls(self.affect, self.rate, self.hand)
         if self.latent is not None and self.takes != 1:
             raise UsageError("A point of the latent space is one performance.", "Ask for one take.")
+
+    def _settle_course(self) -> None:
+        """Check what goes on in time; a curve that never changes is the plain setting."""
+        curves, changes = course.checked(self.curves), course.changed(self.changes)
+        same = course.constants(curves)
+        settled = {"curves": {name: points for name, points in curves.items() if name not in same}, "changes": changes}
+        settled |= {name: value for name, value in same.items() if name not in styles.AFFECTS}
+        settled["affect"] = {**self.affect, **{name: value for name, value in same.items() if name in styles.AFFECTS}}
+        for name, value in settled.items():
+            object.__setattr__(self, name, value)
+        if changes and len(styles.steps(self.style)) > 1:
+            raise UsageError("A style that walks cannot change at moments, too.", "Leave out the walk or the changes.")
+        if self.latent is not None and course.steers(self):
+            raise UsageError("A chosen cell has its own controls.", "Leave out their curves.")
 
     @property
     def identities(self) -> list[tuple]:

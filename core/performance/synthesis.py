@@ -135,7 +135,8 @@ class Session:
         # Before anything long: it complains of unknown styles.
         cast = [casting.cast(checkpoint, request) for request in requests]
         heard = hearing.hear(self, requests[0], sound, stages) if known is None else replace(known, seconds=stages.seconds)
-        return heard, cast
+        told = heard.wishes.styles
+        return heard, [casting.cast(checkpoint, one, told) for one in requests] if told else cast
 
     def _made(
         self, heard, cast: list[casting.Performers], recording: tuple, memory: Memory, stages: Stages
@@ -152,7 +153,7 @@ class Session:
     def _result(self, request: Request, performers: casting.Performers, made: performing.Made, heard, stages: Stages) -> Result:
         motions = stages.run("finish", lambda: finishing.finish(self.checkpoint, request, heard, performers, made))
         warnings = heard.warnings + _other_weights(self.checkpoint, request)
-        return Result(motions, heard.words, warnings, dict(stages.seconds), performers.latents)
+        return Result(motions, heard.words, warnings, dict(stages.seconds), performers.own)
 
 
 def _other_weights(checkpoint, request: Request) -> list[str]:

@@ -26,6 +26,10 @@ _RAMP = 0.45
 """Seconds in which a wish comes and goes."""
 _HELD_BACK = 0.8
 """How far the other arm goes to rest where a side was asked for."""
+_AS, _USUAL = "as", "usual"
+"""``{as STYLE}`` begins a style, and ``{as usual}`` the take's own again,"""
+_TURNS = 0.2
+"""so many seconds before the word."""
 _LEAD = 0.5
 """Seconds before a word in which its gesture is prepared."""
 
@@ -36,6 +40,7 @@ class Wishes:
 
     ``stressed`` are numbers of words, ``gestures`` maps some to the hint (of :data:`GESTURES`) and the side (-1 left, 1
     right, 0 either) of what is to be seen there; ``rests`` are spans and the others ``(start, end, value)``, in seconds.
+    ``styles`` begin at ``(seconds, name)``, without a name the take's own.
     """
 
     stressed: frozenset[int] = frozenset()
@@ -44,6 +49,7 @@ class Wishes:
     sides: tuple[tuple[float, float, float], ...] = ()
     rests: tuple[tuple[float, float], ...] = ()
     unknown: tuple[str, ...] = ()
+    styles: tuple[tuple[float, str], ...] = ()
 
     @property
     def shapes_motion(self) -> bool:
@@ -53,7 +59,7 @@ class Wishes:
 
 def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]]) -> Wishes:
     """Wishes of marks whose numbers count ``words``."""
-    stressed, gestures, sizes, sides, rests, unknown = set(), {}, [], [], [], []
+    stressed, gestures, sizes, sides, rests, unknown, styles = set(), {}, [], [], [], [], []
     for mark in marks:
         if mark.kind == "pause":
             if 0 < mark.first < len(words):
@@ -63,6 +69,9 @@ def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]])
         names = mark.value.split()
         if mark.kind == "stress":
             stressed.add(mark.first)
+        elif names[0] == _AS and len(names) > 1:
+            name = " ".join(names[1:])
+            styles.append((max(start - _TURNS, 0.0), "" if name == _USUAL else name))
         elif mark.value in REST:
             rests.append((start, end))
         elif mark.value in SIZES:
@@ -77,7 +86,8 @@ def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]])
         else:
             unknown.append(mark.value)
     sizes += [(words[number][1], words[number][2], _STRESSED) for number in sorted(stressed)]
-    return Wishes(frozenset(stressed), gestures, tuple(sizes), tuple(sides), tuple(rests), tuple(dict.fromkeys(unknown)))
+    spans = tuple(sizes), tuple(sides), tuple(rests)
+    return Wishes(frozenset(stressed), gestures, *spans, tuple(dict.fromkeys(unknown)), tuple(styles))
 
 
 def heard(

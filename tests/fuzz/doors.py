@@ -17,6 +17,7 @@ DOORS = {
         Door("vocabulary", speech.vocabularies, speech.read_vocabulary, mutations.of_json),
         Door("map", work.maps, work.read_map, mutations.of_json),
         Door("manifest", work.manifests, work.read_manifest, mutations.of_lines),
+        Door("curves", work.curves, work.read_curves, mutations.of_json),
         Door("edits", work.edits, work.read_edits, mutations.of_json),
         Door("sheet", work.sheets, work.read_sheet, mutations.of_json),
         Door("study", work.study_files, work.read_study, mutations.of_json),

@@ -43,6 +43,18 @@ def read_manifest(path: Path) -> None:
         clip.units(clips)
 
 
+def curves() -> Seeds:
+    """What a performance is asked for over time."""
+    some = {"format": 1, "curves": {"arousal": [[0, -0.5], [2.5, 1]]}, "styles": [[1.5, "stern"], [2, ""]]}
+    return [(".json", json.dumps(some).encode())]
+
+
+def read_curves(path: Path) -> None:
+    from s2ag.core.performance import course
+
+    assert course.load(path).keys() == {"curves", "changes"}
+
+
 def edits() -> Seeds:
     some = [{"do": "move", "at": 1.0, "to": 2.0}, {"do": "add", "word": "so", "kind": "big", "hand": "left", "size": 1.2}]
     some += [{"do": "reroll", "from": 1.0, "to": 2.0, "seed": 1}, {"do": "pose", "at": 1.0, "directions": [[0, 1, 0]] * 9}]
