@@ -2,12 +2,15 @@
 
 import time
 
+import handed
 import numpy as np
 import pytest
 from bodies import body, performance
+from hands import with_hands
 from s2ag.core.motion.motion import Motion
 from s2ag.core.motion.skeleton import EDGE_NAMES
-from s2ag.rigs.retarget import solve
+from s2ag.rigs.goals import Goals
+from s2ag.rigs.retarget import rotations, solve
 
 pytest.importorskip("pytest_benchmark")
 
@@ -25,6 +28,28 @@ def test_plain_solver(benchmark):
     benchmark.extra_info |= {"frame_joints": joints, "frame_joints_per_second": round(rate)}
     print(f"\n{benchmark.name}: {rate:,.0f} frame-joints a second, {len(result)} bones")
     assert rate > 100_000
+
+
+def test_hands_cost_at_most_as_much_as_the_rest():
+    """A minute onto a rig with fingers that the motion has, beside the same arms without: processor time."""
+    motion, plain, whole = performance(FRAMES), body(), with_hands()
+
+    def solved(figure, bones, hands):
+        goals = Goals(bones, figure.mapping, motion, hands=hands)
+        return rotations(goals) | goals.extras()
+
+    def least(*arguments):
+        times = []
+        for _ in range(7):
+            started = time.process_time()
+            found = solved(*arguments)
+            times.append(time.process_time() - started)
+        return min(times), len(found)
+
+    without, few = least(plain, plain.bones(), None)
+    taken, many = least(whole, whole.bones(), handed.hands(motion))
+    print(f"\n{many} bones with hands and fingers: {taken / without:.2f} times the processor time of {few} without")
+    assert many > few + 25 and taken < 2 * without
 
 
 def test_control_rig_solver(benchmark, tmp_path):

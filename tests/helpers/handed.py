@@ -27,9 +27,11 @@ def pelvis(frames: int, fps: float = 15.0) -> Pelvis:
     return Pelvis(place.astype(np.float32), (wave * [0.01, 0.04, 0.06]).astype(np.float32))
 
 
-def read_back(bones, mapping, side: str, heads: np.ndarray, palm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Knuckles and palm's normal (frames, 3) that posed ``heads`` (frames, n, 3) show; ``palm`` (3,) is the normal at rest."""
-    hand = fingers.find(bones, mapping, side)
+def read_back(bones, mapping, side: str, heads: np.ndarray, palm: np.ndarray, usable=None) -> tuple[np.ndarray, np.ndarray]:
+    """Knuckles and palm's normal (frames, 3) that posed ``heads`` (frames, n, 3) show; ``palm`` (3,) is the normal at rest.
+
+    ``usable`` as in :func:`fingers.find`."""
+    hand = fingers.find(bones, mapping, side, usable)
     wrist = bones.row(mapping.chains[f"{side}_hand"][0])
 
     def shown(at):
@@ -41,17 +43,22 @@ def read_back(bones, mapping, side: str, heads: np.ndarray, palm: np.ndarray) ->
     return along, normal * np.sign(shown(bones.heads)[1] @ palm)
 
 
-def within_reach(bones, mapping, frame: np.ndarray, directions: np.ndarray, size: float = 15.0, seed: int = 0) -> Hands:
-    """Hands that wrists and forearms can have on these arms: as they hang on them, each turned by up to ``size`` degrees."""
-    goals = Goals(bones, mapping, directions, options=Options(clear_body=0.0, palms=0.0), frame=frame)
-    walk_heads, _ = pose(bones, rotations(goals))
+def within_reach(bones, mapping, frame, directions: np.ndarray, size: float = 15.0, seed: int = 0, free=None) -> Hands:
+    """Hands that wrists and forearms can have on these arms: as they hang on them, each turned by up to ``size`` degrees.
+
+    ``free`` as in :class:`Goals`.
+    """
+    goals = Goals(bones, mapping, directions, options=Options(clear_body=0.0, palms=0.0), frame=frame, free=free)
+    _, orientations = pose(bones, rotations(goals))
     found = []
     for place, side in enumerate(SIDES):
-        seen = read_back(bones, mapping, side, walk_heads, goals.hand(side).normal)
+        palm, row = goals.hand(side), bones.row(mapping.chains[f"{side}_forearm"][-1])
+        turned = orientations[:, row] @ bones.matrices[row, :3, :3].T
         time = np.arange(len(directions))[:, None] / 9.0 + np.arange(3) + place + seed
         turn = np.radians(size) * np.sin(time) / np.sqrt(3)
         angle = np.linalg.norm(turn, axis=-1)
         q = quaternion.about(turn / angle[:, None], angle)
+        seen = (turned @ palm.knuckles, turned @ palm.normal)
         found.append([skeleton.blender_to_canonical(quaternion.rotate(q, way) @ frame.T) for way in seen])
     along, normal = (np.stack([one[part] for one in found], 1) for part in (0, 1))
     return Hands.of(along, normal, hands(directions).shape)

@@ -37,9 +37,10 @@ def arm_joints(side: str, pose: str) -> dict[str, np.ndarray]:
 
 
 def add_fingers(joints: dict, hand: str, start, end, prefix: str) -> None:
-    """Fingers of three bones below ``hand``, whose palm runs from ``start`` to ``end``."""
+    """Fingers of three bones below ``hand``, whose palm runs from ``start`` to ``end``; thumbs point forwards."""
     along = (end - start) / np.linalg.norm(end - start)
-    across = np.cross(along, (0, 0, 1.0)) if abs(along[2]) < 0.9 else np.array((0, 1.0, 0))
+    across = np.array((0, 1.0, 0)) - along[1] * along
+    across /= np.linalg.norm(across)
     for finger, (aside, far, size) in FINGERS.items():
         above = hand
         for link in range(3):
