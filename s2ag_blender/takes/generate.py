@@ -15,13 +15,16 @@ from ...core.motion.motion import Motion
 from ...rigs.goals import Options
 from ...rigs.plain import PARTS as BODY_PARTS
 from ...rigs.plain import Mapping
-from .. import provenance
+from .. import compat, provenance
 from ..keys import layers, posing, trying
 from ..keys.laying import Laying
 from ..rig import handpicked, readiness, reading
 from ..slices import whole
 from ..translations import told
-from . import choices, directing, drafts, gesture, markers, recall, sources, surroundings, takes, voices
+from . import choices, directing, drafts, feelings, gesture, markers, recall, sources, surroundings, takes, voices
+
+_FELT = "over_time"
+"""Name of what goes on in time among the settings of a take."""
 
 
 @dataclass(frozen=True)
@@ -89,9 +92,10 @@ def plan(
     voice = sources.voice(settings, scene)
     if not kept and not keyed_pose:
         keyed_pose, changes = _posed_before(armature, settings, changes)
-    params = {**gesture.request(settings, voice.path), **({"takes": 1} if draft else {}), **changes}
+    felt, unknown = _felt(armature, scene, voice.span, kept)
+    params = {**gesture.request(settings, voice.path), **felt, **({"takes": 1} if draft else {}), **changes}
     params = {name: value for name, value in params.items() if value is not None}
-    warnings = _without_controls(params, settings)
+    warnings = _without_controls(params, settings) + unknown
     mapping = handpicked.chosen(settings)
     bones = reading.read(armature)
     resolved = (readiness.mapping(armature) if draft else None) or reading.resolve_mapping(armature, bones, mapping)
@@ -110,13 +114,27 @@ def plan(
         Handle.of(scene),
         params,
         voice,
-        kept or recall.snapshot(settings),
+        kept or {**recall.snapshot(settings), _FELT: felt},
         resolved if draft else mapping,
         options(settings),
         pose,
         draft,
         warnings,
     )
+
+
+def _felt(armature, scene, span, kept: dict | None) -> tuple[dict, tuple[str, ...]]:
+    """The engine's parameters of what goes on in time, as it is keyed now or was for the take of these ``kept`` settings; and
+    warnings.
+    """
+    if kept:
+        told_of = kept.get(_FELT)
+        return {name: told_of[name] for name in ("curves", "changes") if name in told_of} if isinstance(
+            told_of, dict
+        ) else {}, ()
+    changes, unknown = feelings.begun(armature, scene, span)
+    found = {"curves": feelings.sampled(armature, scene, span), "changes": changes}
+    return {name: value for name, value in found.items() if value}, unknown
 
 
 def _posed_before(armature, settings, changes: dict) -> tuple[dict | None, dict]:
@@ -140,6 +158,8 @@ def _without_controls(params: dict, settings) -> tuple[str, ...]:
     if choices.control_names(settings.checkpoint):
         return ()
     asked = [*params.pop("affect", {}).values(), params.pop("rate", 0), params.pop("hand", 0)]
+    sizes = {name: points for name, points in params.pop("curves", {}).items() if name == "intensity"}
+    params |= {"curves": sizes} if sizes else {}
     return (told("This checkpoint has intensity only: the other sliders were left out."),) if any(asked) else ()
 
 
@@ -230,6 +250,8 @@ def _finished(planned, armature, scene, actions, motions: list[Motion], warnings
     for action, performed in zip(actions, motions, strict=True):
         action[voices.TAG] = own
         directing.note(action, performed, scene)
+        if planned.settings["result"] == "ACTION":
+            feelings.carry(armature, action, compat.bag(action, layers.slot_of(armature, action)))
     warnings = list(dict.fromkeys(warnings))
     silent = voices.hear(armature, actions[0])
     takes.add(armature, actions, planned.voice.name, warnings)

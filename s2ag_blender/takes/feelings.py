@@ -1,0 +1,99 @@
+"""What an animator keyed of a character's feelings: its sliders over time, and styles that begin at markers of the timeline."""
+
+import bpy
+import numpy as np
+
+from ...core import styles
+from ...core.errors import UnknownStyle
+from ...core.motion import skeleton
+from ...core.performance import course
+from .. import compat
+from ..keys import layers
+from ..keys.apply import scene_fps
+from ..translations import told
+from . import choices
+
+_PATHS = {f"s2ag.{name}": name for name in course.NAMES}
+_AS = "as "
+"""What the name of a marker begins with at which a style begins."""
+_STRAIGHT = 2e-3
+"""How far a slider may be from the straight line between two of its points."""
+
+
+def curves(armature: bpy.types.Object) -> dict[str, bpy.types.FCurve]:
+    """The keyed sliders: of what the character plays, and of what a draft of the preview hides."""
+    found, action = {}, armature.animation_data.action if armature.animation_data else None
+    while action is not None:
+        for curve in compat.curves(action, layers.slot_of(armature, action)):
+            if curve.data_path in _PATHS and not curve.mute:
+                found.setdefault(_PATHS[curve.data_path], curve)
+        action = action.get(layers.BEFORE) if layers.is_draft(action) else None
+    return found
+
+
+def sampled(armature: bpy.types.Object, scene: bpy.types.Scene, span) -> dict[str, list[list[float]]]:
+    """The keyed sliders as the engine takes them, seconds of the recording and values; ``span`` is that of the voice."""
+    rate, keyed = scene_fps(scene), {}
+    for name, curve in curves(armature).items():
+        until = span.start + span.length if span.length is not None else max(curve.range()[1], scene.frame_end)
+        seconds = np.arange(0, max(until - span.start, 1) / rate + 1 / skeleton.FPS, 1 / skeleton.FPS)
+        prop = armature.s2ag.bl_rna.properties[name]
+        values = np.array([curve.evaluate(span.start + at * rate) for at in seconds.tolist()])
+        points = np.stack([seconds, np.clip(values, prop.hard_min, prop.hard_max)], 1)
+        keyed[name] = points[_bends(points[:, 1])].round(4).tolist()
+    return keyed
+
+
+def begun(armature: bpy.types.Object, scene: bpy.types.Scene, span) -> tuple[list[list], tuple[str, ...]]:
+    """Styles that begin at markers ``as STYLE`` of the timeline, with seconds of the recording, and warnings."""
+    names, found, strange = choices.style_names(armature.s2ag.checkpoint), [], []
+    for marker in sorted(scene.timeline_markers, key=lambda one: one.frame):
+        if not marker.name.startswith(_AS):
+            continue
+        style = marker.name[len(_AS) :].strip()
+        try:
+            if len(styles.steps(style)) > 1:
+                raise UnknownStyle("A walk.")
+            styles.parse(style, names)
+        except UnknownStyle:
+            strange.append(told('The marker "{name}" names no style, and none begins there.', name=marker.name))
+            continue
+        found.append([round(max((marker.frame - span.start) / scene_fps(scene), 0.0), 4), style])
+    walks = len(styles.steps(armature.s2ag.style)) > 1
+    return [] if walks else found, tuple(strange)
+
+
+def carry(armature: bpy.types.Object, action: bpy.types.Action, bag) -> None:
+    """Give a new action the keyed sliders of what the character plays, so that it goes on feeling as it does."""
+    for name, curve in curves(armature).items():
+        path = f"s2ag.{name}"
+        if curve.id_data == action:
+            continue
+        old = bag.fcurves.find(path)
+        if old is not None:
+            bag.fcurves.remove(old)
+        copied = bag.fcurves.new(path)
+        copied.extrapolation = curve.extrapolation
+        copied.keyframe_points.add(len(curve.keyframe_points))
+        for point, key in zip(copied.keyframe_points, curve.keyframe_points, strict=True):
+            point.co, point.interpolation, point.easing = key.co, key.interpolation, key.easing
+            point.handle_left_type, point.handle_right_type = key.handle_left_type, key.handle_right_type
+            point.handle_left, point.handle_right = key.handle_left, key.handle_right
+        copied.update()
+
+
+def _bends(values: np.ndarray) -> np.ndarray:
+    """Numbers of the values between which all others lie on straight lines, the first and the last among them."""
+    kept, todo = {0, len(values) - 1}, [(0, len(values) - 1)]
+    while todo:
+        low, high = todo.pop()
+        inner = np.arange(low + 1, high)
+        if not len(inner):
+            continue
+        line = values[low] + (values[high] - values[low]) * (inner - low) / (high - low)
+        off = np.abs(values[inner] - line)
+        if off.max() > _STRAIGHT:
+            middle = int(inner[off.argmax()])
+            kept.add(middle)
+            todo += [(low, middle), (middle, high)]
+    return np.array(sorted(kept))
