@@ -109,5 +109,8 @@ def _timed(chosen: list[tuple[int, tuple]], words: Sequence, seed: tuple[int, ..
             row = before.across + gesture.across if before is not None and before.gesture is gesture else -gesture.across
             across = row if row <= 2 * gesture.across else -gesture.across
         begin, ready = max(lands - SWING - LEAD, 0.0), lands - SWING
+        if gesture.acted is not None:
+            begin = max(lands - gesture.acted.lands, 0.0)
+            ready, until = min(begin + LEAD, lands), min(lands + gesture.acted.after, max(after, lands + 0.1))
         shown.append(Shown(gesture, begin, ready, lands, until, until + SINK, side, size, across))
     return shown

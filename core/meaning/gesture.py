@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from ..motion import handshape, skeleton
+from .acted import Acted
 
 ARMS = ("both", "one", "alternate")
 """Both arms alike, the one that leads, or one after the other in turn."""
@@ -21,7 +23,8 @@ class Gesture:
     ``palm`` ``(3,)``: where the left palm looks; ``knuckles`` ``(3,)`` where the hand points, None along the forearm; ``shape``
     ``(12,)``: its fingers (:mod:`handshape`), None at ease. In degrees: how far the head says no (``shake``), leans to
     the side (``tilt``) or turns with the hand (``turn``), how far ``shoulders`` rise, and by how much each of several in a row
-    goes further ``across``. ``often``: the share of its occasions at which a talkative body shows it.
+    goes further ``across``. ``often``: the share of its occasions at which a talkative body shows it. ``acted``: a clip that is
+    played instead of the poses.
     """
 
     name: str
@@ -37,21 +40,27 @@ class Gesture:
     shoulders: float = 0.0
     across: float = 0.0
     often: float = 0.9
+    acted: Acted | None = None
 
     @classmethod
-    def read(cls, name: str, given: Mapping, shapes: Mapping[str, np.ndarray]) -> "Gesture":
-        """Of the JSON object that a vocabulary holds; ``ValueError`` says what is wrong with it."""
-        arms = given.get("arms", "one")
+    def read(cls, name: str, given: Mapping, shapes: Mapping[str, np.ndarray], folder: Path | None = None) -> "Gesture":
+        """Of the JSON object that a vocabulary in ``folder`` holds; ``ValueError`` says what is wrong with it."""
+        arms = given.get("arms", "both" if "clip" in given else "one")
         if not isinstance(arms, str) or arms not in ARMS:
             raise ValueError(f"arms of {name} are {arms!r}, not one of {', '.join(ARMS)}")
         shape = given.get("shape")
         if shape is not None and not (isinstance(shape, str) and shape in shapes):
             raise ValueError(f"{name} wants the handshape {shape!r}, which is not there")
-        poses = {key: _vectors(name, key, given.get(key), (2, 3)) for key in ("ready", "stroke")}
+        acted = Acted.read(name, given, folder) if "clip" in given else None
+        if acted is None:
+            poses = {key: _vectors(name, key, given.get(key), (2, 3)) for key in ("ready", "stroke")}
+        else:
+            poses = {"ready": acted.arm(0.0), "stroke": acted.arm(acted.lands)}
         looks = {key: _vectors(name, key, given[key], (3,)) for key in ("palm", "knuckles") if key in given}
         angles = {key: _number(name, key, given[key], 0, _MOST) for key in ANGLES if key in given}
         often = _number(name, "often", given.get("often", cls.often), 0, 1)
-        return cls(name, arms, **poses, **looks, shape=None if shape is None else shapes[shape], **angles, often=often)
+        shape = None if shape is None else shapes[shape]
+        return cls(name, arms, **poses, **looks, shape=shape, **angles, often=often, acted=acted)
 
 
 def read_shape(name: str, values) -> np.ndarray:

@@ -54,8 +54,11 @@ def show(directions: np.ndarray, shown: Sequence[Shown], which: Sequence[tuple[b
             continue
         part, now = result[here].astype(float), time[here]
         weight = weights(one, now)
+        acted = one.gesture.acted
+        if acted is not None:
+            acted.play(part, now - one.lands, weight, arms)
         for arm, (edges, mirror) in enumerate(zip(skeleton.ARMS, (np.ones(3), _MIRROR), strict=True)):
-            if arms[arm]:
+            if arms[arm] and acted is None:
                 part[:, edges] = rest.slerp(part[:, edges], _arm(one, now) * mirror, one.size * weight[:, None])
         _bear(part, one, arms, now, weight)
         result[here] = skeleton.normalize(part)
@@ -90,7 +93,13 @@ def hands(performed: Hands, shown: Sequence[Shown], which: Sequence[tuple[bool, 
     knuckles, palms, shape = performed.knuckles.copy(), performed.palms.copy(), performed.shape.copy()
     time = np.arange(len(performed)) / skeleton.FPS
     for one, arms in zip(shown, which, strict=True):
-        weight = (weights(one, time) * ramp(time, one.ready - 0.2, one.lands))[:, None]
+        weight = weights(one, time)[:, None]
+        own = one.gesture.acted and one.gesture.acted.hands(time - one.lands, arms)
+        for arm in (arm for arm in (0, 1) if own and arms[arm]):
+            for parts, played in ((knuckles, own.knuckles), (palms, own.palms)):
+                parts[:, arm] = rest.slerp(parts[:, arm], played[:, arm], weight[:, 0])
+            shape[:, arm] += weight * (own.shape[:, arm] - shape[:, arm])
+        weight = weight * ramp(time, one.ready - 0.2, one.lands)[:, None]
         for arm, mirror in enumerate((np.ones(3), _MIRROR)):
             for parts, wanted in ((knuckles, one.gesture.knuckles), (palms, one.gesture.palm)):
                 if arms[arm] and wanted is not None:

@@ -14,7 +14,7 @@ from .gesture import ANGLES, Gesture, read_shape
 PATH = Path(__file__).parents[1] / "assets" / "vocabulary.json"
 _LARGEST = 1_000_000
 """Bytes of a file: the shipped one has 9,000."""
-_KEYS = {"says", "marks", "arms", "ready", "stroke", "palm", "knuckles", "shape", "often"} | set(ANGLES)
+_KEYS = {"says", "marks", "arms", "ready", "stroke", "palm", "knuckles", "shape", "often", "clip", "lands"} | set(ANGLES)
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def _extended(path: str | PathLike) -> Vocabulary:
     gestures, shapes = _shipped()
     try:
         own = _content(Path(path))
-        return _made({**gestures, **own.get("gestures", {})}, {**shapes, **own.get("shapes", {})})
+        return _made({**gestures, **own.get("gestures", {})}, {**shapes, **own.get("shapes", {})}, Path(path).parent)
     except OSError as error:
         raise UsageError(f"The vocabulary {path} cannot be read: {error.strerror}.", "Name a JSON file of gestures.") from error
     except ValueError as error:
@@ -77,13 +77,13 @@ def _content(path: Path) -> dict:
     return content
 
 
-def _made(gestures: Mapping, shapes: Mapping) -> Vocabulary:
+def _made(gestures: Mapping, shapes: Mapping, folder: Path | None = None) -> Vocabulary:
     known = {name: read_shape(name, values) for name, values in shapes.items()}
     read, phrases, marks = {}, {}, {}
     for name, given in gestures.items():
         if not isinstance(given, dict) or not given.keys() <= _KEYS:
             raise ValueError(f"{name} has something else than {', '.join(sorted(_KEYS))}")
-        read[name] = Gesture.read(name, given, known)
+        read[name] = Gesture.read(name, given, known, folder)
         for phrase in _texts(name, "says", given):
             words, bearer = _phrase(phrase)
             phrases.setdefault(words[0], []).append((words, bearer, name))

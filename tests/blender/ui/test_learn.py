@@ -1,11 +1,16 @@
 """A performance animated in Blender comes back as the motion it was keyed from, and becomes a take to learn from."""
 
+import json
+
 import bpy
 import numpy as np
 import pytest
 from acted import drawn
 from s2ag.core.errors import UsageError
+from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
+from s2ag.core.performance.request import Request
+from s2ag.core.performance.synthesis import Session
 from s2ag.s2ag_blender.cast import mannequin
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.ui import learn, subpanels
@@ -40,6 +45,27 @@ def test_a_take_is_written_beside_its_speech(wave, tmp_path, examples):
         learn.save_take(armature, tmp_path, "nothing.wav")
     with pytest.raises(UsageError, match="no motion"):
         learn.capture(armature, 5, 5)
+
+
+def test_a_clip_becomes_a_gesture_of_the_vocabulary(wave, tmp_path, examples):
+    """Animated, captured, named in a vocabulary file, performed at its word by the shipped network."""
+    armature = mannequin.build().armature
+    bpy.context.scene.render.fps = 15
+    directions = np.tile(skeleton.MEAN_UNIT, (30, 1, 1))
+    up = np.sin(np.linspace(0, np.pi, 30))[:, None]
+    directions[:, [4, 5]] = skeleton.normalize((1 - up[..., None]) * directions[:, [4, 5]] + up[..., None] * [-0.4, -1, 0.4])
+    apply_motion(armature, Motion(directions.astype(np.float32)), 1)
+    clip = learn.save_take(armature, tmp_path, str(examples / "hello.flac"), name="salute", first=1, last=30)
+    words = tmp_path / "own.json"
+    words.write_text(json.dumps({"gestures": {"salute": {"says": ["captain"], "marks": ["salute"], "clip": clip.name}}}))
+    said = [["this", 0.3, 0.5], ["is", 0.5, 0.6], ["captain", 2.0, 2.6], ["hook", 2.7, 3.0]]
+    sound = tmp_path / "talk.json"
+    sound.write_text(json.dumps(said))
+    (motion,) = Session(vocabulary=words).synthesize(Request(examples / "hello.flac", transcript=sound)).motions
+    (name, lands), *_ = [one for one in motion.meta["shows"] if one[0] == "salute"]
+    assert 2.0 < lands < 2.6
+    arm = motion.directions[round(lands * skeleton.FPS), 4]
+    assert arm[1] < -0.5 and arm @ Motion.load(clip).directions[15, 4] > 0.97
 
 
 def test_the_button_saves_what_the_panel_says(speaker, tmp_path):

@@ -1,10 +1,13 @@
 """Twenty phrases and their neutral twins: what is said is seen, and nothing else is touched."""
 
+import json
+
 import numpy as np
 import pytest
 from s2ag.core.meaning import choosing, showing, vocabulary
 from s2ag.core.motion import handshape, limits, rest, skeleton
 from s2ag.core.motion.hands import Hands
+from s2ag.core.motion.motion import Motion
 
 ARMS = list(skeleton.ARM_EDGES)
 FRAMES = 150
@@ -183,3 +186,42 @@ def test_hands_show_what_arms_mean(known):
     assert (bends < 40).sum() == 2 and (bends > 150).sum() == 2
     np.testing.assert_allclose(hands.shape[0], ease.shape[0], atol=1e-4)
     np.testing.assert_allclose(hands.shape[:, 1 - showing_hand], ease.shape[:, 1 - showing_hand], atol=1e-4)
+
+
+def acted(folder, **more):
+    """A vocabulary whose "abracadabra" is a clip of two seconds in which the right arm goes up until 1.2 s."""
+    time = np.arange(30) / skeleton.FPS
+    body = np.tile(rest.REST.astype(float), (30, 1, 1))
+    body[:, 7:9] = rest.slerp(body[:, 7:9], np.array([0.3, -0.8, 0.5]), np.exp(-(((time - 1.2) / 0.4) ** 2))[:, None])
+    body[:, 2] = rest.slerp(body[:, 2], np.array([0.7, 0, 0.7]), time / 4)
+    body = skeleton.normalize(body).astype(np.float32)
+    hands = Hands.of(body[:, [5, 8]], np.tile([[1.0, 0, 0], [-1, 0, 0]], (30, 1, 1)), np.full((30, 2, 12), 12.0))
+    Motion(body, hands=hands).save(folder / "magic.npz")
+    given = {"says": ["abracadabra"], "clip": "magic.npz", "often": 1, **more}
+    (folder / "own.json").write_text(json.dumps({"gestures": {"magic": given}}))
+    return vocabulary.load(folder / "own.json"), body
+
+
+def test_a_clip_is_played_so_that_its_stroke_lands_on_the_word(tmp_path):
+    known, clip = acted(tmp_path)
+    plain, motion, stroke = both(known, "abracadabra")
+    assert stroke.gesture.acted.lands == pytest.approx(1.2) and stroke.gesture.acted.leads == 1
+    frame = round(stroke.lands * skeleton.FPS)
+    apart = np.degrees(np.arccos(np.clip((motion[frame - 6 : frame + 7, ARMS] * clip[12:25, ARMS]).sum(-1), -1, 1)))
+    assert apart.max() < 8  # of frames that lie up to half a frame apart, at 200 degrees a second
+    assert motion[frame, 2, 0] > plain[frame, 2, 0] + 0.1
+    performed = Hands.of(plain[:, [5, 8]], np.tile([0.0, 0, 1], (FRAMES, 2, 1)), np.full((FRAMES, 2, 12), 30.0))
+    hands = showing.hands(performed, [stroke], [(True, True)])
+    np.testing.assert_allclose(hands.shape[frame], 12.0, atol=0.1)
+    outside = np.arange(FRAMES) / skeleton.FPS > stroke.end + 0.1
+    np.testing.assert_array_equal(motion[outside], limits.keep_human(plain)[outside])
+
+
+def test_one_arm_plays_the_leading_arm_of_a_clip(tmp_path):
+    known, clip = acted(tmp_path, arms="one", lands=1.0)
+    plain, strokes = performance(), shown(known, "abracadabra")
+    for which, edges, body in (((True, False), [4, 5], skeleton.mirror(clip)), ((False, True), [7, 8], clip)):
+        motion, frame = showing.show(plain, strokes, [which]), round(strokes[0].lands * skeleton.FPS)
+        assert (motion[frame, edges] * body[15, edges]).sum(-1).min() > 0.99
+        others = [edge for edge in range(9) if edge not in edges]
+        np.testing.assert_array_equal(motion[:, others], plain[:, others])
