@@ -1,10 +1,12 @@
 """Files appear whole or not at all."""
 
 import contextlib
+import itertools
 import os
 import platform
 import shutil
 import tempfile
+import time
 from pathlib import Path
 
 from .errors import OutputUnwritable
@@ -20,6 +22,10 @@ def check_output(path: str | os.PathLike) -> Path:
     if not os.access(path.parent, os.W_OK):
         raise OutputUnwritable(f"The folder {path.parent} cannot be written to.", "Choose another folder.")
     return path
+
+
+LOGS = 10
+"""Logs of a kind that are kept."""
 
 
 _PENDING: set[Path] = set()
@@ -139,3 +145,12 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+def new_log(folder: Path, kind: str) -> Path:
+    """A name for a new log in ``folder``, whose oldest logs of that kind are deleted."""
+    for old in sorted(folder.glob(f"{kind}-*.log"))[: 1 - LOGS]:
+        old.unlink(missing_ok=True)
+    stem = f"{kind}-{time.strftime('%Y%m%d-%H%M%S')}"
+    names = (folder / f"{stem}{f'-{number}' if number else ''}.log" for number in itertools.count())
+    return next(name for name in names if not name.exists())

@@ -9,6 +9,7 @@ working folder; so the tree around this file is made a package, without touching
 
 import importlib
 import importlib.util
+import os
 import sys
 from pathlib import Path
 
@@ -21,6 +22,14 @@ def package(name: str = "s2ag"):
     sys.modules[name] = module
     spec.loader.exec_module(module)
     return module
+
+
+def module_command(python: str, module: str) -> list[str]:
+    """The command that runs ``module`` of this package in ``python``, where it need not be installed.
+
+    The Python that runs this is isolated from what the user's variables say of another one.
+    """
+    return [python, "-I" if python == sys.executable else "-P", os.path.abspath(__file__), "--", module]
 
 
 if __name__ == "__main__":

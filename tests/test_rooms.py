@@ -6,7 +6,7 @@ from imports import ALL, PACKAGES, ROOT, modules, statements
 
 DOORS = "doors"
 CORE = (
-    *(DOORS, "cli", "batch", "study", "learning", "engine", "direction", "performance", "face"),
+    *(DOORS, "cli", "batch", "study", "learning", "engine", "setup", "direction", "performance", "face"),
     *("meaning", "model", "vectors", "words", "sound", "motion", ""),
 )
 BLENDER = (DOORS, "ui", "takes", "film", "keys", "cast", "rig", "engine", "")

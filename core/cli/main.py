@@ -9,12 +9,15 @@ FAILED = 2
 INTERRUPTED = 130
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run the command line and return its exit status: 0, 2 after an error that was told on stderr, 130 after Ctrl-C."""
+def main(argv: list[str] | None = None, parser=None) -> int:
+    """Run the command line and return its exit status: 0, 2 after an error that was told on stderr, 130 after Ctrl-C.
+
+    ``parser`` replaces that of all commands.
+    """
     try:
         if argv is None:
             _settle()
-        return _run(argv)
+        return _run(argv, parser)
     except KeyboardInterrupt:
         print("s2ag: interrupted.", file=sys.stderr)
         return INTERRUPTED
@@ -34,17 +37,20 @@ def _settle() -> None:
         warnings.simplefilter("ignore")  # of Python and packages: they are for those who write programs
 
 
-def _run(argv: list[str] | None) -> int:
+def _run(argv: list[str] | None, made) -> int:
     """Parse and do what was asked; everything but Ctrl-C becomes a sentence."""
     import contextlib
     import os
 
     from ..errors import EngineMissing, S2agError
-    from .parser import parser
     from .progress import say
 
     try:
-        options = parser().parse_args(argv)
+        if made is None:
+            from .parser import parser
+
+            made = parser()
+        options = made.parse_args(argv)
         return options.run(options)
     except SystemExit as leaving:  # --help and --version
         return int(leaving.code or 0)

@@ -2,16 +2,9 @@
 
 import argparse
 
-from ..errors import UsageError
 from ..version import VERSION
-from . import animate, batch, bench, checkpoint, data, doctor, edit, evaluate, rig, sample, study, styles, synth
-
-
-class Parser(argparse.ArgumentParser):
-    """argparse, whose complaints are one sentence like all others."""
-
-    def error(self, message):
-        raise UsageError(f"{message[:1].upper()}{message[1:]}.", f"See: {self.prog} --help")
+from . import animate, batch, bench, checkpoint, data, doctor, edit, engine, evaluate, rig, sample, study, styles, synth
+from .parsing import Parser
 
 
 def parser() -> Parser:
@@ -24,7 +17,7 @@ def parser() -> Parser:
     )
     made.add_argument("--version", action="version", version=f"s2ag {VERSION}")
     commands = made.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for verb in (synth, animate, edit, sample, batch, rig, styles, doctor, evaluate, bench, checkpoint, data, study):
+    for verb in (synth, animate, edit, sample, batch, rig, styles, doctor, engine, evaluate, bench, checkpoint, data, study):
         name = verb.__name__.rpartition(".")[2]
         command = commands.add_parser(
             name,

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from ...core.engine import protocol
 from ...core.errors import Cancelled, S2agError, WorkerFailed
+from ...core.start import module_command
 from .process import GRACE, Process
 from .thread import Thread
 
@@ -22,7 +23,6 @@ PATIENCE = 300.0
 PAUSE = 0.02
 """Seconds between looks while waiting."""
 
-_START = Path(__file__).parents[2] / "core" / "start.py"
 _PATHS = ("audio", "transcript", "checkpoint", "vectors", "output_dir")
 _AGAIN = "Try again: it starts anew by itself."
 
@@ -43,14 +43,6 @@ def find_interpreter(python: str | os.PathLike | None = None) -> str:
     if Path(sys.executable or "").stem.lower().startswith("python"):
         return sys.executable
     raise WorkerFailed("Blender's own Python cannot be started.", "Name another one in the preferences or in S2AG_PYTHON.")
-
-
-def module_command(python: str, module: str) -> list[str]:
-    """The command that runs ``module`` of this package in ``python``, where it need not be installed.
-
-    The Python that runs this is isolated from what the user's variables say of another one.
-    """
-    return [python, "-I" if python == sys.executable else "-P", os.fspath(_START), "--", module]
 
 
 class Job:

@@ -8,9 +8,10 @@ from pathlib import Path
 import bpy
 
 from ...core.errors import S2agError
-from . import known, run
+from ...core.files import new_log
+from . import known
 
-KINDS = ("WorkerFailed", "EngineMissing", "Internal")
+KINDS = ("WorkerFailed", "EngineMissing", "Internal", "SetupFailed")
 """Errors whose cause is in the log rather than in what the user gave."""
 
 _lines: deque[str] = deque(maxlen=2000)
@@ -28,22 +29,19 @@ def latest() -> Path | None:
 
 
 def save(error: S2agError) -> Path | None:
-    """Write the log of ``error``, with what Blender and engine are, and return its path; None where no log would help.
-
-    A set-up that failed has written its own, which is then the latest.
-    """
+    """Write the log of ``error``, with what Blender and engine are, and return its path; None where no log would help."""
     global _latest
-    written = getattr(error, "log", None)
-    if written is None and error.kind in KINDS:
-        folder = known.folder() / "logs"
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            written = run.new_log(folder, "engine")
-            written.write_text("\n".join([*_header(error), *_lines, ""]), "utf-8")
-        except OSError as failure:  # told here, because the first error is the one that the user must see
-            print(f"S2AG: the log cannot be saved: {failure}")
-            return None
-    _latest = written or _latest
+    if error.kind not in KINDS:
+        return None
+    folder = known.folder() / "logs"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        written = new_log(folder, "engine")
+        written.write_text("\n".join([*_header(error), *_lines, ""]), "utf-8")
+    except OSError as failure:  # told here, because the first error is the one that the user must see
+        print(f"S2AG: the log cannot be saved: {failure}")
+        return None
+    _latest = written
     return written
 
 

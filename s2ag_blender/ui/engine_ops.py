@@ -1,11 +1,12 @@
-"""Operators of the engine's set-up: modal in a window, blocking without one. They call what engine_setup does."""
+"""Operators of the engine: the command that makes a full one outside Blender, choosing one, and trying it."""
 
-import time
+from pathlib import Path
 
 import bpy
 
 from ...core.errors import S2agError
-from ..engine import errors_log, known, run, setup
+from ...core.setup import environment, trial
+from ..engine import errors_log, known
 from ..engine.client import find_interpreter
 from ..engine.known import STATE
 from ..takes import gesture
@@ -13,35 +14,24 @@ from ..takes.running import redraw
 from ..translations import told, told_error
 
 
-def set_up(context, plan: setup.Plan | None = None, progress=None) -> dict:
-    """Make the engine's environment and wait: the headless way. Returns the facts of the engine.
+def begin(context, path: str = "") -> trial.Check:
+    """Start trying the engine at ``path``, which is used from then on if it works, else that in use; returns at once.
 
-    Raises :class:`engine_setup.SetupFailed`, without doing anything where the registry would be used offline.
+    :func:`tick` follows it. Raises :class:`S2agError` where there is none.
     """
-    run = begin(context, plan)
-    try:
-        return run.wait(progress)
-    finally:
-        STATE.work = None
-        _finished(run)
-
-
-def begin(context, plan: setup.Plan | None = None) -> run.Setup:
-    """Start making the environment and return at once; :func:`tick` follows it."""
-    plan = plan or known.planned(context)
-    require_online(plan)
+    python = environment.chosen(path) if path else find_interpreter(known.interpreter(context))
     STATE.error = None
-    STATE.work = run.Setup(plan)
+    STATE.work, STATE.chosen = trial.Check(python), path
     return STATE.work
 
 
-def require_online(plan: setup.Plan) -> None:
-    """Raise :class:`engine_setup.SetupFailed` if ``plan`` needs the network and Blender's preferences forbid it."""
-    if plan.wheels is None and not bpy.app.online_access:
-        raise setup.SetupFailed(
-            "Online access is off in Blender's preferences.",
-            "Allow it under System, Network, or choose a folder of wheels.",
-        )
+def check(context, path: str = "") -> dict:
+    """:func:`begin`, and wait; returns the engine's facts or raises the :class:`S2agError` that says why it cannot work."""
+    work = begin(context, path)
+    try:
+        return work.wait()
+    finally:
+        _finish(context)
 
 
 def tick() -> bool:
@@ -51,128 +41,101 @@ def tick() -> bool:
         return False
     more = not work.poll()
     if not more:
-        STATE.work = None
-        _finished(work)
-    _redraw()
-    return more
-
-
-def stop() -> None:
-    """End what is under way; nothing half-made stays."""
-    if STATE.work is not None:
-        STATE.work.cancel()
-        tick()
-
-
-def _finished(work) -> None:
-    STATE.error = work.error if work.error and work.error.kind != "Cancelled" else None
-    if work.error is None:
-        STATE.facts = work.result
-        gesture.stop_engine()  # the next request starts the new one
-    elif STATE.error is not None:
-        errors_log.save(work.error)
-
-
-def _redraw() -> None:
+        _finish(bpy.context)
     redraw(bpy.context)
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "PREFERENCES":
                 area.tag_redraw()
+    return more
+
+
+def stop() -> None:
+    """End what is under way."""
+    if STATE.work is not None:
+        STATE.work.cancel()
+        tick()
+
+
+def _finish(context) -> None:
+    """Keep the engine that works, or why it does not."""
+    work, STATE.work = STATE.work, None
+    if work.error is None:
+        if STATE.chosen:
+            known.keep(context, STATE.chosen)
+        STATE.facts = work.result
+        gesture.stop_engine()  # the next request starts the new one
+    elif work.error.kind != "Cancelled":
+        _note(work.error, work.said)
+
+
+def _note(error: S2agError, said=()) -> None:
+    STATE.error = error
+    for line in said:
+        errors_log.note(line)
+    errors_log.save(error)
 
 
 def _carry_on() -> float | None:
-    """Follow the work when the window of its operator was closed."""
-    return 0.2 if tick() else None
-
-
-class _EngineWork:
-    """A modal operator that follows :data:`STATE`'s work; Esc cancels it, a closed window does not."""
-
-    def modal(self, context, event):
-        if event.type == "ESC" and STATE.work is not None:
-            STATE.work.cancel()
-        elif event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        work = STATE.work
-        if work is not None and tick():
-            return {"RUNNING_MODAL"}
-        context.window_manager.event_timer_remove(self._timer)
-        return self._told(work or self._work)
-
-    def cancel(self, context):
-        context.window_manager.event_timer_remove(self._timer)
-        if STATE.work is not None:
-            bpy.app.timers.register(_carry_on, first_interval=0.2)
-
-    def _follow(self, context):
-        self._work = STATE.work
-        self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
-
-    def _told(self, work):
-        if work.error is None:
-            self.report({"INFO"}, told("The engine works"))
-            return {"FINISHED"}
-        self.report({"INFO" if work.error.kind == "Cancelled" else "ERROR"}, told_error(work.error))
-        return {"CANCELLED"}
-
-    def _refuse(self, error: S2agError):
-        STATE.error = error
-        errors_log.save(error)
-        _redraw()
-        self.report({"ERROR"}, told_error(error))
-        return {"CANCELLED"}
+    """Follow the work without an operator."""
+    return 0.1 if tick() else None
 
 
 def _idle(cls) -> bool:
     if STATE.work is not None:
-        cls.poll_message_set(told("The engine is being worked on"))
+        cls.poll_message_set(told("The engine is being tried"))
         return False
     return True
 
 
-class S2AG_OT_engine_setup(_EngineWork, bpy.types.Operator):
-    """Make the engine's Python environment in the extension's folder with the command shown; a former one goes once it works"""
+def _tried(operator, context, path: str = ""):
+    """Try an engine: in a window followed by a timer, so that nothing is held; without one waiting."""
+    try:
+        if bpy.app.background:
+            check(context, path)
+            operator.report({"INFO"}, told("The engine works"))
+        else:
+            begin(context, path)
+            bpy.app.timers.register(_carry_on, first_interval=0.1)
+    except S2agError as error:
+        if STATE.error is not error:
+            _note(error)
+        operator.report({"ERROR"}, told_error(error))
+        return {"CANCELLED"}
+    return {"FINISHED"}
 
-    bl_idname = "s2ag.engine_setup"
-    bl_label = "Set Up Engine"
 
-    recognise: bpy.props.BoolProperty(
-        name="Also Recognise Speech",
-        description="Install the speech recogniser, too, now and whenever the engine is repaired",
-        options={"SKIP_SAVE"},
+class S2AG_OT_engine_choose(bpy.types.Operator):
+    """Use a full engine that was made outside Blender: it gestures a clip first, and is kept if it can"""
+
+    bl_idname = "s2ag.engine_choose"
+    bl_label = "Choose Engine"
+
+    filepath: bpy.props.StringProperty(
+        subtype="FILE_PATH", description="The folder that the set-up command was given, or a Python with the engine's packages"
     )
 
     @classmethod
     def poll(cls, context):
         return _idle(cls)
 
-    def execute(self, context):
-        try:
-            set_up(context, self._plan(context))
-        except S2agError as error:
-            return self._refuse(error)
-        self.report({"INFO"}, told("The engine works"))
-        return {"FINISHED"}
-
     def invoke(self, context, event):
-        try:
-            begin(context, self._plan(context))
-        except S2agError as error:
-            return self._refuse(error)
-        return self._follow(context)
+        if not self.filepath:
+            place = known.set_up_folder(context)
+            self.filepath = str(place if place.is_dir() else Path.home()) + "/"
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
 
-    def _plan(self, context) -> setup.Plan:
-        chosen = known.settings(context)
-        if self.recognise and chosen is not None:
-            chosen.recognise = True
-        return known.planned(context, recognise=self.recognise)
+    def execute(self, context):
+        path = bpy.path.abspath(self.filepath)
+        if not path:
+            self.report({"ERROR"}, told("Choose a folder or a Python"))
+            return {"CANCELLED"}
+        return _tried(self, context, path)
 
 
-class S2AG_OT_engine_check(_EngineWork, bpy.types.Operator):
-    """Try the engine's Python and show what it has"""
+class S2AG_OT_engine_check(bpy.types.Operator):
+    """Let the engine in use gesture a clip, and show what it has"""
 
     bl_idname = "s2ag.engine_check"
     bl_label = "Check Engine"
@@ -182,24 +145,11 @@ class S2AG_OT_engine_check(_EngineWork, bpy.types.Operator):
         return _idle(cls)
 
     def execute(self, context):
-        try:
-            STATE.facts = check(context)
-        except S2agError as error:
-            return self._refuse(error)
-        self.report({"INFO"}, told("The engine works"))
-        return {"FINISHED"}
-
-    def invoke(self, context, event):
-        known.look(context)
-        try:
-            STATE.work = run.Check(engine_python(context))
-        except S2agError as error:
-            return self._refuse(error)
-        return self._follow(context)
+        return _tried(self, context)
 
 
 class S2AG_OT_engine_cancel(bpy.types.Operator):
-    """Stop at once; nothing half-made is left behind"""
+    """Stop trying the engine; the one in use stays"""
 
     bl_idname = "s2ag.engine_cancel"
     bl_label = "Cancel"
@@ -213,47 +163,38 @@ class S2AG_OT_engine_cancel(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class S2AG_OT_engine_remove(bpy.types.Operator):
-    """Delete the environment that the set-up made"""
+class S2AG_OT_engine_leave(bpy.types.Operator):
+    """Use the engine that comes with the extension again; the chosen one stays where it is"""
 
-    bl_idname = "s2ag.engine_remove"
-    bl_label = "Remove Engine"
+    bl_idname = "s2ag.engine_leave"
+    bl_label = "Use the Extension's Own"
 
     @classmethod
     def poll(cls, context):
-        if known.engine() is None:
-            cls.poll_message_set(told("The set-up has made no environment"))
+        if not known.chosen(context):
+            cls.poll_message_set(told("The engine that comes with the extension is used"))
             return False
         return _idle(cls)
 
-    def invoke(self, context, event):
-        return context.window_manager.invoke_confirm(self, event)
-
     def execute(self, context):
         gesture.stop_engine()
-        try:
-            setup.remove(known.folder())
-        except S2agError as error:
-            self.report({"ERROR"}, told_error(error))
-            return {"CANCELLED"}
-        known.look(context)
-        self.report({"INFO"}, told("The engine is removed"))
+        known.keep(context, "")
         return {"FINISHED"}
 
 
 class S2AG_OT_copy_command(bpy.types.Operator):
-    """Copy the commands that set the engine up, to run them in a terminal"""
+    """Copy the command that makes a full engine, to be run in a terminal; Blender itself fetches and installs nothing"""
 
     bl_idname = "s2ag.copy_command"
-    bl_label = "Copy Command"
+    bl_label = "Copy Set-Up Command"
+
+    recognise: bpy.props.BoolProperty(
+        name="Also Recognise Speech", description="With the speech recogniser", options={"SKIP_SAVE"}
+    )
 
     def execute(self, context):
-        try:
-            context.window_manager.clipboard = known.planned(context, check=False).text
-        except S2agError as error:
-            self.report({"ERROR"}, told_error(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, told("Copied"))
+        context.window_manager.clipboard = known.set_up_command(context, self.recognise)
+        self.report({"INFO"}, told("Copied: run it in a terminal, then press Choose Engine"))
         return {"FINISHED"}
 
 
@@ -283,28 +224,13 @@ class S2AG_OT_open_log(bpy.types.Operator):
 
 
 CLASSES = (
-    S2AG_OT_engine_setup,
+    S2AG_OT_engine_choose,
     S2AG_OT_engine_check,
     S2AG_OT_engine_cancel,
-    S2AG_OT_engine_remove,
+    S2AG_OT_engine_leave,
     S2AG_OT_copy_command,
     S2AG_OT_open_log,
 )
-
-
-def engine_python(context) -> str:
-    """The engine's Python, or :class:`WorkerFailed`."""
-    return find_interpreter(known.interpreter(context))
-
-
-def check(context) -> dict:
-    """Try the engine's Python and wait; returns its facts or raises the :class:`S2agError` that says why it cannot work."""
-    work = run.Check(engine_python(context))
-    while not work.poll():
-        time.sleep(run.PAUSE)
-    if work.error:
-        raise work.error
-    return work.result
 
 
 def _show(context, block) -> bool:

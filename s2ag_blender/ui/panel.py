@@ -102,9 +102,11 @@ def draw_recogniser(layout, context) -> None:
         layout.label(text="English speech only", icon="INFO")
         return
     sentence(layout, told("The engine has no speech recogniser yet"), "INFO")
-    if known.ships(context) or known.is_own(known.facts(context)):
+    if known.ships(context) or known.engine(context):
+        sentence(layout, told("Copy the command, run it in a terminal, then choose the engine"), "BLANK1")
         sentence(layout, known.cost(context), "BLANK1")
-        layout.operator("s2ag.engine_setup", text="Add the Recogniser", icon="IMPORT").recognise = True
+        layout.operator("s2ag.copy_command", icon="COPYDOWN").recognise = True
+        layout.operator("s2ag.engine_choose", icon="FILE_FOLDER")
     else:
         sentence(layout, told('Add it to the engine\'s Python: pip install "s2ag[recognise]"'), "BLANK1")
 
@@ -184,7 +186,7 @@ def draw_button(layout, context) -> None:
 
 
 def draw_engine_work(layout, work) -> None:
-    """How far the engine's set-up is, with the button that stops it."""
+    """That an engine is being tried, with the button that stops it."""
     row = layout.row(align=True)
     row.progress(factor=work.value, text=told(work.stage, **work.names))
     row.operator("s2ag.engine_cancel", text="", icon="X")

@@ -1,4 +1,4 @@
-"""Where the engine runs, what is known of it, and how it is set up."""
+"""Where the engine runs, what is known of it, and how a full one is made and chosen."""
 
 import os
 import sys
@@ -6,9 +6,8 @@ import textwrap
 
 import bpy
 
-from ...core.errors import S2agError
 from .. import compat
-from ..engine import known
+from ..engine import errors_log, known
 from ..translations import told, told_error
 from . import menus
 
@@ -22,24 +21,23 @@ def _look_again(self, context):
 class S2AG_Preferences(bpy.types.AddonPreferences):
     bl_idname = known.PACKAGE
 
-    interpreter: bpy.props.StringProperty(
-        name="Engine Python",
-        description="Python with the engine's packages; leave empty for the engine that comes with the extension",
+    engine: bpy.props.StringProperty(
+        name="Full Engine",
+        description="Folder that the set-up command was given, or a Python with the engine's packages; leave empty for the "
+        "engine that comes with the extension",
         subtype="FILE_PATH",
         options=compat.RELATIVE,
         update=_look_again,
     )
-    source: bpy.props.EnumProperty(
-        name="Packages From",
-        description="Where the engine's packages come from when it is set up",
-        items=[
-            ("REGISTRY", "Registry", "Download them from the Python package registry, which needs online access"),
-            ("FOLDER", "Folder of Wheels", "Install them from a folder of .whl files, without any network"),
-        ],
+    folder: bpy.props.StringProperty(
+        name="Make It In",
+        description="Folder in which the set-up command makes the engine; leave empty for s2ag-engine in your home",
+        subtype="DIR_PATH",
+        options=compat.RELATIVE,
     )
     wheels: bpy.props.StringProperty(
         name="Wheels",
-        description="Folder with the .whl files of all packages that the engine needs",
+        description="Folder with the .whl files of all packages that the engine needs; leave empty for the package registry",
         subtype="DIR_PATH",
         options=compat.RELATIVE,
     )
@@ -52,12 +50,6 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
     recognise: bpy.props.BoolProperty(
         name="Also Recognise Speech",
         description="Install the speech recogniser, too, which writes down English recordings that have no transcript",
-    )
-    base_python: bpy.props.StringProperty(
-        name="Made With",
-        description="Python 3.11 to 3.13 that makes the environment; leave empty for Blender's own or one on the search path",
-        subtype="FILE_PATH",
-        options=compat.RELATIVE,
     )
 
     def draw(self, context):
@@ -79,70 +71,53 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
             return
         about = told(
             "A Python environment of its own with PyTorch, for checkpoints of other kinds, and with the speech recogniser if "
-            "wanted. Gestures do not need it."
+            "wanted. Gestures do not need it. It is made outside Blender: copy the command, run it in a terminal, then choose "
+            "the engine."
         )
         _wrapped(body.column(align=True), about)
-        body.label(text=known.cost(context), translate=False, icon="DISK_DRIVE")
-        if known.STATE.work is None:
-            self._draw_buttons(body)
-        self._draw_options(body, context)
-
-    def _draw_buttons(self, layout):
-        row = layout.row()
-        row.scale_y = 1.3
-        made = known.engine()
-        row.operator("s2ag.engine_setup", text="Repair" if made else "Set Up Engine", icon="FILE_REFRESH" if made else "IMPORT")
-        row.operator("s2ag.engine_check", icon="VIEWZOOM")
-        row.operator("s2ag.engine_remove", icon="TRASH")
-
-    def _draw_options(self, body, context):
-        body.row().prop(self, "source", expand=True)
-        if self.source == "FOLDER":
-            body.prop(self, "wheels")
-        elif sys.platform == "linux":
+        body.prop(self, "folder")
+        if sys.platform == "linux" and not self.wheels:
             body.prop(self, "cpu_only")
         body.prop(self, "recognise")
-        body.prop(self, "base_python")
-        body.prop(self, "interpreter")
-        try:
-            text = known.planned(context, self, check=False).text
-        except S2agError as error:
-            _wrapped(body, told_error(error), icon="ERROR")
-            return
+        body.prop(self, "wheels")
+        body.label(text=known.cost(context), translate=False, icon="DISK_DRIVE")
+        _wrapped(body.box().column(align=True), known.set_up_command(context))
         row = body.row()
-        row.label(text="This is what is run:")
-        row.operator("s2ag.copy_command", text="Copy", icon="COPYDOWN")
-        lines = body.box().column(align=True)
-        for command in text.splitlines():
-            _wrapped(lines, command)
+        row.scale_y = 1.3
+        row.operator("s2ag.copy_command", icon="COPYDOWN")
+        row.operator("s2ag.engine_choose", icon="FILE_FOLDER")
+        row = body.row()
+        row.operator("s2ag.engine_check", icon="VIEWZOOM")
+        row.operator("s2ag.engine_leave", icon="LOOP_BACK")
+        body.prop(self, "engine")
 
 
 def _draw_found(column) -> None:
     """What is known of the engine, a line each."""
     context = bpy.context
-    facts, named = known.facts(context), known.interpreter(context)
+    facts = known.facts(context)
     if not facts:
         if known.ships(context):
             column.label(text="The engine that comes with the extension is used", icon="CHECKMARK")
         else:
             column.label(text="An engine is there that has not been tried yet", icon="QUESTION")
-            _row(column, "Engine Python", named or os.environ["S2AG_PYTHON"])
+            _row(column, "Full Engine", known.chosen(context) or os.environ["S2AG_PYTHON"])
         return
-    made, own = known.engine(), known.is_own(facts)
-    if own and made.broken:
-        column.label(text="The Python that the engine was made with is gone: repair it", icon="ERROR")
-    elif own and made.outdated:
-        column.label(text="This version needs other packages than those installed: repair it", icon="ERROR")
+    made = known.engine(context)
+    if made and made.broken:
+        column.label(text="The Python that the engine was made with is gone: run the set-up command again", icon="ERROR")
+    elif made and made.outdated:
+        column.label(text="This version needs other packages: run the set-up command again", icon="ERROR")
     else:
         column.label(text="The engine works", icon="CHECKMARK")
-    _row(column, "Engine Python", facts.get("interpreter", ""))
+    _row(column, "Python", facts.get("interpreter", ""))
     _row(column, "Version", facts.get("python", ""))
     _row(column, "PyTorch", facts.get("packages", {}).get("torch", ""))
     _row(column, "S2AG", facts.get("s2ag", ""))
     _row(column, "Checkpoint", f"{facts.get('checkpoint', '')}  {facts.get('hash', '')[:12]}")
     _row(column, "Device", facts.get("device", ""))
     _row(column, "Recogniser", told("installed") if facts.get("recogniser") else told("not installed"))
-    if own:
+    if made:
         _row(column, "Made", f"{made.facts.get('made', '')}, {made.facts.get('source', '')}")
 
 
@@ -156,13 +131,12 @@ def _draw_work(layout) -> None:
     row = layout.row(align=True)
     row.progress(factor=known.STATE.work.value, text=told(known.STATE.work.stage, **known.STATE.work.names))
     row.operator("s2ag.engine_cancel", text="", icon="X")
-    layout.label(text=known.STATE.work.line[:_WIDTH], translate=False)
 
 
 def _draw_error(layout) -> None:
     box = layout.box().column(align=True)
     _wrapped(box, told_error(known.STATE.error), icon="ERROR")
-    if getattr(known.STATE.error, "log", None):
+    if errors_log.latest() is not None:
         box.operator("s2ag.open_log", icon="TEXT")
 
 

@@ -11,9 +11,9 @@ import pytest
 import s2ag
 from s2ag.core import errors
 from s2ag.core.motion import skeleton
+from s2ag.core.setup import trial
 from s2ag.rigs.faces import shapes
 from s2ag.s2ag_blender import registration, translations
-from s2ag.s2ag_blender.engine import pip
 from s2ag.s2ag_blender.rig import readiness
 from s2ag.s2ag_blender.takes import choices
 from s2ag.s2ag_blender.ui import bone_maps
@@ -27,7 +27,7 @@ REFUSED = {"report": 1, "poll_message_set": 0}
 """Calls whose text Blender does not translate by itself, with the place of the text among the arguments."""
 SENTENCE = re.compile(r"[A-Z][a-z']+ [\w'{}-]+ .*[^.;,(]$")
 WARNING = ("warnings.append", "self.warn", "self._tell")
-NAMES = {"S2AG", "PyTorch", "Version", "Take", "Takes", "Wheels", "BVH", "FBX", "GLB", "Frames"}
+NAMES = {"S2AG", "PyTorch", "Python", "Version", "Take", "Takes", "Wheels", "BVH", "FBX", "GLB", "Frames"}
 """What may be the same in German."""
 
 
@@ -142,7 +142,7 @@ def texts_of_reasons():
 def wanted():
     found = {*texts_of_calls(), *texts_of_classes(), *texts_of_choices(), *texts_of_reasons()}
     found |= {readiness.label(part) for part in (*bone_maps.ORDER, *skeleton.EDGE_NAMES)}
-    found |= set(shapes.PARTS)
+    found |= {*shapes.PARTS, trial.STAGE}
     found |= {bpy.path.display_name(path.name, title_case=False) for path in PRESETS.rglob("*.py")}
     return {text for text in found if any(letter.isalpha() for letter in text)}
 
@@ -237,8 +237,9 @@ def template(node):
 
 ELSEWHERE = (
     *("core/cli", "core/batch", "core/study", "core/learning", "core/performance/sampling.py", "core/vectors/build.py"),
+    *("core/setup/planning.py", "core/setup/making.py", "core/setup/pip.py"),
     *("core/model/config.py", "core/model/foreign.py", "core/model/pickles.py"),
-    *("s2ag_blender/film/job.py", "s2ag_blender/film/sheet.py", "s2ag_blender/program.py"),
+    *("s2ag_blender/film/job.py", "s2ag_blender/film/sheet.py", "s2ag_blender/program.py", "s2ag_blender/ui/command.py"),
 )
 """What runs in other processes, for other people."""
 READERS = tuple(f"core/learning/datasets/{name}.py" for name in ("reading", "bvh", "smplx", "ten"))
@@ -267,8 +268,6 @@ def texts_of_errors():
                     yield from named.get(argument.id, []) if isinstance(argument, ast.Name) else template(argument)
             if isinstance(node, ast.Call) and ast.unparse(node.func).endswith(WARNING) and len(node.args) == 1:
                 yield from template(node.args[0])
-    for _, message, remedy in pip._FAULTS:
-        yield from (message, remedy)
 
 
 @pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
@@ -285,14 +284,12 @@ def test_errors_are_told_in_german_with_their_names():
     told = translations.sentence("de_DE", "The recording /a {b} c.wav does not exist.")
     assert told == "Die Aufnahme /a {b} c.wav gibt es nicht."
     assert translations.sentence("de_DE", "Nobody thought of this.") == "Nobody thought of this."
-    message, remedy = pip.explain(["ERROR: No matching distribution found for av>=12"], "the package registry")
-    assert translations.sentence("de_DE", message).startswith("av>=12 gibt es")
-    assert translations.sentence("de_DE", remedy) != remedy
+    assert translations.sentence("de_DE", "No engine is in /a/b.") == "In /a/b ist keine Engine."
 
 
 def test_the_scan_sees_what_is_there(extension):
     found = wanted()
-    assert {"Recording", "Set Up Engine", "The engine works", "Cancel", "Generate Gestures", "Folder of Wheels"} <= found
+    assert {"Recording", "Choose Engine", "The engine works", "Cancel", "Generate Gestures", "Wheels"} <= found
 
 
 def test_descriptions_are_one_line_without_a_full_stop(extension):

@@ -1,3 +1,4 @@
+import bpy
 import pytest
 import s2ag
 from s2ag.s2ag_blender.engine import known
@@ -8,10 +9,8 @@ def extension(tmp_path, monkeypatch):
     """The extension registered, with a user folder of its own and no engine known."""
     monkeypatch.delenv("S2AG_PYTHON", raising=False)
     monkeypatch.setattr(known, "folder", lambda: tmp_path / "user")
-    known._engine.cache_clear()
-    known.look(None)
+    known.keep(bpy.context, "")
     s2ag.register()
     yield tmp_path / "user"
     s2ag.unregister()
-    known._engine.cache_clear()
-    known.look(None)
+    known.keep(bpy.context, "")

@@ -5,8 +5,9 @@ import time
 
 import bpy
 import pytest
+from s2ag.core import files
 from s2ag.core.errors import WorkerFailed
-from s2ag.s2ag_blender.engine import client, errors_log, run
+from s2ag.s2ag_blender.engine import client, errors_log
 from s2ag.s2ag_blender.takes import gesture
 
 ENGINE = os.environ.get("S2AG_PYTHON")  # the extension fixture hides it
@@ -36,6 +37,6 @@ def test_a_killed_worker_leaves_a_saved_log(extension, examples, monkeypatch):
 
 
 def test_old_logs_go(tmp_path):
-    for _ in range(run.LOGS + 5):
-        run.new_log(tmp_path, "engine").write_text("said")
-    assert len(list(tmp_path.glob("*.log"))) == run.LOGS
+    for _ in range(files.LOGS + 5):
+        files.new_log(tmp_path, "engine").write_text("said")
+    assert len(list(tmp_path.glob("*.log"))) == files.LOGS

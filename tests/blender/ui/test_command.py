@@ -3,12 +3,10 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
-import wheels
 from s2ag.core.errors import WorkerFailed
-from s2ag.s2ag_blender.engine import client, setup
+from s2ag.s2ag_blender.engine import client
 
 START = (
     "import sys, bpy, s2ag\n"
@@ -61,34 +59,13 @@ def test_the_other_verbs_and_their_errors(command, engine):
     assert wrong.returncode == 2 and wrong.stderr.count("\n") == 1 and "missing.wav" in wrong.stderr
 
 
-def test_help_tells_of_the_set_up(command, engine):
-    done = command("--help", S2AG_PYTHON=engine)
-    assert done.returncode == 0 and "s2ag setup" in done.stdout and "animate" in done.stdout
-    assert "--wheels" in command("setup", "--help").stdout
+def test_the_set_up_is_refused_with_the_command_to_run_elsewhere(command, engine):
+    """Nothing that Blender runs of us fetches or installs."""
+    done = command("engine", "setup", "anywhere", S2AG_PYTHON=None)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "core.cli.engine_alone setup" in done.stderr
+    assert "animate" in command("--help", S2AG_PYTHON=engine).stdout
 
 
 def test_without_an_engine_it_says_how_to_get_one(command, tmp_path):
     done = command("styles", S2AG_PYTHON=str(tmp_path / "nowhere"))
     assert done.returncode == 2 and "nowhere cannot be run" in done.stderr and "Traceback" not in done.stderr
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not setup.PYTHONS[0] <= sys.version_info[:2] < setup.PYTHONS[1], reason="this Python is not for the engine")
-def test_setup_makes_shows_checks_and_removes(command, tmp_path):
-    real = pytest.importorskip("av", reason="the engine is not installed")
-    packages = wheels.write_wheels(tmp_path / "wheels", linked=Path(real.__file__).parents[1])
-    nobody = {"S2AG_PYTHON": None}
-    shown = command("setup", "--wheels", packages, "--show", **nobody)
-    assert shown.returncode == 0 and "-m venv" in shown.stdout and not list((tmp_path / "home").rglob("engine-1"))
-    done = command("setup", "--wheels", packages, **nobody)
-    assert done.returncode == 0 and "the engine works" in done.stderr, done.stderr
-    assert "Try the engine" in done.stderr and "torch 2.13.0" in done.stderr
-    checked = command("setup", "--check", **nobody)
-    assert checked.returncode == 0 and str(Path(tmp_path / "home")) in checked.stderr
-    assert command("setup", "--remove", **nobody).returncode == 0
-    assert not list((tmp_path / "home").rglob("engine-1"))
-
-
-def test_a_set_up_that_fails_is_one_sentence(command, tmp_path):
-    done = command("setup", "--wheels", tmp_path / "nothing")
-    assert done.returncode == 2 and "no folder of wheels" in done.stderr and "Traceback" not in done.stderr

@@ -91,7 +91,7 @@ def test_what_buttons_do_is_in_menus_too(figure):
 
     in_menus = set(entries("VIEW3D_MT_object_animation")) | set(entries("VIEW3D_MT_armature_add"))
     pressed = {what for what in drawn() if what.startswith("s2ag.")} | {"s2ag.keep_take", "s2ag.remove_markers"}
-    assert pressed <= in_menus | {"s2ag.engine_setup", "s2ag.open_log"} and "live" in in_menus
+    assert pressed <= in_menus | {"s2ag.open_log"} and "live" in in_menus
     bpy.context.view_layer.objects.active = None
     assert not entries("VIEW3D_MT_object_animation")
 

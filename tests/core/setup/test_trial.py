@@ -7,16 +7,17 @@ from pathlib import Path
 
 import pytest
 import wheels
-from s2ag.s2ag_blender.engine import run, setup
+from s2ag.core.setup import making, planning, trial
+from s2ag.core.setup.environment import SetupFailed, environment
 
 needs_venv = pytest.mark.skipif(
-    not setup.PYTHONS[0] <= sys.version_info[:2] < setup.PYTHONS[1], reason="this Python is not for the engine"
+    not planning.PYTHONS[0] <= sys.version_info[:2] < planning.PYTHONS[1], reason="this Python is not for the engine"
 )
 
 
 def tried(folder: Path | None = None) -> list[str]:
     """What the trial prints in this Python, which finds the modules in ``folder`` first."""
-    python, _, *rest = setup.trial_command(sys.executable)
+    python, _, *rest = trial.command(sys.executable)
     variables = {**os.environ, "PYTHONPATH": str(folder or "")}  # -I would not see it
     return subprocess.run([python, "-P", *rest], capture_output=True, text=True, env=variables).stdout.splitlines()
 
@@ -25,15 +26,15 @@ def tried(folder: Path | None = None) -> list[str]:
 def test_a_clip_is_decoded_and_gestured():
     pytest.importorskip("av")
     pytest.importorskip("torch")
-    facts = run.read_facts(tried())
+    facts = trial.read_facts(tried())
     assert facts["gestured"] == pytest.approx(14.7, abs=0.1) and not facts["problem"]
 
 
 def test_an_engine_that_imports_but_cannot_decode_does_not_pass(tmp_path):
     """As av 19 was, which had no argument of ours any more."""
     (tmp_path / "av.py").write_text("FFmpegError = ValueError\ndef open(file):\n    return file\n")
-    with pytest.raises(setup.SetupFailed, match="The engine does not work: a clip is not gestured .TypeError"):
-        run.read_facts(tried(tmp_path))
+    with pytest.raises(SetupFailed, match="The engine does not work: a clip is not gestured .TypeError"):
+        trial.read_facts(tried(tmp_path))
 
 
 def test_without_a_decoder_it_gestures_what_blender_would_hand_over():
@@ -43,10 +44,10 @@ import importlib.util, runpy, sys
 found = importlib.util.find_spec
 importlib.util.find_spec = lambda name, *rest: None if name in ("av", "torch") else found(name, *rest)
 sys.argv = ["start", "--", "core.engine.inventory", "--try"]
-runpy.run_path({setup.trial_command(sys.executable)[2]!r}, run_name="__main__")
+runpy.run_path({trial.command(sys.executable)[2]!r}, run_name="__main__")
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    facts = run.read_facts(done.stdout.splitlines())
+    facts = trial.read_facts(done.stdout.splitlines())
     assert facts["gestured"] == pytest.approx(5.0, abs=0.1)
 
 
@@ -57,5 +58,5 @@ def test_the_set_up_gestures_before_it_takes_over(tmp_path):
     pytest.importorskip("torch")
     av = pytest.importorskip("av")
     folder = wheels.write_wheels(tmp_path / "wheels", linked=Path(av.__file__).parents[1])
-    facts = run.Setup(setup.plan(tmp_path / "user", wheels=str(folder))).wait()
-    assert facts["gestured"] > 14 and setup.environment(tmp_path / "user") is not None
+    facts = making.Setup(planning.plan(tmp_path / "user", wheels=str(folder))).wait()
+    assert facts["gestured"] > 14 and environment(tmp_path / "user") is not None

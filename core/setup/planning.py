@@ -1,7 +1,6 @@
-"""The engine's own Python environment: found, made, mended and removed, in one folder. Needs no Blender and no torch.
+"""How the engine's own Python environment is made, in a folder that the user named: what with, what of, and what is deleted.
 
-The folder holds ``engine-N``, environments of which the newest that was finished (its ``engine.json`` says so) is the
-engine's, and ``logs``. A half-made environment is never used, and a new one takes over only when it works.
+A half-made environment is never used, and a new one takes over only when it works.
 """
 
 import contextlib
@@ -17,13 +16,10 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...core.errors import S2agError
-from .client import module_command
+from .environment import SetupFailed, environments, number, python_in, requirements, size
 
 PYTHONS = (3, 11), (3, 14)
 """First version of Python that the engine's packages are made for, first that they are not."""
-SIZES = {True: (0.4e9, 1.3e9), False: (3e9, 8e9)}
-"""Bytes that are fetched and that lie on the disk in the end: with PyTorch's small build (measured), and with CUDA (about)."""
 SPARE = 0.7e9
 """Bytes that the making needs beside."""
 CPU_INDEX = "https://download.pytorch.org/whl/cpu"
@@ -33,46 +29,11 @@ SMALL_TORCH = "torch==2.13.0+cpu"
 STALE = 3600.0
 """Seconds after which a half-made environment that nobody works on is removed."""
 
-_ROOT = Path(__file__).parents[2]
 _UNWANTED = ("PYTHONHOME", "PYTHONPATH", "PYTHONSAFEPATH", "PIP_USER", "PIP_TARGET", "PIP_PREFIX", "VIRTUAL_ENV")
 _ABOUT = (
     "import importlib.util as u, json, sys; "
     "print(json.dumps([sys.version_info[:2], [n for n in ('venv', 'ensurepip') if not u.find_spec(n)]]))"
 )
-
-
-class SetupFailed(S2agError):
-    """The engine's environment could not be made; ``log`` is the file that has all that was said."""
-
-    log: Path | None = None
-
-
-@dataclass(frozen=True)
-class Environment:
-    """A finished environment: its folder, and the facts that were found when it was made."""
-
-    folder: Path
-    facts: dict
-
-    @property
-    def python(self) -> Path:
-        """Its interpreter."""
-        return python_in(self.folder)
-
-    @property
-    def broken(self) -> bool:
-        """Whether its interpreter is gone, as when the Python that it was made with was removed."""
-        return not self.python.exists()
-
-    @property
-    def outdated(self) -> bool:
-        """Whether this version of s2ag needs other packages than those that were installed."""
-        return self.facts.get("requirements") != requirements(self.recognises)
-
-    @property
-    def recognises(self) -> bool:
-        """Whether it was made with the speech recogniser."""
-        return bool(self.facts.get("recognise"))
 
 
 @dataclass(frozen=True)
@@ -114,92 +75,55 @@ class Plan:
         return str(self.wheels) if self.wheels else "the package registry"
 
 
-def requirements(recognise: bool = False) -> list[str]:
-    """What the engine needs, as pyproject.toml says it, other languages included; with ``recognise`` the recogniser, too."""
-    import tomllib  # not at the start of every Blender
-
-    project = tomllib.loads((_ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    extras = project["optional-dependencies"]
-    full = [line for line in extras["full"] if not line.startswith("s2ag[")] + extras["engine"]
-    return project["dependencies"] + full + extras["languages"] + (extras["recognise"] if recognise else [])
-
-
 def wanted(recognise: bool = False, small: bool = False) -> list[str]:
     """:func:`requirements`, with torch as ``$S2AG_TORCH`` wants it; else ``small`` is the build without CUDA or none."""
     torch = os.environ.get("S2AG_TORCH", "") or (SMALL_TORCH if small else "")
     return [torch if torch and line.startswith("torch") else line for line in requirements(recognise)]
 
 
-def python_in(environment: Path) -> Path:
-    """The interpreter of an environment."""
-    return environment / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-
-
-def environment(folder: str | os.PathLike) -> Environment | None:
-    """The engine's environment in ``folder``: the newest that was finished, or None."""
-    for path in sorted(_environments(Path(folder)), key=_number, reverse=True):
-        try:
-            facts = json.loads((path / "engine.json").read_text("utf-8"))
-        except (OSError, ValueError):
-            continue
-        if isinstance(facts, dict):
-            return Environment(path, facts)
-    return None
-
-
-def plan(
-    folder: str | os.PathLike,
-    python: str = "",
-    wheels: str = "",
-    cpu_only: bool = True,
-    check: bool = True,
-    recognise: bool = False,
-) -> Plan:
-    """How the next environment in ``folder`` would be made; raises :class:`SetupFailed` where it cannot be.
+def plan(folder: str | os.PathLike, python: str = "", wheels: str = "", cpu_only: bool = True, recognise: bool = False) -> Plan:
+    """How the next environment in ``folder`` is made; raises :class:`SetupFailed` where it cannot be.
 
     ``python`` makes it (empty: this one or one on the search path), ``wheels`` is a folder of wheels to use instead of the
-    registry, ``recognise`` adds the speech recogniser. Without ``check`` nothing is tried out, which is quick and enough to
-    show the commands.
+    registry, ``recognise`` adds the speech recogniser.
     """
-    folder = Path(folder)
-    number = 1 + max((_number(path) for path in _environments(folder)), default=0)
+    folder = Path(os.path.abspath(folder))
+    following = 1 + max((number(path) for path in environments(folder)), default=0)
     place = Path(os.path.abspath(wheels)) if wheels else None
-    if check and place and not (place.is_dir() and any(place.glob("*.whl"))):
-        raise SetupFailed(f"{place} is no folder of wheels.", "Choose a folder with .whl files.")
-    if check:
-        _require_space(folder, SIZES[bool(place) or cpu_only or sys.platform != "linux"][1] + SPARE)
-    return Plan(find_python(python, check), folder / f"engine-{number}", place, cpu_only, recognise)
+    if place and not (place.is_dir() and any(place.glob("*.whl"))):
+        raise SetupFailed(f"{place} is no folder of wheels.", "Name a folder with .whl files.")
+    _require_space(folder, size(bool(place) or cpu_only)[1] + SPARE)
+    return Plan(find_python(python), folder / f"engine-{following}", place, cpu_only, recognise)
 
 
-def find_python(named: str = "", check: bool = True) -> str:
+def find_python(named: str = "") -> str:
     """A Python that can make environments of the engine; raises :class:`SetupFailed`.
 
-    ``named``, else this one, else python3.13 to python3.11 and python3 on the search path. Without ``check`` none is run.
+    ``named``, else this one, else python3.13 to python3.11 and python3 on the search path.
     """
     if named:
         found = shutil.which(named)
         if not found:
-            raise SetupFailed(f"The Python {named} cannot be run.", "Choose a Python from 3.11 to 3.13, or none.")
-        if check and (fault := _fault(found)):
-            raise SetupFailed(f"{found} {fault}.", "Choose another Python from 3.11 to 3.13 that has venv, or none.")
+            raise SetupFailed(f"The Python {named} cannot be run.", "Name a Python from 3.11 to 3.13, or none.")
+        if fault := _fault(found):
+            raise SetupFailed(f"{found} {fault}.", "Name another Python from 3.11 to 3.13 that has venv, or none.")
         return found
     own = all(importlib.util.find_spec(name) for name in ("venv", "ensurepip"))
     if sys.executable and own and PYTHONS[0] <= sys.version_info[:2] < PYTHONS[1]:
         return sys.executable
     names = [f"python3.{minor}" for minor in range(PYTHONS[1][1] - 1, PYTHONS[0][1] - 1, -1)] + ["python3", "python"]
     for candidate in filter(None, map(shutil.which, names)):
-        if not check or not _fault(candidate):
+        if not _fault(candidate):
             return candidate
     version = ".".join(map(str, sys.version_info[:2]))
-    because = f"; Blender's own is {version}." if own else ", and Blender's own cannot make environments."
-    raise SetupFailed(
-        f"No Python from 3.11 to 3.13 is here{because}", "Install one (with venv), or choose it in the preferences."
-    )
+    because = f"; this one is {version}." if own else ", and this one cannot make environments."
+    message = f"No Python from 3.11 to 3.13 is here{because}"
+    raise SetupFailed(message, "Install one (with venv), or name it with --python.")
 
 
 def remove(folder: str | os.PathLike) -> None:
     """Delete every environment in ``folder``, half-made ones too; raises :class:`SetupFailed` if one stays."""
-    for path in _environments(Path(folder)):
+    for path in environments(Path(folder)):
         (path / "engine.json").unlink(missing_ok=True)  # from here on it is no engine, whatever else stays
         discard(path)
         if path.exists():
@@ -212,10 +136,10 @@ def discard(path: Path) -> None:
 
 
 def tidy(folder: Path, keep: Path) -> threading.Thread:
-    """Delete other environments than ``keep``, in the thread that is returned; one that another Blender makes is left alone."""
+    """Delete other environments than ``keep``, in the thread that is returned; one that somebody else makes is left alone."""
 
     def work():
-        for path in _environments(folder):
+        for path in environments(folder):
             if path != keep and ((path / "engine.json").is_file() or time.time() - _worked_on(path) > STALE):
                 discard(path)
 
@@ -225,18 +149,13 @@ def tidy(folder: Path, keep: Path) -> threading.Thread:
 
 
 def clean_environment(place: Path, wheels: Path | None) -> dict:
-    """The variables with which an environment is made: nothing of Blender's or the user's may leak into it."""
+    """The variables with which an environment is made: nothing of the user's may leak into it."""
     variables = {name: value for name, value in os.environ.items() if name not in _UNWANTED}
     variables.update(TMPDIR=str(place), TEMP=str(place), TMP=str(place), PYTHONUNBUFFERED="1", PIP_PROGRESS_BAR="off")
     if wheels:  # the folder and nothing else, whatever pip's settings say
         variables = {name: value for name, value in variables.items() if not name.startswith("PIP_")}
         variables.update(PIP_CONFIG_FILE=os.devnull, PIP_PROGRESS_BAR="off")
     return variables
-
-
-def trial_command(python: str | os.PathLike) -> list[str]:
-    """The command that prints what ``python`` has for the engine, once that has gestured a clip."""
-    return [*module_command(os.fspath(python), "core.engine.inventory"), "--try"]
 
 
 def _fault(python: str) -> str:
@@ -257,14 +176,6 @@ def _require_space(folder: Path, needed: float) -> None:
     if free < needed:
         message = f"Only {free / 1e9:.1f} GB are free in {there}; the engine needs {needed / 1e9:.1f} GB."
         raise SetupFailed(message, "Free some space.")
-
-
-def _environments(folder: Path) -> list[Path]:
-    return [path for path in folder.glob("engine-*") if path.name[7:].isdigit()] if folder.is_dir() else []
-
-
-def _number(path: Path) -> int:
-    return int(path.name[7:])
 
 
 def _worked_on(path: Path) -> float:

@@ -12,12 +12,12 @@ _FAULTS = (
     (
         r"No space left on device|There is not enough space on the disk|Disk quota exceeded|\[Errno 28\]",
         "The disk is full.",
-        "Free some space, or move Blender's user folder, and set the engine up again.",
+        "Free some space, or name another folder, and set the engine up again.",
     ),
     (
         r"Permission denied|Access is denied|\[Errno 13\]|\[Errno 30\]|Read-only file system",
         "The folder of the engine cannot be written to.",
-        "Give yourself the right to write there, or choose another user folder for Blender.",
+        "Give yourself the right to write there, or name another folder.",
     ),
     (
         r"CERTIFICATE_VERIFY_FAILED|SSLError",
@@ -34,7 +34,7 @@ _FAULTS = (
     (
         r"ensurepip|No module named (?:venv|pip)",
         "This Python cannot make environments: it lacks venv or ensurepip.",
-        "Install Python 3.11 to 3.13 with both (on Debian: python3-venv), or choose another Python for the environment.",
+        "Install Python 3.11 to 3.13 with both (on Debian: python3-venv), or name another Python for the environment.",
     ),
     (
         r"THESE PACKAGES DO NOT MATCH THE HASHES|BadZipFile|is not a zip file|has an invalid wheel|Wheel .* is invalid",
@@ -102,11 +102,11 @@ def explain(lines: list[str], where: str) -> tuple[str, str]:
         if name.endswith("+cpu"):
             return (
                 "PyTorch without CUDA cannot be had here, and nothing larger was fetched.",
-                "Allow its own index, install from a folder of wheels, or switch Small PyTorch off.",
+                "Allow its own index, install from a folder of wheels, or take the larger one with --cuda.",
             )
         return (
             f"There is no {name} for this Python and this system in {where}.",
-            "Choose another Python for the environment, or complete the folder of wheels.",
+            "Name another Python for the environment, or complete the folder of wheels.",
         )
     said = [line.removeprefix("ERROR:").strip() for line in lines if line.startswith("ERROR:")] or lines[-1:]
     return (f"Setting up the engine failed: {said[-1].strip() if said else 'no reason was given'}", "The log has the details.")

@@ -1,7 +1,7 @@
 """What pip says, told to people."""
 
 import pytest
-from s2ag.s2ag_blender.engine import pip
+from s2ag.core.setup import pip
 
 
 @pytest.mark.parametrize(
