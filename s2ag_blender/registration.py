@@ -28,6 +28,7 @@ from .ui import (
 CLASSES = (
     preferences.S2AG_Preferences,
     properties.S2AG_BoneChoice,
+    properties.S2AG_Version,
     properties.S2AG_Take,
     properties.S2AG_Session,
     properties.S2AG_Settings,

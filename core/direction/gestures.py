@@ -79,6 +79,11 @@ def find(motion: Motion) -> list[Gesture]:
     return found
 
 
+def spoken(word: str) -> str:
+    """A word of a transcript as edits name it: in lower case, without marks."""
+    return word.lower().strip(".,;:!?\"'()…-–—")
+
+
 def shows(motion: Motion) -> list[tuple[str, float]]:
     """What a motion's provenance says that it shows: names and the seconds at which strokes land."""
     told = motion.meta.get("shows")

@@ -29,7 +29,7 @@ def names(vocabulary) -> list[str]:
 
 def time_of(words: Sequence[tuple[str, float, float]], word: str, nth: int) -> float:
     """Seconds at which a gesture for the ``nth`` such word has its stroke; raises :class:`UsageError`."""
-    plain = [text.lower().strip(".,;:!?\"'()…-–—") for text, *_ in words]
+    plain = [gestures.spoken(text) for text, *_ in words]
     places = [row for row, text in enumerate(plain) if text == word.lower()]
     if len(places) < nth:
         raise UsageError(f"the word {word!r} is not said {nth} times.", "Give a word of the transcript, or a time.")

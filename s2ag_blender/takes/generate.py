@@ -21,7 +21,7 @@ from ..keys.laying import Laying
 from ..rig import handpicked, readiness, reading
 from ..slices import whole
 from ..translations import told
-from . import choices, directing, drafts, feelings, gesture, markers, recall, sources, surroundings, takes, voices
+from . import choices, directing, drafts, feelings, gesture, markers, recall, sources, surroundings, takes, versions, voices
 
 _FELT = "over_time"
 """Name of what goes on in time among the settings of a take."""
@@ -57,6 +57,8 @@ class Plan:
     pose: dict[str, np.ndarray] = field(default_factory=dict)
     draft: bool = False
     warnings: tuple[str, ...] = ()
+    former: Handle | None = None
+    """The action of a take that is directed: what is made is its next version."""
 
 
 @dataclass(frozen=True)
@@ -76,13 +78,14 @@ def plan(
     kept: dict | None = None,
     keyed_pose: dict[str, list] | None = None,
     around: list | None = None,
+    former: bpy.types.Action | None = None,
     **changes,
 ) -> Plan:
     """Read a character's settings and pose; ``changes`` go to the engine as they are (``styles``, ``near`` and so on).
 
     ``kept`` are settings of an earlier take (:func:`recall.snapshot`) to use instead of those that are set,
     ``keyed_pose`` the pose ``{bone: (4,)}`` that it grew out of, and ``around`` the poses before and after it
-    (:func:`surroundings.poses`).
+    (:func:`surroundings.poses`). With ``former`` it becomes the next version of the take that plays this action.
 
     Raises :class:`S2agError` for all that the user must mend first.
     """
@@ -120,6 +123,7 @@ def plan(
         pose,
         draft,
         warnings,
+        Handle.of(former) if former is not None else None,
     )
 
 
@@ -253,8 +257,12 @@ def _finished(planned, armature, scene, actions, motions: list[Motion], warnings
         if planned.settings["result"] == "ACTION":
             feelings.carry(armature, action, compat.bag(action, layers.slot_of(armature, action)))
     warnings = list(dict.fromkeys(warnings))
+    former = planned.former.find(bpy.data.actions) if planned.former else None
+    if former is not None:
+        directing.settle(former, actions[0], scene)
     silent = voices.hear(armature, actions[0])
-    takes.add(armature, actions, planned.voice.name, warnings)
+    if former is None or not versions.put(armature, former, actions[0], warnings):
+        takes.add(armature, actions, planned.voice.name, warnings)
     notes = [told("The sound of an earlier take is silent now: {name}", name=name) for name in silent]
     return Outcome(actions, motion.duration, warnings, notes)
 

@@ -17,7 +17,7 @@ def add(scene: bpy.types.Scene, words, start: float, prefix: str, first: int, la
         return 0
     remove(scene, prefix, first, max(frame for _, frame in placed) if last is None else last)
     for word, frame in placed:
-        scene.timeline_markers.new(f"{prefix}{word}", frame=frame)
+        scene.timeline_markers.new(f"{prefix}{word}", frame=frame).select = False
     return len(placed)
 
 

@@ -18,14 +18,20 @@ def add(armature: bpy.types.Object, actions: list[bpy.types.Action], recording: 
     run = 1 + max((take.run for take in settings.takes), default=0)
     first = len(settings.takes)
     for number, action in enumerate(actions):
-        name, place = title(armature, action), layers.Place.of(action)
+        name = title(armature, action)
         take = settings.takes.add()
         # A library override finds its own items again by their names, so no two may have the same.
         take.name, take.action, take.run = f"{run}.{number}", action, run
         take.recording, take.warnings = recording, "\n".join(warnings)
-        take.first, take.last = place.first, place.last
+        located(take)
         take.title = name  # names its action, too
     settings.active_take = first  # shows it
+
+
+def located(take) -> None:
+    """Note on a take which frames its action is for."""
+    place = layers.Place.of(take.action)
+    take.first, take.last = place.first, place.last
 
 
 def title(armature: bpy.types.Object, action: bpy.types.Action) -> str:
@@ -37,10 +43,11 @@ def title(armature: bpy.types.Object, action: bpy.types.Action) -> str:
 
 
 def rename(armature: bpy.types.Object, take) -> None:
-    """Name the action of a take, and the strip that plays it, after its character and title."""
+    """Name the action of a take, and the strip that plays it, after its character and title, and its version."""
     if take.action is None or take.action.library is not None:
         return
-    take.action.name = f"{armature.name} – {take.title}"
+    number = next((number for number, one in enumerate(take.versions, 1) if one.action == take.action), 1)
+    take.action.name = f"{armature.name} – {take.title}" + (f" ({number})" if number > 1 else "")
     for strip in layers.strips(armature):
         if strip.action == take.action:
             strip.name = take.action.name
@@ -88,16 +95,23 @@ def delete(armature: bpy.types.Object, indices) -> None:
     playing = shown.action if shown else None
     nearest = settings.active_take
     for index in sorted(set(indices), reverse=True):
-        action = settings.takes[index].action
+        take = settings.takes[index]
+        gone = dict.fromkeys(action for action in (take.action, *(one.action for one in take.versions)) if action is not None)
         settings.takes.remove(index)
-        if action is not None and not any(take.action == action for take in settings.takes):
-            playing = None if action == playing else playing
-            layers.hide(armature, action)
-            if action.users - action.use_fake_user <= 0:
-                bpy.data.actions.remove(action)
+        for action in gone:
+            if not any(take.action == action for take in settings.takes):
+                playing = None if action == playing else playing
+                discard(armature, action)
     voices.clear()
     survived = next((number for number, take in enumerate(settings.takes) if playing and take.action == playing), None)
     settings.active_take = min(nearest, len(settings.takes) - 1) if survived is None else survived
+
+
+def discard(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+    """Stop playing an action of ours, and delete it unless something else uses it."""
+    layers.hide(armature, action)
+    if action.users - action.use_fake_user <= 0:
+        bpy.data.actions.remove(action)
 
 
 def delete_others(armature: bpy.types.Object) -> int:

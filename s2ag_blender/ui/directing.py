@@ -2,30 +2,29 @@
 
 import bpy
 
+from ...core.direction import gestures
 from ...core.direction.edits import LARGEST, LEAST
 from ...core.errors import UsageError
+from ...core.meaning import vocabulary
 from .. import provenance
-from ..takes import directing, generate, takes
+from ..takes import directing, generate, takes, versions
 from ..takes.running import Generating, character
 from ..translations import told
 from .operators import obstacle
 from .panel import Sidebar
 
-_AROUND = 4
-"""Gestures before and after the playhead that the panel shows."""
 _HANDS = (("left", "Left Hand", ""), ("right", "Right Hand", ""), ("both", "Both Hands", ""))
 _AS_IT_IS = ("keep", "As It Is", "")
 _KINDS = (
-    ("beat", "Beat", "A stroke that the performer makes elsewhere in the take"),
-    *(("shrug", "Shrug", ""), ("negation", "Negation", ""), ("refusal", "Refusal", ""), ("big", "Big", "")),
-    *(("small", "Small", ""), ("one", "One", ""), ("two", "Two", ""), ("three", "Three", ""), ("me", "Me", "")),
-    *(("you", "You", ""), ("here", "Here", ""), ("there", "There", ""), ("contrast", "Contrast", "")),
-    *(("step", "Step", ""), ("question", "Question", "")),
+    (gestures.BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
+    *((name, name.replace("_", " ").capitalize(), "") for name in vocabulary.load().gestures),
 )
+_LABELS = {name: label for name, label, _ in (*_KINDS, *_HANDS)}
+_FOUND: list = []  # Blender needs the texts of a search to stay
 
 
 class _Directing(Generating):
-    """Base of operators that make a take once more after edits: it stands below the former one, which stays."""
+    """Base of operators that make the next version of a take after edits; the former one stays to be flipped to."""
 
     at_gesture = True
 
@@ -43,14 +42,7 @@ class _Directing(Generating):
     def planned(self, context, armature):
         action = takes.active(armature).action
         before, more = self.edits(context, action)
-        self._former = action.session_uid
         return generate.plan(context, armature, **directing.directed(action, [*before, *more]))
-
-    def _done(self, uid, name, outcome):
-        former = next((one for one in bpy.data.actions if one.session_uid == self._former), None)
-        if former is not None:
-            directing.settle(former, outcome.actions[0], bpy.context.scene)
-        return super()._done(uid, name, outcome)
 
     def edits(self, context, action) -> tuple[list, list]:
         """The edits that stay, and those that come."""
@@ -65,6 +57,20 @@ def _asked(operator) -> dict:
     chosen = {name: getattr(operator, name) for name in ("kind", "hand")}
     chosen = {name: value for name, value in chosen.items() if value != "keep"}
     return chosen | ({"size": round(operator.size, 3)} if abs(operator.size - 1) > 1e-3 else {})
+
+
+class _OnTake:
+    """Base of operators on the selected take that make nothing."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        armature = character(context)
+        if armature is not None and takes.active(armature) is not None:
+            return True
+        cls.poll_message_set(told("Select a take in the list"))
+        return False
 
 
 class S2AG_OT_apply_markers(_Directing, bpy.types.Operator):
@@ -121,19 +127,137 @@ class S2AG_OT_add_gesture(_Directing, bpy.types.Operator):
     size: bpy.props.FloatProperty(
         name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST
     )
+    word: bpy.props.IntProperty(default=-1, options={"HIDDEN", "SKIP_SAVE"})  # number of a word to add it at
 
     def edit(self, context, action, one):
+        if self.word >= 0:
+            word, nth = directing.nth(action, self.word)
+            return {"do": "add", "word": word, "nth": nth, **_asked(self)}
         return {"do": "add", "at": directing.seconds(action, context.scene, context.scene.frame_current), **_asked(self)}
 
 
+def _search(operator, context) -> list:
+    """The words of the selected take, each with the second at which it is said."""
+    armature = character(context)
+    take = takes.active(armature) if armature is not None else None
+    said = directing.words(take.action) if take is not None else []
+    _FOUND[:] = [(str(number), f"{word}  {start:.1f} s", "") for number, (word, start, _) in enumerate(said)]
+    return _FOUND
+
+
+class S2AG_OT_add_at_word(_OnTake, bpy.types.Operator):
+    """Search the words of the take, and add a gesture at the one that is chosen"""
+
+    bl_idname = "s2ag.add_at_word"
+    bl_label = "Add Gesture at Word"
+    bl_options = {"REGISTER"}  # what it calls has a step of its own
+    bl_property = "word"
+
+    word: bpy.props.EnumProperty(name="Word", description="Where its stroke is", items=_search, options={"SKIP_SAVE"})
+    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=_KINDS)
+
+    @classmethod
+    def poll(cls, context):
+        if not super().poll(context):
+            return False
+        if not directing.words(takes.active(character(context)).action):
+            cls.poll_message_set(told("The words of this take are not known"))
+            return False
+        return True
+
+    def invoke(self, context, event):
+        context.window_manager.invoke_search_popup(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context):
+        bpy.ops.s2ag.add_gesture("INVOKE_DEFAULT", True, kind=self.kind, word=int(self.word))
+        return {"FINISHED"}
+
+
 class S2AG_OT_reroll_range(_Directing, bpy.types.Operator):
-    """Make the preview range anew, each time with another seed; the takes are the alternatives"""
+    """Make a range of the take anew, each time with another seed; flip through what came"""
 
     bl_idname = "s2ag.reroll_range"
     bl_label = "Re-Roll Range"
 
+    what: bpy.props.EnumProperty(
+        name="Range",
+        description="What is made anew",
+        items=(
+            ("PREVIEW", "Preview Range", "From the first to the last frame of the preview range"),
+            ("GESTURES", "Selected Gestures", "From the first to the last gesture whose pose marker is selected"),
+            ("WORDS", "Selected Words", "From the first to the last word whose timeline marker is selected"),
+        ),
+    )
+
     def edits(self, context, action):
-        return directing.anew(action, context.scene)
+        armature = character(context)
+        span = directing.RANGES[self.what](action, context.scene, armature.s2ag)
+        return directing.anew(takes.active(armature), span)
+
+
+class _OnVersions(_OnTake):
+    """Base of operators on the versions of a take."""
+
+    @classmethod
+    def poll(cls, context):
+        if not super().poll(context):
+            return False
+        if versions.place(takes.active(character(context)))[1] < 2:
+            cls.poll_message_set(told("This take has one version only"))
+            return False
+        return True
+
+
+class S2AG_OT_flip_version(_OnVersions, bpy.types.Operator):
+    """Show what the selected take was before an edit, or another alternative; nothing is made anew"""
+
+    bl_idname = "s2ag.flip_version"
+    bl_label = "Flip Versions"
+
+    back: bpy.props.BoolProperty(
+        name="Back", description="Show the version before instead of the next one", options={"SKIP_SAVE"}
+    )
+
+    def execute(self, context):
+        armature = character(context)
+        versions.flip(armature, -1 if self.back else 1)
+        return {"FINISHED"}
+
+
+class S2AG_OT_drop_versions(_OnVersions, bpy.types.Operator):
+    """Delete all versions of the selected take but the one that is shown"""
+
+    bl_idname = "s2ag.drop_versions"
+    bl_label = "Keep This Version"
+
+    def execute(self, context):
+        count = versions.drop_others(character(context))
+        self.report({"INFO"}, told("{count} versions deleted", count=count))
+        return {"FINISHED"}
+
+
+class S2AG_UL_gestures(bpy.types.UIList):
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
+        one = next((one for one in directing.shown(data, context.scene) if one.name == item.name), None)
+        if one is None:
+            return
+        row = layout.row(align=True)
+        moved = item.frame != one.frame
+        row.label(text=f"{item.frame}  {one.word}", icon="MARKER_HLT" if moved else "BLANK1", translate=False)
+        row.label(text=f"{told(_LABELS.get(one.kind, one.kind))}, {told(_LABELS.get(one.hand, one.hand))}", translate=False)
+        row.label(text=f"{100 * one.size:.0f} cm", translate=False)
+
+    def filter_items(self, context, data, prop):
+        """Markers of gestures only, in order of time."""
+        marks = list(getattr(data, prop))
+        known = {one.name for one in directing.shown(data, context.scene)}
+        flags = [self.bitflag_filter_item if mark.name in known else 0 for mark in marks]
+        places = sorted(range(len(marks)), key=lambda number: marks[number].frame)
+        order = [0] * len(marks)
+        for place, number in enumerate(places):
+            order[number] = place
+        return flags, order
 
 
 class S2AG_PT_directing(Sidebar, bpy.types.Panel):
@@ -147,22 +271,19 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
         return armature is not None and takes.active(armature) is not None
 
     def draw(self, context):
-        layout, action = self.layout, takes.active(character(context)).action
-        found = directing.shown(action, context.scene)
-        here = directing.nearest(action, context.scene)
-        place = found.index(here) if here else 0
-        column = layout.box().column(align=True)
-        if not found:
-            column.label(text="No gestures are known", icon="INFO")
-        for one in found[max(place - _AROUND, 0) : place + _AROUND + 1]:
-            row = column.row()
-            row.label(text=f"{one.frame}  {one.word}", icon="TRIA_RIGHT" if one == here else "DOT", translate=False)
-            row.label(text=f"{one.kind}, {one.hand}", translate=False)
+        layout, take = self.layout, takes.active(character(context))
+        session = context.window_manager.s2ag
+        if directing.shown(take.action, context.scene):
+            layout.template_list("S2AG_UL_gestures", "", take.action, "pose_markers", session, "gesture", rows=5)
+        else:
+            layout.label(text="No gestures are known", icon="INFO")
+        draw_versions(layout, take)
         column = layout.column(align=True)
         column.operator("s2ag.apply_markers", icon="MARKER_HLT")
-        column.operator("s2ag.reroll_range", icon="FILE_REFRESH")
+        column.operator_menu_enum("s2ag.reroll_range", "what", icon="FILE_REFRESH")
         row = layout.row(align=True)
         row.operator_menu_enum("s2ag.add_gesture", "kind", text="Add Gesture", icon="ADD")
+        row.operator_menu_enum("s2ag.add_at_word", "kind", text="", icon="VIEWZOOM")
         row.operator("s2ag.delete_gesture", text="", icon="REMOVE")
         row = layout.row(align=True)
         row.operator_menu_enum("s2ag.change_gesture", "kind", text="Kind")
@@ -171,11 +292,26 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
         row.operator("s2ag.change_gesture", text="Larger").size = 1.33
 
 
+def draw_versions(layout, take) -> None:
+    """Which version of a take is shown, and the buttons that flip through them."""
+    at, count = versions.place(take)
+    if count < 2:
+        return
+    row = layout.row(align=True)
+    row.operator("s2ag.flip_version", text="", icon="TRIA_LEFT").back = True
+    row.label(text=told("Version {at} of {count}", at=at, count=count))
+    row.operator("s2ag.flip_version", text="", icon="TRIA_RIGHT").back = False
+    row.operator("s2ag.drop_versions", text="", icon="TRASH")
+
+
 CLASSES = (
     S2AG_OT_apply_markers,
     S2AG_OT_delete_gesture,
     S2AG_OT_change_gesture,
     S2AG_OT_add_gesture,
+    S2AG_OT_add_at_word,
     S2AG_OT_reroll_range,
+    S2AG_OT_flip_version,
+    S2AG_OT_drop_versions,
 )
-PANELS = (S2AG_PT_directing,)
+PANELS = (S2AG_UL_gestures, S2AG_PT_directing)

@@ -5,12 +5,12 @@ import bpy
 from ...core.styles import EXPLAINED
 from .. import compat
 from ..rig import readiness
-from ..takes import choices, preview, takes
+from ..takes import choices, directing, preview, takes
 from ..takes.choices import control_names, style_names
 from ..takes.running import character
 from .curve_properties import EDITABLE, CurveSettings, changed
 
-__all__ = ["S2AG_BoneChoice", "S2AG_Session", "S2AG_Settings", "S2AG_Take", "control_names", "style_names"]
+__all__ = ["S2AG_BoneChoice", "S2AG_Session", "S2AG_Settings", "S2AG_Take", "S2AG_Version", "control_names", "style_names"]
 
 PARTS = (
     ("TORSO", "Torso", "Key the spine"),
@@ -27,6 +27,14 @@ def _live_switched(settings, context) -> None:
 
 def _switched(settings, context) -> None:
     takes.show(settings.id_data)
+
+
+def _row(session) -> int:
+    return directing.row(character(bpy.context), bpy.context.scene)
+
+
+def _go_to(session, row: int) -> None:
+    directing.go_to(character(bpy.context), bpy.context.scene, row)
 
 
 def _titled(take, context) -> None:
@@ -73,6 +81,13 @@ class S2AG_BoneChoice(bpy.types.PropertyGroup):
     )
 
 
+class S2AG_Version(bpy.types.PropertyGroup):
+    """A take as it was after one of its edits; ``name`` is its number."""
+
+    action: bpy.props.PointerProperty(type=bpy.types.Action, name="Action", override=EDITABLE)
+    warnings: bpy.props.StringProperty(options={"HIDDEN"}, override=EDITABLE)  # one a line
+
+
 class S2AG_Take(bpy.types.PropertyGroup):
     """One take of a character; all else about it stands on its action. ``name`` is its number, never used twice."""
 
@@ -86,6 +101,12 @@ class S2AG_Take(bpy.types.PropertyGroup):
     warnings: bpy.props.StringProperty(options={"HIDDEN"}, override=EDITABLE)  # one a line
     first: bpy.props.IntProperty(options={"HIDDEN"}, override=EDITABLE)
     last: bpy.props.IntProperty(options={"HIDDEN"}, override=EDITABLE)
+    versions: bpy.props.CollectionProperty(
+        type=S2AG_Version,
+        name="Versions",
+        description="What this take was before its edits, and what else it could be",
+        override={"LIBRARY_OVERRIDABLE", "USE_INSERTION"},
+    )
 
 
 class S2AG_Session(bpy.types.PropertyGroup):
@@ -96,6 +117,9 @@ class S2AG_Session(bpy.types.PropertyGroup):
         description="Show a draft while sliders move; nothing is kept until gestures are generated",
         update=_live_switched,
         options={"SKIP_SAVE"},
+    )
+    gesture: bpy.props.IntProperty(
+        name="Gesture", description="The gesture at the playhead; choose one to go there", get=_row, set=_go_to
     )
 
     @property

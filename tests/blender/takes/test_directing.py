@@ -3,9 +3,11 @@
 import bpy
 import numpy as np
 import pytest
-from acted import curves, press
+from acted import curves, drawn, press
+from s2ag.core.meaning import vocabulary
 from s2ag.s2ag_blender import provenance
-from s2ag.s2ag_blender.takes import directing, takes
+from s2ag.s2ag_blender.takes import directing, gesture, takes, versions
+from s2ag.s2ag_blender.ui import directing as ui
 
 
 @pytest.fixture
@@ -41,7 +43,7 @@ def test_gestures_are_marked_and_moved_by_their_markers(speaker, take):
     assert press(bpy.ops.s2ag.apply_markers) == {"FINISHED"}
     after = now(speaker)
     (edit,) = provenance.of(after)["edits"]
-    assert edit["do"] == "move" and len(speaker.s2ag.takes) == 2
+    assert edit["do"] == "move" and len(speaker.s2ag.takes) == 1
     fps = scene.render.fps
     assert any(abs(other.at - edit["to"]) <= 0.08 for other in directing.shown(after, scene))
     frames = np.array(differing(take, after))
@@ -88,6 +90,105 @@ def test_takes_of_before_are_told_apart(speaker, take):
     assert directing.shown(take, bpy.context.scene) == [] and not bpy.ops.s2ag.delete_gesture.poll()
     take[directing.GESTURES] = '[[1, 2], "x", [1.0, "left", "beat", 0.3, "so"]]'
     assert len(directing.shown(take, bpy.context.scene)) == 1
+
+
+def test_a_range_anew_is_an_alternative_to_flip_to_in_place(speaker, take):
+    scene, kept = bpy.context.scene, speaker.s2ag.takes[0]
+    assert not bpy.ops.s2ag.flip_version.poll()
+    scene.use_preview_range, scene.frame_preview_start, scene.frame_preview_end = True, 100, 160
+    for _ in range(3):
+        assert press(bpy.ops.s2ag.reroll_range) == {"FINISHED"}
+    made = [now(speaker)]
+    assert len(speaker.s2ag.takes) == 1 and versions.place(kept) == (4, 4)
+    assert "Version 4 of 4" in drawn(ui.S2AG_PT_directing)
+    engine = gesture.engine(bpy.context)
+    gesture.stop_engine()  # whatever is made would start another one
+    for at in (3, 2, 1, 4):
+        assert press(bpy.ops.s2ag.flip_version, back=True) == {"FINISHED"}
+        assert versions.place(kept)[0] == at and speaker.animation_data.action == now(speaker)
+        made.append(now(speaker))
+    assert gesture._engine is None and engine is not None
+    assert made[0] == made[-1] and made[3] == take
+    seeds = [[edit["seed"] for edit in directing.made(action)] for action in made[:4]]
+    assert seeds == [[3], [2], [1], []]
+    press(bpy.ops.s2ag.flip_version)  # from the last to the first
+    assert now(speaker) == take
+    press(bpy.ops.s2ag.reroll_range)
+    assert directing.made(now(speaker))[0]["seed"] == 4
+    press(bpy.ops.s2ag.drop_versions)
+    assert [len(speaker.s2ag.takes), len(bpy.data.actions)] == [1, 1] and directing.shown(now(speaker), scene)
+
+
+def test_an_edit_after_flipping_back_follows_what_is_shown(speaker, take):
+    scene = bpy.context.scene
+    scene.use_preview_range, scene.frame_preview_start, scene.frame_preview_end = True, 100, 160
+    for _ in range(2):
+        press(bpy.ops.s2ag.reroll_range)
+    press(bpy.ops.s2ag.flip_version, back=True)
+    shown = now(speaker)
+    scene.frame_set(220)
+    press(bpy.ops.s2ag.delete_gesture)
+    assert [edit.get("seed") for edit in directing.made(now(speaker))] == [1, None]
+    frames = np.array(differing(shown, now(speaker)))
+    assert frames.min() > 166 and len(speaker.s2ag.takes) == 1
+
+
+def test_takes_go_with_all_their_versions(speaker, take):
+    bpy.context.scene.frame_set(180)
+    press(bpy.ops.s2ag.delete_gesture)
+    press(bpy.ops.s2ag.delete_take)
+    assert not bpy.data.actions and not speaker.s2ag.takes
+
+
+def test_selected_gestures_and_words_are_made_anew(speaker, take):
+    scene, one = bpy.context.scene, middle(take)
+    for what, reason in (("GESTURES", "No marker of a gesture"), ("WORDS", "No word of the take")):
+        with pytest.raises(RuntimeError, match=reason):
+            press(bpy.ops.s2ag.reroll_range, what=what)
+    take.pose_markers[one.name].select = True
+    assert press(bpy.ops.s2ag.reroll_range, what="GESTURES") == {"FINISHED"}
+    (edit,) = directing.made(now(speaker))
+    assert edit["from"] <= one.begin and edit["to"] >= one.end and edit["to"] - edit["from"] < 3
+    speaker.s2ag.add_markers = True
+    press(bpy.ops.s2ag.generate)
+    for mark in scene.timeline_markers:
+        mark.select = mark.name in ("w:our", "w:hands")
+    chosen = [row for row in directing.words(now(speaker)) if row[0] in ("our", "hands")]
+    assert press(bpy.ops.s2ag.reroll_range, what="WORDS") == {"FINISHED"}
+    (edit,) = directing.made(now(speaker))
+    assert len(chosen) == 2 and edit["from"] < chosen[0][1] and edit["to"] > chosen[1][2]
+
+
+def test_a_gesture_is_added_at_a_word_that_is_searched(speaker, take):
+    said = directing.words(take)
+    number = len(said) // 2
+    assert press(bpy.ops.s2ag.add_at_word, word=str(number), kind="big") == {"FINISHED"}
+    (edit,) = directing.made(now(speaker))
+    assert (edit["word"], edit["kind"]) == (directing.nth(take, number)[0], "big")
+    _, start, end = said[number]
+    near = [one for one in directing.shown(now(speaker), bpy.context.scene) if one.kind == "big"]
+    assert any(start - 0.1 < one.at < end + 0.1 for one in near)
+    del now(speaker)[directing.WORDS]
+    assert not bpy.ops.s2ag.add_at_word.poll()
+
+
+def test_the_list_follows_the_playhead_and_leads_it(speaker, take):
+    scene, session = bpy.context.scene, bpy.context.window_manager.s2ag
+    found = directing.shown(take, scene)
+    for one in (found[1], found[-2]):
+        scene.frame_set(one.frame)
+        assert take.pose_markers[session.gesture].name == one.name
+    session.gesture = 2
+    assert scene.frame_current == take.pose_markers[2].frame
+    shown = drawn(ui.S2AG_PT_directing)
+    assert "S2AG_UL_gestures" in shown and f"{found[2].frame}  {found[2].word}" in shown
+    take.pose_markers.remove(take.pose_markers[2])
+    assert take.pose_markers[session.gesture].name in (found[1].name, found[3].name)
+
+
+def test_every_kind_of_the_vocabulary_can_be_asked_for(extension):
+    kinds = bpy.ops.s2ag.add_gesture.get_rna_type().properties["kind"].enum_items.keys()
+    assert kinds == ["beat", *vocabulary.load().gestures]
 
 
 def test_gestures_lie_where_they_are_made_whatever_the_speed(speaker, take):
