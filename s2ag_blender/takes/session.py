@@ -20,9 +20,20 @@ class Run:
         self.planned = planned
         self.stage, self.value = "", 0.0
         self.cancelled = False
+        self.count = len(planned.params.get("styles") or "1") * planned.params.get("takes", 1)
         self._job = gesture.start(context, planned.params)
         self._laying = None
         RUNS[armature.session_uid] = self
+
+    @property
+    def text(self) -> str:
+        """What it is at, for people: which take of how many, where there are several; empty before it has begun."""
+        stage = told(self.stage).capitalize()
+        if self.count == 1 or not stage:
+            return stage
+        if self._laying is None:
+            return told("{stage}: {count} takes", stage=stage, count=self.count)
+        return told("Key take {number} of {count}", number=min(int(self.value * self.count) + 1, self.count), count=self.count)
 
     def step(self) -> generate.Outcome | None:
         """The outcome when it is done, None while it is not; never waits, and lays takes for no longer than a slice.
@@ -35,7 +46,7 @@ class Run:
             return self._lay()
         result = gesture.poll(self._job, self._note)
         if result is not None:
-            self._laying = generate.finishing(self.planned, result)
+            self._laying, self.count = generate.finishing(self.planned, result), len(result["motions"])
             self.stage, self.value = "key the takes", 0.0
         return None
 

@@ -64,8 +64,8 @@ def voice(settings, scene: bpy.types.Scene) -> Voice:
         return Voice(strip_file(strip), span, placed=True, name=strip.name, tag=tag)
     path = str(Path(bpy.path.abspath(settings.audio)).resolve())
     name = Path(path).name
-    if settings.range == "STRIP":
-        strip = chosen_strip(settings, scene)
+    strip = {"STRIP": chosen_strip, "PREVIEW": _heard}.get(settings.range, lambda *_: None)(settings, scene)
+    if strip is not None:
         return Voice(path, strip_span(settings, scene, strip), placed=True, name=name, tag=strip.get(voices.TAG, ""))
     if settings.range == "OWN":
         return Voice(path, Span(settings.start_frame, settings.start_frame), name=name)
@@ -96,12 +96,25 @@ def missing(settings, scene: bpy.types.Scene) -> str:
 
 def chosen_strip(settings, scene: bpy.types.Scene):
     """The sound strip of a character: the named one, or the one that plays its file, or the only one; None if unclear."""
-    strips = compat.sound_strips(scene)
     if settings.audio_source == "FILE":
-        path = bpy.path.abspath(settings.audio)
-        return next((strip for strip in strips if strip.sound and _same(strip_path(strip), path)), None)
+        return next(iter(_of_file(settings, scene)), None)
+    strips = compat.sound_strips(scene)
     named = next((strip for strip in strips if strip.name == settings.sound_strip), None)
     return named or (strips[0] if len(strips) == 1 and not settings.sound_strip else None)
+
+
+def _of_file(settings, scene) -> list:
+    """The strips that play a character's file."""
+    path = bpy.path.abspath(settings.audio)
+    return [strip for strip in compat.sound_strips(scene) if strip.sound and _same(strip_path(strip), path)]
+
+
+def _heard(settings, scene):
+    """The strip that plays a character's file within the limits, one that is heard before one that is silent; or None."""
+    first, last = _limits(settings, scene)
+    mine = [strip for strip in _of_file(settings, scene) if getattr(strip, "speed_factor", 1.0) == 1.0]
+    there = [strip for strip in mine if compat.visible_start(strip) <= last and compat.strip_end(strip) > first]
+    return min(there, key=lambda strip: strip.mute, default=None)
 
 
 def strip_path(strip) -> str:

@@ -146,7 +146,7 @@ def draw_run(layout, armature, context) -> None:
         draw_button(layout, context)
     else:
         row = layout.row(align=True)
-        text = told("Cancelling") if run.cancelled else told(run.stage).capitalize() or told("Waiting for the engine")
+        text = told("Cancelling") if run.cancelled else run.text or told("Waiting for the engine")
         row.progress(factor=run.value, text=text)
         row.operator("s2ag.cancel", text="", icon="X")
     for text, icon in session.messages(armature):

@@ -258,7 +258,7 @@ class S2AG_Settings(CurveSettings, bpy.types.PropertyGroup):
         items=[
             ("OWN", "From Frame", "The whole recording, from a frame on"),
             ("SCENE", "Scene", "The recording starts with the scene and is cut where the scene ends"),
-            ("PREVIEW", "Preview", "The recording starts with the preview range and is cut where that ends"),
+            ("PREVIEW", "Preview", "What the sequencer plays of the recording in that range; else the recording starts there"),
             ("STRIP", "Strip", "The frames that the sound strip covers, in sync with it"),
         ],
         override=EDITABLE,

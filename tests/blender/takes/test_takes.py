@@ -214,12 +214,14 @@ def test_nothing_is_left_of_takes_that_were_interrupted(speaker, wave, event):
 
 def test_a_run_in_a_window_lays_its_takes_between_events(speaker):
     speaker.s2ag.take_count = 3
-    run, outcome, laying = session.Run(bpy.context, speaker, generate.plan(bpy.context, speaker)), None, 0
+    run, outcome, laying, shown = session.Run(bpy.context, speaker, generate.plan(bpy.context, speaker)), None, 0, set()
     began = time.monotonic()
     while outcome is None:
         assert time.monotonic() - began < 120, "no answer"
         outcome = run.step()
         laying += run.stage == "key the takes"
+        shown.add(run.text)
         time.sleep(0.005)
     run.end()
     assert laying > 1 and len(outcome.actions) == 3 == len(speaker.s2ag.takes)
+    assert {f"Key take {number} of 3" for number in (1, 2, 3)} <= shown and any(text.endswith(": 3 takes") for text in shown)

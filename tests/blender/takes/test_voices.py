@@ -3,10 +3,11 @@
 import shutil
 
 import bpy
+import numpy as np
 import pytest
-from acted import drawn, press
+from acted import curves, drawn, press
 from s2ag.s2ag_blender import compat
-from s2ag.s2ag_blender.takes import session, voices
+from s2ag.s2ag_blender.takes import session, sources, voices
 
 pytestmark = pytest.mark.usefixtures("sound_system")
 
@@ -116,3 +117,21 @@ def test_the_switch_that_adds_no_sound_leaves_the_sequencer_alone(speaker):
     speaker.s2ag.add_sound = True  # it plays already
     press(bpy.ops.s2ag.generate)
     assert [state(strip) for strip in strips().values()] == [before] and voices.TAG not in mine
+
+
+def test_a_preview_range_is_a_piece_of_what_plays_there(speaker):
+    """The recording does not begin anew where it is heard already; elsewhere it does."""
+    speaker.s2ag.start_frame, scene = 10, bpy.context.scene
+    press(bpy.ops.s2ag.generate)
+    (own,) = strips().values()
+    speaker.s2ag.range, scene.use_preview_range = "PREVIEW", True
+    scene.frame_preview_start, scene.frame_preview_end = 30, 50
+    span = sources.voice(speaker.s2ag, scene).span
+    assert (span.start, span.first, span.last, span.piece) == (10, 30, 50, True)
+    press(bpy.ops.s2ag.generate)
+    assert strips() == {own.name: own} and not own.mute
+    found = np.concatenate(list(curves(speaker.animation_data.action).values()))[:, 0]
+    assert (found.min(), found.max()) == (10, pytest.approx(81, abs=2))  # the piece is in place of the first take's
+    scene.frame_preview_start, scene.frame_preview_end = 200, 230
+    span = sources.voice(speaker.s2ag, scene).span
+    assert (span.start, span.first, span.last, span.piece) == (200, 200, 230, False)
