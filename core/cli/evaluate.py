@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
         return _faces(people, options.report)
     for name in ("data", "speech", "report"):
         if getattr(options, name) is None:
-            raise UsageError(f"--{name} is not given.", "Name the folder, or measure faces alone with --faces.")
+            raise UsageError(f"--{name} is required.", "Name the folder, or measure faces alone with --faces.")
     if options.films:
         blender.command("film.job")  # complain now, not after the measuring
     _need_matplotlib()

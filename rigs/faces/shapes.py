@@ -24,6 +24,7 @@ from ...core.motion.face import CHANNELS, MOUTH
 
 LARGEST = 1_000_000
 """Bytes of a map."""
+_REMEDY = "Correct it, or let it be written anew: s2ag rig CHARACTER --save-face FILE."
 _LEAST = 4
 """Channels of the mouth that make a family recognised."""
 PARTS = {
@@ -46,12 +47,15 @@ class Family:
 
 @dataclass(frozen=True)
 class Shapes:
-    """A face's own shape keys and what they show: ``keys`` ``{name: {channel: weight}}``."""
+    """A face's own shape keys and what they show: ``keys`` ``{name: {channel: weight}}``.
+
+    ``bones`` of a map are those of a face by part (:data:`.bones.PARTS`).
+    """
 
     family: str
     keys: dict[str, dict[str, float]]
     rest: tuple[str, ...] = ()
-    about: dict = field(default_factory=dict)
+    bones: dict[str, str] = field(default_factory=dict)
 
     @property
     def shown(self) -> set[str]:
@@ -87,27 +91,57 @@ def detect(names: Collection[str]) -> Shapes | None:
 
 def save(path: str | PathLike, shapes: Shapes) -> None:
     """Write a map that :func:`load` reads again and people may edit, whole or not at all. Raises :class:`OutputUnwritable`."""
-    content = {"face_map": 1, "family": shapes.family, "rest": list(shapes.rest), "keys": shapes.keys}
     with whole_file(path) as temporary:
-        temporary.write_text(json.dumps(content, ensure_ascii=False, indent=2) + "\n", "utf-8")
+        temporary.write_text(dump(shapes), "utf-8")
+
+
+def dump(shapes: Shapes) -> str:
+    """A map as JSON text: a key and a bone a line."""
+    keys = ",\n".join(f"    {_text(name)}: {_text(parts)}" for name, parts in shapes.keys.items())
+    bones = ",\n".join(f"    {_text(part)}: {_text(name)}" for part, name in shapes.bones.items())
+    head = f'  "face_map": 1,\n  "family": {_text(shapes.family)},\n  "rest": {_text(list(shapes.rest))}'
+    return f'{{\n{head},\n  "keys": {{\n{keys}\n  }},\n  "bones": {{\n{bones}\n  }}\n}}\n'
 
 
 def load(path: str | PathLike) -> Shapes:
     """Read a map; raises :class:`RigUnusable` with the first thing that is wrong with it."""
-    path = Path(path)
-    remedy = "Correct it, or let it be written anew."
     try:
-        data = json_text.read(path, LARGEST, once=True)
+        data = json_text.read(Path(path), LARGEST, once=True)
     except OSError as error:
         raise RigUnusable(f"The face map {path} cannot be read: {error.strerror}.", "Check its path.") from error
     except json_text.NotJson as error:
-        raise RigUnusable(f"The face map {path} is no JSON: {error}.", remedy) from error
-    if not isinstance(data, dict) or data.get("face_map") != 1 or not isinstance(data.get("keys"), dict):
-        raise RigUnusable(f"{path} is no face map.", remedy)
-    for key, parts in data["keys"].items():
+        raise RigUnusable(f"The face map {path} is no JSON: {error}.", _REMEDY) from error
+    return _checked(data, f"The face map {path}")
+
+
+def parse(text: str) -> Shapes:
+    """The map that JSON text describes; raises :class:`RigUnusable`."""
+    try:
+        data = json_text.parse(text, LARGEST)
+    except json_text.NotJson as error:
+        raise RigUnusable(f"The face map is no JSON: {error}.", _REMEDY) from error
+    return _checked(data, "The face map")
+
+
+def _checked(data: object, where: str) -> Shapes:
+    from .bones import PARTS as BONES
+
+    keys, bones, rest = ({}, {}, []) if not isinstance(data, dict) else map(data.get, ("keys", "bones", "rest"), (None, {}, []))
+    if not isinstance(data, dict) or data.get("face_map") != 1 or not isinstance(keys, dict) or not isinstance(bones, dict):
+        raise RigUnusable(f"{where} is none.", _REMEDY)
+    for key, parts in keys.items():
         if not isinstance(parts, dict) or not all(_is_weight(*part) for part in parts.items()):
-            raise RigUnusable(f"The face map {path} shows by {key!r} what no face does.", remedy)
-    return Shapes(str(data.get("family", "")), data["keys"], tuple(data.get("rest") or ()))
+            raise RigUnusable(f"{where} shows by {key!r} what no face does.", _REMEDY)
+    for part, name in bones.items():
+        if part not in BONES or not isinstance(name, str):
+            raise RigUnusable(f"{where} has a bone for {part!r}, which no face has.", f"Use: {', '.join(BONES)}.")
+    if not isinstance(rest, list) or not all(one in CHANNELS for one in rest):
+        raise RigUnusable(f"{where} shows by rest what no face does.", _REMEDY)
+    return Shapes(str(data.get("family", "")), keys, tuple(rest), bones)
+
+
+def _text(value) -> str:
+    return json.dumps(value, ensure_ascii=False)
 
 
 def _is_weight(name: str, weight) -> bool:

@@ -56,11 +56,15 @@ def apply_motion(
     about = {"settings": keys.settings, "places": keys.places}
     action, slot = keyframes.write_action(name, armature, keys.rotations, keys.frames, interpolation, **about)
     provenance.stamp(action, motion.meta)
+    every, fps = np.arange(float(start), float(max(keys.frames[-1], keys.frames[0] + 1)) + 1), scene_fps(scene)
+    seen = faces.settled(every, fps)
+    if motion.face is not None:
+        body = reading.resolve_mapping(armature, reading.read(armature), mapping)
+        spoken = faces.bone_channels(armature, motion.face, start, every, fps, body, seen)
+        keyframes.write_channels(compat.bag(action, slot), spoken, every)
     keyframes.remember(action, armature)
     if motion.face is not None:
-        last = float(max(keys.frames[-1], keys.frames[0] + 1))
-        every = np.arange(float(start), last + 1)
-        faces.lay(armature, action, motion.face, start, every, scene_fps(scene), report or _LOG.warning)
+        faces.lay(armature, action, motion.face, start, every, fps, report or _LOG.warning, seen)
         faces.show(armature, action)
     if strip:
         _push(armature, action, slot, int(start))

@@ -1,20 +1,25 @@
 """A face onto the shape keys of a character's meshes, in the action of its body where Blender has slots, else beside it.
 
-Which key shows what is found by name (:mod:`rigs.faces.shapes`). An action of ours remembers the keys it drives and what they
+Which key shows what is found by name (:mod:`rigs.faces.shapes`); what no key shows, bones of the armature may
+(:mod:`rigs.faces.bones`), which are keyed like those of the body. An action of ours remembers the keys it drives and what they
 had before, so that faces come and go with the take that they belong to.
 """
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
 
+from ...core.errors import RigUnusable
 from ...core.motion.face import Face
+from ...rigs.faces import bones as face_bones
 from ...rigs.faces import shapes
+from ...rigs.plain import Mapping
 from .. import compat, provenance, stored
 from ..cast import cast
+from ..rig import facemaps, reading
 from ..translations import told
 from . import keyframes
 
@@ -23,22 +28,80 @@ FACES = "s2ag_faces"
 _ACTION, _BASE = "s2ag_face_action_{}", "s2ag_face_base_{}"  # pointers to actions, which survive renaming
 
 
+_BONES: dict[tuple, dict[str, str]] = {}  # a character's number in this session and of its bones -> bones by part
+_SETTLE = 0.2
+"""Seconds in which a face comes to rest where its motion ends and nothing else fades it out."""
+
+
 @dataclass(frozen=True)
 class Found:
-    """A character's face: which of its keys show what, and the datablocks that have them."""
+    """A character's face: which of its keys show what, the datablocks that have them, and bones for what no key shows."""
 
     shapes: shapes.Shapes
     keys: tuple[bpy.types.Key, ...]
+    bones: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def missing(self) -> list[str]:
+        """Parts of the face that nothing shows, by their names for people."""
+        return self.shapes.missing(face_bones.shown(self.bones))
 
 
-def find(armature: bpy.types.Object, given: shapes.Shapes | None = None) -> Found | None:
-    """The face of a character, by a map that is ``given`` or by the names of its shape keys; None where nothing speaks."""
-    blocks = _keys(armature)
+def find(armature: bpy.types.Object, mapping: Mapping | None = None, look: bool = True) -> Found | None:
+    """The face of a character, by its own map or by the names of its shape keys and bones; None where nothing speaks.
+
+    ``mapping`` is that of its body, if it is known. For drawing, without a ``look``, bones are those that were found last.
+    """
+    blocks, given = _keys(armature), facemaps.chosen(armature)
     known = given or shapes.detect({block.name: None for key in blocks for block in key.key_blocks}.keys())
-    if known is None:
+    parts = _parts(armature, given, mapping, look)
+    used = face_bones.needed(parts, None if given is None and known is None else known)
+    if known is None and "jaw" not in used:
         return None
+    known = known or shapes.Shapes("bones", {}, ("PP",))
     keys = tuple(key for key in blocks if any(name in key.key_blocks for name in known.keys))
-    return Found(known, keys) if keys else None
+    return Found(known, keys, used) if keys or used else None
+
+
+def whole(armature: bpy.types.Object) -> shapes.Shapes | None:
+    """The face of a character as a map that can be written: its keys and all its bones."""
+    found = find(armature)
+    if found is None:
+        return None
+    parts = {name: dict(weights) for name, weights in found.shapes.keys.items()}
+    return shapes.Shapes(found.shapes.family, parts, found.shapes.rest, bones=_parts(armature, facemaps.chosen(armature)))
+
+
+def _parts(armature, given, mapping: Mapping | None = None, look: bool = True) -> dict[str, str]:
+    """Bones of the face by part."""
+    if given is not None:
+        return {part: name for part, name in given.bones.items() if name in armature.data.bones}
+    key = armature.session_uid, len(armature.data.bones)
+    if look or key not in _BONES:
+        bones = reading.read(armature)
+        try:
+            _BONES[key] = face_bones.find(bones, mapping or reading.resolve_mapping(armature, bones))
+        except RigUnusable:  # a body that cannot gesture: its readiness says why
+            _BONES[key] = {}
+    return _BONES[key]
+
+
+def bone_channels(armature, face: Face, start: float, frames: np.ndarray, fps: float, mapping: Mapping, seen=None) -> list:
+    """Channels of the bones that show ``face``, which begins at frame ``start``; with ``seen`` (n,) only so much of it."""
+    found = find(armature, mapping)
+    if found is None or not found.bones:
+        return []
+    weights = _weights(face, start, frames, fps, seen)
+    rotations, places = face_bones.moved(reading.read(armature), mapping, found.bones, weights)
+    pose = armature.pose.bones
+    keyed = [keyframes.channels(pose[name], values) for name, values in rotations.items()]
+    keyed += [keyframes.place_channels(pose[name], values) for name, values in places.items()]
+    return [keyframes.Channels("", one.path, one.values) for one in keyed]  # of no limb: none of their keys is left out
+
+
+def settled(frames: np.ndarray, fps: float) -> np.ndarray:
+    """How much of a face (n,) is seen that comes to rest as it ends."""
+    return np.clip((frames[-1] - np.asarray(frames, float)) / max(_SETTLE * fps, 1.0), 0, 1)
 
 
 def lay(
@@ -49,31 +112,32 @@ def lay(
     frames: np.ndarray,
     fps: float,
     tell: Callable[[str], None],
+    seen: np.ndarray | None = None,
 ) -> bool:
     """Key ``face``, which begins at frame ``start``, on every one of the scene's ``frames`` (n,); whether there was one to key.
 
-    ``action`` is the body's; nothing is assigned yet (:func:`show`). ``tell`` hears what the face cannot show.
+    ``action`` is the body's; nothing is assigned yet (:func:`show`). ``tell`` hears what the face cannot show. With ``seen``
+    (n,) only so much of it is shown.
     """
-    found = find(armature)
+    found = find(armature, look=False)
     if found is None:
         tell(told("No shape keys that speak were found on {name}, so the face stays as it is.", name=armature.name))
         return False
-    missing = found.shapes.missing()
-    if missing:
-        parts = ", ".join(told(part) for part in missing)
+    if found.missing:
+        parts = ", ".join(told(part) for part in found.missing)
         tell(told("The face of {name} has nothing for: {parts}", name=armature.name, parts=parts))
     frames = np.asarray(frames, float)
-    values = found.shapes.values(face.at((frames - start) / fps, fps))
+    values = found.shapes.values(_weights(face, start, frames, fps, seen))
     entries = []
     for number, key in enumerate(found.keys):
+        playing = key.animation_data.action if key.animation_data else None
         own, slot, bag = _copied(action, key) or compat.key_bag(action, key)
         if own != action:
             own.name = f"{action.name} face"
             provenance.stamp(own, face.meta)
             action[_ACTION.format(number)] = own
-        base = key.animation_data.action if key.animation_data else None
-        if base is not None and not ours(base):
-            action[_BASE.format(number)] = base
+        if playing is not None and not ours(playing):
+            action[_BASE.format(number)] = playing
         channels = [
             keyframes.Channels("", f'key_blocks["{bpy.utils.escape_identifier(name)}"].value', {0: _within(key, name, column)})
             for name, column in values.items()
@@ -81,9 +145,20 @@ def lay(
         ]
         keyframes.write_channels(bag, channels, frames)
         before = {name: key.key_blocks[name].value for name in values if name in key.key_blocks}
-        entries.append({"key": key.name, "slot": compat.slot_name(slot), "before": before})
+        entries.append({"key": key.name, "slot": compat.slot_name(slot), "before": before | _former(playing, key)})
     action[FACES] = json.dumps(entries)
     return True
+
+
+def _weights(face: Face, start: float, frames: np.ndarray, fps: float, seen: np.ndarray | None) -> np.ndarray:
+    weights = face.at((np.asarray(frames, float) - start) / fps, fps)
+    return weights if seen is None else weights * np.asarray(seen)[:, None]
+
+
+def _former(playing: bpy.types.Action | None, key: bpy.types.Key) -> dict:
+    """What an action of ours that plays remembers of a mesh's keys: its own values are nobody's rest."""
+    entries = _entries(playing) if playing is not None else []
+    return next((entry["before"] for entry in entries if entry["key"] == key.name), {})
 
 
 def _copied(action: bpy.types.Action, key: bpy.types.Key):

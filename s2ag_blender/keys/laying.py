@@ -61,6 +61,7 @@ class Laying:
         body = {bone: values for bone, values in rotations.items() if bone not in stood}
         keyed = self._channels(motion, frames, body, legs, place, base) + self._settings(settings, place)
         keyed += self._places(frames, places, place, base)
+        spoken, every = self._spoken(motion, frames, place)
         yield
         thinner = self._thinner(frames, rotations, stood)
         base = layers.base_action(self.armature, place.first, place.last, place.piece)
@@ -77,17 +78,33 @@ class Laying:
             keyframes.set_range(action, frames)
         provenance.stamp(action, self._provenance(motion, place))
         layers.remember(action, slot, base)
-        keyframes.remember(action, self.armature, {one.path for one in keyed}, self.former)
+        keyframes.remember(action, self.armature, {one.path for one in keyed + spoken}, self.former)
         density.note(action, keyed, stood)
         uid = action.session_uid
         for first in range(0, len(keyed), BATCH):
             keyframes.write_channels(bag, keyed[first : first + BATCH], frames, interpolation, thinner, cut)
             yield
             action, bag = self._again(uid)
-        if motion.face is not None and not self.planned.draft:
-            every = np.arange(frames[0], frames[-1] + 1)
-            faces.lay(self.armature, action, motion.face, self.span.start, every, apply.scene_fps(self.scene), self._tell)
+        if motion.face is not None:
+            keyframes.write_channels(bag, spoken, every, "LINEAR", None, cut)
+            rate, seen = apply.scene_fps(self.scene), self._face_seen(every, place)
+            faces.lay(self.armature, action, motion.face, self.span.start, every, rate, self._tell, seen)
         return action
+
+    def _spoken(self, motion: Motion, frames, place) -> tuple[list, np.ndarray]:
+        """Channels of the bones of a face, which has keys on every frame, and these."""
+        every = np.arange(frames[0], frames[-1] + 1)
+        if motion.face is None:
+            return [], every
+        rate, strip = apply.scene_fps(self.scene), place.result != "ACTION" and not self.planned.draft
+        seen = faces.settled(every, rate) if strip else self._face_seen(every, place)  # a strip has its own influence
+        return faces.bone_channels(self.armature, motion.face, self.span.start, every, rate, self.mapping, seen), every
+
+    def _face_seen(self, every, place) -> np.ndarray | None:
+        """How much of a face (n,) is seen: as much as of a layer, and none as it ends; all of a piece within another."""
+        if place.piece:
+            return None
+        return layers.share(place, every) * faces.settled(every, apply.scene_fps(self.scene))
 
     def _again(self, uid: int) -> tuple:
         """The action of that number in this session and what holds its curves, or :class:`S2agError`."""

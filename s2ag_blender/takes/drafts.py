@@ -11,7 +11,7 @@ import json
 import bpy
 
 from .. import compat, stored
-from ..keys import keyframes, layers
+from ..keys import faces, keyframes, layers
 
 TRACK = "S2AG draft"
 """The track in which the former action lies below the draft of a layer."""
@@ -28,6 +28,8 @@ def is_staged(armature: bpy.types.Object) -> bool:
 def show(armature: bpy.types.Object, action: bpy.types.Action) -> None:
     """Let the character play a draft instead of the one it plays."""
     if layers.draft_of(armature) == action:
+        if faces.FACES in action:
+            faces.show(armature, action)
         return
     drop(armature)
     place, data = layers.Place.of(action), armature.animation_data_create()
@@ -36,6 +38,8 @@ def show(armature: bpy.types.Object, action: bpy.types.Action) -> None:
     if place.result == "LAYER":
         _stage(armature, place)
     compat.assign_action(armature, action, layers.slot_of(armature, action))
+    if faces.FACES in action:
+        faces.show(armature, action)
 
 
 def drop(armature: bpy.types.Object) -> None:
@@ -46,7 +50,18 @@ def drop(armature: bpy.types.Object) -> None:
     if action is not None:
         keyframes.give_back(armature, action)
         layers.assign(armature, action.get(layers.BEFORE))
+        _face_back(armature, action)
         bpy.data.actions.remove(action)
+
+
+def _face_back(armature, action) -> None:
+    """The face that a draft's took the place of, if it had one."""
+    if faces.FACES not in action:
+        return
+    faces.hide(armature, action)
+    for played in layers.playing(armature):
+        if faces.FACES in played:
+            faces.show(armature, played)
 
 
 def drop_all() -> None:

@@ -113,12 +113,12 @@ class S2AG_PT_face(_Below, bpy.types.Panel):
         column.active = settings.face
         column.prop(settings, "face_intensity", slider=True)
         column.prop(settings, "face_smoothness", slider=True)
-        found = faces.find(armature)
+        found = faces.find(armature, look=bpy.app.background)
         if found is None:
             layout.label(text="No shape keys that speak were found", icon="INFO")
             return
         layout.label(text=found.shapes.family, icon="CHECKMARK", translate=False)
-        for part in found.shapes.missing():
+        for part in found.missing:
             layout.label(text=told("Nothing for: {parts}", parts=told(part)), icon="INFO", translate=False)
 
 

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from s2ag.s2ag_blender.keys import faces
-from s2ag.s2ag_blender.takes import takes
+from s2ag.s2ag_blender.takes import drafts, generate, takes
 
 NAMES = ("jawOpen", "mouthPucker", "mouthFunnel", "mouthPressLeft", "mouthRollLower", "eyeBlinkLeft", "eyeBlinkRight")
 
@@ -45,3 +45,30 @@ def test_the_face_comes_and_goes_with_its_take(speaker, key, result):
 def test_without_the_box_no_face_is_keyed(speaker, key):
     assert bpy.ops.s2ag.generate() == {"FINISHED"}
     assert key.animation_data is None and faces.FACES not in speaker.s2ag.takes[0].action
+
+
+@pytest.mark.parametrize("result", ["ACTION", "LAYER"])
+def test_a_draft_shows_the_face_and_leaves_what_was_there(speaker, key, result):
+    speaker.s2ag.face, speaker.s2ag.result = True, result
+    bpy.ops.s2ag.generate()
+    take, shown = speaker.s2ag.takes[0].action, track(key, "jawOpen")
+    speaker.s2ag.face_intensity = 0.3
+    generate.wait(bpy.context, generate.plan(bpy.context, speaker, draft=True))
+    less = track(key, "jawOpen")
+    assert 0 < less.mean() < 0.6 * shown.mean()
+    drafts.drop(speaker)
+    assert faces.FACES in take and (track(key, "jawOpen") == shown).all()
+    takes.delete(speaker, [0])
+    assert key.animation_data.action is None and not track(key, "jawOpen").any()
+
+
+def test_a_layer_s_influence_and_its_end_are_the_face_s_too(speaker, key):
+    speaker.s2ag.face, speaker.s2ag.result = True, "LAYER"
+    bpy.ops.s2ag.generate()
+    whole = track(key, "jawOpen")
+    speaker.s2ag.influence = 0.5
+    bpy.ops.s2ag.generate()
+    assert track(key, "jawOpen") == pytest.approx(0.5 * whole, abs=0.02)
+    scene = bpy.context.scene
+    scene.frame_set(round(speaker.s2ag.takes[-1].action.frame_range[1]) + 40)
+    assert not any(block.value for block in key.evaluated_get(bpy.context.evaluated_depsgraph_get()).key_blocks[1:])

@@ -19,7 +19,7 @@ def test_the_example_s_face_beside_people(examples, tmp_path, capsys):
 
 
 def test_without_faces_a_corpus_is_needed(capsys):
-    assert main(["evaluate"]) == 2 and "--data is not given" in capsys.readouterr().err
+    assert main(["evaluate"]) == 2 and "--data is required" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("late", "seen"), [(0.0, 1.0), (0.02, 1.0), (0.2, 0.0)])
