@@ -16,7 +16,8 @@ ARMS = (3, 4, 5, 6, 7, 8)
 _SIDES = ((3, 4, 5), (6, 7, 8))
 _HELD = 0.2
 """Seconds of the hold that belong to the core."""
-_MIRROR = np.array([-1, 1, 1], np.float32)
+_DRIFT = 0.25
+"""Share of its quiet way through a span that an arm with nothing to do goes while the other one makes its stroke."""
 
 
 @dataclass(frozen=True)
@@ -62,10 +63,11 @@ def by_hand(core: Core, hand: str, asked: str, ends: np.ndarray, span: tuple[int
     """
     directions = core.directions.copy()
     mirrored = skeleton.mirror(core.directions)
-    source = "right" if hand == "both" and asked == "right" else hand
+    source = _leader(core) if hand == "both" and asked != "both" else hand
     wanted = (asked in ("left", "both"), asked in ("right", "both"))
     had = (source in ("left", "both"), source in ("right", "both"))
     share = np.clip((core.frames - span[0] + 1) / (span[1] - span[0] + 1), 0, 1)
+    share = np.median(share) + _DRIFT * (share - np.median(share))  # its way lies before and behind the stroke
     for side, edges in enumerate(_SIDES):
         edges = list(edges)
         if wanted[side] and not had[side]:
@@ -83,13 +85,19 @@ def by_hand(core: Core, hand: str, asked: str, ends: np.ndarray, span: tuple[int
     return replace(core, directions=_human(directions), hands=hands)
 
 
+def _leader(core: Core) -> str:
+    """The hand that is the faster one in a core of both."""
+    left, right = gestures.speeds(core.directions).max(0)
+    return "left" if left > right else "right"
+
+
 def sized(core: Core, size: float, hand: str) -> Core:
     """A core whose leading wrist goes ``size`` times as far: the arms of its ``hand``, scaled about the middle of their way."""
     if abs(size - 1) < 1e-3:
         return core
     aim, factor = size * _way(core.directions), size
     low, high = (0.05, 1.0) if size < 1 else (1.0, 2.5 * size)
-    made, arms = core.directions, _of(hand if size > 1 else "both")  # smaller than the other arm it would no longer lead
+    made, arms = core.directions, arm(hand if size > 1 else "both")  # smaller than the other arm it would no longer lead
     for _ in range(12):
         made = _scaled(core.directions, factor, arms)
         way = _way(made)
@@ -109,7 +117,7 @@ def _scaled(directions: np.ndarray, factor: float, arms: list[int]) -> np.ndarra
     return _human(result)
 
 
-def _of(hand: str) -> list[int]:
+def arm(hand: str) -> list[int]:
     """Edges of the arms that a hand is on."""
     return [edge for side, edges in zip(("left", "right"), _SIDES, strict=True) if hand in (side, "both") for edge in edges]
 

@@ -103,13 +103,20 @@ def _move(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State
     frames = len(state.motion.directions)
     old = spans.around(others, *_frames(one), frames, spans.LEAST)
     places = spans.joined([old, spans.around(others, core.first, core.last, frames)])
-    made, miss = through(filler, state, edit, places, core, Aim(edit["to"], one.hand, one.size), whole, apart > 0)
+    aim = Aim(edit["to"], one.hand, one.size)
+    made, miss = through(filler, state, edit, places, core, aim, whole, apart > 0)
+    if miss > 1 and apart and one.hand != "both" and len(places) == 1:  # the other arm moves more here than it did there
+        ends = state.motion.directions[[max(places[0][0] - 1, 0), min(places[0][1], frames - 1)]]
+        calm = cores.by_hand(core, one.hand, one.hand, ends, places[0])
+        calmer, off = through(filler, state, edit, places, calm, aim, whole, True)
+        made, miss = (calmer, off) if off < miss else (made, miss)
     return replace(made, motion=kinds.told(made.motion, places, [(one.kind, edit["to"])])), miss
 
 
 def _delete(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
     one, others = _gesture(state, edit["at"], apart)
-    places = [spans.around(others, *_frames(one), len(state.motion.directions))]
+    wanted = spans.WANTED if not apart else 2 * spans.WANTED
+    places = [spans.around(others, *_frames(one), len(state.motion.directions), wanted)]
 
     def make(seed: int) -> Motion:
         return filler.fill(state.motion, places, None, seed, state.held, whole=one.kind != BEAT)[0]
@@ -156,9 +163,18 @@ def _formed(filler, state, edit, others, at, core, by, sizes, how) -> tuple[Stat
     if by[0] != by[1]:
         core = cores.by_hand(core, *by, ends, span)
     core = cores.sized(core, sizes[1], by[1])
-    made, miss = through(filler, state, edit, [span], core, Aim(at, by[1], sizes[0] * sizes[1]), *how)
+    aim = Aim(at, by[1], sizes[0] * sizes[1])
+    made, miss = through(filler, state, edit, [span], core, aim, *how)
+    if miss > 1 and by[0] == "both" and by[1] != "both" and sizes[1] == 1:
+        made, miss = _alone(state, span, aim, made, miss)
     kept = [one for one in gestures.shows(state.motion) if how[0] and abs(one[1] - at) < LOOSE]
     return replace(made, motion=kinds.told(made.motion, [span], kept)), miss
+
+
+def _alone(state: State, span: spans.Span, aim: Aim, made: State, miss: float) -> tuple[State, float]:
+    """What both hands did with one of them resting and the other as it was, if that misses less than what was ``made``."""
+    one = filling.quiet(state.motion, span, state.held, cores.arm("left" if aim.hand == "right" else "right"))
+    return (replace(state, motion=one), aim.miss(one)) if aim.miss(one) < miss else (made, miss)
 
 
 def _borrowed(filler: Filler, state: State, edit: dict, at: float) -> tuple[cores.Core, str, float]:

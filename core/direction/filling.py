@@ -76,10 +76,10 @@ class Filler:
         return finishing.finish(checkpoint, wanted, heard, replace(self.performers, request=wanted), made)[0]
 
 
-def quiet(motion: Motion, place: spans.Span, held: np.ndarray) -> Motion:
-    """The take with arms that go the shortest smooth way through a span, as fast at its ends as they come and go."""
+def quiet(motion: Motion, place: spans.Span, held: np.ndarray, arms: Sequence[int] = ARMS) -> Motion:
+    """The take with ``arms`` that go the shortest smooth way through a span, as fast at its ends as they come and go."""
     start, stop = place
-    directions, arms = motion.directions.copy(), list(ARMS)
+    directions, arms = motion.directions.copy(), list(arms)
     low, high = max(start - 1, 0), min(stop, len(directions) - 1)
     length = high - low
     if length < 2:
