@@ -16,6 +16,8 @@ ARMS = (3, 4, 5, 6, 7, 8)
 _SIDES = ((3, 4, 5), (6, 7, 8))
 _HELD = 0.2
 """Seconds of the hold that belong to the core."""
+_EQUAL = 0.65
+"""Share of the faster hand's speed at which the other one surely makes a gesture with it."""
 _DRIFT = 0.25
 """Share of its quiet way through a span that an arm with nothing to do goes while the other one makes its stroke."""
 
@@ -105,8 +107,28 @@ def sized(core: Core, size: float, hand: str) -> Core:
             break
         low, high = (factor, high) if way < aim else (low, factor)
         factor = 0.5 * (low + high)
+    if hand == "both" and size > 1:
+        made = _balanced(core, made, factor)
     hands = core.hands.carried(core.directions, made) if core.hands is not None else None
     return replace(core, directions=made, hands=hands)
+
+
+def _balanced(core: Core, made: np.ndarray, factor: float) -> np.ndarray:
+    """A larger stroke of both hands whose slower one, which limits of the body may have held back, takes part as it did."""
+    other = arm("right" if _leader(core) == "left" else "left")
+    wanted = min(_share(core.directions), _EQUAL)
+    for more in (1.15, 1.3, 1.5, 1.75, 2.0):
+        if _share(made) >= wanted:
+            break
+        made = made.copy()
+        made[:, other] = _scaled(core.directions, more * factor, other)[:, other]
+    return made
+
+
+def _share(directions: np.ndarray) -> float:
+    """The slower wrist's highest speed as a share of the faster one's."""
+    speed = gestures.speeds(directions).max(0)
+    return float(speed.min() / max(speed.max(), 1e-6))
 
 
 def _scaled(directions: np.ndarray, factor: float, arms: list[int]) -> np.ndarray:
