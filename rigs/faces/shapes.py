@@ -24,7 +24,7 @@ from ...core.motion.face import CHANNELS, MOUTH
 
 LARGEST = 1_000_000
 """Bytes of a map."""
-_REMEDY = "Correct it, or let it be written anew: s2ag rig CHARACTER --save-face FILE."
+_REMEDY = "Correct it, or let it be written anew."
 _LEAST = 4
 """Channels of the mouth that make a family recognised."""
 PARTS = {
@@ -128,7 +128,7 @@ def _checked(data: object, where: str) -> Shapes:
 
     keys, bones, rest = ({}, {}, []) if not isinstance(data, dict) else map(data.get, ("keys", "bones", "rest"), (None, {}, []))
     if not isinstance(data, dict) or data.get("face_map") != 1 or not isinstance(keys, dict) or not isinstance(bones, dict):
-        raise RigUnusable(f"{where} is none.", _REMEDY)
+        raise RigUnusable(f"{where} is not what face maps are.", _REMEDY)
     for key, parts in keys.items():
         if not isinstance(parts, dict) or not all(_is_weight(*part) for part in parts.items()):
             raise RigUnusable(f"{where} shows by {key!r} what no face does.", _REMEDY)
