@@ -20,7 +20,7 @@ from .manifest import Problem
 
 _SHARED = ("takes", "preset", "engine", "resolution", "fps", "start_frame")
 _AGREE = "Rows of one scene must agree on it."
-_FILES = (("audio", audio.check), ("vectors", table.check), ("map", maps.load), ("edits", edits.load))
+_FILES = (("audio", audio.check), ("hears", audio.check), ("vectors", table.check), ("map", maps.load), ("edits", edits.load))
 
 
 def check(clips: list[Clip], looked_at: set[int] | None = None) -> list[Problem]:

@@ -19,6 +19,7 @@ ASKED = (
     *("text", "recognise", "style", "seed", "take", "takes", "intensity"),
     *("affect", "rate", "hand", "hands", "stance", "meaning", "mirror", "latent"),
     *("face", "face_smoothness"),
+    *("listen", "turn", "hears"),
 )
 """What of a row is a field of :class:`synthesis.Request`, beside the files."""
 MODELS = ("checkpoint", "vectors", "aligner_model", "recogniser_model", "language", "vocabulary", "backend", "device")
@@ -50,7 +51,7 @@ class Clip:
 
     Words come from ``transcript``, ``text`` or ``recognise``, or are none (``no_transcript``). ``checkpoint``,
     ``vectors``, ``aligner_model``, ``recogniser_model`` and ``vocabulary`` are paths, or None for the shipped ones;
-    ``edits`` is the path of what an animator changed, ``curves`` that of what goes on in time;
+    ``hears`` is the recording of another speaker, ``edits`` what an animator changed, ``curves`` what goes on in time;
     ``language`` is a code such as ``de``; ``latent`` is the point of the latent space of a chosen cell; ``take`` is the number
     of the first take; ``stance`` None is 1 on a character of ours and 0 on others. ``scene`` names what
     several rows are rendered into together, each with its own recording, which begins ``delay`` seconds into the film, whose
@@ -80,6 +81,9 @@ class Clip:
     face_smoothness: float = 0.5
     mirror: bool = False
     latent: list[list[float]] | None = None
+    listen: bool = False
+    turn: str = ""
+    hears: str | None = None
     edits: str | None = None
     curves: str | None = None
     checkpoint: str | None = None

@@ -72,7 +72,7 @@ class Batch:
         kinds = sorted({"npz", *clip.wanted(MOTION_OUTPUTS)})
         models = tuple(getattr(clip, name) for name in MODELS)
         engine = self._engine(models, not clip.no_transcript, clip.recognise)
-        directed = [_content(path) for path in (clip.edits, clip.curves) if path is not None]
+        directed = [_content(path) for path in (clip.edits, clip.curves, clip.hears) if path is not None]
         made_of = key("synth", engine, asked, kinds, _content(clip.audio), _content(clip.transcript), *directed)
         params = {"clip": clip.plain(), "cache": self.cache}
         return self._step("synth", clip.name, clip.line, record, made_of, params)

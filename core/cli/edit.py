@@ -21,6 +21,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("take", metavar="TAKE.npz", type=Path, help="a take of s2ag synth")
     performance.add_edits(parser)
     parser.add_argument("--audio", metavar="FILE", type=Path, help="the recording that the take was made for")
+    heard = "the recording of another speaker, where the take listens to one"
+    parser.add_argument("--hears", metavar="FILE", type=Path, help=heard)
     words = parser.add_mutually_exclusive_group()
     words.add_argument("--transcript", metavar="FILE", type=Path, help="what is said, as the take was made with")
     words.add_argument("--text", metavar="WORDS", help="what is said, on the command line")
@@ -52,7 +54,7 @@ def _edited(options: argparse.Namespace, motion):
     inputs = [path for path in (options.take, *performance.inputs(options)) if path]
     files = outputs.plan(options.outputs, SUFFIXES, 1, inputs)[0]
     asked = edits.load(options.edits)
-    wanted = remaking.request(motion.meta, options.audio, transcript=options.transcript, text=options.text)
+    wanted = remaking.request(motion.meta, options.audio, transcript=options.transcript, text=options.text, hears=options.hears)
     director = directing.Director(performance.session(options))
     remaking.check_weights(motion.meta, director.session.checkpoint)
     with Progress() as progress:

@@ -45,6 +45,12 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     smooth = "how lazily lips move, 0 to 1 (default 0.5)"
     parser.add_argument("--face-smoothness", metavar="X", type=float, default=0.5, help=smooth)
     parser.add_argument("--mirror", action="store_true", help="exchange left and right")
+    what = "the recording is somebody else's: listen to it, with nods, tilts and glances"
+    parser.add_argument("--listen", action="store_true", help=what)
+    what = "whose lines of a transcript with names to speak (ANNA: Hello.), listening to the others"
+    parser.add_argument("--turn", metavar="NAME", default="", help=what)
+    what = "the recording of another speaker, begun together with this one: listen to it between one's own turns"
+    parser.add_argument("--hears", metavar="FILE", type=Path, help=what)
     add_models(parser)
 
 
@@ -98,7 +104,7 @@ def add_checkpoint(parser: argparse.ArgumentParser) -> None:
 def inputs(options: argparse.Namespace) -> list[Path]:
     """Files that the command reads and must not overwrite."""
     named = (options.audio, options.transcript, options.checkpoint, options.vectors, options.vocabulary)
-    named += (getattr(options, "edits", None), getattr(options, "curves", None))
+    named += (getattr(options, "edits", None), getattr(options, "curves", None), getattr(options, "hears", None))
     return [path for path in named if path is not None]
 
 
@@ -128,6 +134,9 @@ def request(options: argparse.Namespace, **changes):
         **_face(options),
         "mirror": options.mirror,
         "recognise": options.recognise,
+        "listen": options.listen,
+        "turn": options.turn,
+        "hears": options.hears,
     }
     return Request(**{**wanted, **changes})
 
@@ -220,7 +229,7 @@ def _hand(text: str) -> float:
 
 def _transcript(options: argparse.Namespace) -> Path | None:
     """The transcript file: named, or one of the recording's name beside it."""
-    if options.transcript or options.text is not None or options.no_transcript or options.recognise:
+    if options.transcript or options.text is not None or options.no_transcript or options.recognise or options.listen:
         return options.transcript
     from ..words.beside import beside
 

@@ -6,7 +6,22 @@ from os import PathLike
 from ..errors import UsageError
 from ..performance.request import Request
 
-_SAME = ("seed", "intensity", "affect", "rate", "hand", "curves", "changes", "meaning", "hands", "stance", "mirror", "take")
+_SAME = (
+    "seed",
+    "intensity",
+    "affect",
+    "rate",
+    "hand",
+    "curves",
+    "changes",
+    "meaning",
+    "hands",
+    "stance",
+    "mirror",
+    "listen",
+    "turn",
+    "take",
+)
 
 
 def request(meta: Mapping, audio: str | PathLike, **words) -> Request:

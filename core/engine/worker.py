@@ -50,6 +50,9 @@ _PARAMETERS = {
     "spread": (int, float),
     "step": int,
     "recognise": bool,
+    "listen": bool,
+    "turn": str,
+    "hears": str,
     "made_by": str,
 }
 _SETTINGS = (

@@ -15,7 +15,7 @@ from ..motion.pelvis import Pelvis
 from ..styles import AFFECTS
 from ..threads import each
 from ..words import hints
-from . import course, living, stance
+from . import course, listening, living, stance
 from .casting import Performers
 from .hearing import Heard
 from .keeping import keep, wished
@@ -30,6 +30,7 @@ VERSION = 1  # of the provenance written into every motion
 def finish(checkpoint, request: Request, heard: Heard, performers: Performers, made: Made) -> list[Motion]:
     """Motions of what was made for a request."""
     meta, still = _meta(checkpoint, request, heard, performers), rest.Stillness.of(heard.activity, request.pose is None)
+    others = heard.others
     pose, kept = performers.rest(heard.frames), wished(request, heard.frames)
     size = course.over(request, "intensity", heard.frames)
     # Gestures of their own are for networks that know meanings: others give what they were made to give.
@@ -47,6 +48,10 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
         which = showing.sides(directions, shown)
         directions = hints.perform(showing.show(directions, shown, which), heard.wishes, pose)
         directions = still.live(directions, pose, request.seed + take)
+        if others is not None:
+            answered = listening.answers(others.phrases, others.share, request.seed + take)
+            directions = listening.perform(directions, answered, others.share)
+            about["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answered]
         directions = keep(limits.keep_human(rest.scale(directions, size, pose)), kept)
         hands = _hands(request, performers, take, drawn, own, directions)
         hands = hands and showing.hands(hands, shown, which)
@@ -119,6 +124,9 @@ def _meta(checkpoint, request: Request, heard: Heard, performers: Performers) ->
         "hands": float(request.hands),
         "stance": float(request.stance),
         "mirror": request.mirror,
+        **({"listen": True} if request.listen else {}),
+        **({"turn": request.turn} if request.turn else {}),
+        **({"hears": heard.others.digest} if request.hears is not None else {}),
         **({"face": float(request.face)} if request.face else {}),
         "checkpoint": checkpoint.hash,
         **({} if request.latent is None else {"latent": performers.own[0].tolist()}),

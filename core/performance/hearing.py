@@ -5,14 +5,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import styles
-from ..errors import UnknownStyle
+from ..errors import UnknownStyle, UsageError
 from ..face import making
 from ..meaning.vocabulary import Vocabulary
 from ..motion import skeleton
-from ..words import hints
+from ..words import hints, transcript, turns
 from . import asking
 from .request import Request
 from .stages import Stages
+
+
+@dataclass(frozen=True)
+class Others:
+    """Another voice: its ``phrases`` ``(p, 2)`` in seconds, and how much a performer listens to it, ``share`` ``(frames,)``.
+
+    ``digest`` names it (:func:`audio.digest`).
+    """
+
+    phrases: np.ndarray
+    share: np.ndarray
+    digest: str
 
 
 @dataclass(frozen=True)
@@ -21,7 +33,7 @@ class Heard:
 
     ``shows``: what of the words a performer could show by gestures of their own.
     ``features`` are :class:`VectorFeatures`, or :class:`TableFeatures` for an imported network. ``spoken`` is what a face
-    needs, None where none is wanted.
+    needs, None where none is wanted. ``others`` are whom the performer listens to, if anybody.
     """
 
     digest: str
@@ -34,13 +46,21 @@ class Heard:
     frames: int
     seconds: dict[str, float]
     spoken: making.Spoken | None = None
+    others: Others | None = None
 
 
 def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
     """Words, pauses and features of ``sound`` ``(n,)`` at 16 kHz, as the session's network wants them."""
     from ..sound import audio, voice
 
-    said = stages.run("align words", lambda: session.words(sound, request, stages.within("align words")))
+    named, sound, other = audio.digest(sound), *_voices(request, sound)
+    if request.listen:
+        said = transcript.Heard()  # the words are not the performer's
+    else:
+        said = stages.run("align words", lambda: session.words(sound, request, stages.within("align words")))
+    if request.turn:
+        said, spans = turns.own(said, _text(request), request.turn)
+        sound, other = _apart(sound, spans)
     words, wishes = said.words, hints.understand(said.marks, said.words)
     wishes, strange = _styled(wishes, session.checkpoint.speakers)
     warnings = said.warnings + _unknown(wishes) + strange
@@ -62,7 +82,49 @@ def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
     spoken = stages.run("hear sounds", lambda: making.hear(sound, words, said.phones, rhythm)) if request.face else None
     activity = stages.run("find pauses", lambda: _fit(voice.active(sound), frames))
     shows = session.vocabulary if session.understands and words else None
-    return Heard(audio.digest(sound), words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken)
+    others = None if other is None else stages.run("listen", lambda: _listened(other, activity))
+    return Heard(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
+
+
+def _voices(request: Request, sound: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    """The performer's own voice and the one that it listens to, if any, equally long."""
+    if request.listen:
+        return np.zeros_like(sound), sound
+    if request.hears is None:
+        return sound, None
+    from ..sound import audio
+
+    other = audio.load(request.hears)
+    length = max(len(sound), len(other))
+    return tuple(np.pad(one, (0, length - len(one))) for one in (sound, other))
+
+
+def _text(request: Request) -> str:
+    """The text with names."""
+    if request.text is not None:
+        return request.text
+    if request.transcript is None:
+        raise UsageError(
+            "Turns need a transcript with names.", 'Write names in capitals before what is said, as in "ANNA: Hello."'
+        )
+    return transcript.read(request.transcript)
+
+
+def _apart(sound: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A recording without what others say, and without what is said in ``spans`` ``(n, 2)`` of seconds."""
+    from ..sound.audio import SAMPLE_RATE
+
+    own = np.zeros(len(sound), bool)
+    for start, end in spans:
+        own[int(start * SAMPLE_RATE) : int(np.ceil(min(end * SAMPLE_RATE, len(sound))))] = True
+    return np.where(own, sound, 0).astype(np.float32), np.where(own, 0, sound).astype(np.float32)
+
+
+def _listened(other: np.ndarray, activity: np.ndarray) -> Others:
+    """What is to be known of another voice where the performer's own has this ``activity`` ``(frames,)``."""
+    from ..sound import audio, prosody
+
+    return Others(prosody.analyse(other).phrases, 1 - np.clip(activity, 0, 1), audio.digest(other))
 
 
 def _published(checkpoint, sound: np.ndarray, words: tuple, warnings: list[str]):

@@ -31,6 +31,15 @@ def signature(request) -> tuple:
 
     Names, sizes and times of writing.
     """
-    files = [Path(name) for name in (request.audio, request.transcript) if name is not None]
+    files = [Path(name) for name in (request.audio, request.transcript, request.hears) if name is not None]
     states = [(str(file), state.st_size, state.st_mtime_ns) for file in files if file.is_file() and (state := file.stat())]
-    return (*states, len(files), request.text, request.recognise, request.face > 0)
+    return (
+        *states,
+        len(files),
+        request.text,
+        request.recognise,
+        request.face > 0,
+        request.listen,
+        request.turn,
+        str(request.hears),
+    )

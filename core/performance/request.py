@@ -31,6 +31,10 @@ class Request:
     (at rest if None), ``end_pose`` the last, and ``kept`` any, as a pair of frame numbers ``(n,)`` and directions
     ``(n, 9, 3)``; they are kept exactly and the performance leads from one to the next.
 
+    With ``listen`` the recording is somebody else's, and the performer listens to all of it; ``turn`` is whose lines of a
+    transcript with names it speaks, listening to the others; ``hears`` is the recording of
+    another speaker of the same scene, to whom it listens where it is silent itself.
+
     ``take`` is the number of the first take. ``near`` are the steps ``(number, spread)`` that lead to a variation of it;
     with ``spread`` (0..1, a share of how far takes differ) all takes are one more step away from that, numbered from ``step``
     on (:func:`styles.identities`). ``latent`` ``(steps, size)``, as :class:`Result` gives it, is the point of the latent
@@ -64,6 +68,9 @@ class Request:
     spread: float = 0.0
     step: int = 1
     recognise: bool = False
+    listen: bool = False
+    turn: str = ""
+    hears: str | PathLike | None = None
     latent: np.ndarray | None = None
     made_by: str = ""
 
@@ -72,6 +79,8 @@ class Request:
             raise UsageError("Both a transcript file and a text were given.", "Give one of them.")
         if not 1 <= self.takes <= 64:
             raise UsageError(f"{self.takes} takes were asked for.", "Ask for 1 to 64.")
+        if self.listen + bool(self.turn) + (self.hears is not None) > 1:
+            raise UsageError("A performer cannot listen in several ways.", "Give one of listen, turn and hears.")
         if not 0 <= self.intensity <= 3:
             raise UsageError(f"Intensity {self.intensity:g} is out of range.", "Give a number from 0 to 3.")
         if not 0 <= self.meaning <= 1:

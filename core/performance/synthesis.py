@@ -111,7 +111,15 @@ class Session:
 
         Raises what :meth:`synthesize` raises, and :class:`UsageError` where the recordings or transcripts differ.
         """
-        if len({(str(one.audio), str(one.transcript), one.text, one.recognise) for one in requests}) != 1:
+        if (
+            len(
+                {
+                    (str(one.audio), str(one.transcript), one.text, one.recognise, one.listen, one.turn, str(one.hears))
+                    for one in requests
+                }
+            )
+            != 1
+        ):
             raise UsageError("The requests are not about one recording.", "Make those of other recordings one by one.")
         stages, memory = Stages(progress, cancelled), self._memory or Memory()
         recording = signature(requests[0])

@@ -144,13 +144,31 @@ def _shouts(text: str) -> bool:
     return sum(map(str.isupper, text)) > sum(map(str.islower, text))
 
 
+def lines(text: str) -> list[tuple[str, str]]:
+    """What each speaker says, in order: ``(name, text)``, without a name before the first one."""
+    found, name, start = [], "", 0
+    for match in _labels(text):
+        found.append((name, text[start : match.start()]))
+        name, start = match[1], match.end()
+    return [*found, (name, text[start:])]
+
+
+def _labels(text: str) -> list[re.Match]:
+    """Names of speakers at the beginnings of lines: those in capitals, with a number, or that come again."""
+    every = list(_LABEL.finditer(text))
+    names = Counter(match[1] for match in every)
+
+    def sure(name: str) -> bool:
+        known = (name.isupper() and len(name) > 1) or re.fullmatch(r"(?i)speaker[ _]?\w{1,3}", name) or names[name] > 1
+        return bool(known) and len(name.split()) <= 3
+
+    return [match for match in every if sure(match[1])]
+
+
 def _without_labels(text: str) -> str:
-    """Names of speakers at the beginnings of lines go: those in capitals, with a number, or that come again."""
-    names = Counter(match[1] for match in _LABEL.finditer(text))
-
-    def strip(match: re.Match) -> str:
-        name = match[1]
-        sure = (name.isupper() and len(name) > 1) or re.fullmatch(r"(?i)speaker[ _]?\w{1,3}", name) or names[name] > 1
-        return " " if sure and len(name.split()) <= 3 else match[0]
-
-    return _CHEVRONS.sub(" ", _LABEL.sub(strip, text))
+    """Names of speakers at the beginnings of lines go."""
+    parts, start = [], 0
+    for match in _labels(text):
+        parts += [text[start : match.start()], " "]
+        start = match.end()
+    return _CHEVRONS.sub(" ", "".join([*parts, text[start:]]))

@@ -1,0 +1,83 @@
+"""What somebody does who listens: nods as phrases end, now and then a tilt of the head or a glance aside; few and small.
+
+Listeners nod two or three times at about 2 Hz and a few degrees (Hadar et al. 1985), most often as a phrase of the other ends
+(Dittmann and Llewellyn 1968), and look at who speaks but for short glances (Kendon 1967).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..meaning.showing import turned
+from ..motion import skeleton
+from ..motion.curves import ramp
+from ..smoothing import gaussian
+
+_HEAD = (1, 2)
+_SHARE = (0.4, 0.6)
+"""Shares of a turn that the neck and the head above it take; both are turned by what lies below."""
+_CHANCE = {"nod": 0.5, "tilt": 0.12, "glance": 0.12}
+"""Chance of each as a phrase of the other ends."""
+_APART = 1.8
+"""Seconds between two of them at least."""
+_AFTER = (-0.15, 0.35)
+"""Seconds from the end of a phrase to its answer."""
+_NOD, _RATE, _TIMES = (3.0, 8.0), (1.8, 2.6), (1, 2, 2, 3)
+"""Degrees of a nod, how many a second, and how many in a row."""
+_TILT, _TILTED = (3.0, 7.0), (1.2, 3.0)
+_GLANCE, _AWAY = (8.0, 16.0), (0.7, 1.5)
+"""Degrees, and seconds for which the head is there."""
+_TURNS = 0.45
+"""Seconds in which it goes there and back."""
+
+
+class Answer(NamedTuple):
+    """``kind`` (nod, tilt or glance), from ``at`` on in seconds, signed degrees, how long it ``lasts``, ``times`` of a nod."""
+
+    kind: str
+    at: float
+    degrees: float
+    lasts: float
+    times: int = 1
+
+
+def answers(phrases: np.ndarray, hears: np.ndarray, seed: int = 0, fps: float = skeleton.FPS) -> list[Answer]:
+    """What a listener does as another's ``phrases`` ``(p, 2)`` in seconds end, where it ``hears`` ``(frames,)``, 0..1."""
+    rng, found, free = np.random.default_rng((seed, 0x115)), [], 0.0
+    for _, end in np.asarray(phrases).reshape(-1, 2):
+        at = float(end + rng.uniform(*_AFTER))
+        kind = rng.choice([*_CHANCE, ""], p=[*_CHANCE.values(), 1 - sum(_CHANCE.values())])
+        side, one = rng.choice([-1.0, 1.0]), None
+        if kind == "nod":
+            times = int(rng.choice(_TIMES))
+            one = Answer("nod", at, rng.uniform(*_NOD), times / rng.uniform(*_RATE), times)
+        elif kind:
+            sizes, long = (_TILT, _TILTED) if kind == "tilt" else (_GLANCE, _AWAY)
+            one = Answer(str(kind), at, side * rng.uniform(*sizes), rng.uniform(*long))
+        row = min(int(max(at, 0) * fps), len(hears) - 1)
+        if one is not None and at >= free and hears[row] > 0.5:
+            found.append(one)
+            free = at + one.lasts + _APART
+    return found
+
+
+def perform(directions: np.ndarray, answered: list[Answer], hears: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
+    """Directions ``(frames, 9, 3)`` whose head answers, as far as it ``hears`` ``(frames,)`` 0..1; all else is as it was."""
+    if not answered:
+        return directions
+    time = np.arange(len(directions)) / fps
+    turns = np.zeros((3, len(time)))  # nodding, looking aside, tilting: about x, y and z
+    for one in answered:
+        if one.kind == "nod":
+            through = np.clip((time - one.at) / one.lasts, 0, 1)
+            turns[0] -= one.degrees * np.sin(np.pi * one.times * through) ** 2 * (1 - 0.4 * through) * (through < 1)
+        else:
+            there = ramp(time, one.at, one.at + _TURNS) * (1 - ramp(time, one.at + one.lasts, one.at + one.lasts + _TURNS))
+            turns[1 if one.kind == "glance" else 2] += one.degrees * there
+    turns *= gaussian(hears, 0.2 * fps)
+    result, total = directions.astype(float), 0.0
+    for edge, share in zip(_HEAD, _SHARE, strict=True):
+        total += share
+        for axis in range(3):
+            result[:, edge] = turned(result[:, edge], axis, total * turns[axis])
+    return skeleton.normalize(result).astype(np.float32)
