@@ -51,6 +51,7 @@ def request(settings, audio: str = "") -> dict:
         "hands": slider(settings, "hands"),
         "stance": slider(settings, "stance"),
         "mirror": settings.mirror,
+        "listen": settings.listen,
         **_face(settings),
         **sources.words(settings, "" if settings.audio_source == "MIXDOWN" else audio),
     }

@@ -74,3 +74,10 @@ def test_a_style_begins_at_a_marker(speaker):
     rate = bpy.context.scene.render.fps
     assert told(speaker)["changes"] == [[pytest.approx((marker.frame - 1) / rate, abs=1e-3), "calm lecturer"]]
     assert any("as it should be" in warning for warning in outcome.warnings)
+
+
+def test_a_character_listens_instead_of_speaking(speaker):
+    speaker.s2ag.listen = True
+    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
+    assert told(speaker)["listen"] is True and "listens" in told(speaker)
+    assert not (told(speaker).get("transcript") or told(speaker)["mirror"])
