@@ -4,6 +4,8 @@ import bpy
 
 RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
 """Options of a path property that may start with "//"."""
+PICTURES_STAY = {"export_textures_mode": "KEEP"} if bpy.app.version >= (4, 5) else {"export_textures": False}
+"""What the USD exporter is told so that it writes no pictures."""
 
 
 def selected_bones(armature: bpy.types.Object) -> list[str]:

@@ -7,6 +7,7 @@ import bpy
 
 from ...core.errors import OutputUnwritable, UsageError
 from ...core.files import whole_file
+from .. import compat
 from ..cast.character import Character
 
 SUFFIXES = (".blend", ".bvh", ".fbx", ".glb", ".usd", ".usda", ".usdc")
@@ -104,9 +105,9 @@ def _usd(scene, character, path: Path) -> None:
         selected_objects_only=True,
         export_animation=True,
         export_armatures=True,
-        export_textures_mode="KEEP",
         convert_world_material=False,
         evaluation_mode="RENDER",
+        **compat.PICTURES_STAY,
     )
 
 

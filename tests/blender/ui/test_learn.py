@@ -47,7 +47,7 @@ def test_a_take_is_written_beside_its_speech(wave, tmp_path, examples):
         learn.capture(armature, 5, 5)
 
 
-def test_a_clip_becomes_a_gesture_of_the_vocabulary(wave, tmp_path, examples):
+def test_a_clip_becomes_a_gesture_of_the_vocabulary(voice, tmp_path):
     """Animated, captured, named in a vocabulary file, performed at its word by the shipped network."""
     armature = mannequin.build().armature
     bpy.context.scene.render.fps = 15
@@ -55,15 +55,15 @@ def test_a_clip_becomes_a_gesture_of_the_vocabulary(wave, tmp_path, examples):
     up = np.sin(np.linspace(0, np.pi, 30))[:, None]
     directions[:, [4, 5]] = skeleton.normalize((1 - up[..., None]) * directions[:, [4, 5]] + up[..., None] * [-0.4, -1, 0.4])
     apply_motion(armature, Motion(directions.astype(np.float32)), 1)
-    clip = learn.save_take(armature, tmp_path, str(examples / "hello.flac"), name="salute", first=1, last=30)
+    clip = learn.save_take(armature, tmp_path, str(voice), name="salute", first=1, last=30)
     words = tmp_path / "own.json"
     words.write_text(json.dumps({"gestures": {"salute": {"says": ["captain"], "marks": ["salute"], "clip": clip.name}}}))
-    said = [["this", 0.3, 0.5], ["is", 0.5, 0.6], ["captain", 2.0, 2.6], ["hook", 2.7, 3.0]]
-    sound = tmp_path / "talk.json"
-    sound.write_text(json.dumps(said))
-    (motion,) = Session(vocabulary=words).synthesize(Request(examples / "hello.flac", transcript=sound)).motions
+    said = [["this", 0.3, 0.5], ["is", 0.5, 0.6], ["captain", 1.6, 2.1], ["hook", 2.2, 2.5]]
+    transcript = tmp_path / "talk.json"
+    transcript.write_text(json.dumps(said))
+    (motion,) = Session(vocabulary=words).synthesize(Request(voice, transcript=transcript)).motions
     (name, lands), *_ = [one for one in motion.meta["shows"] if one[0] == "salute"]
-    assert 2.0 < lands < 2.6
+    assert 1.6 < lands < 2.1
     arm = motion.directions[round(lands * skeleton.FPS), 4]
     assert arm[1] < -0.5 and arm @ Motion.load(clip).directions[15, 4] > 0.97
 
