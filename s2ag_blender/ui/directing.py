@@ -287,7 +287,7 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
         row.operator("s2ag.delete_gesture", text="", icon="REMOVE")
         row = layout.row(align=True)
         row.operator_menu_enum("s2ag.change_gesture", "kind", text="Kind")
-        row.operator_menu_enum("s2ag.change_gesture", "hand", text="Hand")
+        row.operator_menu_enum("s2ag.change_gesture", "hand", text="Hands")
         row.operator("s2ag.change_gesture", text="Smaller").size = 0.75
         row.operator("s2ag.change_gesture", text="Larger").size = 1.33
 
