@@ -37,14 +37,14 @@ def directions(armature: bpy.types.Object, bones: Bones, mapping: Mapping, optio
     """
     options = options or Options()
     frame = character_frame(bones, mapping)
-    posed = replace(bones, matrices=np.array([bone.matrix for bone in _in_order(armature, bones)], float))
-    hips = quaternion.conjugate(_turned(bones, posed, _below(bones, mapping)))
+    shown = posed(armature, bones)
+    hips = quaternion.conjugate(_turned(bones, shown, _below(bones, mapping)))
     mean = skeleton.normalize(_to_armature(frame, NEUTRAL))
     pose = mean.copy()
 
     def turned(part):
         chain = mapping.chains.get(part)
-        return quaternion.multiply(hips, _turned(bones, posed, bones.row(chain[-1]))) if chain else None
+        return quaternion.multiply(hips, _turned(bones, shown, bones.row(chain[-1]))) if chain else None
 
     torso = turned("torso")
     torso = np.array(quaternion.IDENTITY, float) if torso is None else torso
@@ -55,13 +55,24 @@ def directions(armature: bpy.types.Object, bones: Bones, mapping: Mapping, optio
         for part in ("clavicle", "upper_arm", "forearm"):
             edge = skeleton.EDGE_NAMES.index(f"{side}_{part}")
             if part != "clavicle":
-                pose[edge] = quaternion.rotate(hips, mapping.segment(posed, f"{side}_{part}"))
+                pose[edge] = quaternion.rotate(hips, mapping.segment(shown, f"{side}_{part}"))
                 continue
             clavicle = turned(f"{side}_clavicle")
             lifted = quaternion.multiply(quaternion.conjugate(torso), torso if clavicle is None else clavicle)
             share = 1 / options.clavicle if options.clavicle > 0.2 else 1.0
             pose[edge] = quaternion.rotate(torso, quaternion.rotate(quaternion.power(lifted, share), mean[edge]))
     return skeleton.normalize(_to_canonical(frame, pose)).astype(np.float32)
+
+
+def posed(armature: bpy.types.Object, bones: Bones) -> Bones:
+    """The bones as they stand now."""
+    return replace(bones, matrices=np.array([bone.matrix for bone in _in_order(armature, bones)], float))
+
+
+def canonical(armature: bpy.types.Object, bones: Bones, mapping: Mapping, vector: np.ndarray) -> np.ndarray:
+    """A vector (3,) of armature space as the network sees it in the pose that the character shows: from its hips."""
+    hips = quaternion.conjugate(_turned(bones, posed(armature, bones), _below(bones, mapping)))
+    return _to_canonical(character_frame(bones, mapping), quaternion.rotate(hips, np.asarray(vector, float)))
 
 
 def _in_order(armature, bones: Bones) -> list:

@@ -21,7 +21,21 @@ from ..keys.laying import Laying
 from ..rig import handpicked, readiness, reading
 from ..slices import whole
 from ..translations import told
-from . import choices, directing, drafts, feelings, gesture, markers, recall, sources, surroundings, takes, versions, voices
+from . import (
+    choices,
+    directing,
+    drafts,
+    feelings,
+    gesture,
+    keeping,
+    markers,
+    recall,
+    sources,
+    surroundings,
+    takes,
+    versions,
+    voices,
+)
 
 _FELT = "over_time"
 """Name of what goes on in time among the settings of a take."""
@@ -59,6 +73,8 @@ class Plan:
     warnings: tuple[str, ...] = ()
     former: Handle | None = None
     """The action of a take that is directed: what is made is its next version."""
+    pins: tuple[dict, ...] = ()
+    """What that keeps besides (:mod:`keeping`)."""
 
 
 @dataclass(frozen=True)
@@ -79,13 +95,15 @@ def plan(
     keyed_pose: dict[str, list] | None = None,
     around: list | None = None,
     former: bpy.types.Action | None = None,
+    pins: list | None = None,
     **changes,
 ) -> Plan:
     """Read a character's settings and pose; ``changes`` go to the engine as they are (``styles``, ``near`` and so on).
 
     ``kept`` are settings of an earlier take (:func:`recall.snapshot`) to use instead of those that are set,
     ``keyed_pose`` the pose ``{bone: (4,)}`` that it grew out of, and ``around`` the poses before and after it
-    (:func:`surroundings.poses`). With ``former`` it becomes the next version of the take that plays this action.
+    (:func:`surroundings.poses`). With ``former`` it becomes the next version of the take that plays this action, and keeps
+    ``pins`` of it.
 
     Raises :class:`S2agError` for all that the user must mend first.
     """
@@ -107,9 +125,9 @@ def plan(
     if not pose and not layered and "CURRENT" in (settings.start_pose, settings.end_pose):
         pose = posing.current_rotations(armature, [name for part in BODY_PARTS for name in resolved.chains.get(part, ())])
     if settings.start_pose == "CURRENT" and not layered and "pose" not in params:
-        params["pose"] = posing.directions(armature, bones, resolved, options(settings)).tolist()
+        params["pose"] = posing.directions(armature, bones, resolved, recall.options(settings)).tolist()
     if not kept:
-        around = surroundings.poses(armature, scene, voice.span, settings, (bones, resolved, options(settings)))
+        around = surroundings.poses(armature, scene, voice.span, settings, (bones, resolved, recall.options(settings)))
     if around:
         params["kept"] = around
     return Plan(
@@ -119,11 +137,12 @@ def plan(
         voice,
         kept or {**recall.snapshot(settings), _FELT: felt},
         resolved if draft else mapping,
-        options(settings),
+        recall.options(settings),
         pose,
         draft,
         warnings,
         Handle.of(former) if former is not None else None,
+        tuple(pins or ()),
     )
 
 
@@ -165,16 +184,6 @@ def _without_controls(params: dict, settings) -> tuple[str, ...]:
     sizes = {name: points for name, points in params.pop("curves", {}).items() if name == "intensity"}
     params |= {"curves": sizes} if sizes else {}
     return (told("This checkpoint has intensity only: the other sliders were left out."),) if any(asked) else ()
-
-
-def options(settings) -> Options:
-    """How motions are laid onto a character, from its settings."""
-    return Options(
-        torso=settings.torso_strength if "TORSO" in settings.parts else 0.0,
-        head=settings.head_strength if "HEAD" in settings.parts else 0.0,
-        clavicle=settings.clavicle_strength if "CLAVICLES" in settings.parts else 0.0,
-        palms=settings.palms,
-    )
 
 
 def wait(context, planned: Plan, progress=None) -> Outcome:
@@ -260,9 +269,13 @@ def _finished(planned, armature, scene, actions, motions: list[Motion], warnings
     former = planned.former.find(bpy.data.actions) if planned.former else None
     if former is not None:
         directing.settle(former, actions[0], scene)
+        keeping.carry(former, actions[0], scene, list(planned.pins))
     silent = voices.hear(armature, actions[0])
     if former is None or not versions.put(armature, former, actions[0], warnings):
         takes.add(armature, actions, planned.voice.name, warnings)
+    news = [keeping.reach(armature, actions[0], scene, pin) for pin in planned.pins if "object" in pin]
+    if any(news):
+        takes.active(armature).warnings = "\n".join([*warnings, *filter(None, news)])
     notes = [told("The sound of an earlier take is silent now: {name}", name=name) for name in silent]
     return Outcome(actions, motion.duration, warnings, notes)
 

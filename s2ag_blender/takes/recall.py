@@ -4,7 +4,10 @@ from types import SimpleNamespace
 
 import bpy
 
+from ...rigs.goals import Options
+
 _NOT_KEPT = {"rna_type", "name", "takes", "active_take", "bone_map", "style_pick", "style_second_pick", "transcript_block"}
+_NOT_KEPT |= {"target"}
 
 _KINDS = {"BOOLEAN": bool, "INT": int, "FLOAT": (int, float), "STRING": str, "ENUM": (str, list)}
 
@@ -34,6 +37,16 @@ def view(kept: dict) -> SimpleNamespace:
     known = {name: set(value) if every[name].type == "ENUM" and every[name].is_enum_flag else value
              for name, value in _sensible(every, kept).items()}  # fmt: skip
     return SimpleNamespace(**{**plain, **enums, **parts, **known, "bone_map": bones, "transcript_block": _block(kept)})
+
+
+def options(settings) -> Options:
+    """How motions are laid onto a character, from its settings."""
+    return Options(
+        torso=settings.torso_strength if "TORSO" in settings.parts else 0.0,
+        head=settings.head_strength if "HEAD" in settings.parts else 0.0,
+        clavicle=settings.clavicle_strength if "CLAVICLES" in settings.parts else 0.0,
+        palms=settings.palms,
+    )
 
 
 def restore(settings, kept: dict) -> None:

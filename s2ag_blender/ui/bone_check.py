@@ -7,7 +7,7 @@ from ...rigs.detect import ROWS
 from .. import compat
 from ..keys import trying
 from ..rig import handpicked, readiness
-from ..takes.generate import options
+from ..takes.recall import options
 from ..takes.running import character
 from ..translations import told, told_error
 from .bone_maps import OfCharacter

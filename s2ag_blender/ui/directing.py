@@ -6,8 +6,8 @@ from ...core.direction import gestures
 from ...core.direction.edits import LARGEST, LEAST
 from ...core.errors import UsageError
 from ...core.meaning import vocabulary
-from .. import provenance
-from ..takes import directing, generate, takes, versions
+from .. import compat, provenance
+from ..takes import directing, generate, keeping, takes, versions
 from ..takes.running import Generating, character
 from ..translations import told
 from .operators import obstacle
@@ -27,6 +27,7 @@ class _Directing(Generating):
     """Base of operators that make the next version of a take after edits; the former one stays to be flipped to."""
 
     at_gesture = True
+    pins = ()  # what the edits keep
 
     @classmethod
     def poll(cls, context):
@@ -42,7 +43,8 @@ class _Directing(Generating):
     def planned(self, context, armature):
         action = takes.active(armature).action
         before, more = self.edits(context, action)
-        return generate.plan(context, armature, **directing.directed(action, [*before, *more]))
+        kept = {"pins": self.pins} if self.pins else {}
+        return generate.plan(context, armature, **directing.directed(action, [*before, *more]), **kept)
 
     def edits(self, context, action) -> tuple[list, list]:
         """The edits that stay, and those that come."""
@@ -196,6 +198,52 @@ class S2AG_OT_reroll_range(_Directing, bpy.types.Operator):
         return directing.anew(takes.active(armature), span)
 
 
+class S2AG_OT_keep_pose(_Directing, bpy.types.Operator):
+    """Keep what is keyed now: gestures flow into these poses and out of them, and later edits leave them"""
+
+    bl_idname = "s2ag.keep_pose"
+    bl_label = "Keep Pose"
+
+    what: bpy.props.EnumProperty(
+        name="Poses",
+        description="Which poses are kept, of the selected bones in pose mode, else of all",
+        items=(
+            ("PLAYHEAD", "At the Playhead", "The pose on the current frame"),
+            ("KEYS", "Selected Keys", "The poses on the frames of selected keys"),
+        ),
+    )
+
+    def edits(self, context, action):
+        armature, scene = character(context), context.scene
+        bones = compat.selected_bones(armature) if armature.mode == "POSE" else None
+        frames = keeping.keyed_frames(action, bones) if self.what == "KEYS" else [float(scene.frame_current)]
+        more, self.pins = keeping.poses(armature, action, scene, frames, bones or None)
+        return directing.made(action), more
+
+
+class S2AG_OT_keep_place(_Directing, bpy.types.Operator):
+    """Keep the wrist of a hand at the chosen object, over the preview range or at the playhead"""
+
+    bl_idname = "s2ag.keep_place"
+    bl_label = "Keep Hand at Object"
+
+    hand: bpy.props.EnumProperty(name="Hand", description="Which hand is kept", items=_HANDS[:2])
+    pointing: bpy.props.BoolProperty(
+        name="Point", description="Point at the object with a stretched arm instead of holding it", options={"SKIP_SAVE"}
+    )
+
+    def edits(self, context, action):
+        armature, scene = character(context), context.scene
+        if armature.s2ag.target is None:
+            raise UsageError("No object is chosen.", "Choose what the hand is to hold or point at.")
+        span = scene.frame_current, scene.frame_current
+        if scene.use_preview_range:
+            span = scene.frame_preview_start, scene.frame_preview_end
+        target = armature.s2ag.target
+        more, self.pins = keeping.place(armature, action, scene, span, self.hand, target, self.pointing)
+        return directing.made(action), more
+
+
 class _OnVersions(_OnTake):
     """Base of operators on the versions of a take."""
 
@@ -290,6 +338,13 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
         row.operator_menu_enum("s2ag.change_gesture", "hand", text="Hands")
         row.operator("s2ag.change_gesture", text="Smaller").size = 0.75
         row.operator("s2ag.change_gesture", text="Larger").size = 1.33
+        column = layout.column(align=True)
+        column.operator_menu_enum("s2ag.keep_pose", "what", icon="PINNED")
+        settings = character(context).s2ag
+        column.prop(settings, "target", text="")
+        row = column.row(align=True)
+        row.enabled = settings.target is not None
+        row.operator_menu_enum("s2ag.keep_place", "hand", text="Hand at Object", icon="VIEW_PAN")
 
 
 def draw_versions(layout, take) -> None:
@@ -311,6 +366,8 @@ CLASSES = (
     S2AG_OT_add_gesture,
     S2AG_OT_add_at_word,
     S2AG_OT_reroll_range,
+    S2AG_OT_keep_pose,
+    S2AG_OT_keep_place,
     S2AG_OT_flip_version,
     S2AG_OT_drop_versions,
 )

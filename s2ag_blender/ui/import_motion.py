@@ -9,7 +9,7 @@ from ...core.errors import S2agError
 from ...core.learning.datasets import reading
 from ..keys.apply import apply_motion
 from ..rig import handpicked
-from ..takes import drafts, generate
+from ..takes import drafts, recall
 from ..takes.running import character
 from ..translations import told, told_error
 from .bone_maps import OfCharacter
@@ -27,7 +27,7 @@ def perform(armature: bpy.types.Object, path: str | Path, start: int | None = No
         motion.mirrored() if mirror else motion,
         start,
         mapping=handpicked.chosen(settings),
-        options=generate.options(settings),
+        options=recall.options(settings),
         name=f"{armature.name} {Path(path).stem}",
         report=report,
     )

@@ -359,6 +359,12 @@ class S2AG_Settings(CurveSettings, bpy.types.PropertyGroup):
         maxlen=16,
         override=EDITABLE,
     )
+    target: bpy.props.PointerProperty(
+        type=bpy.types.Object,
+        name="Object",
+        description="What a hand holds or points at",
+        override=EDITABLE,
+    )
     bone_map: bpy.props.CollectionProperty(
         type=S2AG_BoneChoice,
         name="Bone Map",
