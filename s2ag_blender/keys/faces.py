@@ -206,6 +206,12 @@ def hide(armature: bpy.types.Object, action: bpy.types.Action) -> None:
                     key.key_blocks[name].value = value
 
 
+def apart(action: bpy.types.Action) -> list[bpy.types.Action]:
+    """The actions in which the face of an action of ours is, where it is not in that one: before 4.4."""
+    found = [action.get(_ACTION.format(number)) for number in range(len(_entries(action)))]
+    return [own for own in found if own is not None]
+
+
 def _entries(action: bpy.types.Action) -> list[dict]:
     kinds = {"key": str, "slot": str, "before": dict}
     found = stored.read(action, FACES, list)

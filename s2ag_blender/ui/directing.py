@@ -7,9 +7,9 @@ from ...core.direction.edits import LARGEST, LEAST
 from ...core.errors import UsageError
 from ...core.meaning import vocabulary
 from .. import compat, provenance
-from ..takes import directing, generate, keeping, takes, versions
+from ..takes import directing, generate, keeping, retiming, takes, versions
 from ..takes.running import Generating, character
-from ..translations import told
+from ..translations import told, told_error
 from .operators import obstacle
 from .panel import Sidebar
 
@@ -244,6 +244,31 @@ class S2AG_OT_keep_place(_Directing, bpy.types.Operator):
         return directing.made(action), more
 
 
+class S2AG_OT_follow_sound(_OnTake, bpy.types.Operator):
+    """Move the selected take, with all its versions, to where its sound strip is now; nothing is made anew"""
+
+    bl_idname = "s2ag.follow_sound"
+    bl_label = "Follow Sound"
+
+    @classmethod
+    def poll(cls, context):
+        if not super().poll(context):
+            return False
+        if not retiming.moved(takes.active(character(context)).action, context.scene):
+            cls.poll_message_set(told("The sound strip lies where it lay"))
+            return False
+        return True
+
+    def execute(self, context):
+        try:
+            by = retiming.follow(character(context), context.scene)
+        except UsageError as error:
+            self.report({"ERROR"}, told_error(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, told("The take was moved by {count:g} frames", count=by))
+        return {"FINISHED"}
+
+
 class _OnVersions(_OnTake):
     """Base of operators on the versions of a take."""
 
@@ -325,6 +350,10 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
             layout.template_list("S2AG_UL_gestures", "", take.action, "pose_markers", session, "gesture", rows=5)
         else:
             layout.label(text="No gestures are known", icon="INFO")
+        if retiming.moved(take.action, context.scene):
+            row = layout.row()
+            row.alert = True
+            row.operator("s2ag.follow_sound", icon="SOUND")
         draw_versions(layout, take)
         column = layout.column(align=True)
         column.operator("s2ag.apply_markers", icon="MARKER_HLT")
@@ -368,6 +397,7 @@ CLASSES = (
     S2AG_OT_reroll_range,
     S2AG_OT_keep_pose,
     S2AG_OT_keep_place,
+    S2AG_OT_follow_sound,
     S2AG_OT_flip_version,
     S2AG_OT_drop_versions,
 )

@@ -27,7 +27,7 @@ class S2AG_MT_gestures(bpy.types.Menu):
             layout.operator(f"s2ag.{name}")
         layout.operator_menu_enum("s2ag.reroll_range", "what")
         layout.operator_menu_enum("s2ag.keep_pose", "what")
-        for name in ("keep_place", "flip_version", "drop_versions"):
+        for name in ("keep_place", "follow_sound", "flip_version", "drop_versions"):
             layout.operator(f"s2ag.{name}")
         layout.separator()
         for name in ("edit_bone_map", "reset_bone_map", "load_bone_map", "save_bone_map", "select_bones", "test_pose"):
