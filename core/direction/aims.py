@@ -25,11 +25,14 @@ LOOSE = 0.35
 
 @dataclass(frozen=True)
 class State:
-    """A take after some edits: which frames are ``held`` by them whatever comes, and sentences on what could not be had."""
+    """A take after some edits: which frames are ``held`` by them whatever comes, sentences on what could not be had, and
+    the styles that begin on the way by them, ``changes`` as a request has them.
+    """
 
     motion: Motion
     held: np.ndarray
     warnings: tuple[str, ...] = ()
+    changes: tuple[tuple[float, str], ...] = ()
 
     @classmethod
     def of(cls, motion: Motion, warnings=()) -> "State":

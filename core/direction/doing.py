@@ -21,6 +21,7 @@ SHORTEST = 0.6
 
 def do(filler: Filler, state: State, edit: dict, number: int) -> State:
     """A take after one more edit, which is the ``number``-th; raises :class:`UsageError` for what cannot be done."""
+    filler = filler if edit["do"] == "style" else filler.turned(state.changes)
     try:
         made, miss = _DOING[edit["do"]](filler, state, edit, 0.0)
         if miss > 1:
@@ -204,6 +205,23 @@ def _reroll(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Sta
     return replace(state, motion=made), 0.0
 
 
+def _style(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    motion, changes = state.motion, (*state.changes, (edit["at"], edit["style"]))
+    later = [at for at, _ in (*filler.request.changes, *state.changes) if at > edit["at"]]
+    start, stop = round(edit["at"] * motion.fps), round(min([*later, motion.duration + 1]) * motion.fps)
+    places = [(start, min(stop, len(motion.directions)))]
+    if places[0][1] - start < SHORTEST * motion.fps:
+        raise UsageError("less than a phrase is chosen.", f"Choose {SHORTEST:g} s or more of the recording.")
+    begun = filler.turned(changes)
+
+    def make(seed: int) -> Motion:
+        made, inside = begun.fill(motion, places, None, seed, state.held, plain=False, whole=True)
+        return kinds.told(made, places, inside)
+
+    made, _ = best(begun, state, edit, places, make, lambda motion: 0.0)
+    return replace(state, motion=made, changes=changes), 0.0
+
+
 def _pose(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
     at, frames = edit["at"] * state.motion.fps, len(state.motion.directions)
     first, last = int(np.floor(at + 1e-6)), int(np.ceil(at - 1e-6))
@@ -243,6 +261,7 @@ _DOING: dict[str, Callable[[Filler, State, dict, float], tuple[State, float]]] =
     "change": _change,
     "add": _add,
     "reroll": _reroll,
+    "style": _style,
     "pose": _pose,
     "place": _place,
 }

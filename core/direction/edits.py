@@ -84,6 +84,7 @@ ACTIONS: dict[str, tuple[dict, dict]] = {
     "change": ({"at": _seconds}, _SHAPES),
     "add": ({}, {"at": _seconds, "word": _name, "nth": _whole(1), **_SHAPES}),
     "reroll": ({"from": _seconds, "to": _seconds}, {"seed": _whole(0)}),
+    "style": ({"at": _seconds, "style": _name}, {}),
     "pose": ({"at": _seconds, "directions": _vectors(9, 3, unit=True)}, {}),
     "place": ({"from": _seconds, "to": _seconds, "hand": _one_hand, "place": _vectors(3)}, {}),
 }

@@ -29,6 +29,12 @@ class Filler:
         self.session, self.request, self.stages = session, request, stages
         self.heard, self.performers = session.hear(request, stages)
 
+    def turned(self, changes: tuple) -> "Filler":
+        """One whose performers begin these styles on the way, too."""
+        if not changes:
+            return self
+        return Filler(self.session, replace(self.request, changes=(*self.request.changes, *changes)), self.stages)
+
     def fill(
         self,
         motion: Motion,

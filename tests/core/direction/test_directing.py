@@ -229,6 +229,20 @@ def test_every_gesture_can_have_another_hand_and_size(after, base, asked):
         assert aim.miss(motion) <= 1 and not warnings, one
 
 
+def test_a_style_begins_where_it_is_asked_for(after, base):
+    at, room = 0.5 * base.duration, int(skeleton.FPS)
+    style = {"do": "style", "at": at, "style": "calm lecturer"}
+    motion, warnings = after(style)
+    rows = touched(base, motion)
+    assert rows[0] >= int(at * skeleton.FPS) and rows[-1] > 0.9 * len(base.directions) and not warnings
+    speed = [gestures.speeds(one.directions)[int(at * skeleton.FPS) + room :].max(1).mean() for one in (base, motion)]
+    assert speed[1] < 0.9 * speed[0]
+    assert filling.strain(base, motion, [(rows[0], rows[-1] + 1)]) < 0.5
+    one = gestures.find(motion)[2]
+    both, _ = after(style, {"do": "delete", "at": one.at})
+    assert np.array_equal(both.directions[rows[0] + 60 :], motion.directions[rows[0] + 60 :])
+
+
 def test_spans_leave_neighbours_their_strokes():
     def gesture(at):
         return gestures.Gesture(at - 0.4, at - 0.2, at, at + 0.2, at + 0.3, at + 0.5, "left", "beat", 0.4, "")
