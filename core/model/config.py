@@ -78,6 +78,8 @@ class ModelConfig:
     flow_extras_size: int = 96  # the same three of a second denoiser, which draws the extras on poses that are drawn
     flow_extras_condition: int = 64
     flow_extras_dilations: tuple[int, ...] = (1, 2, 4, 1)
+    flow_steps: int = 6  # velocities that one performance takes
+    flow_bend: float = 1.0  # the flow's time is the share of its steps to this power: above 1 the first steps are small
     flow_noise: float = 1.0  # size of the noise that is drawn from: less is calmer, with fewer movements that nobody makes
     flow_extras_noise: float = 1.0  # the same of what a frame has beyond the nine directions
     flow_style: float = 1.0  # how far from the middle of all speakers a style is taken: more sets performers farther apart
@@ -117,6 +119,8 @@ class ModelConfig:
             raise UsageError("Raw audio is heard in windows of 34 frames.", "Set frames to 34, or audio to mfcc.")
         if self.affect == "raw" and self.seed_view:
             raise UsageError("Raw seed poses need no second view.", "Set seed_view to 0, or affect to graph.")
+        if not (1 <= self.flow_steps <= DEEPEST and 0.1 <= self.flow_bend <= 10):
+            raise UsageError("flow_steps or flow_bend is out of range.", f"They go from 1 to {DEEPEST} and from 0.1 to 10.")
         if self.decoder == "flow" and (self.frames or self.words or self.affect == "raw" or self.norm == "batch"):
             raise UsageError("A flow needs windows of any length.", "Take the default's encoders.")
         if self.decoder == "gru" and (self.extras or self.meanings):

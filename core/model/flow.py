@@ -15,7 +15,7 @@ from .asked_encoder import AskedEncoder
 from .config import ModelConfig
 from .denoiser import Conditions, Denoiser
 from .encoders import POSE, Encoders
-from .steps import hears, looks, noise_scale, noise_size, solve
+from .steps import hears, looks, noise_scale, noise_size, solve, times
 from .timing import IN_STEP, mfcc_slice
 
 
@@ -52,7 +52,7 @@ class FlowGenerator(Encoders):
 
     @property
     def looks(self) -> int:
-        """Frames to each side on which one velocity depends; a whole performance sees :data:`steps.STEPS` times as far."""
+        """Frames to each side on which one velocity depends; a whole performance sees ``flow_steps`` times as far."""
         return looks(self.config)
 
     def encode(
@@ -145,7 +145,7 @@ class FlowGenerator(Encoders):
     ) -> tuple[torch.Tensor, torch.Tensor]:
         """:meth:`forward` of what :meth:`encode` made, and the extras ``(B, T, extras)``.
 
-        ``begins()`` is called before each of the :data:`steps.STEPS` of poses, then of extras.
+        ``begins()`` is called before each of the ``flow_steps`` of poses, then of extras.
         """
         features, style = self.emphasized(features), self.exaggerated(style)
         given, mask = self.numbers(seeds[..., :-1]), seeds[..., -1:]
@@ -157,7 +157,7 @@ class FlowGenerator(Encoders):
                 begins()
                 return denoiser(x, mask, conditions, x.new_full((1,), time)) * (1 - mask)
 
-            return solve(velocity, start)
+            return solve(velocity, start, times(self.config))
 
         made = drawn(self.denoiser, self.conditions(features, style), start[..., :POSE])
         if self.config.extras:

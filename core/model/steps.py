@@ -1,7 +1,8 @@
 """How a flow carries noise to a performance, and how far it looks: the same in torch and in numpy."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import TypeVar
 
 from ..motion.skeleton import EDGES, FPS
@@ -10,19 +11,23 @@ from .timing import MFCC_RATE
 
 Array = TypeVar("Array")
 
-STEPS = 6
-"""Velocities that one performance takes: 2.4 degrees from what 24 give, arms on average, eight 1.8, four 3.9; variety and pace
-are those of eight.
-"""
+
+def times(config: ModelConfig) -> list[float]:
+    """The moments from 0 to 1 between which a performance is carried, ``flow_steps`` + 1.
+
+    The flow turns most where it leaves the noise, so that steps which begin small say more: arms on average are 1.3 degrees
+    from what 64 steps give after four of bend 1.7, 2.3 after six equal ones (bend 1), 0.9 after five of bend 1.6.
+    """
+    return [(step / config.flow_steps) ** config.flow_bend for step in range(config.flow_steps + 1)]
 
 
-def solve(velocity: Callable[[Array, float], Array], x: Array, steps: int = STEPS) -> Array:
-    """Carry ``x`` from time 0 to 1 in ``steps`` evaluations of ``velocity(x, time)`` (Adams and Bashforth of second order)."""
-    before = None
-    for step in range(steps):
-        now = velocity(x, step / steps)
-        x = x + (now if before is None else 1.5 * now - 0.5 * before) / steps
-        before = now
+def solve(velocity: Callable[[Array, float], Array], x: Array, times: Sequence[float]) -> Array:
+    """Carry ``x`` through ``times`` by a ``velocity(x, time)`` at each but the last (Adams and Bashforth, second order)."""
+    before, last = None, 0.0
+    for time, end in pairwise(times):
+        now, size = velocity(x, time), end - time
+        x = x + size * (now if before is None else now + 0.5 * size / last * (now - before))
+        before, last = now, size
     return x
 
 
@@ -50,7 +55,7 @@ def hears(config: ModelConfig) -> int:
 
 
 def looks(config: ModelConfig) -> int:
-    """Frames to each side on which one velocity depends; a whole performance sees :data:`STEPS` times as far.
+    """Frames to each side on which one velocity depends; a whole performance sees ``flow_steps`` times as far.
 
     Extras are drawn on poses that are drawn, so what they see and what those see add up.
     """

@@ -14,7 +14,6 @@ from functools import partial
 import numpy as np
 
 from ..errors import Cancelled
-from ..model.steps import STEPS
 from ..model.timing import IN_STEP
 from ..motion import hand_numbers, skeleton
 from ..threads import each
@@ -48,7 +47,7 @@ def draw(
     """
     plans = [_Plan(network, one, wishes, frames, tile, lively) for one, wishes in zip(cast, asked, strict=True)]
     drawings = (2 if network.config.extras else 1) * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans)
-    steps = max(STEPS * drawings, 1)
+    steps = max(network.config.flow_steps * drawings, 1)
     done, asking = itertools.count(), threading.get_ident()
 
     def begins() -> None:
@@ -137,7 +136,8 @@ def _tiles(network, free: np.ndarray, tile: int) -> Iterator[tuple[int, int, int
     step = int(np.lcm(IN_STEP, network.config.flow_patch))
     for start in range(first, last, tile):
         stop = min(start + tile, last)
-        before, after = (network.looks * (1 if edge else STEPS) + network.hears for edge in (start == first, stop == last))
+        steps = network.config.flow_steps
+        before, after = (network.looks * (1 if edge else steps) + network.hears for edge in (start == first, stop == last))
         low = max(start - before, 0) // step * step
         yield start, stop, low, -(-(stop + after) // step) * step
 

@@ -41,7 +41,5 @@ def _widest(config) -> int:
 def _depth(config, window: int) -> int:
     if config.decoder != "flow":
         return window
-    from s2ag.core.model.steps import STEPS
-
     blocks = len(config.flow_dilations) + (1 + len(config.flow_extras_dilations) if config.extras else 0)
-    return STEPS * 3 * (blocks + 1)
+    return config.flow_steps * 3 * (blocks + 1)

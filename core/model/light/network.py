@@ -8,7 +8,7 @@ import numpy as np
 from ...motion.skeleton import EDGES, MEAN
 from ...products import one_thread_each
 from ..config import ModelConfig
-from ..steps import STEPS, affect_reach, hears, looks, noise_scale, noise_size, solve
+from ..steps import affect_reach, hears, looks, noise_scale, noise_size, solve, times
 from ..timing import IN_STEP, mfcc_slice
 from .affect import AffectiveEncoder
 from .denoiser import Conditions, Denoiser
@@ -49,7 +49,8 @@ class LightNetwork:
         self._centre, self._scale = weights["centre"], weights["scale"]
         self.ways = (weights / "controls")["weight"].T if config.controls else np.zeros((0, config.style_size), np.float32)
         self.speakers = self._speakers(weights)
-        self._moments = [[one.moments(step / STEPS) for step in range(STEPS)] for one in self._denoisers]
+        self._times = times(config)
+        self._moments = [[one.moments(time) for time in self._times[:-1]] for one in self._denoisers]
         silence = self._nothing(2 * IN_STEP)
         # complains of arrays of other sizes
         self.draw(self.hear(*silence), self.speakers[0][0], silence[2], silence[2][:, :-1])
@@ -98,7 +99,7 @@ class LightNetwork:
 
         ``style`` is ``(size,)`` or ``(T, size)``.
 
-        ``begins()`` is called before each of the :data:`STEPS` of poses, then of extras. ``seeds`` ``(T, noise_size + 1)``:
+        ``begins()`` is called before each of the ``flow_steps`` of poses, then of extras. ``seeds`` ``(T, noise_size + 1)``:
         poses less their mean on given frames and zeros elsewhere, last channel 1 on given frames.
         """
         mask = seeds[:, -1:]
@@ -109,7 +110,8 @@ class LightNetwork:
         made = []
         with one_thread_each():
             for denoiser, moments, known, start in zip(self._denoisers, self._moments, heard, parts, strict=False):
-                made.append(_drawn(denoiser, moments, denoiser.conditions(known, own), start, mask, begins))
+                conditions = denoiser.conditions(known, own)
+                made.append(_drawn(denoiser, self._times, moments, conditions, start, mask, begins))
                 own = np.concatenate([own, made[-1]], axis=1)
         numbers = np.concatenate(made, axis=1) * self._scale + self._centre
         poses = numbers[:, :_POSE].reshape(-1, len(EDGES), 3) + MEAN.astype(np.float32)
@@ -163,7 +165,7 @@ class LightNetwork:
 
 
 def _drawn(
-    denoiser: Denoiser, moments: list, conditions: Conditions, start: np.ndarray, mask: np.ndarray, begins
+    denoiser: Denoiser, times: list[float], moments: list, conditions: Conditions, start: np.ndarray, mask: np.ndarray, begins
 ) -> np.ndarray:
     """Where ``start`` ``(T, n)`` is carried; frames where ``mask`` ``(T, 1)`` is 1 stay as they are."""
     ahead = iter(moments)
@@ -172,4 +174,4 @@ def _drawn(
         begins()
         return denoiser(x, mask, conditions, next(ahead)) * (1 - mask)
 
-    return solve(velocity, start)
+    return solve(velocity, start, times)

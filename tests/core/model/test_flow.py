@@ -6,11 +6,12 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from rounding import bound_of  # noqa: E402
+from s2ag.core.errors import UsageError  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.denoiser import Depthwise  # noqa: E402
 from s2ag.core.model.flow import FlowGenerator  # noqa: E402
 from s2ag.core.model.seeds import kept_input  # noqa: E402
-from s2ag.core.model.steps import solve  # noqa: E402
+from s2ag.core.model.steps import solve, times  # noqa: E402
 from s2ag.core.model.timing import mfcc_slice  # noqa: E402
 from s2ag.core.motion import requested, skeleton  # noqa: E402
 from s2ag.core.sound.prosody import FEATURES  # noqa: E402
@@ -160,10 +161,20 @@ def test_the_depthwise_convolution_has_the_values_and_gradients_of_torchs():
     torch.testing.assert_close(layer.weight.grad, kernel.grad[:, 0].T)
 
 
-def test_the_solver_follows_a_field_to_second_order():
-    start = torch.ones(1, 1)
-    errors = [float((solve(lambda x, t: x * t, start, steps) - np.exp(0.5)).abs()) for steps in (8, 16)]
-    assert errors[0] < 0.03 and errors[1] < 0.3 * errors[0]
+@pytest.mark.parametrize("bend", [1.0, 1.7])
+def test_the_solver_follows_a_field_to_second_order(bend):
+    start, moments = torch.ones(1, 1), [times(ModelConfig.flow(flow_steps=steps, flow_bend=bend)) for steps in (16, 32)]
+    errors = [float((solve(lambda x, t: x * t, start, one) - np.exp(0.5)).abs()) for one in moments]
+    assert errors[0] < 0.01 and errors[1] < 0.3 * errors[0]
+
+
+def test_steps_of_a_flow_go_from_noise_to_the_performance():
+    equal, bent = (np.diff(times(ModelConfig.flow(flow_steps=4, flow_bend=bend))) for bend in (1.0, 1.7))
+    np.testing.assert_allclose(equal, 0.25, rtol=1e-12)
+    assert (np.diff(bent) > 0).all() and bent.sum() == pytest.approx(1, rel=1e-12)
+    for wrong in ({"flow_steps": 0}, {"flow_steps": 1000}, {"flow_bend": 0.0}):
+        with pytest.raises(UsageError, match="out of range"):
+            ModelConfig.flow(**wrong)
 
 
 def test_strokes_as_channels():
