@@ -17,7 +17,7 @@ LANDS = 0.08
 """Seconds within which a stroke is to land where it was asked for."""
 SIZE = 0.15
 """Share by which a size may differ from what was asked for."""
-TRIES = 4
+TRIES = 6
 """Seeds that a phrase is made from at most, until one is as asked."""
 LOOSE = 0.35
 """Seconds in which the stroke that was made is looked for."""

@@ -1,15 +1,17 @@
-"""Arms that are drawn across the chest come back before it: people reach so far for their other shoulder, not to talk.
+"""Arms that are drawn across the chest or straight out to the side come back before it: people reach so far for their
+other shoulder or to measure themselves, not to talk.
 
-Low hands may fold and cross as they like.
+Low hands may fold, cross and hang as they like.
 """
 
 import numpy as np
 
 from ..motion import skeleton
 
-_FREE, _SOON, _SHARE = 0.06, 0.05, 0.75
-"""Metres beyond the body's middle that a wrist may be; over how many more it is taken back, and how much of the rest."""
-_ASIDE = 0.98
+_FREE, _WIDE, _SOON, _SHARE = 0.06, 0.37, 0.05, 0.75
+"""Metres beyond the body's middle that a wrist may be, and away from its own shoulder (98 % of the frames of captured clips
+stay within); over how many more it is taken back, and how much of the rest."""
+_ASIDE = 0.998
 _LEADS = 0.8
 """Seconds beside given frames in which that sets in."""
 _HIGH, _LOW = 0.16, 0.34
@@ -51,13 +53,13 @@ def _free(frames: int, given: np.ndarray) -> np.ndarray:
 
 def _turn(aside: np.ndarray, ahead: np.ndarray, below: np.ndarray, half: np.ndarray) -> np.ndarray:
     """Radians by which an arm is turned outwards, of where its wrist is from the shoulder, metres."""
-    beyond = np.maximum(-(aside + half) - _FREE, 0)
-    wanted = aside + _SHARE * beyond**2 / (beyond + _SOON)
+    across, wide = np.maximum(-(aside + half) - _FREE, 0), np.maximum(aside - _WIDE, 0)
+    wanted = aside + _SHARE * (across**2 / (across + _SOON) - wide**2 / (wide + _SOON))
     long = np.maximum(np.hypot(aside, ahead), 1e-6)
     share = np.clip((_LOW - below) / (_LOW - _HIGH), 0, 1)
     # Of an arm that points straight aside a little less says nothing of how far it is turned.
     angle = np.subtract(*(np.arcsin(np.clip(place / long, -_ASIDE, _ASIDE)) for place in (wanted, aside)))
-    return np.where(ahead > 0, angle * share * share * (3 - 2 * share), 0.0)
+    return np.where((ahead > 0) | (aside > 0), angle * share * share * (3 - 2 * share), 0.0)
 
 
 def _turned(vectors: np.ndarray, out: np.ndarray, front: np.ndarray, turn: np.ndarray) -> np.ndarray:

@@ -59,3 +59,34 @@ def test_it_sets_in_smoothly():
     places = [beyond(across.brought_back(reaching(1, -0.05, aside)), 1) for aside in np.arange(0.0, 0.25, 0.005)]
     steps = np.diff(places)
     assert (steps > 0).all() and steps.max() < 0.0056 and np.abs(np.diff(steps)).max() < 0.001
+
+
+def stretched(side: int, heading: float, lift: float = 0.0) -> np.ndarray:
+    """A pose (1, 9, 3) with one straight arm: degrees from straight ahead to the side, and above the shoulder."""
+    pose = rest.REST.astype(float).copy()[None]
+    turn, up = np.radians(heading), np.radians(lift)
+    out = 1.0 if side else -1.0
+    pose[0, list(skeleton.ARMS[side])] = [out * np.cos(up) * np.sin(turn), -np.sin(up), np.cos(up) * np.cos(turn)]
+    return pose.astype(np.float32)
+
+
+def wide(pose: np.ndarray, side: int) -> float:
+    """Metres of a wrist away from its own shoulder, to its side."""
+    points, (upper, lower) = skeleton.to_positions(pose)[0], skeleton.ARMS[side]
+    return float(points[skeleton.EDGES[lower][1], 0] - points[skeleton.EDGES[upper][0], 0]) * (1 if side else -1)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_an_arm_straight_out_to_the_side_is_brought_forward(side):
+    for lift in (0, 20):
+        pose = stretched(side, 84, lift)
+        made = across.brought_back(pose)
+        assert wide(pose, side) > 0.5 and 0.4 < wide(made, side) < 0.5
+        assert (made[0, list(skeleton.ARMS[side]), 2] > 0.4).all()
+    low = stretched(side, 84, -60)
+    np.testing.assert_allclose(across.brought_back(low), low, atol=1e-6)
+
+
+def test_arms_open_smoothly():
+    places = np.array([wide(across.brought_back(stretched(1, heading)), 1) for heading in range(0, 86)])
+    assert (np.diff(places) > -1e-6).all() and np.diff(places).max() < 0.0125 and np.abs(np.diff(places, 2)).max() < 0.002
