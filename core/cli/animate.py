@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 from ...rigs import maps
+from ...rigs.faces import shapes
 from .. import characters
 from ..errors import UsageError
 from . import blender, character, given, outputs, performance
@@ -42,11 +43,13 @@ def run(options: argparse.Namespace) -> int:
     who = characters.checked(options.character)
     if options.map:
         maps.load(options.map)  # complain now, not after the synthesis
+    if options.face_map:
+        shapes.load(options.face_map)
     there = given.read(options) if given.is_motion(options.audio) else None
     if options.sound and there is None:
         raise UsageError("--sound belongs to a motion file.", "Leave it out: a recording is heard itself.")
     wanted = performance.request(options) if there is None else None
-    inputs = [*performance.inputs(options), Path(who), *filter(None, [options.map, options.sound])]
+    inputs = [*performance.inputs(options), Path(who), *filter(None, [options.map, options.face_map, options.sound])]
     files = outputs.plan(options.outputs, SUFFIXES, wanted.takes if wanted else 1, inputs)
     blender.command("film.job")
     motions = performance.perform(options, wanted).motions if wanted else [there]
@@ -73,6 +76,7 @@ def _job(options: argparse.Namespace, who: str, motion: Path, paths: list[Path])
         "gender": options.gender,
         "armature": options.armature,
         "map": str(options.map.absolute()) if options.map else None,
+        "face_map": str(options.face_map.absolute()) if options.face_map else None,
         "start_frame": options.start_frame,
         "fps": options.fps,
         "outputs": [str(path.absolute()) for path in paths],

@@ -12,3 +12,5 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--armature", metavar="NAME", help="which armature of the file gestures, if it has several")
     used = "bone map (JSON) instead of recognising the rig (s2ag rig CHARACTER --save FILE writes one)"
     parser.add_argument("--map", metavar="FILE", type=Path, help=used)
+    face = "face map (JSON) instead of finding shape keys and bones (s2ag rig CHARACTER --save-face FILE writes one)"
+    parser.add_argument("--face-map", metavar="FILE", type=Path, help=face)

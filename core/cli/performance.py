@@ -1,6 +1,7 @@
 """The part that ``synth`` and ``animate`` share: from options to motions."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from .. import characters
@@ -43,6 +44,8 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     face = "a speaking face: how far the mouth opens, 0 to 2 (--face alone: 1; default 0: none, 1 on human; docs/face.md)"
     parser.add_argument("--face", metavar="X", type=float, nargs="?", const=1.0, help=face)
     smooth = "how lazily lips move, 0 to 1 (default 0.5)"
+    cues = "with --face: the mouth by Rhubarb's cues (.tsv or .json, as rhubarb writes them) instead of by the words"
+    parser.add_argument("--rhubarb", metavar="FILE", type=Path, help=cues)
     parser.add_argument("--face-smoothness", metavar="X", type=float, default=0.5, help=smooth)
     parser.add_argument("--mirror", action="store_true", help="exchange left and right")
     what = "the recording is somebody else's: listen to it, with nods, tilts and glances"
@@ -104,7 +107,8 @@ def add_checkpoint(parser: argparse.ArgumentParser) -> None:
 def inputs(options: argparse.Namespace) -> list[Path]:
     """Files that the command reads and must not overwrite."""
     named = (options.audio, options.transcript, options.checkpoint, options.vectors, options.vocabulary)
-    named += (getattr(options, "edits", None), getattr(options, "curves", None), getattr(options, "hears", None))
+    more = ("edits", "curves", "hears", "rhubarb")
+    named += tuple(getattr(options, name, None) for name in more)
     return [path for path in named if path is not None]
 
 
@@ -205,7 +209,21 @@ def perform(options: argparse.Namespace, wanted):
             result = engine.synthesize(wanted, progress)
     for warning in result.warnings:
         note(warning)
-    return result
+    return _by_cues(options, result)
+
+
+def _by_cues(options: argparse.Namespace, result):
+    """The same with mouths that Rhubarb's cues move, where the options name some."""
+    if getattr(options, "rhubarb", None) is None:
+        return result
+    from ..motion import rhubarb
+
+    told = rhubarb.load(options.rhubarb)
+    if any(motion.face is None for motion in result.motions):
+        raise UsageError("--rhubarb moves the mouth of a face, and there is none.", "Add --face.")
+    faces = [rhubarb.onto(motion.face, told, motion.face.meta["intensity"]) for motion in result.motions]
+    moved = [replace(motion, face=face) for motion, face in zip(result.motions, faces, strict=True)]
+    return replace(result, motions=type(result.motions)(moved))
 
 
 def _affect(text: str) -> list[tuple[str, float]]:

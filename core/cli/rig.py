@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 from ...rigs import maps
+from ...rigs.faces import shapes
 from .. import characters
 from ..errors import RigUnusable
 from ..files import check_output
@@ -25,6 +26,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("character", metavar="CHARACTER", help=character.WHO)
     character.add_options(parser)
     parser.add_argument("--save", metavar="FILE", type=Path, help="write what was found as a bone map (JSON)")
+    face = "write the face that was found, its shape keys and bones, as a face map (JSON)"
+    parser.add_argument("--save-face", metavar="FILE", type=Path, help=face)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -34,21 +37,30 @@ def run(options: argparse.Namespace) -> int:
         "gender": options.gender,
         "armature": options.armature,
         "map": str(options.map.absolute()) if options.map else None,
+        "face_map": str(options.face_map.absolute()) if options.face_map else None,
     }
     if options.map:
         maps.load(options.map)
-    if options.save:
-        check_output(options.save)
+    if options.face_map:
+        shapes.load(options.face_map)
+    for path in filter(None, (options.save, options.save_face)):
+        check_output(path)
     with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
         path = Path(folder) / "survey.json"
         path.write_text(json.dumps(job), "utf-8")
         told = blender.run("cast.survey", str(path))
     print(f"{told['armature']}: {told['family']}, {told['bones']} bones\n\n{told['table']}")
+    print(f"\nface: {told['face']['table']}")
     for warning in told["warnings"]:
         note(warning)
     if options.save:
         maps.save(options.save, maps.parse(told["map"]), told["armature"])
         note(f"{options.save} holds what was found.")
+    if options.save_face:
+        if told["face"]["map"] is None:
+            raise RigUnusable(f"{told['armature']} has no face that speaks.", "Give it shape keys or a jaw with a usual name.")
+        shapes.save(options.save_face, shapes.parse(told["face"]["map"]))
+        note(f"{options.save_face} holds the face that was found.")
     if told["refusal"]:
         raise RigUnusable(told["refusal"]["message"], told["refusal"]["remedy"])
     return 0

@@ -2,13 +2,15 @@
 
 import argparse
 
+from ..errors import UsageError
 from . import outputs, performance
 
 SUMMARY = "make gestures for a recording and write them as motion files"
 EXAMPLE = """examples:
   s2ag synth voice.mp3 -o voice.npz
-  s2ag synth voice.wav --text "so this is what I mean" --seed 3 --takes 4 -o take.bvh"""
-SUFFIXES = (".npz", ".bvh", ".json")
+  s2ag synth voice.wav --text "so this is what I mean" --seed 3 --takes 4 -o take.bvh
+  s2ag synth voice.wav --face -o mouth.tsv -o mouth.rhubarb.json      cues as Rhubarb writes them"""
+SUFFIXES = (".npz", ".bvh", ".json", ".tsv")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -33,5 +35,15 @@ def save(motion, path) -> None:
     """Write a motion in the format of the path's suffix."""
     from ..motion import as_json, bvh
 
-    writers = {".npz": lambda motion, path: motion.save(path), ".bvh": bvh.save, ".json": as_json.save}
-    writers[path.suffix.lower()](motion, path)
+    writers = {".npz": lambda motion, path: motion.save(path), ".bvh": bvh.save, ".json": as_json.save, ".tsv": _cues}
+    writer = _cues if path.name.lower().endswith(".rhubarb.json") else writers[path.suffix.lower()]
+    writer(motion, path)
+
+
+def _cues(motion, path) -> None:
+    """The mouth as Rhubarb would write it."""
+    from ..motion import rhubarb
+
+    if motion.face is None:
+        raise UsageError(f"{path} is to hold a mouth, and there is no face.", "Add --face.")
+    rhubarb.save(motion.face, path)

@@ -24,7 +24,7 @@ from ...core.motion.face import CHANNELS, MOUTH
 
 LARGEST = 1_000_000
 """Bytes of a map."""
-_REMEDY = "Correct it, or let it be written anew."
+_REMEDY = "Correct it, or let it be written anew: s2ag rig CHARACTER --save-face FILE."
 _LEAST = 4
 """Channels of the mouth that make a family recognised."""
 PARTS = {

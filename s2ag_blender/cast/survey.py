@@ -1,8 +1,9 @@
 """Which bones of a character would gesture: ``python -m s2ag.s2ag_blender.cast.survey SURVEY.json``, in a process of its own.
 
-The file is a JSON object: ``character``, ``gender``, ``armature`` or null, ``map`` (a bone map's path) or null. One JSON line
-on stdout tells the ``result`` (armature, family, number of ``bones``, ``table``, ``map``, ``warnings``, and as ``refusal`` what
-makes it unusable, or null) or the ``error`` (kind, message, remedy). Exit status 0, or 2 after an error.
+The file is a JSON object: ``character``, ``gender``, ``armature`` or null, ``map`` and ``face_map`` (paths) or null. One JSON
+line on stdout tells the ``result`` (armature, family, number of ``bones``, ``table``, ``map``, ``warnings``, ``face`` with
+``table`` and ``map``, and as ``refusal`` what makes it unusable, or null) or the ``error`` (kind, message, remedy). Exit
+status 0, or 2 after an error.
 """
 
 import json
@@ -12,7 +13,7 @@ from ...core import json_text
 from ...core.errors import UsageError
 from .. import program
 
-KEYS = {"character", "gender", "armature", "map"}
+KEYS = {"character", "gender", "armature", "map", "face_map"}
 
 
 def main(arguments: list[str]) -> int:
@@ -20,26 +21,29 @@ def main(arguments: list[str]) -> int:
     return program.run(arguments, lambda path, voice: survey(**_read(path)), "survey")
 
 
-def survey(character: str, gender: str = "female", armature: str | None = None, map: str | None = None) -> dict:
+def survey(character: str, gender: str = "female", armature: str | None = None, map: str | None = None, face_map=None) -> dict:
     """Look at a character in this Blender, whose open file is lost; returns the ``result``'s content. Raises S2agError."""
     import bpy
 
     from ...rigs import maps
+    from ...rigs.faces import shapes
     from ...rigs.family import families
-    from ..rig import reading
-    from . import cast
+    from ..rig import facemaps, reading
+    from . import cast, facial
 
-    mapping = maps.load(map) if map else None
+    mapping, face = maps.load(map) if map else None, shapes.load(face_map) if face_map else None
     bpy.ops.wm.read_factory_settings(use_empty=True)
     summoned = cast.summon(character, gender, armature, mapping)[0]
     item = summoned.armature
     found, refusal = reading.survey(item, mapping)
+    facemaps.choose(item, face)
     return {
         "armature": item.name,
         "family": {one.key: one.name for one in families()}.get(found.family, found.family),
         "bones": len(item.data.bones),
         "table": maps.table(found),
         "map": json.loads(maps.dump(found)),
+        "face": facial.told_of(item),
         "warnings": [*found.warnings, *summoned.disarmed],
         "refusal": refusal and {"message": refusal.message, "remedy": refusal.remedy},
     }

@@ -26,7 +26,8 @@ RENDERED = (".mp4", ".png", ".exr")
 @dataclass(frozen=True)
 class Performer:
     """A character and what it performs: ``motions`` (``.npz`` paths; the last is the one shown) and ``audio`` or None, which
-    begin ``delay`` seconds into the scene. ``map`` is a bone map's path or None, ``outputs`` are files of this character alone
+    begin ``delay`` seconds into the scene. ``map`` and ``face_map`` are paths or None,
+    ``outputs`` are files of this character alone
     (.bvh, .fbx, .glb, .usd).
     """
 
@@ -36,6 +37,7 @@ class Performer:
     gender: str = "female"
     armature: str | None = None
     map: str | None = None
+    face_map: str | None = None
     delay: float = 0.0
     outputs: tuple[str, ...] = ()
 
@@ -88,7 +90,9 @@ def main(arguments: list[str]) -> int:
 def perform(job: Job, voice: program.Voice) -> dict:
     """Do the job in this Blender, whose open file is lost; returns the ``result`` event's content. Raises S2agError."""
     from ...rigs import maps
+    from ...rigs.faces import shapes
     from ..cast import cast
+    from ..rig import facemaps
     from . import render, stage
     from .sound import add_sound
 
@@ -102,6 +106,9 @@ def perform(job: Job, voice: program.Voice) -> dict:
     warnings: list[str] = []
     with voice.stage("character"):
         scene, characters, theirs = cast.assemble(wanted)
+        for one, character in zip(job.performers, characters, strict=True):
+            if one.face_map:
+                facemaps.choose(character.armature, shapes.load(one.face_map))
         warnings += [sentence for character in characters for sentence in character.disarmed]
         if any(Path(path).suffix.lower() in RENDERED for path in job.outputs):
             render.require_engine(job.engine, scene)

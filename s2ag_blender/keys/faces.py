@@ -7,19 +7,16 @@ had before, so that faces come and go with the take that they belong to.
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
 
-from ...core.errors import RigUnusable
 from ...core.motion.face import Face
 from ...rigs.faces import bones as face_bones
-from ...rigs.faces import shapes
 from ...rigs.plain import Mapping
 from .. import compat, provenance, stored
-from ..cast import cast
-from ..rig import facemaps, reading
+from ..cast import facial
+from ..rig import reading
 from ..translations import told
 from . import keyframes
 
@@ -28,67 +25,13 @@ FACES = "s2ag_faces"
 _ACTION, _BASE = "s2ag_face_action_{}", "s2ag_face_base_{}"  # pointers to actions, which survive renaming
 
 
-_BONES: dict[tuple, dict[str, str]] = {}  # a character's number in this session and of its bones -> bones by part
 _SETTLE = 0.2
 """Seconds in which a face comes to rest where its motion ends and nothing else fades it out."""
 
 
-@dataclass(frozen=True)
-class Found:
-    """A character's face: which of its keys show what, the datablocks that have them, and bones for what no key shows."""
-
-    shapes: shapes.Shapes
-    keys: tuple[bpy.types.Key, ...]
-    bones: dict[str, str] = field(default_factory=dict)
-
-    @property
-    def missing(self) -> list[str]:
-        """Parts of the face that nothing shows, by their names for people."""
-        return self.shapes.missing(face_bones.shown(self.bones))
-
-
-def find(armature: bpy.types.Object, mapping: Mapping | None = None, look: bool = True) -> Found | None:
-    """The face of a character, by its own map or by the names of its shape keys and bones; None where nothing speaks.
-
-    ``mapping`` is that of its body, if it is known. For drawing, without a ``look``, bones are those that were found last.
-    """
-    blocks, given = _keys(armature), facemaps.chosen(armature)
-    known = given or shapes.detect({block.name: None for key in blocks for block in key.key_blocks}.keys())
-    parts = _parts(armature, given, mapping, look)
-    used = face_bones.needed(parts, None if given is None and known is None else known)
-    if known is None and "jaw" not in used:
-        return None
-    known = known or shapes.Shapes("bones", {}, ("PP",))
-    keys = tuple(key for key in blocks if any(name in key.key_blocks for name in known.keys))
-    return Found(known, keys, used) if keys or used else None
-
-
-def whole(armature: bpy.types.Object) -> shapes.Shapes | None:
-    """The face of a character as a map that can be written: its keys and all its bones."""
-    found = find(armature)
-    if found is None:
-        return None
-    parts = {name: dict(weights) for name, weights in found.shapes.keys.items()}
-    return shapes.Shapes(found.shapes.family, parts, found.shapes.rest, bones=_parts(armature, facemaps.chosen(armature)))
-
-
-def _parts(armature, given, mapping: Mapping | None = None, look: bool = True) -> dict[str, str]:
-    """Bones of the face by part."""
-    if given is not None:
-        return {part: name for part, name in given.bones.items() if name in armature.data.bones}
-    key = armature.session_uid, len(armature.data.bones)
-    if look or key not in _BONES:
-        bones = reading.read(armature)
-        try:
-            _BONES[key] = face_bones.find(bones, mapping or reading.resolve_mapping(armature, bones))
-        except RigUnusable:  # a body that cannot gesture: its readiness says why
-            _BONES[key] = {}
-    return _BONES[key]
-
-
 def bone_channels(armature, face: Face, start: float, frames: np.ndarray, fps: float, mapping: Mapping, seen=None) -> list:
     """Channels of the bones that show ``face``, which begins at frame ``start``; with ``seen`` (n,) only so much of it."""
-    found = find(armature, mapping)
+    found = facial.find(armature, mapping)
     if found is None or not found.bones:
         return []
     weights = _weights(face, start, frames, fps, seen)
@@ -119,7 +62,7 @@ def lay(
     ``action`` is the body's; nothing is assigned yet (:func:`show`). ``tell`` hears what the face cannot show. With ``seen``
     (n,) only so much of it is shown.
     """
-    found = find(armature, look=False)
+    found = facial.find(armature, look=False)
     if found is None:
         tell(told("No shape keys that speak were found on {name}, so the face stays as it is.", name=armature.name))
         return False
@@ -181,7 +124,7 @@ def ours(action: bpy.types.Action | None) -> bool:
 def show(armature: bpy.types.Object, action: bpy.types.Action) -> None:
     """Let the meshes of a character play the face of an action of ours; faces of others of ours go."""
     entries = {entry["key"]: (number, entry) for number, entry in enumerate(_entries(action))}
-    for key in _keys(armature):
+    for key in facial.keys(armature):
         playing = key.animation_data.action if key.animation_data else None
         if key.name in entries:
             number, entry = entries[key.name]
@@ -197,7 +140,7 @@ def hide(armature: bpy.types.Object, action: bpy.types.Action) -> None:
     """Take the face of an action of ours off again: keys play what they played before, or are as they were."""
     for number, entry in enumerate(_entries(action)):
         own, base = action.get(_ACTION.format(number)) or action, action.get(_BASE.format(number))
-        for key in _keys(armature):
+        for key in facial.keys(armature):
             if key.name != entry["key"] or key.animation_data is None or key.animation_data.action != own:
                 continue
             key.animation_data.action = base
@@ -216,11 +159,6 @@ def _entries(action: bpy.types.Action) -> list[dict]:
     kinds = {"key": str, "slot": str, "before": dict}
     found = stored.read(action, FACES, list)
     return [one for one in found if isinstance(one, dict) and kinds.keys() <= one.keys() and stored.fits(one, kinds)]
-
-
-def _keys(armature: bpy.types.Object) -> list[bpy.types.Key]:
-    found = {mesh.data.shape_keys for mesh in cast.meshes(armature) if mesh.data.shape_keys is not None}
-    return sorted(found, key=lambda key: key.name)
 
 
 def _within(key: bpy.types.Key, name: str, column: np.ndarray) -> np.ndarray:

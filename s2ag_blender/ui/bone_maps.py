@@ -11,8 +11,10 @@ from ...core.errors import RigUnusable, S2agError
 from ...core.motion.skeleton import EDGE_NAMES
 from ...rigs import maps
 from ...rigs.detect import ROWS
+from ...rigs.faces import shapes
 from ...rigs.plain import Mapping, spoken
-from ..rig import readiness, reading
+from ..cast import facial
+from ..rig import facemaps, readiness, reading
 from ..rig.handpicked import chosen, join
 from ..takes.running import character
 from ..translations import told, told_error
@@ -179,4 +181,48 @@ class S2AG_OT_save_bone_map(_WithFile, OfCharacter, bpy.types.Operator, ExportHe
         self.report({"INFO"}, told("Written: {path}", path=path))
 
 
-CLASSES = (S2AG_OT_edit_bone_map, S2AG_OT_reset_bone_map, S2AG_OT_load_bone_map, S2AG_OT_save_bone_map)
+class S2AG_OT_load_face_map(_WithFile, OfCharacter, bpy.types.Operator, ImportHelper):
+    """Take the shape keys and bones of this character's face from a face map, a file that Save writes"""
+
+    bl_idname = "s2ag.load_face_map"
+    bl_label = "Load Face Map"
+
+    def work(self, armature, path):
+        facemaps.choose(armature, shapes.load(path))
+        self.report({"INFO"}, told("{name} has the face of {file}", name=armature.name, file=Path(path).name))
+
+
+class S2AG_OT_save_face_map(_WithFile, OfCharacter, bpy.types.Operator, ExportHelper):
+    """Write the shape keys and bones of this character's face as a face map, to edit or for characters alike"""
+
+    bl_idname = "s2ag.save_face_map"
+    bl_label = "Save Face Map"
+    bl_options = {"REGISTER"}
+
+    def invoke(self, context, event):
+        self.filepath = self.filepath or bpy.path.clean_name(character(context).name) + " face" + self.filename_ext
+        return ExportHelper.invoke(self, context, event)
+
+    def work(self, armature, path):
+        found = facial.whole(armature)
+        if found is None:
+            raise RigUnusable(f"{armature.name} has no face that speaks.", "Give it shape keys or a jaw with a usual name.")
+        shapes.save(path, found)
+        self.report({"INFO"}, told("Written: {path}", path=path))
+
+
+class S2AG_OT_reset_face_map(OfCharacter, bpy.types.Operator):
+    """Go back to the face that is found by itself"""
+
+    bl_idname = "s2ag.reset_face_map"
+    bl_label = "Find Face"
+
+    def execute(self, context):
+        facemaps.choose(character(context), None)
+        return {"FINISHED"}
+
+
+CLASSES = (
+    *(S2AG_OT_edit_bone_map, S2AG_OT_reset_bone_map, S2AG_OT_load_bone_map, S2AG_OT_save_bone_map),
+    *(S2AG_OT_load_face_map, S2AG_OT_save_face_map, S2AG_OT_reset_face_map),
+)

@@ -32,6 +32,8 @@ class S2AG_MT_gestures(bpy.types.Menu):
         layout.separator()
         for name in ("edit_bone_map", "reset_bone_map", "load_bone_map", "save_bone_map", "select_bones", "test_pose"):
             layout.operator(f"s2ag.{name}")
+        for name in ("load_face_map", "save_face_map", "reset_face_map"):
+            layout.operator(f"s2ag.{name}")
         layout.operator_menu_enum("s2ag.bones_from_selection", "part")
         layout.separator()
         layout.operator("s2ag.fit_range")

@@ -3,8 +3,9 @@
 import bpy
 
 from ...core.styles import AFFECTS
-from ..keys import density, faces, trying
-from ..rig import handpicked, readiness
+from ..cast import facial
+from ..keys import density, trying
+from ..rig import facemaps, handpicked, readiness
 from ..takes import choices, markers, takes
 from ..takes.running import character
 from ..translations import told
@@ -114,7 +115,12 @@ class S2AG_PT_face(_Below, bpy.types.Panel):
         column.active = settings.face
         column.prop(settings, "face_intensity", slider=True)
         column.prop(settings, "face_smoothness", slider=True)
-        found = faces.find(armature, look=bpy.app.background)
+        row = layout.row(align=True)
+        row.operator("s2ag.load_face_map", text="Load", icon="FILE_FOLDER")
+        row.operator("s2ag.save_face_map", text="Save", icon="FILE_TICK")
+        if facemaps.chosen(armature) is not None:
+            row.operator("s2ag.reset_face_map", text="", icon="LOOP_BACK")
+        found = facial.find(armature, look=bpy.app.background)
         if found is None:
             layout.label(text="No shape keys that speak were found", icon="INFO")
             return

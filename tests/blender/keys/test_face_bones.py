@@ -6,8 +6,8 @@ import pytest
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.face import CHANNELS, Face
 from s2ag.core.motion.motion import Motion
-from s2ag.s2ag_blender.cast import mannequin
-from s2ag.s2ag_blender.keys import apply, faces
+from s2ag.s2ag_blender.cast import facial, mannequin
+from s2ag.s2ag_blender.keys import apply
 
 NAMES = ("jaw", "eye.L", "eye.R", "lid_top.L", "lid_top.R", "lid_bot.L", "lid_bot.R")
 STRANGE = dict(zip(NAMES, ("b17", "b18", "b19", "b20", "b21", "b22", "b23"), strict=True))
@@ -61,7 +61,7 @@ def ways(armature, seconds):
 
 def test_jaw_eyes_and_lids_move_as_a_face_does(figure, motion):
     armature, names = figure
-    found = faces.find(armature)
+    found = facial.find(armature)
     pairs = {f"{side}_{part}" for side in ("left", "right") for part in ("eye", "upper_lid", "lower_lid")}
     assert set(found.bones) == {"jaw"} | pairs
     assert "jaw" not in found.missing and "gaze" not in found.missing and "blinks" not in found.missing
@@ -90,7 +90,7 @@ def test_rigify_s_face_controls_move_what_is_seen(tmp_path, empty_file, motion):
     _, control = build(tmp_path)
     bpy.ops.wm.open_mainfile(filepath=str(control))
     armature = next(item for item in bpy.data.objects if item.type == "ARMATURE")
-    found = faces.find(armature)
+    found = facial.find(armature)
     assert found.bones["jaw"] == "jaw_master" and found.bones["gaze"] == "eyes" and found.bones["left_lip_corner"] == "lips.L"
     apply.apply_motion(armature, motion, 1)
     rest, ah, look, blink = (ways(armature, seconds) for seconds in (0.0, 0.5, 1.33, 1.625))

@@ -7,7 +7,7 @@ from s2ag.core.motion import skeleton
 from s2ag.core.motion.face import CHANNELS, Face
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import compat
-from s2ag.s2ag_blender.cast import human, mannequin
+from s2ag.s2ag_blender.cast import facial, human, mannequin
 from s2ag.s2ag_blender.keys import apply, faces
 
 ARKIT = ("jawOpen", "mouthPucker", "mouthFunnel", "mouthPressLeft", "mouthRollLower", "eyeBlinkLeft", "eyeBlinkRight")
@@ -93,13 +93,13 @@ def test_another_motion_s_face_takes_the_place_of_the_first(figure, motion):
 def test_a_body_without_a_face_says_so_and_gestures(figure, motion):
     told = []
     action = apply.apply_motion(figure.armature, motion, 1, report=told.append)
-    assert [sentence for sentence in told if "No shape keys that speak" in sentence] and faces.find(figure.armature) is None
+    assert [sentence for sentence in told if "No shape keys that speak" in sentence] and facial.find(figure.armature) is None
     assert faces.FACES not in action
 
 
 def test_the_human_speaks_with_all_of_its_face(empty_file, motion):
     character = human.build()
-    found = faces.find(character.armature)
+    found = facial.find(character.armature)
     assert found.shapes.family == "ARKit 52" and not found.shapes.missing()
     assert {key.name for key in found.keys} >= {"Human Skin keys", "Human Eyes keys", "Human Teeth keys", "Human Tongue keys"}
     assert not any(block.value for key in found.keys for block in key.key_blocks[1:])

@@ -1,8 +1,11 @@
 """Faces of takes: keyed with the gestures, shown with the take that is chosen, gone with the last, undone in one step."""
 
+import json
+
 import bpy
 import numpy as np
 import pytest
+from s2ag.s2ag_blender.cast import facial
 from s2ag.s2ag_blender.keys import faces
 from s2ag.s2ag_blender.takes import drafts, generate, takes
 
@@ -72,3 +75,21 @@ def test_a_layer_s_influence_and_its_end_are_the_face_s_too(speaker, key):
     scene = bpy.context.scene
     scene.frame_set(round(speaker.s2ag.takes[-1].action.frame_range[1]) + 40)
     assert not any(block.value for block in key.evaluated_get(bpy.context.evaluated_depsgraph_get()).key_blocks[1:])
+
+
+def test_a_face_s_map_is_saved_edited_and_loaded(speaker, key, tmp_path):
+    path = tmp_path / "face.json"
+    assert bpy.ops.s2ag.save_face_map(filepath=str(path)) == {"FINISHED"}
+    content = json.loads(path.read_text("utf-8"))
+    assert content["keys"]["jawOpen"] == {"JAW": 0.5} and facial.told_of(speaker)["map"] == path.read_text("utf-8")
+    content["keys"] = {"mouthPucker": {"JAW": 1.0}}
+    path.write_text(json.dumps(content))
+    assert bpy.ops.s2ag.load_face_map(filepath=str(path)) == {"FINISHED"}
+    assert "blinks" in facial.find(speaker).missing and "missing" in facial.told_of(speaker)["table"]
+    speaker.s2ag.face = True
+    bpy.ops.s2ag.generate()
+    assert track(key, "mouthPucker").any() and not track(key, "jawOpen").any()
+    assert bpy.ops.s2ag.reset_face_map() == {"FINISHED"} and "jawOpen" in facial.find(speaker).shapes.keys
+    path.write_text("{}")
+    with pytest.raises(RuntimeError, match="is not what face maps are"):
+        bpy.ops.s2ag.load_face_map(filepath=str(path))
