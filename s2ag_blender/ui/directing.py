@@ -315,11 +315,11 @@ class S2AG_UL_gestures(bpy.types.UIList):
         one = next((one for one in directing.shown(data, context.scene) if one.name == item.name), None)
         if one is None:
             return
-        row = layout.row(align=True)
+        row = layout.split(factor=0.5, align=True)
         moved = item.frame != one.frame
+        names = [one.hand] if one.kind == gestures.BEAT else [one.kind, one.hand]
         row.label(text=f"{item.frame}  {one.word}", icon="MARKER_HLT" if moved else "BLANK1", translate=False)
-        row.label(text=f"{told(_LABELS.get(one.kind, one.kind))}, {told(_LABELS.get(one.hand, one.hand))}", translate=False)
-        row.label(text=f"{100 * one.size:.0f} cm", translate=False)
+        row.label(text=", ".join(told(_LABELS.get(name, name)) for name in names), translate=False)
 
     def filter_items(self, context, data, prop):
         """Markers of gestures only, in order of time."""

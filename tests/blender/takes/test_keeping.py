@@ -3,9 +3,10 @@
 import bpy
 import numpy as np
 import pytest
-from acted import apart, curves, pose, press
+from acted import apart, curves, drawn, pose, press
 from mathutils import Quaternion, Vector
 from s2ag.s2ag_blender.takes import directing, keeping, takes
+from s2ag.s2ag_blender.ui import directing as ui
 
 ARM = ("left_upper_arm", "left_forearm")
 
@@ -179,5 +180,6 @@ def test_a_hand_points_at_what_it_cannot_reach(speaker, table):
 
 
 def test_without_an_object_nothing_is_kept(speaker, take):
+    assert {"target", "s2ag.keep_place", "s2ag.keep_pose"} <= set(drawn(ui.S2AG_PT_directing))
     with pytest.raises(RuntimeError, match="No object"):
         press(bpy.ops.s2ag.keep_place)
