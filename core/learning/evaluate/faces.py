@@ -32,12 +32,10 @@ PEOPLE = {
     "closures seen": "all",
     "jaw with loudness": "together, at 2 to 7 Hz (Chandrasekaran et al. 2009)",
     "blinks a minute": "26 in conversation (Bentivoglio et al. 1997)",
-    "looks at the listener": "41 % while talking (Argyle and Ingham 1972)",
-    "as phrases begin, end": "less, more (Kendon 1967)",
 }
 """What people do, by the rows of :func:`table`."""
 _AT_LISTENER = 6.0
-"""Degrees about the listener's eyes, about a face at two metres."""
+"""Degrees from straight ahead in the head: where the head is turned, that is not where the listener is."""
 _BORDER = 0.3
 """Seconds after a phrase's begin and before its end that are looked at."""
 _SEEN = 0.15
@@ -127,7 +125,7 @@ def table(found: dict[str, dict[str, float]]) -> str:
             "by ear alone": _closures(one, "closures_by_ear", f", {one.get('false_closures_by_ear', 0):.0%} too many"),
             "jaw with loudness": f"r = {one['jaw_with_loudness']:.2f}",
             "blinks a minute": f"{one['blinks_a_minute']:.0f}",
-            "looks at the listener": f"{one['looks_at_listener']:.0%} while talking",
+            "eyes ahead in the head": f"{one['looks_at_listener']:.0%} while talking",
             "as phrases begin, end": f"{one['looks_as_phrases_begin']:.0%}, {one['looks_as_phrases_end']:.0%}",
             "shifts of gaze": f"{one['shifts_a_second']:.1f} a second",
             "shortest viseme": f"{one['shortest_viseme_ms']:.0f} ms",
