@@ -12,7 +12,8 @@ from .progress import Progress, note
 SUMMARY = "list the gestures of a take, or change some of them and leave all else as it is"
 EXAMPLE = """examples:
   s2ag edit talk.npz
-  s2ag edit talk.npz --audio talk.mp3 --transcript talk.txt --edits talk.edits.json -o directed.npz"""
+  s2ag edit talk.npz --audio talk.mp3 --transcript talk.txt --edits talk.edits.json -o directed.npz
+  s2ag edit talk.npz --recording better.mp3 --transcript talk.txt -o better.npz"""
 SUFFIXES = (".npz", ".bvh", ".json")
 
 
@@ -21,6 +22,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("take", metavar="TAKE.npz", type=Path, help="a take of s2ag synth")
     performance.add_edits(parser)
     parser.add_argument("--audio", metavar="FILE", type=Path, help="the recording that the take was made for")
+    better = "another recording of the same words: gestures move with them (see docs/directing.md)"
+    parser.add_argument("--recording", metavar="FILE", type=Path, help=better)
     heard = "the recording of another speaker, where the take listens to one"
     parser.add_argument("--hears", metavar="FILE", type=Path, help=heard)
     words = parser.add_mutually_exclusive_group()
@@ -37,7 +40,9 @@ def run(options: argparse.Namespace) -> int:
     from ..motion.motion import Motion
 
     motion = Motion.load(options.take)
-    if options.edits is not None or options.outputs:
+    if options.recording is not None:
+        motion = _retimed(options, motion)
+    elif options.edits is not None or options.outputs:
         motion = _edited(options, motion)
     if options.json or not options.outputs:
         _list(motion, options.json)
@@ -47,7 +52,6 @@ def run(options: argparse.Namespace) -> int:
 def _edited(options: argparse.Namespace, motion):
     from ..direction import directing, edits, remaking
     from ..performance.stages import Stages
-    from .synth import save
 
     if options.edits is None or options.audio is None or not options.outputs:
         raise UsageError("Edits, the recording and an output belong together.", "Give --edits, --audio and -o.")
@@ -61,6 +65,26 @@ def _edited(options: argparse.Namespace, motion):
         heard, _ = director.session.hear(wanted, Stages(progress, lambda: False))
         remaking.check_recording(motion.meta, heard.digest)
         motion, warnings = director.apply(wanted, motion, asked, progress)
+    return _saved(motion, warnings, files)
+
+
+def _retimed(options: argparse.Namespace, motion):
+    from ..direction import retiming
+
+    if options.edits is not None or options.audio is not None or not options.outputs:
+        raise UsageError("A take is carried to a recording or edited.", "Give --recording and -o; edit what comes of it.")
+    inputs = [path for path in (options.take, options.recording, *performance.inputs(options)) if path]
+    files = outputs.plan(options.outputs, SUFFIXES, 1, inputs)[0]
+    session = performance.session(options)
+    with Progress() as progress:
+        words = {"transcript": options.transcript, "text": options.text}
+        motion, warnings = retiming.carried(session, motion, options.recording, progress, **words)
+    return _saved(motion, warnings, files)
+
+
+def _saved(motion, warnings, files):
+    from .synth import save
+
     for warning in warnings:
         note(warning)
     for path in files:

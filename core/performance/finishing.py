@@ -56,7 +56,7 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
         hands = _hands(request, performers, take, drawn, own, directions)
         hands = hands and showing.hands(hands, shown, which)
         pelvis = _pelvis(request, heard, performers, take, directions)
-        face = _face(request, heard, take, directions)
+        face = faced(request, heard, take, directions)
         motion = Motion(directions, skeleton.FPS, heard.words, about, hands, pelvis, face)
         return motion.mirrored() if request.mirror else motion
 
@@ -85,7 +85,7 @@ def _pelvis(request: Request, heard: Heard, performers: Performers, take: int, d
     return stance.pelvis(directions, heard.activity, heard.words, **about).calmed(strength)
 
 
-def _face(request: Request, heard: Heard, take: int, directions) -> Face | None:
+def faced(request: Request, heard: Heard, take: int, directions) -> Face | None:
     """What the face does meanwhile, where one is wanted."""
     if not request.face:
         return None

@@ -8,6 +8,8 @@ from refusals import files
 from s2ag.core.cli.main import main
 from s2ag.core.direction import edits
 from s2ag.core.motion.motion import Motion
+from s2ag.core.sound import audio
+from sounds import write_wav
 
 
 @pytest.fixture
@@ -63,4 +65,29 @@ def test_what_belongs_together(refuse, take, voice, out, tmp_path, random_checkp
     more = ["--edits", path, "--audio", voice, "-o", out / "a.npz"]
     assert "other weights" in refuse("edit", take, *more, "--checkpoint", random_checkpoint)
     assert main(["edit", str(tmp_path / "none.npz")]) == 2
+    assert not files(out)
+
+
+def test_a_take_is_carried_to_another_recording(take, examples, out, tmp_path, capsys):
+    later = tmp_path / "later.wav"
+    write_wav(later, np.concatenate([np.zeros(audio.SAMPLE_RATE // 2), audio.load(examples / "hello.flac")]))
+    words = ["--transcript", str(examples / "hello.txt")]
+    assert main(["edit", str(take), "--recording", str(later), *words, "-o", str(out / "b.npz")]) == 0
+    capsys.readouterr()
+    made, before = Motion.load(out / "b.npz"), Motion.load(take)
+    assert made.meta["retimed"] == [before.meta["audio"]] != [made.meta["audio"]]
+    assert made.duration == pytest.approx(before.duration + 0.5, abs=0.1)
+    document = tmp_path / "edits.json"
+    at = listed(capsys, out / "b.npz")["gestures"][4]["at"]
+    edits.save([{"do": "delete", "at": at}], document)
+    more = ["--audio", str(later), *words, "--edits", str(document)]
+    assert main(["edit", str(out / "b.npz"), *more, "-o", str(out / "c.npz")]) == 0
+    same = (Motion.load(out / "c.npz").directions == made.directions).all((1, 2))
+    assert 5 < np.count_nonzero(~same) < 60
+
+
+def test_a_recording_of_other_words_is_refused(refuse, take, examples, out, tmp_path):
+    said = ["--recording", examples / "hello.flac", "--text", "quite another text than that"]
+    assert "words in common" in refuse("edit", take, *said, "-o", out / "b.npz")
+    assert "carried" in refuse("edit", take, "--recording", examples / "hello.flac")
     assert not files(out)
