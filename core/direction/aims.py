@@ -2,8 +2,8 @@
 
 import json
 import zlib
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,6 +40,15 @@ class State:
         if motion.fps != skeleton.FPS:
             raise UsageError(f"A take of {motion.fps:g} frames a second cannot be directed.", "Direct the .npz of s2ag synth.")
         return cls(motion, np.zeros(len(motion.directions), bool), tuple(warnings))
+
+    def after(self, edits: Sequence[dict]) -> "State":
+        """The state of a motion that has these edits in it: the styles that they began, the frames that they keep."""
+        held, fps = self.held.copy(), self.motion.fps
+        for one in edits:
+            if one["do"] in ("pose", "place"):
+                first, last = (one["at"], one["at"]) if one["do"] == "pose" else (one["from"], one["to"])
+                held[int(np.floor(first * fps + 1e-6)) : int(np.ceil(last * fps - 1e-6)) + 1] = True
+        return replace(self, held=held, changes=tuple((one["at"], one["style"]) for one in edits if one["do"] == "style"))
 
 
 @dataclass(frozen=True)

@@ -71,8 +71,12 @@ class Director:
         progress: Callable[[str, float], None] = lambda stage, value: None,
         cancelled: Callable[[], bool] = lambda: False,
     ) -> tuple[Motion, list[str]]:
-        """A ``motion`` that came of a request, whatever was edited in it before, after these edits; and warnings."""
-        state = self._on(request, [("", State.of(motion))], check(edits), Stages(progress, cancelled))[-1][1]
+        """A ``motion`` that came of a request, whatever was edited in it before, after these edits; and warnings.
+
+        What its provenance tells of former edits holds on: styles that they began, poses and places that they keep.
+        """
+        state = State.of(motion).after(check(motion.meta.get("edits", [])))
+        state = self._on(request, [("", state)], check(edits), Stages(progress, cancelled))[-1][1]
         return state.motion, list(state.warnings)
 
     def _on(self, request: Request, known: list, edits: list[dict], stages: Stages) -> list:

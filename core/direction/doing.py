@@ -17,6 +17,8 @@ GIVE_WAY = 0.8
 """Seconds around a stroke in which others give way to it where it cannot be had beside them."""
 SHORTEST = 0.6
 """Seconds of a range that is made anew, at least."""
+_LED = (0.8, 1.2, 1.6, 2.0, 2.5, 3.0)
+"""Seconds on either side in which arms are led to a pose that is far from the take, until they come as gently as it moves."""
 
 
 def do(filler: Filler, state: State, edit: dict, number: int) -> State:
@@ -89,11 +91,12 @@ def through(
     return replace(state, motion=made), miss
 
 
-def _bare(motion: Motion, places, core, held) -> Motion:
-    """A motion with nothing but the way to its core and back."""
+def _bare(motion: Motion, places, core, held, arms=cores.ARMS) -> Motion:
+    """A motion with nothing but the way to its core and back; a core of one frame or two is where it turns."""
+    still = core.frames if len(core.frames) < 3 else ()
     for start, stop in places:
         for part in ((start, min(stop, core.first)), (max(start, core.last + 1), stop)):
-            motion = filling.quiet(motion, part, held) if part[1] > part[0] else motion
+            motion = filling.quiet(motion, part, held, arms, still) if part[1] > part[0] else motion
     return motion
 
 
@@ -241,9 +244,9 @@ def _place(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Stat
 
 
 def _held(filler: Filler, state: State, edit: dict, core: cores.Core, whole: bool) -> tuple[State, float]:
-    """The take led through frames that stay as they are from now on."""
-    others = gestures.find(state.motion)
-    places = [spans.around(others, core.first, core.last, len(state.motion.directions))]
+    """The take led through frames that stay as they are from now on; from far away it is led there for longer."""
+    found, frames = gestures.find(state.motion), len(state.motion.directions)
+    places = [spans.around(found, core.first, core.last, frames)]
     free = replace(state, held=state.held.copy())
     free.held[core.frames] = False
 
@@ -251,6 +254,15 @@ def _held(filler: Filler, state: State, edit: dict, core: cores.Core, whole: boo
         return filler.fill(state.motion, places, core, seed, free.held, whole=whole)[0]
 
     made, _ = best(filler, state, edit, places, make, lambda motion: 0.0)
+    far = filling.strain(state.motion, made, places)
+    for wanted in _LED if far > 0 else ():
+        places = [spans.until(free.held, core.first, core.last, wanted)]
+        led = filler.fill(state.motion, places, core, seed_of(filler, edit, 0), free.held, whole=whole)[0]
+        led = _bare(led, places, core, free.held, filling.ALL if whole else cores.ARMS)
+        strain = filling.strain(state.motion, led, places)
+        made, far = (led, strain) if strain < far else (made, far)
+        if far <= 0:
+            break
     free.held[core.frames] = True
     return replace(free, motion=made), 0.0
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..motion import limits, skeleton
+from ..motion import limits, rest, skeleton
 from ..motion.curves import ramp
 from ..motion.hands import Hands
 from ..motion.motion import Motion
@@ -15,7 +15,8 @@ from ..performance.stages import Stages
 from . import gestures, spans
 from .cores import ARMS, Core
 
-_ALL = tuple(range(len(skeleton.EDGES)))
+ALL = tuple(range(len(skeleton.EDGES)))
+"""Edges of the whole body."""
 _EASE = 5
 """Frames in which hands go from what they did to what they do."""
 _NEAR = 2
@@ -59,7 +60,7 @@ class Filler:
         wanted = replace(self.request, kept=(numbers, given[numbers]) if len(numbers) else None)
         made = self._made(wanted, seed, places if plain else ())
         directions = motion.directions.copy()
-        edges = list(_ALL if whole else ARMS)
+        edges = list(ALL if whole else ARMS)
         fresh = np.flatnonzero(~kept)
         directions[np.ix_(fresh, edges)] = made.directions[np.ix_(fresh, edges)]
         if core is not None:
@@ -82,8 +83,10 @@ class Filler:
         return finishing.finish(checkpoint, wanted, heard, replace(self.performers, request=wanted), made)[0]
 
 
-def quiet(motion: Motion, place: spans.Span, held: np.ndarray, arms: Sequence[int] = ARMS) -> Motion:
-    """The take with ``arms`` that go the shortest smooth way through a span, as fast at its ends as they come and go."""
+def quiet(motion: Motion, place: spans.Span, held: np.ndarray, arms: Sequence[int] = ARMS, still: Sequence[int] = ()) -> Motion:
+    """The take with ``arms`` that go the shortest smooth way through a span, as fast at its ends as they come and go; at
+    frames ``still`` they halt.
+    """
     start, stop = place
     directions, arms = motion.directions.copy(), list(arms)
     low, high = max(start - 1, 0), min(stop, len(directions) - 1)
@@ -91,11 +94,11 @@ def quiet(motion: Motion, place: spans.Span, held: np.ndarray, arms: Sequence[in
     if length < 2:
         return motion
     poses = directions[:, arms].astype(float)
-    slopes = [poses[high] * 0 if at in (0, len(directions) - 1) else (poses[at + step] - poses[at]) * step
+    slopes = [poses[high] * 0 if at in (0, len(directions) - 1, *still) else (poses[at + step] - poses[at]) * step
               for at, step in ((low, -1), (high, 1))]  # fmt: skip
     t = (np.arange(1, length) / length)[:, None, None]
-    path = (2 * t**3 - 3 * t**2 + 1) * poses[low] + (t**3 - 2 * t**2 + t) * length * slopes[0]
-    path += (3 * t**2 - 2 * t**3) * poses[high] + (t**3 - t**2) * length * slopes[1]
+    path = rest.slerp(poses[low], poses[high], (3 * t**2 - 2 * t**3)[..., 0])
+    path = path + (t**3 - 2 * t**2 + t) * length * slopes[0] + (t**3 - t**2) * length * slopes[1]
     inner = np.arange(low + 1, high)
     free = ~held[inner]
     directions[np.ix_(inner[free], arms)] = skeleton.normalize(path)[free].astype(np.float32)

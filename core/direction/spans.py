@@ -27,6 +27,16 @@ def around(found: Sequence[Gesture], first: int, last: int, frames: int, wanted:
     return max(int(np.floor(start)), 0), min(int(np.ceil(stop)) + 1, frames)
 
 
+def until(held: np.ndarray, first: int, last: int, wanted: float) -> Span:
+    """The span that lies ``wanted`` seconds around frames ``first`` to ``last``, but no farther than to the next one that is
+    ``held`` ``(frames,)``, whatever gestures are in it.
+    """
+    reach, frames = round(wanted * skeleton.FPS), len(held)
+    before, after = np.flatnonzero(held[:first]), np.flatnonzero(held[last + 1 :])
+    start = max(first - reach, before[-1] + 1 if len(before) else 0)
+    return int(start), int(min(last + reach + 1, last + 1 + after[0] if len(after) else frames))
+
+
 def joined(spans: Sequence[Span]) -> list[Span]:
     """Spans in order of time, those that lie near each other as one."""
     result: list[Span] = []

@@ -6,6 +6,7 @@ from os import PathLike
 
 import numpy as np
 
+from .. import styles
 from ..errors import UsageError
 from ..meaning import vocabulary as meanings
 from ..words import language as languages
@@ -160,7 +161,7 @@ class Session:
 
     def _result(self, request: Request, performers: casting.Performers, made: performing.Made, heard, stages: Stages) -> Result:
         motions = stages.run("finish", lambda: finishing.finish(self.checkpoint, request, heard, performers, made))
-        warnings = heard.warnings + _other_weights(self.checkpoint, request)
+        warnings = heard.warnings + _other_weights(self.checkpoint, request) + _passed_by(heard, request)
         return Result(motions, heard.words, warnings, dict(stages.seconds), performers.own)
 
 
@@ -169,3 +170,12 @@ def _other_weights(checkpoint, request: Request) -> list[str]:
     if request.made_by in ("", checkpoint.hash):
         return []
     return ["The take was made by earlier weights and cannot be made again by these: what is new shares its style alone."]
+
+
+def _passed_by(heard: hearing.Heard, request: Request) -> list[str]:
+    """What to say where words begin styles and the style asked for is a walk, which changes by itself."""
+    named = dict.fromkeys(style or "usual" for _, style in heard.wishes.styles)
+    if not named or len(styles.steps(request.style)) < 2:
+        return []
+    hints = ", ".join(f"{{as {name}}}" for name in named)
+    return [f"The style {request.style} changes on the way by itself: {hints} of the transcript is left out."]

@@ -136,6 +136,17 @@ def test_a_pose_is_kept_whatever_is_edited_afterwards(after, base):
         assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).max() < 0.5
 
 
+def test_a_pose_that_is_far_is_reached_as_gently_as_the_take_moves(after, base):
+    pose = base.directions[60].copy()
+    aside = np.sign(base.directions[60, 4, 0])
+    pose[4:6], pose[7:9] = (aside, 0.1, 0.1), (-aside, 0.1, 0.1)
+    pose = skeleton.normalize(pose)
+    motion, _ = after({"do": "pose", "at": 75 / skeleton.FPS, "directions": pose.tolist()})
+    assert (motion.directions[75] * pose).sum(-1).min() > 1 - 1e-6
+    assert filling.strain(base, motion, [(0, len(base.directions))]) <= 0.05
+    within(base, motion, 75 / skeleton.FPS, room=3.2)
+
+
 def test_a_hand_stays_at_its_place(after, base):
     place = [-0.3, -0.35, 0.35]
     motion, _ = after({"do": "place", "from": 5.0, "to": 6.0, "hand": "left", "place": place})
@@ -241,6 +252,16 @@ def test_a_style_begins_where_it_is_asked_for(after, base):
     one = gestures.find(motion)[2]
     both, _ = after(style, {"do": "delete", "at": one.at})
     assert np.array_equal(both.directions[rows[0] + 60 :], motion.directions[rows[0] + 60 :])
+
+
+def test_a_file_knows_the_styles_and_poses_of_its_edits(director, request_, after, base):
+    one, two = [gesture for gesture in gestures.find(base) if 6 < gesture.at < 12][::3][:2]
+    first = [{"do": "style", "at": 5.0, "style": "calm lecturer"}]
+    first += [{"do": "pose", "at": 90 / skeleton.FPS, "directions": base.directions[88].tolist()}]
+    reroll = {"do": "reroll", "from": one.at - 1.0, "to": two.at + 1.0, "seed": 4}
+    before, together = after(*first)[0], after(*first, reroll)[0]
+    apart, _ = director.apply(remaking.request(base.meta, request_.audio, transcript=request_.transcript), before, [reroll])
+    assert len(touched(before, together)) and not len(touched(together, apart))
 
 
 def test_spans_leave_neighbours_their_strokes():

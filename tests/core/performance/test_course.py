@@ -118,6 +118,16 @@ def test_a_style_that_nobody_knows_is_left_out_with_a_word(session, examples):
     assert len(result.warnings) == 1 and "nobody" in result.warnings[0]
 
 
+def test_a_walk_says_which_styles_of_the_words_it_passes_by(session, examples):
+    text = (examples / "hello.txt").read_text()
+    walk = {"style": "calm lecturer>eager storyteller", "seed": 2}
+    plain, marked = (
+        session.synthesize(Request(examples / "hello.flac", text=said, **walk)) for said in (text, "{as calm lecturer} " + text)
+    )
+    assert not plain.warnings and len(marked.warnings) == 1 and "{as calm lecturer}" in marked.warnings[0]
+    assert np.array_equal(plain.motions[0].directions, marked.motions[0].directions)
+
+
 def test_provenance_makes_it_again(perform, talk, session):
     first = perform(curves={"arousal": step(-1, 1)}, changes=((12.0, "eager storyteller"),), face=1.0)
     again = session.synthesize(remaking.request(json.loads(json.dumps(first.meta)), talk)).motions[0]
