@@ -87,6 +87,8 @@ class Laying:
             action, bag = self._again(uid)
         if motion.face is not None:
             keyframes.write_channels(bag, spoken, every, "LINEAR", None, cut)
+            yield
+            action, bag = self._again(uid)
             rate, seen = apply.scene_fps(self.scene), self._face_seen(every, place)
             faces.lay(self.armature, action, motion.face, self.span.start, every, rate, self._tell, seen)
         return action

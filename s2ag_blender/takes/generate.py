@@ -222,8 +222,7 @@ def finishing(planned: Plan, result: dict):
                 return Outcome([action], motion.duration, warnings)
             keys = yield from _sliced(planned, laying, laying.keying(motion), number / len(motions))
             yield from _sliced(planned, laying, laying.acting(motion, keys, made), (number + 0.5) / len(motions))
-        armature, scene = _whom(planned)
-        return _finished(planned, armature, scene, _still(made), motions, warnings)
+        return (yield from _finished(planned, made, motions, warnings))
     except BaseException:
         for action in [action for action in bpy.data.actions if action.session_uid in made]:
             bpy.data.actions.remove(action)
@@ -258,11 +257,16 @@ def _still(made: list[int]) -> list:
     return [there[uid] for uid in made]
 
 
-def _finished(planned, armature, scene, actions, motions: list[Motion], warnings) -> Outcome:
-    own, motion = _accompany(planned, scene, motions[0], warnings), motions[0]
-    for action, performed in zip(actions, motions, strict=True):
+def _finished(planned, made: list[int], motions: list[Motion], warnings):
+    """The outcome, in slices as :func:`finishing`; what is seen of it comes in the last."""
+    for number, performed in enumerate(motions):
+        directing.note(_still(made)[number], performed, _whom(planned)[1])
+        yield 1.0
+    armature, scene = _whom(planned)
+    actions, motion = _still(made), motions[0]
+    own = _accompany(planned, scene, motion, warnings)
+    for action in actions:
         action[voices.TAG] = own
-        directing.note(action, performed, scene)
         if planned.settings["result"] == "ACTION":
             feelings.carry(armature, action, compat.bag(action, layers.slot_of(armature, action)))
     warnings = list(dict.fromkeys(warnings))

@@ -6,7 +6,7 @@ from ...core.errors import S2agError
 from ..translations import told, told_error
 from . import generate, session
 
-TICK = 0.05
+TICK = 0.025
 """Seconds between looks at the engine."""
 
 

@@ -9,7 +9,7 @@ from ..engine import errors_log
 from ..translations import told, told_error
 from . import generate, gesture
 
-SLICE = 0.04
+SLICE = 0.02
 """Seconds for which a run lays takes before Blender may draw again; one slice of one take can be longer."""
 
 
