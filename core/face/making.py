@@ -91,11 +91,10 @@ def make(
 
 def _loudness(audio: np.ndarray) -> np.ndarray:
     hop = SAMPLE_RATE // RATE
-    count = max(len(audio) // hop, 1)
-    frames = np.zeros((count, hop), np.float32)
-    whole = min(len(audio) // hop, count)
-    frames[:whole] = audio[: whole * hop].reshape(-1, hop)
-    level = 10 * np.log10(np.einsum("ij,ij->i", frames, frames) / hop + 1e-9)
+    whole, count = len(audio) // hop, max(len(audio) // hop, 1)
+    frames, power = audio[: whole * hop].reshape(-1, hop), np.zeros(count)
+    power[:whole] = np.einsum("ij,ij->i", frames, frames)  # of the recording itself: an hour of it is not copied
+    level = 10 * np.log10(power / hop + 1e-9)
     level = gaussian(level, 0.02 * RATE)
     return level - np.percentile(level, 90) + 4.0
 
