@@ -10,6 +10,9 @@ import skeletons
 from bodies import Body, body
 from s2ag.core.cli.main import main
 from s2ag.core.errors import RigUnusable
+from s2ag.core.motion import skeleton
+from s2ag.core.motion.face import CHANNELS, Face
+from s2ag.core.motion.motion import Motion
 from s2ag.rigs import maps
 from s2ag.rigs.family import families
 from s2ag.s2ag_blender import compat
@@ -93,6 +96,57 @@ def test_an_unknown_rig_is_told_saved_filled_in_and_then_gestures(tmp_path, wave
     keyed = {curve.data_path.split('"')[1] for curve in compat.curves(action)}
     assert {name for part in ("left_upper_arm", "right_forearm") for name in figure.chains[part]} <= keyed
     assert result["outputs"] == [str(tmp_path / "out.blend")]
+
+
+def give_face(armature, *names):
+    """A triangle on an armature with shape keys of these names."""
+    mesh = bpy.data.meshes.new("Head")
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    item = bpy.data.objects.new("Head", mesh)
+    bpy.context.scene.collection.objects.link(item)
+    item.parent = armature
+    for name in ("Basis", *names):
+        item.shape_key_add(name=name, from_mix=False).value = 0.0
+
+
+def test_a_face_is_saved_edited_and_then_speaks(tmp_path, capsys, quiet):
+    armature = rigging.make_armature(scaled(skeletons.person(MIXAMO, "A")))
+    give_face(armature, "jawOpen", "mouthPucker", "mouthFunnel", "mouthPressLeft", "Wink")
+    path = saved(tmp_path)
+    file = tmp_path / "face.json"
+    quiet()
+    assert command("rig", path, "--save-face", file) == 0
+    told = capsys.readouterr()
+    assert "face: ARKit 52, 4 keys, 2 bones" in told.out and told.err.endswith(f"{file} holds the face that was found.\n")
+    assert any(line.split() == ["blinks", "missing"] for line in told.out.splitlines())
+    content = json.loads(file.read_text("utf-8"))
+    assert content["keys"]["jawOpen"] == {"JAW": 0.5}
+    content["keys"] |= {"Wink": {"BLINK_LEFT": 1, "BLINK_RIGHT": 1}, "jawOpen": {"JAW": 0.25}}
+    file.write_text(json.dumps(content), "utf-8")
+    assert command("rig", path, "--face-map", file) == 0
+    assert any(line.split() == ["blinks", "Wink"] for line in capsys.readouterr().out.splitlines())
+
+    weights = np.zeros((100, len(CHANNELS)), np.float32)
+    weights[:, [CHANNELS.index("JAW"), CHANNELS.index("BLINK_LEFT")]] = 0.8
+    motion = Motion(np.repeat(skeleton.REST[None], 16, 0), face=Face(weights, np.zeros((0, 2))))
+    motion.save(tmp_path / "motion.npz")
+    one = Performer((str(tmp_path / "motion.npz"),), character=str(path), face_map=str(file))
+    perform(Job((one,), (str(tmp_path / "out.blend"),)), Voice(lambda line: None))
+    (key,) = bpy.data.shape_keys
+    bpy.context.scene.frame_set(5)
+    shown = key.evaluated_get(bpy.context.evaluated_depsgraph_get()).key_blocks
+    assert shown["jawOpen"].value == pytest.approx(0.2, abs=1e-3) and shown["Wink"].value == pytest.approx(0.8, abs=1e-3)
+
+
+def test_no_face_no_face_map(tmp_path, capsys, quiet):
+    path = saved(tmp_path, scaled(skeletons.person(MIXAMO, "A")))
+    quiet()
+    assert command("rig", path, "--save-face", tmp_path / "face.json") == 2
+    assert "has no face that speaks" in capsys.readouterr().err and not (tmp_path / "face.json").exists()
+    (tmp_path / "face.json").write_text('{"face_map": 1, "keys": {"jawOpen": {"EAR": 1}}}', "utf-8")
+    assert command("rig", path, "--face-map", tmp_path / "face.json") == 2
+    told = capsys.readouterr()
+    assert "shows by 'jawOpen' what no face does" in told.err and not told.out
 
 
 def test_a_map_with_a_wrong_bone_is_told_before_anything_happens(tmp_path, capsys):
