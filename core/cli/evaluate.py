@@ -28,7 +28,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--speech", metavar="FOLDER", type=Path, help="the speech it was built with")
     parser.add_argument("--report", metavar="DIR", type=Path, help="folder for the report")
     faces = (
-        "measure only speaking faces, of the recordings of people: closed lips, jaw and voice, blinks, gaze; needs no corpus"
+        "measure only speaking faces, of the recordings of people: closed lips, jaw and voice, blinks, eyes; needs no corpus"
     )
     parser.add_argument("--faces", action="store_true", help=faces)
     performance.add_checkpoint(parser)

@@ -1,8 +1,9 @@
 """Where eyes look and when lids close: saccades from one thing to the next, held while the head moves, and blinks.
 
 Figures are those of people in conversation: 26 blinks a minute, in clusters (Bentivoglio et al. 1997); saccades of 2.2 ms a
-degree and 21 ms besides (Baloh et al. 1975); speakers look away while they plan and at the listener as a phrase ends (Kendon
-1967); eyes arrive before the head, which takes a part of what is left over (Freedman 2008).
+degree and 21 ms besides (Baloh et al. 1975); eyes arrive before the head, which takes a part of what is left over (Freedman
+2008). That speakers look away while they plan and at the listener as a phrase ends is a rule after Kendon (1967), whose figures
+are not aimed at: the listener is where the head usually points, and how often both point there is not measured.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Figures of speaking faces, beside what is known of people: closed lips, jaw and voice, blinks, gaze.
+"""Figures of speaking faces, beside what is known of people: closed lips, jaw and voice, blinks, and eyes in the head.
 
 What people do, by which figures are to be read:
 
@@ -8,9 +8,9 @@ What people do, by which figures are to be read:
   statistics of audiovisual speech").
 - Blinks: 26 a minute in conversation, 17 at rest, 4.5 reading (Bentivoglio et al. 1997, "Analysis of blink rate patterns in
   normal subjects").
-- Gaze: two who talk look at each other's eyes 41 % of the time while talking (Argyle and Ingham 1972, "Gaze, mutual gaze, and
-  proximity"); speakers look away as they begin and at the listener as they end (Kendon 1967, "Some functions of
-  gaze-direction in social interaction").
+
+Of gaze only the eyes in the head are measured, beside which no figure of people stands: theirs are of gaze at the listener, for
+which the head counts as much.
 """
 
 from os import PathLike
@@ -34,7 +34,7 @@ PEOPLE = {
     "blinks a minute": "26 in conversation (Bentivoglio et al. 1997)",
 }
 """What people do, by the rows of :func:`table`."""
-_AT_LISTENER = 6.0
+_AHEAD = 6.0
 """Degrees from straight ahead in the head: where the head is turned, that is not where the listener is."""
 _BORDER = 0.3
 """Seconds after a phrase's begin and before its end that are looked at."""
@@ -81,9 +81,9 @@ def false(face: Face, spans: list[tuple[float, float]], near: float = 0.05) -> f
 
 
 def behaviour(face: Face, spoken: making.Spoken) -> dict[str, float]:
-    """Figures that need no text: jaw, blinks, gaze, and the shortest viseme that is seen, in milliseconds."""
+    """Figures that need no text: jaw, blinks, eyes in the head, and the shortest viseme that is seen, in milliseconds."""
     speech = _during(spoken.phrases, len(face.weights))
-    looks = np.hypot(*_gaze(face).T) <= _AT_LISTENER
+    ahead = np.hypot(*_gaze(face).T) <= _AHEAD
     begins = np.stack([spoken.phrases[:, 0], spoken.phrases[:, 0] + _BORDER], 1)
     ends = np.stack([spoken.phrases[:, 1] - _BORDER, spoken.phrases[:, 1]], 1)
     shut = face.weights[:, channel("BLINK_LEFT")] > 0.5
@@ -91,9 +91,9 @@ def behaviour(face: Face, spoken: making.Spoken) -> dict[str, float]:
     return {
         "jaw_with_loudness": float(np.corrcoef(jaw, loud)[0, 1]) if speech.sum() > 2 and jaw.any() else float("nan"),
         "blinks_a_minute": float((np.diff(shut.astype(int)) > 0).sum() / face.duration * 60),
-        "looks_at_listener": _share(looks, speech),
-        "looks_as_phrases_begin": _share(looks, _during(begins, len(looks))),
-        "looks_as_phrases_end": _share(looks, _during(ends, len(looks))),
+        "eyes_ahead": _share(ahead, speech),
+        "eyes_ahead_as_phrases_begin": _share(ahead, _during(begins, len(ahead))),
+        "eyes_ahead_as_phrases_end": _share(ahead, _during(ends, len(ahead))),
         "shifts_a_second": _shifts(face),
         "shortest_viseme_ms": 1000 * shortest(face),
     }
@@ -125,9 +125,9 @@ def table(found: dict[str, dict[str, float]]) -> str:
             "by ear alone": _closures(one, "closures_by_ear", f", {one.get('false_closures_by_ear', 0):.0%} too many"),
             "jaw with loudness": f"r = {one['jaw_with_loudness']:.2f}",
             "blinks a minute": f"{one['blinks_a_minute']:.0f}",
-            "eyes ahead in the head": f"{one['looks_at_listener']:.0%} while talking",
-            "as phrases begin, end": f"{one['looks_as_phrases_begin']:.0%}, {one['looks_as_phrases_end']:.0%}",
-            "shifts of gaze": f"{one['shifts_a_second']:.1f} a second",
+            "eyes ahead in the head": f"{one['eyes_ahead']:.0%} while talking",
+            "as phrases begin, end": f"{one['eyes_ahead_as_phrases_begin']:.0%}, {one['eyes_ahead_as_phrases_end']:.0%}",
+            "shifts of the eyes": f"{one['shifts_a_second']:.1f} a second",
             "shortest viseme": f"{one['shortest_viseme_ms']:.0f} ms",
         }
         rows += [f"  {row:<23}{value:<44}{PEOPLE.get(row, '')}".rstrip() for row, value in told.items() if value]
