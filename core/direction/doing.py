@@ -91,9 +91,8 @@ def through(
     return replace(state, motion=made), miss
 
 
-def _bare(motion: Motion, places, core, held, arms=cores.ARMS) -> Motion:
-    """A motion with nothing but the way to its core and back; a core of one frame or two is where it turns."""
-    still = core.frames if len(core.frames) < 3 else ()
+def _bare(motion: Motion, places, core, held, arms=cores.ARMS, still=None) -> Motion:
+    """A motion with nothing but the way to its core and back; it halts at frames ``still``."""
     for start, stop in places:
         for part in ((start, min(stop, core.first)), (max(start, core.last + 1), stop)):
             motion = filling.quiet(motion, part, held, arms, still) if part[1] > part[0] else motion
@@ -258,7 +257,8 @@ def _held(filler: Filler, state: State, edit: dict, core: cores.Core, whole: boo
     for wanted in _LED if far > 0 else ():
         places = [spans.until(free.held, core.first, core.last, wanted)]
         led = filler.fill(state.motion, places, core, seed_of(filler, edit, 0), free.held, whole=whole)[0]
-        led = _bare(led, places, core, free.held, filling.ALL if whole else cores.ARMS)
+        turns = core.frames if len(core.frames) < 3 else ()
+        led = _bare(led, places, core, free.held, filling.ALL if whole else cores.ARMS, turns)
         strain = filling.strain(state.motion, led, places)
         made, far = (led, strain) if strain < far else (made, far)
         if far <= 0:

@@ -84,8 +84,9 @@ class Filler:
 
 
 def quiet(motion: Motion, place: spans.Span, held: np.ndarray, arms: Sequence[int] = ARMS, still: Sequence[int] = ()) -> Motion:
-    """The take with ``arms`` that go the shortest smooth way through a span, as fast at its ends as they come and go; at
-    frames ``still`` they halt.
+    """The take with ``arms`` that go the shortest smooth way through a span, as fast at its ends as they come and go.
+
+    With ``still``, frames at which they halt, they go there at an even pace however far it is.
     """
     start, stop = place
     directions, arms = motion.directions.copy(), list(arms)
@@ -94,10 +95,12 @@ def quiet(motion: Motion, place: spans.Span, held: np.ndarray, arms: Sequence[in
     if length < 2:
         return motion
     poses = directions[:, arms].astype(float)
-    slopes = [poses[high] * 0 if at in (0, len(directions) - 1, *still) else (poses[at + step] - poses[at]) * step
+    slopes = [poses[high] * 0 if at in (0, len(directions) - 1, *(still or ())) else (poses[at + step] - poses[at]) * step
               for at, step in ((low, -1), (high, 1))]  # fmt: skip
     t = (np.arange(1, length) / length)[:, None, None]
-    path = rest.slerp(poses[low], poses[high], (3 * t**2 - 2 * t**3)[..., 0])
+    rise = 3 * t**2 - 2 * t**3
+    straight = still is None
+    path = (1 - rise) * poses[low] + rise * poses[high] if straight else rest.slerp(poses[low], poses[high], rise[..., 0])
     path = path + (t**3 - 2 * t**2 + t) * length * slopes[0] + (t**3 - t**2) * length * slopes[1]
     inner = np.arange(low + 1, high)
     free = ~held[inner]
