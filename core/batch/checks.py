@@ -6,11 +6,13 @@ from functools import cache
 from pathlib import Path
 
 from ...rigs import maps
+from ...rigs.faces import shapes
 from .. import characters, styles
 from ..direction import edits
 from ..errors import S2agError, UsageError
 from ..meaning import vocabulary
 from ..model.catalogue import describe
+from ..motion import rhubarb
 from ..performance import course
 from ..sound import audio
 from ..vectors import table
@@ -20,7 +22,10 @@ from .manifest import Problem
 
 _SHARED = ("takes", "preset", "engine", "resolution", "fps", "start_frame")
 _AGREE = "Rows of one scene must agree on it."
-_FILES = (("audio", audio.check), ("hears", audio.check), ("vectors", table.check), ("map", maps.load), ("edits", edits.load))
+_FILES = (
+    *(("audio", audio.check), ("hears", audio.check), ("vectors", table.check), ("map", maps.load), ("edits", edits.load)),
+    *(("face_map", shapes.load), ("rhubarb", rhubarb.load)),
+)
 
 
 def check(clips: list[Clip], looked_at: set[int] | None = None) -> list[Problem]:
@@ -60,6 +65,8 @@ def _wrong(clip: Clip, found: dict[tuple, str], known) -> Iterator[str]:
     yield refusal(known, clip.checkpoint) or _refusal(_ask, clip, known(clip.checkpoint))
     if clip.is_filmed:
         yield refusal(characters.checked, clip.character)
+    if clip.rhubarb is not None and not clip.face:
+        yield "Mouth cues move the mouth of a face, and the row has none; its column face is 1."
     if clip.edits is not None and clip.takes != 1:
         yield f"Edits are about one take, and {clip.takes} are asked for."
     if clip.fps is not None and not 1 <= clip.fps <= 240:

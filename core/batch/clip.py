@@ -51,9 +51,9 @@ class Clip:
 
     Words come from ``transcript``, ``text`` or ``recognise``, or are none (``no_transcript``). ``checkpoint``,
     ``vectors``, ``aligner_model``, ``recogniser_model`` and ``vocabulary`` are paths, or None for the shipped ones;
-    ``hears`` is the recording of another speaker, ``edits`` what an animator changed, ``curves`` what goes on in time;
-    ``language`` is a code such as ``de``; ``latent`` is the point of the latent space of a chosen cell; ``take`` is the number
-    of the first take; ``stance`` None is 1 on a character of ours and 0 on others. ``scene`` names what
+    ``hears`` is the recording of another speaker, ``rhubarb`` mouth cues, ``edits`` what an animator changed, ``curves`` what
+    goes on in time; ``language`` is a code such as ``de``; ``latent`` is the point of the latent space of a chosen cell;
+    ``take`` is the number of the first take; ``stance`` None is 1 on a character of ours and 0 on others. ``scene`` names what
     several rows are rendered into together, each with its own recording, which begins ``delay`` seconds into the film, whose
     first frame is ``start_frame``. ``engine``, ``resolution`` and ``fps`` override the preset; without any of them a
     ``.blend`` keeps its own.
@@ -84,6 +84,7 @@ class Clip:
     listen: bool = False
     turn: str = ""
     hears: str | None = None
+    rhubarb: str | None = None
     edits: str | None = None
     curves: str | None = None
     checkpoint: str | None = None
@@ -99,6 +100,7 @@ class Clip:
     gender: str = "female"
     armature: str | None = None
     map: str | None = None
+    face_map: str | None = None
     scene: str = ""
     delay: float = 0.0
     preset: str | None = None

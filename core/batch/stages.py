@@ -72,7 +72,7 @@ class Batch:
         kinds = sorted({"npz", *clip.wanted(MOTION_OUTPUTS)})
         models = tuple(getattr(clip, name) for name in MODELS)
         engine = self._engine(models, not clip.no_transcript, clip.recognise)
-        directed = [_content(path) for path in (clip.edits, clip.curves, clip.hears) if path is not None]
+        directed = [_content(path) for path in (clip.edits, clip.curves, clip.hears, clip.rhubarb) if path is not None]
         made_of = key("synth", engine, asked, kinds, _content(clip.audio), _content(clip.transcript), *directed)
         params = {"clip": clip.plain(), "cache": self.cache}
         return self._step("synth", clip.name, clip.line, record, made_of, params)
@@ -140,7 +140,8 @@ class Batch:
             performers.append({
                 "motions": [str(motion_paths(folder, clip)[take])],
                 "outputs": files,
-                **{part: getattr(clip, part) for part in ("audio", "character", "gender", "armature", "map", "delay")},
+                **{part: getattr(clip, part) for part in ("audio", "character", "gender", "armature", "delay")},
+                **{part: getattr(clip, part) for part in ("map", "face_map")},
             })  # fmt: skip
         scene, sequences = [], []
         for kind in unit.scene_outputs:
@@ -214,7 +215,8 @@ def _engine(models: tuple, has_words: bool, recognises: bool) -> list:
 def _shown(clip: Clip) -> dict:
     """What of a clip is seen and heard beside its motion."""
     file = Path(clip.character)
-    shown = {name: getattr(clip, name) for name in ("character", "gender", "armature", "delay")} | {"map": _content(clip.map)}
+    shown = {name: getattr(clip, name) for name in ("character", "gender", "armature", "delay")}
+    shown |= {name: _content(getattr(clip, name)) for name in ("map", "face_map")}
     if file.suffix:
         shown["character"] = _content(clip.character)
     return shown | {"name": clip.name, "audio": _content(clip.audio), "outputs": clip.wanted(CHARACTER_OUTPUTS)}

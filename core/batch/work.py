@@ -2,12 +2,13 @@
 
 import sys
 import wave
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from ..motion import skeleton
+from ..motion import rhubarb, skeleton
 from ..threads import share_cores
 from . import encode, serving
 from .checks import request
@@ -55,11 +56,13 @@ def _open(**models):
 def _perform(session, clip: Clip, tell):
     """The takes of a clip, after an animator's edits where it has some."""
     if clip.edits is None:
-        return session.synthesize(request(clip), tell)
-    from ..direction import edits
-    from ..direction.directing import Director
+        result = session.synthesize(request(clip), tell)
+    else:
+        from ..direction import edits
+        from ..direction.directing import Director
 
-    return Director(session).direct(request(clip), edits.load(clip.edits), tell)
+        result = Director(session).direct(request(clip), edits.load(clip.edits), tell)
+    return result if clip.rhubarb is None else replace(result, motions=rhubarb.moved(result.motions, clip.rhubarb))
 
 
 def motion_paths(folder: Folder, clip: Clip) -> list[Path]:

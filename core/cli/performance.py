@@ -218,12 +218,7 @@ def _by_cues(options: argparse.Namespace, result):
         return result
     from ..motion import rhubarb
 
-    told = rhubarb.load(options.rhubarb)
-    if any(motion.face is None for motion in result.motions):
-        raise UsageError("--rhubarb moves the mouth of a face, and there is none.", "Add --face.")
-    faces = [rhubarb.onto(motion.face, told, motion.face.meta["intensity"]) for motion in result.motions]
-    moved = [replace(motion, face=face) for motion, face in zip(result.motions, faces, strict=True)]
-    return replace(result, motions=type(result.motions)(moved))
+    return replace(result, motions=rhubarb.moved(result.motions, options.rhubarb))
 
 
 def _affect(text: str) -> list[tuple[str, float]]:

@@ -85,8 +85,10 @@ def make(
         weights[:, CHANNELS.index(name)] = track
     meta = {"version": VERSION, "intensity": float(intensity), "smoothness": float(smoothness), "seed": int(seed)}
     meta["from_sound"] = spoken.from_sound
-    rounded = (np.round(weights * 1000) / 1000).astype(np.float32)  # as files keep them
-    return Face(rounded, closures.astype(np.float32), spoken.sounds, meta)
+    weights *= 1000
+    np.round(weights, out=weights)
+    weights /= 1000  # as files keep them
+    return Face(weights.astype(np.float32), closures.astype(np.float32), spoken.sounds, meta)
 
 
 def _loudness(audio: np.ndarray) -> np.ndarray:

@@ -58,12 +58,15 @@ def tracks(sounds: Sequence[Phone], loudness: np.ndarray, intensity: float = 1.0
     shapes = np.zeros((count, len(VISEMES)))
     if len(sounds):
         shapes = _blended(_segments(sounds, count / RATE), count)
-    shapes = gaussian(shapes, RATE * (0.006 + 0.03 * smoothness))
+    for track in shapes.T:  # one at a time: of an hour they are long
+        track[:] = gaussian(track, RATE * (0.006 + 0.03 * smoothness))
     open_by = np.interp(loudness, [_QUIET, _LOUD], [0.45, 1.1])
     opens = gaussian(open_by, 0.04 * RATE)
     jaw = np.array([_JAW[name] for name in VISEMES])
     vowels = np.array([name in ("AA", "EH", "OH", "RR") for name in VISEMES])
-    shapes = np.clip(shapes * np.where(vowels, opens[:, None], 1.0) * intensity, 0, 1)
+    shapes[:, vowels] *= opens[:, None]
+    shapes *= intensity
+    np.clip(shapes, 0, 1, out=shapes)
     mouth = np.concatenate([shapes, np.clip(shapes @ jaw * opens, 0, 1)[:, None]], 1)
     return _shut(mouth, shut), shut
 

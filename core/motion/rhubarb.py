@@ -17,6 +17,7 @@ from .. import json_text
 from ..errors import UsageError
 from ..files import whole_file
 from .face import CHANNELS, RATE, SHUT, VISEMES, Face
+from .motion import Motion
 
 SUFFIXES = (".tsv", ".json")
 LARGEST = 16_000_000
@@ -135,3 +136,11 @@ def _check(told: Sequence[Cue]) -> None:
         before = start
     if not told:
         raise ValueError("there is no cue in it")
+
+
+def moved(motions: Sequence[Motion], path: str | PathLike) -> list[Motion]:
+    """The same motions with mouths by the cues of a file; raises :class:`UsageError`, also where a motion has no face."""
+    told = load(path)
+    if any(motion.face is None for motion in motions):
+        raise UsageError("Mouth cues move the mouth of a face, and there is none.", "Add --face.")
+    return [replace(one, face=onto(one.face, told, one.face.meta["intensity"])) for one in motions]

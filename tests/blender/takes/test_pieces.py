@@ -110,7 +110,7 @@ def test_another_try_on_a_piece_takes_the_place_of_the_first(take, speaker):
 
 @pytest.mark.parametrize(
     "changes",
-    [{"result": "LAYER"}, {"start_pose": "CURRENT", "end_pose": "CURRENT"}, {"range": "STRIP"}, {"audio_source": "FILE"}],
+    [{"result": "LAYER"}, {"start_pose": "CURRENT", "end_pose": "CURRENT"}, {"range": "STRIP"}],
 )
 def test_nothing_is_around_where_nothing_stays(take, speaker, changes):
     for name, value in changes.items():

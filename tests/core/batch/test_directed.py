@@ -38,3 +38,21 @@ def test_wrong_edits_are_told_before_anything_is_made(clip, tmp_path):
     edits.save([], tmp_path / "mine.json")
     several = Clip(1, "a", clip.audio, takes=2, edits=clip.edits)
     assert any("one take" in problem.sentence for problem in checks.check([several]))
+
+
+def test_mouth_cues_of_a_row_move_its_mouth(tmp_path, examples):
+    (tmp_path / "mouth.tsv").write_text("0.00\tX\n1.00\tA\n1.50\tD\n3.00\tX\n")
+    (tmp_path / "plan.csv").write_text(f"audio,face,rhubarb\n{examples / 'hello.flac'},1,mouth.tsv\n")
+    (clip,), problems = manifest.read(tmp_path / "plan.csv")
+    assert not problems and not checks.check([clip])
+    folder = Folder(tmp_path / "out")
+    batch = Batch(folder, (clip,), "off")
+    (step,) = batch.steps("synth", batch.units)
+    Synthesis()(step.task.params, lambda *_: None)
+    face = Motion.load(folder.result("npz", clip.name, ".npz")).face
+    assert face.meta["cues"] == "rhubarb"
+    np.testing.assert_allclose(face.closures, [[1.0, 1.5]], atol=1e-6)
+    (tmp_path / "mouth.tsv").write_text("0.00\tX\n1.00\tD\n3.00\tX\n")
+    assert Batch(folder, (clip,), "off").steps("synth", batch.units)[0].state == "ready"
+    (still,) = checks.check([Clip(1, "a", clip.audio, rhubarb=clip.rhubarb)])
+    assert "column face" in still.sentence
