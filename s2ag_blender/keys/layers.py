@@ -100,8 +100,9 @@ def slot_of(armature: bpy.types.Object, action: bpy.types.Action):
 
 
 def is_animated(armature: bpy.types.Object, base: bpy.types.Action | None) -> bool:
-    """Whether the character has animation that gestures could blend with."""
-    return base is not None or any(_foreign_strips(armature))
+    """Whether the character has animation that gestures could blend with: an FBX may bring an action of its place alone."""
+    curves = compat.curves(base, slot_of(armature, base)) if base is not None else ()
+    return any(curve.data_path.startswith("pose.") for curve in curves) or any(_foreign_strips(armature))
 
 
 def deltas(

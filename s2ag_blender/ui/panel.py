@@ -33,7 +33,7 @@ class S2AG_PT_gestures(Sidebar, bpy.types.Panel):
             row = layout.row()
             row.scale_y = 1.4
             row.operator("s2ag.try_it", icon="PLAY")
-            layout.label(text="Select a character", icon="INFO")
+            layout.label(text="Select or import a character", icon="INFO")
             column = layout.column(align=True)
             column.operator("s2ag.add_human", icon="OUTLINER_OB_ARMATURE")
             column.operator("s2ag.add_mannequin", icon="ARMATURE_DATA")

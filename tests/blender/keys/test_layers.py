@@ -73,6 +73,17 @@ def test_without_animation_there_is_nothing_to_blend_with(actor, arm, wave):
     assert same_curves(made, sharp)
 
 
+def test_an_imported_action_of_the_place_alone_is_nothing_to_blend_with(actor, arm, wave):
+    (sharp,) = lay(actor, wave(46), blend_in=0)
+    actor.animation_data_clear()
+    for frame in (1, 2):  # as an FBX's "Take 001" has them
+        actor.keyframe_insert("location", frame=frame)
+    (made,) = lay(actor, wave(46), blend_in=8, blend_out=8)
+    posed = [{key: points for key, points in curves(one).items() if key[0].startswith("pose.")} for one in (sharp, made)]
+    assert posed[0] and posed[0].keys() == posed[1].keys()
+    assert all(np.array_equal(points, posed[1][key]) for key, points in posed[0].items())
+
+
 def test_a_strip_covers_the_former_action_and_leaves_it_alone(actor, arm, wave):
     walk = animate(actor, [arm], frames=(1, 200), turn=1.0)
     before = curves(walk)
