@@ -99,6 +99,11 @@ def slot_of(armature: bpy.types.Object, action: bpy.types.Action):
     return compat.find_slot(action, action.get(_SLOT, "")) or compat.first_slot(action, armature.name)
 
 
+def own_curves(action: bpy.types.Action) -> list:
+    """The curves of an action that are its character's: a copy of an imported one has other objects' of the same paths, too."""
+    return compat.curves(action, compat.find_slot(action, action.get(_SLOT, "")))
+
+
 def is_animated(armature: bpy.types.Object, base: bpy.types.Action | None) -> bool:
     """Whether the character has animation that gestures could blend with: an FBX may bring an action of its place alone."""
     curves = compat.curves(base, slot_of(armature, base)) if base is not None else ()

@@ -5,8 +5,7 @@ from collections.abc import Collection, Sequence
 import bpy
 import numpy as np
 
-from .. import compat
-from . import keyframes
+from . import keyframes, layers
 
 EASE = 0.3
 """Seconds in which a curve comes to what it is led through, and goes from it."""
@@ -20,14 +19,14 @@ def values(action: bpy.types.Action, frames: Sequence[float], bones: Collection[
     at = np.array(sorted(set(frames)), float)
     return {
         (curve.data_path, curve.array_index): (at, np.array([curve.evaluate(frame) for frame in at]))
-        for curve in compat.curves(action)
+        for curve in layers.own_curves(action)
         if curve.data_path.startswith(paths or "pose.bones[")
     }
 
 
 def lead(action: bpy.types.Action, targets: Targets, fps: float) -> None:
     """Lead curves of an action through ``targets``; there they have keys and exactly these values."""
-    there = {(curve.data_path, curve.array_index): curve for curve in compat.curves(action)}
+    there = {(curve.data_path, curve.array_index): curve for curve in layers.own_curves(action)}
     for path in dict.fromkeys(path for path, _ in targets):
         curves = {index: there[path, index] for one, index in targets if one == path and (path, index) in there}
         if not curves:

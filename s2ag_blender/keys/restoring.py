@@ -5,14 +5,13 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
-from .. import compat
-from . import keyframes
+from . import keyframes, layers
 
 
 def outside(former: bpy.types.Action, action: bpy.types.Action, spans: Sequence[tuple[float, float]]) -> None:
     """Give curves of ``action`` the keys of ``former`` outside of ``spans`` of frames; curves that only one has stay."""
-    there = {(curve.data_path, curve.array_index): curve for curve in compat.curves(former)}
-    for curve in compat.curves(action):
+    there = {(curve.data_path, curve.array_index): curve for curve in layers.own_curves(former)}
+    for curve in layers.own_curves(action):
         old = there.get((curve.data_path, curve.array_index))
         if old is None:
             continue

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from acted import curves, drawn, press
 from s2ag.core.meaning import vocabulary
-from s2ag.s2ag_blender import provenance
+from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.takes import directing, gesture, takes, versions
 from s2ag.s2ag_blender.ui import directing as ui
 
@@ -48,6 +48,22 @@ def test_gestures_are_marked_and_moved_by_their_markers(speaker, take):
     assert any(abs(other.at - edit["to"]) <= 0.08 for other in directing.shown(after, scene))
     frames = np.array(differing(take, after))
     assert len(frames) and np.abs(frames - one.frame).max() < 3 * fps
+
+
+@pytest.mark.skipif(bpy.app.version < (4, 4), reason="actions have no slots")
+def test_what_an_imported_action_has_for_another_object_stays_its_own(speaker, examples):
+    other = bpy.data.objects.new("Other", None)
+    other.location, speaker.location = (0, 0, -89), (0, 0, 1)
+    speaker.keyframe_insert("location", frame=1)
+    action = speaker.animation_data.action
+    compat.assign_action(other, action, action.slots.new("OBJECT", "Other"))
+    other.keyframe_insert("location", frame=1)
+    speaker.s2ag.audio = str(examples / "hello.flac")
+    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
+    bpy.context.scene.frame_set(middle(now(speaker)).frame)
+    assert press(bpy.ops.s2ag.change_gesture, size=1.3) == {"FINISHED"}
+    bpy.context.scene.frame_set(1)
+    assert tuple(speaker.location) == (0, 0, 1)
 
 
 def test_edits_are_kept_and_added_to(speaker, take, tmp_path):
