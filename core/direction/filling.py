@@ -95,7 +95,8 @@ def quiet(motion: Motion, place: spans.Span, held: np.ndarray, arms: Sequence[in
     if length < 2:
         return motion
     poses = directions[:, arms].astype(float)
-    slopes = [poses[high] * 0 if at in (0, len(directions) - 1, *(still or ())) else (poses[at + step] - poses[at]) * step
+    halts = {0, len(directions) - 1, *(() if still is None else still)}
+    slopes = [poses[high] * 0 if at in halts else (poses[at + step] - poses[at]) * step
               for at, step in ((low, -1), (high, 1))]  # fmt: skip
     t = (np.arange(1, length) / length)[:, None, None]
     rise = 3 * t**2 - 2 * t**3
