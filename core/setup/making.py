@@ -8,7 +8,7 @@ import threading
 import time
 from collections import deque
 
-from ..errors import Cancelled, S2agError
+from ..errors import Cancelled
 from ..files import new_log
 from . import pip, planning, trial
 from .environment import SetupFailed, python_in, requirements
@@ -18,7 +18,7 @@ FULL = 1e7
 """Bytes below which a disk counts as full when something failed."""
 
 
-class Setup:
+class Setup(trial.Polled):
     """Makes the environment of a :class:`Plan`. ``stage`` with its ``names``, ``value`` (0..1 within it) and ``line`` are
     current after :meth:`poll`; when that returned True, ``result`` has the facts of a working engine or ``error`` says why not.
 
@@ -28,8 +28,6 @@ class Setup:
     def __init__(self, plan: Plan):
         self.plan = plan
         self.stage, self.names, self.value, self.line = "Make the environment", {}, 0.0, ""
-        self.result: dict | None = None
-        self.error: S2agError | None = None
         self._listener = pip.Listener()
         self._said: deque[str] = deque(maxlen=200)
         self._looked = 0.0
@@ -52,11 +50,6 @@ class Setup:
         except (SetupFailed, OSError) as error:
             self._fail(error)
 
-    @property
-    def done(self) -> bool:
-        """Whether it ended, one way or the other."""
-        return self.result is not None or self.error is not None
-
     def poll(self) -> bool:
         """Take in what was said and go on to the next step, without waiting."""
         try:
@@ -68,20 +61,6 @@ class Setup:
         except (SetupFailed, OSError) as error:
             self._fail(error)
         return self.done
-
-    def wait(self, progress=None) -> dict:
-        """Wait for the end and return the facts, or raise the error; Ctrl-C cancels and is passed on."""
-        try:
-            while not self.poll():
-                if progress:
-                    progress(self.stage.format(**self.names), self.value)
-                time.sleep(trial.PAUSE)
-        except BaseException:
-            self.cancel()
-            raise
-        if self.error:
-            raise self.error
-        return self.result
 
     def cancel(self) -> None:
         """Stop at once; what was made so far is deleted in the background."""

@@ -65,21 +65,40 @@ class Program:
                 self.lines.put(line.decode("utf-8", "replace").rstrip())
 
 
-class Check:
+class Polled:
+    """Work that :meth:`poll` looks after: its ``stage`` with its ``names`` and ``value``, then its ``result`` or ``error``."""
+
+    result: dict | None = None
+    error: S2agError | None = None
+
+    @property
+    def done(self) -> bool:
+        """Whether it ended, one way or the other."""
+        return self.result is not None or self.error is not None
+
+    def wait(self, progress=None) -> dict:
+        """Wait for the end and return the facts, or raise the error; Ctrl-C cancels and is passed on."""
+        try:
+            while not self.poll():
+                if progress:
+                    progress(self.stage.format(**self.names), self.value)
+                time.sleep(PAUSE)
+        except BaseException:
+            self.cancel()
+            raise
+        if self.error:
+            raise self.error
+        return self.result
+
+
+class Check(Polled):
     """Lets an interpreter gesture a clip; ``result`` are facts about its engine once :meth:`poll` returned True."""
 
     def __init__(self, python: str | os.PathLike):
         self.stage, self.names, self.value, self.line = STAGE, {}, 0.0, ""
-        self.result: dict | None = None
-        self.error: S2agError | None = None
         self.said: deque[str] = deque(maxlen=40)
         """What it printed last."""
         self._program = Program(command(python))
-
-    @property
-    def done(self) -> bool:
-        """Whether it ended."""
-        return self.result is not None or self.error is not None
 
     def poll(self) -> bool:
         """Look how it goes, without waiting."""
@@ -91,20 +110,6 @@ class Check:
             except SetupFailed as error:
                 self.error = error
         return self.done
-
-    def wait(self, progress=None) -> dict:
-        """Wait for the end; returns the facts or raises the error, and ends it if interrupted."""
-        try:
-            while not self.poll():
-                if progress:
-                    progress(self.stage, self.value)
-                time.sleep(PAUSE)
-        except BaseException:
-            self.cancel()
-            raise
-        if self.error:
-            raise self.error
-        return self.result
 
     def cancel(self) -> None:
         """Stop at once."""
