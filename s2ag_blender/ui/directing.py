@@ -1,4 +1,4 @@
-"""Directing a take: the panel of its gestures, and the operators that change them."""
+"""Directing a take: the operators that change its gestures."""
 
 import bpy
 
@@ -8,10 +8,9 @@ from ...core.errors import UsageError
 from ...core.meaning import vocabulary
 from .. import compat, provenance
 from ..takes import directing, generate, keeping, retiming, takes, versions
-from ..takes.running import Generating, character
+from ..takes.running import character
 from ..translations import told, told_error
-from .operators import obstacle
-from .panel import Sidebar
+from .take_ops import OfTake, OnTake, selected
 
 _HANDS = (("left", "Left Hand", ""), ("right", "Right Hand", ""), ("both", "Both Hands", ""))
 _AS_IT_IS = ("keep", "As It Is", "")
@@ -19,26 +18,21 @@ _KINDS = (
     (gestures.BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
     *((name, name.replace("_", " ").capitalize(), "") for name in vocabulary.load().gestures),
 )
-_LABELS = {name: label for name, label, _ in (*_KINDS, *_HANDS)}
+LABELS = {name: label for name, label, _ in (*_KINDS, *_HANDS)}
+"""What kinds and hands are called."""
 _FOUND: list = []  # Blender needs the texts of a search to stay
 
 
-class _Directing(Generating):
+class _Directing(OfTake):
     """Base of operators that make the next version of a take after edits; the former one stays to be flipped to."""
 
     at_gesture = True
     pins = ()  # what the edits keep
 
     @classmethod
-    def poll(cls, context):
-        armature = character(context)
-        take = takes.active(armature) if armature is not None else None
-        reason = obstacle(context) if armature is None or take is not None else told("Select a take in the list")
-        if not reason and not (provenance.of(take.action) and directing.GESTURES in take.action):
-            reason = told("The gestures of this take are not known: generate it again")
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
+    def unknown(cls, take) -> str:
+        known = provenance.of(take.action) and directing.GESTURES in take.action
+        return "" if known else told("The gestures of this take are not known: generate it again")
 
     def planned(self, context, armature):
         action = takes.active(armature).action
@@ -59,20 +53,6 @@ def _asked(operator) -> dict:
     chosen = {name: getattr(operator, name) for name in ("kind", "hand")}
     chosen = {name: value for name, value in chosen.items() if value != "keep"}
     return chosen | ({"size": round(operator.size, 3)} if abs(operator.size - 1) > 1e-3 else {})
-
-
-class _OnTake:
-    """Base of operators on the selected take that make nothing."""
-
-    bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context):
-        armature = character(context)
-        if armature is not None and takes.active(armature) is not None:
-            return True
-        cls.poll_message_set(told("Select a take in the list"))
-        return False
 
 
 class S2AG_OT_apply_markers(_Directing, bpy.types.Operator):
@@ -140,14 +120,13 @@ class S2AG_OT_add_gesture(_Directing, bpy.types.Operator):
 
 def _search(operator, context) -> list:
     """The words of the selected take, each with the second at which it is said."""
-    armature = character(context)
-    take = takes.active(armature) if armature is not None else None
+    take = selected(context)[1]
     said = directing.words(take.action) if take is not None else []
     _FOUND[:] = [(str(number), f"{word}  {start:.1f} s", "") for number, (word, start, _) in enumerate(said)]
     return _FOUND
 
 
-class S2AG_OT_add_at_word(_OnTake, bpy.types.Operator):
+class S2AG_OT_add_at_word(OnTake, bpy.types.Operator):
     """Search the words of the take, and add a gesture at the one that is chosen"""
 
     bl_idname = "s2ag.add_at_word"
@@ -244,7 +223,7 @@ class S2AG_OT_keep_place(_Directing, bpy.types.Operator):
         return directing.made(action), more
 
 
-class S2AG_OT_follow_sound(_OnTake, bpy.types.Operator):
+class S2AG_OT_follow_sound(OnTake, bpy.types.Operator):
     """Move the selected take, with all its versions, to where its sound strip is now; nothing is made anew"""
 
     bl_idname = "s2ag.follow_sound"
@@ -269,7 +248,7 @@ class S2AG_OT_follow_sound(_OnTake, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class _OnVersions(_OnTake):
+class _OnVersions(OnTake):
     """Base of operators on the versions of a take."""
 
     @classmethod
@@ -310,84 +289,6 @@ class S2AG_OT_drop_versions(_OnVersions, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class S2AG_UL_gestures(bpy.types.UIList):
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
-        one = next((one for one in directing.shown(data, context.scene) if one.name == item.name), None)
-        if one is None:
-            return
-        row = layout.split(factor=0.5, align=True)
-        moved = item.frame != one.frame
-        names = [one.hand] if one.kind == gestures.BEAT else [one.kind, one.hand]
-        row.label(text=f"{item.frame}  {one.word}", icon="MARKER_HLT" if moved else "BLANK1", translate=False)
-        row.label(text=", ".join(told(_LABELS.get(name, name)) for name in names), translate=False)
-
-    def filter_items(self, context, data, prop):
-        """Markers of gestures only, in order of time."""
-        marks = list(getattr(data, prop))
-        known = {one.name for one in directing.shown(data, context.scene)}
-        flags = [self.bitflag_filter_item if mark.name in known else 0 for mark in marks]
-        places = sorted(range(len(marks)), key=lambda number: marks[number].frame)
-        order = [0] * len(marks)
-        for place, number in enumerate(places):
-            order[number] = place
-        return flags, order
-
-
-class S2AG_PT_directing(Sidebar, bpy.types.Panel):
-    bl_label = "Directing"
-    bl_parent_id = "S2AG_PT_gestures"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context):
-        armature = character(context)
-        return armature is not None and takes.active(armature) is not None
-
-    def draw(self, context):
-        layout, take = self.layout, takes.active(character(context))
-        session = context.window_manager.s2ag
-        if directing.shown(take.action, context.scene):
-            layout.template_list("S2AG_UL_gestures", "", take.action, "pose_markers", session, "gesture", rows=5)
-        else:
-            layout.label(text="No gestures are known", icon="INFO")
-        if retiming.moved(take.action, context.scene):
-            row = layout.row()
-            row.alert = True
-            row.operator("s2ag.follow_sound", icon="SOUND")
-        draw_versions(layout, take)
-        column = layout.column(align=True)
-        column.operator("s2ag.apply_markers", icon="MARKER_HLT")
-        column.operator_menu_enum("s2ag.reroll_range", "what", icon="FILE_REFRESH")
-        row = layout.row(align=True)
-        row.operator_menu_enum("s2ag.add_gesture", "kind", text="Add Gesture", icon="ADD")
-        row.operator_menu_enum("s2ag.add_at_word", "kind", text="", icon="VIEWZOOM")
-        row.operator("s2ag.delete_gesture", text="", icon="REMOVE")
-        row = layout.row(align=True)
-        row.operator_menu_enum("s2ag.change_gesture", "kind", text="Kind")
-        row.operator_menu_enum("s2ag.change_gesture", "hand", text="Hands")
-        row.operator("s2ag.change_gesture", text="Smaller").size = 0.75
-        row.operator("s2ag.change_gesture", text="Larger").size = 1.33
-        column = layout.column(align=True)
-        column.operator_menu_enum("s2ag.keep_pose", "what", icon="PINNED")
-        settings = character(context).s2ag
-        column.prop(settings, "target", text="")
-        row = column.row(align=True)
-        row.enabled = settings.target is not None
-        row.operator_menu_enum("s2ag.keep_place", "hand", text="Hand at Object", icon="VIEW_PAN")
-
-
-def draw_versions(layout, take) -> None:
-    """Which version of a take is shown, and the buttons that flip through them."""
-    at, count = versions.place(take)
-    if count < 2:
-        return
-    row = layout.row(align=True)
-    row.operator("s2ag.flip_version", text="", icon="TRIA_LEFT").back = True
-    row.label(text=told("Version {at} of {count}", at=at, count=count))
-    row.operator("s2ag.flip_version", text="", icon="TRIA_RIGHT").back = False
-    row.operator("s2ag.drop_versions", text="", icon="TRASH")
-
-
 CLASSES = (
     S2AG_OT_apply_markers,
     S2AG_OT_delete_gesture,
@@ -401,4 +302,3 @@ CLASSES = (
     S2AG_OT_flip_version,
     S2AG_OT_drop_versions,
 )
-PANELS = (S2AG_UL_gestures, S2AG_PT_directing)

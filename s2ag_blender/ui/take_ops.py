@@ -10,40 +10,44 @@ from ..translations import told
 from .operators import obstacle
 
 
-def _selected(context):
+def selected(context):
     """The character and its selected take; None where there is none."""
     armature = character(context)
     return armature, takes.active(armature) if armature is not None else None
 
 
-class _OnTake:
+class OnTake:
     """Base of operators that need a selected take."""
 
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context):
-        if _selected(context)[1] is not None:
+        if selected(context)[1] is not None:
             return True
         cls.poll_message_set(told("Select a take in the list"))
         return False
 
 
-class _MoreTakes(Generating):
-    """Base of operators that make more takes like the selected one."""
+class OfTake(Generating):
+    """Base of operators that make something of the selected take."""
+
+    @classmethod
+    def unknown(cls, take) -> str:
+        """What is not known of a take that would have to be; empty if all is."""
+        return "" if provenance.of(take.action) is not None else told("Nothing is known of how this take was made")
 
     @classmethod
     def poll(cls, context):
-        armature, take = _selected(context)
+        armature, take = selected(context)
         reason = obstacle(context) if armature is None or take is not None else told("Select a take in the list")
-        if not reason and provenance.of(take.action) is None:
-            reason = told("Nothing is known of how this take was made")
+        reason = reason or cls.unknown(take)
         if reason:
             cls.poll_message_set(reason)
         return not reason
 
 
-class S2AG_OT_change_keys(_OnTake, bpy.types.Operator):
+class S2AG_OT_change_keys(OnTake, bpy.types.Operator):
     """Key the selected take on every frame, or again on those that matter; edits by hand stay"""
 
     bl_idname = "s2ag.change_keys"
@@ -53,13 +57,13 @@ class S2AG_OT_change_keys(_OnTake, bpy.types.Operator):
     def poll(cls, context):
         if not super().poll(context):
             return False
-        if density.KEYED not in _selected(context)[1].action:
+        if density.KEYED not in selected(context)[1].action:
             cls.poll_message_set(told("Nothing is known of how this take was made"))
             return False
         return True
 
     def execute(self, context):
-        armature, take = _selected(context)
+        armature, take = selected(context)
         dense = density.is_dense(take.action)
         fps = apply.scene_fps(context.scene)
         density.convert(armature, take.action, armature.s2ag.tolerance if dense else None, fps)
@@ -68,7 +72,7 @@ class S2AG_OT_change_keys(_OnTake, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class S2AG_OT_reroll(_MoreTakes, bpy.types.Operator):
+class S2AG_OT_reroll(OfTake, bpy.types.Operator):
     """Make another take with the settings of the selected one and a new seed"""
 
     bl_idname = "s2ag.reroll"
@@ -79,7 +83,7 @@ class S2AG_OT_reroll(_MoreTakes, bpy.types.Operator):
         return generate.plan(context, armature, **takes.rerolled(armature, action))
 
 
-class S2AG_OT_vary(_MoreTakes, bpy.types.Operator):
+class S2AG_OT_vary(OfTake, bpy.types.Operator):
     """Make takes that are near the selected one"""
 
     bl_idname = "s2ag.vary"
@@ -120,44 +124,44 @@ class S2AG_OT_style_grid(Generating, bpy.types.Operator):
         return generate.plan(context, armature, styles=styles, takes=1)
 
 
-class S2AG_OT_keep_take(_OnTake, bpy.types.Operator):
+class S2AG_OT_keep_take(OnTake, bpy.types.Operator):
     """Keep the selected take when the others are deleted, or no longer keep it"""
 
     bl_idname = "s2ag.keep_take"
     bl_label = "Keep Take"
 
     def execute(self, context):
-        _, take = _selected(context)
+        _, take = selected(context)
         take.keep = not take.keep
         return {"FINISHED"}
 
 
-class S2AG_OT_delete_take(_OnTake, bpy.types.Operator):
+class S2AG_OT_delete_take(OnTake, bpy.types.Operator):
     """Delete the selected take and its action"""
 
     bl_idname = "s2ag.delete_take"
     bl_label = "Delete Take"
 
     def execute(self, context):
-        armature, _ = _selected(context)
+        armature, _ = selected(context)
         takes.delete(armature, [armature.s2ag.active_take])
         return {"FINISHED"}
 
 
-class S2AG_OT_delete_others(_OnTake, bpy.types.Operator):
+class S2AG_OT_delete_others(OnTake, bpy.types.Operator):
     """Delete all takes that are not kept and not selected"""
 
     bl_idname = "s2ag.delete_others"
     bl_label = "Delete Others"
 
     def execute(self, context):
-        armature, _ = _selected(context)
+        armature, _ = selected(context)
         count = takes.delete_others(armature)
         self.report({"INFO"}, told("{count} takes deleted", count=count))
         return {"FINISHED"}
 
 
-class S2AG_OT_recall_take(_OnTake, bpy.types.Operator):
+class S2AG_OT_recall_take(OnTake, bpy.types.Operator):
     """Set all settings to those that the selected take was made with"""
 
     bl_idname = "s2ag.recall_take"
@@ -165,7 +169,7 @@ class S2AG_OT_recall_take(_OnTake, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        _, take = _selected(context)
+        _, take = selected(context)
         if take is None or "settings" not in (provenance.of(take.action) or {}):
             nothing = told("Nothing is known of how this take was made")
             cls.poll_message_set(told("Select a take in the list") if take is None else nothing)
@@ -173,12 +177,12 @@ class S2AG_OT_recall_take(_OnTake, bpy.types.Operator):
         return True
 
     def execute(self, context):
-        armature, take = _selected(context)
+        armature, take = selected(context)
         takes.recall_settings(armature, take.action)
         return {"FINISHED"}
 
 
-class S2AG_OT_fit_range(_OnTake, bpy.types.Operator):
+class S2AG_OT_fit_range(OnTake, bpy.types.Operator):
     """Lengthen the scene so that it shows all of the selected take"""
 
     bl_idname = "s2ag.fit_range"

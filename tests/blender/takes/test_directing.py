@@ -7,7 +7,7 @@ from acted import curves, drawn, press
 from s2ag.core.meaning import vocabulary
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.takes import directing, gesture, takes, versions
-from s2ag.s2ag_blender.ui import directing as ui
+from s2ag.s2ag_blender.ui import gesture_panel as ui
 
 
 @pytest.fixture

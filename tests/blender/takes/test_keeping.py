@@ -6,7 +6,7 @@ import pytest
 from acted import apart, curves, drawn, pose, press
 from mathutils import Quaternion, Vector
 from s2ag.s2ag_blender.takes import directing, keeping, takes
-from s2ag.s2ag_blender.ui import directing as ui
+from s2ag.s2ag_blender.ui import gesture_panel as ui
 
 ARM = ("left_upper_arm", "left_forearm")
 

@@ -6,7 +6,7 @@ import pytest
 from acted import curves, drawn, press
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.takes import directing, retiming, takes
-from s2ag.s2ag_blender.ui import directing as ui
+from s2ag.s2ag_blender.ui import gesture_panel as ui
 
 pytestmark = pytest.mark.usefixtures("sound_system")
 

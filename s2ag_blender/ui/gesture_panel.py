@@ -1,0 +1,91 @@
+"""The panel of a take's gestures: which there are, which version is shown, and what can be done to them."""
+
+import bpy
+
+from ...core.direction import gestures
+from ..takes import directing, retiming, takes, versions
+from ..takes.running import character
+from ..translations import told
+from .directing import LABELS
+from .panel import Sidebar
+
+
+class S2AG_UL_gestures(bpy.types.UIList):
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
+        one = next((one for one in directing.shown(data, context.scene) if one.name == item.name), None)
+        if one is None:
+            return
+        row = layout.split(factor=0.5, align=True)
+        moved = item.frame != one.frame
+        names = [one.hand] if one.kind == gestures.BEAT else [one.kind, one.hand]
+        row.label(text=f"{item.frame}  {one.word}", icon="MARKER_HLT" if moved else "BLANK1", translate=False)
+        row.label(text=", ".join(told(LABELS.get(name, name)) for name in names), translate=False)
+
+    def filter_items(self, context, data, prop):
+        """Markers of gestures only, in order of time."""
+        marks = list(getattr(data, prop))
+        known = {one.name for one in directing.shown(data, context.scene)}
+        flags = [self.bitflag_filter_item if mark.name in known else 0 for mark in marks]
+        places = sorted(range(len(marks)), key=lambda number: marks[number].frame)
+        order = [0] * len(marks)
+        for place, number in enumerate(places):
+            order[number] = place
+        return flags, order
+
+
+class S2AG_PT_directing(Sidebar, bpy.types.Panel):
+    bl_label = "Directing"
+    bl_parent_id = "S2AG_PT_gestures"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        armature = character(context)
+        return armature is not None and takes.active(armature) is not None
+
+    def draw(self, context):
+        layout, take = self.layout, takes.active(character(context))
+        session = context.window_manager.s2ag
+        if directing.shown(take.action, context.scene):
+            layout.template_list("S2AG_UL_gestures", "", take.action, "pose_markers", session, "gesture", rows=5)
+        else:
+            layout.label(text="No gestures are known", icon="INFO")
+        if retiming.moved(take.action, context.scene):
+            row = layout.row()
+            row.alert = True
+            row.operator("s2ag.follow_sound", icon="SOUND")
+        draw_versions(layout, take)
+        column = layout.column(align=True)
+        column.operator("s2ag.apply_markers", icon="MARKER_HLT")
+        column.operator_menu_enum("s2ag.reroll_range", "what", icon="FILE_REFRESH")
+        row = layout.row(align=True)
+        row.operator_menu_enum("s2ag.add_gesture", "kind", text="Add Gesture", icon="ADD")
+        row.operator_menu_enum("s2ag.add_at_word", "kind", text="", icon="VIEWZOOM")
+        row.operator("s2ag.delete_gesture", text="", icon="REMOVE")
+        row = layout.row(align=True)
+        row.operator_menu_enum("s2ag.change_gesture", "kind", text="Kind")
+        row.operator_menu_enum("s2ag.change_gesture", "hand", text="Hands")
+        row.operator("s2ag.change_gesture", text="Smaller").size = 0.75
+        row.operator("s2ag.change_gesture", text="Larger").size = 1.33
+        column = layout.column(align=True)
+        column.operator_menu_enum("s2ag.keep_pose", "what", icon="PINNED")
+        settings = character(context).s2ag
+        column.prop(settings, "target", text="")
+        row = column.row(align=True)
+        row.enabled = settings.target is not None
+        row.operator_menu_enum("s2ag.keep_place", "hand", text="Hand at Object", icon="VIEW_PAN")
+
+
+def draw_versions(layout, take) -> None:
+    """Which version of a take is shown, and the buttons that flip through them."""
+    at, count = versions.place(take)
+    if count < 2:
+        return
+    row = layout.row(align=True)
+    row.operator("s2ag.flip_version", text="", icon="TRIA_LEFT").back = True
+    row.label(text=told("Version {at} of {count}", at=at, count=count))
+    row.operator("s2ag.flip_version", text="", icon="TRIA_RIGHT").back = False
+    row.operator("s2ag.drop_versions", text="", icon="TRASH")
+
+
+CLASSES = (S2AG_UL_gestures, S2AG_PT_directing)
