@@ -36,6 +36,15 @@ def export(scene, character: Character, path: str | Path) -> None:
             raise OutputUnwritable(f"{path} could not be written.", "Free space or choose another folder.")
 
 
+def called(armature: bpy.types.Object) -> str:
+    """What a character plays, by name: its action's, else that of the strip above all others, else its own."""
+    data = armature.animation_data
+    if data is None:
+        return armature.name
+    strips = [strip.name for track in data.nla_tracks if not track.mute for strip in track.strips if not strip.mute]
+    return data.action.name if data.action is not None else (strips or [armature.name])[-1]
+
+
 def _blend(scene, character, path: Path) -> None:
     path.unlink(missing_ok=True)  # Blender would keep the empty file beside it as a backup
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True, relative_remap=True, check_existing=False)
@@ -68,19 +77,33 @@ def _bvh(scene, character, path: Path) -> None:
 
 
 def _fbx(scene, character, path: Path) -> None:
-    bpy.ops.export_scene.fbx(
-        filepath=str(path),
-        check_existing=False,
-        use_selection=True,
-        object_types={"ARMATURE", "MESH"},
-        add_leaf_bones=False,
-        bake_anim_use_nla_strips=False,
-        bake_anim_use_all_actions=False,
-        bake_anim_force_startend_keying=True,
-        bake_anim_simplify_factor=0.0,
-        path_mode="COPY",
-        embed_textures=True,
-    )
+    with _renamed(scene, called(character.armature)):
+        bpy.ops.export_scene.fbx(
+            filepath=str(path),
+            check_existing=False,
+            use_selection=True,
+            object_types={"ARMATURE", "MESH"},
+            add_leaf_bones=False,
+            bake_anim_use_nla_strips=False,
+            bake_anim_use_all_actions=False,
+            bake_anim_force_startend_keying=True,
+            bake_anim_simplify_factor=0.0,
+            path_mode="COPY",
+            embed_textures=True,
+        )
+
+
+@contextlib.contextmanager
+def _renamed(scene, name: str):
+    """While an FBX is written: a scene of that name, for an FBX calls its animation as the scene."""
+    before = scene.name
+    if scene.library is None:
+        scene.name = name
+    try:
+        yield
+    finally:
+        if scene.library is None:
+            scene.name = before
 
 
 def _glb(scene, character, path: Path) -> None:
@@ -90,6 +113,7 @@ def _glb(scene, character, path: Path) -> None:
         export_format="GLB",
         use_selection=True,
         export_animation_mode="ACTIVE_ACTIONS",
+        export_nla_strips_merged_animation_name=called(character.armature),
         export_frame_range=True,
         export_force_sampling=True,
         export_anim_slide_to_zero=True,

@@ -122,8 +122,10 @@ def forget(armature: bpy.types.Object | None = None) -> None:
 
 
 def label(part: str) -> str:
-    """A part's name as a heading: "Left Upper Arm"."""
-    return part.replace("_", " ").title()
+    """A part's name as a heading, as Blender names sides: "Upper Arm L"."""
+    side, _, rest = part.partition("_")
+    named = f"{rest}_{side[0]}" if side in ("left", "right") else part
+    return named.replace("_", " ").title()
 
 
 def _key(armature) -> tuple:

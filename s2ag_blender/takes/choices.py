@@ -1,9 +1,9 @@
 """What the panel offers to choose from: styles of the checkpoint, sound strips of the scene."""
 
 import functools
-import textwrap
 from pathlib import Path
 
+import blf
 import bpy
 
 from ...core.errors import CheckpointUnreadable
@@ -68,10 +68,28 @@ def can_blend(settings) -> bool:
     return settings.style != RANDOM and not is_written(settings)
 
 
-@functools.lru_cache(maxsize=32)
-def wrapped(text: str, width: int = 36) -> list[str]:
-    """A sentence in lines that fit the sidebar."""
-    return textwrap.wrap(text, width)
+ROOM = 206
+"""Width of a sentence beside its icon in the sidebar as it is at first, 280 pixels wide, in pixels of Blender's letters."""
+_POINTS = 11
+
+
+def wide(text: str) -> float:
+    """Width of a text in pixels as Blender draws it at its usual size."""
+    blf.size(0, _POINTS)
+    return blf.dimensions(0, text)[0]
+
+
+@functools.lru_cache(maxsize=64)
+def wrapped(text: str, room: float = ROOM) -> list[str]:
+    """A sentence in lines that fit the sidebar; only a word that is too long alone goes beyond."""
+    lines: list[str] = []
+    for word in text.split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and wide(longer) <= room:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines
 
 
 def style_items(settings, context) -> list:

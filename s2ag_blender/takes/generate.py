@@ -183,7 +183,7 @@ def _without_controls(params: dict, settings) -> tuple[str, ...]:
     asked = [*params.pop("affect", {}).values(), params.pop("rate", 0), params.pop("hand", 0)]
     sizes = {name: points for name, points in params.pop("curves", {}).items() if name == "intensity"}
     params |= {"curves": sizes} if sizes else {}
-    return (told("This checkpoint has intensity only: the other sliders were left out."),) if any(asked) else ()
+    return (told("This gesture model has intensity only: the other sliders were left out."),) if any(asked) else ()
 
 
 def wait(context, planned: Plan, progress=None) -> Outcome:

@@ -106,6 +106,14 @@ def export(context, armature, path: str) -> None:
     export.export(context.scene, Character(armature, tuple(cast.meshes(armature))), path)
 
 
+def file_name(armature) -> str:
+    """What to call a file of what the character plays, without suffix: character and take."""
+    from ..film import export
+
+    name = export.called(armature).replace(" – ", " - ")
+    return "".join(" " if letter in '<>:"/\\|?*' or not letter.isprintable() else letter for letter in name).strip(" .")
+
+
 def add_character(name: str, gender: str = "female"):
     """Build ``human`` or ``mannequin`` in the current scene; returns its armature object, whose legs are ours to move."""
     if name == "human":

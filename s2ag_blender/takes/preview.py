@@ -1,8 +1,9 @@
 """Live preview: while sliders move, a draft of the gestures follows them. Off unless asked for; drafts are never saved.
 
 One draft at a time is on its way; it is shown when it comes, whatever has changed since, so that the character moves while a
-slider is still dragged, and then the latest change is asked for. The draft is one action whose curves are replaced, outside
-undo; the take that is made at the end takes its place.
+slider is still dragged, and the latest change is asked for before it is laid: the engine works on the next draft while
+Blender keys and draws this one. The draft is one action whose curves are replaced, outside undo; the take that is made at the
+end takes its place.
 """
 
 import bpy
@@ -73,6 +74,9 @@ def _receive(uid: int) -> None:
     if result is None:
         return
     del _working[uid]
+    if uid in _wanted:
+        _wanted.discard(uid)
+        _ask(uid)
     if uid not in session.RUNS:
         generate.finish(planned, result)
         session.MESSAGES.pop(uid, None)
@@ -83,7 +87,7 @@ def _guarded(uid: int, work) -> None:
     try:
         work(uid)
     except S2agError as error:
-        _working.pop(uid, None)
+        _abandon(uid)
         if error.kind != "Cancelled":
             session.fail(uid, error)
             redraw(bpy.context)

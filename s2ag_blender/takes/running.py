@@ -69,6 +69,7 @@ class Generating:
         except S2agError as error:
             return self._fail(self._uid, error)
         self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        announce(context, self._run)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -89,6 +90,7 @@ class Generating:
             raise
         if outcome is None:
             if before != (self._run.stage, self._run.value):
+                announce(context, self._run)
                 redraw(context)
             return {"PASS_THROUGH"}
         self._stop(context)
@@ -103,6 +105,7 @@ class Generating:
     def _stop(self, context) -> None:
         if self._run is not None:
             self._run.end()
+        announce(context, None)
         redraw(context)
         if self._timer is not None:
             context.window_manager.event_timer_remove(self._timer)
@@ -122,6 +125,13 @@ class Generating:
         session.fail(uid, error)
         self.report({"ERROR"}, told_error(error))
         return {"CANCELLED"}
+
+
+def announce(context, run: session.Run | None) -> None:
+    """Tell in the status bars of all windows what a run is at, wherever it was started; None gives them back."""
+    text = run and told("{stage} ({share:.0%}), Esc cancels", stage=run.text, share=run.value)
+    for window in context.window_manager.windows:
+        window.workspace.status_text_set(text)
 
 
 def redraw(context) -> None:

@@ -7,7 +7,7 @@ import bpy
 from ...core.errors import Cancelled, S2agError
 from ..engine import errors_log
 from ..translations import told, told_error
-from . import generate, gesture
+from . import generate, gesture, stages
 
 SLICE = 0.02
 """Seconds for which a run lays takes before Blender may draw again; one slice of one take can be longer."""
@@ -27,13 +27,15 @@ class Run:
 
     @property
     def text(self) -> str:
-        """What it is at, for people: which take of how many, where there are several; empty before it has begun."""
-        stage = told(self.stage).capitalize()
-        if self.count == 1 or not stage:
-            return stage
+        """What it is at, for people: which take of how many, where there are several."""
+        if self.cancelled:
+            return told("Cancelling")
+        if self.count == 1 or not self.stage:
+            return stages.shown(self.stage)
         if self._laying is None:
-            return told("{stage}: {count} takes", stage=stage, count=self.count)
-        return told("Key take {number} of {count}", number=min(int(self.value * self.count) + 1, self.count), count=self.count)
+            return told("{stage}: {count} takes", stage=stages.shown(self.stage), count=self.count)
+        number = min(int(self.value * self.count) + 1, self.count)
+        return told("Writing take {number} of {count}", number=number, count=self.count)
 
     def step(self) -> generate.Outcome | None:
         """The outcome when it is done, None while it is not; never waits, and lays takes for no longer than a slice.
@@ -47,7 +49,7 @@ class Run:
         result = gesture.poll(self._job, self._note)
         if result is not None:
             self._laying, self.count = generate.finishing(self.planned, result), len(result["motions"])
-            self.stage, self.value = "key the takes", 0.0
+            self.stage, self.value = stages.KEYING, 0.0
         return None
 
     def _lay(self) -> generate.Outcome | None:

@@ -7,7 +7,10 @@ from ..takes import directing, retiming, takes, versions
 from ..takes.running import character
 from ..translations import told
 from .directing import LABELS
-from .panel import Sidebar
+from .panel import Sidebar, draw_progress, sentence
+
+_LARGER = 1.6
+"""How much larger a press makes a gesture: less is hardly seen."""
 
 
 class S2AG_UL_gestures(bpy.types.UIList):
@@ -45,6 +48,7 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
 
     def draw(self, context):
         layout, take = self.layout, takes.active(character(context))
+        draw_progress(layout, character(context))
         session = context.window_manager.s2ag
         if directing.shown(take.action, context.scene):
             layout.template_list("S2AG_UL_gestures", "", take.action, "pose_markers", session, "gesture", rows=5)
@@ -55,8 +59,8 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
             row.alert = True
             row.operator("s2ag.follow_sound", icon="SOUND")
         draw_versions(layout, take)
+        draw_markers(layout, take, context)
         column = layout.column(align=True)
-        column.operator("s2ag.apply_markers", icon="MARKER_HLT")
         column.operator_menu_enum("s2ag.reroll_range", "what", icon="FILE_REFRESH")
         row = layout.row(align=True)
         row.operator_menu_enum("s2ag.add_gesture", "kind", text="Add Gesture", icon="ADD")
@@ -65,8 +69,9 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
         row = layout.row(align=True)
         row.operator_menu_enum("s2ag.change_gesture", "kind", text="Kind")
         row.operator_menu_enum("s2ag.change_gesture", "hand", text="Hands")
-        row.operator("s2ag.change_gesture", text="Smaller").size = 0.75
-        row.operator("s2ag.change_gesture", text="Larger").size = 1.33
+        row = layout.row(align=True)
+        for text, size in ((told("Smaller"), 1 / _LARGER), (told("Larger"), _LARGER)):
+            row.operator("s2ag.change_gesture", text=f"{text} × {size:.1f}", translate=False).size = size
         column = layout.column(align=True)
         column.operator_menu_enum("s2ag.keep_pose", "what", icon="PINNED")
         settings = character(context).s2ag
@@ -74,6 +79,18 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
         row = column.row(align=True)
         row.enabled = settings.target is not None
         row.operator_menu_enum("s2ag.keep_place", "hand", text="Hand at Object", icon="VIEW_PAN")
+
+
+def draw_markers(layout, take, context) -> None:
+    """How many gestures are to go elsewhere, and the button for it; else where one moves them."""
+    count = len(directing.by_markers(take.action, context.scene))
+    if count:
+        text = told("Apply {count} Moved Markers", count=count)
+        layout.operator("s2ag.apply_markers", text=text, icon="MARKER_HLT", translate=False)
+    elif directing.shown(take.action, context.scene):
+        column = layout.column(align=True)
+        sentence(column, told("To move or delete gestures, move or delete their markers"), "INFO")
+        column.operator("s2ag.show_markers", icon="ACTION")
 
 
 def draw_versions(layout, take) -> None:

@@ -23,7 +23,7 @@ class S2AG_MT_gestures(bpy.types.Menu):
         for name in ("keep_take", "delete_take", "delete_others", "recall_take", "change_keys"):
             layout.operator(f"s2ag.{name}")
         layout.separator()
-        for name in ("apply_markers", "add_gesture", "add_at_word", "change_gesture", "delete_gesture"):
+        for name in ("show_markers", "apply_markers", "add_gesture", "add_at_word", "change_gesture", "delete_gesture"):
             layout.operator(f"s2ag.{name}")
         layout.operator_menu_enum("s2ag.reroll_range", "what")
         layout.operator_menu_enum("s2ag.keep_pose", "what")
@@ -61,8 +61,9 @@ class S2AG_MT_pie(bpy.types.Menu):
 
 def draw_in_animation(self, context):
     """The entry in Object > Animation, which is Pose > Animation, too."""
+    self.layout.separator()
+    self.layout.operator("s2ag.show_panel", icon="OUTLINER_OB_ARMATURE")
     if character(context) is not None:
-        self.layout.separator()
         self.layout.menu(S2AG_MT_gestures.bl_idname)
 
 

@@ -1,5 +1,7 @@
 """Operators of the panel: thin, one undo step each. All they do, a script can do through the functions they call."""
 
+from pathlib import Path
+
 import bpy
 from bpy_extras.io_utils import ExportHelper
 
@@ -117,6 +119,12 @@ class S2AG_OT_export(NeedsCharacter, bpy.types.Operator, ExportHelper):
     @property
     def filename_ext(self):
         return self.format
+
+    def invoke(self, context, event):
+        """Propose a name beside the file of this scene: the character's and the take's."""
+        name = gesture.file_name(character(context)) + self.format
+        self.filepath = str(Path(bpy.data.filepath).with_name(name)) if bpy.data.filepath else name
+        return super().invoke(context, event)
 
     def execute(self, context):
         try:

@@ -58,6 +58,9 @@ def draw_character(layout, armature) -> None:
     elif not ready.problem:  # a problem stands beside the button that it greys
         icon = "CHECKMARK" if ready.found == len(ready.rows) else "INFO"
         row.label(text=told("{found} of {all} parts", found=ready.found, all=len(ready.rows)), icon=icon)
+        without = [told(readiness.label(one.part)) for one in ready.rows if not one.found]
+        if without:
+            sentence(layout, told("Not found: {parts}", parts=", ".join(without)), "BLANK1")
 
 
 def sentence(layout, text: str, icon: str) -> None:
@@ -73,6 +76,8 @@ def draw_voice(layout, settings, scene) -> None:
     column.prop(settings, "audio_source")
     if settings.audio_source == "FILE":
         column.prop(settings, "audio")
+        if settings.audio:  # the field shows where it begins
+            column.label(text=bpy.path.basename(settings.audio), icon="SOUND", translate=False)
     elif settings.audio_source == "STRIP":
         strip = sources.chosen_strip(settings, scene)
         column.prop(settings, "sound_strip", icon="SOUND")
@@ -85,9 +90,10 @@ def draw_words(layout, settings, context) -> None:
     column = layout.column()
     column.prop(settings, "transcript_source")
     if settings.transcript_source == "FILE":
-        column.prop(settings, "transcript")
-        if not settings.transcript:
-            draw_beside(column, settings, context.scene)
+        found = "" if settings.transcript else words_beside(settings, context.scene)
+        column.prop(settings, "transcript", placeholder=bpy.path.basename(found))
+        if not settings.transcript and not sources.missing(settings, context.scene):
+            draw_beside(column, found)
     elif settings.transcript_source == "BLOCK":
         column.prop(settings, "transcript_block")
     elif settings.transcript_source == "TYPED":
@@ -111,17 +117,21 @@ def draw_recogniser(layout, context) -> None:
         sentence(layout, told('Add it to the engine\'s Python: pip install "s2ag[recognise]"'), "BLANK1")
 
 
-def draw_beside(layout, settings, scene) -> None:
-    """Whether the words were found beside the recording; nothing before there is one."""
+def words_beside(settings, scene) -> str:
+    """The transcript that was found beside the recording; empty where there is none."""
     if sources.missing(settings, scene):
-        return
+        return ""
     recording = settings.audio
     if settings.audio_source == "MIXDOWN":
         recording = ""
     elif settings.audio_source == "STRIP":
         strip = sources.chosen_strip(settings, scene)
         recording = sources.strip_path(strip) if strip is not None and strip.sound else ""
-    found = sources.beside(recording)
+    return sources.beside(recording) or ""
+
+
+def draw_beside(layout, found: str) -> None:
+    """Whether words were found beside the recording."""
     if found:
         named = told("{name} beside it has the words", name=bpy.path.basename(found))
         sentence(layout, named, "CHECKMARK")
@@ -139,16 +149,10 @@ def draw_style(layout, settings) -> None:
 
 def draw_run(layout, armature, context) -> None:
     """The button, or the progress; then what the last run had to tell."""
-    run = session.run_of(armature)
     if known.STATE.work is not None:
         draw_engine_work(layout, known.STATE.work)
-    elif run is None:
+    elif not draw_progress(layout, armature):
         draw_button(layout, context)
-    else:
-        row = layout.row(align=True)
-        text = told("Cancelling") if run.cancelled else run.text or told("Waiting for the engine")
-        row.progress(factor=run.value, text=text)
-        row.operator("s2ag.cancel", text="", icon="X")
     for text, icon in session.messages(armature):
         sentence(layout, text, icon)
     if errors_log.latest() is not None and session.messages(armature):
@@ -157,6 +161,16 @@ def draw_run(layout, armature, context) -> None:
     for warning in take.warnings.splitlines() if take is not None else ():
         sentence(layout, told(warning), "ERROR")
     draw_beyond(layout, armature, context.scene)
+
+
+def draw_progress(layout, armature) -> bool:
+    """How far a run for this character is, and the button that cancels it; whether there is one."""
+    run = session.run_of(armature)
+    if run is not None:
+        row = layout.row(align=True)
+        row.progress(factor=run.value, text=run.text)
+        row.operator("s2ag.cancel", text="", icon="X")
+    return run is not None
 
 
 def draw_beyond(layout, armature, scene) -> bool:

@@ -36,7 +36,7 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         options=compat.RELATIVE,
     )
     wheels: bpy.props.StringProperty(
-        name="Wheels",
+        name="Packages",
         description="Folder with the .whl files of all packages that the engine needs; leave empty for the package registry",
         subtype="DIR_PATH",
         options=compat.RELATIVE,
@@ -56,6 +56,9 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
+        row = layout.row()
+        row.label(text="In the 3D viewport: press N, then choose the tab Gestures", icon="INFO")
+        row.operator("s2ag.show_panel", icon="OUTLINER_OB_ARMATURE")
         _draw_found(layout.box().column(align=True))
         if known.STATE.work is not None:
             _draw_work(layout)
@@ -70,9 +73,9 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         if body is None:
             return
         about = told(
-            "A Python environment of its own with PyTorch, for checkpoints of other kinds, and with the speech recogniser if "
-            "wanted. Gestures do not need it. It is made outside Blender: copy the command, run it in a terminal, then choose "
-            "the engine."
+            "A Python environment of its own with PyTorch, for gesture models of other kinds, and with the speech recogniser "
+            "if wanted. Gestures do not need it. It is made outside Blender: copy the command, run it in a terminal, then "
+            "choose the engine."
         )
         _wrapped(body.column(align=True), about)
         body.prop(self, "folder")
@@ -114,8 +117,8 @@ def _draw_found(column) -> None:
     _row(column, "Version", facts.get("python", ""))
     _row(column, "PyTorch", facts.get("packages", {}).get("torch", ""))
     _row(column, "S2AG", facts.get("s2ag", ""))
-    _row(column, "Checkpoint", f"{facts.get('checkpoint', '')}  {facts.get('hash', '')[:12]}")
-    _row(column, "Device", facts.get("device", ""))
+    _row(column, "Gesture Model", f"{facts.get('checkpoint', '')}  {facts.get('hash', '')[:12]}")
+    _row(column, "Runs On", facts.get("device", ""))
     _row(column, "Recogniser", told("installed") if facts.get("recogniser") else told("not installed"))
     if made:
         _row(column, "Made", f"{made.facts.get('made', '')}, {made.facts.get('source', '')}")

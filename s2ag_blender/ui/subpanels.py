@@ -9,8 +9,10 @@ from ..rig import facemaps, handpicked, readiness
 from ..takes import choices, markers, takes
 from ..takes.running import character
 from ..translations import told
-from .panel import Sidebar, draw_beyond, sentence
+from .panel import Sidebar, draw_beyond, draw_progress, sentence
 
+_NAMES = 0.48
+"""Share of a row that names of parts need."""
 _BESIDE = 18
 """Letters for which there is room beside the name of a part."""
 
@@ -66,6 +68,7 @@ class S2AG_PT_takes(_Below, bpy.types.Panel):
         column.operator("s2ag.reroll", icon="FILE_REFRESH")
         column.operator("s2ag.vary", icon="MOD_NOISE")
         column.operator("s2ag.style_grid", icon="MESH_GRID")
+        draw_progress(column, armature)
         layout.operator("s2ag.recall_take", icon="LOOP_BACK")
 
 
@@ -87,7 +90,7 @@ class S2AG_PT_expression(_Below, bpy.types.Panel):
         # Greyed, not locked: whoever opens a file whose sliders are set must be able to set them back.
         steered.active = bool(known)
         if not known:
-            layout.label(text="This checkpoint has intensity only", icon="INFO")
+            layout.label(text="This gesture model has intensity only", icon="INFO")
 
 
 def draw_blend(layout, settings) -> None:
@@ -113,8 +116,8 @@ class S2AG_PT_face(_Below, bpy.types.Panel):
         layout.prop(settings, "face")
         column = layout.column()
         column.active = settings.face
-        column.prop(settings, "face_intensity", slider=True)
-        column.prop(settings, "face_smoothness", slider=True)
+        column.prop(settings, "face_intensity", text="Intensity", slider=True)
+        column.prop(settings, "face_smoothness", text="Smoothness", slider=True)
         row = layout.row(align=True)
         row.operator("s2ag.load_face_map", text="Load", icon="FILE_FOLDER")
         row.operator("s2ag.save_face_map", text="Save", icon="FILE_TICK")
@@ -122,11 +125,11 @@ class S2AG_PT_face(_Below, bpy.types.Panel):
             row.operator("s2ag.reset_face_map", text="", icon="LOOP_BACK")
         found = facial.find(armature, look=bpy.app.background)
         if found is None:
-            layout.label(text="No shape keys that speak were found", icon="INFO")
+            sentence(layout, told("No shape keys that speak were found"), "INFO")
             return
         layout.label(text=found.shapes.family, icon="CHECKMARK", translate=False)
         for part in found.missing:
-            layout.label(text=told("Nothing for: {parts}", parts=told(part)), icon="INFO", translate=False)
+            sentence(layout, told("Nothing for: {parts}", parts=told(part)), "INFO")
 
 
 class S2AG_PT_frames(_Below, bpy.types.Panel):
@@ -211,13 +214,15 @@ class S2AG_PT_bone_map(_Below, bpy.types.Panel):
         if settings.bone_map:
             layout.label(text="By hand; commas between bones", icon="GREASEPENCIL")
         elif ready is not None and ready.family:
-            layout.label(text=told("Found as: {family}", family=ready.family), icon="ARMATURE_DATA")
+            sentence(layout, told("Found as: {family}", family=ready.family), "ARMATURE_DATA")
         column = layout.column(align=True)
         if settings.bone_map:
             for item in settings.bone_map:
-                row = column.row()
+                row = column.split(factor=_NAMES)
                 row.alert = not all(bone in armature.data.bones for bone in handpicked.split(item.bones))
-                row.prop(item, "bones", text=told(readiness.label(item.name)))
+                row.label(text=told(readiness.label(item.name)), translate=False)
+                row = row.row(align=True)
+                row.prop(item, "bones", text="")
                 row.operator("s2ag.bones_from_selection", text="", icon="EYEDROPPER").part = item.name
         elif ready is not None:
             for found in ready.rows:

@@ -105,7 +105,7 @@ class S2AG_OT_vary(OfTake, bpy.types.Operator):
 
 
 class S2AG_OT_style_grid(Generating, bpy.types.Operator):
-    """Make one take in every style of the checkpoint, to choose from"""
+    """Make one take in every style of the gesture model, to choose from"""
 
     bl_idname = "s2ag.style_grid"
     bl_label = "One of Each Style"
@@ -114,7 +114,7 @@ class S2AG_OT_style_grid(Generating, bpy.types.Operator):
     def poll(cls, context):
         reason = obstacle(context)
         if not reason and len(choices.style_names(character(context).s2ag.checkpoint)) < 2:
-            reason = told("This checkpoint has one style only")
+            reason = told("This gesture model has one style only")
         if reason:
             cls.poll_message_set(reason)
         return not reason

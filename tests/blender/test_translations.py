@@ -15,7 +15,7 @@ from s2ag.core.setup import trial
 from s2ag.rigs.faces import shapes
 from s2ag.s2ag_blender import registration, translations
 from s2ag.s2ag_blender.rig import readiness
-from s2ag.s2ag_blender.takes import choices
+from s2ag.s2ag_blender.takes import choices, stages
 from s2ag.s2ag_blender.ui import bone_maps
 from s2ag.s2ag_blender.ui.properties import S2AG_Settings
 
@@ -27,7 +27,7 @@ REFUSED = {"report": 1, "poll_message_set": 0}
 """Calls whose text Blender does not translate by itself, with the place of the text among the arguments."""
 SENTENCE = re.compile(r"[A-Z][a-z']+ [\w'{}-]+ .*[^.;,(]$")
 WARNING = ("warnings.append", "self.warn", "self._tell")
-NAMES = {"S2AG", "PyTorch", "Python", "Version", "Take", "Takes", "Wheels", "BVH", "FBX", "GLB", "Frames"}
+NAMES = {"S2AG", "PyTorch", "Python", "Version", "Take", "Takes", "BVH", "FBX", "GLB", "Frames", "Hand L", "Hand R"}
 """What may be the same in German."""
 
 
@@ -139,10 +139,18 @@ def texts_of_reasons():
                 yield from literals(node.args[0])
 
 
+def test_every_stage_is_shown_in_words_for_people(extension):
+    """What the engine calls its stages ("extract MFCC") is for its developers."""
+    engines = {text for text in texts_of_reasons() if text and text[0].islower()}
+    assert engines <= {*stages.SHOWN, "engine"} and len(engines) > 8
+    assert all(text[0].isupper() for text in stages.SHOWN.values())
+
+
 def wanted():
     found = {*texts_of_calls(), *texts_of_classes(), *texts_of_choices(), *texts_of_reasons()}
     found |= {readiness.label(part) for part in (*bone_maps.ORDER, *skeleton.EDGE_NAMES)}
-    found |= {*shapes.PARTS, trial.STAGE}
+    found |= {*shapes.PARTS, trial.STAGE, *stages.SHOWN.values()}
+    found -= stages.SHOWN.keys()
     found |= {bpy.path.display_name(path.name, title_case=False) for path in PRESETS.rglob("*.py")}
     return {text for text in found if any(letter.isalpha() for letter in text)}
 
@@ -289,7 +297,7 @@ def test_errors_are_told_in_german_with_their_names():
 
 def test_the_scan_sees_what_is_there(extension):
     found = wanted()
-    assert {"Recording", "Choose Engine", "The engine works", "Cancel", "Generate Gestures", "Wheels"} <= found
+    assert {"Recording", "Choose Engine", "The engine works", "Cancel", "Generate Gestures", "Packages"} <= found
 
 
 def test_descriptions_are_one_line_without_a_full_stop(extension):

@@ -45,5 +45,23 @@ def test_nothing_stays_nothing():
 def test_products_with_and_without_blas(monkeypatch):
     left, right = (np.random.default_rng(0).normal(size=(n, 27)).astype(np.float32) for n in (50, 8))
     for there in (True, False):
-        monkeypatch.setattr(products, "has_blas", lambda there=there: there)
+        monkeypatch.setattr(products, "has_fast_blas", lambda there=there: there)
         np.testing.assert_allclose(products.rows_by_rows(left, right), left @ right.T, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "found", "replaced", "fast"),
+    [
+        ("openblas64", True, False, True),
+        ("accelerate", True, False, True),
+        ("blas", True, False, False),
+        ("blas", True, True, True),
+        ("none", False, False, False),
+    ],
+)
+def test_the_reference_blas_is_no_fast_one(monkeypatch, name, found, replaced, fast):
+    """A distribution's numpy says "blas": the reference at 1.6 GFLOP/s, unless its user has put another in its place."""
+    built = {"Build Dependencies": {"blas": {"name": name, "found": found}}}
+    monkeypatch.setattr(products.np, "show_config", lambda mode: built)
+    monkeypatch.setattr(products, "_replaced", lambda: replaced)
+    assert products.has_fast_blas.__wrapped__() is fast

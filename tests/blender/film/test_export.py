@@ -17,6 +17,7 @@ from s2ag.s2ag_blender.cast import human, mannequin
 from s2ag.s2ag_blender.film import export
 from s2ag.s2ag_blender.film.sound import add_sound
 from s2ag.s2ag_blender.keys.apply import apply_motion
+from s2ag.s2ag_blender.takes import gesture
 
 
 @pytest.fixture
@@ -50,6 +51,20 @@ def test_glb_holds_one_animation_of_the_right_length(character, tmp_path):
     assert times["min"][0] == 0 and times["max"][0] == pytest.approx(1.0, abs=1e-3)
     names = {node.get("name") for node in scene["nodes"]}
     assert "upper_arm.L" in names and "Bystander" not in names
+
+
+def test_files_and_their_animations_are_called_after_what_is_played(character, tmp_path):
+    scene, armature = bpy.context.scene, character.armature
+    name, before = "Ann: – calm/lecturer 2", scene.name
+    armature.animation_data.action.name = name
+    assert gesture.file_name(armature) == "Ann  - calm lecturer 2"
+    for suffix in (".glb", ".fbx"):
+        export.export(scene, character, tmp_path / f"take{suffix}")
+        written = (tmp_path / f"take{suffix}").read_bytes()
+        assert name.encode() in written or json.dumps(name).encode() in written
+    assert scene.name == before
+    armature.animation_data_clear()
+    assert export.called(armature) == armature.name
 
 
 def test_fbx_comes_back_with_the_gesture(character, tmp_path):

@@ -39,7 +39,9 @@ def test_gestures_are_marked_and_moved_by_their_markers(speaker, take):
     assert {marker.name for marker in take.pose_markers} == {one.name for one in directing.shown(take, scene)}
     with pytest.raises(RuntimeError, match="All markers are where they were"):
         press(bpy.ops.s2ag.apply_markers)
+    assert "s2ag.show_markers" in drawn(ui.S2AG_PT_directing)
     take.pose_markers[one.name].frame += 8
+    assert "s2ag.show_markers" not in drawn(ui.S2AG_PT_directing)
     assert press(bpy.ops.s2ag.apply_markers) == {"FINISHED"}
     after = now(speaker)
     (edit,) = provenance.of(after)["edits"]
@@ -48,6 +50,16 @@ def test_gestures_are_marked_and_moved_by_their_markers(speaker, take):
     assert any(abs(other.at - edit["to"]) <= 0.08 for other in directing.shown(after, scene))
     frames = np.array(differing(take, after))
     assert len(frames) and np.abs(frames - one.frame).max() < 3 * fps
+
+
+def test_markers_are_shown_where_they_can_be_moved(speaker, take):
+    areas = [area for area in bpy.context.window.screen.areas if area.type == "DOPESHEET_EDITOR"]
+    if not areas:
+        areas = [max(bpy.context.window.screen.areas, key=lambda area: area.height)]
+        areas[0].type = "DOPESHEET_EDITOR"
+    press(bpy.ops.s2ag.show_markers)
+    editor = areas[0].spaces.active
+    assert editor.mode == "ACTION" and editor.show_pose_markers
 
 
 @pytest.mark.skipif(bpy.app.version < (4, 4), reason="actions have no slots")

@@ -91,6 +91,17 @@ def test_the_draft_of_a_long_recording_is_around_the_playhead(live, wave):
         assert (place.first, place.last) == pytest.approx(frames, abs=2)
 
 
+def test_the_engine_is_at_the_next_draft_while_one_is_laid(live, monkeypatch):
+    settle()
+    laid, lay = [], generate.finish
+    monkeypatch.setattr(generate, "finish", lambda *given: (laid.append(len(preview._working)), lay(*given)))
+    live.s2ag.intensity = 0.5
+    preview.tick()
+    live.s2ag.intensity = 0.6
+    settle()
+    assert laid == [1, 0] and provenance.of(layers.draft_of(live))["intensity"] == pytest.approx(0.6)
+
+
 def test_many_changes_are_one_request(live):
     settle()
     before = next(gesture.engine(bpy.context)._numbers)

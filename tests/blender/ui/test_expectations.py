@@ -252,7 +252,7 @@ def test_progress_and_cancel(speaker, examples, tmp_path):
     pid, run = engine_pid(), session.Run(bpy.context, speaker, generate.plan(bpy.context, speaker))
     while run.stage != "generate":
         assert run.step() is None
-    assert "Generate: 16 takes" in drawn() and "s2ag.cancel" in drawn()
+    assert "Making the gestures: 16 takes" in drawn() and "s2ag.cancel" in drawn()
     began = time.monotonic()
     bpy.ops.s2ag.cancel()
     assert "Cancelling" in drawn()

@@ -155,7 +155,7 @@ def test_two_characters_at_once(speaker):
     other.s2ag.audio, other.s2ag.style = other_audio, "stern"
     runs = [started(speaker), started(other)]
     assert len(session.RUNS) == 2 and session.run_of(other) is runs[1]
-    assert "Waiting for the engine" in drawn() or runs[1].stage
+    assert "Getting ready" in drawn() or runs[1].stage
     outcomes = run_until_done(*runs)
     assert [outcome.actions[0] for outcome in outcomes] == [speaker.animation_data.action, other.animation_data.action]
     assert provenance.of(other.animation_data.action)["style"] == {"stern": 1.0} and not session.RUNS

@@ -1,9 +1,9 @@
 """The panel at a glance: what gesturing takes is above the button, nothing is claimed too early, menus have all of it."""
 
 import bpy
-from acted import Sheet, active, drawn
+from acted import Sheet, active, drawn, press
 from s2ag.s2ag_blender.rig import readiness
-from s2ag.s2ag_blender.takes import choices, running
+from s2ag.s2ag_blender.takes import choices, generate, running, session
 from s2ag.s2ag_blender.ui import menus, panel, presets, subpanels
 
 FIRST = {"audio_source", "audio", "transcript_source", "transcript", "style_pick", "s2ag.generate", "live"}
@@ -69,6 +69,55 @@ def test_what_hangs_on_a_character_and_what_is_selected_with_it_choose_it(figure
     assert running.character(bpy.context) is None
 
 
+def test_a_part_that_is_missing_is_named(figure):
+    press(bpy.ops.s2ag.edit_bone_map)
+    figure.s2ag.bone_map["left_clavicle"].bones = ""
+    shown = " ".join(drawn(panel.S2AG_PT_gestures))
+    assert "8 of 9 parts" in shown and "Not found: Clavicle L" in shown
+
+
+def test_the_recording_and_the_words_beside_it_are_named(speaker, examples):
+    speaker.s2ag.audio, fields = str(examples / "hello.flac"), {}
+
+    class Fields(Sheet):
+        def column(self, **_):
+            return self
+
+        row = column
+
+        def prop(self, settings, name, placeholder="", **_):
+            fields[name] = placeholder
+            super().prop(settings, name)
+
+    sheet = Fields()
+    panel.draw_voice(sheet, speaker.s2ag, bpy.context.scene)
+    panel.draw_words(sheet, speaker.s2ag, bpy.context)
+    assert fields["transcript"] == "hello.txt" and "hello.flac" in active(sheet)
+
+
+def test_progress_is_told_wherever_it_was_started(speaker):
+    """In the panels that have buttons for it, and in the status bars of all windows until it ends."""
+    told, run = [], session.Run(bpy.context, speaker, generate.plan(bpy.context, speaker))
+    window = type("Window", (), {"workspace": type("Space", (), {"status_text_set": told.append})})
+    windows = type("Context", (), {"window_manager": type("Manager", (), {"windows": [window]})})
+    running.announce(windows, run)
+    for shows in (panel.S2AG_PT_gestures, subpanels.S2AG_PT_takes):
+        assert {"Getting ready", "s2ag.cancel"} <= set(drawn(shows))
+    run.cancel()
+    running.announce(windows, run)
+    run.end()
+    running.announce(windows, None)
+    assert told == ["Getting ready (0%), Esc cancels", "Cancelling (0%), Esc cancels", None]
+
+
+def test_a_button_leads_to_the_tab(extension):
+    bpy.ops.wm.read_factory_settings()
+    s2ag_area = next(area for area in bpy.data.screens["Layout"].areas if area.type == "VIEW_3D")
+    s2ag_area.spaces.active.show_region_ui = False
+    press(bpy.ops.s2ag.show_panel)
+    assert any(area.spaces.active.show_region_ui for area in bpy.context.window.screen.areas if area.type == "VIEW_3D")
+
+
 def test_every_setting_is_in_some_panel(speaker):
     """What moved out of the first panel is in one below it."""
     speaker.s2ag.style_second, speaker.s2ag.add_markers, speaker.s2ag.result = "stern", True, "LAYER"
@@ -94,7 +143,7 @@ def test_what_buttons_do_is_in_menus_too(figure):
     pressed = {what for what in drawn() if what.startswith("s2ag.")} | {"s2ag.keep_take", "s2ag.remove_markers"}
     assert pressed <= in_menus | {"s2ag.open_log"} and "live" in in_menus
     bpy.context.view_layer.objects.active = None
-    assert not entries("VIEW3D_MT_object_animation")
+    assert set(entries("VIEW3D_MT_object_animation")) == {"s2ag.show_panel"}
 
 
 def test_a_pie_for_a_key_of_the_users_own(figure):
