@@ -2,8 +2,8 @@
 
 Figures are those of people in conversation: 26 blinks a minute, in clusters (Bentivoglio et al. 1997); saccades of 2.2 ms a
 degree and 21 ms besides (Baloh et al. 1975); eyes arrive before the head, which takes a part of what is left over (Freedman
-2008). That speakers look away while they plan and at the listener as a phrase ends is a rule after Kendon (1967), whose figures
-are not aimed at: the listener is where the head usually points, and how often both point there is not measured.
+2008). Speakers look away while they plan and at the listener as a phrase ends (Kendon 1967), in all at the listener about half
+of the time that they talk. The listener is where the head usually points.
 """
 
 import numpy as np
@@ -19,18 +19,22 @@ _SHORTEST_GAP, _CLUSTER, _SOON = 0.35, 0.15, (0.4, 0.9)
 _AT_END, _AT_SHIFT, _SHIFT = 0.4, 0.45, 14.0
 """Chance of a blink as a phrase ends and with a shift of gaze of so many degrees."""
 _CLOSING, _SHUT, _OPENING = 0.07, 0.05, 0.15
+_TURN = 25.0
+"""Degrees of a turned head that eyes make up for, at most."""
 _STRAY, _STEADY = 1.3, (0.35, 1.4)
 """Degrees of the small movements while something is looked at, and seconds between them."""
-_AWAY, _LONG_PAUSE, _AWAY_CHANCE = (9.0, 20.0), 0.35, 0.75
-"""Degrees to a side that eyes turn away, seconds of silence before a phrase that needs planning, and how often they do."""
-_LEAD = 0.15
-"""Seconds by which eyes are ahead of the head."""
+_AWAY, _LONG_PAUSE = (13.0, 23.0), 0.2
+"""Degrees to a side that eyes turn away, and seconds of silence before a phrase that needs planning."""
+_AWAY_CHANCE, _ON_CHANCE = 0.85, 0.5
+"""How often they do before such a phrase, and before one that goes on from the last."""
+_LEAD, _ALONG = 0.08, 0.3
+"""Seconds by which eyes are ahead of the head, and the share of its turn by which what is looked at changes."""
 
 
 def looks(phrases: np.ndarray, directions: np.ndarray, count: int, rng: np.random.Generator):
     """Gaze ``(count, 2)`` in degrees to the left and up, relative to the head, and shifts as (seconds, degrees)."""
-    head = _head(directions, count)
-    moments, places = _fixations(phrases, head, count / RATE, rng)
+    coming = np.clip(turned(directions, count, _LEAD), -_TURN, _TURN)
+    moments, places = _fixations(phrases, coming, count / RATE, rng)
     gaze = np.zeros((count, 2))
     now, shifts = places[0], []
     time = np.arange(count) / RATE
@@ -43,10 +47,22 @@ def looks(phrases: np.ndarray, directions: np.ndarray, count: int, rng: np.rando
         gaze[low:] = now + (place - now) * (share * share * (3 - 2 * share))[low:, None]
         shifts.append((moment, far))
         now = place
-    # what is looked at stays where it is while the head turns; the head came after the eyes
-    relative = gaze - 0.7 * head
+    # gaze is where it will be before the head is there; while the head turns, eyes turn back by as much
+    relative = gaze + _ALONG * coming - np.clip(turned(directions, count), -_TURN, _TURN)
     limits = np.array([GAZE, 0.6 * GAZE])
     return limits * np.tanh(relative / limits), shifts
+
+
+def turned(directions: np.ndarray, count: int, ahead: float = 0.0) -> np.ndarray:
+    """Degrees ``(count, 2)`` by which the head is turned to the left and up from its usual place, ``ahead`` seconds later."""
+    neck = directions[:, skeleton.EDGE_NAMES.index("neck")].astype(float)
+    aside = np.degrees(np.arctan2(-neck[:, 0], np.maximum(neck[:, 2], 0.2)))
+    raised = -np.degrees(np.arcsin(np.clip(neck[:, 1], -1, 1)))
+    angles = np.stack([aside - np.median(aside), raised - np.median(raised)], 1)
+    at = (np.arange(count) / RATE + ahead) * skeleton.FPS
+    rows = np.arange(len(angles))
+    track = np.stack([np.interp(at, rows, column) for column in angles.T], 1)
+    return gaussian(track, 0.05 * RATE)
 
 
 def blinks(phrases: np.ndarray, shifts, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -85,9 +101,9 @@ def _fixations(phrases: np.ndarray, head: np.ndarray, duration: float, rng) -> t
     """What is looked at from when on: the listener, aside while the next words are planned, and strays around both."""
     spans, before = [], -1.0
     for start, end in phrases:
-        if start - before > _LONG_PAUSE and rng.random() < _AWAY_CHANCE:
+        if rng.random() < (_AWAY_CHANCE if start - before > _LONG_PAUSE else _ON_CHANCE):
             begin = max(start - rng.uniform(0.05, 0.35), before if before > 0 else 0.0)
-            until = min(start + rng.uniform(0.4, 1.0), 0.65 * end + 0.35 * start)
+            until = min(start + rng.uniform(0.5, 1.7), 0.7 * end + 0.3 * start)
             side = _coming(head, begin) or rng.choice([-1, 1])
             spans.append((begin, until, np.array([side * rng.uniform(*_AWAY), rng.normal(1.0, 5.0)])))
         before = end
@@ -117,15 +133,3 @@ def _coming(head: np.ndarray, moment: float) -> int:
     row = min(int(moment * RATE), len(head) - 1)
     turn = head[min(row + RATE // 2, len(head) - 1), 0] - head[row, 0]
     return int(np.sign(turn)) if abs(turn) > 3 else 0
-
-
-def _head(directions: np.ndarray, count: int) -> np.ndarray:
-    """Degrees ``(count, 2)`` by which the head is turned to the left and up from its usual place, as it will be soon."""
-    neck = directions[:, skeleton.EDGE_NAMES.index("neck")].astype(float)
-    turned = np.degrees(np.arctan2(-neck[:, 0], np.maximum(neck[:, 2], 0.2)))
-    raised = -np.degrees(np.arcsin(np.clip(neck[:, 1], -1, 1)))
-    angles = np.stack([turned - np.median(turned), raised - np.median(raised)], 1)
-    at = (np.arange(count) / RATE + _LEAD) * skeleton.FPS
-    rows = np.arange(len(angles))
-    track = np.stack([np.interp(at, rows, column) for column in angles.T], 1)
-    return np.clip(gaussian(track, 0.05 * RATE), -25, 25)

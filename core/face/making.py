@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..motion.face import CHANNELS, GAZE, MOUTH, RATE, Face
+from ..motion.face import CHANNELS, GAZE, MOUTH, RATE, Face, rounded
 from ..smoothing import gaussian
 from ..sound import prosody
 from ..sound.audio import SAMPLE_RATE
@@ -85,10 +85,7 @@ def make(
         weights[:, CHANNELS.index(name)] = track
     meta = {"version": VERSION, "intensity": float(intensity), "smoothness": float(smoothness), "seed": int(seed)}
     meta["from_sound"] = spoken.from_sound
-    weights *= 1000
-    np.round(weights, out=weights)
-    weights /= 1000  # as files keep them
-    return Face(weights.astype(np.float32), closures.astype(np.float32), spoken.sounds, meta)
+    return Face(rounded(weights), closures.astype(np.float32), spoken.sounds, meta)
 
 
 def _loudness(audio: np.ndarray) -> np.ndarray:

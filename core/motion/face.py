@@ -117,6 +117,14 @@ def channel(name: str) -> int:
     return _NUMBER[name]
 
 
+def rounded(weights: np.ndarray) -> np.ndarray:
+    """``weights`` as float32 in thousandths, as files keep them; an hour of them is not copied first, so they are changed."""
+    weights *= _STEPS
+    np.round(weights, out=weights)
+    weights /= _STEPS
+    return weights.astype(np.float32)
+
+
 def close(weights: np.ndarray, sure: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """``weights`` with lips closed in those of the ``rows`` where ``sure`` holds; changes and returns them."""
     rows = rows[sure]

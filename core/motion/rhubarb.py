@@ -16,7 +16,7 @@ import numpy as np
 from .. import json_text
 from ..errors import UsageError
 from ..files import whole_file
-from .face import CHANNELS, RATE, SHUT, VISEMES, Face
+from .face import CHANNELS, RATE, SHUT, VISEMES, Face, rounded
 from .motion import Motion
 
 SUFFIXES = (".tsv", ".json")
@@ -122,8 +122,8 @@ def onto(face: Face, told: Sequence[Cue], intensity: float = 1.0) -> Face:
     weights, closures = mouth(told, face.duration, intensity)
     spoken = len(VISEMES) + 1
     weights[:, spoken:] = face.weights[:, spoken:]
-    rounded = (np.round(weights * 1000) / 1000).astype(np.float32)
-    return replace(face, weights=rounded, closures=closures.astype(np.float32), sounds=(), meta=face.meta | {"cues": "rhubarb"})
+    about = face.meta | {"cues": "rhubarb"}
+    return replace(face, weights=rounded(weights), closures=closures.astype(np.float32), sounds=(), meta=about)
 
 
 def _check(told: Sequence[Cue]) -> None:

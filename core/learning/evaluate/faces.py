@@ -1,4 +1,4 @@
-"""Figures of speaking faces, beside what is known of people: closed lips, jaw and voice, blinks, and eyes in the head.
+"""Figures of speaking faces, beside what is known of people: closed lips, jaw and voice, blinks, and gaze.
 
 What people do, by which figures are to be read:
 
@@ -9,8 +9,11 @@ What people do, by which figures are to be read:
 - Blinks: 26 a minute in conversation, 17 at rest, 4.5 reading (Bentivoglio et al. 1997, "Analysis of blink rate patterns in
   normal subjects").
 
-Of gaze only the eyes in the head are measured, beside which no figure of people stands: theirs are of gaze at the listener, for
-which the head counts as much.
+- Gaze, of eyes and head together: people who talk look at the listener 41 % of the time (Argyle and Ingham 1972, "Gaze, mutual
+  gaze, and proximity"), each of Kendon's (1967, "Some functions of gaze-direction in social interaction") between 28 and 70 %;
+  they look away as they begin to speak and at the listener as they end. The listener is where the head usually points.
+- Gaze goes before the head, whose turn it needs less the nearer things are (Freedman 2008, "Coordination of the eyes and head
+  during visual orienting").
 """
 
 from os import PathLike
@@ -18,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...face import making
+from ...face import eyes, making
 from ...motion.face import GAZE, RATE, VISEMES, Face, channel, closed
 from ...performance.synthesis import Request, Session
 from ...sound import audio
@@ -32,10 +35,15 @@ PEOPLE = {
     "closures seen": "all",
     "jaw with loudness": "together, at 2 to 7 Hz (Chandrasekaran et al. 2009)",
     "blinks a minute": "26 in conversation (Bentivoglio et al. 1997)",
+    "gaze at the listener": "41 % (Argyle and Ingham 1972), 28 to 70 % (Kendon 1967)",
+    "as phrases begin, end": "away, at the listener (Kendon 1967)",
+    "gaze before the head": "yes (Freedman 2008)",
 }
 """What people do, by the rows of :func:`table`."""
-_AHEAD = 6.0
-"""Degrees from straight ahead in the head: where the head is turned, that is not where the listener is."""
+_AT = 10.0
+"""Degrees from the listener's eyes that count as looking at the listener."""
+_LAG = 0.5
+"""Seconds by which head and gaze are shifted against each other, at most."""
 _BORDER = 0.3
 """Seconds after a phrase's begin and before its end that are looked at."""
 _SEEN = 0.15
@@ -52,7 +60,7 @@ def measure(recording: str | PathLike) -> dict[str, float]:
     sound = audio.load(recording)
     heard = transcript.hear(sound, text) if text else None
     spoken = making.hear(sound, heard.words, heard.phones) if heard else making.hear(sound)
-    found = {"seconds": round(motion.face.duration, 2), **behaviour(motion.face, spoken)}
+    found = {"seconds": round(motion.face.duration, 2), **behaviour(motion.face, spoken, motion.directions)}
     if heard is None:
         return found
     spans = lips(spoken.sounds)
@@ -80,10 +88,13 @@ def false(face: Face, spans: list[tuple[float, float]], near: float = 0.05) -> f
     return float(np.mean(wrong)) if wrong else float("nan")
 
 
-def behaviour(face: Face, spoken: making.Spoken) -> dict[str, float]:
-    """Figures that need no text: jaw, blinks, eyes in the head, and the shortest viseme that is seen, in milliseconds."""
+def behaviour(face: Face, spoken: making.Spoken, directions: np.ndarray) -> dict[str, float]:
+    """Figures that need no text: jaw, blinks, gaze of eyes and a head with ``directions`` ``(frames, 9, 3)`` at 15 fps, and the
+    shortest viseme that is seen, in milliseconds."""
     speech = _during(spoken.phrases, len(face.weights))
-    ahead = np.hypot(*_gaze(face).T) <= _AHEAD
+    head = eyes.turned(directions, len(face.weights))
+    gaze = GAZE * face.weights[:, [channel("LOOK_LEFT"), channel("LOOK_UP")]] + head
+    at = np.hypot(*gaze.T) <= _AT
     begins = np.stack([spoken.phrases[:, 0], spoken.phrases[:, 0] + _BORDER], 1)
     ends = np.stack([spoken.phrases[:, 1] - _BORDER, spoken.phrases[:, 1]], 1)
     shut = face.weights[:, channel("BLINK_LEFT")] > 0.5
@@ -91,9 +102,10 @@ def behaviour(face: Face, spoken: making.Spoken) -> dict[str, float]:
     return {
         "jaw_with_loudness": float(np.corrcoef(jaw, loud)[0, 1]) if speech.sum() > 2 and jaw.any() else float("nan"),
         "blinks_a_minute": float((np.diff(shut.astype(int)) > 0).sum() / face.duration * 60),
-        "eyes_ahead": _share(ahead, speech),
-        "eyes_ahead_as_phrases_begin": _share(ahead, _during(begins, len(ahead))),
-        "eyes_ahead_as_phrases_end": _share(ahead, _during(ends, len(ahead))),
+        "gaze_at_listener": _share(at, speech),
+        "gaze_as_phrases_begin": _share(at, _during(begins, len(at))),
+        "gaze_as_phrases_end": _share(at, _during(ends, len(at))),
+        "gaze_before_head_ms": 1000 * _before(gaze[:, 0], head[:, 0]),
         "shifts_a_second": _shifts(face),
         "shortest_viseme_ms": 1000 * shortest(face),
     }
@@ -125,8 +137,9 @@ def table(found: dict[str, dict[str, float]]) -> str:
             "by ear alone": _closures(one, "closures_by_ear", f", {one.get('false_closures_by_ear', 0):.0%} too many"),
             "jaw with loudness": f"r = {one['jaw_with_loudness']:.2f}",
             "blinks a minute": f"{one['blinks_a_minute']:.0f}",
-            "eyes ahead in the head": f"{one['eyes_ahead']:.0%} while talking",
-            "as phrases begin, end": f"{one['eyes_ahead_as_phrases_begin']:.0%}, {one['eyes_ahead_as_phrases_end']:.0%}",
+            "gaze at the listener": f"{one['gaze_at_listener']:.0%} while talking",
+            "as phrases begin, end": f"{one['gaze_as_phrases_begin']:.0%}, {one['gaze_as_phrases_end']:.0%}",
+            "gaze before the head": f"{one['gaze_before_head_ms']:.0f} ms",
             "shifts of the eyes": f"{one['shifts_a_second']:.1f} a second",
             "shortest viseme": f"{one['shortest_viseme_ms']:.0f} ms",
         }
@@ -142,14 +155,21 @@ def _closures(one: dict[str, float], name: str, more: str = "") -> str:
 
 def _shifts(face: Face) -> float:
     """Fast movements of the eyes, of at least half a degree in 30 ms, a second."""
-    gaze = _gaze(face)
+    gaze = GAZE * face.weights[:, [channel("LOOK_LEFT"), channel("LOOK_UP")]]
     fast = np.linalg.norm(gaze[3:] - gaze[:-3], axis=1) > 0.5
     return float((np.diff(fast.astype(int)) > 0).sum() / face.duration)
 
 
-def _gaze(face: Face) -> np.ndarray:
-    """Degrees ``(n, 2)`` to the left and up, relative to the head."""
-    return GAZE * face.weights[:, [channel("LOOK_LEFT"), channel("LOOK_UP")]]
+def _before(gaze: np.ndarray, head: np.ndarray) -> float:
+    """Seconds by which movements of gaze ``(n,)`` go before the head's: the shift at which the two are most alike; NaN of a
+    head that is still."""
+    moves, turns = np.diff(gaze), np.diff(head)
+    most = min(int(_LAG * RATE), len(turns) // 4)
+    if not most or np.ptp(turns) < 1e-6:
+        return float("nan")
+    middle = turns[most : len(turns) - most]
+    alike = [np.corrcoef(middle, moves[most - lag : len(moves) - most - lag])[0, 1] for lag in range(-most, most + 1)]
+    return (int(np.argmax(alike)) - most) / RATE
 
 
 def _during(spans: np.ndarray, count: int) -> np.ndarray:

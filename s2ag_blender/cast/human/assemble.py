@@ -6,7 +6,7 @@ import numpy as np
 from .. import materials, surface
 from ..character import Character
 from ..surface import Surface
-from . import data, dress, face, hair, paint, rig
+from . import data, dress, face, hair, paint, rig, teeth
 
 _PALETTES = {
     "female": paint.Palette(
@@ -68,8 +68,10 @@ def _parts(points, weights, gender):
     yield "Eyes", *_eyes(points, weights, palette), 1, np.concatenate([np.unique(mesh.faces[name]) for name in _EYES])
     body = np.unique(data.base_mesh().faces["body"])
     crown = weights[body[np.argmax(points[body, 2])]]
-    for name, quads, look in _mouth():  # the jaw is in their keys
-        yield name, Surface.of(face.bite(points), quads, np.repeat(crown[None], len(points), 0)), [look], 0, np.unique(quads)
+    bitten = face.bite(points)
+    for name, quads, uvs, look in _mouth(bitten):  # the jaw is in their keys
+        skin = Surface.of(bitten, quads, np.repeat(crown[None], len(points), 0), 0, uvs)
+        yield name, skin, [look], 0, np.unique(quads)
     if gender == "female":
         lashes = np.concatenate([data.base_mesh().faces[name] for name in _LASHES])
         yield (
@@ -105,11 +107,13 @@ def _skin(tailor, palette, gender):
     return skin, [*looks, materials.plain("Mouth", (0.16, 0.03, 0.03), 0.7)], np.unique(faces[shown])
 
 
-def _mouth():
-    """(name, quads, material) of teeth and tongue."""
-    teeth = np.concatenate([face.surface(name) for name in face.SURFACES[:2]])
-    yield "Teeth", teeth, materials.plain("Teeth", (0.72, 0.68, 0.6), 0.3)
-    yield "Tongue", face.surface(face.SURFACES[2]), materials.plain("Tongue", (0.42, 0.13, 0.12), 0.4)
+def _mouth(points):
+    """(name, quads, texture coordinates or None, material) of teeth and tongue."""
+    lower, upper = face.surface("helper-lower-teeth"), face.surface("helper-upper-teeth")
+    uvs = np.concatenate([teeth.uvs(points, upper, True), teeth.uvs(points, lower, False)])
+    enamel = materials.painted("Teeth", materials.image("Human teeth", teeth.image()), (0.6, 0.55, 0.46), 0.25)
+    yield "Teeth", np.concatenate([upper, lower]), uvs, enamel
+    yield "Tongue", face.surface("helper-tongue"), None, materials.plain("Tongue", (0.34, 0.10, 0.095), 0.4)
 
 
 def _eyes(points, weights, palette):

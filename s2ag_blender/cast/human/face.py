@@ -15,8 +15,10 @@ from . import data
 FACE = Path(__file__).with_name("face.npz")
 MOVE = 2e-5
 """Metres between the places that a point can be moved to."""
-_DROPS, _BACK, _NARROW = (0.006, 0.0075, 0.007), (-0.0045, -0.0035, 0.003), (0.86, 0.86, 0.95)
+_DROPS, _BACK, _NARROW = (0.0055, 0.0075, 0.007), (-0.0035, -0.0015, 0.003), (0.80, 0.78, 0.9)
 """Metres by which upper teeth, lower teeth and tongue are too high and too far in front, and how wide they should be."""
+_BENT = 15.0
+"""Metres by which an arch should lie farther back for each square metre aside: corners of lips are in front of the eye teeth."""
 _LIP = 0.3
 """Of the lips' mask, what parts inside and outside."""
 _LID = 0.006
@@ -38,6 +40,7 @@ def bite(points: np.ndarray) -> np.ndarray:
     for name, drop, back, narrow in zip(SURFACES, _DROPS, _BACK, _NARROW, strict=True):
         rows = np.unique(surface(name))
         moved[rows] = moved[rows] * (narrow, 1, 1) + (0, back, -drop)
+        moved[rows, 1] += _BENT * moved[rows, 0] ** 2
     return moved
 
 

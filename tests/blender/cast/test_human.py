@@ -11,7 +11,7 @@ from mathutils import Quaternion
 from s2ag.core.errors import RigUnusable, UsageError
 from s2ag.core.motion.skeleton import EDGE_NAMES
 from s2ag.s2ag_blender.cast import human
-from s2ag.s2ag_blender.cast.human import data, dress, hair, pack, recipe, rig, source
+from s2ag.s2ag_blender.cast.human import data, dress, face, hair, pack, recipe, rig, source, teeth
 from s2ag.s2ag_blender.rig import reading
 
 needs_source = pytest.mark.skipif(importlib.util.find_spec("anny") is None, reason="the package anny is not installed")
@@ -53,6 +53,35 @@ def test_stands_on_the_floor_and_faces_the_front(gender, low, high):
     assert abs(shoes[:, 2].min()) < 0.01
     assert eyes[:, 1].mean() < skin[skin[:, 2] > eyes[:, 2].min()][:, 1].mean()
     assert abs(skin[:, 0].max() + skin[:, 0].min()) < 0.02
+
+
+@pytest.mark.parametrize("gender", human.GENDERS)
+def test_teeth_have_crowns_that_get_dark_towards_the_back(gender):
+    picture, points = teeth.image(), face.bite(data.person(gender))
+    for upper, name in enumerate(("helper-lower-teeth", "helper-upper-teeth")):
+        quads = face.surface(name)
+        uvs, corners = teeth.uvs(points, quads, bool(upper)), points[quads]
+        assert 0 <= uvs.min() and uvs.max() <= 1 and (uvs[..., 1] >= upper / 2).all() and (uvs[..., 1] <= (upper + 1) / 2).all()
+        assert (np.sign(np.round(uvs[..., 0] - 0.5, 6)) == np.sign(np.round(corners[..., 0], 6))).all()
+        band = picture[upper * teeth.HEIGHT // 2 :][: teeth.HEIGHT // 2].mean(2)
+        crowns = band[int(0.35 * len(band))]  # between cutting edge and gum
+        middle = len(crowns) // 2
+        gaps = (crowns[1:-1] < 0.6 * np.minimum(np.roll(crowns, 5)[1:-1], np.roll(crowns, -5)[1:-1])).nonzero()[0]
+        assert (np.diff(gaps) > 4).sum() >= 8 and crowns[:60].max() < 0.3 * crowns[middle - 60 : middle].max()
+
+
+@pytest.mark.parametrize("gender", human.GENDERS)
+def test_teeth_stay_behind_the_lips_and_the_chin_of_a_wide_mouth(gender):
+    character = human.build(gender=gender)
+    skin, band = (part(character, name) for name in ("Skin", "Teeth"))
+    for opened in (0.0, 0.9):
+        for item in (skin, band):
+            item.data.shape_keys.key_blocks["jawOpen"].value = opened
+        bpy.context.view_layer.update()
+        body = skin.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        for x, y, z in points_of(band):
+            _, place, _, polygon = body.ray_cast((x, y - 0.1, z), (0, 1, 0))
+            assert place[1] < y or skin.data.polygons[polygon].material_index == 1  # hidden, or seen in the open mouth
 
 
 def test_clothes_leave_no_skin_beneath():

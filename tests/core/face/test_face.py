@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from s2ag.core.face import making, sounds, visemes
+from s2ag.core.face import eyes, making, sounds, visemes
 from s2ag.core.learning.evaluate import faces
 from s2ag.core.learning.evaluate.faces import hit, lips
 from s2ag.core.motion import skeleton
@@ -152,6 +152,27 @@ def test_blinks_come_as_often_as_people_s_and_eyes_lead_the_head(hello):
     assert led[220:550].mean() < plain[220:550].mean() - 0.1  # what is looked at stays in sight
 
 
+def test_gaze_goes_before_the_head_while_eyes_turn_back():
+    time = np.arange(15 * skeleton.FPS + 1) / skeleton.FPS
+    turning = still(15)
+    turning[:, skeleton.EDGE_NAMES.index("neck"), 0] = 0.3 * np.sin(1.2 * time)
+    turning = skeleton.normalize(turning)
+    quiet = making.Spoken((), np.full(1500, -30.0), np.zeros((0, 2)), (), ())
+    face, head = making.make(quiet, turning), eyes.turned(turning, 1500)[:, 0]
+    assert 20 <= faces.behaviour(face, quiet, turning)["gaze_before_head_ms"] <= 300
+    assert np.corrcoef(face.weights[:, channel("LOOK_LEFT")], head)[0, 1] < -0.8
+
+
+def test_speakers_look_at_the_listener_as_often_as_people(hello):
+    sound, heard = hello
+    length = len(sound) / 16000
+    words = [(word, start + k * length, end + k * length) for k in range(8) for word, start, end in heard.words]
+    spoken = making.hear(np.tile(sound, 8), words)
+    told = faces.behaviour(making.make(spoken, still(120)), spoken, still(120))
+    assert told["gaze_as_phrases_begin"] < 0.5 < 0.7 < told["gaze_as_phrases_end"]
+    assert 0.28 <= told["gaze_at_listener"] <= 0.7  # Kendon 1967
+
+
 def test_a_face_survives_files_mirrors_and_other_rates(spoken, tmp_path):
     motion = Motion(still(14), face=making.make(spoken, still(14)))
     motion.save(tmp_path / "a.npz")
@@ -199,7 +220,7 @@ def test_people_reading_sonnets(shared, name):
         assert hit(face, spans, fps) >= 0.95
         assert hit(alone, spans, fps) >= 0.6
     assert min(faces.shortest(face), faces.shortest(alone)) >= SHORTEST
-    told = faces.behaviour(face, spoken)
+    told = faces.behaviour(face, spoken, still(55))
     assert told["jaw_with_loudness"] > 0.4 and 12 <= told["blinks_a_minute"] <= 40
 
 
