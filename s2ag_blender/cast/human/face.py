@@ -18,7 +18,7 @@ MOVE = 2e-5
 _DROPS, _BACK, _NARROW = (0.0055, 0.0075, 0.007), (-0.0035, -0.0015, 0.003), (0.80, 0.78, 0.9)
 """Metres by which upper teeth, lower teeth and tongue are too high and too far in front, and how wide they should be."""
 _BENT = 15.0
-"""Metres by which an arch should lie farther back for each square metre aside: corners of lips are in front of the eye teeth."""
+"""Metres by which an arch should lie farther back for each square metre aside, for corners of lips are before eye teeth."""
 _LIP = 0.3
 """Of the lips' mask, what parts inside and outside."""
 _LID = 0.006

@@ -1,6 +1,6 @@
-"""Teeth painted on the two arches of the base mesh, which are bands without a single tooth: crowns, the gaps between them, gums.
+"""Teeth painted on the two arches of the base mesh, which are bands without teeth: crowns, gaps between them, gums.
 
-An arch is taken for half an ellipse. Crowns get darker the farther back they are, for light that comes through the lips does not
+An arch is taken for half an ellipse. Crowns get darker the farther back they are, for light through the lips does not
 reach them.
 """
 

@@ -61,7 +61,7 @@ def test_teeth_have_crowns_that_get_dark_towards_the_back(gender):
     for upper, name in enumerate(("helper-lower-teeth", "helper-upper-teeth")):
         quads = face.surface(name)
         uvs, corners = teeth.uvs(points, quads, bool(upper)), points[quads]
-        assert 0 <= uvs.min() and uvs.max() <= 1 and (uvs[..., 1] >= upper / 2).all() and (uvs[..., 1] <= (upper + 1) / 2).all()
+        assert uvs.min() >= 0 and uvs.max() <= 1 and (uvs[..., 1] >= upper / 2).all() and (uvs[..., 1] <= (upper + 1) / 2).all()
         assert (np.sign(np.round(uvs[..., 0] - 0.5, 6)) == np.sign(np.round(corners[..., 0], 6))).all()
         band = picture[upper * teeth.HEIGHT // 2 :][: teeth.HEIGHT // 2].mean(2)
         crowns = band[int(0.35 * len(band))]  # between cutting edge and gum
