@@ -1,6 +1,5 @@
 """Errors a user can act on: one sentence that says what is wrong, one that says what to do."""
 
-
 _LONGEST_WORD, _LONGEST = 400, 1200
 """Letters of what a message quotes without a space, and of a whole message; paths are shorter."""
 

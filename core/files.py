@@ -69,7 +69,7 @@ def sweep(folder: Path) -> None:
     _SWEPT.add(folder)
     for left in folder.glob(f"{MARK}{host()}@*@*"):
         number = left.name.split("@")[2]
-        if number.isdigit() and not is_running(int(number)):
+        if number.isdecimal() and not is_running(int(number)):
             remove(left)
 
 

@@ -11,8 +11,8 @@ import numpy as np
 
 LARGEST = 256_000_000
 """Bytes that all arrays of a performance may unpack to; half a day of one takes 150 MB."""
-_DAMAGED = (ValueError, KeyError, IndexError, TypeError, AttributeError, OverflowError, EOFError, RuntimeError, SyntaxError)
-_DAMAGED += (MemoryError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
+DAMAGED = (ValueError, KeyError, IndexError, TypeError, AttributeError, OverflowError, EOFError, RuntimeError, SyntaxError)
+DAMAGED += (MemoryError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
 """What zipfile and numpy raise on damaged files, as they are."""
 
 
@@ -42,7 +42,7 @@ def opened(path: str | PathLike, largest: int = LARGEST) -> Iterator[np.lib.npyi
             yield data
     except NotArrays:
         raise
-    except _DAMAGED as error:
+    except DAMAGED as error:
         raise NotArrays(" ".join(str(error).split())[:200] or type(error).__name__) from error
 
 

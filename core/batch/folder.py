@@ -64,7 +64,7 @@ class Folder:
         """Delete what killed processes have left half done; work of living processes and of other machines stays."""
         for left in (self.root / ".part").glob("*@*@*"):
             machine, pid, _ = left.name.split("@", 2)
-            gone = not is_running(int(pid)) if machine == host() and pid.isdigit() else _age(left) > _ABANDONED
+            gone = not is_running(int(pid)) if machine == host() and pid.isdecimal() else _age(left) > _ABANDONED
             if gone:
                 shutil.rmtree(left, ignore_errors=True)
         for left in (self.root, self.root / "dataset", *(self.root / "records").glob("*")):

@@ -5,7 +5,6 @@ the lip, f and v. H: tongue up, long l. X: idle.
 """
 
 import json
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike
@@ -33,6 +32,7 @@ SHOWS = {
     "X": {},
 }  # fmt: skip
 """Channels that each of its shapes shows."""
+_LONGEST = 13 * 3600.0
 _MOVING, _MEETING = 0.07, 0.03
 """Seconds in which the mouth goes from one shape to the next, and least seconds of a cue that is written."""
 
@@ -78,9 +78,11 @@ def load(path: str | PathLike) -> list[Cue]:
     path = Path(path)
     try:
         if path.suffix.lower() == ".tsv":
-            if path.stat().st_size > LARGEST:
+            with open(path, "rb") as file:
+                data = file.read(LARGEST + 1)
+            if len(data) > LARGEST:
                 raise ValueError("it is too large")
-            rows = [line.split("\t") for line in path.read_text("utf-8").splitlines() if line.strip()]
+            rows = [line.split("\t") for line in data.decode().splitlines() if line.strip()]
             told = [(shape.strip(), float(start)) for start, shape in rows]
             ends = [*(start for _, start in told[1:]), told[-1][1] if told else 0.0]
             found = [(shape, start, end) for (shape, start), end in zip(told, ends, strict=True)]
@@ -101,10 +103,11 @@ def mouth(told: Sequence[Cue], duration: float, intensity: float = 1.0) -> tuple
     time, weights = np.arange(count) / RATE, np.zeros((count, len(CHANNELS)))
     share = np.zeros(count)
     for shape, start, end in told:
-        rise = np.clip(0.5 + np.minimum(time - start, end - time) / _MOVING, 0, 1)
-        share += rise
+        rows = slice(*(min(max(int(edge * RATE), 0), count) for edge in (start - _MOVING, end + _MOVING + 1 / RATE)))
+        rise = np.clip(0.5 + np.minimum(time[rows] - start, end - time[rows]) / _MOVING, 0, 1)
+        share[rows] += rise
         for name, value in SHOWS[shape].items():
-            weights[:, CHANNELS.index(name)] += rise * value
+            weights[rows, CHANNELS.index(name)] += rise * value
     weights /= np.maximum(share, 1.0)[:, None]
     lips, jaw, spoken = CHANNELS.index("PP"), CHANNELS.index("JAW"), len(VISEMES) + 1
     weights[:, :spoken] = np.clip(weights[:, :spoken] * intensity, 0, 1)
@@ -131,7 +134,7 @@ def _check(told: Sequence[Cue]) -> None:
     for shape, start, end in told:
         if shape not in SHOWS:
             raise ValueError(f"{shape!r} is no shape of a mouth")
-        if not (math.isfinite(start) and math.isfinite(end)) or start < before - 1e-6 or end < start:
+        if not max(before - 1e-6, 0) <= start <= end <= _LONGEST:
             raise ValueError(f"the cue at {start:g} seconds is out of order")
         before = start
     if not told:

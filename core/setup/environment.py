@@ -4,17 +4,19 @@ The folder that the set-up was given holds ``engine-N``, environments of which t
 ``engine.json`` says so) is the engine, and ``logs``.
 """
 
-import json
 import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from .. import json_text
 from ..errors import S2agError
 
 SIZES = {True: (0.4e9, 1.3e9), False: (3e9, 8e9)}
 """Bytes that are fetched and that lie on the disk in the end: with PyTorch's small build (measured), and with CUDA (about)."""
 ROOT = Path(__file__).parents[2]
+_LARGEST = 1_000_000
+"""Bytes of an environment's facts."""
 
 
 class SetupFailed(S2agError):
@@ -76,7 +78,7 @@ def environment(folder: str | os.PathLike) -> Environment | None:
     folder = Path(folder)
     for path in [folder, *sorted(environments(folder), key=number, reverse=True)]:
         try:
-            facts = json.loads((path / "engine.json").read_text("utf-8"))
+            facts = json_text.read(path / "engine.json", _LARGEST)
         except (OSError, ValueError):
             continue
         if isinstance(facts, dict):
@@ -101,7 +103,7 @@ def chosen(path: str | os.PathLike) -> str:
 
 def environments(folder: Path) -> list[Path]:
     """All environments in ``folder``, half-made ones too."""
-    return [path for path in folder.glob("engine-*") if path.name[7:].isdigit()] if folder.is_dir() else []
+    return [path for path in folder.glob("engine-*") if path.name[7:].isdecimal()] if folder.is_dir() else []
 
 
 def number(path: Path) -> int:

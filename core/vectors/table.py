@@ -130,17 +130,21 @@ class Packed:
         try:
             with npz.opened(path) as data:
                 packed = cls({key: data[key] for key in data.files})
-            if any(np.abs(part).max(initial=0) > _LARGEST for part in packed.numbers()):
-                raise ValueError("numbers out of range")
+            packed.check()
             packed.rows(np.array([0, len(packed.key_to_index) - 1]))
             packed.guess("word")
         except Exception as error:  # np.load and zipfile raise half a dozen types on damaged files
             raise VectorsUnreadable(f"{path} holds no packed word vectors.", "Build it with core/vectors/build.py.") from error
         return packed
 
-    def numbers(self) -> list[np.ndarray]:
-        """All arrays that are no codes."""
-        return [part for table in (self._words, self._ngrams) for part in table.values() if part.dtype.kind == "f"]
+    def check(self) -> None:
+        """Raise ValueError for arrays of other kinds, numbers out of range, and axes that are not all there."""
+        for table in (self._words, self._ngrams):
+            numbers = [table[name] for name in ("centroids", "norms")]
+            if any(part.dtype.kind != "f" or not np.abs(part).max(initial=0) <= _LARGEST for part in numbers):
+                raise ValueError("numbers out of range")
+            if not np.array_equal(np.sort(table["order"]), np.arange(DIMENSIONS)):
+                raise ValueError("axes are missing")
 
     def rows(self, indices: np.ndarray) -> np.ndarray:
         """``(len(indices), 300)`` float32."""

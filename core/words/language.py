@@ -11,6 +11,8 @@ from .aligner import sphinx_model
 
 _REMEDY = "See docs/transcripts.md, Other languages."
 _PACKAGE = "espeakng_loader"
+_LARGEST, _LETTERS, _PHONES = 256_000_000, 1_000_000, 100
+"""Bytes of a dictionary and of letters.json, and signs that phones of a letter may take."""
 _CODE = re.compile(r"^language[ \t]+([\w-]+)", re.MULTILINE)
 
 
@@ -77,6 +79,8 @@ def _folder(folder: str | PathLike | None) -> dict | None:
         raise TranscriptUnreadable(f"The aligner model {folder} holds {len(dictionaries)} dictionaries.", "Leave one there.")
     if not dictionaries and letters is None:
         raise TranscriptUnreadable(f"The aligner model {folder} holds neither a dictionary nor letters.json.", _REMEDY)
+    if any(path.stat().st_size > _LARGEST for path in dictionaries):
+        raise TranscriptUnreadable(f"{dictionaries[0]} is larger than {_LARGEST // 1_000_000} MB.", "Leave out rare words.")
     if acoustic is not None:
         _check(acoustic)
     if acoustic is not None and letters is None:
@@ -112,9 +116,13 @@ def fingerprint(model: dict | None) -> list:
 
 def _letters(path: Path) -> dict[str, str]:
     try:
-        letters = json_text.read(path)
+        letters = json_text.read(path, _LETTERS)
     except (OSError, json_text.NotJson) as error:
         raise TranscriptUnreadable(f"{path} is not valid JSON.", _REMEDY) from error
-    if not isinstance(letters, dict) or not all(isinstance(value, str) and key for key, value in letters.items()):
+    if not isinstance(letters, dict) or not all(map(_is_rule, letters, letters.values())):
         raise TranscriptUnreadable(f"{path} does not map letters to phones.", 'Write {"sch": "SH", "a": "AA", ...}.')
     return {key.lower(): value for key, value in letters.items()}
+
+
+def _is_rule(letters: str, phones: object) -> bool:
+    return bool(letters) and isinstance(phones, str) and len(phones) <= _PHONES

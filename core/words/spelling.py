@@ -95,7 +95,7 @@ def _said(part: str) -> list[str]:
     if part in _SIGNS:
         return [_SIGNS[part]]
     pieces = re.findall(r"\d+|[^\W\d_]+(?:'[^\W\d_]+)*", re.sub(r"[&%+=@]", lambda sign: f" {_SIGNS[sign[0]]} ", part))
-    return [said for piece in pieces for said in (cardinal(int(piece)) if piece.isdigit() else [piece])]
+    return [said for piece in pieces for said in (cardinal(int(piece)) if piece.isdecimal() else [piece])]
 
 
 def _number(minus, currency, whole, decimals, ending, percent) -> list[str]:

@@ -70,7 +70,7 @@ class Shapes:
     def values(self, weights: np.ndarray) -> dict[str, np.ndarray]:
         """Values ``(frames,)`` of 0..1 for every key, of ``weights`` ``(frames, channels)``."""
         return {
-            key: np.clip(sum(amount * _of(weights, name) for name, amount in parts.items()), 0, 1)
+            key: np.clip(sum((amount * _of(weights, name) for name, amount in parts.items()), np.zeros(len(weights))), 0, 1)
             for key, parts in self.keys.items()
         }
 

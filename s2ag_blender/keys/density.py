@@ -67,7 +67,7 @@ def convert(armature: bpy.types.Object, action: bpy.types.Action, tolerance: flo
             values = np.array([curve.evaluate(frame) for frame in frames])
             held.setdefault(curve.data_path, {})[curve.array_index] = values
     keyed = [keyframes.Channels(dependencies.bone_of(path), path, values) for path, values in held.items()]
-    stood = json.loads(action.get(_STOOD, "[]"))
+    stood = stored.read(action, _STOOD, list)
     thinner = None if tolerance is None else _thinner(armature, keyed, frames, fps, tolerance, stood)
     keyframes.write_channels(bag, keyed, frames, "LINEAR", thinner)
 

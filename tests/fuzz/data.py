@@ -1,6 +1,7 @@
 """Motions, tables of words and pickles: good files, and what reads them."""
 
 import io
+import json
 import pickle
 import random
 from collections import OrderedDict
@@ -85,3 +86,36 @@ def read_pickle(path: Path) -> None:
     from s2ag.core.model import pickles
 
     pickles.read(path)
+
+
+def cues() -> Seeds:
+    told = [("X", 0.0, 0.2), ("A", 0.2, 0.3), ("D", 0.3, 0.6), ("F", 0.6, 1.0)]
+    lines = "".join(f"{start:.2f}\t{shape}\n" for shape, start, _ in told) + "1.00\tX\n"
+    mouth = [{"start": start, "end": end, "value": shape} for shape, start, end in told]
+    whole = {"metadata": {"soundFile": "a.wav", "duration": 1.0}, "mouthCues": mouth}
+    return [(".tsv", lines.encode()), (".json", json.dumps(whole).encode())]
+
+
+def read_cues(path: Path) -> None:
+    from s2ag.core.motion import rhubarb
+
+    weights, closures = rhubarb.mouth(rhubarb.load(path), 2.0)
+    assert 0 <= weights.min() <= weights.max() <= 1 and np.isfinite(closures.astype(np.float32)).all()
+
+
+def face_maps() -> Seeds:
+    from s2ag.rigs.faces import shapes
+
+    keys = {"mouth_a": {"AA": 1.0}, "blink": {"BLINK_LEFT": 1, "BLINK_RIGHT": 1}, "left": {"LOOK_LEFT+": 0.5}, "none": {}}
+    return [(".json", shapes.dump(shapes.Shapes("own", keys, ("JAW",), {"jaw": "Jaw"})).encode())]
+
+
+def read_face_map(path: Path) -> None:
+    from s2ag.core.motion.face import CHANNELS
+    from s2ag.rigs.faces import shapes
+
+    found = shapes.load(path)
+    assert shapes.parse(shapes.dump(found)) == found
+    found.missing()
+    values = found.values(np.full((3, len(CHANNELS)), 0.5))
+    assert all(value.shape == (3,) and np.isfinite(value).all() for value in values.values())

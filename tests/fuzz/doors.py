@@ -1,6 +1,7 @@
 """Every door by which files of others come in; :mod:`networks` adds those that need torch."""
 
 import data
+import folders
 import mutations
 import speech
 import work
@@ -15,6 +16,10 @@ DOORS = {
         Door("data-transcript", speech.data_words, speech.read_data_words, mutations.of_json),
         Door("letters", lambda: [(".json", b'{"sch": "SH", "a": "AA", "ch": "K"}')], speech.letters, mutations.of_json),
         Door("vocabulary", speech.vocabularies, speech.read_vocabulary, mutations.of_json),
+        Door("clip", speech.clips, speech.read_clip, folders.damage_file),
+        Door("turns", speech.dialogues, speech.read_turns, mutations.of_text),
+        Door("mouth-cues", data.cues, data.read_cues, mutations.of_json),
+        Door("face-map", data.face_maps, data.read_face_map, mutations.of_json),
         Door("map", work.maps, work.read_map, mutations.of_json),
         Door("manifest", work.manifests, work.read_manifest, mutations.of_lines),
         Door("curves", work.curves, work.read_curves, mutations.of_json),
@@ -28,5 +33,6 @@ DOORS = {
         Door("performance", data.performances, data.read_performance, data.damage_performance),
         Door("vectors", data.tables, data.read_table, data.damage_table),
         Door("pickle", data.pickles, data.read_pickle),
+        *folders.DOORS,
     )
 }  # fmt: skip

@@ -15,6 +15,7 @@ JUNK = [
     *('""', "99:99:99,999", "é", "\U0001f600", "\ue0007", "%", "1990s", "3.5 %", ";;", "<exists>", '"IntervalTier"', "-0"),
     *("[" * 2000, "intervals [2]:", "\x1b[2J", "../../x", "http://a/b", "file:///etc/passwd", "=" * 999, "\r", "\u202e"),
     *("k" * 5000, "Infinity", "JOINT a {", "}" * 50, "End Site", "Frames: 999999999", "Frame Time: 0", "CHANNELS 999999999"),
+    *("\u1369", "\u00b2", "\u0661\u0662", "\u2460", "\u00bd", "\u4e94", "\ufdfa", "CHANNELS 0", "{as calm}", "$\u1369"),
 ]  # fmt: skip
 NUMBERS = (0, 1, -1, 2, 127, 255, 2**15, 2**31 - 1, 2**31, 2**32 - 1, 2**63 - 1, 2**63, 2**64 - 1)
 VALUES = (
@@ -135,6 +136,20 @@ def of_arrays(data: bytes, chance: random.Random, others: list[bytes]) -> bytes:
                 del arrays[name]
     made = io.BytesIO()
     np.savez_compressed(made, **arrays)
+    return made.getvalue()
+
+
+def of_array(data: bytes, chance: random.Random, others: list[bytes]) -> bytes:
+    """An ``.npy`` of another kind and shape, or bytes of it damaged."""
+    if chance.random() < 0.4:
+        return of_bytes(data, chance, others)
+    try:
+        array = np.load(io.BytesIO(data))
+    except Exception:  # damaged before, in any of numpy's ways
+        return of_bytes(data, chance, others)
+    made = io.BytesIO()
+    with np.errstate(all="ignore"):
+        np.save(made, _other(array, chance))
     return made.getvalue()
 
 

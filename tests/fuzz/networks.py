@@ -5,12 +5,15 @@ import json
 import random
 import shutil
 import tempfile
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import doors
+import folders
 import mutations
+import numpy as np
 from door import Door, Seeds, written
+from toy_corpus import META, toy_arrays
 
 
 @cache
@@ -86,11 +89,67 @@ def _import(path: Path) -> None:
     foreign.import_checkpoint(path, path.with_name("out.safetensors"))
 
 
+def _corpus(folder: Path) -> None:
+    for name, array in toy_arrays(talks=4, frames=80).items():
+        np.save(folder / f"{name}.npy", array)
+    (folder / "meta.json").write_text(json.dumps(META))
+
+
+def _pack(path: Path) -> None:
+    """A packed corpus whose windows are gathered as training does."""
+    from s2ag.core.learning.train.dataset import TRAIN, Corpus, Windows
+
+    corpus = Corpus.load(folders.beside(_corpus, path))
+    talk, first = corpus.spread_windows(TRAIN, 4, 34)
+    flips = np.arange(len(talk)) % 2 == 0
+    corpus.batch(Windows(talk, first, flips, ~flips), 34, 4)
+    corpus.speakers, corpus.meanings  # noqa: B018 (read from what came in)
+
+
+def _settings() -> Seeds:
+    some = {"data": "corpus", "out": "run", "batch": 8, "frames": 48, "steps": 3, "model": "flow", "mirror": 0.5}
+    some |= {"model_settings": {"gru_size": 32, "mfcc_channels": [16, 16, 16]}, "kept": {"start": 0.3, "frames": 0.1}}
+    return [(".json", json.dumps(some).encode())]
+
+
+def _train(path: Path) -> None:
+    from s2ag.core.learning.train import __main__ as command
+    from s2ag.core.learning.train.config import TrainConfig
+
+    TrainConfig.from_dict(command._read(path))
+
+
+def _network():
+    import torch
+
+    torch.manual_seed(0)
+    network = torch.nn.Linear(3, 2)
+    adam = torch.optim.Adam(network.parameters())
+    network(torch.ones(1, 3)).sum().backward()
+    adam.step()
+    return {"network": network, "adam": adam}
+
+
+def _state() -> Seeds:
+    from s2ag.core.learning.train import state
+
+    return written((".safetensors", lambda path: state.save(path, _network(), {"step": 3, "random": [1, 2]})))
+
+
+def _continue(path: Path) -> None:
+    from s2ag.core.learning.train import state
+
+    state.load(path, _network())
+
+
 doors.DOORS |= {
     door.name: door
     for door in (
         Door("weights", lambda: [(".safetensors", _checkpoint()[0])], _load, _damage_weights),
         Door("facts", lambda: [(".json", json.dumps(_checkpoint()[1]).encode())], _load, mutations.of_json),
         Door("import", _foreign, _import),
+        Door("corpus", partial(folders.files, _corpus), _pack, folders.damage_file),
+        Door("settings", _settings, _train, mutations.of_json),
+        Door("state", _state, _continue, _damage_weights),
     )
 }

@@ -5,10 +5,13 @@ import shutil
 import wave
 from pathlib import Path
 
+import folders
 import moving
 import numpy as np
 import transcripts
 from door import ROOT, Seeds, written
+
+MEAN_POSE = np.tile([0.0, 1.0, 0.0], (9, 1)).astype(np.float32)
 
 
 def _noise(seconds: float = 0.3) -> np.ndarray:
@@ -112,3 +115,48 @@ def read_vocabulary(path: Path) -> None:
     from s2ag.core.meaning import vocabulary
 
     vocabulary.load(path).find(["i", "do", "not", "know"], [False] * 4)
+
+
+def clips() -> Seeds:
+    """A vocabulary with a clip, and the clip."""
+    return folders.files(_acted)
+
+
+def _acted(folder: Path) -> None:
+    from s2ag.core.motion.motion import Motion
+    from s2ag.core.motion.skeleton import MEAN_UNIT
+
+    Motion(np.tile(MEAN_UNIT, (30, 1, 1)).astype(np.float32), 15.0).save(folder / "clip.npz")
+    gesture = {"says": ["hello*"], "marks": ["wave"], "clip": "clip.npz", "lands": 0.5, "often": 1.0}
+    (folder / "words.json").write_text(json.dumps({"gestures": {"wave": gesture}}))
+
+
+def read_clip(path: Path) -> None:
+    """The clip played over a body."""
+    from s2ag.core.meaning import vocabulary
+
+    for gesture in vocabulary.load(folders.beside(_acted, path) / "words.json").gestures.values():
+        if gesture.acted is not None:
+            body = np.tile(MEAN_POSE, (20, 1, 1))
+            gesture.acted.play(body, np.arange(20) / 15 - 0.5, np.ones(20), (True, True))
+            gesture.acted.hands(np.arange(20) / 15, (True, False))
+            assert np.isfinite(body).all()
+
+
+def dialogues() -> Seeds:
+    text = "ANNA: That is what I mean, *really*.\nBERT: {big} Oh! [pause] It is 20 %.\nANNA: Yes.\nTHE END: so"
+    return [(".txt", text.encode()), (".txt", text.replace("ANNA", "Anna").replace("\n", "\r\n").encode("utf-16"))]
+
+
+def read_turns(path: Path) -> None:
+    """What Anna says of a text whose words follow each other."""
+    from s2ag.core.words import markup, transcript, turns
+
+    text = transcript.read(path)
+    marked = markup.read(text)
+    words = tuple((shown, 0.1 * number, 0.1 * number + 0.1) for number, (shown, _) in enumerate(marked.tokens))
+    heard = transcript.Heard(words, (1.0,) * len(words), tuple(marked.marks))
+    mine, spans = turns.own(heard, text, "anna")
+    assert len(mine.words) == len(mine.confidence)
+    assert (spans[:, 0] <= spans[:, 1]).all() and (spans[1:, 0] >= spans[:-1, 1]).all()
+    assert all(0 <= mark.first <= mark.last <= len(mine.words) for mark in mine.marks)

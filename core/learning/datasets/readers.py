@@ -2,6 +2,7 @@
 
 import csv
 import hashlib
+import io
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ from .recording import Recording
 
 SOUNDS = (".wav", ".flac", ".mp3", ".ogg", ".m4a")
 TENTHS = ("train",) * 8 + ("validation", "test")
+_TABLE = 10_000_000
+"""Bytes of a table of recordings; BEAT2 has 1,762 rows."""
 Tell = Callable[[str], None]
 
 
@@ -99,8 +102,7 @@ def beat2(folder: str | PathLike, tell: Tell = _silent) -> list[Found]:
     listed = {}
     table = folder / "train_test_split.csv"
     if table.is_file():
-        with open(table, newline="", encoding="utf-8-sig") as file:
-            listed = {row.get("id", ""): row.get("type", "") for row in csv.DictReader(file)}
+        listed = _listed(table)
     kinds = {"train": "train", "val": "validation", "test": "test", "additional": "train"}
     for motion in sorted((folder / "smplxflame_30").glob("*.npz")):
         sound = folder / "wave16k" / f"{motion.stem}.wav"
@@ -114,6 +116,16 @@ def beat2(folder: str | PathLike, tell: Tell = _silent) -> list[Found]:
     _left_out(strange, "no speaker in their names", tell)
     _left_out(mute, "no sound in wave16k", tell)
     return _some(found, folder, "smplxflame_30/*.npz with wave16k/*.wav")
+
+
+def _listed(table: Path) -> dict[str, str]:
+    """Which part each recording of BEAT2 is of."""
+    try:
+        with open(table, "rb") as file:
+            text = file.read(_TABLE).decode("utf-8-sig")
+        return {row.get("id") or "": row.get("type") or "" for row in csv.DictReader(io.StringIO(text, newline=""))}
+    except (OSError, csv.Error, UnicodeDecodeError) as error:
+        raise CorpusUnreadable(f"{table} is no readable table: {error}.", "Download it again.") from error
 
 
 def recordings(

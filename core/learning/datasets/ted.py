@@ -12,7 +12,7 @@ from ...motion import skeleton
 from ...sound.audio import SAMPLE_RATE
 from .readers import Tell, tenth
 from .recording import Recording
-from .ten import resample
+from .ten import FARTHEST, resample
 
 PARTS = {"train": "train", "val": "validation", "test": "test"}
 SPLITS = ("original", "talk")
@@ -59,7 +59,7 @@ def _clip(vid: str, number: int, clip: dict, poses: np.ndarray, sound: np.ndarra
         raise ValueError(f"clip {number} lasts {end - begin:g} s")
     if poses.ndim != 3 or poses.shape[1:] != (len(skeleton.JOINTS), 3):
         raise ValueError(f"clip {number} has poses of shape {poses.shape}")
-    if not (np.isfinite(poses).all() and np.isfinite(sound).all() and sound.ndim == 1):
+    if not ((np.abs(poses) <= FARTHEST).all() and np.isfinite(sound).all() and sound.ndim == 1):
         raise ValueError(f"clip {number} holds values that are no numbers")
     duration = end - begin
     directions = resample(skeleton.to_directions(poses), len(poses) / duration)

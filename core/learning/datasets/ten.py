@@ -106,6 +106,8 @@ def frontal(posed: Posed) -> np.ndarray:
 
 def resample(values: np.ndarray, fps: float, wanted: float = skeleton.FPS) -> np.ndarray:
     """Directions ``(n, 9, 3)`` at another rate by linear interpolation, normalised; the first frame stays (reference B.4)."""
+    if not len(values):
+        raise ValueError("there are no poses")
     count = max(int(round(len(values) / fps * wanted)), 1)
     at = np.minimum(np.arange(count) * (fps / wanted), len(values) - 1)
     low = np.minimum(at.astype(int), max(len(values) - 2, 0))

@@ -8,6 +8,7 @@ import numpy as np
 import torch
 from torch.nn import functional
 
+from ... import npz
 from ...errors import CorpusUnreadable
 from ...model.seeds import kept_input
 from ...model.timing import mfcc_slice, nearest_mfcc
@@ -101,8 +102,8 @@ class Corpus:
         arrays, meta = load_arrays(folder)
         try:
             return cls(arrays, meta, device)
-        except (ValueError, KeyError, IndexError, TypeError) as error:
-            message = f"{folder} is not a packed corpus: {error}."
+        except npz.DAMAGED as error:
+            message = f"{folder} is not a packed corpus: {' '.join(str(error).split())[:200]}."
             raise CorpusUnreadable(message, "Build one with: python -m s2ag.core.learning.corpus") from error
 
     @property
@@ -151,6 +152,9 @@ class Corpus:
         extras = self.extras[performed]
         asked = self.revealing.tell(talk, first, np.ones(spoken.shape) if windows.draws is None else windows.draws)
         words, prosody = self.word_index[spoken].astype(np.int64) % len(self.vectors), self.prosody[spoken]
+        mfcc = self.mfcc[heard]
+        if not all(np.isfinite(part).all() for part in (mfcc, prosody, directions, extras)):
+            raise CorpusUnreadable("The corpus holds values that are no numbers.", "Build it again.")
         if windows.flip is not None and windows.flip.any():
             directions = directions.astype(np.float32)
             directions[windows.flip] = mirror(directions[windows.flip])
@@ -163,7 +167,7 @@ class Corpus:
             prosody[windows.wordless] = self.prosody_plain[spoken[windows.wordless]]
         kept = np.arange(frames) < np.full((len(talk), 1), seed_frames) if windows.kept is None else windows.kept
         parts = (
-            self.mfcc[heard],
+            mfcc,
             words,
             prosody,
             directions,
@@ -199,6 +203,9 @@ class Corpus:
 
     def _check(self) -> None:
         talks, recordings, fps = len(self.starts) - 1, len(self.frame_starts) - 1, self.meta.get("fps", FPS)
+        meanings, speakers = self.meta.get("meanings", []), self.meta.get("speakers")
+        if not (isinstance(meanings, list) and isinstance(speakers, list) and all(isinstance(one, dict) for one in speakers)):
+            raise ValueError("its meta does not list speakers")
         if not (
             talks > 0
             and self.directions.shape[1:] == (9, 3)
@@ -212,6 +219,7 @@ class Corpus:
             and len(self.mfcc) == self.mfcc_starts[-1]
             and len(self.word_index) == len(self.prosody) == self.frame_starts[-1]
             and self.prosody.shape == self.prosody_plain.shape
+            and self.mfcc.shape[1:] == (40,)
             and self.extras.shape in ((len(self.directions), 0), (len(self.directions), hand_numbers.SIZE))
             and -1 <= self.word_index.min() <= self.word_index.max() < len(self.arrays["vectors"])
         ):

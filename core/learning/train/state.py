@@ -7,6 +7,7 @@ import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 
+from ... import json_text
 from ...errors import CheckpointUnreadable
 from ...files import whole_file
 
@@ -26,7 +27,7 @@ def load(path: str | PathLike, parts: dict, device: str = "cpu") -> dict:
     """Fill modules and optimisers from ``path`` and return the facts; raises :class:`CheckpointUnreadable`."""
     try:
         with safe_open(path, framework="pt", device=device) as file:
-            facts = json.loads(file.metadata()["facts"])
+            facts = json_text.parse(file.metadata()["facts"])
             stored = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (not a dict)
         for name, part in parts.items():
             start = name + "/"

@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ... import json_text
+from ... import json_text, npz
 from ...errors import CorpusUnreadable, OutputUnwritable
 
 FORMAT = 2
@@ -35,6 +35,15 @@ ARRAYS = (
     "directions", "starts", "recording", "speaker", "split", "controls",
 )  # fmt: skip
 """What training needs."""
+_AXES = {
+    "mfcc": 2, "mfcc_starts": 1, "frame_starts": 1, "word_index": 1, "vectors": 2, "prosody": 2, "prosody_plain": 2, "wave": 1,
+    "directions": 3, "starts": 1, "recording": 1, "speaker": 1, "split": 1, "controls": 2, "extras": 2, "wave_starts": 1,
+    "strokes": 2,
+}  # fmt: skip
+_WHOLE = ("word_index", "recording", "speaker", "split")
+_SMALL = ("vectors", "controls", "strokes")
+"""Numbers that are looked at all when a corpus is opened; those of long arrays are when they are used."""
+_HUGE = 1e4
 
 
 def save_arrays(folder: str | PathLike, arrays: dict[str, np.ndarray], meta: dict) -> Path:
@@ -83,10 +92,24 @@ def load_arrays(folder: str | PathLike) -> tuple[dict[str, np.ndarray], dict]:
         missing = [name for name in ARRAYS if name not in arrays]
         if missing:
             raise ValueError(f"{missing[0]}.npy is missing")
-    except (OSError, ValueError, EOFError) as error:
-        message = f"{folder} is not a packed corpus: {error}."
+        for name, array in arrays.items():
+            _check(name, array)
+    except (OSError, *npz.DAMAGED) as error:
+        message = f"{folder} is not a packed corpus: {' '.join(str(error).split())[:200]}."
         raise CorpusUnreadable(message, BUILD) from error
     return arrays, meta
+
+
+def _check(name: str, array: np.ndarray) -> None:
+    """Raise ValueError for an array of another kind than its name says."""
+    starts = name.endswith("starts")
+    kinds = "iu" if starts or name in _WHOLE else "biuf"
+    if not isinstance(array, np.ndarray) or array.dtype.kind not in kinds or array.ndim != _AXES.get(name, array.ndim):
+        raise ValueError(f"{name}.npy is of another kind")
+    if starts and (array.ndim != 1 or not len(array) or array[0] != 0 or (array[1:] < array[:-1]).any()):
+        raise ValueError(f"{name}.npy does not rise from 0")
+    if name in _SMALL and not (np.abs(array.astype(float)) < _HUGE).all():
+        raise ValueError(f"{name}.npy holds values out of range")
 
 
 def require_folder(folder: str | PathLike) -> Path:

@@ -1,8 +1,14 @@
 """How words are pronounced: by a dictionary, by eSpeak NG for other languages, and else by their letters."""
 
+from collections.abc import Iterator
+from typing import TextIO
+
 from . import packed
 from .letters import phones
 from .pronounce import Espeak
+
+_WAYS, _LINE = 16, 1000
+"""Ways to say a word, and letters of a line with one, that count."""
 
 
 class Lexicon:
@@ -28,10 +34,12 @@ class Lexicon:
 
     def _look_up(self, dictionary, wanted: set[str]) -> None:
         with open(dictionary, encoding="utf-8", errors="replace") as lines:
-            for line in lines:
+            for line in _beginnings(lines):
                 parts = line.split(None, 1)
                 if len(parts) == 2 and (word := parts[0].partition("(")[0]) in wanted:
-                    self._ways.setdefault(word, []).append(parts[1].strip())
+                    ways = self._ways.setdefault(word, [])
+                    if len(ways) < _WAYS:
+                        ways.append(parts[1].strip())
 
     def known(self) -> dict[str, list[str]]:
         """All words that were found."""
@@ -42,3 +50,12 @@ class Lexicon:
         found = self._ways.get(word) or self._ways.get(word.lower(), [])[:1]
         guess = "" if found else phones(word, self._model.get("letters"))
         return found or ([guess] if guess.strip() else [])
+
+
+def _beginnings(file: TextIO) -> Iterator[str]:
+    """The lines of a file, of long ones the first letters."""
+    whole = True
+    while piece := file.readline(_LINE):
+        if whole:
+            yield piece
+        whole = piece.endswith("\n")

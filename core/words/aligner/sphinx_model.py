@@ -13,6 +13,12 @@ _FEATURES = """-lowerf 130 -upperf 6800 -nfilt 25 -transform dct -lifter 22 -fea
 """What ``feat.params`` says of a model whose features are those of :mod:`cepstra`."""
 
 
+LARGEST = 256_000_000
+"""Bytes of a file; those of English have 6 million."""
+_SENONES, _HUGE = 65536, 1e9
+"""States that a model may tell apart, and the size below which its numbers lie."""
+
+
 class UnreadableModel(ValueError):
     """The folder holds another kind of model, or a damaged one."""
 
@@ -43,18 +49,54 @@ class Parts(NamedTuple):
 def read(folder: Path) -> Parts:
     """The parts of the model in a folder; raises :class:`UnreadableModel`."""
     try:
-        if sorted((folder / "feat.params").read_text().split()) != sorted(_FEATURES.split()):
+        if sorted(_content(folder / "feat.params").decode().split()) != sorted(_FEATURES.split()):
             raise UnreadableModel("other features")
-        phones = _phones((folder / "mdef").read_bytes())
+        phones = _phones(_content(folder / "mdef"))
         means, variances = (_gaussians(folder / name) for name in ("means", "variances"))
         senones = int(phones["sequences"].max()) + 1
-        weights = _weights((folder / "sendump").read_bytes(), means.shape[1], means.shape[2], senones)
+        weights = _weights(_content(folder / "sendump"), means.shape[1], means.shape[2], senones)
         transitions = _array(folder / "transition_matrices", 3)
-    except (OSError, struct.error, IndexError, ValueError) as error:
+    except (OSError, struct.error, IndexError, ValueError, OverflowError) as error:
         raise UnreadableModel(str(error)) from error
-    if len(means) != len(phones["phones"]):
-        raise UnreadableModel("codebooks are not those of phones")
-    return Parts(**phones, means=means, variances=variances, weights=weights, transitions=transitions)
+    return checked(Parts(**phones, means=means, variances=variances, weights=weights, transitions=transitions))
+
+
+def checked(parts: Parts) -> Parts:
+    """The same parts if they fit each other and are numbers; raises :class:`UnreadableModel`."""
+    count, rows = len(parts.phones), len(parts.sequences)
+    numbers = parts.means, parts.variances, parts.transitions
+    if not (
+        0 <= parts.silence < count == len(set(parts.phones)) <= 256
+        and parts.means.shape == parts.variances.shape == (count, 3, parts.weights.shape[1], 13)
+        and parts.weights.shape[0] == 3
+        and 4 <= parts.weights.shape[1] <= 256
+        and parts.transitions.shape[1:] == (STATES, STATES + 1)
+        and parts.sequences.shape == (rows, STATES)
+        and _within(parts.sequences, parts.weights.shape[2])
+        and all(len(each) == count for each in (parts.alone, parts.matrix))
+        and len(parts.found) == len(parts.triphones)
+        and _within(parts.alone, rows)
+        and _within(parts.found, rows)
+        and _within(parts.matrix, len(parts.transitions))
+        and _within(parts.triphones[:, 1:], count)
+        and all(np.isfinite(each).all() and np.abs(each).max() < _HUGE for each in numbers)
+        and (parts.transitions >= 0).all()
+        and (parts.transitions.sum(axis=-1) > 0).all()
+    ):
+        raise UnreadableModel("its parts do not fit each other")
+    return parts
+
+
+def _within(rows: np.ndarray, count: int) -> bool:
+    return not rows.size or 0 <= int(rows.min()) <= int(rows.max()) < count
+
+
+def _content(path: Path) -> bytes:
+    with open(path, "rb") as file:
+        data = file.read(LARGEST + 1)
+    if len(data) > LARGEST:
+        raise UnreadableModel(f"{path.name} is larger than {LARGEST // 1_000_000} MB")
+    return data
 
 
 def _phones(data: bytes) -> dict:
@@ -92,18 +134,20 @@ def _weights(data: bytes, streams: int, size: int, senones: int) -> np.ndarray:
     at, lines = 0, []
     while not lines or (length := struct.unpack_from("<i", data, at)[0]):
         length = struct.unpack_from("<i", data, at)[0]
+        if length <= 0:
+            raise UnreadableModel("a line of its head has no length")
         lines.append(data[at + 4 : at + 4 + length])
         at += 4 + length
     if any(line.startswith(b"cluster_count") and line.split()[1] != b"0\0" for line in lines):
         raise UnreadableModel("clustered weights")
     rows, columns = struct.unpack_from("<2i", data, at + 4)
-    if rows != size or columns < senones:
+    if rows != size or not senones <= columns <= _SENONES:
         raise UnreadableModel("weights of other Gaussians")
     return np.frombuffer(data, "u1", streams * rows * columns, at + 12).reshape(streams, rows, columns)[:, :, :senones]
 
 
 def _payload(path: Path) -> tuple[bytes, int]:
-    data = path.read_bytes()
+    data = _content(path)
     at = data.index(b"endhdr\n") + 7
     if struct.unpack_from("<I", data, at)[0] != 0x11223344:
         raise UnreadableModel(f"{path.name} is of another byte order")
@@ -115,7 +159,7 @@ def _gaussians(path: Path) -> np.ndarray:
     data, at = _payload(path)
     books, streams, size = struct.unpack_from("<3i", data, at)
     widths = struct.unpack_from(f"<{streams}i", data, at + 12)
-    if streams != 3 or set(widths) != {13} or size > 256:
+    if streams != 3 or not 0 < books <= 256 or set(widths) != {13} or not 0 < size <= 256:
         raise UnreadableModel("features are not three streams of 13")
     values = np.frombuffer(data, "<f4", books * streams * size * 13, at + 12 + 4 * streams + 4)
     return values.reshape(books, streams, size, 13)

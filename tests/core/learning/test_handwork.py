@@ -39,9 +39,7 @@ def directed(clip):
     stroke = stroke_of(clip)
     frames = len(heard.prosody.features)
     still = np.zeros((frames, 9, 3))
-    body = performance.perform(
-        PERFORMER, [stroke], heard, performance.resting_pose(PERFORMER), still, np.random.default_rng(1)
-    )
+    body = performance.perform(PERFORMER, [stroke], heard, performance.resting_pose(PERFORMER), still, np.random.default_rng(1))
     return body, handwork.perform(PERFORMER, [stroke], heard, body, 3)
 
 

@@ -1,0 +1,148 @@
+"""Doors that are folders, one file of which is damaged: models of the aligner, data sets, the engine's environments."""
+
+import json
+import random
+import shutil
+from collections.abc import Callable
+from functools import cache, partial
+from pathlib import Path
+
+import moving
+import mutations
+import numpy as np
+import sphinx_files
+from door import Door, Seeds, written
+
+Write = Callable[[Path], object]
+
+
+def files(write: Write, *names: str) -> Seeds:
+    """Some files of the folder that ``write(folder)`` makes; the suffix of each is its name after a sign."""
+    return [(f".{name}", data) for name, data in _whole(write).items() if not names or name in names]
+
+
+def beside(write: Write, path: Path) -> Path:
+    """The folder with ``path``, an input of :func:`files`, in the place of the file whose name it bears."""
+    folder = path.parent / "folder"
+    shutil.rmtree(folder, ignore_errors=True)
+    for name, data in _whole(write).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+    shutil.copy(path, folder / path.name.partition(".")[2])
+    return folder
+
+
+@cache
+def _whole(write: Write) -> dict[str, bytes]:
+    """The files that ``write`` makes."""
+    made: dict[str, bytes] = {}
+
+    def keep(path: Path) -> None:
+        folder = path.with_name("folder")
+        folder.mkdir()
+        write(folder)
+        there = (one for one in sorted(folder.rglob("*")) if one.is_file())
+        made.update({one.relative_to(folder).as_posix(): one.read_bytes() for one in there})
+        path.touch()
+
+    written(("", keep))
+    return made
+
+
+def read_acoustic(path: Path) -> None:
+    """Refused, or a model whose phones are found in sound."""
+    from s2ag.core.words import language
+    from s2ag.core.words.aligner import sphinx_model
+    from s2ag.core.words.aligner.ear import Ear
+    from s2ag.core.words.aligner.lexicon import Lexicon
+
+    model = language.load(beside(sphinx_files.write, path))
+    words = ["hello", "there"]
+    try:
+        parts = sphinx_model.read(Path(model["acoustic"]))
+    except sphinx_model.UnreadableModel as error:
+        assert str(error)
+        return
+    ear = Ear(parts, Lexicon(set(words), model), True)
+    noise = np.random.default_rng(0).normal(0, 3000, 8000).astype(np.int16)
+    said = [word for word in words if word in ear.learn(set(words))]
+    for word in ear.chain(noise, said, False, False) or () if said else ():
+        assert 0 <= word[0] <= word[1] < 1 and np.isfinite(word[2])
+
+
+def _export(folder: Path) -> None:
+    """A video as ``ted_export`` writes it."""
+    from s2ag.core.motion.skeleton import MEAN_UNIT, to_positions
+
+    chance, arrays, clips = np.random.default_rng(0), {}, []
+    poses = to_positions(np.tile(MEAN_UNIT, (50, 1, 1)))
+    for number in range(2):
+        arrays[f"{number}.skeletons_3d"] = poses.astype(np.float32)
+        arrays[f"{number}.audio_raw"] = chance.normal(0, 0.1, 32000).astype(np.float16)
+        times = {"start_frame_no": 0.0, "end_frame_no": 50.0, "start_time": 10.0, "end_time": 12.0}
+        clips.append(times | {"words": [["hello", 10.5, 10.9], ["there", 11.0, 11.4]]})
+    (folder / "train").mkdir()
+    np.savez_compressed(folder / "train" / "a.npz", **arrays)
+    (folder / "train" / "a.json").write_text(json.dumps({"vid": "a", "clips": clips}))
+
+
+def ted_files() -> Seeds:
+    return [(f".{Path(suffix[1:]).name}", data) for suffix, data in files(_export)]
+
+
+def read_ted(path: Path) -> None:
+    from s2ag.core.learning.datasets import ted
+
+    folder = beside(_export, path)
+    shutil.move(folder / path.name.partition(".")[2], folder / "train" / path.name.partition(".")[2])
+    for one in ted.recordings(folder):
+        assert one.directions.shape[1:] == (9, 3) and np.isfinite(one.directions).all() and np.isfinite(one.audio).all()
+
+
+def _beat(folder: Path) -> None:
+    (folder / "smplxflame_30").mkdir()
+    (folder / "wave16k").mkdir()
+    moving.smplx(folder / "smplxflame_30" / "1_wayne_0_1.npz", frames=30)
+    moving.sound(folder / "wave16k" / "1_wayne_0_1.wav", seconds=1.0)
+    (folder / "train_test_split.csv").write_text("id,type\n1_wayne_0_1,val\n1_wayne_0_2,test\n")
+
+
+def read_beat(path: Path) -> None:
+    from s2ag.core.learning.datasets.readers import beat2
+
+    (found,) = beat2(beside(_beat, path))
+    assert found.split in ("train", "validation", "test")
+
+
+def _environment(folder: Path) -> None:
+    facts = {"python": "3.11.5", "requirements": ["numpy"], "recognise": True, "packages": {"numpy": "1.26.4"}, "bytes": 1}
+    (folder / "engine.json").write_text(json.dumps(facts))
+    for name in ("engine-1", "engine-²", "engine-02"):
+        (folder / name).mkdir()
+        (folder / name / "engine.json").write_text(json.dumps(facts))
+
+
+def read_environment(path: Path) -> None:
+    from s2ag.core.setup import environment as made
+
+    folder = beside(_environment, path)
+    found = made.environment(folder)
+    assert found is not None and found.broken and found.outdated in (True, False) and found.recognises in (True, False)
+    made.chosen(folder)
+
+
+def damage_file(data: bytes, chance: random.Random, others: list[bytes]) -> bytes:
+    """As suits what the file holds."""
+    if data[:2] == b"PK":
+        return mutations.of_arrays(data, chance, others)
+    if data[:6] == b"\x93NUMPY":
+        return mutations.of_array(data, chance, others)
+    return mutations.of_json(data, chance, others)
+
+
+DOORS = (
+    Door("acoustic", partial(files, sphinx_files.write), read_acoustic, damage_file),
+    Door("ted", ted_files, read_ted, damage_file),
+    Door("table", partial(files, _beat, "train_test_split.csv"), read_beat, mutations.of_text),
+    Door("environment", partial(files, _environment, "engine.json"), read_environment, mutations.of_json),
+)
