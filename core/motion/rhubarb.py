@@ -21,6 +21,8 @@ from .motion import Motion
 SUFFIXES = (".tsv", ".json")
 LARGEST = 16_000_000
 """Bytes of a file."""
+_MOST = 200_000
+"""Cues of a file: four a second for half a day."""
 SHAPES = {
     "PP": "A", "FF": "G", "TH": "B", "DD": "B", "KK": "B", "CH": "B", "SS": "B", "NN": "B", "RR": "E", "AA": "D", "EH": "C",
     "IH": "B", "OH": "E", "OU": "F", "sil": "X",
@@ -131,6 +133,8 @@ def onto(face: Face, told: Sequence[Cue], intensity: float = 1.0) -> Face:
 
 def _check(told: Sequence[Cue]) -> None:
     before = 0.0
+    if len(told) > _MOST:
+        raise ValueError(f"it has more than {_MOST:,} cues")
     for shape, start, end in told:
         if shape not in SHOWS:
             raise ValueError(f"{shape!r} is no shape of a mouth")

@@ -43,3 +43,11 @@ def test_a_folder_is_looked_through_once(tmp_path):
         left.write_text("half")
         files.sweep(tmp_path)
         assert left.exists() is not there
+
+
+def test_a_number_that_is_no_process_stays(tmp_path):
+    left = tmp_path / f"{files.MARK}{files.host()}@²@x"
+    left.touch()
+    with files.whole_file(tmp_path / "a.txt") as temporary:
+        temporary.write_text("a")
+    assert left.exists() and (tmp_path / "a.txt").read_text() == "a"

@@ -97,3 +97,8 @@ def test_broken_maps_are_refused_in_a_sentence(content, tmp_path):
         shapes.load(tmp_path / "face.json")
     with pytest.raises(RigUnusable):
         shapes.load(tmp_path / "none.json")
+
+
+def test_a_key_that_shows_nothing_stays_at_zero():
+    made = shapes.Shapes("own", {"nothing": {}, "open": {"AA": 1.0}}).values(np.ones((4, len(CHANNELS))))
+    assert made["nothing"].tolist() == [0] * 4 and made["open"].tolist() == [1] * 4

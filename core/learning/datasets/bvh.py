@@ -9,6 +9,10 @@ from ....rigs import quaternion
 from ...errors import CorpusUnreadable
 from .ten import Posed, chain, check
 
+LARGEST = 500_000_000
+"""Bytes of a file; an hour of a whole body with fingers at 60 frames a second has 300 million."""
+_JOINTS = 4
+"""Joints a channel, at most: what is read takes memory for each, whether it moves or not."""
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 
 
@@ -19,7 +23,11 @@ def read(path: str | PathLike) -> tuple[Posed, float]:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8", errors="replace")
+        with open(path, "rb") as file:
+            data = file.read(LARGEST + 1)
+        if len(data) > LARGEST:
+            raise ValueError(f"it is larger than {LARGEST // 1_000_000} MB")
+        text = data.decode("utf-8", "replace")
         hierarchy, _, motion = text.partition("MOTION")
         names, parents, offsets, channels = _hierarchy(hierarchy.split())
         values, fps = _motion(motion.split(), sum(map(len, channels)))
@@ -75,6 +83,8 @@ def _hierarchy(tokens: list[str]):
             raise ValueError(f"{word[:20]!r} is no word of a hierarchy")
     if opened or not names or parents.count(-1) != 1:
         raise ValueError("its hierarchy is not closed")
+    if len(names) > _JOINTS * sum(map(len, channels)):
+        raise ValueError("hardly any of its joints has channels")
     places = np.array(offsets)
     check(places, 1, 1.0)
     return names, parents, places, channels

@@ -10,6 +10,8 @@ from .items import LONGEST, Item, Source
 _CUE = re.compile(r"^\s*(?:\d+:)?\d+:\d\d[,.]\d+\s*-->\s*(?:\d+:)?\d+:\d\d[,.]\d+", re.MULTILINE)
 _STAMP = re.compile(r"<((?:\d{1,3}:)?\d\d:\d\d\.\d{3})>")
 _TAG = re.compile(r"</?[a-zA-Z][^<>]{0,200}>|\{\\[^{}]{0,200}\}")
+_OVERRIDE = re.compile(r"\{[^{}]*\}")
+"""What ASS states of the looks of a text; pysubs2's own expression takes the square of the time."""
 _NAMES = {"vtt": "WebVTT", "srt": "SRT", "ass": "ASS"}
 
 
@@ -35,7 +37,7 @@ def parse(content: str, form: str, path: Path) -> Source:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of columns that nobody needs here
             cues = [cue for cue in pysubs2.SSAFile.from_string(content, format_=form, **options) if not cue.is_comment]
-        spans = [(cue.start / 1000, cue.end / 1000, cue.text if options else cue.plaintext) for cue in cues]
+        spans = [(cue.start / 1000, cue.end / 1000, cue.text if options else _bare(cue.text)) for cue in cues]
     except Exception as error:  # pysubs2 lets through what its own parsing runs into
         raise TranscriptUnreadable(f"{path} is a damaged {_NAMES[form]} file.", "Export it again.") from error
     items: list[Item] = []
@@ -46,6 +48,10 @@ def parse(content: str, form: str, path: Path) -> Source:
             rolled, said = _unrolled(text, said)
             items += _timed(rolled, start, end) if _STAMP.search(rolled) else [Item(_plain(rolled), start, end)]
     return Source(_NAMES[form], items)
+
+
+def _bare(text: str) -> str:
+    return _OVERRIDE.sub("", text).replace("\\n", "\n")
 
 
 def _unrolled(text: str, before: str) -> tuple[str, str]:

@@ -81,3 +81,12 @@ STORED = [("{}", dict, {}), ("[1]", list, [1]), ("[1]", dict, {}), (3, dict, {})
 @pytest.mark.parametrize(("value", "kind", "found"), STORED)
 def test_what_is_stored_is_of_its_kind(value, kind, found):
     assert stored.read({"a": value}, "a", kind) == found and stored.read({}, "a", kind) == kind()
+
+
+@pytest.mark.parametrize("text", ["[", "[" * 5000, "3", '[[1], null, "hand"]'])
+def test_bones_that_stand_are_names_or_nothing(laid, text):
+    action = laid.animation_data.action
+    action[density._STOOD] = text
+    density.convert(laid, action, None, 30.0)
+    density.convert(laid, action, 0.01, 30.0)
+    assert density.most_keys(action) > 0

@@ -191,6 +191,7 @@ def test_malformed_files_are_one_sentence(tmp_path):
         "cut": text[: len(text) // 3], "short": text.rsplit("\n", 3)[0], "letters": text[:-20] + " x y z\n",
         "channel": text.replace("Xrotation", "Xturn"), "frames": text.replace("Frames: 3", "Frames: 0"),
         "foreign": "MOTION HIERARCHY {",
+        "still": "HIERARCHY\nROOT Hips { OFFSET 0 0 0 CHANNELS 0 }\nMOTION\nFrames: 9999999 Frame Time: 0.004\n",
     }  # fmt: skip
     for name, content in broken.items():
         (tmp_path / f"{name}.bvh").write_text(content)
@@ -331,3 +332,10 @@ def test_pickled_objects_in_lmdb_are_refused(tmp_path, old_python):
     command = [old_python, "-W", "ignore", ted_export.__file__, str(tmp_path / "lmdb"), str(tmp_path / "out")]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode != 0 and "cannot be read" in done.stderr
+
+
+@pytest.mark.parametrize("content", [b"id,type\n\xf4\xff", b'id,type\n"' + b"a" * 200_000], ids=["no text", "a long cell"])
+def test_a_damaged_table_of_parts_is_one_sentence(tmp_path, content):
+    (tmp_path / "train_test_split.csv").write_bytes(content)
+    with pytest.raises(CorpusUnreadable, match="train_test_split.csv is no readable table"):
+        readers.beat2(tmp_path)

@@ -61,3 +61,10 @@ def test_other_files_are_refused_in_a_sentence(text, tmp_path):
 def test_cues_without_a_face_are_refused(examples, tmp_path, capsys):
     assert main(["synth", str(examples / "hello.flac"), "-o", str(tmp_path / "a.tsv")]) == 2
     assert "Add --face" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["0.0\tA\n1e300\tX\n", "-1\tA\n", "0\tA\n" * 200_001])
+def test_times_beyond_any_recording_and_cues_without_end_are_refused(text, tmp_path):
+    (tmp_path / "a.tsv").write_text(text)
+    with pytest.raises(UsageError):
+        rhubarb.load(tmp_path / "a.tsv")

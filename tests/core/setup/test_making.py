@@ -228,3 +228,12 @@ def test_the_requirements_are_those_of_the_project(monkeypatch):
     assert "torch>=2.4,<2.14" in planning.wanted()
     monkeypatch.setenv("S2AG_TORCH", "torch==2.13.0")
     assert "torch==2.13.0" in planning.wanted(small=True) and "torch>=2.4,<2.14" not in planning.wanted()
+
+
+@pytest.mark.parametrize("facts", ["", "[" * 100_000, "[]", '{"a": ' + "9" * 5000 + "}", " " * 2_000_000])
+def test_other_folders_and_damaged_facts_are_no_engine(tmp_path, facts):
+    (tmp_path / "engine-²").mkdir()
+    (tmp_path / "engine-2").mkdir()
+    (tmp_path / "engine-2" / "engine.json").write_text(facts)
+    found = environment.environment(tmp_path)
+    assert found is None or found.facts == {"a": float("inf")}

@@ -225,3 +225,13 @@ def test_place(vectors):
     assert not table.place((), vectors, 4).any()
     with pytest.raises(ValueError, match="mode"):
         table.place(SAID, vectors, 4, mode="middle")
+
+
+@pytest.mark.parametrize("name", ["word_order", "word_norms", "ngram_centroids"])
+def test_tables_with_missing_axes_or_no_numbers_are_refused(tmp_path, name):
+    with np.load(Path(table.__file__).parents[1] / "assets" / "words.npz") as held:
+        arrays = {key: held[key] for key in held.files}
+    arrays[name] = np.zeros_like(arrays[name]) if name == "word_order" else np.full_like(arrays[name], np.nan)
+    np.savez(tmp_path / "own.npz", **arrays)
+    with pytest.raises(VectorsUnreadable, match="holds no packed word vectors"):
+        WordVectors.load(tmp_path / "own.npz")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sphinx_files
 from s2ag.core.errors import EngineMissing
 from s2ag.core.sound import audio
 from s2ag.core.words import align, language
@@ -190,3 +191,29 @@ def test_pronunciations(tmp_path):
     words = lexicon.Lexicon({"the", "NATO", "The", "empty", "qwzx"}, own)
     assert words.ways("the") == ["DH AH", "DH IY"] and words.ways("The") == ["DH AH"]
     assert words.ways("NATO") == ["N EY T OW"] and words.ways("empty") and not words.ways("мир")
+
+
+def test_a_head_that_goes_backwards_does_not_hang_its_reader(tmp_path):
+    """A line of ``sendump`` whose length led back to itself was read for ever."""
+    folder = sphinx_files.write(tmp_path / "model")
+    sphinx_model.read(folder)
+    weights = (folder / "sendump").read_bytes()
+    (folder / "sendump").write_bytes(weights[:10] + (-4).to_bytes(4, "little", signed=True) + weights[14:])
+    with pytest.raises(sphinx_model.UnreadableModel, match="no length"):
+        sphinx_model.read(folder)
+
+
+@pytest.mark.parametrize(("name", "place"), [("mdef", -8), ("mdef", 50), ("means", -4), ("transition_matrices", -4)])
+def test_parts_that_do_not_fit_are_refused(tmp_path, name, place):
+    folder = sphinx_files.write(tmp_path / "model")
+    data = bytearray((folder / name).read_bytes())
+    data[place : place + 4 or None] = b"\x7f\x7f\x7f\x7f"
+    (folder / name).write_bytes(data)
+    with pytest.raises(sphinx_model.UnreadableModel):
+        sphinx_model.read(folder)
+
+
+def test_a_dictionary_of_one_word_and_of_one_line_costs_little(tmp_path):
+    (tmp_path / "own.dict").write_text("hello A B\n" * 100_000 + "there " + "A " * 500_000 + "\nof B\n")
+    known = lexicon.Lexicon({"hello", "there", "of"}, {"dictionary": str(tmp_path / "own.dict")}).known()
+    assert len(known["hello"]) == 16 and len(known["there"][0]) < 1000 and known["of"] == ["B"]

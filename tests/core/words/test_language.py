@@ -87,3 +87,10 @@ def test_a_damaged_model_is_a_warning(hello, tmp_path):
     (tmp_path / "a.dict").write_text("hello HH AH L OW\n")
     found = align.place(sound, [align.Stretch([[word] for word, _, _ in truth])], None, language.load(tmp_path))
     assert found.complaint.startswith("The aligner died") and len(found.spans) == len(truth)
+
+
+@pytest.mark.parametrize("content", ['{"a": "' + "A " * 60 + '"}', '{"a": "A"' + " " * 1_000_000 + "}"])
+def test_a_letter_is_not_said_at_length(tmp_path, content):
+    (tmp_path / "letters.json").write_text(content)
+    with pytest.raises(TranscriptUnreadable):
+        language.load(tmp_path)

@@ -6,6 +6,7 @@ from s2ag.core.words.spelling import cardinal, normalise, spoken
     ("written", "said"),
     [
         ("Hello,", "hello"),
+        ("፩", "፩"),
         ("Don’t", "don't"),
         ("‘twas’", "twas"),
         ("well-known", "well known"),
