@@ -2,6 +2,7 @@
 
 Blender's ``aud`` holds Python while it decodes, so it is asked for seconds at a time, in a thread. After each seek some formats
 continue a little beside the place that was asked for; pieces therefore overlap and are joined where they are the same.
+Where there is no ``aud``, Blender's mixer does it (:mod:`mixing`).
 """
 
 import importlib.util
@@ -17,6 +18,7 @@ import numpy as np
 from ...core.errors import AudioUnreadable, Cancelled, OutputUnwritable, S2agError
 from ...core.sound import wavefile
 from ...core.sound.resample import resampled
+from . import mixing
 
 RATE = 16000
 PIECE, OVERLAP, SEAM = 6.0, 1.0, 0.25
@@ -43,13 +45,20 @@ def needed(path: str) -> bool:
         return False  # the engine says what is wrong with it
     if head is not None and head.kind is not None:
         return False
+    if _has_aud() or mixing.command():
+        return True
+    if importlib.util.find_spec("av") is not None:
+        return False  # the engine decodes by itself
+    what = "This build of Blender has no sound system, so WAV files are the only recordings that it can read."
+    raise AudioUnreadable(what, "Save the recording as WAV, or use the Blender of blender.org.")
+
+
+def _has_aud() -> bool:
+    """Whether Python reaches the sound system; some distributions build Blender without, and so are some of its modules."""
     try:
         import aud  # noqa: F401
-    except ImportError as error:  # some distributions build Blender without, and so are some of its Python modules
-        if importlib.util.find_spec("av") is not None:
-            return False  # the engine decodes by itself
-        what = "This build of Blender has no sound system, so WAV files are the only recordings that it can read."
-        raise AudioUnreadable(what, "Save the recording as WAV, or use the Blender of blender.org.") from error
+    except ImportError:
+        return False
     return True
 
 
@@ -63,6 +72,7 @@ class Decoding:
         self.result: str | None = None
         self.error: S2agError | None = None
         self._path = Path(path)
+        self._mixer = [] if _has_aud() else mixing.command()
         self._cancelled = threading.Event()
         self._thread = threading.Thread(target=self._work, name="s2ag decode", daemon=True)
         self._thread.start()
@@ -105,14 +115,12 @@ class Decoding:
         return found
 
     def _write(self) -> Path:
-        import aud
-
-        sound = aud.Sound(str(self._path))
-        rate, declared = int(sound.specs[0]), sound.length / sound.specs[0]
-        pieces = joined(self._pieces(sound, declared), rate)
         with tempfile.NamedTemporaryFile(dir=bpy.app.tempdir, prefix="s2ag-", suffix=".wav", delete=False) as file:
             try:
-                count = write_wave(file, resampled(pieces, rate, RATE))
+                if self._mixer:
+                    count, declared = self._mix(file), 0.0
+                else:
+                    count, declared = self._read(file)
                 seconds = count / RATE
                 if not count:
                     raise AudioUnreadable(f"{self._path} holds no sound at all (zero length).", "Choose another recording.")
@@ -126,6 +134,23 @@ class Decoding:
                 Path(file.name).unlink(missing_ok=True)
                 raise
         return Path(file.name)
+
+    def _read(self, file) -> tuple[int, float]:
+        """Samples written of what ``aud`` decodes, and the seconds that the file declares."""
+        import aud
+
+        sound = aud.Sound(str(self._path))
+        rate, declared = int(sound.specs[0]), sound.length / sound.specs[0]
+        return write_wave(file, resampled(joined(self._pieces(sound, declared), rate), rate, RATE)), declared
+
+    def _mix(self, file) -> int:
+        """Samples written of what Blender's mixer decodes."""
+        with tempfile.TemporaryDirectory(dir=bpy.app.tempdir, prefix="s2ag-") as folder:
+            whole = Path(folder, "mixed.wav")
+            mixing.mixed(self._mixer, self._path.absolute(), whole, self._cancelled.is_set)
+            head = wavefile.header(whole)
+            pieces = (piece.mean(axis=0, dtype=np.float32) for piece in wavefile.samples(whole, head))
+            return write_wave(file, resampled(pieces, head.rate, RATE))
 
     def _pieces(self, sound, declared: float):
         """Mono pieces ``(n,)`` float32, each beginning :data:`OVERLAP` seconds before the end of the one before."""

@@ -85,7 +85,7 @@ def test_what_cannot_be_heard_says_why(examples, tmp_path, monkeypatch):
 
 
 def test_cancelled_between_pieces(examples, tmp_path):
-    path = written(tmp_path / "long.mp3", "mp3", aud.Sound(str(examples / "hello.flac")).loop(20))
+    path = written(tmp_path / "long.mp3", "mp3", aud.Sound(str(examples / "hello.flac")).loop(4))
     under_way = decoding.Decoding(path)
     under_way.cancel()
     with pytest.raises(Cancelled):
