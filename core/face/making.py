@@ -49,7 +49,7 @@ def hear(
     else:
         from . import listening
 
-        said = listening.sounds(audio)
+        said = listening.sounds(audio, rhythm.phrases)
     accents = tuple((accent.time, accent.strength, accent.main) for accent in rhythm.accents)
     return Spoken(said, _loudness(audio), rhythm.phrases, _questions(rhythm), accents, not words)
 

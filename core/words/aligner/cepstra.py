@@ -19,19 +19,33 @@ louder moment masks, the greatest gain either way, and filters on either side ov
 
 def features(sound: np.ndarray) -> np.ndarray:
     """``(frames, 39)`` float64 of ``(n,)`` int16 samples at 16 kHz: 13 cepstra, 13 slopes and 13 slopes of those."""
-    power = _mel_power(sound)
+    power = mel_power(sound)
     if not len(power):
         return np.zeros((0, 3 * _COUNT))
-    logs = np.log(np.maximum(_cleaned(power), 1e-4))
-    cepstra = logs @ _cosines().T
-    heard = cepstra[cepstra[:, 0] >= 0]  # digital silence says nothing of the voice and its room
-    cepstra -= (heard if len(heard) else cepstra).mean(axis=0)
+    cepstra = coefficients(_cleaned(power))
+    return with_slopes(cepstra - usual(cepstra))
+
+
+def coefficients(power: np.ndarray) -> np.ndarray:
+    """Cepstra ``(frames, 13)`` of mel power ``(frames, 25)``."""
+    return np.log(np.maximum(power, 1e-4)) @ _cosines().T
+
+
+def usual(cepstra: np.ndarray) -> np.ndarray:
+    """Their mean ``(13,)``, of a voice and its room; digital silence says nothing of either."""
+    heard = cepstra[cepstra[:, 0] >= 0]
+    return (heard if len(heard) else cepstra).mean(axis=0)
+
+
+def with_slopes(cepstra: np.ndarray) -> np.ndarray:
+    """``(frames, 39)``: cepstra ``(frames, 13)``, their slopes and the slopes of those."""
     padded = np.pad(cepstra, ((3, 3), (0, 0)), mode="edge")
     ahead = [padded[shift : shift + len(cepstra)] for shift in range(7)]  # the middle one is now
     return np.concatenate([cepstra, ahead[5] - ahead[1], ahead[6] - ahead[2] - ahead[4] + ahead[0]], axis=1)
 
 
-def _mel_power(sound: np.ndarray) -> np.ndarray:
+def mel_power(sound: np.ndarray) -> np.ndarray:
+    """``(frames, 25)`` float64 of ``(n,)`` int16 samples at 16 kHz."""
     # a fourth of the samples one step higher, as Sphinx dithers: digital silence is like no silence the model has met
     sound = sound.astype(np.float32) + (np.random.default_rng(1).random(len(sound), np.float32) < 0.25)
     sound[1:] -= np.float32(0.97) * sound[:-1].copy()
