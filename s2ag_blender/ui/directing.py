@@ -68,25 +68,6 @@ class S2AG_OT_apply_markers(_Directing, bpy.types.Operator):
         return directing.made(action), more
 
 
-class S2AG_OT_show_markers(OnTake, bpy.types.Operator):
-    """Show the markers of the gestures in the timeline's place: move or delete them there, then apply that in the panel"""
-
-    bl_idname = "s2ag.show_markers"
-    bl_label = "Show Markers"
-    bl_options = {"REGISTER"}
-
-    def execute(self, context):
-        areas = [area for area in context.screen.areas if area.type == "DOPESHEET_EDITOR"] if context.screen else []
-        if not areas:
-            self.report({"ERROR"}, told("This window has no timeline: open a Dope Sheet in it first"))
-            return {"CANCELLED"}
-        area = next((area for area in areas if area.spaces.active.mode == "ACTION"), areas[0])
-        editor = area.spaces.active
-        editor.mode = "ACTION"  # plays what the object plays
-        editor.show_pose_markers = True
-        return {"FINISHED"}
-
-
 class S2AG_OT_delete_gesture(_Directing, bpy.types.Operator):
     """Make the phrase at the playhead anew without its gesture"""
 
@@ -310,7 +291,6 @@ class S2AG_OT_drop_versions(_OnVersions, bpy.types.Operator):
 
 CLASSES = (
     S2AG_OT_apply_markers,
-    S2AG_OT_show_markers,
     S2AG_OT_delete_gesture,
     S2AG_OT_change_gesture,
     S2AG_OT_add_gesture,

@@ -8,7 +8,12 @@ from ..takes.running import character
 from ..translations import told
 from .directing import LABELS
 from .panel import Sidebar, draw_progress, sentence
+from .take_ops import OnTake
 
+_HIGH, _PART = 150, 0.3
+"""Pixels from which a Dope Sheet shows markers, and the share of a viewport that becomes one."""
+_WORDS = 0.55
+"""Share of a row of the list that frame and word have."""
 _LARGER = 1.6
 """How much larger a press makes a gesture: less is hardly seen."""
 
@@ -18,11 +23,11 @@ class S2AG_UL_gestures(bpy.types.UIList):
         one = next((one for one in directing.shown(data, context.scene) if one.name == item.name), None)
         if one is None:
             return
-        row = layout.split(factor=0.5, align=True)
+        row = layout.split(factor=_WORDS, align=True)
         moved = item.frame != one.frame
-        names = [one.hand] if one.kind == gestures.BEAT else [one.kind, one.hand]
+        shown = _hand(one.hand) if one.kind == gestures.BEAT else told(LABELS.get(one.kind, one.kind))
         row.label(text=f"{item.frame}  {one.word}", icon="MARKER_HLT" if moved else "BLANK1", translate=False)
-        row.label(text=", ".join(told(LABELS.get(name, name)) for name in names), translate=False)
+        row.label(text=shown, translate=False)
 
     def filter_items(self, context, data, prop):
         """Markers of gestures only, in order of time."""
@@ -36,10 +41,50 @@ class S2AG_UL_gestures(bpy.types.UIList):
         return flags, order
 
 
+def _hand(name: str) -> str:
+    """A hand in one word."""
+    return {"left": told("Left"), "right": told("Right"), "both": told("Both")}.get(name, name)
+
+
+class S2AG_OT_show_markers(OnTake, bpy.types.Operator):
+    """Show the markers of the gestures in an Action Editor: move or delete them there, then apply that in the panel"""
+
+    bl_idname = "s2ag.show_markers"
+    bl_label = "Show Markers"
+    bl_options = {"REGISTER"}
+
+    def execute(self, context):
+        area = _dope_sheet(context)
+        if area is None:
+            self.report({"ERROR"}, told("There is no room for a Dope Sheet in this window: open one first"))
+            return {"CANCELLED"}
+        context.view_layer.objects.active = character(context)  # whose action the editor shows
+        area.spaces.active.mode = "ACTION"
+        area.spaces.active.show_pose_markers = True
+        return {"FINISHED"}
+
+
+def _dope_sheet(context) -> bpy.types.Area | None:
+    """A Dope Sheet of the window that is high enough to show markers, else the lower part of its viewport made one."""
+    areas = list(context.screen.areas) if context.screen else []
+    high = [area for area in areas if area.type == "DOPESHEET_EDITOR" and area.height >= _HIGH]
+    if high:
+        return max(high, key=lambda area: area.height)
+    views = [area for area in areas if area.type == "VIEW_3D" and area.height >= 2 * _HIGH]
+    if not views:
+        return None
+    with context.temp_override(area=max(views, key=lambda area: area.height), region=None):
+        bpy.ops.screen.area_split(direction="HORIZONTAL", factor=_PART)
+    made = next(area for area in context.screen.areas if area not in areas)
+    made.type = "DOPESHEET_EDITOR"
+    return made
+
+
 class S2AG_PT_directing(Sidebar, bpy.types.Panel):
     bl_label = "Directing"
     bl_parent_id = "S2AG_PT_gestures"
     bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 1
 
     @classmethod
     def poll(cls, context):
@@ -85,7 +130,7 @@ def draw_markers(layout, take, context) -> None:
     """How many gestures are to go elsewhere, and the button for it; else where one moves them."""
     count = len(directing.by_markers(take.action, context.scene))
     if count:
-        text = told("Apply {count} Moved Markers", count=count)
+        text = told("Apply Moved Markers ({count})", count=count)
         layout.operator("s2ag.apply_markers", text=text, icon="MARKER_HLT", translate=False)
     elif directing.shown(take.action, context.scene):
         column = layout.column(align=True)
@@ -105,4 +150,4 @@ def draw_versions(layout, take) -> None:
     row.operator("s2ag.drop_versions", text="", icon="TRASH")
 
 
-CLASSES = (S2AG_UL_gestures, S2AG_PT_directing)
+CLASSES = (S2AG_UL_gestures, S2AG_OT_show_markers, S2AG_PT_directing)

@@ -56,7 +56,7 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        row = layout.row()
+        row = layout.split(factor=0.65)
         row.label(text="In the 3D viewport: press N, then choose the tab Gestures", icon="INFO")
         row.operator("s2ag.show_panel", icon="OUTLINER_OB_ARMATURE")
         _draw_found(layout.box().column(align=True))

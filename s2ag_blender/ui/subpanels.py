@@ -22,6 +22,7 @@ class _Below(Sidebar):
 
     bl_parent_id = "S2AG_PT_gestures"
     bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 2  # below takes and what is done with their gestures
 
     @classmethod
     def poll(cls, context):
@@ -49,6 +50,7 @@ class S2AG_UL_takes(bpy.types.UIList):
 class S2AG_PT_takes(_Below, bpy.types.Panel):
     bl_label = "Takes"
     bl_options = set()  # open at first: here is what the button makes
+    bl_order = 0
 
     def draw_settings(self, layout, armature, settings, context):
         column = layout.column(align=True)

@@ -53,13 +53,13 @@ def test_gestures_are_marked_and_moved_by_their_markers(speaker, take):
 
 
 def test_markers_are_shown_where_they_can_be_moved(speaker, take):
-    areas = [area for area in bpy.context.window.screen.areas if area.type == "DOPESHEET_EDITOR"]
-    if not areas:
-        areas = [max(bpy.context.window.screen.areas, key=lambda area: area.height)]
-        areas[0].type = "DOPESHEET_EDITOR"
+    mesh = speaker.children[0]
+    mesh.select_set(True)
+    bpy.context.view_layer.objects.active = mesh  # as importers leave it
     press(bpy.ops.s2ag.show_markers)
-    editor = areas[0].spaces.active
-    assert editor.mode == "ACTION" and editor.show_pose_markers
+    areas = [area for area in bpy.context.window.screen.areas if area.type == "DOPESHEET_EDITOR"]
+    assert any(area.spaces.active.mode == "ACTION" and area.spaces.active.show_pose_markers for area in areas)
+    assert bpy.context.view_layer.objects.active == speaker
 
 
 @pytest.mark.skipif(bpy.app.version < (4, 4), reason="actions have no slots")

@@ -9,7 +9,7 @@ from measured import CONTENT, Measured, Setting, Text
 from s2ag.s2ag_blender import translations
 from s2ag.s2ag_blender.rig import readiness
 from s2ag.s2ag_blender.takes import choices, stages
-from s2ag.s2ag_blender.ui import bone_maps, gesture_panel, panel, subpanels
+from s2ag.s2ag_blender.ui import bone_maps, directing, gesture_panel, panel, subpanels
 
 PANELS = (panel.S2AG_PT_gestures, *subpanels.CLASSES, *gesture_panel.CLASSES)
 
@@ -73,6 +73,12 @@ def test_with_bones_by_hand(speaker, words):
     assert speaker.s2ag.bone_map and not cut(words)
     names = [words.get(readiness.label(part), readiness.label(part)) for part in bone_maps.ORDER]
     assert not [one for name in names for one in Text(name).cut(subpanels._NAMES * CONTENT)]
+
+
+def test_every_kind_of_gesture_is_whole(words):
+    inside = CONTENT - 30  # the frame of the list and its scroller
+    for label in (*directing.LABELS.values(), "Left", "Right", "Both"):
+        assert not Text(words.get(label, label)).cut((1 - gesture_panel._WORDS) * inside)
 
 
 def test_every_style_and_stage_is_whole(extension, words):
