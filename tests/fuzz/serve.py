@@ -36,14 +36,15 @@ def peak() -> int:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1000
 
 
-def attempt(door: Door, number: int, folder: Path, began: int) -> str:
-    """What is wrong with how an input ended, "" for nothing."""
+def attempt(door: Door, number: int, folder: Path, began: int) -> tuple[str, bool]:
+    """What is wrong with how an input ended, "" for nothing, and whether it ended in a result."""
     suffix, data = mutations.damaged(number, door.name, door.seeds(), door.damage)
     path = folder / f"input{suffix}"
     path.write_bytes(data)
-    started, wrong = time.process_time(), ""
+    started, wrong, result = time.process_time(), "", False
     try:
         door.use(path)
+        result = True
     except S2agError as error:
         told = error.message, error.remedy
         if not all(text and text.isprintable() and len(text) < 2000 for text in told):
@@ -58,7 +59,7 @@ def attempt(door: Door, number: int, folder: Path, began: int) -> str:
     for left in folder.iterdir():
         if left.is_file():
             left.unlink()
-    return wrong
+    return wrong, result
 
 
 def try_door(name: str, first: int, count: int, tell) -> None:
@@ -68,17 +69,19 @@ def try_door(name: str, first: int, count: int, tell) -> None:
         own = Path(folder)
         with contextlib.suppress(S2agError):
             door.use(door.valid(own))  # what is loaded once is loaded now
-        began, longest = peak(), 0.0
+        began, longest, results = peak(), 0.0, 0
         for number in range(first, first + count):
             faulthandler.dump_traceback_later(STUCK, exit=True)
             started = time.process_time()
-            wrong = attempt(door, number, own, began)
+            wrong, result = attempt(door, number, own, began)
+            results += result
             longest = max(longest, time.process_time() - started)
             if wrong:
                 tell({"door": name, "number": number, "wrong": wrong})
                 began = max(began, peak() - BYTES)
         faulthandler.cancel_dump_traceback_later()
-        tell({"done": name, "tried": count, "seconds": round(longest, 2), "megabytes": round((peak() - began) / 1e6)})
+        figures = {"seconds": round(longest, 2), "megabytes": round((peak() - began) / 1e6)}
+        tell({"done": name, "tried": count, "results": results, **figures})
 
 
 def main() -> None:
