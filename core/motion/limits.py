@@ -115,7 +115,7 @@ def _share_needed(directions: np.ndarray, goal: np.ndarray, rule: _Rule) -> np.n
     last = len(_GRID) - 1 - np.argmax(wrong[:, ::-1], axis=1)
     share = np.where(wrong.any(axis=1), _GRID[np.minimum(last + 1, len(_GRID) - 1)], _GRID[0])
     # Opposite the goal the way there turns round from one frame to the next; those who go all the way do not show it.
-    turn = np.degrees(_angle(directions[:, rule.edges], goal)).max(axis=1)
+    turn = np.degrees(rest.angle(directions[:, rule.edges], goal)).max(axis=1)
     return np.maximum(share, _ease((turn - 130) / 40))
 
 
@@ -140,7 +140,7 @@ def _outside(edge: int) -> _Rule:
     """An edge farther from its middle than its cone allows goes back towards the middle."""
 
     def wrong(directions: np.ndarray, slack: float) -> np.ndarray:
-        return np.degrees(_angle(directions[..., edge, :], _MIDDLES[edge])) > _CONES[edge] - slack
+        return np.degrees(rest.angle(directions[..., edge, :], _MIDDLES[edge])) > _CONES[edge] - slack
 
     return _Rule((edge,), wrong, lambda directions: np.broadcast_to(_MIDDLES[edge], (*directions.shape[:-2], 1, 3)))
 
@@ -198,7 +198,7 @@ def _level(y: np.ndarray, x: float) -> np.ndarray:
 def _elbow_wrong(directions: np.ndarray, side: int, slack: float) -> np.ndarray:
     """Whether an elbow ``(...)`` bends backwards or is folded into itself; slack makes both stricter by two degrees."""
     upper, fore, _ = _SIDES[side]
-    bend = np.degrees(_angle(directions[..., upper, :], directions[..., fore, :]))
+    bend = np.degrees(rest.angle(directions[..., upper, :], directions[..., fore, :]))
     return (_elbow_excess(directions, side, 2 * slack) > 0) | (bend > FOLDED - 2 * slack)
 
 
@@ -207,7 +207,7 @@ def _elbow_excess(directions: np.ndarray, side: int, slack: float = 0.0) -> np.n
     upper, fore, _ = _SIDES[side]
     along, front, inner = _arm_frame(directions, side)
     lower = directions[..., fore, :].astype(float)
-    bend = np.degrees(_angle(along, lower))
+    bend = np.degrees(rest.angle(along, lower))
     turn = _turn(lower, front, inner)
     inward, outward = _limits(along)
     excess = np.maximum(turn - inward + slack, -outward + slack - turn)
@@ -274,10 +274,6 @@ def _unit(directions: np.ndarray) -> np.ndarray:
     if np.abs(length - 1).max(initial=0) < 1e-5:
         return directions
     return np.where(length > 1e-6, skeleton.normalize(directions), skeleton.MEAN_UNIT).astype(np.float32)
-
-
-def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.arccos(np.clip((a * b).sum(-1), -1.0, 1.0))
 
 
 def _ease(x: np.ndarray) -> np.ndarray:

@@ -28,10 +28,11 @@ def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray | float) -> np.n
 
     Shapes broadcast; ``share`` lacks the last axis. Opposite vectors have no shortest way and give some turned vector.
     """
-    across = end - (start * end).sum(-1, keepdims=True) * start
+    along = (start * end).sum(-1, keepdims=True)
+    across = end - along * start
     length = np.linalg.norm(across, axis=-1, keepdims=True)
-    across = np.divide(across, length, out=np.zeros_like(across), where=length > 1e-6)
-    turn = (_angle(start, end) * share)[..., None]
+    across = np.divide(across, length, out=np.zeros_like(across), where=length > np.where(along > 0, 0, 1e-6))
+    turn = np.arctan2(length, along) * np.asarray(share)[..., None]
     return skeleton.normalize(np.cos(turn) * start + np.sin(turn) * across)
 
 
@@ -107,7 +108,7 @@ def scale(directions: np.ndarray, intensity: float | np.ndarray, pose: np.ndarra
     intensity = np.asarray(intensity, float)[..., None]
     if (intensity == 1).all():
         return directions
-    share = np.minimum(intensity, _FARTHEST / np.maximum(_angle(directions, pose), 1e-6))
+    share = np.minimum(intensity, _FARTHEST / np.maximum(angle(directions, pose), 1e-6))
     return slerp(np.broadcast_to(pose, directions.shape), directions, share).astype(np.float32)
 
 
@@ -119,8 +120,8 @@ def restore(directions: np.ndarray, gain: np.ndarray | float, pose: np.ndarray =
     performance starts in the pose it was given.
     """
     onset = _smooth(np.arange(len(directions)) / skeleton.FPS)[:, None]
-    angle = np.degrees(_angle(directions, pose))
-    growth = 1 + onset * (gain - 1) * (1 - _smooth((angle - 35) / (95 - 35)))
+    away = np.degrees(angle(directions, pose))
+    growth = 1 + onset * (gain - 1) * (1 - _smooth((away - 35) / (95 - 35)))
     return slerp(np.broadcast_to(pose, directions.shape), directions, growth).astype(np.float32)
 
 
@@ -131,8 +132,12 @@ def soften(directions: np.ndarray) -> np.ndarray:
     return skeleton.normalize(mixed).astype(np.float32)
 
 
-def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.arccos(np.clip((a * b).sum(-1), -1.0, 1.0))
+def angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Radians ``(...)`` between unit vectors ``(..., 3)``, as exact for near ones as for far ones.
+
+    The arc cosine of a product in float32 knows no angle but 0 below 0.0003, so that a rounding turns a body by as much.
+    """
+    return 2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
 
 
 def _smooth(x: np.ndarray) -> np.ndarray:

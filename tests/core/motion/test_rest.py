@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from s2ag.core.motion import rest, skeleton
 
 FPS = skeleton.FPS
@@ -98,3 +99,18 @@ def test_softening_takes_tremble_and_leaves_gestures():
     moved = angles(rest.soften(turned), turned)[1:-1]
     assert (moved <= 0.5 * angles(between, turned[1:-1]) + 0.1).all() and moved.mean() < 0.2
     assert angles(rest.soften(shaken), turned)[1:-1].mean() < 0.3 * angles(shaken, turned).mean()
+
+
+@pytest.mark.parametrize("away", [1e-6, 1e-5, 1e-4, 2e-4, 1e-3, 0.1, 2.0])
+def test_near_directions_are_told_apart_as_finely_as_far_ones(away):
+    """What rounding changes stays as small as it was: an arc cosine of float32 made 0.0003 of it."""
+    chance = np.random.default_rng(0)
+    start = skeleton.normalize(chance.normal(size=(1000, 3)))
+    side = skeleton.normalize(np.cross(start, chance.normal(size=(1000, 3))))
+    end = (np.cos(away) * start + np.sin(away) * side).astype(np.float32)
+    start = start.astype(np.float32)
+    rounding = 8 * float(np.finfo(np.float32).eps)  # of two vectors, their product, their difference and its length
+    np.testing.assert_allclose(rest.angle(start, end), away, rtol=rounding, atol=rounding)
+    np.testing.assert_allclose(rest.slerp(start, end, 1.0), end, atol=rounding)
+    half = rest.angle(start, rest.slerp(start, end, np.full(1000, 0.5)))
+    np.testing.assert_allclose(half, 0.5 * away, rtol=rounding, atol=rounding)
