@@ -35,16 +35,14 @@ def looks(phrases: np.ndarray, directions: np.ndarray, count: int, rng: np.rando
     """Gaze ``(count, 2)`` in degrees to the left and up, relative to the head, and shifts as (seconds, degrees)."""
     coming = np.clip(turned(directions, count, _LEAD), -_TURN, _TURN)
     moments, places = _fixations(phrases, coming, count / RATE, rng)
-    gaze = np.zeros((count, 2))
-    now, shifts = places[0], []
-    time = np.arange(count) / RATE
-    gaze[:] = now
-    for moment, place in zip(moments[1:], places[1:], strict=True):
+    gaze, shifts = np.empty((count, 2)), []
+    rows = [0, *(int(moment * RATE) for moment in moments[1:]), count]
+    gaze[:] = now = places[0]
+    for moment, place, low, high in zip(moments[1:], places[1:], rows[1:], rows[2:], strict=False):
         far = float(np.linalg.norm(place - now))
         lasts = 0.021 + 0.0022 * far
-        share = np.clip((time - moment) / lasts, 0, 1)
-        low = int(moment * RATE)
-        gaze[low:] = now + (place - now) * (share * share * (3 - 2 * share))[low:, None]
+        share = np.clip((np.arange(low, max(low, high)) / RATE - moment) / lasts, 0, 1)
+        gaze[low : max(low, high)] = now + (place - now) * (share * share * (3 - 2 * share))[: max(count - low, 0), None]
         shifts.append((moment, far))
         now = place
     # gaze is where it will be before the head is there; while the head turns, eyes turn back by as much

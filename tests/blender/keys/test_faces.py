@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 import pytest
+import simple_heads
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.face import CHANNELS, Face
 from s2ag.core.motion.motion import Motion
@@ -55,6 +56,18 @@ def test_lips_close_on_their_frame_and_open_around_it(figure, motion, names, ope
     assert at(key, blink, 1 + round(1.55 * fps)) == pytest.approx(1) and at(key, blink, 1 + fps) == 0
     assert len([sentence for sentence in told if "has nothing for: " in sentence and "gaze" in sentence]) == 1
     assert (key.animation_data.action == action) == hasattr(action, "slots")
+
+
+@pytest.mark.parametrize("names", [None, simple_heads.VRM], ids=["ARKit", "VRM"])
+def test_lips_of_a_head_are_seen_to_meet_and_part(figure, motion, names):
+    bpy.context.scene.render.fps = 24
+    head = simple_heads.build(figure.armature, names)
+    apply.apply_motion(figure.armature, motion, 1)
+    gaps = []
+    for frame in (1, 13, 25, 37):
+        bpy.context.scene.frame_set(frame)
+        gaps.append(simple_heads.gap(head))
+    assert max(gaps[0], gaps[2]) < 0.03 < 0.15 < min(gaps[1], gaps[3])
 
 
 def test_taken_off_the_face_is_as_it_was(figure, motion):
