@@ -166,6 +166,11 @@ def strip_length(strip) -> float:
     return strip.content_duration if hasattr(strip, "content_duration") else strip.frame_duration
 
 
+def retiming_frames(strip) -> list[float]:
+    """The scene frames of a strip's retiming keys; none where it plays at its own speed."""
+    return [key.timeline_frame for key in getattr(strip, "retiming_keys", ())]
+
+
 def move_strip(strip, frame: float) -> None:
     """Move a strip so that its content starts at ``frame``."""
     if hasattr(strip, "content_start"):

@@ -19,3 +19,20 @@ def ramp(time: np.ndarray, begin: float, end: float) -> np.ndarray:
     """Minimum-jerk rise from 0 at ``begin`` to 1 at ``end``."""
     x = np.clip((time - begin) / max(end - begin, 1e-6), 0, 1)
     return x**3 * (10 - 15 * x + 6 * x * x)
+
+
+def bends(values: np.ndarray, straight: float) -> np.ndarray:
+    """Numbers of the values between which all others lie on lines, within ``straight``, the first and the last among them."""
+    kept, todo = {0, len(values) - 1}, [(0, len(values) - 1)]
+    while todo:
+        low, high = todo.pop()
+        inner = np.arange(low + 1, high)
+        if not len(inner):
+            continue
+        line = values[low] + (values[high] - values[low]) * (inner - low) / (high - low)
+        off = np.abs(values[inner] - line)
+        if off.max() > straight:
+            middle = int(inner[off.argmax()])
+            kept.add(middle)
+            todo += [(low, middle), (middle, high)]
+    return np.array(sorted(kept))

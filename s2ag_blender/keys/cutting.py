@@ -26,7 +26,7 @@ def around(points: dict, made: dict, last: float, codes: dict[str, int]) -> dict
     else:
         before, key, _ = split(points, first - 1, codes)
         key["interpolation"][0] = codes["LINEAR"]
-        before = _joined(before, key)
+        before = joined(before, key)
     _, key, after = split(points, last, codes)
     if made["co"][-1, 0] == last and abs(key["co"][0, 1] - made["co"][-1, 1]) < SAME:
         for name in ("co", "handle_right", "interpolation"):
@@ -36,8 +36,8 @@ def around(points: dict, made: dict, last: float, codes: dict[str, int]) -> dict
         _, key, after = split(points, last + 1, codes)
         if made["interpolation"][-1] != codes["CONSTANT"]:
             made["interpolation"][-1] = codes["LINEAR"]
-        after = _joined(key, after)
-    return _joined(before, made, after)
+        after = joined(key, after)
+    return joined(before, made, after)
 
 
 def split(points: dict, at: float, codes: dict[str, int]) -> tuple[dict, dict, dict]:
@@ -117,5 +117,6 @@ def _rows(points: dict, rows: slice) -> dict:
     return {name: np.array(values[rows]) for name, values in points.items()}
 
 
-def _joined(*parts: dict) -> dict:
+def joined(*parts: dict) -> dict:
+    """Keys one behind the other."""
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

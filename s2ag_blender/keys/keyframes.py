@@ -3,7 +3,7 @@
 import contextlib
 import functools
 import json
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import bpy
@@ -13,7 +13,7 @@ from ...rigs import quaternion
 from .. import compat, stored
 from ..rig import dependencies
 from ..rig.locks import held
-from .cutting import around
+from .cutting import around, joined, split
 from .thinning import Thin, Thinner, handles
 
 FORMER = "s2ag_former"
@@ -221,13 +221,35 @@ def replace(curve: bpy.types.FCurve, made: dict[str, np.ndarray]) -> None:
     curve.update()
 
 
+def moved(curve: bpy.types.FCurve, where: Callable[[np.ndarray], np.ndarray]) -> None:
+    """Put the keys of a curve, and their handles, to the frames that ``where`` gives for theirs."""
+    keys = columns(curve.keyframe_points)
+    for name in _PAIRS:
+        keys[name][:, 0] = where(keys[name][:, 0].astype(float)).astype(np.float32)
+    replace(curve, keys)
+
+
+def cut(curve: bpy.types.FCurve, first: float, last: float) -> None:
+    """Leave a curve only what it has from the first to the last of these frames, where it stays as it is."""
+    keys = columns(curve.keyframe_points)
+    if len(keys["co"]) and keys["co"][0, 0] < first:
+        keys = joined(*split(keys, first, _codes())[1:])
+    if len(keys["co"]) > 1 and keys["co"][-1, 0] > last:
+        keys = joined(*split(keys, last, _codes())[:2])
+    replace(curve, keys)
+
+
+def _codes() -> dict[str, int]:
+    codes = {name: _number("interpolation", name) for name in ("CONSTANT", "LINEAR", "BEZIER")}
+    return codes | {"FREE": _number("handle_left_type", "FREE")}
+
+
 def _merged(points, made: dict[str, np.ndarray], last: float, cut: bool) -> dict[str, np.ndarray]:
     """The keys that are there, without those from the first of ``made`` to ``last``, and ``made`` in their place."""
     kept = columns(points)
     filled = {key: made.get(key, _default(key, kind, made["co"])) for key, kind in _KEY_PARTS.items()}
     if cut:
-        codes = {name: _number("interpolation", name) for name in ("CONSTANT", "LINEAR", "BEZIER")}
-        return around(kept, filled, last, codes | {"FREE": _number("handle_left_type", "FREE")})
+        return around(kept, filled, last, _codes())
     at = kept["co"][:, 0]
     before, after = at < made["co"][0, 0], at > last
     return {key: np.concatenate([kept[key][before], filled[key], kept[key][after]]) for key in _KEY_PARTS}

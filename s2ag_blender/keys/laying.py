@@ -308,6 +308,7 @@ class Laying:
         planned = self.planned
         origin = {
             **motion.meta,
+            **planned.lies,
             "place": place.__dict__,
             "start": self.span.start,
             "settings": self.settings,

@@ -14,7 +14,7 @@ from ...core.motion.motion import Motion
 from .. import provenance, stored
 from ..keys import restoring
 from ..keys.apply import scene_fps
-from . import choices, markers, takes, versions
+from . import choices, markers, takes, timing, versions
 
 GESTURES = "s2ag_gestures"
 """Name of an action's custom property that holds the gestures of the take, as JSON text."""
@@ -70,21 +70,21 @@ def shown(action: bpy.types.Action, scene: bpy.types.Scene) -> list[Shown]:
     told, rows = (action.get(name) for name in (provenance.PROPERTY, GESTURES))
     if not isinstance(told, str) or not isinstance(rows, str):
         return []
-    place = _place(told)
-    return list(_shown(rows, *place, scene_fps(scene))) if place else []
+    place = _place(told, scene_fps(scene))
+    return list(_shown(rows, *place)) if place else []
 
 
 @functools.lru_cache(maxsize=8)
-def _place(told: str) -> tuple | None:
-    """Start, first and last frame of a take, of the text of its provenance; a panel asks for it with every row."""
+def _place(told: str, fps: float) -> tuple | None:
+    """Clock, first and last frame of a take, of the text of its provenance; a panel asks for it with every row."""
     found = provenance.of({provenance.PROPERTY: told}) or {}
     place = found.get("place", {})
     known = "start" in found and {"first", "last"} <= place.keys()
-    return (found["start"], place["first"], place["last"]) if known else None
+    return (timing.clock(found, fps), place["first"], place["last"]) if known else None
 
 
 @functools.lru_cache(maxsize=8)
-def _shown(text: str, start: float, first: int, last: int, fps: float) -> tuple[Shown, ...]:
+def _shown(text: str, clock: timing.Clock, first: int, last: int) -> tuple[Shown, ...]:
     try:
         rows = json_text.parse(text, stored.LARGEST)
     except json_text.NotJson:
@@ -94,7 +94,7 @@ def _shown(text: str, start: float, first: int, last: int, fps: float) -> tuple[
         if not isinstance(row, list) or len(row) not in (5, 7) or not all(map(isinstance, row, _KINDS)):
             continue
         row = row if len(row) == 7 else [*row, row[0] - 0.5 * SHORTEST, row[0] + 0.5 * SHORTEST]  # of takes of before
-        frame = round(start + row[0] * fps)
+        frame = round(float(clock.frame(row[0])))
         if first <= frame <= last:
             found.append(Shown(*row, frame, f"#{number} {row[4] or row[2]} ({row[1]})"[:60]))
     return tuple(found)
@@ -138,8 +138,8 @@ def nth(action: bpy.types.Action, number: int) -> tuple[str, int]:
 
 def seconds(action: bpy.types.Action, scene: bpy.types.Scene, frame: float) -> float:
     """Seconds of the recording at a frame of the scene."""
-    told = provenance.of(action)
-    return round(max((frame - told["start"]) / scene_fps(scene), 0.0), 4)
+    clock = timing.clock(provenance.of(action), scene_fps(scene))
+    return round(max(float(clock.seconds(frame)), 0.0), 4)
 
 
 def by_markers(action: bpy.types.Action, scene: bpy.types.Scene) -> list[dict]:
@@ -173,9 +173,9 @@ def selected_gestures(action: bpy.types.Action, scene: bpy.types.Scene, settings
 
 def selected_words(action: bpy.types.Action, scene: bpy.types.Scene, settings) -> tuple[float, float]:
     """Seconds of the words whose markers are selected, from the first to the last; raises :class:`UsageError`."""
-    start, fps = provenance.of(action)["start"], scene_fps(scene)
+    clock = timing.clock(provenance.of(action), scene_fps(scene))
     frames = {mark.frame for mark in markers.ours(scene, settings.marker_prefix) if mark.select}
-    chosen = [(begin, end) for _, begin, end in words(action) if round(start + begin * fps) in frames]
+    chosen = [(begin, end) for _, begin, end in words(action) if round(float(clock.frame(begin))) in frames]
     if not chosen:
         raise UsageError("No word of the take is selected.", "Select word markers in the timeline.")
     return _wide(chosen[0][0] - _ASIDE, chosen[-1][1] + _ASIDE)
@@ -229,11 +229,11 @@ def settle(former: bpy.types.Action, action: bpy.types.Action, scene: bpy.types.
     Solving a rig looks at the whole motion, so that the last digits would differ; and what was keyed by hand stays.
     """
     told, before = provenance.of(action), provenance.of(former)
-    if not told or not before or told["start"] != before["start"] or told["place"] != before["place"]:
+    if not told or not before or any(told.get(name) != before.get(name) for name in ("start", "place", timing.WAY)):
         return
     pairs = list(zip(made(former), made(action), strict=False))
     same = next((number for number, (one, other) in enumerate(pairs) if one != other), len(pairs))
     spans = [span for one in (before, told) for part in one.get("touched", [])[same:] for span in part]
-    rate = scene_fps(scene)
-    near = [(told["start"] + (low - _REACH) * rate, told["start"] + (high + _REACH) * rate) for low, high in spans]
+    clock = timing.clock(told, scene_fps(scene))
+    near = [(clock.frame(low - _REACH), clock.frame(high + _REACH)) for low, high in spans]
     restoring.outside(former, action, near)

@@ -6,6 +6,7 @@ import numpy as np
 from ...core import styles
 from ...core.errors import UnknownStyle
 from ...core.motion import skeleton
+from ...core.motion.curves import bends
 from ...core.performance import course
 from .. import compat
 from ..keys import layers
@@ -40,7 +41,7 @@ def sampled(armature: bpy.types.Object, scene: bpy.types.Scene, span) -> dict[st
         prop = armature.s2ag.bl_rna.properties[name]
         values = np.array([curve.evaluate(span.start + at * rate) for at in seconds.tolist()])
         points = np.stack([seconds, np.clip(values, prop.hard_min, prop.hard_max)], 1)
-        keyed[name] = points[_bends(points[:, 1])].round(4).tolist()
+        keyed[name] = points[bends(points[:, 1], _STRAIGHT)].round(4).tolist()
     return keyed
 
 
@@ -80,20 +81,3 @@ def carry(armature: bpy.types.Object, action: bpy.types.Action, bag) -> None:
             point.handle_left_type, point.handle_right_type = key.handle_left_type, key.handle_right_type
             point.handle_left, point.handle_right = key.handle_left, key.handle_right
         copied.update()
-
-
-def _bends(values: np.ndarray) -> np.ndarray:
-    """Numbers of the values between which all others lie on straight lines, the first and the last among them."""
-    kept, todo = {0, len(values) - 1}, [(0, len(values) - 1)]
-    while todo:
-        low, high = todo.pop()
-        inner = np.arange(low + 1, high)
-        if not len(inner):
-            continue
-        line = values[low] + (values[high] - values[low]) * (inner - low) / (high - low)
-        off = np.abs(values[inner] - line)
-        if off.max() > _STRAIGHT:
-            middle = int(inner[off.argmax()])
-            kept.add(middle)
-            todo += [(low, middle), (middle, high)]
-    return np.array(sorted(kept))

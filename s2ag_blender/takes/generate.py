@@ -4,7 +4,7 @@
 renaming and loading another file cannot hurt. Scripts and ``-b`` use :func:`wait`, which does all three.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import bpy
@@ -30,13 +30,16 @@ from . import (
     keeping,
     markers,
     recall,
+    retiming,
     sources,
     surroundings,
     takes,
+    timing,
     versions,
     voices,
 )
 
+_WORDS = "transcript", "text", "recognise"
 _FELT = "over_time"
 """Name of what goes on in time among the settings of a take."""
 
@@ -75,6 +78,17 @@ class Plan:
     """The action of a take that is directed: what is made is its next version."""
     pins: tuple[dict, ...] = ()
     """What that keeps besides (:mod:`keeping`)."""
+    grown: bool = False
+    """Whether more of the recording is seen than the former version had."""
+    follows: bool = False
+    """Whether nothing is made: the selected take follows its sound, which is this recording now (:mod:`retiming`)."""
+
+    @property
+    def lies(self) -> dict:
+        """What provenance tells of a take that does not lie on the timeline as its recording is."""
+        voice = self.voice
+        known = {timing.WAY: timing.stated(voice.way), retiming.FOLLOWS: {"path": voice.path}}
+        return known if voice.followed or voice.way is not None else {}
 
 
 @dataclass(frozen=True)
@@ -96,6 +110,8 @@ def plan(
     around: list | None = None,
     former: bpy.types.Action | None = None,
     pins: list | None = None,
+    like: bpy.types.Action | None = None,
+    span: tuple[int, int] | None = None,
     **changes,
 ) -> Plan:
     """Read a character's settings and pose; ``changes`` go to the engine as they are (``styles``, ``near`` and so on).
@@ -103,14 +119,14 @@ def plan(
     ``kept`` are settings of an earlier take (:func:`recall.snapshot`) to use instead of those that are set,
     ``keyed_pose`` the pose ``{bone: (4,)}`` that it grew out of, and ``around`` the poses before and after it
     (:func:`surroundings.poses`). With ``former`` it becomes the next version of the take that plays this action, and keeps
-    ``pins`` of it.
+    ``pins`` of it. Where the take of ``like`` followed its sound, it lies as that does, or on the frames of ``span``.
 
     Raises :class:`S2agError` for all that the user must mend first.
     """
     reading.require_armature(armature)
     trying.end(armature)
     settings, scene = recall.view(kept) if kept else armature.s2ag, context.scene
-    voice = sources.voice(settings, scene)
+    voice = (retiming.voice(like, scene, span) if like is not None else None) or sources.voice(settings, scene)
     if not kept and not keyed_pose:
         keyed_pose, changes = _posed_before(armature, settings, changes)
     felt, unknown = _felt(armature, scene, voice.span, kept)
@@ -143,7 +159,25 @@ def plan(
         warnings,
         Handle.of(former) if former is not None else None,
         tuple(pins or ()),
+        span is not None,
     )
+
+
+def following(context, armature: bpy.types.Object) -> Plan:
+    """What lets the selected take follow its sound where that says the words anew, or shows more of them than was made."""
+    action, scene = takes.active(armature).action, context.scene
+    what, strip = retiming.change(action, scene), retiming.strip_of(action, scene)
+    if not what.replaced:
+        span = round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1
+        return plan(context, armature, **directing.directed(action, directing.made(action)), span=span)
+    path, again = sources.strip_file(strip), takes.again(action, like=None)
+    again["kept"] = {**again["kept"], "audio_source": "FILE", "audio": path, "range": "OWN"}
+    planned = plan(context, armature, **again)
+    params = {name: value for name, value in planned.params.items() if name not in (*_WORDS, "kept", "curves", "changes")}
+    beside, spoken = sources.beside(path), " ".join(word for word, *_ in directing.words(action))
+    said = {"transcript": beside} if beside else {"text": spoken}
+    said = {"recognise": True} if "recognise" in planned.params else said
+    return replace(planned, params={**params, **said, "audio": path}, follows=True)
 
 
 def _felt(armature, scene, span, kept: dict | None) -> tuple[dict, tuple[str, ...]]:
@@ -209,8 +243,12 @@ def finishing(planned: Plan, result: dict):
     for motion in result["motions"]:  # a path, or loaded already
         motions.append(motion if isinstance(motion, Motion) else Motion.load(motion))
         yield 0.0
+    if planned.follows:
+        what = retiming.follow(*_whom(planned), motions[0])
+        return Outcome([], motions[0].duration, warnings, [retiming.warned(what)])
     try:
-        for number, motion in enumerate(motions):
+        for number, performed in enumerate(motions):
+            motion = timing.played(performed, planned.voice.way)
             armature, scene = _whom(planned)
             if laying is None:
                 if not planned.draft or (drafts.is_staged(armature) and planned.settings["result"] != "LAYER"):
@@ -264,7 +302,7 @@ def _finished(planned, made: list[int], motions: list[Motion], warnings):
         yield 1.0
     armature, scene = _whom(planned)
     actions, motion = _still(made), motions[0]
-    own = _accompany(planned, scene, motion, warnings)
+    own = _accompany(planned, scene, timing.played(motion, planned.voice.way), warnings)
     for action in actions:
         action[voices.TAG] = own
         if planned.settings["result"] == "ACTION":
@@ -274,6 +312,11 @@ def _finished(planned, made: list[int], motions: list[Motion], warnings):
     if former is not None:
         directing.settle(former, actions[0], scene)
         keeping.carry(former, actions[0], scene, list(planned.pins))
+    for action in actions:
+        if former is None or planned.grown:
+            retiming.note(action, scene)
+        else:
+            retiming.carry(former, action)
     silent = voices.hear(armature, actions[0])
     if former is None or not versions.put(armature, former, actions[0], warnings):
         takes.add(armature, actions, planned.voice.name, warnings)

@@ -18,7 +18,7 @@ from ..keys import keyframes, pinning, posing
 from ..keys.apply import scene_fps
 from ..rig import handpicked, reading
 from ..translations import told
-from . import directing, recall
+from . import directing, recall, timing
 
 PINS = "s2ag_pins"
 """Name of an action's custom property that holds, as JSON text, what it keeps: seconds, and bones or null for all."""
@@ -44,7 +44,7 @@ def poses(armature, action, scene, frames: list[float], bones: list[str] | None)
         raise UsageError("No key is selected.", "Select keys of the poses that are to be kept.")
     if len(frames) > MOST:
         raise UsageError(f"Keys on {len(frames)} frames are selected.", f"Select those of at most {MOST} poses.")
-    figure, edits, pins = _figure(armature, action), [], []
+    posed_as, edits, pins = figure(armature, action), [], []
     if bones:  # what they hang on stays, too: a hand is where it was
         posed = armature.pose.bones
         above = {parent.name for bone in bones for parent in posed[bone].parent_recursive}
@@ -53,7 +53,7 @@ def poses(armature, action, scene, frames: list[float], bones: list[str] | None)
         for frame in frames:
             scene.frame_set(int(np.floor(frame)), subframe=frame % 1.0)
             at = directing.seconds(action, scene, frame)
-            edits.append({"do": "pose", "at": at, "directions": posing.directions(armature, *figure).round(5).tolist()})
+            edits.append({"do": "pose", "at": at, "directions": posing.directions(armature, *posed_as).round(5).tolist()})
             pins.append({"from": at, "to": at, "bones": bones})
     return edits, pins
 
@@ -63,7 +63,7 @@ def place(armature, action, scene, span: tuple[int, int], hand: str, target, poi
 
     Raises :class:`UsageError` where no arm reaches it.
     """
-    bones, mapping, options = _figure(armature, action)
+    bones, mapping, options = figure(armature, action)
     with _playhead(scene):
         scene.frame_set((span[0] + span[1]) // 2)
         directions = posing.directions(armature, bones, mapping, options)
@@ -107,7 +107,7 @@ def reach(armature, action, scene, pin: dict) -> str:
     target = scene.objects.get(pin["object"])
     if target is None:
         return told("{name} is gone, so the hand is near it only.", name=pin["object"])
-    bones, mapping, _ = _figure(armature, action)
+    bones, mapping, _ = figure(armature, action)
     frames = [frame for frame in _frames(provenance.of(action), pin, scene_fps(scene))]
     worst = np.inf
     with _playhead(scene):
@@ -128,13 +128,14 @@ def reach(armature, action, scene, pin: dict) -> str:
 
 def _frames(told_: dict, pin: dict, fps: float) -> list[float]:
     """The frames of the scene that something is kept on; there is a key on each."""
-    first, last = (round(told_["start"] + pin[name] * fps, 2) for name in ("from", "to"))
+    clock = timing.clock(told_, fps)
+    first, last = (round(float(clock.frame(pin[name])), 2) for name in ("from", "to"))
     if last - first < 1:
         return [float(round(first)) if abs(first - round(first)) < 0.02 else first]
     return [float(frame) for frame in range(int(np.ceil(first - 0.02)), int(np.floor(last + 0.02)) + 1)]
 
 
-def _figure(armature, action) -> tuple:
+def figure(armature: bpy.types.Object, action: bpy.types.Action) -> tuple:
     """Bones, mapping and options of a character as a take of it was laid."""
     settings = recall.view(provenance.of(action)["settings"])
     bones = reading.read(armature)

@@ -1,17 +1,44 @@
-"""A take whose sound strip was moved follows it: keys, markers and what is remembered of it, each as far as the sound."""
+"""A take follows its sound strip: where that is moved, trimmed or stretched, or plays another recording of the same words.
+
+Keys, markers and what is remembered of it go to where the sound is, in all versions. Nothing is performed anew but what
+had been cut off.
+"""
 
 import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
 
 import bpy
 import numpy as np
 
+from ...core.direction import ways
+from ...core.direction.ways import Way
 from ...core.errors import UsageError
-from .. import compat, provenance
+from ...core.motion.motion import Motion
+from .. import compat, provenance, stored
 from ..keys import faces, keyframes, layers
-from . import markers, recall, sources, takes, versions, voices
+from ..keys.apply import scene_fps
+from ..translations import told
+from . import directing, keeping, markers, recall, sources, takes, tempo, timing, versions, voices
 
+SOUND = "s2ag_sound"
+"""Name of an action's custom property: JSON of how the strip lay that its keys follow."""
+FOLLOWS = "follows"
+"""In the provenance of a take that followed its sound: the ``path`` of the recording that it was performed for."""
 _LEAST = 0.5
-"""Frames by which a strip must have moved to count as moved."""
+"""Frames by which a strip must have changed."""
+_KINDS = {"left": (int, float), "right": (int, float), "keys": list, "path": str}
+
+
+class Change(NamedTuple):
+    """What became of a strip: by how many frames it moved; whether more or less of it is seen, how fast, of which file."""
+
+    by: float
+    trimmed: bool
+    grown: bool
+    stretched: bool
+    replaced: bool
 
 
 def strip_of(action: bpy.types.Action, scene: bpy.types.Scene):
@@ -19,59 +46,190 @@ def strip_of(action: bpy.types.Action, scene: bpy.types.Scene):
     tag = action.get(voices.TAG, "")
     if tag:
         return next((strip for strip in compat.sound_strips(scene) if strip.get(voices.TAG) == tag), None)
-    told = provenance.of(action)
-    return sources.chosen_strip(recall.view(told["settings"]), scene) if told and "settings" in told else None
+    origin = provenance.of(action)
+    if not origin or "settings" not in origin or origin["settings"].get("audio_source") == "MIXDOWN":
+        return None
+    known = stored.read(action, SOUND)
+    named = [strip for strip in compat.sound_strips(scene) if strip.name == known.get("name")]
+    return named[0] if named else sources.chosen_strip(recall.view(origin["settings"]), scene)
 
 
-def moved(action: bpy.types.Action, scene: bpy.types.Scene) -> float:
-    """By how many frames the sound was moved since the take was made; 0 where it lies as it lay, or is not there."""
-    told, strip = provenance.of(action), strip_of(action, scene)
-    if not told or "start" not in told or strip is None:
-        return 0.0
-    by = compat.strip_start(strip) - told["start"]
-    return by if abs(by) >= _LEAST else 0.0
+def note(action: bpy.types.Action, scene: bpy.types.Scene) -> None:
+    """Remember how the strip of a take lies: from now on that is what its keys follow."""
+    strip = strip_of(action, scene)
+    if strip is not None and strip.sound is not None:
+        action[SOUND] = json.dumps({**_state(strip), "name": strip.name})
 
 
-def follow(armature: bpy.types.Object, scene: bpy.types.Scene) -> float:
-    """Move the selected take, with all its versions, to where its sound is now; returns by how many frames.
+def carry(former: bpy.types.Action, action: bpy.types.Action) -> None:
+    """Let a version of a take follow what the former one follows."""
+    if SOUND in former:
+        action[SOUND] = former[SOUND]
 
-    Raises :class:`UsageError` where nothing has moved, or the take lies within other animation, which stays.
+
+def _state(strip) -> dict:
+    start = compat.strip_start(strip)
+    sides = {"left": compat.visible_start(strip) - start, "right": compat.strip_end(strip) - start}
+    return {**sides, "keys": [at - start for at in compat.retiming_frames(strip)], "path": sources.strip_path(strip)}
+
+
+def change(action: bpy.types.Action, scene: bpy.types.Scene) -> Change | None:
+    """What became of a take's sound since it was made, or followed it last; None where it lies as it lay, or is not there."""
+    origin, strip = provenance.of(action), strip_of(action, scene)
+    if not origin or "start" not in origin or "place" not in origin or strip is None or strip.sound is None:
+        return None
+    now, before = _state(strip), stored.read(action, SOUND)
+    by = compat.strip_start(strip) - origin["start"]
+    if not before.keys() >= _KINDS.keys() or not stored.fits(before, _KINDS):
+        before = {**now, "keys": []}  # a take of before: nothing is known but where it was
+    apart = {side: now[side] - before[side] for side in ("left", "right")}
+    stretched = len(now["keys"]) != len(before["keys"]) or any(
+        abs(one - other) >= _LEAST for one, other in zip(now["keys"], before["keys"], strict=True)
+    )
+    replaced = not sources.same(now["path"], before["path"])
+    trimmed = not stretched and max(map(abs, apart.values())) >= _LEAST
+    grown = trimmed and not replaced and (apart["left"] <= -_LEAST or apart["right"] >= _LEAST) and _cut(origin, now, by)
+    found = Change(by if abs(by) >= _LEAST else 0.0, trimmed, grown, stretched, replaced)
+    return found if any(found) else None
+
+
+def _cut(origin: dict, now: dict, by: float) -> bool:
+    """Whether a take has no keys for some of what its strip shows by now."""
+    start, place = origin["start"], origin["place"]
+    return place["first"] - start > now["left"] + 1 or place["last"] - start < now["right"] - 2
+
+
+def follow(armature: bpy.types.Object, scene: bpy.types.Scene, heard: Motion | None = None) -> Change:
+    """Let the selected take, with all its versions, follow its sound; ``heard`` is any take of another recording that it is of.
+
+    Raises :class:`UsageError` where nothing has changed, or the take lies within other animation, which stays.
     """
     take = takes.active(armature)
-    by, place = moved(take.action, scene), layers.Place.of(take.action)
-    if not by or place is None:
-        raise UsageError("The sound strip lies where it lay.", "Move it in the sequencer first.")
+    what, place = change(take.action, scene), layers.Place.of(take.action)
+    if what is None or place is None:
+        raise UsageError("The sound strip lies where it lay.", "Move, trim or stretch it in the sequencer first.")
     if place.result == "ACTION" and layers.base_action(armature, place.first, place.last, place.piece) is not None:
         raise UsageError("The take lies within other animation, which would move, too.", "Generate it anew, or use a layer.")
-    every = versions.actions(take)
-    prefix = armature.s2ag.marker_prefix
-    for marker in markers.ours(scene, prefix):
-        if place.first <= marker.frame <= place.last:
-            marker.frame = round(marker.frame + by)
-    for action in every:
-        _shift(action, by)
+    strip, fps = strip_of(take.action, scene), scene_fps(scene)
+    if heard is not None and not (what.trimmed or tempo.stretched(strip)):
+        strip = voices.renewed(scene, strip)
+    way = _way(take.action, scene, strip, what, heard)
+    seen = (round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1)
+    span = seen if what.trimmed or what.stretched else None
+    own = timing.clock(provenance.of(take.action), fps)
+    where = _where(own, compat.strip_start(strip), fps, way)
+    _mark(armature, scene, place, where, span)
+    for action in versions.actions(take):
+        old = timing.clock(provenance.of(action), fps)
+        _carry(action, scene, _where(old, compat.strip_start(strip), fps, way), way, strip, span)
+        if heard is not None and heard.face is not None:
+            _speak(armature, action, timing.played(heard, tempo.way(scene, strip)), fps)
+        note(action, scene)
+    if heard is not None:
+        take.recording = Path(sources.strip_path(strip)).name
     takes.located(take)
     takes.show(armature)
-    return by
+    return what
 
 
-def _shift(action: bpy.types.Action, by: float) -> None:
-    told = provenance.of(action)
-    whole = round(by)
+def _way(action, scene, strip, what: Change, heard: Motion | None) -> Way | None:
+    """The way that a take's own recording goes by now: through the words that both have, then as it is stretched."""
+    stretched = tempo.way(scene, strip) if what.stretched or what.replaced else None
+    if heard is None:
+        known = timing.way(provenance.of(action))
+        return stretched if what.stretched else known
+    there = ways.way(directing.words(action), heard.words)
+    return there if stretched is None else Way(stretched.there(there.new), there.old)
+
+
+def _where(old: timing.Clock, start: float, fps: float, way: Way | None) -> Callable:
+    if old.way is None and way is None:
+        return lambda frames: frames + (start - old.start)
+    new = timing.Clock(start, fps, way)
+    return lambda frames: new.frame(old.seconds(frames))
+
+
+def _mark(armature, scene, place: layers.Place, where: Callable, span: tuple | None) -> None:
+    """Put the words' markers to where they are said, without those that are no longer heard."""
+    for marker in markers.ours(scene, armature.s2ag.marker_prefix):
+        if place.first <= marker.frame <= place.last:
+            marker.frame = round(float(where(marker.frame)))
+            if span is not None and not span[0] <= marker.frame <= span[1]:
+                scene.timeline_markers.remove(marker)
+
+
+def _carry(action: bpy.types.Action, scene, where: Callable, way: Way | None, strip, span: tuple | None) -> None:
+    origin = provenance.of(action)
+    place = {name: round(float(where(origin["place"][name]))) for name in ("first", "last")}
+    cut = span is not None and (place["first"] < span[0] or place["last"] > span[1])
+    if span is not None:
+        place = {"first": max(place["first"], span[0]), "last": min(place["last"], span[1])}
+    if place["first"] >= place["last"]:
+        raise UsageError("Nothing of the take is heard any more.", "Let the strip show some of it.")
     for one in dict.fromkeys([action, *faces.apart(action)]):
         for curve in compat.curves(one):
-            keys = keyframes.columns(curve.keyframe_points)
-            for name in ("co", "handle_left", "handle_right"):
-                keys[name][:, 0] += np.float32(by)
-            keyframes.replace(curve, keys)
+            keyframes.moved(curve, where)
+            if cut:
+                keyframes.cut(curve, place["first"], place["last"])
         if one.use_frame_range:
-            start, end = one.frame_start, one.frame_end
-            one.frame_start, one.frame_end = start + by, end + by
-    for marker in action.pose_markers:
-        marker.frame += whole
-    told["start"] += by
-    told["place"] |= {name: told["place"][name] + whole for name in ("first", "last")}
-    settings = told["settings"]
+            start, end = (float(where(at)) for at in (one.frame_start, one.frame_end))
+            one.frame_start, one.frame_end = (place["first"], place["last"]) if cut else (start, end)
+    origin["start"] = compat.strip_start(strip)
+    origin["place"] |= place
+    known = stored.read(action, SOUND).get("path", sources.strip_path(strip))
+    if cut or way is not None or FOLLOWS in origin:
+        origin.setdefault(FOLLOWS, {"path": known})
+    origin[timing.WAY] = timing.stated(way)
+    settings = origin["settings"]
     if settings.get("audio_source") == "FILE" and settings.get("range") != "STRIP":
-        settings |= {"range": "OWN", "start_frame": round(told["start"])}
-    action[provenance.PROPERTY] = json.dumps(told, sort_keys=True)
+        settings |= {"range": "OWN", "start_frame": round(origin["start"])}
+    still = {one.name for one in directing.shown(action, scene) if one.frame == _marked(action, one.name)}
+    action[provenance.PROPERTY] = json.dumps(origin, sort_keys=True)
+    there = {one.name: one.frame for one in directing.shown(action, scene) if one.name in still}
+    for marker in list(action.pose_markers):
+        marker.frame = there.get(marker.name, round(float(where(marker.frame))))
+        if cut and not place["first"] <= marker.frame <= place["last"]:
+            action.pose_markers.remove(marker)
+
+
+def _marked(action: bpy.types.Action, name: str) -> int | None:
+    marker = action.pose_markers.get(name)
+    return marker.frame if marker is not None else None
+
+
+def _speak(armature, action, heard: Motion, fps: float) -> None:
+    """Give a take the face of another recording in place of its own."""
+    origin, place = provenance.of(action), layers.Place.of(action)
+    every = np.arange(place.first, place.last + 1)
+    seen = None if place.piece else layers.share(place, every) * faces.settled(every, fps)
+    _, mapping, _ = keeping.figure(armature, action)
+    spoken = faces.bone_channels(armature, heard.face, origin["start"], every, fps, mapping, seen)
+    keyframes.write_channels(compat.bag(action, layers.slot_of(armature, action)), spoken, every, "LINEAR")
+    if faces.FACES in action:
+        faces.lay(armature, action, heard.face, origin["start"], every, fps, lambda warning: None, seen)
+
+
+def voice(action: bpy.types.Action, scene: bpy.types.Scene, span: tuple[int, int] | None = None) -> sources.Voice | None:
+    """What a take that followed its sound is made again from, on the frames that it is on, or on ``span``; else None.
+
+    Raises :class:`UsageError` where the recording that it was performed for is gone.
+    """
+    origin, place = provenance.of(action) or {}, layers.Place.of(action)
+    follows = origin.get(FOLLOWS)
+    if not isinstance(follows, dict) or not isinstance(follows.get("path"), str) or place is None:
+        return None
+    path = bpy.path.abspath(follows["path"])
+    if not Path(path).is_file():
+        raise UsageError(f"{path} is gone, for which the take was performed.", "Put it back, or generate a new take.")
+    first, last = span or (place.first, place.last)
+    name, tag = Path(path).name, action.get(voices.TAG, "")
+    return sources.Voice(path, sources.Span(origin["start"], first, last), True, name, tag, timing.way(origin), True)
+
+
+def warned(what: Change) -> str:
+    """What was done, for people."""
+    if what.replaced:
+        return told("The take follows the other recording")
+    if what.stretched or what.trimmed:
+        return told("The take follows its sound")
+    return told("The take was moved by {count:g} frames", count=what.by)

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import bpy
 
+from ...core.direction.ways import Way
 from ...core.errors import AudioUnreadable, UsageError
 from ...core.words import beside as transcripts
 from .. import compat
 from ..translations import told
-from . import voices
+from . import tempo, voices
 
 _FRESH = 2.0
 """Seconds for which the panel trusts what it saw on disk."""
@@ -45,6 +46,10 @@ class Voice:
     placed: bool = False
     name: str = ""
     tag: str = ""
+    way: Way | None = None
+    """How the strip is stretched (:mod:`tempo`)."""
+    followed: bool = False
+    """Whether it is that of a take that followed its strip (:mod:`retiming`)."""
 
 
 def voice(settings, scene: bpy.types.Scene) -> Voice:
@@ -61,12 +66,13 @@ def voice(settings, scene: bpy.types.Scene) -> Voice:
     if settings.audio_source == "STRIP":
         strip = chosen_strip(settings, scene)
         span, tag = strip_span(settings, scene, strip), strip.get(voices.TAG, "")
-        return Voice(strip_file(strip), span, placed=True, name=strip.name, tag=tag)
+        return Voice(strip_file(strip), span, True, strip.name, tag, tempo.way(scene, strip))
     path = str(Path(bpy.path.abspath(settings.audio)).resolve())
     name = Path(path).name
     strip = {"STRIP": chosen_strip, "PREVIEW": _heard}.get(settings.range, lambda *_: None)(settings, scene)
     if strip is not None:
-        return Voice(path, strip_span(settings, scene, strip), placed=True, name=name, tag=strip.get(voices.TAG, ""))
+        own, span = strip.get(voices.TAG, ""), strip_span(settings, scene, strip)
+        return Voice(path, span, True, name, own, tempo.way(scene, strip))
     if settings.range == "OWN":
         return Voice(path, Span(settings.start_frame, settings.start_frame), name=name)
     first, last = _limits(settings, scene)
@@ -106,13 +112,13 @@ def chosen_strip(settings, scene: bpy.types.Scene):
 def _of_file(settings, scene) -> list:
     """The strips that play a character's file."""
     path = bpy.path.abspath(settings.audio)
-    return [strip for strip in compat.sound_strips(scene) if strip.sound and _same(strip_path(strip), path)]
+    return [strip for strip in compat.sound_strips(scene) if strip.sound and same(strip_path(strip), path)]
 
 
 def _heard(settings, scene):
     """The strip that plays a character's file within the limits, one that is heard before one that is silent; or None."""
     first, last = _limits(settings, scene)
-    mine = [strip for strip in _of_file(settings, scene) if getattr(strip, "speed_factor", 1.0) == 1.0]
+    mine = _of_file(settings, scene)
     there = [strip for strip in mine if compat.visible_start(strip) <= last and compat.strip_end(strip) > first]
     return min(there, key=lambda strip: strip.mute, default=None)
 
@@ -126,8 +132,6 @@ def strip_file(strip) -> str:
     """The file that a sound strip plays, unpacked into Blender's temporary folder where it only lives in the .blend."""
     if strip.sound is None:
         raise AudioUnreadable(f'The strip "{strip.name}" plays nothing.', "Choose another strip.")
-    if getattr(strip, "speed_factor", 1.0) != 1.0:
-        raise AudioUnreadable(f'The strip "{strip.name}" plays at another speed.', "Choose the sequencer as the voice.")
     path, packed = strip_path(strip), strip.sound.packed_file
     if packed is None or Path(path).is_file():
         return path
@@ -216,5 +220,6 @@ def _limits(settings, scene) -> tuple[int, int]:
     return scene.frame_start, scene.frame_end
 
 
-def _same(one: str, other: str) -> bool:
+def same(one: str, other: str) -> bool:
+    """Whether two paths are of the same file."""
     return one == other or Path(one).resolve() == Path(other).resolve()

@@ -126,7 +126,7 @@ def again(action: bpy.types.Action, **changes) -> dict:
     """Arguments for ``generate.plan`` that make a take of ours once more, the same unless ``changes`` say otherwise."""
     told = provenance.of(action)
     same = {"kept": told["settings"], "keyed_pose": told.get("keyed_pose"), "pose": told.get("pose")}
-    same["around"] = told.get("around")
+    same |= {"around": told.get("around"), "like": action}
     identity = {"style": told["style"], "take": told.get("take", 0), "near": told.get("near") or [], "takes": 1}
     return {**same, **identity, "seed": told["seed"], **changes}
 

@@ -38,6 +38,21 @@ def lay(scene: bpy.types.Scene, path: str, start: int, name: str, wanted: bool =
     ]
 
 
+def renewed(scene: bpy.types.Scene, strip):
+    """A strip of ours anew, as long as the sound that it was given; a strip keeps its length whatever it is given."""
+    if TAG not in strip:
+        return strip
+    strips = compat.sequencer_strips(strip.parent_meta() or scene.sequence_editor)
+    kept = {name: getattr(strip, name) for name in ("name", "mute", "volume", "channel")}
+    path, start, tag = bpy.path.abspath(strip.sound.filepath), round(compat.strip_start(strip)), strip[TAG]
+    strips.remove(strip)
+    made = strips.new_sound(kept["name"], path, kept["channel"], start)
+    for name, value in kept.items():
+        setattr(made, name, value)
+    made[TAG] = tag
+    return made
+
+
 def hear(armature: bpy.types.Object, action: bpy.types.Action) -> list[str]:
     """Let the strip of the take that is shown be heard in place of those of the character's other takes on its frames.
 

@@ -4,11 +4,11 @@ import bpy
 
 from ...core.direction import gestures
 from ...core.direction.edits import LARGEST, LEAST
-from ...core.errors import UsageError
+from ...core.errors import S2agError, UsageError
 from ...core.meaning import vocabulary
 from .. import compat, provenance
-from ..takes import directing, generate, keeping, retiming, takes, versions
-from ..takes.running import character
+from ..takes import directing, generate, keeping, retiming, session, takes, versions
+from ..takes.running import Generating, character
 from ..translations import told, told_error
 from .take_ops import OfTake, OnTake, selected
 
@@ -223,28 +223,42 @@ class S2AG_OT_keep_place(_Directing, bpy.types.Operator):
         return directing.made(action), more
 
 
-class S2AG_OT_follow_sound(OnTake, bpy.types.Operator):
-    """Move the selected take, with all its versions, to where its sound strip is now; nothing is made anew"""
+class S2AG_OT_follow_sound(Generating, bpy.types.Operator):
+    """Bring the selected take, with all its versions, to where its sound is now: moved, trimmed, stretched, or said anew"""
 
     bl_idname = "s2ag.follow_sound"
     bl_label = "Follow Sound"
 
     @classmethod
     def poll(cls, context):
-        if not super().poll(context):
+        if not OnTake.poll.__func__(cls, context):
             return False
-        if not retiming.moved(takes.active(character(context)).action, context.scene):
+        if session.run_of(character(context)) is not None:
+            cls.poll_message_set(told("Gestures are being made"))
+            return False
+        if not retiming.change(takes.active(character(context)).action, context.scene):
             cls.poll_message_set(told("The sound strip lies where it lay"))
             return False
         return True
 
+    def planned(self, context, armature):
+        return generate.following(context, armature)
+
+    def invoke(self, context, event):
+        what = retiming.change(takes.active(character(context)).action, context.scene)
+        return super().invoke(context, event) if what.replaced or what.grown else self.execute(context)
+
     def execute(self, context):
+        armature = character(context)
+        what = retiming.change(takes.active(armature).action, context.scene)
+        if what.replaced or what.grown:
+            return super().execute(context)
         try:
-            by = retiming.follow(character(context), context.scene)
-        except UsageError as error:
+            retiming.follow(armature, context.scene)
+        except S2agError as error:
             self.report({"ERROR"}, told_error(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, told("The take was moved by {count:g} frames", count=by))
+        self.report({"INFO"}, retiming.warned(what))
         return {"FINISHED"}
 
 

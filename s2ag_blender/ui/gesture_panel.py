@@ -99,7 +99,7 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
             layout.template_list("S2AG_UL_gestures", "", take.action, "pose_markers", session, "gesture", rows=5)
         else:
             layout.label(text="No gestures are known", icon="INFO")
-        if retiming.moved(take.action, context.scene):
+        if retiming.change(take.action, context.scene):
             row = layout.row()
             row.alert = True
             row.operator("s2ag.follow_sound", icon="SOUND")

@@ -4,9 +4,11 @@ import bpy
 import numpy as np
 import pytest
 from acted import curves, drawn, press
+from s2ag.core.sound import audio
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.takes import directing, retiming, takes
 from s2ag.s2ag_blender.ui import gesture_panel as ui
+from sounds import write_wav
 
 pytestmark = pytest.mark.usefixtures("sound_system")
 
@@ -85,3 +87,137 @@ def test_other_animation_is_not_moved(speaker, take, tmp_path):
     with pytest.raises(RuntimeError, match="other animation"):
         press(bpy.ops.s2ag.follow_sound)
     assert all(np.array_equal(keys, before[key]) for key, keys in curves(own).items())
+
+
+def cut_off(strip, left, right):
+    """Hide so many frames at either end of a strip."""
+    if hasattr(strip, "left_handle"):
+        strip.left_handle, strip.right_handle = strip.left_handle + left, strip.right_handle - right
+    else:
+        strip.frame_offset_start, strip.frame_offset_end = left, right
+
+
+def on(found, frames):
+    """The values that curves have on whole frames, by their keys."""
+    return {key: {row[0]: row[1] for row in keys if row[0] in frames} for key, keys in found.items()}
+
+
+@pytest.mark.parametrize("result", ["ACTION", "STRIP", "LAYER"])
+def test_a_take_is_cut_and_grows_again_with_its_strip(speaker, take, result):
+    scene = bpy.context.scene
+    if result != "ACTION":
+        speaker.s2ag.result = result
+        press(bpy.ops.s2ag.generate)
+    scene.frame_set(180)
+    assert press(bpy.ops.s2ag.change_gesture, size=0.7) == {"FINISHED"}
+    whole, strip = curves(now(speaker)), retiming.strip_of(now(speaker), scene)
+    place, marked = (speaker.s2ag.takes[-1].first, speaker.s2ag.takes[-1].last), len(now(speaker).pose_markers)
+    cut_off(strip, 60, 90)
+    first, last = round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1
+    assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
+    for action in takes_actions(speaker):
+        frames = [keys[:, 0] for keys in curves(action).values()]
+        assert all(first <= keys.min() and keys.max() <= last for keys in frames)
+        assert all(first <= marker.frame <= last for marker in action.pose_markers)
+    inner = set(range(first + 1, last))
+    many = {key: values for key, values in on(whole, inner).items() if values}
+    here = on(curves(now(speaker)), inner)
+    assert many and all(here[key] == values for key, values in many.items())
+    assert 0 < len(now(speaker).pose_markers) < marked and directing.by_markers(now(speaker), scene) == []
+    assert not bpy.ops.s2ag.follow_sound.poll()
+    scene.frame_set(200)
+    assert press(bpy.ops.s2ag.delete_gesture) == {"FINISHED"}
+    told = provenance.of(now(speaker))
+    assert (told["place"]["first"], told["place"]["last"]) == (first, last)
+    cut_off(strip, -60, -90) if hasattr(strip, "left_handle") else cut_off(strip, 0, 0)
+    assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
+    told = provenance.of(now(speaker))
+    assert [edit["do"] for edit in told["edits"]] == ["change", "delete"]
+    assert abs(told["place"]["first"] - place[0]) <= 1 and abs(told["place"]["last"] - place[1]) <= 1
+    assert not bpy.ops.s2ag.follow_sound.poll() and len(compat.sound_strips(scene)) == 1
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 2), reason="adding retiming keys without a window crashes this Blender")
+@pytest.mark.parametrize("result", ["ACTION", "STRIP"])
+def test_a_take_is_stretched_as_its_strip_is(speaker, take, result):
+    scene, fps = bpy.context.scene, bpy.context.scene.render.fps
+    if result != "ACTION":
+        speaker.s2ag.result = result
+        press(bpy.ops.s2ag.generate)
+    strip = retiming.strip_of(now(speaker), scene)
+    start, before = compat.strip_start(strip), curves(now(speaker))
+    marks = {marker.name: marker.frame for marker in scene.timeline_markers}
+    gestures = {one.at: one.frame for one in directing.shown(now(speaker), scene)}
+    length = compat.strip_length(strip)
+    strip.retiming_keys.add(timeline_frame=round(start + length / 2))
+    strip.retiming_keys[-1].timeline_frame += round(length / 2)  # its latter half is half as fast
+
+    def there(frame):
+        return np.interp(frame, [start, start + length / 2, start + length], [start, start + length / 2, start + 1.5 * length])
+
+    bpy.ops.ed.undo_push(message="stretched")
+    assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
+    after = curves(now(speaker))
+    for key, keys in before.items():
+        assert np.abs(after[key][:, 0] - there(keys[:, 0])).max() < 0.5 and np.array_equal(after[key][:, 1], keys[:, 1])
+    # Frames are whole: half of one before, at half the speed, and half of one now.
+    assert all(abs(one.frame - there(gestures[one.at])) <= 2 for one in directing.shown(now(speaker), scene))
+    assert all(abs(marker.frame - there(marks[marker.name])) <= 1 for marker in scene.timeline_markers)
+    assert not bpy.ops.s2ag.follow_sound.poll() and directing.by_markers(now(speaker), scene) == []
+    stretched = now(speaker)
+    one = max(directing.shown(stretched, scene), key=lambda one: one.size)
+    scene.frame_set(one.frame)
+    assert press(bpy.ops.s2ag.change_gesture, size=0.7) == {"FINISHED"}
+    assert len(curves(now(speaker))) == len(after)
+    far = [keys[np.abs(keys[:, 0] - one.frame) > 6 * fps] for keys in curves(now(speaker)).values()]
+    former = [keys[np.abs(keys[:, 0] - one.frame) > 6 * fps] for keys in after.values()]
+    assert all(np.array_equal(*pair) for pair in zip(far, former, strict=True))
+    strip.retiming_keys.reset()
+    assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
+    assert {one.at: one.frame for one in directing.shown(stretched, scene)} == gestures
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 2), reason="adding retiming keys without a window crashes this Blender")
+def test_a_stretched_strip_is_performed_as_it_is_heard(speaker, take, examples):
+    scene = bpy.context.scene
+    strip = retiming.strip_of(take, scene)
+    plain = {one.at: one.frame for one in directing.shown(take, scene)}
+    strip.retiming_keys.add(timeline_frame=round(compat.strip_start(strip) + 100))
+    strip.retiming_keys[-1].timeline_frame += 200
+    speaker.s2ag.audio_source, speaker.s2ag.sound_strip, speaker.s2ag.range = "STRIP", strip.name, "STRIP"
+    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
+    later = {one.at: one.frame for one in directing.shown(now(speaker), scene)}
+    assert later.keys() == plain.keys() and max(later[at] - plain[at] for at in plain) > 100
+    assert not bpy.ops.s2ag.follow_sound.poll()
+
+
+def test_gestures_follow_their_words_in_another_recording(speaker, take, examples, tmp_path):
+    scene, fps, pause = bpy.context.scene, bpy.context.scene.render.fps, 1.5
+    import aud
+
+    sound = aud.Sound(str(examples / "hello.flac")).resample(audio.SAMPLE_RATE, 1).rechannel(1).data()[:, 0]
+    said = directing.words(take)
+    half = max(range(len(said) - 1), key=lambda number: said[number + 1][1] - said[number][2])  # the longest pause
+    middle = round((said[half][2] + said[half + 1][1]) / 2 * audio.SAMPLE_RATE)
+    gap = np.zeros(round(pause * audio.SAMPLE_RATE), sound.dtype)
+    write_wav(tmp_path / "better.wav", np.concatenate([sound[:middle], gap, sound[middle:]]))
+    gestures, strip = directing.shown(take, scene), retiming.strip_of(take, scene)
+    strip.sound = bpy.data.sounds.load(str(tmp_path / "better.wav"))
+    bpy.ops.ed.undo_push(message="replaced")
+    assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
+    after = directing.shown(now(speaker), scene)
+    assert [one.at for one in after] == [one.at for one in gestures]
+    at = middle / audio.SAMPLE_RATE
+    for before, one in zip(gestures, after, strict=True):
+        moved = (one.frame - before.frame) / fps
+        if abs(one.at - at) > 1.0:
+            assert abs(moved - pause * (one.at > at)) <= 0.08 + 1 / fps, (one, moved)
+    assert not bpy.ops.s2ag.follow_sound.poll() and speaker.s2ag.takes[-1].recording == "better.wav"
+    far = max(after, key=lambda one: one.frame)
+    kept = curves(now(speaker))
+    scene.frame_set(far.frame)
+    assert press(bpy.ops.s2ag.delete_gesture) == {"FINISHED"}
+    for key, keys in curves(now(speaker)).items():
+        mine, theirs = (rows[rows[:, 0] < far.frame - 4 * fps] for rows in (keys, kept[key]))
+        assert np.array_equal(mine, theirs)
+    assert len(compat.sound_strips(scene)) == 1
