@@ -19,7 +19,7 @@ ASKED = (
     *("text", "recognise", "style", "seed", "take", "takes", "intensity"),
     *("affect", "rate", "hand", "hands", "stance", "meaning", "mirror", "latent"),
     *("face", "face_smoothness"),
-    *("listen", "turn", "hears"),
+    *("listen", "turn", "hears", "later", "toward"),
 )
 """What of a row is a field of :class:`synthesis.Request`, beside the files."""
 MODELS = ("checkpoint", "vectors", "aligner_model", "recogniser_model", "language", "vocabulary", "backend", "device")

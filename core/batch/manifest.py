@@ -303,6 +303,8 @@ COLUMNS = {
     "listen": _flag,
     "turn": _text,
     "hears": _path,
+    "later": _number(float, "number of seconds"),
+    "toward": _number(float, "number of degrees"),
     "rhubarb": _path,
     "edits": _path,
     "curves": _path,

@@ -54,6 +54,10 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
     parser.add_argument("--turn", metavar="NAME", default="", help=what)
     what = "the recording of another speaker, begun together with this one: listen to it between one's own turns"
     parser.add_argument("--hears", metavar="FILE", type=Path, help=what)
+    what = "seconds by which that one begins later (negative: earlier)"
+    parser.add_argument("--later", metavar="S", type=float, default=0.0, help=what)
+    what = "degrees to the left at which the other one stands (negative: right), to be looked at in listening"
+    parser.add_argument("--toward", metavar="DEGREES", type=float, default=0.0, help=what)
     add_models(parser)
 
 
@@ -141,6 +145,8 @@ def request(options: argparse.Namespace, **changes):
         "listen": options.listen,
         "turn": options.turn,
         "hears": options.hears,
+        "later": options.later,
+        "toward": options.toward,
     }
     return Request(**{**wanted, **changes})
 

@@ -20,6 +20,8 @@ _SAME = (
     "mirror",
     "listen",
     "turn",
+    "later",
+    "toward",
     "take",
 )
 

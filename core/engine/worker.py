@@ -53,6 +53,8 @@ _PARAMETERS = {
     "listen": bool,
     "turn": str,
     "hears": str,
+    "later": (int, float),
+    "toward": (int, float),
     "made_by": str,
 }
 _SETTINGS = (

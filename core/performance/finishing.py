@@ -52,11 +52,15 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
             answered = listening.answers(others.phrases, others.share, request.seed + take)
             directions = listening.perform(directions, answered, others.share)
             about["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answered]
+        straight, side = directions, -request.toward if request.mirror else request.toward
+        directions = listening.facing(directions, side, others and others.share)
         directions = keep(limits.keep_human(rest.scale(directions, size, pose)), kept)
         hands = _hands(request, performers, take, drawn, own, directions)
         hands = hands and showing.hands(hands, shown, which)
         pelvis = _pelvis(request, heard, performers, take, directions)
-        face = faced(request, heard, take, directions)
+        seen = directions.copy()  # eyes go with the head to whoever is there
+        seen[:, listening.HEAD] = straight[:, listening.HEAD]
+        face = faced(request, heard, take, seen)
         motion = Motion(directions, skeleton.FPS, heard.words, about, hands, pelvis, face)
         return motion.mirrored() if request.mirror else motion
 
@@ -127,6 +131,8 @@ def _meta(checkpoint, request: Request, heard: Heard, performers: Performers) ->
         **({"listen": True} if request.listen else {}),
         **({"turn": request.turn} if request.turn else {}),
         **({"hears": heard.others.digest} if request.hears is not None else {}),
+        **({"later": float(request.later)} if request.later else {}),
+        **({"toward": float(request.toward)} if request.toward else {}),
         **({"face": float(request.face)} if request.face else {}),
         "checkpoint": checkpoint.hash,
         **({} if request.latent is None else {"latent": performers.own[0].tolist()}),

@@ -104,7 +104,8 @@ def _voices(request: Request, sound: np.ndarray) -> tuple[np.ndarray, np.ndarray
         return sound, None
     from ..sound import audio
 
-    other = audio.load(request.hears)
+    other, shift = audio.load(request.hears), round(request.later * audio.SAMPLE_RATE)
+    other = np.pad(other[max(-shift, 0) :], (max(shift, 0), 0))
     length = max(len(sound), len(other))
     return tuple(np.pad(one, (0, length - len(one))) for one in (sound, other))
 

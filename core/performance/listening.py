@@ -13,7 +13,8 @@ from ..motion import skeleton
 from ..motion.curves import ramp
 from ..smoothing import gaussian
 
-_HEAD = (1, 2)
+HEAD = (1, 2)
+"""Edges of the head."""
 _SHARE = (0.4, 0.6)
 """Shares of a turn that the neck and the head above it take; both are turned by what lies below."""
 _CHANCE = {"nod": 0.5, "tilt": 0.12, "glance": 0.12}
@@ -27,6 +28,8 @@ _NOD, _RATE, _TIMES = (3.0, 8.0), (1.8, 2.6), (1, 2, 2, 3)
 _TILT, _TILTED = (3.0, 7.0), (1.2, 3.0)
 _GLANCE, _AWAY = (8.0, 16.0), (0.7, 1.5)
 """Degrees, and seconds for which the head is there."""
+_FARTHEST, _SPEAKING, _COMES = 55.0, 0.35, 0.35
+"""Degrees that a head turns to whom it listens to, the share of them while it speaks itself, seconds in which it comes."""
 _TURNS = 0.45
 """Seconds in which it goes there and back."""
 
@@ -74,9 +77,25 @@ def perform(directions: np.ndarray, answered: list[Answer], hears: np.ndarray, f
         else:
             there = ramp(time, one.at, one.at + _TURNS) * (1 - ramp(time, one.at + one.lasts, one.at + one.lasts + _TURNS))
             turns[1 if one.kind == "glance" else 2] += one.degrees * there
-    turns *= gaussian(hears, 0.2 * fps)
+    return _turned(directions, turns * gaussian(hears, 0.2 * fps))
+
+
+def facing(directions: np.ndarray, toward: float, hears: np.ndarray | None, fps: float = skeleton.FPS) -> np.ndarray:
+    """Directions ``(frames, 9, 3)`` whose head is turned to somebody ``toward`` degrees on the left: wholly where it ``hears``
+    ``(frames,)`` 0..1, else a little.
+    """
+    if not toward:
+        return directions
+    share = np.zeros(len(directions)) if hears is None else gaussian(hears, _COMES * fps)
+    turns = np.zeros((3, len(directions)))
+    turns[1] = -np.clip(toward, -_FARTHEST, _FARTHEST) * (_SPEAKING + (1 - _SPEAKING) * share)
+    return _turned(directions, turns, (1.0, 0.0))
+
+
+def _turned(directions: np.ndarray, turns: np.ndarray, shares: tuple = _SHARE) -> np.ndarray:
+    """Directions whose head is turned by degrees ``(3, frames)`` about x, y and z, to its right."""
     result, total = directions.astype(float), 0.0
-    for edge, share in zip(_HEAD, _SHARE, strict=True):
+    for edge, share in zip(HEAD, shares, strict=True):
         total += share
         for axis in range(3):
             result[:, edge] = turned(result[:, edge], axis, total * turns[axis])

@@ -42,4 +42,5 @@ def signature(request) -> tuple:
         request.listen,
         request.turn,
         str(request.hears),
+        request.later,
     )

@@ -33,7 +33,9 @@ class Request:
 
     With ``listen`` the recording is somebody else's, and the performer listens to all of it; ``turn`` is whose lines of a
     transcript with names it speaks, listening to the others; ``hears`` is the recording of
-    another speaker of the same scene, to whom it listens where it is silent itself.
+    another speaker of the same scene, to whom it listens where it is silent itself; that begins ``later`` seconds later than
+    this one, or earlier. The other one stands ``toward`` degrees to the performer's left, or to its right (-90..90), and who
+    listens looks there, who speaks a little.
 
     ``take`` is the number of the first take. ``near`` are the steps ``(number, spread)`` that lead to a variation of it;
     with ``spread`` (0..1, a share of how far takes differ) all takes are one more step away from that, numbered from ``step``
@@ -71,6 +73,8 @@ class Request:
     listen: bool = False
     turn: str = ""
     hears: str | PathLike | None = None
+    later: float = 0.0
+    toward: float = 0.0
     latent: np.ndarray | None = None
     made_by: str = ""
 
@@ -81,6 +85,10 @@ class Request:
             raise UsageError(f"{self.takes} takes were asked for.", "Ask for 1 to 64.")
         if self.listen + bool(self.turn) + (self.hears is not None) > 1:
             raise UsageError("A performer cannot listen in several ways.", "Give one of listen, turn and hears.")
+        if not -90 <= self.toward <= 90:
+            raise UsageError(f"Nobody is seen at {self.toward:g} degrees.", "Give -90 (right) to 90 (left).")
+        if not abs(self.later) <= 13 * 3600:
+            raise UsageError(f"The other recording begins {self.later:g} s later.", "Give seconds within the scene.")
         if not 0 <= self.intensity <= 3:
             raise UsageError(f"Intensity {self.intensity:g} is out of range.", "Give a number from 0 to 3.")
         if not 0 <= self.meaning <= 1:

@@ -115,7 +115,16 @@ class Session:
         if (
             len(
                 {
-                    (str(one.audio), str(one.transcript), one.text, one.recognise, one.listen, one.turn, str(one.hears))
+                    (
+                        str(one.audio),
+                        str(one.transcript),
+                        one.text,
+                        one.recognise,
+                        one.listen,
+                        one.turn,
+                        str(one.hears),
+                        one.later,
+                    )
                     for one in requests
                 }
             )

@@ -14,6 +14,7 @@ from .take_ops import OfTake, OnTake, selected
 
 _HANDS = (("left", "Left Hand", ""), ("right", "Right Hand", ""), ("both", "Both Hands", ""))
 _AS_IT_IS = ("keep", "As It Is", "")
+_ANEW = {"SKIP_SAVE"}  # Blender would ask once more for what the last press asked for: another hand would be larger, too
 _KINDS = (
     (gestures.BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
     *((name, name.replace("_", " ").capitalize(), "") for name in vocabulary.load().gestures),
@@ -84,10 +85,10 @@ class S2AG_OT_change_gesture(_Directing, bpy.types.Operator):
     bl_idname = "s2ag.change_gesture"
     bl_label = "Change Gesture"
 
-    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=(_AS_IT_IS, *_KINDS))
-    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(_AS_IT_IS, *_HANDS))
+    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=(_AS_IT_IS, *_KINDS), options=_ANEW)
+    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(_AS_IT_IS, *_HANDS), options=_ANEW)
     size: bpy.props.FloatProperty(
-        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST
+        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST, options=_ANEW
     )
 
     def edit(self, context, action, one):
@@ -104,10 +105,10 @@ class S2AG_OT_add_gesture(_Directing, bpy.types.Operator):
     bl_label = "Add Gesture"
     at_gesture = False
 
-    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=_KINDS)
-    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(_AS_IT_IS, *_HANDS))
+    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=_KINDS, options=_ANEW)
+    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(_AS_IT_IS, *_HANDS), options=_ANEW)
     size: bpy.props.FloatProperty(
-        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST
+        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST, options=_ANEW
     )
     word: bpy.props.IntProperty(default=-1, options={"HIDDEN", "SKIP_SAVE"})  # number of a word to add it at
 

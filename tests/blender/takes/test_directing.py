@@ -227,3 +227,9 @@ def test_gestures_lie_where_they_are_made_whatever_the_speed(speaker, take):
     slow, quick = directing.shown(take, scene), directing.shown(now(speaker), scene)
     assert [one.frame for one in slow] == [one.frame for one in quick]
     assert quick[-1].frame > 0.9 * take.frame_range[1]
+
+
+@pytest.mark.parametrize("name", ["change_gesture", "add_gesture"])
+def test_a_press_asks_for_nothing_that_the_last_one_asked_for(extension, name):
+    asked = getattr(bpy.ops.s2ag, name).get_rna_type().properties
+    assert all(asked[one].is_skip_save for one in ("kind", "hand", "size"))

@@ -103,3 +103,44 @@ def test_answers_come_at_ends_of_phrases_that_are_heard():
 def test_one_way_of_listening_at_a_time(dialogue):
     with pytest.raises(UsageError, match="several ways"):
         Request(dialogue[0], listen=True, hears=dialogue[1])
+
+
+def yaw(directions):
+    """Degrees ``(frames,)`` by which the head is turned to its left."""
+    neck = directions[:, skeleton.EDGE_NAMES.index("neck")]
+    return np.degrees(np.arctan2(-neck[:, 0], neck[:, 2]))
+
+
+@pytest.mark.parametrize("toward", [40.0, -30.0])
+@pytest.mark.parametrize("mirror", [False, True])
+def test_who_listens_looks_at_who_speaks(session, dialogue, toward, mirror):
+    anna, bert = dialogue
+    same = {"seed": 1, "hears": bert, "face": 1.0, "mirror": mirror}
+    straight = session.synthesize(Request(anna, **same)).motions[0]
+    looking = session.synthesize(Request(anna, **same, toward=toward)).motions[0]
+    turned = yaw(looking.directions) - yaw(straight.directions)
+    seconds = np.arange(len(turned)) / skeleton.FPS
+    assert np.median(turned[(seconds > 10) & (seconds < 15)]) == pytest.approx(toward, abs=3)
+    speaking = np.median(turned[(seconds > 1) & (seconds < 6)]) / toward
+    assert 0.3 < speaking < 0.7  # in pauses it listens
+    assert np.abs(np.diff(turned)).max() * skeleton.FPS < 120
+    others = [edge for edge in range(9) if edge not in listening.HEAD]
+    assert np.array_equal(looking.directions[:, others], straight.directions[:, others])
+    assert np.array_equal(looking.face.weights[:, 16:18], straight.face.weights[:, 16:18])  # eyes go with the head
+    again = session.synthesize(remaking.request(looking.meta, anna, hears=bert)).motions[0]
+    assert np.array_equal(again.directions, looking.directions)
+
+
+def test_the_other_recording_may_begin_later(session, dialogue, tmp_path):
+    anna, bert = dialogue
+    sound = audio.load(bert)
+    write_wav(tmp_path / "late.wav", sound[3 * audio.SAMPLE_RATE :])
+    together = session.synthesize(Request(anna, seed=1, hears=bert)).motions[0]
+    later = session.synthesize(Request(anna, seed=1, hears=tmp_path / "late.wav", later=3.0)).motions[0]
+    assert np.array_equal(later.directions, together.directions)
+
+
+@pytest.mark.parametrize("wrong", [{"toward": 120.0}, {"toward": float("nan")}, {"later": float("inf")}])
+def test_nobody_stands_or_begins_nowhere(wrong):
+    with pytest.raises(UsageError):
+        Request("a.wav", **wrong)
