@@ -84,6 +84,8 @@ class Clip:
     listen: bool = False
     turn: str = ""
     hears: str | None = None
+    later: float = 0.0
+    toward: float = 0.0
     rhubarb: str | None = None
     edits: str | None = None
     curves: str | None = None

@@ -15,7 +15,7 @@ from ...core.motion.motion import Motion
 from ...rigs.goals import Options
 from ...rigs.plain import PARTS as BODY_PARTS
 from ...rigs.plain import Mapping
-from .. import compat, provenance
+from .. import compat, provenance, stored
 from ..keys import layers, posing, trying
 from ..keys.laying import Laying
 from ..rig import handpicked, readiness, reading
@@ -23,6 +23,7 @@ from ..slices import whole
 from ..translations import told
 from . import (
     choices,
+    company,
     directing,
     drafts,
     feelings,
@@ -40,8 +41,9 @@ from . import (
 )
 
 _WORDS = "transcript", "text", "recognise"
-_FELT = "over_time"
-"""Name of what goes on in time among the settings of a take."""
+_FELT, _OTHERS = "over_time", "others"
+"""Names of what goes on in time, and of whom it talks with, among the settings of a take."""
+_COMPANY = {"toward": (int, float), "hears": str, "later": (int, float)}
 
 
 @dataclass(frozen=True)
@@ -136,6 +138,8 @@ def plan(
     mapping = handpicked.chosen(settings)
     bones = reading.read(armature)
     resolved = (readiness.mapping(armature) if draft else None) or reading.resolve_mapping(armature, bones, mapping)
+    others = _others(kept, lambda: company.told(armature, scene, voice, settings, (bones, resolved)))
+    params = {**params, **others}
     pose = {bone: np.array(values) for bone, values in (keyed_pose or {}).items()}
     layered = settings.result == "LAYER"  # what is below it has the poses already
     if not pose and not layered and "CURRENT" in (settings.start_pose, settings.end_pose):
@@ -151,7 +155,7 @@ def plan(
         Handle.of(scene),
         params,
         voice,
-        kept or {**recall.snapshot(settings), _FELT: felt},
+        kept or {**recall.snapshot(settings), _FELT: felt, _OTHERS: others},
         resolved if draft else mapping,
         recall.options(settings),
         pose,
@@ -178,6 +182,15 @@ def following(context, armature: bpy.types.Object) -> Plan:
     said = {"transcript": beside} if beside else {"text": spoken}
     said = {"recognise": True} if "recognise" in planned.params else said
     return replace(planned, params={**params, **said, "audio": path}, follows=True)
+
+
+def _others(kept: dict | None, look) -> dict:
+    """The engine's parameters of whom a character talks with, as it is now or was for the take of these ``kept`` settings."""
+    if not kept:
+        return look()
+    known = kept.get(_OTHERS)
+    known = {name: known[name] for name in _COMPANY if name in known} if isinstance(known, dict) else {}
+    return known if stored.fits(known, _COMPANY) else {}
 
 
 def _felt(armature, scene, span, kept: dict | None) -> tuple[dict, tuple[str, ...]]:

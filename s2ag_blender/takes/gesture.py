@@ -52,6 +52,7 @@ def request(settings, audio: str = "") -> dict:
         "stance": slider(settings, "stance"),
         "mirror": settings.mirror,
         "listen": settings.listen,
+        **({"turn": settings.turn.strip()} if settings.turn.strip() and not settings.listen else {}),
         **_face(settings),
         **sources.words(settings, "" if settings.audio_source == "MIXDOWN" else audio),
     }

@@ -7,7 +7,7 @@ import bpy
 from ...rigs.goals import Options
 
 _NOT_KEPT = {"rna_type", "name", "takes", "active_take", "bone_map", "style_pick", "style_second_pick", "transcript_block"}
-_NOT_KEPT |= {"target"}
+_NOT_KEPT |= {"target", "partner"}
 
 _KINDS = {"BOOLEAN": bool, "INT": int, "FLOAT": (int, float), "STRING": str, "ENUM": (str, list)}
 

@@ -60,7 +60,9 @@ _HANDS = "How much wrists and fingers live; 0 leaves them to the forearms, and t
 _STANCE = "How far weight goes from foot to foot: keys pelvis and legs, which must be at rest; feet stay where they are"
 _FACE = "Move lips, eyes and brows with the gestures: keys the shape keys of this character's meshes, if it has any that speak"
 _LISTEN = "The recording is somebody else's: listen to it, with nods, tilts and glances as its phrases end"
-_MEANING = "How readily phrases such as \"I don't know\" get gestures of their own; 1 is as readily as the style would"
+_PARTNER = "Another character, or what stands for one: it is looked at, and listened to while it speaks"
+_TURN = "Whose lines of a transcript with names the character speaks (ANNA: Hello.); it listens to the others"
+_MEANING = 'How readily phrases such as "I don\'t know" get gestures of their own; 1 is as readily as the style would'
 
 
 def _share(name: str, description: str, default: float, largest: float = 1.5, update=None):
@@ -249,6 +251,10 @@ class S2AG_Settings(CurveSettings, bpy.types.PropertyGroup):
     )
     face_smoothness: _share("Face Smoothness", "How lazily lips move: closed lips close in any case", 0.5, 1.0)
     listen: bpy.props.BoolProperty(name="Listen", description=_LISTEN, override=EDITABLE, update=changed)
+    partner: bpy.props.PointerProperty(
+        type=bpy.types.Object, name="Talks With", description=_PARTNER, override=EDITABLE, update=changed
+    )
+    turn: bpy.props.StringProperty(name="Speaks As", description=_TURN, maxlen=60, override=EDITABLE, update=changed)
     mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right", override=EDITABLE, update=changed)
     take_count: bpy.props.IntProperty(
         name="Takes", description="How many variations to make in one go", default=1, min=1, max=16, override=EDITABLE

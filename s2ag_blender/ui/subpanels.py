@@ -89,6 +89,9 @@ class S2AG_PT_expression(_Below, bpy.types.Panel):
         layout.prop(settings, "stance", slider=True)
         layout.prop(settings, "mirror")
         layout.prop(settings, "listen")
+        layout.prop(settings, "partner")
+        if not settings.listen:
+            layout.prop(settings, "turn")
         # Greyed, not locked: whoever opens a file whose sliders are set must be able to set them back.
         steered.active = bool(known)
         if not known:
