@@ -79,7 +79,11 @@ def _around(played: np.ndarray, seconds: np.ndarray) -> Way:
 
 def _heard(scene, strip, span: tuple[int, int], seconds: float) -> tuple[np.ndarray, float]:
     """Samples ``(n, 2)`` of what the strip plays of a ramp over so many seconds, and of an even sound beside it; their rate."""
-    import aud
+    try:
+        import aud
+    except ImportError as error:
+        what = "Blender's Python has no aud, so how a strip is stretched is not heard."
+        raise AudioUnreadable(what, "Remove the strip's retiming keys.") from error
 
     folder = Path(bpy.app.tempdir)
     ramp, mix = folder / f"s2ag-ramp-{scene.session_uid}.wav", folder / f"s2ag-played-{scene.session_uid}.wav"
