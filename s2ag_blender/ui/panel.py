@@ -10,6 +10,9 @@ from ..translations import told
 from . import presets
 from .operators import obstacle
 
+_FIELD = 100
+"""Pixels of a path that its field shows."""
+
 
 class Sidebar:
     """Where all panels of the extension are."""
@@ -76,7 +79,7 @@ def draw_voice(layout, settings, scene) -> None:
     column.prop(settings, "audio_source")
     if settings.audio_source == "FILE":
         column.prop(settings, "audio")
-        if settings.audio:  # the field shows where it begins
+        if choices.wide(settings.audio) > _FIELD:  # it shows where the path begins, and that is no news
             column.label(text=bpy.path.basename(settings.audio), icon="SOUND", translate=False)
     elif settings.audio_source == "STRIP":
         strip = sources.chosen_strip(settings, scene)

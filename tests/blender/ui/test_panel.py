@@ -93,6 +93,8 @@ def test_the_recording_and_the_words_beside_it_are_named(speaker, examples):
     panel.draw_voice(sheet, speaker.s2ag, bpy.context.scene)
     panel.draw_words(sheet, speaker.s2ag, bpy.context)
     assert fields["transcript"] == "hello.txt" and "hello.flac" in active(sheet)
+    speaker.s2ag.audio = "//hello.flac"  # the field shows all of it
+    assert "hello.flac" not in drawn(panel.S2AG_PT_gestures)
 
 
 def test_progress_is_told_wherever_it_was_started(speaker):
