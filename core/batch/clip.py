@@ -209,4 +209,4 @@ def safe_name(text: str) -> str:
     """``text`` as a file name that every system takes: letters, digits, dots, hyphens and underscores, 150 bytes at most."""
     short = unicodedata.normalize("NFC", Path(text).name).encode("utf-8", "ignore")[:150].decode("utf-8", "ignore")
     name = re.sub(r"[^\w.-]+", "_", short).strip("._") or "clip"
-    return f"{name}_" if re.fullmatch(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", name, re.IGNORECASE) else name
+    return f"{name}_" if re.fullmatch(r"(con|prn|aux|nul|(com|lpt)[\d¹²³])(\..*)?", name, re.IGNORECASE) else name

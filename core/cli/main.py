@@ -25,6 +25,7 @@ def main(argv: list[str] | None = None, parser=None) -> int:
 
 def _settle() -> None:
     """Make this process the command's own: what ends it, and what it says."""
+    import contextlib
     import os
     import signal
     import warnings
@@ -33,6 +34,8 @@ def _settle() -> None:
     for name in ("SIGTERM", "SIGHUP"):
         if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) != signal.SIG_IGN:  # as nohup wants it
             signal.signal(getattr(signal, name), signal.default_int_handler)
+    with contextlib.suppress(AttributeError):  # no console, or a program's own
+        sys.stdout.reconfigure(errors="backslashreplace")  # consoles of Windows know few letters; stderr does so by itself
     if not (sys.warnoptions or os.environ.get("S2AG_DEBUG")):
         warnings.simplefilter("ignore")  # of Python and packages: they are for those who write programs
 

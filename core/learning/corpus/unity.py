@@ -71,7 +71,7 @@ def load(path: str | PathLike) -> Animation:
 
     Unity writes one fixed layout of YAML; taking what we need from it is fifty times faster than a YAML library.
     """
-    text = Path(path).read_text()
+    text = Path(path).read_text("utf-8")
     sections = list(_SECTION.finditer(text))
     ends = [following.start() for following in sections[1:]] + [len(text)]
     parts = {section[1]: text[section.start(2) : end] for section, end in zip(sections, ends, strict=False)}

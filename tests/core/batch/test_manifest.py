@@ -247,3 +247,8 @@ def test_slices_cover_everything_once_and_keep_scenes_together():
 def test_names_of_takes_sort():
     assert [clip.take_name("a", take, 10) for take in (0, 9)] == ["a-01", "a-10"]
     assert clip.take_name("a", 0, 1) == "a"
+
+
+@pytest.mark.parametrize("name", ["CON", "aux.wav", "com1.flac", "LPT².wav", "nul.tar.gz"])
+def test_names_of_devices_are_no_names_of_files(name):
+    assert clip.safe_name(name) == f"{name}_" and clip.safe_name(f"my{name}") == f"my{name}"

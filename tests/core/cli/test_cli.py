@@ -268,3 +268,12 @@ def test_bar_on_a_terminal_and_none_in_a_pipe(tmp_path):
     assert "generate" in shown
     assert "100%" in shown
     assert subprocess.run([sys.executable, "-c", code], stderr=subprocess.PIPE, check=True).stderr == b""
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
+def test_a_console_that_knows_few_letters_is_told_all_the_same(tmp_path, encoding):
+    """As those of Windows, to which what they could not show was a mistake of ours."""
+    environment = {**os.environ, "PYTHONIOENCODING": encoding, "S2AG_CACHE": str(tmp_path / "кэш")}
+    command = [sys.executable, "-m", "s2ag.core.cli.main", "doctor", "--clear-cache"]
+    done = subprocess.run(command, capture_output=True, env=environment)
+    assert done.returncode == 0 and b"0 files removed" in done.stdout and rb"\u043a" in done.stdout
