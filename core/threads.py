@@ -1,9 +1,8 @@
 """Manners on a machine that others use too: Blender renders on all cores while the network thinks."""
 
 import os
-import threading
 from collections.abc import Callable, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import TypeVar
 
@@ -59,23 +58,6 @@ def each(work: Callable[[T], R], parts: Iterable[T], most: int = _MOST) -> list[
     if failed:
         raise failed[0]
     return made
-
-
-def meanwhile(work: Callable[[], R]) -> Callable[[], R]:
-    """Begin ``work()`` in a thread of its own; what is returned waits for its value, or raises what it raised.
-
-    Nobody need wait: the thread does not keep the process.
-    """
-    future: Future = Future()
-
-    def run() -> None:
-        try:
-            future.set_result(work())
-        except BaseException as error:
-            future.set_exception(error)
-
-    threading.Thread(target=run, name="s2ag meanwhile", daemon=True).start()
-    return future.result
 
 
 @cache

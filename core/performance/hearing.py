@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import styles, threads
+from .. import styles
 from ..errors import UnknownStyle, UsageError
 from ..face import making
 from ..meaning.vocabulary import Vocabulary
@@ -13,9 +13,6 @@ from ..words import hints, transcript, turns
 from . import asking
 from .request import Request
 from .stages import Stages
-
-_MEANWHILE = 600.0
-"""Seconds of a recording up to which its voice is heard while its words are found; beyond, memory counts for more."""
 
 
 @dataclass(frozen=True)
@@ -56,14 +53,7 @@ def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
     """Words, pauses and features of ``sound`` ``(n,)`` at 16 kHz, as the session's network wants them."""
     from ..sound import audio, voice
 
-    config = session.checkpoint.config
     named, sound, other = audio.digest(sound), *_voices(request, sound)
-
-    def wordless():
-        return _tracks(config, sound), voice.active(sound)
-
-    if not request.turn and len(sound) < _MEANWHILE * audio.SAMPLE_RATE:
-        wordless = threads.meanwhile(wordless)
     if request.listen:
         said = transcript.Heard()  # the words are not the performer's
     else:
@@ -74,23 +64,23 @@ def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
     words, wishes = said.words, hints.understand(said.marks, said.words)
     wishes, strange = _styled(wishes, session.checkpoint.speakers)
     warnings = said.warnings + _unknown(wishes) + strange
-    unheard = not words or config.words
+    unheard = not words or session.checkpoint.config.words
     vectors = None if unheard else stages.run("load word vectors", lambda: session.vectors)
     frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
     told = hints.heard(words, wishes, session.understands, asking.asked(wishes, session.checkpoint.meanings))
-    tracks, active = stages.run("find pauses", wordless)
+    stressed = wishes.stressed
 
     def features():
-        if config.words:
+        if session.checkpoint.config.words:
             return _published(session.checkpoint, sound, told, warnings), None
         from ..model.vector_features import VectorFeatures
 
-        rhythm = _prosody(tracks, sound, words, frames, wishes.stressed)
+        rhythm = _prosody(session.checkpoint.config, sound, words, frames, stressed)
         return VectorFeatures(sound, told, vectors, rhythm and rhythm.features), rhythm
 
     features, rhythm = stages.run("extract MFCC", features)
     spoken = stages.run("hear sounds", lambda: making.hear(sound, words, said.phones, rhythm)) if request.face else None
-    activity = _fit(active, frames)
+    activity = stages.run("find pauses", lambda: _fit(voice.active(sound), frames))
     shows = session.vocabulary if session.understands and words else None
     others = None if other is None else stages.run("listen", lambda: _listened(other, activity))
     return Heard(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
@@ -148,21 +138,12 @@ def _published(checkpoint, sound: np.ndarray, words: tuple, warnings: list[str])
     return TableFeatures(sound, words, vocabulary, checkpoint.config)
 
 
-def _tracks(config, sound: np.ndarray):
-    """What of a voice's prosody no word decides; None where the network hears none."""
-    if config.words or not config.prosody_features:
+def _prosody(config, sound: np.ndarray, words: tuple, frames: int, stressed):
+    if not config.prosody_features:
         return None
     from ..sound import prosody
 
-    return prosody.tracks(sound)
-
-
-def _prosody(tracks, sound: np.ndarray, words: tuple, frames: int, stressed):
-    if tracks is None:
-        return None
-    from ..sound import prosody
-
-    return prosody.analyse(sound, words, frames, stressed, tracks)
+    return prosody.analyse(sound, words, frames, stressed)
 
 
 def _unknown(wishes: hints.Wishes) -> list[str]:

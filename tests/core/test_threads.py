@@ -72,17 +72,3 @@ def test_products_are_one_threads_and_the_number_comes_back():
         assert ask() == wanted
     finally:
         tell(before)
-
-
-def test_meanwhile_goes_on_beside_and_tells_its_value_or_what_it_raised():
-    gate = threading.Event()
-
-    def work():
-        gate.wait(30)
-        return threading.current_thread().name
-
-    answer = threads.meanwhile(work)
-    gate.set()  # only this thread can open it, so the work is another's
-    assert answer() == "s2ag meanwhile" == answer()
-    with pytest.raises(ZeroDivisionError):
-        threads.meanwhile(lambda: 1 / 0)()

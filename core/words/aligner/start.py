@@ -10,7 +10,7 @@ if __name__ == "__main__":
     name = "s2ag_aligner"
     sys.modules[name] = types.ModuleType(name)
     sys.modules[name].__path__ = [str(Path(__file__).parents[2])]
-    # beside it the recording's voice is heard; products as small as these gain nothing from a second thread
+    # products as small as these gain nothing from a second thread, which would only spin beside Blender
     for key, one in importlib.import_module(f"{name}.threads").ONE_EACH.items():
         os.environ.setdefault(key, one)
     importlib.import_module(f"{name}.words.aligner.serve").main()
