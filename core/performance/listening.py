@@ -89,7 +89,9 @@ def facing(directions: np.ndarray, toward: float, hears: np.ndarray | None, fps:
     share = np.zeros(len(directions)) if hears is None else gaussian(hears, _COMES * fps)
     turns = np.zeros((3, len(directions)))
     turns[1] = -np.clip(toward, -_FARTHEST, _FARTHEST) * (_SPEAKING + (1 - _SPEAKING) * share)
-    return _turned(directions, turns, (1.0, 0.0))
+    result, heads = directions.copy(), list(HEAD)
+    result[:, heads] = _turned(directions, turns, (1.0, 0.0))[:, heads]  # all else stays to the bit
+    return result
 
 
 def _turned(directions: np.ndarray, turns: np.ndarray, shares: tuple = _SHARE) -> np.ndarray:
