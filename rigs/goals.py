@@ -13,7 +13,7 @@ import numpy as np
 from ..core.motion import skeleton
 from ..core.motion.hands import Hands
 from ..core.motion.pelvis import Pelvis
-from . import arms, fingers, handshapes, limits, palms, proportions, quaternion, spread, stance
+from . import arms, contact, fingers, flesh, handshapes, limits, palms, proportions, quaternion, spread, stance
 from .legs import Legs
 from .plain import ARMS, Bones, Mapping, character_frame
 
@@ -31,9 +31,10 @@ class Options:
     turns upper arms so that elbows bend about their own hinge; ``palms`` (0..1) lets forearms turn the palm inwards and
     down; ``fingers`` (0..1) bends fingers that are straight at rest into hands at ease.
 
-    ``clear_body`` (0..1) moves arms out of a body that is broader than the performer's, ``limits`` keeps clavicles and the
-    turn of upper arms and forearms within a human range, ``forward_elbows`` forbids elbows to bend backwards. The first
-    and the last do so at the price of the directions concerned; nothing changes where nothing is wrong.
+    ``clear_body`` (0..1) moves arms out of a body that is broader than the performer's, and hands that are known out of each
+    other, the other arm and the trunk; ``limits`` keeps clavicles and the turn of upper arms and forearms within a human
+    range, ``forward_elbows`` forbids elbows to bend backwards. The first and the last do so at the price of the directions
+    concerned; nothing changes where nothing is wrong.
     """
 
     torso: float = 1.0
@@ -272,9 +273,15 @@ class Goals:
         girth = proportions.guess(self.bones, self.mapping) if girth is None else girth
         placed = proportions.Placed(self.bones, self.mapping)
         clavicles = {side: done[f"{side}_clavicle"] for side in SIDES}
-        self.directions = proportions.clear(
-            girth, placed, self.directions, done["torso"], clavicles, self.fps, self.options.clear_body
-        )
+        about = done["torso"], clavicles
+        strength = self.options.clear_body
+        self.directions = proportions.clear(girth, placed, self.directions, *about, self.fps, strength)
+        if self.hands is not None:
+            held = {}
+            for place, side in enumerate(SIDES):
+                balls = flesh.Hand(self.bones, self.hand(side), placed.lengths[side][2])
+                held[side] = contact.Held(balls, self.wanted_hand(side), self.hands.shape[:, place])
+            self.directions = contact.clear(girth, placed, self.directions, *about, held, self.fps, strength)
 
     def _bring_elbows_forward(self):
         torso = quaternion.multiply(self.still(), self.relative["torso"][0])

@@ -104,8 +104,8 @@ def measure(bones: Bones, mapping: Mapping, points: np.ndarray) -> Girth:
 
 class Placed:
     """Where a character's arms hang: ``origin`` (3,) the middle of the shoulders in armature space, ``frame`` its left, back
-    and up, ``shoulders`` seen from there, ``lengths`` of upper arm, forearm and hand for each side, ``low`` and
-    ``low_back`` where the spine begins.
+    and up, ``shoulders`` and ``roots`` (of the clavicles) seen from there, ``lengths`` of upper arm, forearm and hand for
+    each side, ``low`` and ``low_back`` where the spine begins.
     """
 
     def __init__(self, bones: Bones, mapping: Mapping):
@@ -116,7 +116,7 @@ class Placed:
         heads = {key: bones.heads[chain[0]] for key, chain in rows.items()}
         self.origin = 0.5 * (heads["left", "upper_arm"] + heads["right", "upper_arm"])
         self.shoulders = {side: self.frame @ (heads[side, "upper_arm"] - self.origin) for side in SIDES}
-        self.lengths = {}
+        self.lengths, self.roots = {}, {}
         for side in SIDES:
             hand = self._rows(bones, mapping, f"{side}_hand")
             wrist = bones.heads[hand[0]] if hand else bones.tails[rows[side, "forearm"][-1]]
@@ -128,6 +128,9 @@ class Placed:
                 )
             )
             self.lengths[side] = upper, fore, _hand_length(bones, hand, wrist, fore)
+            root = self._rows(bones, mapping, f"{side}_clavicle")
+            at = heads[side, "upper_arm"] if not root else bones.heads[root[0]]
+            self.roots[side] = self.frame @ (at - self.origin)
         low = self._low(bones, mapping)
         self.low, self.low_back = float(low[2]), float(low[1])
 
@@ -175,7 +178,7 @@ def clear(
     for side, sign in SIDES.items():
         edges = [skeleton.EDGE_NAMES.index(f"{side}_{part}") for part in ("upper_arm", "forearm")]
         seen = [quaternion.rotate(inverse, directions[:, edge]) @ placed.frame.T for edge in edges]
-        arm = _Arm(girth, placed, side, sign, _turn_in(placed.frame, torso), clavicles.get(side))
+        arm = _Arm(girth, placed, side, sign, turn_in(placed.frame, torso), clavicles.get(side))
         for edge, old, new in zip(edges, seen, arm.free(*seen, fps), strict=True):
             if new is not None:
                 result = result.copy() if result is directions else result
@@ -197,7 +200,7 @@ class _Arm:
         root = np.array([0.15 * shoulder[0], shoulder[1], shoulder[2]])
         self.shoulder = shoulder
         if clavicle is not None:
-            self.shoulder = root + quaternion.rotate(_turn_in(placed.frame, clavicle), shoulder - root)
+            self.shoulder = root + quaternion.rotate(turn_in(placed.frame, clavicle), shoulder - root)
 
     def free(self, upper, fore, fps):
         """New unit directions (frames, 3) of upper arm and forearm, each None where it stays as it is."""
@@ -223,7 +226,7 @@ class _Arm:
         turned = along
         for _ in range(_PASSES):
             need[bad] = np.maximum(need[bad], self._needed(start[bad], along[bad], way[bad], reach, radius, bad))
-            turned = _towards(along, way, _envelope(need, max(1, round(0.5 * EASE * fps))))
+            turned = _towards(along, way, envelope(need, max(1, round(0.5 * EASE * fps))))
             bad = np.flatnonzero(self._depth(start, turned, reach, radius) > 1e-3 * self.size)
             if not bad.size:
                 break
@@ -233,7 +236,7 @@ class _Arm:
     def _way(self, start, along, reach, fps):
         """Where outwards lies for each frame (frames, 3), without sudden turns."""
         way = self.girth.outward(self._in_trunk((start + reach * along)[:, None])[:, 0], self.sign)
-        way = _smooth(way, max(1, round(EASE * fps)))
+        way = smooth(way, max(1, round(EASE * fps)))
         return way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
 
     def _needed(self, start, along, way, reach, radius, frames):
@@ -250,14 +253,21 @@ class _Arm:
         return self.girth.depth(self._in_trunk(points, frames), radius).max(-1)
 
     def _in_trunk(self, points, frames=slice(None)):
-        """Points (frames, n, 3) as a bending trunk carries them: seen from the chest; from the waist down as at rest."""
-        pivot = np.array([0.0, 0.0, 0.5 * self.girth.waist])
-        below = pivot + np.matmul(points - pivot, self.carry[frames])
-        share = np.clip(points[..., 2:] / self.girth.waist, 0.0, 1.0)
-        return points + share * (below - points)
+        return in_trunk(self.girth, points, self.carry[frames])
 
 
-def _turn_in(frame: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+def in_trunk(girth: Girth, points: np.ndarray, carry: np.ndarray) -> np.ndarray:
+    """Points (frames, n, 3), seen from the chest, as a bending trunk carries them: from the waist down as at rest.
+
+    ``carry`` (frames, 3, 3) is the chest's turn as a matrix for row vectors, in the character's own frame.
+    """
+    pivot = np.array([0.0, 0.0, 0.5 * girth.waist])
+    below = pivot + np.matmul(points - pivot, carry)
+    share = np.clip(points[..., 2:] / girth.waist, 0.0, 1.0)
+    return points + share * (below - points)
+
+
+def turn_in(frame: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     """A rotation in armature space (..., 4) as one among the character's left, back and up."""
     return np.concatenate([rotation[..., :1], rotation[..., 1:] @ frame.T], -1)
 
@@ -277,14 +287,14 @@ def _apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(a - b, axis=-1), 0.0, 1.0))
 
 
-def _envelope(need: np.ndarray, reach: int) -> np.ndarray:
+def envelope(need: np.ndarray, reach: int) -> np.ndarray:
     """A smooth curve (frames,) nowhere below ``need``: the largest of the neighbours, then their mean, twice."""
     width = 2 * reach + 1
     held = np.lib.stride_tricks.sliding_window_view(np.pad(need, reach, mode="edge"), width).max(-1)
-    return _smooth(held[:, None], reach)[:, 0]
+    return smooth(held[:, None], reach)[:, 0]
 
 
-def _smooth(values: np.ndarray, reach: int) -> np.ndarray:
+def smooth(values: np.ndarray, reach: int) -> np.ndarray:
     """Mean (frames, n) over ``reach`` neighbours to either side, near ones counting most."""
     kernel = np.hanning(2 * reach + 3)[1:-1]
     padded = np.pad(values, ((reach, reach), (0, 0)), mode="edge")
