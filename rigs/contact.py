@@ -29,6 +29,8 @@ _CLEAR = 0.6
 _PASSES = 3
 _STRETCH = 0.999
 """Share of its length to which an arm is stretched."""
+_BETWEEN = 0.25
+"""Hand lengths between an outer ball of a hand and the third after it, at most about."""
 _COARSE, _AROUND = (0.2, 0.6, 1.0), 0.36
 """Balls around a hand: where along the knuckles' direction they are, and their radius, in hand lengths."""
 
@@ -135,27 +137,32 @@ class _Arm:
         seen = in_trunk(self.girth, balls, self.carry[frames])
         return (self.girth.depth(seen, _AROUND * self.size) > 0).any(-1)
 
-    def depth(self, frames, further: np.ndarray | float = 0.0) -> np.ndarray:
-        """How deep the hand lies in the trunk (frames,), moved ``further`` (frames, 3)."""
-        points = self.palm(frames) + (further[:, None] if np.ndim(further) else further)
-        radii = self.held.balls.radii - TOUCH * self.size
+    def depth(self, frames, further: np.ndarray | float = 0.0, every: int = 1) -> np.ndarray:
+        """How deep the hand lies in the trunk (frames,), moved ``further`` (frames, 3); by every ball, or fewer for a guess."""
+        outer = self.held.balls.outer[::every]
+        points = self.palm(frames)[:, outer] + (further[:, None] if np.ndim(further) else further)
+        radii = self.held.balls.radii[outer] - TOUCH * self.size
         return self.girth.depth(in_trunk(self.girth, points, self.carry[frames]), radii).max(-1)
 
     def leave_trunk(self, fps: float) -> None:
         """Move the hand out of the trunk."""
         near = np.flatnonzero(self.near_trunk())
+        if len(near):
+            near = near[self.depth(near, every=3) > -_BETWEEN * self.size]
         deep = self.depth(near) if len(near) else np.zeros(0)
-        if not (deep > 0).any():
+        bad, deep = near[deep > 0], deep[deep > 0]
+        if not len(bad):
             return
         middle = self._at() + _COARSE[1] * self.knuckles
         way = self.girth.outward(in_trunk(self.girth, middle[:, None], self.carry)[:, 0], self.sign)
         way = _unit(smooth(way, _frames(fps)))
         start, need = self.shift, np.zeros(len(way))
         for _ in range(_PASSES):
-            need[near] += np.maximum(deep, 0)
+            need[bad] += deep
             self.shift = start + envelope(need, _frames(0.5 * fps))[:, None] * way
-            deep = self.depth(near)
-            if deep.max() < 0.5 * TOUCH * self.size:
+            deep = self.depth(bad)
+            bad, deep = bad[deep > 0.5 * TOUCH * self.size], deep[deep > 0.5 * TOUCH * self.size]
+            if not len(bad):
                 break
 
     def bent(self, frames, strength: float) -> tuple[np.ndarray, np.ndarray]:
@@ -191,6 +198,7 @@ def _part(left: _Arm, right: _Arm, fps: float) -> None:
         shifts[:, met] += _shared(left, right, met, way[met], np.maximum(need, 0))
         for arm, start, shift, sign in zip((left, right), starts, shifts, (-1, 1), strict=True):
             arm.shift = start + sign * envelope(shift, _frames(0.5 * fps))[:, None] * way
+        near = near[(np.abs(left.shift[near]) + np.abs(right.shift[near])).max(-1) > 0]
 
 
 def _shared(left: _Arm, right: _Arm, frames, way, need) -> np.ndarray:
@@ -226,12 +234,14 @@ class _Meeting:
         way, few = way.astype(np.float32)[..., None], slice(None, None, every)
         a, b = ((balls[:, few] @ way)[..., 0] for balls in (self.a, self.b))
         along = b[:, None] - a[:, :, None]
-        room = self.reach[few, few] - self.apart[:, few, few]
-        room = room + along * along
-        root = np.sqrt(np.maximum(room, 0))
-        root[room <= 0] = -np.inf
+        room = along * along
+        room += self.reach[few, few] - self.apart[:, few, few]
+        apart = room <= 0
+        np.sqrt(np.maximum(room, 0, out=room), out=room)
+        room[apart] = -np.inf
         eager = 1 / np.maximum(self.yields[few, few], _YIELDS)
-        return tuple(((root - sign * along) * eager).max((1, 2)).astype(float) for sign in (1, -1))
+        ahead = ((room - along) * eager).max((1, 2))
+        return ahead.astype(float), ((room + along) * eager).max((1, 2)).astype(float)
 
 
 def _ways(left: _Arm, right: _Arm, meeting: _Meeting, fps: float) -> np.ndarray:
@@ -261,7 +271,10 @@ def _ways(left: _Arm, right: _Arm, meeting: _Meeting, fps: float) -> np.ndarray:
 
 def _squares(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Squared distances (frames, n, m) of points (frames, n, 3) and (frames, m, 3)."""
-    return np.sum(a * a, -1)[:, :, None] + np.sum(b * b, -1)[:, None] - 2 * a @ np.swapaxes(b, -1, -2)
+    squares = (-2 * a) @ np.swapaxes(b, -1, -2)  # in place: fresh memory costs more than the sums
+    squares += np.sum(a * a, -1)[:, :, None]
+    squares += np.sum(b * b, -1)[:, None]
+    return squares
 
 
 def _spans(frames: np.ndarray, apart: int) -> list[slice]:

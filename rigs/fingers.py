@@ -77,12 +77,10 @@ def relaxed(bones: Bones, mapping: Mapping, strength: float = 1.0, usable: np.nd
     return found
 
 
-def palm(bones: Bones, mapping: Mapping, side: str, usable: np.ndarray | None = None) -> np.ndarray | None:
-    """Unit normal (3,) out of the palm of a hand at rest, in armature space, or None where its fingers are not known."""
+def known(bones: Bones, mapping: Mapping, side: str, usable: np.ndarray | None = None) -> Hand | None:
+    """The hand of :func:`find`; where no usable bones make one, that of all bones."""
     hand = find(bones, mapping, side, usable)
-    if hand is None and usable is not None:
-        hand = find(bones, mapping, side)
-    return None if hand is None else hand.palm
+    return find(bones, mapping, side) if hand is None and usable is not None else hand
 
 
 def _hand_rows(bones: Bones, mapping: Mapping, side: str) -> list[int]:

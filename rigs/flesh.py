@@ -24,7 +24,10 @@ _FLAT = (0.2, 0.07, -0.07, -0.2)
 
 
 class Hand:
-    """A hand's balls: ``length`` from its wrist to the farthest joint, ``radii`` (n,) and their :meth:`places`."""
+    """A hand's balls: ``length`` from its wrist to the farthest joint, ``radii`` (n,) and their :meth:`places`.
+
+    ``outer`` are the rows of those that a large body meets first.
+    """
 
     def __init__(self, bones: Bones, palm: Palm, reach: float):
         """``reach`` is about how long the hand is, for one without fingers."""
@@ -47,6 +50,9 @@ class Hand:
             fixed += [end + share * self.length * palm.knuckles for end in ends for share in (0.15, 0.3, 0.45)]
             radii += [thick for _ in ends for thick in FINGER[:3]]
         self._fixed = np.array(fixed)
+        first = len(fixed)
+        knuckles, fingers = range(1, 2 * len(ends), 2), range(first, first + 4 * len(self._links))
+        self.outer = np.array([*knuckles, *range(2 * len(ends), first), *fingers[1::2]])
         self.radii = self.length * np.array(radii + [thick for _ in self._links for thick in FINGER])
 
     def places(self, shape: np.ndarray) -> np.ndarray:

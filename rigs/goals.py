@@ -129,7 +129,7 @@ class Goals:
         """
         self.bones, self.mapping, self.fps, self.options = bones, mapping.check(bones), fps, options or Options()
         self.free = None if free is None else frozenset(free)
-        self._palms, self._hands = {}, {}
+        self._palms, self._hands, self._found = {}, {}, {}
         self.frame = character_frame(bones, mapping) if frame is None else frame
         self.directions = skeleton.normalize(self._to_armature(directions))
         self.mean = skeleton.normalize(self._to_armature(NEUTRAL))
@@ -175,11 +175,17 @@ class Goals:
         """Unit normal (3,) out of a palm at rest, at right angles to the forearm, in armature space."""
         if side not in self._palms:
             along = self.mapping.segment(self.bones, f"{side}_forearm")
-            palm = fingers.palm(self.bones, self.mapping, side, self.usable())
+            hand = self._fingers(side)
+            palm = None if hand is None else hand.palm
             if palm is None or np.linalg.norm(np.cross(along, palm)) < 0.5:
                 palm = self._neutral_palm(side)
             self._palms[side] = skeleton.normalize(palm - along * (along @ palm))
         return self._palms[side]
+
+    def _fingers(self, side: str) -> fingers.Hand | None:
+        if side not in self._found:
+            self._found[side] = fingers.known(self.bones, self.mapping, side, self.usable())
+        return self._found[side]
 
     def _neutral_palm(self, side: str) -> np.ndarray:
         """Thumbs point forwards at rest, whether the arms are out or down; the palm (3,) is a quarter turn from there."""
@@ -190,7 +196,7 @@ class Goals:
         """The hand at rest."""
         if side not in self._hands:
             guess, middle = self.palm(side), self._neutral_palm(side)
-            self._hands[side] = palms.at_rest(self.bones, self.mapping, side, guess, middle, self.usable())
+            self._hands[side] = palms.at_rest(self.bones, self.mapping, side, self._fingers(side), guess, middle)
         return self._hands[side]
 
     def wanted_hand(self, side: str) -> np.ndarray:

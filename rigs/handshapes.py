@@ -38,16 +38,21 @@ def rotations(bones: Bones, palm: Palm, shape: np.ndarray, strength: float = 1.0
         turns |= _thumb(bones, palm, hand.thumb, shape)
     found = {}
     for row, turn in turns.items():
-        if bones.inherits[row]:
-            own = bones.rest[row]
-            turn = quaternion.power(turn, strength) if strength < 1 else turn
-            local = quaternion.multiply(quaternion.conjugate(own), quaternion.multiply(turn, own))
-            found[bones.names[row]] = quaternion.continuous(local)
+        own = bones.rest[row]
+        if not bones.inherits[row]:
+            continue
+        if isinstance(turn, tuple):  # a hinge: its axis is turned once, not every frame
+            axis, angles = turn
+            found[bones.names[row]] = quaternion.about(quaternion.rotate(quaternion.conjugate(own), axis), strength * angles)
+            continue
+        turn = quaternion.power(turn, strength) if strength < 1 else turn
+        local = quaternion.multiply(quaternion.conjugate(own), quaternion.multiply(turn, own))
+        found[bones.names[row]] = quaternion.continuous(local)
     return found
 
 
-def _finger(bones: Bones, palm: Palm, chain, base, rest, aside) -> dict[int, np.ndarray]:
-    """Turns (frames, 4) in armature space of up to three joints."""
+def _finger(bones: Bones, palm: Palm, chain, base, rest, aside) -> dict[int, np.ndarray | tuple]:
+    """Of up to three joints turns (frames, 4) in armature space, or an axis (3,) there and angles (frames,) in radians."""
     first = _link(bones, chain[0], chain[1])
     axis = np.cross(first, palm.normal)
     axis = axis / max(np.linalg.norm(axis), 1e-6)
@@ -57,11 +62,11 @@ def _finger(bones: Bones, palm: Palm, chain, base, rest, aside) -> dict[int, np.
     turns = {chain[0]: quaternion.multiply(sideways, _bend(axis, base - bent))}
     shares = (MIDDLE, 1 - MIDDLE) if len(chain) > 2 else (STUMP,)
     for row, share, there in zip(chain[1:3], shares, before, strict=True):
-        turns[row] = _bend(axis, share * rest - there)
+        turns[row] = axis, np.radians(share * rest - there)
     return turns
 
 
-def _thumb(bones: Bones, palm: Palm, chain, shape) -> dict[int, np.ndarray]:
+def _thumb(bones: Bones, palm: Palm, chain, shape) -> dict[int, np.ndarray | tuple]:
     first = _link(bones, chain[0], chain[1])
     out, opposed = (np.radians(handshape.column(shape, name)) for name in ("thumb_out", "thumb_opposition"))
     flat = np.stack([np.cos(opposed) * np.cos(out), np.sin(opposed), np.cos(opposed) * np.sin(out)], -1)
@@ -74,7 +79,7 @@ def _thumb(bones: Bones, palm: Palm, chain, shape) -> dict[int, np.ndarray]:
     before = fingers.rest_bend(bones, chain, axis)[1:]
     shares = (0.5, 0.5) if len(chain) > 2 else (0.7,)
     for row, share, there in zip(chain[1:3], shares, before, strict=True):
-        turns[row] = _bend(axis, share * handshape.column(shape, "thumb_bend") - there)
+        turns[row] = axis, np.radians(share * handshape.column(shape, "thumb_bend") - there)
     return turns
 
 

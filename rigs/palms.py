@@ -36,15 +36,14 @@ class Palm:
         return np.stack([self.knuckles, self.normal, self.thumbwards], -1)
 
 
-def at_rest(bones: Bones, mapping: Mapping, side: str, guess: np.ndarray, middle: np.ndarray, usable=None) -> Palm:
-    """The palm on ``side``: by the knuckles of its fingers, else along the hand or the forearm with the ``guess`` (3,).
+def at_rest(
+    bones: Bones, mapping: Mapping, side: str, hand: fingers.Hand | None, guess: np.ndarray, middle: np.ndarray
+) -> Palm:
+    """The palm on ``side``: by the knuckles of its ``hand``, else along the hand or the forearm with the ``guess`` (3,).
 
     ``middle`` (3,) is where a palm looks that is turned neither way.
     """
     fore = mapping.segment(bones, f"{side}_forearm")
-    hand = fingers.find(bones, mapping, side, usable)
-    if hand is None and usable is not None:
-        hand = fingers.find(bones, mapping, side)
     if hand is not None:
         heads = bones.heads
         wrist = heads[bones.row(mapping.chains[f"{side}_hand"][0])]

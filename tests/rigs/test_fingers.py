@@ -134,4 +134,4 @@ def test_a_body_without_fingers_or_hands():
     whole = with_hands()
     whole.chains.pop("left_hand"), whole.chains.pop("right_hand")
     assert fingers.relaxed(whole.bones(), whole.mapping) == {}
-    assert fingers.palm(whole.bones(), whole.mapping, "left") is None
+    assert fingers.known(whole.bones(), whole.mapping, "left") is None
