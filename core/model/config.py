@@ -231,8 +231,8 @@ def build(kind: type, settings: dict, what: str):
     for name, value in settings.items():
         wanted = known[name]
         if isinstance(wanted, types.GenericAlias):
-            values[name] = tuple(value) if isinstance(value, list | tuple) else value
-            wanted = tuple
+            fits = isinstance(value, list | tuple) and all(type(one) is wanted.__args__[0] for one in value)
+            values[name], wanted = tuple(value) if fits else None, tuple
         else:
             values[name] = float(value) if wanted is float and type(value) is int else value
         if not isinstance(values[name], wanted) or (wanted in (int, float) and isinstance(value, bool)):

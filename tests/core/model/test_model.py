@@ -313,3 +313,11 @@ def test_mfcc_frames_follow_pose_frames():
     assert nearest_mfcc(6) == 13  # 12.5 frames: halves go up
     lengths = {mfcc_slice(start, start + 34).stop - mfcc_slice(start, start + 34).start for start in range(100)}
     assert lengths == {71}
+
+
+@pytest.mark.parametrize("value", [[1, None], [True], ["1"], [1.5], 3, None])
+def test_settings_of_several_numbers_are_numbers(value):
+    from s2ag.core.errors import UsageError
+
+    with pytest.raises(UsageError, match="flow_dilations"):
+        ModelConfig.from_dict({"decoder": "flow", "flow_dilations": value})
