@@ -13,7 +13,7 @@ _SIDE = 90.0
 """Degrees to either side within which the other one is looked at."""
 
 
-def told(armature: bpy.types.Object, scene: bpy.types.Scene, voice: sources.Voice, settings, figure: tuple) -> dict:
+def asked(armature: bpy.types.Object, scene: bpy.types.Scene, voice: sources.Voice, settings, figure: tuple) -> dict:
     """The engine's parameters of whom ``armature`` talks with: ``toward``, and ``hears`` with ``later`` where it has a voice.
 
     ``figure`` is what :func:`posing.canonical` needs beside the character.

@@ -138,7 +138,7 @@ def plan(
     mapping = handpicked.chosen(settings)
     bones = reading.read(armature)
     resolved = (readiness.mapping(armature) if draft else None) or reading.resolve_mapping(armature, bones, mapping)
-    others = _others(kept, lambda: company.told(armature, scene, voice, settings, (bones, resolved)))
+    others = _others(kept, lambda: company.asked(armature, scene, voice, settings, (bones, resolved)))
     params = {**params, **others}
     pose = {bone: np.array(values) for bone, values in (keyed_pose or {}).items()}
     layered = settings.result == "LAYER"  # what is below it has the poses already
