@@ -19,8 +19,8 @@ _JUMP, _CHANGE = 0.35, 0.14
 """Costs of an octave's jump, and of voice beginning or ending, a hundredth of a second."""
 _DEPTH = 70
 """Samples on either side by which values between samples are interpolated."""
-_BLOCK = 512
-"""Frames analysed at a time: 10 MB."""
+_BLOCK = 128
+"""Frames analysed at a time: their candidates, not the sound, are what takes memory."""
 
 
 def track(audio: np.ndarray, rate: int, step: float, floor: float, ceiling: float) -> tuple[np.ndarray, np.ndarray]:
@@ -38,21 +38,26 @@ def track(audio: np.ndarray, rate: int, step: float, floor: float, ceiling: floa
     highest = np.abs(audio - audio.mean()).max()
     if not highest:
         return times, np.zeros(count)
-    parts = [_analysed(audio, rate, times[begin : begin + _BLOCK], floor, highest) for begin in range(0, count, _BLOCK)]
+    half = int(rate * _PERIODS / floor) // 2 - 1
+    total, padded = np.concatenate([[0.0], np.cumsum(audio)]), np.pad(audio, half)
+    blocks = (times[begin : begin + _BLOCK] for begin in range(0, count, _BLOCK))
+    parts = [_analysed(total, padded, rate, block, floor, highest) for block in blocks]
     hertz, strength, loudness = (np.concatenate(part) for part in zip(*parts, strict=True))
     return times, _path(hertz, strength, loudness, step, ceiling)
 
 
-def _analysed(audio, rate, times, floor, highest) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Candidates ``(frames, 14)`` in Hz (0: none), their strengths, and ``(frames,)`` loudness 0..1 of some frames."""
-    half, period = int(rate * _PERIODS / floor) // 2 - 1, int(rate / floor)
+def _analysed(total, padded, rate, times, floor, highest) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Candidates ``(frames, 14)`` in Hz (0: none), their strengths, and ``(frames,)`` loudness 0..1 of some frames.
+
+    ``total`` are sums of the samples before each ``(n + 1,)``; ``padded`` are they with half a window of zeros at both ends.
+    """
+    half, period = (len(padded) - len(total) + 1) // 2, int(rate / floor)
     window, shape, size = _window(half)
     # the sample at or before; sample i lies at (i + 0.5) / rate
     before = np.floor((times - 0.5 / rate) / (1 / rate)).astype(int)
-    total = np.concatenate([[0.0], np.cumsum(audio)])
-    ends = (np.clip(before + 1 + shift, 0, len(audio)) for shift in (period, -period))
+    ends = (np.clip(before + 1 + shift, 0, len(total) - 1) for shift in (period, -period))
     means = np.subtract(*(total[end] for end in ends)) / (2 * period)
-    frames = np.lib.stride_tricks.sliding_window_view(np.pad(audio, half), 2 * half)[before + 1]
+    frames = np.lib.stride_tricks.sliding_window_view(padded, 2 * half)[before + 1]
     frames = (frames - means[:, None]) * window
     near = period // 2 + 1
     loudness = np.minimum(np.abs(frames[:, max(half - near, 0) : half + near]).max(axis=1) / highest, 1)
