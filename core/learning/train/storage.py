@@ -38,7 +38,6 @@ ARRAYS = (
 _AXES = {
     "mfcc": 2, "mfcc_starts": 1, "frame_starts": 1, "word_index": 1, "vectors": 2, "prosody": 2, "prosody_plain": 2, "wave": 1,
     "directions": 3, "starts": 1, "recording": 1, "speaker": 1, "split": 1, "controls": 2, "extras": 2, "wave_starts": 1,
-    "strokes": 2,
 }  # fmt: skip
 _WHOLE = ("word_index", "recording", "speaker", "split")
 _SMALL = ("vectors", "controls", "strokes")

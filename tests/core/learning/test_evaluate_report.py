@@ -41,7 +41,8 @@ def talk_arrays():
         motions.append(rest.slerp(np.broadcast_to(rest.REST, (FRAMES, 9, 3)), raised, np.tile(share[:, None], (1, 9))))
     accents = np.array([[1.3, 0.4, 0], [2.3, 0.9, 1], [6.2, 0.7, 1]], np.float32)
     return {
-        **{name: np.zeros(1, np.float32) for name in ARRAYS},
+        **{name: np.zeros(1, int) for name in ARRAYS if name.endswith("starts") or name == "word_index"},
+        **{name: np.zeros((1, 1), np.float32) for name in ("mfcc", "vectors", "prosody", "prosody_plain")},
         "affect": np.array([[0.5, (row + 1) / 5, 0.5] for row in range(RECORDINGS)], np.float32),
         "accents": np.tile(accents, (RECORDINGS, 1)),
         "accent_starts": np.arange(RECORDINGS + 1) * 3,
