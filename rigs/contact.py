@@ -22,7 +22,7 @@ _FOLLOWS = 0.4
 """Share of a wrist's shift that its elbow makes."""
 _YIELDS = 0.25
 """Least share of the wrists' shift that two balls must take on to be told apart by it."""
-_TURN = 0.2
+_TURN = 0.5
 """What another way out costs at right angles, in hand lengths times seconds."""
 _CLEAR = 0.6
 """Length of a mean of unit vectors from which on they agree on a way."""
