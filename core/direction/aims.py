@@ -70,10 +70,14 @@ class Aim:
         return max(off)
 
 
-def best(filler: Filler, state: State, edit: dict, places, make: Callable, miss: Callable) -> tuple[Motion, float]:
-    """Of a few seeds the motion that misses least by ``miss(motion)`` and is no more sudden than the take is."""
+def best(
+    filler: Filler, state: State, edit: dict, places, make: Callable, miss: Callable, first: int = 0
+) -> tuple[Motion, float]:
+    """Of a few seeds, those of attempts from ``first`` on, the motion that misses least by ``miss(motion)`` and is no more
+    sudden than the take is.
+    """
     found = None
-    for attempt in range(TRIES):
+    for attempt in range(first, first + TRIES):
         made = make(seed_of(filler, edit, attempt))
         off = miss(made)
         rating = max(off, 1.0) + filling.strain(state.motion, made, places)

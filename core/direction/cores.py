@@ -125,6 +125,15 @@ def _balanced(core: Core, made: np.ndarray, factor: float) -> np.ndarray:
     return made
 
 
+def shared(core: Core, hand: str, share: float) -> Core:
+    """A core whose other arm, the slower one where ``hand`` is both, goes ``share`` times as far."""
+    if share == 1:
+        return core
+    made, other = core.directions.copy(), arm("right" if (_leader(core) if hand == "both" else hand) == "left" else "left")
+    made[:, other] = _scaled(core.directions, share, other)[:, other]
+    return replace(core, directions=made, hands=core.hands and core.hands.carried(core.directions, made))
+
+
 def _share(directions: np.ndarray) -> float:
     """The slower wrist's highest speed as a share of the faster one's."""
     speed = gestures.speeds(directions).max(0)

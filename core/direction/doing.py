@@ -17,6 +17,10 @@ GIVE_WAY = 0.8
 """Seconds around a stroke in which others give way to it where it cannot be had beside them."""
 SHORTEST = 0.6
 """Seconds of a range that is made anew, at least."""
+_MORE = 1.12
+"""By how much more the other arm takes part in the next attempt where it did too little for a stroke of both hands."""
+_HARD = 0.1
+"""Share by which what is left of a deleted stroke may be more sudden than the take, before other ways are tried."""
 _LED = (0.8, 1.2, 1.6, 2.0, 2.5, 3.0)
 """Seconds on either side in which arms are led to a pose that is far from the take, until they come as gently as it moves."""
 
@@ -73,18 +77,19 @@ def through(
 ) -> tuple[State, float]:
     """The take with its spans made anew through a core; with ``bare`` later attempts only go there and back."""
 
-    factor = 1.0
+    factor = share = 1.0
     plain = [seed_of(filler, edit, attempt) for attempt in range(2, TRIES)] if bare else []
 
     def make(seed: int) -> Motion:
-        nonlocal factor
-        shape = cores.sized(core, factor, aim.hand)
+        nonlocal factor, share
+        shape = cores.shared(cores.sized(core, factor, aim.hand), aim.hand, share)
         made = filler.fill(state.motion, places, shape, seed, state.held, whole=whole)[0]
         if seed in plain:
             made = _bare(made, places, shape, state.held)
         one = gestures.near(gestures.find(made), aim.at)
         if one is not None:  # what comes before and behind the core belongs to the stroke, too
             factor = float(np.clip(factor * (aim.size / one.size) ** 0.8, 0.4, 2.5))
+            share *= 1.0 if one.hand == aim.hand else _MORE if aim.hand == "both" else 1 / _MORE
         return made
 
     made, miss = best(filler, state, edit, places, make, aim.miss)
@@ -125,14 +130,18 @@ def _delete(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Sta
         return filler.fill(state.motion, places, None, seed, state.held, whole=one.kind != BEAT)[0]
 
     def miss(motion: Motion) -> float:
-        left = gestures.near(gestures.find(motion), one.at, one.hold - one.stroke)
-        return 0.0 if left is None else 2 * left.size / one.size
+        return 2 * gestures.left(motion, one, others) / one.size
 
-    made, off = best(filler, state, edit, places, make, miss)
-    if off > 1:
-        calm = filling.quiet(made, places[0], state.held)
-        made, off = (calm, miss(calm)) if miss(calm) < off else (made, off)
-    return replace(state, motion=kinds.told(made, places, [])), off
+    def rating(motion: Motion) -> float:
+        return max(miss(motion), 1.0) + filling.strain(state.motion, motion, places)
+
+    found = [best(filler, state, edit, places, make, miss, TRIES if apart else 0)[0]]
+    if rating(found[0]) > 1 + _HARD:
+        found.append(filling.quiet(found[0], places[0], state.held))
+    if min(map(rating, found)) > 1 + _HARD and miss(found[0]) <= 1:
+        found.append(best(filler, state, edit, places, make, miss, TRIES)[0])
+    made = min(found, key=rating)
+    return replace(state, motion=kinds.told(made, places, [])), miss(made)
 
 
 def _change(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:

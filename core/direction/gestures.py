@@ -23,6 +23,8 @@ _BOTH = 0.55
 """Share of the faster wrist's speed from which on both hands make a gesture."""
 _PREPARED, _RELEASED = 0.8, 0.9
 """Seconds that preparation and release have at most."""
+_SAME = 0.08
+"""Seconds between strokes of two takes up to which they are the same one."""
 _SAID = 0.35
 """Seconds between a stroke and a word, or what it shows, within which they belong together."""
 
@@ -95,6 +97,13 @@ def near(found: Sequence[Gesture], at: float, within: float = 0.25) -> Gesture |
     """The gesture whose stroke is nearest to a time, if it is ``within`` so many seconds."""
     best = min(found, key=lambda one: abs(one.at - at), default=None)
     return best if best is not None and abs(best.at - at) <= within else None
+
+
+def left(motion: Motion, deleted: Gesture, others: Sequence[Gesture]) -> float:
+    """Metres of the stroke that is where another one was deleted, but for ``others`` that stayed where they were."""
+    stayed = [one for one in find(motion) if near(others, one.at, _SAME) is None]
+    one = near(stayed, deleted.at, deleted.hold - deleted.stroke)
+    return 0.0 if one is None else one.size
 
 
 def leading(speed: np.ndarray) -> str:

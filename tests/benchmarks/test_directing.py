@@ -52,8 +52,8 @@ def test_a_hundred_edits(benchmark, minute, kind):
         made = director.direct(request, [edit]).motions[0]
         rows = np.flatnonzero((made.directions != base.directions).reshape(len(base.directions), -1).any(1))
         strains.append(filling.strain(base, made, [(rows[0], rows[-1] + 1)]))
-        left = gestures.near(gestures.find(made), one.at, one.hold - one.stroke)
-        off = aim.miss(made) if aim else 0.0 if left is None else 2 * left.size / one.size
+        others = [other for other in gestures.find(base) if other != one]
+        off = aim.miss(made) if aim else 2 * gestures.left(made, one, others) / one.size
         missed.extend([edit] if off > 1 else [])
 
     benchmark.pedantic(one_edit, rounds=100)
