@@ -81,6 +81,14 @@ def overridden(armature, folder):
     return override
 
 
+def cut_off(strip, left, right):
+    """Hide so many frames at either end of a strip."""
+    if hasattr(strip, "left_handle"):
+        strip.left_handle, strip.right_handle = strip.left_handle + left, strip.right_handle - right
+    else:
+        strip.frame_offset_start, strip.frame_offset_end = left, right
+
+
 class Sheet:
     """A layout that notes what is drawn on it; properties and operators that do not exist cannot be drawn."""
 

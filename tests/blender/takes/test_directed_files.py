@@ -4,9 +4,9 @@ import json
 
 import bpy
 import pytest
-from acted import curves, overridden, press, same_curves
-from s2ag.s2ag_blender import provenance
-from s2ag.s2ag_blender.takes import directing, takes
+from acted import curves, cut_off, overridden, press, same_curves
+from s2ag.s2ag_blender import compat, provenance
+from s2ag.s2ag_blender.takes import directing, retiming, takes
 
 
 @pytest.fixture
@@ -114,3 +114,55 @@ def test_a_take_of_before_opens_as_it_was(directed, tmp_path):
     assert not bpy.ops.s2ag.delete_gesture.poll()
     assert press(bpy.ops.s2ag.reroll) == {"FINISHED"}  # and whatever is made of it can be directed
     assert EDITS["delete"]() == {"FINISHED"}
+
+
+def trimmed(strip):
+    cut_off(strip, 60, 90)
+
+
+def stretched(strip):
+    strip.retiming_keys.add(timeline_frame=round(compat.strip_start(strip) + 100))
+    strip.retiming_keys[-1].timeline_frame += 60
+
+
+WITHOUT_A_WINDOW = pytest.mark.skipif(
+    bpy.app.version < (5, 2), reason="adding retiming keys without a window crashes this Blender"
+)
+FOLLOWED = pytest.mark.parametrize("how", [trimmed, pytest.param(stretched, marks=WITHOUT_A_WINDOW)])
+
+
+def kept_and_directed_on(armature, how, path):
+    """Let a take follow its sound, and see it after reopening as it was; another edit leaves the rest of it alone."""
+    how(retiming.strip_of(takes.active(armature).action, bpy.context.scene))
+    assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
+    name, before = armature.name, state(takes.active(armature).action)
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    again = next(item for item in bpy.data.objects if item.name == name and item.library is None)
+    bpy.context.view_layer.objects.active = again
+    assert alike(state(takes.active(again).action), before) and not bpy.ops.s2ag.follow_sound.poll()
+    bpy.context.scene.frame_set(220)
+    assert EDITS["delete"]() == {"FINISHED"}
+    after = state(takes.active(again).action)
+    assert [edit["do"] for edit in after[2]] == ["change", "delete"] and not same_curves(before[0], after[0])
+    for key, keys in before[0].items():
+        far = [rows[abs(rows[:, 0] - 220) > 96] for rows in (keys, after[0][key])]  # four seconds
+        assert len(far[0]) and (far[0] == far[1]).all()
+
+
+@FOLLOWED
+@pytest.mark.usefixtures("sound_system")
+def test_a_take_that_followed_its_sound_is_kept(directed, tmp_path, how):
+    assert EDITS["change"]() == {"FINISHED"}
+    kept_and_directed_on(directed, how, tmp_path / "followed.blend")
+
+
+@FOLLOWED
+@pytest.mark.usefixtures("sound_system")
+def test_an_override_whose_take_followed_its_sound_is_kept(speaker, examples, tmp_path, how):
+    override = overridden(speaker, tmp_path)
+    override.s2ag.audio, override.s2ag.curves = str(examples / "hello.flac"), "FRAMES"
+    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
+    bpy.context.scene.frame_set(180)
+    assert EDITS["change"]() == {"FINISHED"}
+    kept_and_directed_on(override, how, tmp_path / "shot.blend")

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from acted import curves, drawn, press
+from acted import curves, cut_off, drawn, press
 from s2ag.core.sound import audio
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.takes import directing, retiming, takes
@@ -87,14 +87,6 @@ def test_other_animation_is_not_moved(speaker, take, tmp_path):
     with pytest.raises(RuntimeError, match="other animation"):
         press(bpy.ops.s2ag.follow_sound)
     assert all(np.array_equal(keys, before[key]) for key, keys in curves(own).items())
-
-
-def cut_off(strip, left, right):
-    """Hide so many frames at either end of a strip."""
-    if hasattr(strip, "left_handle"):
-        strip.left_handle, strip.right_handle = strip.left_handle + left, strip.right_handle - right
-    else:
-        strip.frame_offset_start, strip.frame_offset_end = left, right
 
 
 def on(found, frames):
