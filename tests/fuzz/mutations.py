@@ -158,7 +158,8 @@ def _other(array: np.ndarray, chance: random.Random) -> np.ndarray:
     kind = chance.randrange(9)
     if kind == 0:
         kinds = ("f2", "f8", "c16", "i1", "u8", "S3", "U5", "?")
-        return array.astype(chance.choice(kinds) if array.dtype.kind in "fiu" else "U9")
+        # text that was made of numbers' bytes may be no text any more
+        return array.astype(chance.choice(kinds)) if array.dtype.kind in "fiu" else np.full(array.shape, "text")
     if kind == 1:
         return array[:0] if array.ndim else np.zeros(0)
     if kind == 2:
