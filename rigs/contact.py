@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.motion import skeleton
 from . import quaternion
 from .flesh import ALONG, FOREARM, UPPER, Hand
-from .proportions import SIDES, Girth, Placed, envelope, in_trunk, smooth, turn_in
+from .proportions import SIDES, Girth, Placed, carried, envelope, from_chest, in_trunk, smooth, turn_in
 
 TOUCH = 0.01
 """Hand lengths by which flesh gives way where it meets."""
@@ -60,7 +59,7 @@ def clear(
     """
     if strength <= 0 or not len(directions):
         return directions
-    carry = np.swapaxes(quaternion.to_matrix(turn_in(placed.frame, torso)), -1, -2)
+    carry = carried(placed, torso)
     sides = [_Arm(girth, placed, directions, torso, clavicles[side], side, hands[side], carry) for side in SIDES]
     for arm in sides:
         arm.leave_trunk(fps)
@@ -79,15 +78,13 @@ class _Arm:
 
     def __init__(self, girth, placed, directions, torso, clavicle, side, held: Held, carry):
         self.girth, self.frame, self.carry, self.held, self.sign = girth, placed.frame, carry, held, SIDES[side]
-        self.edges = [skeleton.EDGE_NAMES.index(f"{side}_{part}") for part in ("upper_arm", "forearm")]
+        self.edges, ways = from_chest(placed, directions, torso, side)
         self.upper, self.fore, _ = placed.lengths[side]
-        inverse = quaternion.conjugate(torso)
-        ways = [quaternion.rotate(inverse, directions[:, edge]) @ placed.frame.T for edge in self.edges]
         root, shoulder = placed.roots[side], placed.shoulders[side]
         self.shoulder = root + quaternion.rotate(turn_in(placed.frame, clavicle), shoulder - root)
         self.elbow = self.shoulder + self.upper * ways[0]
         self.wrist = self.elbow + self.fore * ways[1]
-        self.hand = turn_in(placed.frame, quaternion.multiply(inverse, held.turned))
+        self.hand = turn_in(placed.frame, quaternion.multiply(quaternion.conjugate(torso), held.turned))
         self.shift = np.zeros_like(self.wrist)
         self.size = held.balls.length
         self.knuckles = self.size * self.way(held.balls.palm.knuckles)
@@ -257,9 +254,7 @@ def _ways(left: _Arm, right: _Arm, meeting: _Meeting, fps: float) -> np.ndarray:
     choices = np.stack([*normals, _unit(hands[1] - hands[0]), _unit(quaternion.cross(*bones))])
     costs = np.concatenate([np.stack(side) for side in zip(*(meeting.needed(way, 2) for way in choices), strict=True)])
     costs, choices = np.maximum(costs, 0) / (left.size * fps), np.concatenate([choices, -choices])
-    chosen = np.concatenate(
-        [_cheapest(costs[:, span], choices[:, span]) for span in _spans(frames, 2 * _frames(fps))]
-    )
+    chosen = np.concatenate([_cheapest(costs[:, span], choices[:, span]) for span in _spans(frames, 2 * _frames(fps))])
     picked = choices[chosen, np.arange(len(frames))]
     whole = np.arange(len(left.wrist))
     after = np.searchsorted(frames, whole).clip(0, len(frames) - 1)

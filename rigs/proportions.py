@@ -157,6 +157,18 @@ def _hand_length(bones, hand, wrist, fore) -> float:
     return 0.9 * longest if 0.3 * fore < longest < 0.9 * fore else 0.6 * fore
 
 
+def carried(placed: Placed, torso: np.ndarray) -> np.ndarray:
+    """How the chest turned, as matrices (frames, 3, 3) for row vectors in the frame of ``placed``."""
+    return np.swapaxes(quaternion.to_matrix(turn_in(placed.frame, torso)), -1, -2)
+
+
+def from_chest(placed: Placed, directions: np.ndarray, torso: np.ndarray, side: str) -> tuple[list[int], list[np.ndarray]]:
+    """Numbers of an arm's two edges, and where they point (frames, 3) seen from the chest."""
+    edges = [skeleton.EDGE_NAMES.index(f"{side}_{part}") for part in ("upper_arm", "forearm")]
+    inverse = quaternion.conjugate(torso)
+    return edges, [quaternion.rotate(inverse, directions[:, edge]) @ placed.frame.T for edge in edges]
+
+
 def clear(
     girth: Girth,
     placed: Placed,
@@ -173,12 +185,10 @@ def clear(
     """
     if strength <= 0 or not len(directions):
         return directions
-    result = directions
-    inverse = quaternion.conjugate(torso)
+    result, carry = directions, carried(placed, torso)
     for side, sign in SIDES.items():
-        edges = [skeleton.EDGE_NAMES.index(f"{side}_{part}") for part in ("upper_arm", "forearm")]
-        seen = [quaternion.rotate(inverse, directions[:, edge]) @ placed.frame.T for edge in edges]
-        arm = _Arm(girth, placed, side, sign, turn_in(placed.frame, torso), clavicles.get(side))
+        edges, seen = from_chest(placed, directions, torso, side)
+        arm = _Arm(girth, placed, side, sign, carry, clavicles.get(side))
         for edge, old, new in zip(edges, seen, arm.free(*seen, fps), strict=True):
             if new is not None:
                 result = result.copy() if result is directions else result
@@ -190,9 +200,8 @@ def clear(
 class _Arm:
     """One arm beside the trunk, everything seen from the chest."""
 
-    def __init__(self, girth, placed, side, sign, torso, clavicle):
-        self.girth, self.sign = girth, sign
-        self.carry = np.swapaxes(quaternion.to_matrix(torso), -1, -2)  # for row vectors
+    def __init__(self, girth, placed, side, sign, carry, clavicle):
+        self.girth, self.sign, self.carry = girth, sign, carry
         self.upper, self.fore, self.hand = placed.lengths[side]
         self.size = self.upper + self.fore
         shoulder = placed.shoulders[side]

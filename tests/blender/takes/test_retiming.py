@@ -24,6 +24,13 @@ def now(armature):
     return takes.active(armature).action
 
 
+def given_as(armature, result):
+    """The take lies in an action, as it does already, or is generated anew as a strip or a layer."""
+    if result != "ACTION":
+        armature.s2ag.result = result
+        press(bpy.ops.s2ag.generate)
+
+
 def moved_by(found, by):
     return {key: keys + np.array([by, 0], keys.dtype) for key, keys in found.items()}
 
@@ -31,9 +38,7 @@ def moved_by(found, by):
 @pytest.mark.parametrize("result", ["ACTION", "STRIP"])
 def test_a_take_follows_its_strip_with_all_its_versions(speaker, take, result):
     scene = bpy.context.scene
-    if result != "ACTION":
-        speaker.s2ag.result = result
-        press(bpy.ops.s2ag.generate)
+    given_as(speaker, result)
     scene.frame_set(180)
     assert press(bpy.ops.s2ag.delete_gesture) == {"FINISHED"}
     assert not bpy.ops.s2ag.follow_sound.poll() and "s2ag.follow_sound" not in drawn(ui.S2AG_PT_directing)
@@ -97,9 +102,7 @@ def on(found, frames):
 @pytest.mark.parametrize("result", ["ACTION", "STRIP", "LAYER"])
 def test_a_take_is_cut_and_grows_again_with_its_strip(speaker, take, result):
     scene = bpy.context.scene
-    if result != "ACTION":
-        speaker.s2ag.result = result
-        press(bpy.ops.s2ag.generate)
+    given_as(speaker, result)
     scene.frame_set(180)
     assert press(bpy.ops.s2ag.change_gesture, size=0.7) == {"FINISHED"}
     whole, strip = curves(now(speaker)), retiming.strip_of(now(speaker), scene)
