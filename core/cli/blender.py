@@ -2,7 +2,6 @@
 
 import contextlib
 import importlib.util
-import json
 import os
 import shutil
 import subprocess
@@ -55,7 +54,7 @@ def run(module: str, *arguments: str, progress: Callable[[str, float], None] = l
     with tempfile.TemporaryFile() as log:
         with _process(command(module, *arguments), None if talk == "all" else log, _own_folder(*arguments[:1])) as process:
             for line in process.stdout:
-                event = _event(line)
+                event = protocol.event(line)
                 if event is None:
                     chatter.append(line.decode("utf-8", "replace").rstrip())
                     if talk == "all":
@@ -107,14 +106,3 @@ def _process(arguments: list[str], log, folder: str):
             process.wait()
         process.stdout.close()
         process.stdin.close()
-
-
-def _event(line: bytes) -> dict | None:
-    """The event in a line of output, or None for Blender's chatter."""
-    if not line.startswith(b"{"):
-        return None
-    try:
-        event = json.loads(line)
-    except ValueError:
-        return None
-    return event if event.get("event") in ("progress", "result", "error") else None

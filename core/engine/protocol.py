@@ -45,3 +45,14 @@ def revive(payload: object) -> errors.S2agError:
     found = getattr(errors, kind, None)
     known = isinstance(found, type) and issubclass(found, errors.S2agError)
     return (found if known else errors.S2agError)(message or "Something failed without saying why.", remedy, kind or "Internal")
+
+
+def event(line: bytes) -> dict | None:
+    """The event in a line that a Blender of ours wrote (:mod:`s2ag_blender.program`), or None for chatter."""
+    if not line.startswith(b"{"):
+        return None
+    try:
+        told = json.loads(line)
+    except ValueError:
+        return None
+    return told if told.get("event") in ("progress", "result", "error") else None

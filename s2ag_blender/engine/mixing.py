@@ -4,7 +4,6 @@ The mixer is an operator that holds Blender until it is done, so another Blender
 ``blender --background --python core/start.py -- s2ag_blender.engine.mixing {"source": ..., "target": ...}``.
 """
 
-import contextlib
 import json
 import os
 import subprocess
@@ -49,7 +48,7 @@ def mixed(blender: list[str], source: Path, target: Path, stopped: Callable[[], 
                     raise Cancelled("Cancelled.")
                 time.sleep(_PAUSE)
         said.seek(0)
-        told = [event for line in said if line.startswith(b"{") and (event := _event(line))]
+        told = [event for line in said if (event := protocol.event(line))]
     if told and told[-1].get("event") == "error":
         raise protocol.revive(told[-1])
     if not told:
@@ -85,9 +84,3 @@ def _started(arguments: list[str], said) -> subprocess.Popen:
     except OSError as error:
         what = f"A second Blender, which decodes recordings here, cannot be started: {error.strerror}."
         raise WorkerFailed(what, "Save the recording as WAV.") from error
-
-
-def _event(line: bytes) -> dict | None:
-    with contextlib.suppress(ValueError):
-        return json.loads(line)
-    return None
