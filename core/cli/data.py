@@ -11,15 +11,23 @@ SUMMARY = "convert a data set of speech and motion"
 EXAMPLE = """examples:
   s2ag data plain my_takes --speaker me -o mine          NAME.bvh, NAME.wav and NAME.txt
   s2ag data trinity genea2020 -o trinity
+  s2ag data genea genea2023_dataset -o genea23
   s2ag data ted exported_ted --split talk -o ted         after core/learning/datasets/ted_export.py
   s2ag data directed corpus --speech corpus/speech -o data"""
 KINDS = {
     "plain": "motion (.bvh, SMPL-X .npz), sound and words under the same name",
     "trinity": "GENEA Challenge 2020 / Trinity",
+    "genea": "GENEA Challenge 2022 or 2023 (trn, val, tst)",
     "zeroeggs": "ZeroEGGS",
     "beat2": "BEAT2",
     "ted": "TED Gesture, exported by core/learning/datasets/ted_export.py",
     "directed": "this project's directed corpus, with its sound",
+}
+
+LEFT_OUT = {
+    "too short": "{} recordings are shorter than 34 frames and were left out.",
+    "silent": "{} recordings hold silence alone and were left out.",
+    "words outside": "{} words lie outside their recording or last no time and were left out.",
 }
 
 
@@ -64,8 +72,9 @@ def run(options: argparse.Namespace) -> int:
         facts = writer.write(source, options.output, options.kind, options.vectors)
     for sentence in left_out:
         note(sentence)
-    if facts["too short"]:
-        note(f"{facts['too short']} recordings are shorter than 34 frames and were left out.")
+    for lack, sentence in LEFT_OUT.items():
+        if facts[lack]:
+            note(sentence.format(facts[lack]))
     train, validation, test = facts["splits"]
     print(f"{options.output}: {facts['recordings']} recordings ({train} train, {validation} validation, {test} test)")
     print(f"{facts['hours']:.2f} hours, {facts['speakers']} speakers, {facts['words']} words")

@@ -114,6 +114,29 @@ def read_beat(path: Path) -> None:
     assert found.split in ("train", "validation", "test")
 
 
+def _challenge(folder: Path) -> None:
+    place = folder / "trn"
+    for kind in ("bvh", "wav", "tsv"):
+        (place / kind).mkdir(parents=True)
+    moving.talking(place / "bvh" / "a.bvh", frames=20)
+    moving.sound(place / "wav" / "a.wav", seconds=1.0)
+    (place / "tsv" / "a.tsv").write_text("0.1\t0.3\tSo,\n0.4\t0.9\tI am\n0.9\t1.0\t#\n")
+    (place / "metadata.csv").write_text("prefix,main-agent_id\na,07,fingers_excl\nb,finger_incl,3\n")
+
+
+def challenge_files() -> Seeds:
+    return [(f".{Path(suffix[1:]).name}", data) for suffix, data in files(_challenge) if not suffix.endswith((".bvh", ".wav"))]
+
+
+def read_challenge(path: Path) -> None:
+    from s2ag.core.learning.datasets.readers import genea, recordings
+
+    folder, name = beside(_challenge, path), path.name.partition(".")[2]
+    shutil.move(folder / name, folder / "trn" / (name if name.endswith(".csv") else f"tsv/{name}"))
+    for one in recordings(genea(folder)):
+        assert one.split == "train" and all(np.isfinite((start, end)).all() for _, start, end in one.words)
+
+
 def _environment(folder: Path) -> None:
     facts = {"python": "3.11.5", "requirements": ["numpy"], "recognise": True, "packages": {"numpy": "1.26.4"}, "bytes": 1}
     (folder / "engine.json").write_text(json.dumps(facts))
@@ -144,5 +167,6 @@ DOORS = (
     Door("acoustic", partial(files, sphinx_files.write), read_acoustic, damage_file),
     Door("ted", ted_files, read_ted, damage_file),
     Door("table", partial(files, _beat, "train_test_split.csv"), read_beat, mutations.of_text),
+    Door("challenge", challenge_files, read_challenge, mutations.of_text),
     Door("environment", partial(files, _environment, "engine.json"), read_environment, mutations.of_json),
 )

@@ -15,6 +15,49 @@ LeftForeArm LeftArm 29.1 0 0, LeftHand LeftForeArm 24.7 0 0, RightUpLeg Hips -9 
 """Trinity's chain and offsets in centimetres (reference D.3), fingers and feet left out."""
 _PARTS = [part.split() for part in _CHAIN.replace("\n", " ").split(",")]
 JOINTS = [(name, None if parent == "-" else parent, tuple(map(float, place))) for name, parent, *place in _PARTS]
+TALKING = {
+    "Hips": "b_root", "Spine": "b_spine0", "Spine1": "b_spine1", "Spine2": "b_spine2", "Spine3": "b_spine3",
+    "Neck": "b_neck0", "Neck1": "b_neck0", "Head": "b_head",
+    **{f"{side}{part}": f"b_{side[0].lower()}_{name}" for side in ("Left", "Right") for part, name in (
+        ("Shoulder", "shoulder"), ("Arm", "arm"), ("ForeArm", "forearm"), ("Hand", "wrist"), ("UpLeg", "upleg"))},
+}  # fmt: skip
+"""Trinity's names in those of Talking With Hands (GENEA 2022 and 2023), whose neck is one joint."""
+
+
+def talking(path, frames=150):
+    """The same person as GENEA 2022 and 2023 have it: thirty frames a second, a root above the hips, six channels a joint.
+
+    Between arm and forearm, and before the wrist, lies a joint for the twist, as there.
+    """
+    children = {"b_spine3": ["b_neck0", "b_r_shoulder", "b_l_shoulder"], "b_root": ["b_spine0", "b_r_upleg", "b_l_upleg"]}
+    for one, after in (("b_spine0", "b_spine1"), ("b_spine1", "b_spine2"), ("b_spine2", "b_spine3"), ("b_neck0", "b_head")):
+        children[one] = [after]
+    places = {TALKING[name]: place for name, _, place in JOINTS if name != "Neck1"} | {"b_root": (0.0, 92.0, 0.0)}
+    for side, sign in (("l", 1), ("r", -1)):
+        limbs = ("shoulder", "arm", "arm_twist", "forearm", "wrist_twist", "wrist")
+        chain = [f"b_{side}_{part}" for part in limbs]
+        children |= {one: [after] for one, after in zip(chain, chain[1:], strict=False)}
+        for one, length in (("arm_twist", 14.0), ("forearm", 15.1), ("wrist_twist", 12.0), ("wrist", 12.7)):
+            places[f"b_{side}_{one}"] = (sign * length, 0.0, 0.0)
+    children["body_world"], places["body_world"] = ["b_root"], (0.0, 0.0, 0.0)
+    lines, names = ["HIERARCHY"], []
+
+    def write(name):
+        x, y, z = places[name]
+        names.append(name)
+        lines.append(f"{'JOINT' if lines[1:] else 'ROOT'} {name}\n{{\nOFFSET {x} {y} {z}")
+        lines.append("CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation")
+        for child in children.get(name, ()):
+            write(child)
+        lines.extend([] if name in children else ["End Site\n{\nOFFSET 0 5 0\n}"])
+        lines.append("}")
+
+    write("body_world")
+    rows = []
+    for frame in range(frames):
+        turns = {"b_l_arm": (-90, 0, 0), "b_r_arm": (90, 0, 0), "b_l_forearm": (0, 0, -90 * frame / (frames - 1))}
+        rows.append(" ".join(f"{v:.5f}" for name in names for v in (*places[name], *turns.get(name, (0, 0, 0)))))
+    path.write_text("\n".join(lines) + f"\nMOTION\nFrames: {frames}\nFrame Time: 0.0333333\n" + "\n".join(rows) + "\n")
 
 
 def bvh(path, frames=300, fps=60.0, hips_yaw=0.0, arm=None, z_up=False):

@@ -1,11 +1,9 @@
-"""Folders of recorded performances: GENEA 2020 / Trinity, BEAT2, ZeroEGGS, and plain folders of motion, sound and words."""
+"""Folders of recorded performances: BEAT2, ZeroEGGS and plain folders of motion, sound and words; all readers by name."""
 
 import csv
-import hashlib
 import io
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
@@ -14,39 +12,21 @@ import numpy as np
 from ...errors import CorpusUnreadable
 from ...sound import audio
 from . import reading, smplx, ten, transcripts
+from .found import LARGEST_TABLE, Found, Tell, left_out, silent, some, tenth, top
+from .genea import genea, trinity
 from .recording import Recording
 
 SOUNDS = (".wav", ".flac", ".mp3", ".ogg", ".m4a")
-TENTHS = ("train",) * 8 + ("validation", "test")
-_TABLE = 10_000_000
-"""Bytes of a table of recordings; BEAT2 has 1,762 rows."""
-Tell = Callable[[str], None]
 
 
-@dataclass(frozen=True)
-class Found:
-    """The files of one performance, before they are read."""
-
-    name: str
-    motion: Path
-    sound: Path
-    words: Path | None
-    speaker: str
-    split: str
-
-
-def _silent(_sentence: str) -> None:
-    """Nobody wants to hear."""
-
-
-def plain(folder: str | PathLike, speaker: str | None = None, tell: Tell = _silent) -> list[Found]:
+def plain(folder: str | PathLike, speaker: str | None = None, tell: Tell = silent) -> list[Found]:
     """Motion files with sound of the same name beside them, and a transcript where there is one.
 
     ``tell(sentence)`` hears what is left out, here and in all readers. The speaker is ``speaker``, else the folder that a
     file lies in. One recording in ten, by its name, is for validation
     and one for testing, the same ones wherever the folder lies.
     """
-    folder = _folder(folder)
+    folder = top(folder)
     found, mute = [], []
     for motion in sorted(path for path in folder.rglob("*") if path.suffix.lower() in reading.SUFFIXES):
         sound = next((motion.with_suffix(suffix) for suffix in SOUNDS if motion.with_suffix(suffix).is_file()), None)
@@ -56,32 +36,13 @@ def plain(folder: str | PathLike, speaker: str | None = None, tell: Tell = _sile
         name = motion.relative_to(folder).with_suffix("").as_posix()
         owner = speaker or (motion.parent.name if motion.parent != folder else folder.name)
         found.append(Found(name, motion, sound, transcripts.beside(motion), owner, tenth(name)))
-    _left_out(mute, "no sound file of the same name beside them", tell)
-    return _some(found, folder, "a .bvh or .npz with a sound file of the same name")
+    left_out([path.name for path in mute], "no sound file of the same name beside them", tell)
+    return some(found, folder, "a .bvh or .npz with a sound file of the same name")
 
 
-def trinity(folder: str | PathLike, tell: Tell = _silent) -> list[Found]:
-    """GENEA 2020's release: ``Training_data`` and ``Test_data``, each with Motion, Audio and Transcripts (reference D.3).
-
-    Recording_001 is for validation, as in Gesticulator; all other training recordings for training. Nothing is left out:
-    a release lacks no sound.
-    """
-    folder, found = _folder(folder), []
-    for part, split in (("Training_data", "train"), ("Test_data", "test")):
-        place = folder / part
-        for motion in sorted((place / "Motion").glob("*.bvh")):
-            sound = place / "Audio" / f"{motion.stem}.wav"
-            if not sound.is_file():
-                raise CorpusUnreadable(f"{sound} is missing.", "Download the release again.")
-            words = transcripts.beside(motion, place / "Transcripts")
-            mine = "validation" if split == "train" and motion.stem == "Recording_001" else split
-            found.append(Found(motion.stem, motion, sound, words, "trinity", mine))
-    return _some(found, folder, "Training_data/Motion/*.bvh")
-
-
-def zeroeggs(folder: str | PathLike, tell: Tell = _silent) -> list[Found]:
+def zeroeggs(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
     """ZeroEGGS: files such as ``010_Happy_1_x_1_0.bvh``; the style in the name is the speaker; one in ten each is held out."""
-    folder, found, strange, mute = _folder(folder), [], [], []
+    folder, found, strange, mute = top(folder), [], [], []
     for motion in sorted(folder.rglob("*.bvh")):
         match = re.fullmatch(r"\d+_([A-Za-z_]+?)_\d+.*", motion.stem)
         sounds = [motion.with_suffix(".wav"), *(motion.parent.parent.rglob(f"{motion.stem}.wav"))]
@@ -91,14 +52,14 @@ def zeroeggs(folder: str | PathLike, tell: Tell = _silent) -> list[Found]:
             continue
         words = transcripts.beside(motion) or transcripts.beside(sound)
         found.append(Found(motion.stem, motion, sound, words, match[1].lower(), tenth(motion.stem)))
-    _left_out(strange, "no style in their names", tell)
-    _left_out(mute, "no .wav of the same name", tell)
-    return _some(found, folder, "files such as 010_Happy_1_x_1_0.bvh with a .wav of the same name")
+    left_out([path.name for path in strange], "no style in their names", tell)
+    left_out([path.name for path in mute], "no .wav of the same name", tell)
+    return some(found, folder, "files such as 010_Happy_1_x_1_0.bvh with a .wav of the same name")
 
 
-def beat2(folder: str | PathLike, tell: Tell = _silent) -> list[Found]:
+def beat2(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
     """BEAT2: ``smplxflame_30/*.npz``, ``wave16k``, ``textgrid`` and ``train_test_split.csv``; names are NUMBER_SPEAKER_..."""
-    folder, found, strange, mute = _folder(folder), [], [], []
+    folder, found, strange, mute = top(folder), [], [], []
     listed = {}
     table = folder / "train_test_split.csv"
     if table.is_file():
@@ -113,16 +74,16 @@ def beat2(folder: str | PathLike, tell: Tell = _silent) -> list[Found]:
         words = transcripts.beside(motion, folder / "textgrid")
         split = kinds.get(listed.get(motion.stem, ""), "train") if listed else tenth(motion.stem)
         found.append(Found(motion.stem, motion, sound, words, parts[1], split))
-    _left_out(strange, "no speaker in their names", tell)
-    _left_out(mute, "no sound in wave16k", tell)
-    return _some(found, folder, "smplxflame_30/*.npz with wave16k/*.wav")
+    left_out([path.name for path in strange], "no speaker in their names", tell)
+    left_out([path.name for path in mute], "no sound in wave16k", tell)
+    return some(found, folder, "smplxflame_30/*.npz with wave16k/*.wav")
 
 
 def _listed(table: Path) -> dict[str, str]:
     """Which part each recording of BEAT2 is of."""
     try:
         with open(table, "rb") as file:
-            text = file.read(_TABLE).decode("utf-8-sig")
+            text = file.read(LARGEST_TABLE).decode("utf-8-sig")
         return {row.get("id") or "": row.get("type") or "" for row in csv.DictReader(io.StringIO(text, newline=""))}
     except (OSError, csv.Error, UnicodeDecodeError) as error:
         raise CorpusUnreadable(f"{table} is no readable table: {error}.", "Download it again.") from error
@@ -146,29 +107,6 @@ def _performed(path: Path, paper_joints: bool, body: np.ndarray) -> np.ndarray:
     return ten.resample(motion.directions, motion.fps)
 
 
-def tenth(name: str) -> str:
-    """The split of a recording by its name alone: eight tenths train, a tenth each validate and test."""
-    return TENTHS[int(hashlib.sha256(name.encode()).hexdigest(), 16) % 10]
-
-
-READERS: dict[str, Callable[..., list[Found]]] = {"plain": plain, "trinity": trinity, "zeroeggs": zeroeggs, "beat2": beat2}
-
-
-def _left_out(motions: list[Path], lack: str, tell: Tell) -> None:
-    """Say which recordings are not read because they have ``lack``."""
-    if motions:
-        named = ", ".join(path.name for path in motions[:3]) + (f" and {len(motions) - 3} more" if len(motions) > 3 else "")
-        tell(f"Recordings with {lack} are left out ({len(motions)}): {named}.")
-
-
-def _folder(folder: str | PathLike) -> Path:
-    folder = Path(folder)
-    if not folder.is_dir():
-        raise CorpusUnreadable(f"There is no folder {folder}.", "Check the name.")
-    return folder
-
-
-def _some(found: list[Found], folder: Path, wanted: str) -> list[Found]:
-    if not found:
-        raise CorpusUnreadable(f"{folder} holds no performance: there is no {wanted}.", "Name the data set's top folder.")
-    return found
+READERS: dict[str, Callable[..., list[Found]]] = {
+    "plain": plain, "trinity": trinity, "genea": genea, "zeroeggs": zeroeggs, "beat2": beat2,
+}  # fmt: skip

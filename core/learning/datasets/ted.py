@@ -10,7 +10,7 @@ from ... import json_text, npz
 from ...errors import CorpusUnreadable, UsageError
 from ...motion import skeleton
 from ...sound.audio import SAMPLE_RATE
-from .readers import Tell, tenth
+from .found import Tell, tenth
 from .recording import Recording
 from .ten import FARTHEST, resample
 

@@ -21,20 +21,20 @@ _NOSE, _CROWN = skeleton.canonical_to_y_up(skeleton.MEAN_UNIT)[[1, 2]] * [[0, 1,
 """From the neck to the nose and on to the crown at rest, without the mean's small lean to a side."""
 
 _NAMES = {
-    "hips": ("hips", "pelvis", "root", "bodyworld", "bip01pelvis"),
-    "spine": ("spine1", "spine", "spine01", "bip01spine1"),
-    "chest": ("spine3", "spine2", "chest", "upperchest", "spine03"),
-    "neck": ("neck", "neck1", "neck01", "bip01neck"),
+    "hips": ("hips", "pelvis", "broot", "root", "bodyworld", "bip01pelvis"),
+    "spine": ("spine1", "spine", "spine01", "bip01spine1", "bspine1"),
+    "chest": ("spine3", "spine2", "chest", "upperchest", "spine03", "bspine3"),
+    "neck": ("neck", "neck1", "neck01", "bip01neck", "bneck0"),
     "neck_end": ("neck1", "neck2"),
-    "head": ("head", "bip01head"),
-    "left_shoulder": ("leftarm", "leftupperarm", "upperarml", "lupperarm", "bip01lupperarm"),
-    "left_elbow": ("leftforearm", "leftlowerarm", "lowerarml", "leftelbow", "lforearm", "bip01lforearm"),
-    "left_wrist": ("lefthand", "handl", "leftwrist", "lhand", "bip01lhand"),
-    "right_shoulder": ("rightarm", "rightupperarm", "upperarmr", "rupperarm", "bip01rupperarm"),
-    "right_elbow": ("rightforearm", "rightlowerarm", "lowerarmr", "rightelbow", "rforearm", "bip01rforearm"),
-    "right_wrist": ("righthand", "handr", "rightwrist", "rhand", "bip01rhand"),
-    "left_hip": ("leftupleg", "leftupperleg", "thighl", "lefthip", "leftleg", "bip01lthigh"),
-    "right_hip": ("rightupleg", "rightupperleg", "thighr", "righthip", "rightleg", "bip01rthigh"),
+    "head": ("head", "bip01head", "bhead"),
+    "left_shoulder": ("leftarm", "leftupperarm", "upperarml", "lupperarm", "bip01lupperarm", "blarm"),
+    "left_elbow": ("leftforearm", "leftlowerarm", "lowerarml", "leftelbow", "lforearm", "bip01lforearm", "blforearm"),
+    "left_wrist": ("lefthand", "handl", "leftwrist", "lhand", "bip01lhand", "blwrist"),
+    "right_shoulder": ("rightarm", "rightupperarm", "upperarmr", "rupperarm", "bip01rupperarm", "brarm"),
+    "right_elbow": ("rightforearm", "rightlowerarm", "lowerarmr", "rightelbow", "rforearm", "bip01rforearm", "brforearm"),
+    "right_wrist": ("righthand", "handr", "rightwrist", "rhand", "bip01rhand", "brwrist"),
+    "left_hip": ("leftupleg", "leftupperleg", "thighl", "lefthip", "leftleg", "bip01lthigh", "blupleg"),
+    "right_hip": ("rightupleg", "rightupperleg", "thighr", "righthip", "rightleg", "bip01rthigh", "brupleg"),
 }
 _NEEDED = ("hips", "neck", "head", *(f"{side}_{part}" for side in ("left", "right") for part in ("shoulder", "elbow", "wrist")))
 PAPER = (

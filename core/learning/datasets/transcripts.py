@@ -1,4 +1,4 @@
-"""Words with times in the forms that data sets have: Google's JSON, Praat's TextGrid, our list, plain text."""
+"""Words with times in the forms that data sets have: Google's JSON, Praat's TextGrid, GENEA's tables, our list, plain text."""
 
 import re
 from pathlib import Path
@@ -10,6 +10,8 @@ from ...errors import CorpusUnreadable
 
 Word = tuple[str, float, float]
 SUFFIXES = (".json", ".TextGrid", ".txt")
+LARGEST = 10_000_000
+"""Bytes of a table of words."""
 _INTERVAL = re.compile(r'xmin\s*=\s*([-\d.eE+]+)\s+xmax\s*=\s*([-\d.eE+]+)\s+text\s*=\s*"((?:[^"]|"")*)"')
 
 
@@ -21,6 +23,8 @@ def read(path: Path, audio: np.ndarray) -> list[Word]:
         if path.suffix == ".json":
             content = json_text.read(path)
             return _timed(google(content) if _is_google(content) else content)
+        if path.suffix == ".tsv":
+            return _timed(table(path))
     except (OSError, ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
         reason = " ".join(str(error).split())[:100]
         raise CorpusUnreadable(f"The transcript {path} cannot be read: {reason}.", "Mend it or take it away.") from error
@@ -39,6 +43,21 @@ def google(segments: list) -> list[Word]:
     """GENEA 2020's form: segments, of each the first alternative's words with times such as "0.400s" (reference D.3)."""
     words = [word for segment in segments for word in (segment.get("alternatives") or [{}])[0].get("words", ())]
     return [(word["word"], float(word["start_time"].rstrip("s")), float(word["end_time"].rstrip("s"))) for word in words]
+
+
+def table(path: Path) -> list[Word]:
+    """GENEA 2022's and 2023's form: start, end and text by tabs; words of one line share its time, marks alone (#) are none."""
+    if path.stat().st_size > LARGEST:
+        raise ValueError(f"it is larger than {LARGEST // 1_000_000} MB")
+    found = []
+    for line in path.read_text(encoding="utf-8-sig").splitlines():
+        start, end, text = (line.split("\t") + ["", ""])[:3]
+        words = [word for word in text.split() if any(sign.isalnum() for sign in word)]
+        if not words:
+            continue
+        begin, length = float(start), (float(end) - float(start)) / len(words)
+        found += [(word, begin + at * length, begin + (at + 1) * length) for at, word in enumerate(words)]
+    return found
 
 
 def textgrid(path: Path) -> list[Word]:

@@ -27,7 +27,8 @@ SHORTEST = 34
 def write(recordings: Iterable[Recording], folder: str | PathLike, source: str, vectors: str | PathLike | None = None) -> dict:
     """Write all ``recordings`` to ``folder``, whole or not at all, and return what was written.
 
-    ``source`` names the data set; ``vectors`` are other word vectors than the shipped ones. Raises
+    ``source`` names the data set; ``vectors`` are other word vectors than the shipped ones. What was left out is counted:
+    recordings "too short" or "silent", and "words outside" of their recording. Raises
     :class:`CorpusUnreadable` for no recording of 34 frames and :class:`OutputUnwritable`.
     """
     with whole_folder(folder) as place:
@@ -54,17 +55,19 @@ class _Writer:
         self.facts: list[dict] = []
         self.speaker: list[int] = []
         self.split: list[int] = []
-        self.skipped = 0
+        self.left_out = {"too short": 0, "silent": 0, "words outside": 0}
 
     def add(self, recording: Recording) -> None:
-        """Features of one recording; one that is too short is only counted."""
+        """Features of one recording; one that is too short or silent is only counted, as are words that it does not hold."""
         audio = np.asarray(recording.audio, np.float32)
         frames = min(len(recording.directions), int(len(audio) / SAMPLE_RATE * skeleton.FPS))
-        if frames < SHORTEST:
-            self.skipped += 1
+        lack = "too short" if frames < SHORTEST else "silent" if not audio.any() else ""
+        if lack:
+            self.left_out[lack] += 1
             return
         audio = audio[: int(np.ceil(frames / skeleton.FPS * SAMPLE_RATE))]
         words = [(word, start, end) for word, start, end in recording.words if start < frames / skeleton.FPS and end > start]
+        self.left_out["words outside"] += len(recording.words) - len(words)
         words = sorted(((normalise(word) or word, start, end) for word, start, end in words), key=lambda word: word[1])
         directions = skeleton.normalize(np.asarray(recording.directions[:frames], np.float32))
         rows = np.array([self.rows.setdefault(word, len(self.rows)) for word, _, _ in words] + [-1], np.int32)
@@ -115,7 +118,7 @@ class _Writer:
         hours = len(self.arrays["directions"]) / skeleton.FPS / 3600
         splits = np.bincount(self.split, minlength=3).tolist()
         return {"recordings": count, "hours": hours, "speakers": len(self.speakers), "words": len(words), "splits": splits,
-                "too short": self.skipped}  # fmt: skip
+                **self.left_out}  # fmt: skip
 
 
 def _rest(total: np.ndarray) -> list:

@@ -245,7 +245,7 @@ def test_a_missing_sound_of_trinity_is_named(tmp_path):
 
 def test_short_recordings_are_counted_and_nothing_is_left_of_a_failure(tmp_path):
     directions = np.broadcast_to(skeleton.MEAN_UNIT, (60, 9, 3))
-    long, short = (Recording("r", np.zeros(n), [("a", 0.1, 0.5)], directions, "me") for n in (64000, 1600))
+    long, short = (Recording("r", np.full(n, 0.1), [("a", 0.1, 0.5)], directions, "me") for n in (64000, 1600))
     facts = writer.write([long, short], tmp_path / "out", "test")
     assert facts["recordings"] == 1 and facts["too short"] == 1
 

@@ -1,0 +1,88 @@
+"""The data of the GENEA Challenges: 2020 (Trinity), 2022 and 2023 (Talking With Hands)."""
+
+import csv
+import io
+from os import PathLike
+from pathlib import Path
+
+from ...errors import CorpusUnreadable
+from . import transcripts
+from .found import LARGEST_TABLE, Found, Tell, left_out, silent, some, top
+
+PARTS = {"trn": "train", "val": "validation", "tst": "test"}
+MAIN, OTHER = "main-agent", "interloctr"
+UNKNOWN = "unknown"
+
+
+def trinity(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
+    """GENEA 2020's release: ``Training_data`` and ``Test_data``, each with Motion, Audio and Transcripts (reference D.3).
+
+    Recording_001 is for validation, as in Gesticulator; all other training recordings for training. Nothing is left out:
+    a release lacks no sound.
+    """
+    folder, found = top(folder), []
+    for part, split in (("Training_data", "train"), ("Test_data", "test")):
+        place = folder / part
+        for motion in sorted((place / "Motion").glob("*.bvh")):
+            sound = place / "Audio" / f"{motion.stem}.wav"
+            if not sound.is_file():
+                raise CorpusUnreadable(f"{sound} is missing.", "Download the release again.")
+            words = transcripts.beside(motion, place / "Transcripts")
+            mine = "validation" if split == "train" and motion.stem == "Recording_001" else split
+            found.append(Found(motion.stem, motion, sound, words, "trinity", mine))
+    return some(found, folder, "Training_data/Motion/*.bvh")
+
+
+def genea(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
+    """GENEA 2022 and 2023: ``trn``, ``val`` and ``tst`` with ``bvh``, ``wav``, ``tsv`` and a table of who is who.
+
+    Of 2023's two persons the main agent is read; in ``trn`` the interlocutor is the main agent of another recording. What
+    has sound but no motion (the challenges' own ``tst``) is left out and told. Speakers are the table's numbers.
+    """
+    folder, found = top(folder), []
+    mute: list[str] = []
+    still: list[str] = []
+    nobody: list[str] = []
+    others = 0
+    for part, split in PARTS.items():
+        place = _part(folder, part)
+        people = _people(place)
+        inner = place / MAIN if (place / MAIN).is_dir() else place
+        others += len(list((place / OTHER / "bvh").glob("*.bvh")))
+        names = {path.stem for kind in ("bvh", "wav") for path in (inner / kind).glob(f"*.{kind}")}
+        for name in sorted(names):
+            motion, sound, words = (inner / kind / f"{name}.{kind}" for kind in ("bvh", "wav", "tsv"))
+            if not (motion.is_file() and sound.is_file()):
+                (still if sound.is_file() else mute).append(name)
+                continue
+            speaker = people.get(name.removesuffix(f"_{MAIN}"), UNKNOWN)
+            if speaker == UNKNOWN:
+                nobody.append(name)
+            found.append(Found(name, motion, sound, words if words.is_file() else None, speaker, split))
+    left_out(mute, "no sound in wav", tell)
+    left_out(still, "no motion in bvh", tell)
+    if others:
+        tell(f"Interlocutors are left out ({others}): the main agents are read.")
+    if nobody:
+        tell(f"Recordings without a line in metadata.csv have one speaker, {UNKNOWN} ({len(nobody)}): {nobody[0]}, ...")
+    return some(found, folder, "trn/bvh/*.bvh (2022) or trn/main-agent/bvh/*.bvh (2023)")
+
+
+def _part(folder: Path, part: str) -> Path:
+    """Where a part lies: some unpack ``trn.zip`` into a folder of its own."""
+    return folder / part / part if (folder / part / part).is_dir() else folder / part
+
+
+def _people(place: Path) -> dict[str, str]:
+    """Speakers by recording: rows of name, fingers, number (2022) or name, number, fingers, and the other's (2023)."""
+    tables = sorted(place.glob("*metadata.csv"))
+    if not tables:
+        return {}
+    try:
+        with open(tables[0], "rb") as file:
+            text = file.read(LARGEST_TABLE).decode("utf-8-sig")
+        rows = [row for row in csv.reader(io.StringIO(text, newline="")) if len(row) >= 3]
+    except (OSError, csv.Error, UnicodeDecodeError) as error:
+        raise CorpusUnreadable(f"{tables[0]} is no readable table: {error}.", "Download it again.") from error
+    numbers = ((row[0].strip(), next((cell.strip() for cell in row[1:3] if cell.strip().isdecimal()), "")) for row in rows)
+    return {name: number.lstrip("0") or "0" for name, number in numbers if number}
