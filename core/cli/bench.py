@@ -13,12 +13,14 @@ SUMMARY = "train the paper's eight systems on a data set and print its table"
 EXAMPLE = """examples:
   s2ag data directed corpus --speech corpus/speech -o data
   s2ag bench --data data --out bench --setting small
-  s2ag bench --data data --out full --setting full --device cuda"""
+  s2ag bench --data data --out full --setting full --device cuda
+  s2ag bench --out bench                     the table of all that has been trained there, whatever its seeds"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
-    parser.add_argument("--data", metavar="FOLDER", type=Path, required=True, help="data set with sound (see s2ag data)")
+    here = "data set with sound (see s2ag data); without it nothing is trained, and the table of what --out holds is written"
+    parser.add_argument("--data", metavar="FOLDER", type=Path, help=here)
     parser.add_argument("--out", metavar="FOLDER", type=Path, required=True, help="folder of the bench; a stopped one goes on")
     sizes = "tiny (a test), small (minutes on two cores), core (hours on two), full (for a GPU); default small"
     parser.add_argument("--setting", default="small", help=sizes)
@@ -31,6 +33,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--warm-up", choices=("code", "paper"), help=order)
     whose = "S2AG learns windows as their own speakers' (default), or as strangers', as its code does"
     parser.add_argument("--training-ids", choices=("own", "strangers"), help=whose)
+    poses = "poses of a window's 34 that are given: 4 as in the codes (default), 17 for the paper's T seeds and next T"
+    parser.add_argument("--given", metavar="N", type=int, help=poses)
     parser.add_argument("--faithful", action="store_true", help="with the public code's bugs instead of the corrected forms")
     parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
     parser.add_argument("--threads", metavar="N", type=int, default=0, help="CPU threads (default: all)")
@@ -44,11 +48,17 @@ def run(options: argparse.Namespace) -> int:
     import torch
 
     from ..learning.bench import run as bench
-    from ..learning.bench import table
     from ..learning.bench.setting import SETTINGS
     from ..learning.systems.catalogue import KNOWN, SYSTEMS
     from ..learning.train.process import Interruption
 
+    if options.threads:
+        torch.set_num_threads(options.threads)
+    late = bench.minutes_left(options.minutes)
+    if options.data is None:
+        runner = bench.Runner.opened(options.out, options.device, note)
+        with Interruption() as interruption:
+            return _tell(runner.collect(shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or late()))
     if options.setting not in SETTINGS:
         raise UsageError(f"There is no setting {options.setting!r}.", f"Settings are {', '.join(SETTINGS)}.")
     systems = options.systems.split(",") if options.systems else list(SYSTEMS)
@@ -57,23 +67,26 @@ def run(options: argparse.Namespace) -> int:
             raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join(KNOWN)}.")
     if options.jobs < 1:
         raise UsageError(f"--jobs is {options.jobs}.", "Set it to 1 or more.")
-    named = ("draws", "steps", "precision", "warm_up", "training_ids")
+    named = ("draws", "steps", "precision", "warm_up", "training_ids", "given")
     changes = {name: getattr(options, name) for name in named if getattr(options, name) is not None}
     if options.faithful:
         changes.setdefault("training_ids", "strangers")
     if options.seeds:
         changes["seeds"] = _numbers(options.seeds)
     setting = SETTINGS[options.setting].replace(faithful=options.faithful, **changes)
-    if options.threads:
-        torch.set_num_threads(options.threads)
     runner = bench.Runner(options.out, options.data, setting, options.device, note)
-    late = bench.minutes_left(options.minutes)
     with Interruption() as interruption:
         report = runner.go(systems, shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or late(), options.jobs)
+    return _tell(report)
+
+
+def _tell(report: dict | None) -> int:
+    from ..learning.bench import table
+
     if report is None:
         note("Stopped; the same command goes on.")
-        return 0
-    print(table.markdown(report), end="")
+    else:
+        print(table.markdown(report), end="")
     return 0
 
 

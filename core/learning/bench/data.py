@@ -30,11 +30,19 @@ _CHUNK = 2048
 class Data:
     """A packed corpus with sound, cut into windows of 34 frames every 10, as published.
 
-    ``windows[split]`` is ``(n, 2)``: performance and first frame. Words count at their onset; one that is under way when a
-    window begins counts in its first frame.
+    ``windows[split]`` is ``(n, 2)``: performance and first frame; the first ``given`` poses of a window are. Words count at
+    their onset; one that is under way when a window begins counts in its first frame.
     """
 
-    def __init__(self, folder: str | PathLike, cache: str | PathLike, filtered: bool = True, progress=lambda value: None):
+    def __init__(
+        self,
+        folder: str | PathLike,
+        cache: str | PathLike,
+        filtered: bool = True,
+        progress=lambda value: None,
+        given: int = SEEDS,
+    ):
+        self.given = given
         self.corpus = Corpus.load(folder)
         arrays = self.corpus.arrays
         if "wave" not in arrays or "wave_starts" not in arrays:
@@ -99,7 +107,7 @@ class Data:
             timing=torch.from_numpy(self.timing[spoken].astype(np.float32)),
             speaker=torch.from_numpy(corpus.speaker[talk]),
             directions=torch.from_numpy(self.motions(windows)),
-            seed_frames=SEEDS,
+            seed_frames=self.given,
         )
 
     def _windows(self, split: int, filtered: bool) -> np.ndarray:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -11,7 +12,7 @@ from ..metrics import dynamics, errors, frechet, rhythm, variety
 from ..metrics.extractor import Extractor
 from ..systems.system import System
 from ..train.dataset import TEST
-from .data import SEEDS, Data
+from .data import Data
 
 _BATCH = 128
 
@@ -46,11 +47,24 @@ FIGURES = {
 """The first three are the paper's, in the units that its numbers really have (reference section F.1)."""
 
 
+BY_WINDOW = ("maje_code", "mad_code", "mpjpe", "beat_alignment")
+"""Figures that each window has of its own; the others are of all windows together."""
+APPROPRIATE = ("maje_code", "fgd", "beat_alignment", "cca")
+"""Figures in which motion that answers its own speech differs from motion that was made for another's."""
+
+
+class Judged(NamedTuple):
+    """Figures of each draw, and by window ``(draws, n)`` of :data:`BY_WINDOW` and the ``features`` ``(draws, n, 32)``."""
+
+    draws: list[dict[str, float]]
+    windows: dict[str, np.ndarray]
+
+
 class Bench:
     """Windows of one split, what is heard in them, and the extractor: the same for every system."""
 
     def __init__(self, data: Data, extractor: Extractor, windows: int, split: int = TEST):
-        self.data, self.extractor = data, extractor
+        self.data, self.extractor, self.given = data, extractor, data.given
         self.windows = data.spread(split, windows)
         self.real = data.motions(self.windows)
         self.features = extractor.features(self.real)
@@ -60,22 +74,44 @@ class Bench:
         """Onsets of every window in seconds."""
         return [rhythm.onsets(sound.astype(np.float32) / 32768) for sound in self.data.sounds(self.windows)]
 
+    @property
+    def talk(self) -> np.ndarray:
+        """The recording of every window ``(n,)``: what people say in it is what its performances have in common."""
+        return self.data.corpus.recording[self.windows[:, 0]]
+
+    @cached_property
+    def elsewhere(self) -> np.ndarray | None:
+        """For every window one of another recording ``(n, 2)``, each once; None where one recording holds half of them."""
+        order = np.argsort(self.talk, kind="stable")
+        largest = int(np.bincount(self.talk).max())
+        if 2 * largest > len(order):
+            return None
+        others = np.empty_like(self.windows)
+        others[order] = self.windows[np.roll(order, largest)]
+        return others
+
     @cached_property
     def histogram(self) -> np.ndarray:
         """Of the performed wrists' speeds."""
         return dynamics.wrist_speed_histogram(self.real)
 
     @torch.inference_mode()
-    def perform(self, system: System, seed: int, device: str = "cpu", ids: str = "own") -> np.ndarray:
+    def perform(
+        self, system: System, seed: int, device: str = "cpu", ids: str = "own", heard: np.ndarray | None = None
+    ) -> np.ndarray:
         """Directions ``(n, 34, 9, 3)`` of all test windows; ``seed`` draws the styles.
 
-        ``ids`` "own": each window as its own speaker; "random": as one drawn from all, as the public codes test.
+        ``ids`` "own": each window as its own speaker; "random": as one drawn from all, as the public codes test. ``heard``
+        ``(n, 2)`` are the windows whose sound and words are heard instead of a window's own; poses and speaker stay.
         """
         system.eval()
         torch.manual_seed(seed)
         made = []
-        for part in np.array_split(self.windows, -(-len(self.windows) // _BATCH)):
+        pieces = -(-len(self.windows) // _BATCH)
+        for part, other in zip(*(np.array_split(all, pieces) for all in (self.windows, self._heard(heard))), strict=True):
             sample = self.data.sample(part)
+            if heard is not None:
+                sample = replace(self.data.sample(other), directions=sample.directions, speaker=sample.speaker)
             if ids == "random":
                 sample = replace(sample, speaker=torch.randint(self.data.speakers, sample.speaker.shape))
             made.append(system.perform(sample.to(device)).cpu().numpy())
@@ -84,38 +120,73 @@ class Bench:
     def score(self, made: np.ndarray) -> dict[str, float]:
         """The figures that weights can be selected by, of directions ``(n, 34, 9, 3)``: MAJE (code) and FGD."""
         return {
-            "maje_code": errors.maje_code(made, self.real, SEEDS),
+            "maje_code": errors.maje_code(made, self.real, self.given),
             "fgd": frechet.frechet_distance(self.extractor.features(made), self.features),
         }
 
-    def judge(self, made: np.ndarray) -> dict[str, float]:
-        """Figures of directions ``(n, 34, 9, 3)`` as a system made them; of the real ones: what a perfect system reaches."""
-        features = self.extractor.features(made)
-        pairs = [errors.positions(part)[:, SEEDS:, 1:].reshape(-1, 27) for part in (made, self.real)]
+    def windowed(self, made: np.ndarray) -> dict[str, np.ndarray]:
+        """:data:`BY_WINDOW` ``(n,)`` each and the ``features`` ``(n, 32)`` of directions ``(n, 34, 9, 3)``."""
         return {
-            "maje_code": errors.maje_code(made, self.real, SEEDS),
-            "mad_code": errors.mad_code(made, self.real),
+            "maje_code": errors.maje_code_windows(made, self.real, self.given),
+            "mad_code": errors.mad_code_windows(made, self.real),
+            "mpjpe": errors.mpjpe_windows(made, self.real, self.given),
+            "beat_alignment": rhythm.beat_alignment_windows(made, self.heard),
+            "features": self.extractor.features(made),
+        }
+
+    def judge(self, made: np.ndarray, windows: dict[str, np.ndarray] | None = None) -> dict[str, float]:
+        """Figures of directions ``(n, 34, 9, 3)`` as a system made them; of the real ones: what a perfect system reaches.
+
+        ``windows`` is what :meth:`windowed` says of them, if that is known.
+        """
+        windows = self.windowed(made) if windows is None else windows
+        features = windows["features"]
+        return {
+            **{name: _mean(windows[name]) for name in BY_WINDOW},
             "fgd": frechet.frechet_distance(features, self.features),
-            "mpjpe": errors.mpjpe(made, self.real, SEEDS),
             "mad_seconds": errors.mad_seconds(made, self.real),
             "mad_norm": errors.mad_norm(made, self.real),
             "feature_distance": frechet.feature_distance(features, self.features),
-            "beat_alignment": rhythm.beat_alignment(made, self.heard),
             "beat_consistency": rhythm.beat_consistency(made, self.heard),
             "diversity": variety.diversity(features),
             "l1_diversity": variety.l1_diversity(made),
             "acceleration": dynamics.mean_derivative(made, 2),
             "jerk": dynamics.mean_derivative(made, 3),
             "hellinger": dynamics.hellinger(dynamics.wrist_speed_histogram(made), self.histogram),
-            "cca": dynamics.canonical_correlation(*pairs),
+            "cca": self._correlation(made),
         }
 
-    def judge_draws(self, perform: Callable[[int], np.ndarray], draws: int) -> list[dict[str, float]]:
+    def judge_draws(self, perform: Callable[[int], np.ndarray], draws: int) -> Judged:
         """Figures of ``perform(draw)`` for every draw; multimodality, which is of all draws together, stands in each."""
-        results, features = [], []
+        results, windows = [], []
         for draw in range(draws):
             made = perform(draw)
-            results.append(self.judge(made))
-            features.append(self.extractor.features(made))
-        spread = variety.multimodality(np.stack(features))
-        return [result | {"multimodality": spread} for result in results]
+            windows.append(self.windowed(made))
+            results.append(self.judge(made, windows[-1]))
+        together = {name: np.stack([one[name] for one in windows]).astype(np.float32) for name in windows[0]}
+        spread = variety.multimodality(together["features"])
+        return Judged([result | {"multimodality": spread} for result in results], together)
+
+    def judge_elsewhere(self, perform: Callable[[int], np.ndarray], draws: int) -> Judged:
+        """:data:`APPROPRIATE` figures of motion that was made for another's speech, held against the window's own."""
+        results, windows = [], []
+        for draw in range(draws):
+            made = perform(draw)
+            windows.append(self.windowed(made))
+            fgd = frechet.frechet_distance(windows[-1]["features"], self.features)
+            means = {name: _mean(windows[-1][name]) for name in ("maje_code", "beat_alignment")}
+            results.append({**means, "fgd": fgd, "cca": self._correlation(made)})
+        names = ("maje_code", "beat_alignment")
+        return Judged(results, {name: np.stack([one[name] for one in windows]).astype(np.float32) for name in names})
+
+    def _heard(self, heard: np.ndarray | None) -> np.ndarray:
+        return self.windows if heard is None else heard
+
+    def _correlation(self, made: np.ndarray) -> float:
+        pairs = [errors.positions(part)[:, self.given :, 1:].reshape(-1, 27) for part in (made, self.real)]
+        return dynamics.canonical_correlation(*pairs)
+
+
+def _mean(values: np.ndarray) -> float:
+    """Of the windows that have the figure."""
+    return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")

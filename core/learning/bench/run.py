@@ -17,14 +17,14 @@ from ..systems.catalogue import KNOWN, Build
 from ..systems.system import System
 from ..train.dataset import TEST, TRAIN, VALIDATION
 from ..train.storage import require_folder
-from . import curves, table, weights
+from . import curves, rows, table, weights
 from .data import Data
 from .jobs import train as side_by_side
 from .judging import Bench
 from .setting import Setting
-from .training import Training
+from .training import STATE, Training
 
-SETTING, FIGURES, REPORT, TABLE, EXTRACTOR = "setting.json", "figures.json", "table.json", "table.md", "extractor.safetensors"
+SETTING, REPORT, TABLE, EXTRACTOR = "setting.json", "table.json", "table.md", "extractor.safetensors"
 CURVES = "curves.png"
 
 
@@ -38,7 +38,29 @@ class Runner:
         self._arguments = (folder, data, setting, device, say)
         require_folder(data)  # before anything is written
         self._claim(data)
-        self.data = Data(data, self.folder, setting.filtered)
+        self.data = Data(data, self.folder, setting.filtered, given=setting.given)
+
+    @classmethod
+    def opened(cls, folder: str, device: str = "cpu", say: Callable[[str], None] = print) -> "Runner":
+        """The bench that lies in ``folder``, with the settings and the data that it was begun with."""
+        path = Path(folder) / SETTING
+        if not path.is_file():
+            raise UsageError(f"{folder} holds no bench.", "Name its data set with --data to begin one.")
+        held = json.loads(path.read_text("utf-8"))
+        return cls(folder, held.pop("data"), Setting.from_dict(held), device, say)
+
+    def collect(self, command: str, stopping: Callable[[], bool] = lambda: False) -> dict | None:
+        """Judge what has been trained and is not judged yet, train nothing; write and return the report."""
+        for place in sorted(self.folder.glob(f"*-*/{STATE}")):
+            name, _, seed = place.parent.name.rpartition("-")
+            if name not in KNOWN or not seed.isdecimal() or rows.judged(place.parent):
+                continue
+            training = self._training(name, int(seed))
+            if training.done < training.steps:
+                self.say(f"{KNOWN[name].title}, seed {seed}, is at {training.done} of {training.steps} steps and left out.")
+            elif not self.one(name, int(seed), stopping):
+                return None
+        return self._write(command, "")
 
     def go(
         self, systems: Sequence[str], command: str, stopping: Callable[[], bool] = lambda: False, jobs: int = 1
@@ -54,14 +76,14 @@ class Runner:
             self.say(found["problem"])
         # Seeds outside, so that a bench that was stopped early already compares all systems.
         pairs = [(name, seed) for seed in self.setting.seeds for name in systems]
-        left = [(name, seed) for name, seed in pairs if not (self.folder / f"{name}-{seed}" / FIGURES).is_file()]
+        left = [(name, seed) for name, seed in pairs if not rows.judged(self.folder / f"{name}-{seed}")]
         threads = max(torch.get_num_threads() // jobs, 1)
         if jobs > 1 and len(left) > 1 and not side_by_side(Runner, self._arguments, left, jobs, threads, stopping):
             return None
         if not all(self.one(name, seed, stopping) for name, seed in pairs):
             return None
         device = torch.cuda.get_device_name() if self.device == "cuda" else f"{threads} CPU threads"
-        return self._write(systems, command, found, device + (f" each, {jobs} side by side" if jobs > 1 else ""))
+        return self._write(command, device + (f" each, {jobs} side by side" if jobs > 1 else ""))
 
     @cached_property
     def _bench(self) -> Bench:
@@ -83,6 +105,7 @@ class Runner:
             setting.faithful,
             setting.first_pass(len(self.data.windows[TRAIN])),
             setting.training_ids == "strangers",
+            setting.given,
         )
         torch.manual_seed(seed)
         return KNOWN[name].build(build)
@@ -90,10 +113,9 @@ class Runner:
     def one(self, name: str, seed: int, stopping: Callable[[], bool] = lambda: False) -> bool:
         """Train and judge one system, if that is not done yet; False where ``stopping()`` came first."""
         folder = self.folder / f"{name}-{seed}"
-        if (folder / FIGURES).is_file():
+        if rows.judged(folder):
             return True
-        setting = self.setting
-        training = Training(self.system(name, seed), self.data, setting, seed, folder, self.device)
+        training = self._training(name, seed)
         self.say(f"{KNOWN[name].title}, seed {seed}: {training.steps - training.done} of {training.steps} steps to go")
 
         def validate() -> dict[str, float]:
@@ -101,14 +123,7 @@ class Runner:
 
         if not training.run(stopping, validate):
             return False
-        bench = self._bench
-        protocols = table.IDS if training.system.knows_speakers else table.IDS[:1]
-        results = {
-            ids: bench.judge_draws(
-                lambda draw, ids=ids: bench.perform(training.system, 1000 * seed + draw, self.device, ids), setting.draws
-            )
-            for ids in protocols
-        }
+        system, bench = training.system, self._bench
         facts = {
             "steps": training.done,
             "best": training.best,
@@ -116,14 +131,30 @@ class Runner:
             "seconds": training.seconds,
             "windows_per_second": training.rate,
             "curve": training.curve,
-            "draws": results,
         }
-        weights.save(training.system, self.data, folder, {"kind": name, "seed": seed, "steps": training.done})
-        with whole_file(folder / FIGURES) as temporary:
-            temporary.write_text(json.dumps(facts), encoding="utf-8")
-        mean = table.summarise(results["own"])
-        self.say("  " + ", ".join(f"{key} {mean[key][0]:.3f}" for key in table.PAPER) + f", {training.rate:.0f} windows/s")
+        weights.save(system, self.data, folder, {"kind": name, "seed": seed, "steps": training.done})
+
+        def perform(draw: int, ids: str, heard: np.ndarray | None = None) -> np.ndarray:
+            return bench.perform(system, 1000 * seed + draw, self.device, ids, heard)
+
+        self._judge(folder, facts, perform, rows.IDS if system.knows_speakers else rows.IDS[:1])
         return True
+
+    def _training(self, name: str, seed: int) -> Training:
+        folder = self.folder / f"{name}-{seed}"
+        return Training(self.system(name, seed), self.data, self.setting, seed, folder, self.device)
+
+    def _judge(self, folder: Path, facts: dict, perform: Callable[..., np.ndarray], protocols: Sequence[str]) -> None:
+        """Keep the figures of ``perform(draw, ids, heard)``; the last are windows whose speech is heard, None: their own."""
+        bench, draws, first = self._bench, self.setting.draws, protocols[0]
+        found = {ids: bench.judge_draws(lambda draw, ids=ids: perform(draw, ids), draws) for ids in protocols}
+        apart = None
+        if bench.elsewhere is not None:
+            apart = bench.judge_elsewhere(lambda draw: perform(draw, first, bench.elsewhere), draws)
+        rows.keep(folder, facts, found, apart)
+        mean = table.summarise(found[first].draws)
+        speed = f", {facts['windows_per_second']:.0f} windows/s" if "windows_per_second" in facts else ""
+        self.say("  " + ", ".join(f"{key} {mean[key][0]:.3f}" for key in table.PAPER) + speed)
 
     @cached_property
     def _extractor(self) -> tuple[extractors.Extractor, dict]:
@@ -147,33 +178,26 @@ class Runner:
         found["sha256"] = hashlib.sha256(path.read_bytes()).hexdigest()
         return extractor, found
 
-    def _write(self, systems: Sequence[str], command: str, found: dict, device: str) -> dict:
-        rows, seconds = {}, 0.0
-        for name in systems:
-            facts = [json.loads((self.folder / f"{name}-{s}" / FIGURES).read_text("utf-8")) for s in self.setting.seeds]
-            figures = {ids: table.summarise([draw for one in facts for draw in one["draws"][ids]]) for ids in facts[0]["draws"]}
-            spent = sum(one["seconds"] for one in facts)
-            seconds += spent
-            rows[name] = {
-                "title": KNOWN[name].title,
-                "figures": figures["own"],
-                "random_ids": figures.get("random"),
-                "steps": facts[0]["steps"],
-                "best": [one["best"] for one in facts],
-                "skipped": [one["skipped"] for one in facts],
-                "curves": [one["curve"] for one in facts],
-                "minutes": spent / 60,
-                "windows_per_second": float(np.mean([one["windows_per_second"] for one in facts])),
-            }
+    def _write(self, command: str, device: str) -> dict:
+        found, bench = rows.found(self.folder), self._bench
+        if not found:
+            raise UsageError(f"{self.folder} holds nothing that has been trained.", "Train with --data and --setting.")
+        winner = next((one for one in found if one.name == rows.WINNER), None)
+        systems = {one.name: rows.summary(one, bench, winner) for one in found}
+        rows.correct(systems)
         report = {
             "command": command,
             "setting": self.setting.to_dict(),
             "device": device,
-            "minutes": seconds / 60,
-            "windows": {"training": len(self.data.windows[TRAIN]), "test": len(self._bench.windows)},
-            "systems": rows,
-            "references": references(self._bench),
-            "extractor": found,
+            "minutes": sum(row["minutes"] for row in systems.values()),
+            "windows": {
+                "training": len(self.data.windows[TRAIN]),
+                "test": len(bench.windows),
+                "talks": len(np.unique(bench.talk)),
+            },
+            "systems": systems,
+            "references": references(bench),
+            "extractor": self._extractor[1],
         }
         for name, text in ((REPORT, json.dumps(report, indent=1)), (TABLE, table.markdown(report))):
             with whole_file(self.folder / name) as temporary:
@@ -189,7 +213,8 @@ class Runner:
         path, wanted = self.folder / SETTING, {"data": str(Path(data).absolute()), **self.setting.to_dict()}
         if path.is_file():
             held = json.loads(path.read_text("utf-8"))
-            if {**held, "seeds": wanted["seeds"]} != wanted:  # seeds may be added later
+            known = {"data": held.pop("data"), **Setting.from_dict(held).to_dict()}  # what is newer than the bench is as it was
+            if {**known, "seeds": wanted["seeds"]} != wanted:  # seeds may be added later
                 raise UsageError(f"{self.folder} holds a bench with other settings or data.", "Choose another folder.")
             return
         with whole_file(path) as temporary:
@@ -197,15 +222,18 @@ class Runner:
 
 
 def references(bench: Bench) -> dict[str, dict]:
-    """Rows that need no training: the last given pose held, and the performed motion against itself."""
-    from .data import SEEDS
-
+    """Rows that need no training: the last given pose held, and the performed motion, against itself and another's."""
     held = bench.real.copy()
-    held[:, SEEDS:] = held[:, SEEDS - 1 : SEEDS]
-    return {
+    held[:, bench.given :] = held[:, bench.given - 1 : bench.given]
+    told = {
         name: {"title": title, "figures": table.summarise([bench.judge(motion)])}
         for name, title, motion in (("held", "last given pose held", held), ("real", "performed", bench.real))
     }
+    if bench.elsewhere is not None:
+        others = bench.data.motions(bench.elsewhere)
+        elsewhere = bench.judge_elsewhere(lambda draw: others, 1).draws
+        told["real"] |= rows.answers(elsewhere, [bench.judge(bench.real)])
+    return told
 
 
 def minutes_left(minutes: float) -> Callable[[], bool]:

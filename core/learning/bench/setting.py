@@ -24,10 +24,11 @@ class Setting:
     ``faithful``: the public code's bugs instead of the corrected forms (reference section G). ``warm_up``: "code", S2AG's
     discriminator neither learns nor is heard in the first pass (in a quarter of a training that is shorter than four), or
     "paper", it does so from the start (reference A.11, 16). ``training_ids``: S2AG and its ablations learn each window as
-    its "own" speaker's, or as that of "strangers" as in the public code (A.11, 15). ``validate_every`` so many
-    batches ``validation_windows`` are judged, and the weights with the lowest ``select`` are the ones that count (0: the
-    last ones are); the public codes select by L1 (S2AG) and FGD (GTC; reference A.11, 26 and C). ``precision``: of the
-    training; judged is in float32.
+    its "own" speaker's, or as that of "strangers" as in the public code (A.11, 15). ``given``: poses of a
+    window that are given to a system, 4 in the code; 17 of the 34 are the paper's T seeds of which the next T follow (section
+    3.1.5). ``validate_every`` so many batches ``validation_windows`` are judged, and the weights with the lowest ``select`` are
+    the ones that count (0: the last ones are); the public codes select by L1 (S2AG) and FGD (GTC; reference A.11, 26 and C).
+    ``precision``: of the training; judged is in float32.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Setting:
     faithful: bool = False
     warm_up: str = "code"
     training_ids: str = "own"
+    given: int = 4
     validate_every: int = 0
     validation_windows: int = 600
     select: str = "maje_code"  # or "fgd"
@@ -58,6 +60,8 @@ class Setting:
         for name, known in _CHOICES.items():
             if getattr(self, name) not in known:
                 raise UsageError(f"There is no {name} {getattr(self, name)!r}.", f"Known are {' and '.join(known)}.")
+        if not 2 <= self.given <= 32:
+            raise UsageError(f"{self.given} poses of a window of 34 would be given.", "Give 2 to 32.")
         if not (0 < self.share <= 4 and self.epochs > 0 and self.seeds):
             raise UsageError("share, epochs and seeds must not be empty.", "Set share and epochs above 0 and name a seed.")
 

@@ -8,13 +8,12 @@ from ..systems.catalogue import KNOWN
 from .judging import FIGURES
 
 PAPER = ("maje_code", "mad_code", "fgd")
-IDS = ("own", "random")
-"""As whom the windows of the test are performed: as their own speakers, or as ones drawn from all."""
 OF_FEATURES = ("fgd", "feature_distance", "diversity", "multimodality")
 """Figures that say nothing where the features do not."""
 NOTE = """\
-Mean ± standard deviation over training seeds and style draws. "Paper": the numbers printed in the paper's Table 2 for TED
-Gesture (for Gesticulator: GENEA 2020). They are no goal here and must not be compared with ours in size, only in order:
+Mean ± standard deviation over training seeds and style draws; a row has as many seeds as it names. "Paper": the numbers
+printed in the paper's Table 2 for TED Gesture (for Gesticulator: GENEA 2020). They are no goal here and must not be compared
+with ours in size, only in order:
 
 - The data set is another one. On the directed corpus all motion follows rules; TED's follows people.
 - MAJE (code) and MAD (code) are the public code's definitions: mean absolute difference by coordinate over ten joints, the
@@ -24,6 +23,19 @@ Gesture (for Gesticulator: GENEA 2020). They are no goal here and must not be co
 - Test ids: "own", every window as its own speaker; "random", as one drawn from all, as the public codes of S2AG and GTC test.
   The other systems know no speakers.
 - Gesticulator runs at 15 frames a second on directions, with word vectors instead of BERT's; JEM hears sound as in GTC's code.
+"""
+
+
+CERTAIN = """\
+95 % intervals by the bootstrap over talks and seeds (1,000 resamples), since windows of one talk are not independent; with one
+seed they say nothing of what another training would give. p: permutation test of no difference from S2AG, both changing places
+talk by talk (of FGD: all seeds and draws together), two-sided, corrected by Holm's method for the systems tested.
+"""
+APPROPRIATE_NOTE = """\
+Each cell: the figure of motion made for a window's own sound and words / for those of a window of another talk, given poses and
+speaker being the window's own and both held against the window's own motion and sound. Motion that answers what is said loses
+by the exchange; motion that only looks like somebody speaking does not (the mismatching test of GENEA's studies, arXiv
+2511.01233, in figures instead of people's votes). "Performed" is the real motion of the other window, the most to lose.
 """
 
 
@@ -42,7 +54,8 @@ def summarise(results: Sequence[dict[str, float]]) -> dict[str, list[float]]:
 def markdown(report: dict) -> str:
     """The whole report as Markdown; ``report`` is what :func:`run.bench` writes as JSON."""
     lines = ["# The table", "", "`" + report["command"] + "`", "", _setting(report), "", *_main(report), "", NOTE.rstrip()]
-    lines += ["", "## All figures", "", *_all(report), "", "## Training", "", *_training(report), "", "## Extractor", ""]
+    lines += [*_certainty(report), *_appropriate(report), "", "## All figures", "", *_all(report)]
+    lines += ["", "## Training", "", *_training(report), "", "## Extractor", ""]
     found = report["extractor"]
     lines.append(
         f"Reconstruction misses {found['missed']:.1%} of the variance of unseen motion; two halves of the real test motion lie "
@@ -79,9 +92,11 @@ def _says(figure: str, report: dict) -> bool:
 def _setting(report: dict) -> str:
     setting = report["setting"]
     return (
-        f"Setting `{setting['name']}`: widths x {setting['share']:g}, batches of {setting['batch']}, seeds "
-        f"{', '.join(map(str, setting['seeds']))}, {setting['draws']} style draws, {report['windows']['test']} test windows, "
-        f"{report['windows']['training']} training windows; {report['device']}; {report['minutes']:.1f} minutes in all."
+        f"Setting `{setting['name']}`: widths x {setting['share']:g}, batches of {setting['batch']}, {setting['draws']} style "
+        f"draws, {report['windows']['test']} test windows of {report['windows']['talks']} talks, "
+        f"{report['windows']['training']} training windows; {report['device'] and report['device'] + '; '}"
+        f"{report['minutes']:.1f} minutes of training in all."
+        + (f" {setting['given']} of a window's 34 poses are given." if setting["given"] != 4 else "")
         + _WARM_UP[setting["warm_up"]]
         + _TRAINED_AS[setting["training_ids"]]
         + (" The public code's bugs are on." if setting["faithful"] else "")
@@ -98,10 +113,52 @@ _TRAINED_AS = {"own": "", "strangers": " S2AG and its ablations learned stranger
 def _main(report: dict) -> list[str]:
     titles = [f"{FIGURES[name].title} {FIGURES[name].unit}".strip() for name in PAPER]
     paper = (f"Paper: {FIGURES[name].title.split()[0]}" for name in PAPER)
-    lines = [_row(["System", "Test ids", *titles, *paper]), _row(["---"] * 8)]
+    lines = [_row(["System", "Test ids", "Seeds", *titles, *paper]), _row(["---"] * 9)]
     for name, ids, row in _rows(report):
         shown = (_shown(row, figure, report) for figure in PAPER)
-        lines.append(_row([row["title"], ids, *shown, *_paper(name)]))
+        lines.append(_row([row["title"], ids, _seeds(row), *shown, *_paper(name)]))
+    made = [f"- {row['title']}: {row['made']}" for row in report["systems"].values() if row["made"]]
+    return [*lines, "", *made] if made else lines
+
+
+def _certainty(report: dict) -> list[str]:
+    """Intervals of the paper's figures and what tests against S2AG say."""
+    lines = ["", "## How sure that is", "", CERTAIN.rstrip(), ""]
+    lines += [_row(["System", "Test ids", *(_pair(FIGURES[name].title) for name in PAPER)]), _row(["---"] * 5)]
+    found = False
+    for name, ids, row in _rows(report):
+        if name not in report["systems"]:
+            continue
+        bounds, cells = row["intervals"][row["ids"] if ids != "random" else "random"], []
+        for figure in PAPER:
+            p = row["against"].get(figure) if ids == (row["ids"] if row["random_ids"] else ids) else None
+            cell = "" if bounds[figure] is None else " to ".join(_value((bound, 0)) for bound in bounds[figure])
+            found |= bounds[figure] is not None
+            cells.append((cell + ("" if p is None else f", {_p(p)}")) if _says(figure, report) else "collapsed")
+        lines.append(_row([row["title"], ids, *cells]))
+    return lines if found else []
+
+
+def _appropriate(report: dict) -> list[str]:
+    """How much motion that was made for its own speech suits it better than motion that was made for another's."""
+    rows = [(name, row) for name, row in [*report["systems"].items(), *report["references"].items()] if row.get("gains")]
+    if not rows:
+        return []
+    names = list(rows[0][1]["gains"])
+    lines = ["", "## Own speech against another's", "", APPROPRIATE_NOTE.rstrip(), ""]
+    lines += [_row(["System", *(FIGURES[name].title for name in names), "MAJE gained, 95 %, p", "beats gained, 95 %, p"])]
+    lines += [_row(["---"] * (3 + len(names)))]
+    for _, row in rows:
+        cells = []
+        for name in names:
+            pair = (_value((row[part][name][0], 0)) for part in ("figures", "elsewhere"))
+            cells.append(" / ".join(pair) if _says(name, report) else "collapsed")
+        for name in ("maje_code", "beat_alignment"):
+            bounds, p = (row.get(part, {}).get(name) for part in ("gain_intervals", "gain_p"))
+            cell = _value((row["gains"][name], 0))
+            cell += "" if bounds is None else f" ({' to '.join(_value((bound, 0)) for bound in bounds)})"
+            cells.append(cell + ("" if p is None else f", {_p(p)}"))
+        lines.append(_row([row["title"], *cells]))
     return lines
 
 
@@ -117,10 +174,12 @@ def _all(report: dict) -> list[str]:
 
 
 def _training(report: dict) -> list[str]:
-    lines = [_row(["System", "Steps", "Judged after", "Minutes", "Windows a second"]), _row(["---"] * 5)]
+    lines = [_row(["System", "Seeds", "Steps", "Judged after", "Minutes", "Windows a second"]), _row(["---"] * 6)]
     for row in report["systems"].values():
-        best = ", ".join(map(str, row["best"]))
-        lines.append(_row([row["title"], row["steps"], best, f"{row['minutes']:.1f}", f"{row['windows_per_second']:.0f}"]))
+        if row["steps"]:
+            best = ", ".join(map(str, row["best"]))
+            cells = [row["title"], _seeds(row), row["steps"], best, f"{row['minutes']:.1f}", f"{row['windows_per_second']:.0f}"]
+            lines.append(_row(cells))
     return lines
 
 
@@ -135,7 +194,11 @@ def _verdict(report: dict) -> list[str]:
         if not behind:
             lines.append(f"- {title}: S2AG is lowest, by {min(others.values()):.1%} of the next.")
         else:
-            listed = ", ".join(f"{KNOWN[name].title} (by {share:.1%})" for name, share in sorted(behind.items()))
+            tests = {name: row["against"].get(figure) for name, row in report["systems"].items()}
+            listed = ", ".join(
+                f"{report['systems'][name]['title']} (by {share:.1%}{'' if tests[name] is None else ', ' + _p(tests[name])})"
+                for name, share in sorted(behind.items())
+            )
             lines.append(f"- {title}: S2AG is not lowest; lower are {listed}.")
     return lines
 
@@ -145,9 +208,22 @@ def _rows(report: dict) -> list[tuple[str, str, dict]]:
     rows = []
     for name, row in report["systems"].items():
         drawn = row["random_ids"]
-        rows.append((name, "own" if drawn else "", row))
+        rows.append((name, row["ids"] if drawn or row["ids"] == "random" else "", row))
         rows += [(name, "random", {**row, "figures": drawn})] if drawn else []
     return rows + [(name, "", row) for name, row in report["references"].items()]
+
+
+def _seeds(row: dict) -> str:
+    """Of a training; what was not trained here has none."""
+    return ", ".join(map(str, row["seeds"])) if row.get("steps") else ""
+
+
+def _p(value: float) -> str:
+    return "p < 0.001" if value < 0.001 else f"p = {value:.3f}"
+
+
+def _pair(title: str) -> str:
+    return f"{title}: 95 %, p against S2AG"
 
 
 def _paper(name: str) -> list[str]:

@@ -7,7 +7,7 @@ from ...model.generator import Generator
 from ..systems.adversarial import Adversarial
 from ..systems.sample import SPECIAL
 from ..systems.system import System
-from .data import SEEDS, Data
+from .data import Data
 
 WEIGHTS = "weights.safetensors"
 
@@ -28,7 +28,7 @@ def save(system: System, data: Data, folder: Path, facts: dict) -> Path | None:
     meta = {
         "speakers": [{"name": str(one["name"]), "description": ""} for one in data.corpus.speakers],
         "vocabulary": [""] * SPECIAL + [str(word) for word in data.corpus.meta["words"]],
-        "training": {"source": "s2ag bench", **facts, "settings": {"frames": system.config.frames, "seed_frames": SEEDS}},
+        "training": {"source": "s2ag bench", **facts, "settings": {"frames": system.config.frames, "seed_frames": data.given}},
     }
     checkpoint.save(path, generator, None, meta, half=False)
     return path

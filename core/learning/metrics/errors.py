@@ -31,14 +31,24 @@ def maje_code(made: np.ndarray, real: np.ndarray, seeds: int = 4) -> float:
     Mean of |x|, |y| and |z| over all ten joints, the fixed root included, after the ``seeds`` given frames; vectors not
     normalised.
     """
+    return float(maje_code_windows(made, real, seeds).mean())
+
+
+def maje_code_windows(made: np.ndarray, real: np.ndarray, seeds: int = 4) -> np.ndarray:
+    """:func:`maje_code` of every window ``(N,)``."""
     apart = positions(made, unit=False) - positions(real, unit=False)
-    return float(np.abs(apart[:, seeds:]).mean() * MILLIMETRES)
+    return np.abs(apart[:, seeds:]).mean((1, 2, 3)) * MILLIMETRES
 
 
 def mpjpe(made: np.ndarray, real: np.ndarray, seeds: int = 4) -> float:
     """Mean distance in millimetres of the nine joints that can move, after the seeds, bones at their lengths."""
+    return float(mpjpe_windows(made, real, seeds).mean())
+
+
+def mpjpe_windows(made: np.ndarray, real: np.ndarray, seeds: int = 4) -> np.ndarray:
+    """:func:`mpjpe` of every window ``(N,)``."""
     apart = positions(made) - positions(real)
-    return float(np.linalg.norm(apart[:, seeds:, 1:], axis=-1).mean() * MILLIMETRES)
+    return np.linalg.norm(apart[:, seeds:, 1:], axis=-1).mean((1, 2)) * MILLIMETRES
 
 
 def mad_code(made: np.ndarray, real: np.ndarray) -> float:
@@ -47,8 +57,13 @@ def mad_code(made: np.ndarray, real: np.ndarray) -> float:
     Mean of |x|, |y| and |z| of the differences of second differences over all frames and ten joints, vectors not
     normalised. The paper prints this number under mm/s^2.
     """
+    return float(mad_code_windows(made, real).mean())
+
+
+def mad_code_windows(made: np.ndarray, real: np.ndarray) -> np.ndarray:
+    """:func:`mad_code` of every window ``(N,)``."""
     apart = np.diff(positions(made, unit=False), n=2, axis=1) - np.diff(positions(real, unit=False), n=2, axis=1)
-    return float(np.abs(apart).mean() * MILLIMETRES)
+    return np.abs(apart).mean((1, 2, 3)) * MILLIMETRES
 
 
 def mad_seconds(made: np.ndarray, real: np.ndarray, fps: float = skeleton.FPS) -> float:

@@ -18,11 +18,18 @@ def frechet_distance(a: np.ndarray, b: np.ndarray) -> float:
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise UsageError("Features hold values that are not finite.", "Train the network or the extractor again.")
     cov_a, cov_b = (np.atleast_2d(np.cov(part, rowvar=False)) for part in (a, b))
-    root = _root(cov_a)
-    shared = np.linalg.eigvalsh(root @ cov_b @ root)
-    apart = a.mean(0) - b.mean(0)
-    distance = apart @ apart + np.trace(cov_a) + np.trace(cov_b) - 2 * np.sqrt(np.maximum(shared, 0)).sum()
-    return float(max(distance, 0.0))
+    return float(of_moments(a.mean(0), cov_a, b.mean(0), cov_b, root(cov_b)))
+
+
+def of_moments(mean_a: np.ndarray, cov_a: np.ndarray, mean_b: np.ndarray, cov_b: np.ndarray, root_b: np.ndarray) -> np.ndarray:
+    """:func:`frechet_distance` ``(...)`` of normal distributions: means ``(..., d)``, covariances ``(..., d, d)``.
+
+    ``root_b`` is the :func:`root` of ``cov_b``, which many distances may share.
+    """
+    shared = np.linalg.eigvalsh(root_b @ cov_a @ root_b)
+    traces = np.trace(cov_a, axis1=-2, axis2=-1) + np.trace(cov_b, axis1=-2, axis2=-1)
+    distance = np.square(mean_a - mean_b).sum(-1) + traces - 2 * np.sqrt(np.maximum(shared, 0)).sum(-1)
+    return np.maximum(distance, 0.0)
 
 
 def feature_distance(a: np.ndarray, b: np.ndarray) -> float:
@@ -30,6 +37,7 @@ def feature_distance(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.abs(np.asarray(a, np.float64) - np.asarray(b, np.float64)).sum(1).mean())
 
 
-def _root(matrix: np.ndarray) -> np.ndarray:
+def root(matrix: np.ndarray) -> np.ndarray:
+    """The symmetric square root of symmetric matrices ``(..., d, d)`` without negative eigenvalues."""
     values, vectors = np.linalg.eigh(matrix)
-    return (vectors * np.sqrt(np.maximum(values, 0))) @ vectors.T
+    return (vectors * np.sqrt(np.maximum(values, 0))[..., None, :]) @ np.swapaxes(vectors, -1, -2)

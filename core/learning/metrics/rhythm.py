@@ -43,13 +43,18 @@ def beat_alignment(motions: np.ndarray, heard: list[np.ndarray], fps: float = sk
 
     A window without motion beats counts as 0; windows without onsets are left out.
     """
-    scores = []
-    for motion, marks in zip(motions, heard, strict=True):
-        if not len(marks):
-            continue
-        beats = motion_beats(motion, fps)
-        scores.append(_bell(beats, marks, AIST_SIGMA).mean() if len(beats) else 0.0)
-    return float(np.mean(scores)) if scores else float("nan")
+    scores = beat_alignment_windows(motions, heard, fps)
+    return float(np.nanmean(scores)) if np.isfinite(scores).any() else float("nan")
+
+
+def beat_alignment_windows(motions: np.ndarray, heard: list[np.ndarray], fps: float = skeleton.FPS) -> np.ndarray:
+    """:func:`beat_alignment` of every window ``(N,)``, NaN where nothing is heard."""
+    scores = np.full(len(motions), np.nan)
+    for row, (motion, marks) in enumerate(zip(motions, heard, strict=True)):
+        if len(marks):
+            beats = motion_beats(motion, fps)
+            scores[row] = _bell(beats, marks, AIST_SIGMA).mean() if len(beats) else 0.0
+    return scores
 
 
 def angle_changes(directions: np.ndarray) -> np.ndarray:

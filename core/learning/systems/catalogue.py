@@ -31,6 +31,7 @@ class Build:
     ``trained_words``: the word table is trained, as published, or frozen. ``diversity_share``: see :class:`Adversarial`.
     ``first_pass``: the share of the training that its first pass is, in which S2AG's discriminator neither learns nor is
     heard; 0 for the paper's wording, in which there is no warm-up. ``strangers``: see ``foreign_ids`` there.
+    ``given``: poses of a window that are given.
     """
 
     vectors: torch.Tensor
@@ -41,6 +42,7 @@ class Build:
     faithful: bool = False
     first_pass: float = 0.0
     strangers: bool = False
+    given: int = 4
 
 
 _LARGE = ("text_channels", "gru_size", "head_size", "discriminator_size")
@@ -76,10 +78,14 @@ def _adversarial(preset: Callable[..., ModelConfig], trimodal: bool = False, jud
     return build
 
 
+def _joint(audio: bool):
+    return lambda of: JointEmbedding(of.vectors, of.trained_words, audio, of.share, of.given)
+
+
 SYSTEMS: dict[str, Known] = {
     "seq2seq": Known("Seq2Seq", lambda of: Seq2Seq(of.vectors, of.trained_words, of.share), (45.62, 6.33, 6.62)),
-    "s2g": Known("S2G-IS", lambda of: Speech2Gesture(of.faithful, of.share), (45.11, 7.22, 6.73)),
-    "jem": Known("JEM", lambda of: JointEmbedding(of.vectors, of.trained_words, True, of.share), (48.56, 4.31, 5.88)),
+    "s2g": Known("S2G-IS", lambda of: Speech2Gesture(of.faithful, of.share, of.given), (45.11, 7.22, 6.73)),
+    "jem": Known("JEM", _joint(audio=True), (48.56, 4.31, 5.88)),
     "gtc": Known("GTC", _adversarial(ModelConfig.trimodal, trimodal=True), (27.30, 3.20, 4.49)),
     "gesticulator": Known("Gesticulator", lambda of: Gesticulator(of.vectors, of.share), None, (82.41, 3.62, 31.04)),
     "s2ag-no-mfcc": Known(

@@ -23,10 +23,12 @@ class JointEmbedding(System):
     1x1 shortcut around a wider convolution.
     """
 
-    def __init__(self, vectors: torch.Tensor, trained_words: bool = True, audio: bool = True, share: float = 1.0):
+    def __init__(
+        self, vectors: torch.Tensor, trained_words: bool = True, audio: bool = True, share: float = 1.0, given: int = 4
+    ):
         super().__init__()
         table = WordTable(word_vectors(vectors, trained_words), trained_words)
-        self.performer = _Network(table, audio, share)
+        self.performer = _Network(table, audio, share, given)
 
     def make(self, sample: Sample, progress: float) -> Made:
         """From speech or from the motion itself, as a coin says, once for the whole batch."""
@@ -47,7 +49,7 @@ class JointEmbedding(System):
 
 
 class _Network(nn.Module):
-    def __init__(self, table: WordTable, audio: bool, share: float):
+    def __init__(self, table: WordTable, audio: bool, share: float, given: int):
         super().__init__()
         self.table = table
         heard, inner = narrow(32, share), wide(128, share)
@@ -61,7 +63,7 @@ class _Network(nn.Module):
         self.mu, self.log_var = nn.Linear(LATENT, LATENT), nn.Linear(LATENT, LATENT)
         self.motion = Extractor().encoder
         self.pose = nn.Sequential(nn.LazyLinear(heard), nn.BatchNorm1d(heard), nn.ReLU(), nn.Linear(heard, heard))
-        self.pose(torch.zeros(2, 4 * POSE))
+        self.pose(torch.zeros(2, given * POSE))
         size = wide(300, share)
         self.gru = make_gru(LATENT + heard, size, 4, 0.3)
         self.out = nn.Sequential(nn.Linear(size, size // 2), nn.LeakyReLU(0.01), nn.Linear(size // 2, POSE))

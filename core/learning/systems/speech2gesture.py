@@ -24,10 +24,10 @@ class Speech2Gesture(System):
     rate = 1e-3
     judge_rate = 2e-4
 
-    def __init__(self, port: bool = False, share: float = 1.0):
+    def __init__(self, port: bool = False, share: float = 1.0, given: int = 4):
         super().__init__()
         self.port, self.bands = port, 128 if port else 64
-        self.performer = _Network(port, share)
+        self.performer = _Network(port, share, given)
         self.judge = _judge(share)
 
     def make(self, sample: Sample, progress: float) -> Made:
@@ -87,7 +87,7 @@ def _block1d(inputs: int, outputs: int, kernel: int = 3, stride: int = 1) -> nn.
 
 
 class _Network(nn.Module):
-    def __init__(self, port: bool, share: float):
+    def __init__(self, port: bool, share: float, seeds: int):
         super().__init__()
         a, b, c = (wide(channels, share) for channels in (64, 128, 256))
         self.audio = nn.Sequential(
@@ -99,7 +99,7 @@ class _Network(nn.Module):
         self.up = nn.ModuleList(_block1d(c, c) for _ in range(5))
         given, pose = narrow(32, share), narrow(16, share)
         self.pose = nn.Sequential(nn.LazyLinear(given), nn.BatchNorm1d(given), nn.ReLU(), nn.Linear(given, pose))
-        self.pose(torch.zeros(2, 4 * POSE))
+        self.pose(torch.zeros(2, seeds * POSE))
         self.out = nn.Sequential(_block1d(c + pose, c), *(_block1d(c, c) for _ in range(3)), nn.Conv1d(c, POSE, 1))
 
     def forward(self, heard: torch.Tensor, given: torch.Tensor, frames: int) -> torch.Tensor:

@@ -301,11 +301,13 @@ def test_the_verdict_says_by_how_much():
 
 @pytest.mark.parametrize("trusted", [True, False])
 def test_what_collapsed_features_say_is_neither_shown_nor_ranked(trusted):
-    row = {"steps": 3, "best": [3], "minutes": 0.1, "windows_per_second": 2.0, "random_ids": None}
+    row = {"steps": 3, "best": [3], "minutes": 0.1, "windows_per_second": 2.0, "random_ids": None, "ids": "own", "made": ""}
+    row |= {"seeds": [1], "intervals": {"own": dict.fromkeys(FIGURES)}, "against": {}}
     names = enumerate(("s2ag", "gtc"), 1)
     rows = {name: {**row, "title": name, "figures": dict.fromkeys(FIGURES, [size, 0.0])} for size, name in names}
     found = {"missed": 0.9, "halves": 0.1, "still": 0.1, "ratio": 1.0, "trusted": trusted}
-    facts = {"command": "", "device": "", "minutes": 0.2, "windows": {"training": 1, "test": 1}, "setting": TINY.to_dict()}
+    counts = {"training": 1, "test": 1, "talks": 1}
+    facts = {"command": "", "device": "", "minutes": 0.2, "windows": counts, "setting": TINY.to_dict()}
     text = table.markdown({**facts, "systems": rows, "references": {}, "extractor": found})
     verdict = text.partition("## S2AG against the others")[2]
     assert ("FGD" in verdict) == trusted and "MAJE" in verdict
