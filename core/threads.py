@@ -1,8 +1,10 @@
 """Manners on a machine that others use too: Blender renders on all cores while the network thinks."""
 
+import contextlib
 import os
-from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
 from typing import TypeVar
 
@@ -58,6 +60,31 @@ def each(work: Callable[[T], R], parts: Iterable[T], most: int = _MOST) -> list[
     if failed:
         raise failed[0]
     return made
+
+
+@contextlib.contextmanager
+def ahead(*parts: Callable[[], T]) -> Iterator[list[Future]]:
+    """Do ``parts`` one after the other in a thread beside this one, which meanwhile waits for another process; their futures.
+
+    What has not begun when this ends is left undone.
+    """
+    futures: list[Future] = [Future() for _ in parts]
+
+    def work() -> None:
+        for part, future in zip(parts, futures, strict=True):
+            if future.set_running_or_notify_cancel():
+                try:
+                    future.set_result(part())
+                except BaseException as error:  # whoever asks for the result gets it
+                    future.set_exception(error)
+
+    if parts:
+        threading.Thread(target=work, name="s2ag ahead", daemon=True).start()
+    try:
+        yield futures
+    finally:
+        for future in futures:
+            future.cancel()
 
 
 @cache

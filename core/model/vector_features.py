@@ -3,17 +3,16 @@
 import numpy as np
 
 from ..motion import skeleton
-from ..sound import mfcc
 from ..vectors.table import DIMENSIONS, place
 from .timing import mfcc_slice
 
 
 class VectorFeatures:
-    """MFCCs and prosody of the whole recording; word vectors are placed window by window, so an hour stays small."""
+    """``mfcc`` (:func:`mfcc.temporal_features`) and ``prosody`` of a recording; word vectors are placed window by window, so an
+    hour stays small."""
 
-    def __init__(self, sound: np.ndarray, words: tuple, vectors, prosody: np.ndarray | None):
-        self.prosody = prosody
-        self.mfcc = mfcc.temporal_features(sound)
+    def __init__(self, mfcc: np.ndarray, words: tuple, vectors, prosody: np.ndarray | None):
+        self.mfcc, self.prosody = mfcc, prosody
         self.words, self.vectors = sorted(words, key=lambda word: word[1]), vectors
         self.ends = np.maximum.accumulate([end for _, _, end in self.words])
         self.starts = np.array([start for _, start, _ in self.words])

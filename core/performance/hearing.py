@@ -1,5 +1,6 @@
 """A recording as performers hear it: all that does not depend on style, pose or seed."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from ..errors import UnknownStyle, UsageError
 from ..face import making
 from ..meaning.vocabulary import Vocabulary
 from ..motion import skeleton
+from ..threads import ahead
 from ..words import hints, transcript, turns
 from . import asking
 from .request import Request
@@ -51,16 +53,27 @@ class Heard:
 
 def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
     """Words, pauses and features of ``sound`` ``(n,)`` at 16 kHz, as the session's network wants them."""
-    from ..sound import audio, voice
+    from ..sound import audio
 
     named, sound, other = audio.digest(sound), *_voices(request, sound)
-    if request.listen:
-        said = transcript.Heard()  # the words are not the performer's
-    else:
-        said = stages.run("align words", lambda: session.words(sound, request, stages.within("align words")))
-    if request.turn:
-        said, spans = turns.own(said, _text(request), request.turn)
-        sound, other = _apart(sound, spans)
+    # While the words are found by another process, this one works out what does not hang on them.
+    with ahead(*(() if request.turn else _measuring(session.checkpoint.config, sound))) as begun:
+        if request.listen:
+            said = transcript.Heard()  # the words are not the performer's
+        else:
+            said = stages.run("align words", lambda: session.words(sound, request, stages.within("align words")))
+        measuring = [one.result for one in begun]
+        if request.turn:
+            said, spans = turns.own(said, _text(request), request.turn)
+            sound, other = _apart(sound, spans)
+            measuring = _measuring(session.checkpoint.config, sound)
+        return _heard(session, request, stages, named, said, sound, other, measuring)
+
+
+def _heard(session, request: Request, stages: Stages, named: str, said, sound, other, measuring: list[Callable]) -> Heard:
+    """What is heard of the words ``said`` and the sounds; ``measuring`` gives what :func:`_measuring` does."""
+    from ..sound import audio, voice
+
     words, wishes = said.words, hints.understand(said.marks, said.words)
     wishes, strange = _styled(wishes, session.checkpoint.speakers)
     warnings = said.warnings + _unknown(wishes) + strange
@@ -68,22 +81,38 @@ def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
     vectors = None if unheard else stages.run("load word vectors", lambda: session.vectors)
     frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
     told = hints.heard(words, wishes, session.understands, asking.asked(wishes, session.checkpoint.meanings))
-    stressed = wishes.stressed
 
     def features():
         if session.checkpoint.config.words:
-            return _published(session.checkpoint, sound, told, warnings), None
+            return _published(session.checkpoint, sound, told, warnings), None, voice.probability(sound)
         from ..model.vector_features import VectorFeatures
+        from ..sound import prosody
 
-        rhythm = _prosody(session.checkpoint.config, sound, words, frames, stressed)
-        return VectorFeatures(sound, told, vectors, rhythm and rhythm.features), rhythm
+        mfcc, tracks = (measured() for measured in measuring)
+        if not isinstance(tracks, prosody.Tracks):
+            return VectorFeatures(mfcc, told, vectors, None), None, tracks
+        rhythm = prosody.analyse(sound, words, frames, wishes.stressed, tracks)
+        return VectorFeatures(mfcc, told, vectors, rhythm.features), rhythm, tracks.voice
 
-    features, rhythm = stages.run("extract MFCC", features)
+    features, rhythm, voiced = stages.run("extract MFCC", features)
     spoken = stages.run("hear sounds", lambda: making.hear(sound, words, said.phones, rhythm)) if request.face else None
-    activity = stages.run("find pauses", lambda: _fit(voice.active(sound), frames))
+    own = voice.frame_count(sound)
+    activity = stages.run("find pauses", lambda: _fit(voice.in_frames(voiced, own), frames))
     shows = session.vocabulary if session.understands and words else None
     others = None if other is None else stages.run("listen", lambda: _listened(other, activity))
     return Heard(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
+
+
+def _measuring(config, sound: np.ndarray) -> list[Callable]:
+    """What works out MFCCs, and prosody without words or, for a network that hears none, how much is voice; none of it for an
+    imported network.
+    """
+    from ..sound import mfcc, prosody, voice
+
+    if config.words:
+        return []
+    tracks = prosody.measure if config.prosody_features else voice.probability
+    return [lambda: mfcc.temporal_features(sound), lambda: tracks(sound)]
 
 
 def _voices(request: Request, sound: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
@@ -136,14 +165,6 @@ def _published(checkpoint, sound: np.ndarray, words: tuple, warnings: list[str])
     if words and not vocabulary:
         warnings.append("This checkpoint was imported without its vocabulary, so its gestures do not follow the words.")
     return TableFeatures(sound, words, vocabulary, checkpoint.config)
-
-
-def _prosody(config, sound: np.ndarray, words: tuple, frames: int, stressed):
-    if not config.prosody_features:
-        return None
-    from ..sound import prosody
-
-    return prosody.analyse(sound, words, frames, stressed)
 
 
 def _unknown(wishes: hints.Wishes) -> list[str]:

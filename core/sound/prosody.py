@@ -77,7 +77,7 @@ class Prosody:
 
 
 @dataclass(frozen=True)
-class _Tracks:
+class Tracks:
     """100 Hz tracks: voice 0..1, level (dB), pitch (semitones over the median), median (log2 of 150 Hz), tilt (dB)."""
 
     voice: np.ndarray
@@ -92,33 +92,35 @@ def analyse(
     words: Sequence[tuple[str, float, float]] = (),
     frames: int | None = None,
     stressed: Collection[int] = (),
+    measured: Tracks | None = None,
 ) -> Prosody:
     """Prosody of ``(n,)`` float32 samples at 16 kHz; ``words`` are (text, start, end) in seconds, in order of time.
 
     ``frames``: pose frames of the features, by default as many as the recording fills. ``stressed`` are numbers of words
-    that bear a main accent whatever the sound says.
+    that bear a main accent whatever the sound says. ``measured`` is what :func:`measure` found in the audio, if that is known.
     """
-    audio = np.asarray(audio, np.float32)
     frames = voice.frame_count(audio, FPS) if frames is None else frames
-    tracks = _tracks(audio)
+    tracks = measured or measure(audio)
     phrases = _phrases(tracks)
     units = _word_units(tracks, words) if len(words) else _syllable_units(tracks)
     accents = _stress(_accents(tracks, phrases, *units), stressed)
     return Prosody(accents, phrases, _features(tracks, phrases, accents, frames), tracks.level, tracks.pitch)
 
 
-def _tracks(audio: np.ndarray) -> _Tracks:
+def measure(audio: np.ndarray) -> Tracks:
+    """What of prosody ``(n,)`` samples at 16 kHz tell without their words."""
+    audio = np.asarray(audio, np.float32)
     active = voice.probability(audio)
     count = len(active)
     if not count:
-        return _Tracks(*(np.zeros(1) for _ in range(3)), 0.0, np.zeros(1))
+        return Tracks(*(np.zeros(1) for _ in range(3)), 0.0, np.zeros(1))
     low, high = _bands(audio, count)
     level = 10 * np.log10(low + high + 1e-7)
     level = np.maximum(level, np.percentile(level, 98) - 45)
     spoken = active > 0.5
     level = level - (level[spoken].mean() if spoken.any() else level.mean())
     pitch, register = _pitch(audio, count)
-    return _Tracks(active, gaussian(level, 0.03 * RATE), pitch, register, 10 * np.log10((high + 1e-7) / (low + 1e-7)))
+    return Tracks(active, gaussian(level, 0.03 * RATE), pitch, register, 10 * np.log10((high + 1e-7) / (low + 1e-7)))
 
 
 def _bands(audio: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -153,7 +155,7 @@ def _pitch(audio: np.ndarray, count: int) -> tuple[np.ndarray, float]:
     return gaussian(np.interp(np.arange(count), known, semitones), 0.04 * RATE), register
 
 
-def _phrases(tracks: _Tracks) -> np.ndarray:
+def _phrases(tracks: Tracks) -> np.ndarray:
     """``(p, 2)`` seconds: voiced stretches between pauses, over-long ones cut at the quietest place of their middle."""
     waiting = [tuple(edge) for edge in voice.stretches(tracks.voice, shortest=0.12, pause=PHRASE_PAUSE)][::-1]
     quiet = gaussian(tracks.level, 0.06 * RATE)
@@ -169,7 +171,7 @@ def _phrases(tracks: _Tracks) -> np.ndarray:
     return np.array(phrases).reshape(-1, 2)
 
 
-def _word_units(tracks: _Tracks, words) -> tuple[np.ndarray, ...]:
+def _word_units(tracks: Tracks, words) -> tuple[np.ndarray, ...]:
     """Time, level, pitch, length (s, in proportion to what its letters ask for), meaningfulness and number of words."""
     last = len(tracks.level) - 1
     times, levels, pitches, lengths, weights = (np.zeros(len(words)) for _ in range(5))
@@ -189,7 +191,7 @@ def _word_units(tracks: _Tracks, words) -> tuple[np.ndarray, ...]:
     return times[order], levels[order], pitches[order], lengths[order], weights[order], order
 
 
-def _syllable_units(tracks: _Tracks) -> tuple[np.ndarray, ...]:
+def _syllable_units(tracks: Tracks) -> tuple[np.ndarray, ...]:
     """The same from the sound alone: one unit for every peak of loudness that stands out by 3 dB."""
     loud = gaussian(tracks.level, 0.04 * RATE)
     found = peaks.find(loud, prominence=3.0, distance=8, depth=0.6)
@@ -198,7 +200,7 @@ def _syllable_units(tracks: _Tracks) -> tuple[np.ndarray, ...]:
     return at / RATE, loud[at], tracks.pitch[at], lengths, np.full(len(at), 0.75), np.full(len(at), -1)
 
 
-def _accents(tracks: _Tracks, phrases: np.ndarray, times, levels, pitches, lengths, weights, numbers) -> tuple[Accent, ...]:
+def _accents(tracks: Tracks, phrases: np.ndarray, times, levels, pitches, lengths, weights, numbers) -> tuple[Accent, ...]:
     if not len(times):
         return ()
     louder = np.clip((levels - _around(times, levels, weights)) / 5, -1, 1)
@@ -244,7 +246,7 @@ def _around(times: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.nd
     return result
 
 
-def _features(tracks: _Tracks, phrases: np.ndarray, accents: tuple[Accent, ...], frames: int) -> np.ndarray:
+def _features(tracks: Tracks, phrases: np.ndarray, accents: tuple[Accent, ...], frames: int) -> np.ndarray:
     time = np.arange(frames) / FPS
     mains = [accent for accent in accents if accent.main]
     manner = _manner(tracks, (tracks.voice > 0.5) & (tracks.level > -15))
@@ -275,7 +277,7 @@ def _features(tracks: _Tracks, phrases: np.ndarray, accents: tuple[Accent, ...],
     return np.stack(columns, axis=1).astype(np.float32)
 
 
-def _manner(tracks: _Tracks, counted: np.ndarray) -> list[np.ndarray]:
+def _manner(tracks: Tracks, counted: np.ndarray) -> list[np.ndarray]:
     """Register, pitch range, dynamics and brightness of the last and next seconds, from voiced frames."""
     weight = _slow(counted.astype(float)) + 1e-3
     sure = weight / (weight + 0.03)
@@ -288,7 +290,7 @@ def _manner(tracks: _Tracks, counted: np.ndarray) -> list[np.ndarray]:
     return [sure * value for value in values]
 
 
-def _rate(tracks: _Tracks) -> np.ndarray:
+def _rate(tracks: Tracks) -> np.ndarray:
     """Syllables a second while speaking, over some seconds, less 2.5, over 1.5."""
     peaks = np.zeros(len(tracks.level))
     peaks[np.round(_syllable_units(tracks)[0] * RATE).astype(int)] = RATE

@@ -39,8 +39,12 @@ def frame_count(audio: np.ndarray, fps: float = 15.0) -> int:
 
 def active(audio: np.ndarray, fps: float = 15.0) -> np.ndarray:
     """``(frame_count,)`` float32 in 0..1: how much of each pose frame is voiced. All zero for silence."""
-    track = probability(audio)
-    bounds = np.arange(frame_count(audio, fps) + 1) * (RATE / fps)
+    return in_frames(probability(audio), frame_count(audio, fps), fps)
+
+
+def in_frames(track: np.ndarray, frames: int, fps: float = 15.0) -> np.ndarray:
+    """The same ``(frames,)`` from a :func:`probability` track, for callers that have one."""
+    bounds = np.arange(frames + 1) * (RATE / fps)
     total = np.concatenate([[0.0], np.cumsum(track, dtype=float)])
     level = np.interp(bounds, np.arange(len(total)), total)
     return np.clip(np.diff(level) / (RATE / fps), 0, 1).astype(np.float32)

@@ -72,3 +72,35 @@ def test_products_are_one_threads_and_the_number_comes_back():
         assert ask() == wanted
     finally:
         tell(before)
+
+
+def test_work_ahead_is_done_beside_what_goes_on_and_in_its_order():
+    done, waits = [], threading.Event()
+
+    def first():
+        waits.wait(10)
+        done.append(1)
+        return "first"
+
+    with threads.ahead(first, lambda: done.append(2)) as futures:
+        assert not done
+        waits.set()
+        assert futures[0].result(10) == "first"
+        futures[1].result(10)
+    assert done == [1, 2]
+
+
+def test_what_work_ahead_raises_meets_who_asks_for_it():
+    with threads.ahead(lambda: 1 / 0, lambda: 2) as futures:
+        with pytest.raises(ZeroDivisionError):
+            futures[0].result(10)
+        assert futures[1].result(10) == 2
+
+
+def test_work_ahead_that_nobody_waits_for_any_more_is_not_begun():
+    waits, done = threading.Event(), []
+    with pytest.raises(KeyError), threads.ahead(lambda: waits.wait(10), lambda: done.append(1)) as futures:
+        raise KeyError
+    waits.set()
+    futures[0].result(10)
+    assert futures[1].cancelled() and not done

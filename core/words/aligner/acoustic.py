@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...products import rows_by_rows
+from ...threads import each
 from .sphinx_model import STATES, Parts
 
 INSIDE, BEGINS, ENDS, WHOLE = range(4)
@@ -71,7 +72,8 @@ class AcousticModel:
         """The ``best`` Gaussians a codebook of features ``(frames, 39)``."""
         which = np.empty((len(features), self._books, self._streams, best), np.uint8)
         density = np.empty(which.shape, np.float32)
-        for begin in range(0, len(features), _BLOCK):
+
+        def block(begin: int) -> None:
             rows = slice(begin, begin + _BLOCK)
             for stream, piece in enumerate(np.split(features[rows].astype(np.float32), self._streams, axis=1)):
                 terms = np.concatenate([piece**2, piece, np.ones((len(piece), 1), np.float32)], axis=1)
@@ -82,6 +84,8 @@ class AcousticModel:
                     which[rows, :, stream, rank] = found.reshape(-1, self._books)
                     density[rows, :, stream, rank] = scores[every, found].reshape(-1, self._books)
                     scores[every, found] = -np.inf
+
+        each(block, range(0, len(features), _BLOCK))
         np.maximum(density, density[..., :1].max(axis=1, keepdims=True) - _DEEPEST, out=density)
         return Heard(which, density)
 
@@ -91,20 +95,30 @@ class AcousticModel:
 
     def scores(self, heard: Heard, senones: np.ndarray) -> np.ndarray:
         """``(frames, n)`` float32 log likelihoods of some senones, which are numbers ``(n,)`` put :meth:`together`."""
-        result = np.zeros((len(heard.which), len(senones)), np.float32)
+        result = np.empty((len(heard.which), len(senones)), np.float32)
         books, begins = np.unique(self._book[senones], return_index=True)
-        for book, begin, end in zip(books, begins, [*begins[1:], len(senones)], strict=True):
-            part = result[:, begin:end]
-            for stream in range(self._streams):
-                which, density = heard.which[:, book, stream], heard.density[:, book, stream]
-                logs = -STEP * self._weights[stream][:, senones[begin:end]].astype(np.float32)
-                if which.shape[1] == 1:
-                    part += logs[which[:, 0]]
-                else:
-                    shares, under = np.exp(logs), np.exp(density - density[:, :1])
-                    part += np.log(sum(shares[which[:, rank]] * under[:, rank, None] for rank in range(which.shape[1])))
-                part += density[:, :1]
+        each(
+            lambda one: self._book_scores(heard, senones, result, *one),
+            zip(books, begins, [*begins[1:], len(senones)], strict=True),
+        )
         return result
+
+    def _book_scores(self, heard: Heard, senones: np.ndarray, result: np.ndarray, book: int, begin: int, end: int) -> None:
+        """Scores of the senones of one codebook, from ``begin`` to ``end`` of all."""
+        scores = np.zeros((len(result), end - begin), np.float32)
+        for stream in range(self._streams):
+            which, density = heard.which[:, book, stream], heard.density[:, book, stream]
+            logs = -STEP * self._weights[stream][:, senones[begin:end]].astype(np.float32)
+            if which.shape[1] == 1:
+                scores += logs[which[:, 0]]
+            else:
+                shares, under = np.exp(logs), np.exp(density[:, 1:] - density[:, :1])
+                total = shares[which[:, 0]]  # of the best one, which the others are under
+                for rank in range(1, which.shape[1]):
+                    total += shares[which[:, rank]] * under[:, rank - 1, None]
+                scores += np.log(total, out=total)
+            scores += density[:, :1]
+        result[:, begin:end] = scores
 
 
 def _key(place, phone, left, right):

@@ -62,17 +62,17 @@ def mel_power(sound: np.ndarray) -> np.ndarray:
 
 def _cleaned(power: np.ndarray) -> np.ndarray:
     """Mel power without steady noise, which is followed as the lower envelope of each filter's smoothed power."""
-    smooth, noise, floor, peak = power[0], power[0] / _MOST, power[0] / _MOST, np.zeros(power.shape[1])
-    gains = np.empty_like(power)
-    for number, now in enumerate(power):
-        smooth = _SMOOTH * smooth + (1 - _SMOOTH) * now
-        noise = _envelope(noise, smooth)
-        signal = np.maximum(smooth - noise, 1.0)
-        floor = _envelope(floor, signal)
-        peak = peak * _DECAY
-        heard = np.where(signal < _DECAY * peak, _MASKED * peak, signal)
-        peak = np.maximum(peak, signal)
-        gains[number] = np.maximum(heard, floor) / np.maximum(smooth, 1e-10)
+    smooth = (1 - _SMOOTH) * power
+    smooth[0] += _SMOOTH * power[0]
+    share = np.empty(power.shape[1])
+    for before, now in zip(smooth[:-1], smooth[1:], strict=True):
+        now += np.multiply(before, _SMOOTH, out=share)
+    signal = np.maximum(smooth - _envelope(smooth, power[0] / _MOST), 1.0)
+    masked = np.zeros_like(power)  # a louder moment before, as far as it has decayed
+    for loud, before, now in zip(signal[:-1], masked[:-1], masked[1:], strict=True):
+        np.multiply(np.maximum(before, loud, out=share), _DECAY, out=now)
+    heard = np.where(signal < _DECAY * masked, _MASKED * masked, signal)
+    gains = np.maximum(heard, _envelope(signal, power[0] / _MOST)) / np.maximum(smooth, 1e-10)
     gains = np.clip(gains, 1 / _MOST, _MOST)
     total = np.cumsum(np.pad(gains, ((0, 0), (1, 0))), axis=1)
     place = np.arange(power.shape[1])
@@ -80,9 +80,17 @@ def _cleaned(power: np.ndarray) -> np.ndarray:
     return power * (total[:, high] - total[:, low]) / (high - low)
 
 
-def _envelope(below: np.ndarray, values: np.ndarray) -> np.ndarray:
-    above = values - below
-    return below + above * np.where(above >= 0, 1 - _RISE, 1 - _FALL)
+def _envelope(values: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """What lies below ``values`` ``(frames, n)``, from ``start`` ``(n,)`` on: it rises slowly and falls quickly."""
+    result, below = np.empty_like(values), start
+    above, fall = np.empty_like(start), np.empty_like(start)
+    for now, row in zip(values, result, strict=True):
+        np.subtract(now, below, out=above)
+        np.multiply(above, 1 - _FALL, out=fall)
+        above *= 1 - _RISE
+        # of both the lower one: where it rises that is the slow way, where it falls the quick one
+        below = np.add(below, np.minimum(above, fall, out=above), out=row)
+    return result
 
 
 @lru_cache(maxsize=1)

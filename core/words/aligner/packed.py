@@ -21,6 +21,8 @@ from .sphinx_model import Parts, UnreadableModel
 ENGLISH = Path(__file__).parents[2] / "assets" / "english.npz"
 _LEAST = 1e-4
 """The variance below which Sphinx takes none to be."""
+_ALIKE = 3
+"""Letters that words of the dictionary begin with which are looked at or passed over together."""
 
 
 def read(path: Path = ENGLISH) -> Parts:
@@ -43,16 +45,29 @@ def read(path: Path = ENGLISH) -> Parts:
 def pronunciations(wanted: set[str], path: Path = ENGLISH) -> dict[str, list[str]]:
     """Pronunciations of those words that the dictionary holds, phones divided by spaces."""
     with npz.opened(path) as data:
-        names, shared, ends = _text(data["sounds"]).split(), data["shared"].tolist(), np.cumsum(data["lengths"])
+        names, shared, ends = _text(data["sounds"]).split(), data["shared"], np.cumsum(data["lengths"])
         rest, said = _text(data["rest"]).split("\n"), data["said"]
     found: dict[str, list[str]] = {}
-    word = ""
-    for number, (kept, tail) in enumerate(zip(shared, rest, strict=True)):
-        word = word[:kept] + tail
-        if (base := word.partition("(")[0]) in wanted:
-            begin = ends[number - 1] if number else 0
-            found.setdefault(base, []).append(" ".join(names[one] for one in said[begin : ends[number]]))
+    beginnings, word = {base[:_ALIKE] for base in wanted}, ""
+    heads = np.flatnonzero(shared < _ALIKE).tolist()
+    shared = shared.tolist()
+    if len(shared) != len(rest):
+        raise npz.NotArrays("its words are not as many as their letters")
+    for head, following in zip(heads, [*heads[1:], len(rest)], strict=True):
+        word = word[: shared[head]] + rest[head]
+        if _base(word)[:_ALIKE] not in beginnings:
+            continue  # nor is any other word that begins as this one does
+        for number in range(head, following):
+            word = word[: shared[number]] + rest[number]
+            if (base := _base(word)) in wanted:
+                begin = ends[number - 1] if number else 0
+                found.setdefault(base, []).append(" ".join(names[one] for one in said[begin : ends[number]]))
     return found
+
+
+def _base(word: str) -> str:
+    """A word without the number of its pronunciation."""
+    return word.partition("(")[0]
 
 
 def neighbours(path: Path = ENGLISH) -> tuple[list[str], np.ndarray]:

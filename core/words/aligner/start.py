@@ -10,7 +10,8 @@ if __name__ == "__main__":
     name = "s2ag_aligner"
     sys.modules[name] = types.ModuleType(name)
     sys.modules[name].__path__ = [str(Path(__file__).parents[2])]
-    # products as small as these gain nothing from a second thread, which would only spin beside Blender
-    for key, one in importlib.import_module(f"{name}.threads").ONE_EACH.items():
+    threads = importlib.import_module(f"{name}.threads")
+    threads.cores()  # is asked first: work is shared out here, while products this small gain nothing from a second thread
+    for key, one in threads.ONE_EACH.items():
         os.environ.setdefault(key, one)
     importlib.import_module(f"{name}.words.aligner.serve").main()

@@ -29,85 +29,120 @@ def path(model: AcousticModel, graph: Graph, heard: Heard, background: np.ndarra
     senones = model.together(np.unique(graph.senones))
     place = np.empty(senones.max() + 1, int)
     place[senones] = np.arange(len(senones))
-    column = place[graph.senones.T]
     scores = model.scores(heard, senones) - background[:, None].astype(np.float32)
-    marks = _walk(model, graph, scores, column)
-    return _read(graph, scores, column, *marks) if marks else []
+    walk = _Walk(model, graph, scores, place)
+    return _read(graph, walk) if walk.last is not None else []
 
 
-def _walk(model: AcousticModel, graph: Graph, scores: np.ndarray, column: np.ndarray):
-    """Frame by frame: ``moved`` (packed bits: whether a state was entered), ``came`` (the source a phone was entered from),
-    and the last phone; None without a path."""
-    count, frames = len(graph.phone), len(scores)
-    targets, starts = np.unique(graph.to, return_index=True)
-    widest = int(np.diff(np.append(starts, len(graph.to))).max())
-    sources, costs = _table(graph, targets, starts, widest)
-    stay, leave = (part[graph.phone].T.copy() for part in (model.stay, model.leave))
-    state = np.full((STATES, count), _NEVER)
-    state[0, graph.begins] = 0
-    state += scores[0][column]
-    moved = np.empty((frames, (STATES * count + 7) // 8), np.uint8)
-    came = np.zeros((frames, len(targets)), np.uint8)
-    hub = np.zeros(frames, np.int32)
-    closing = np.flatnonzero(graph.closes) if (graph.source < 0).any() else ()
-    enter = np.full((STATES, count), _NEVER)
-    out = np.full(count + 2, _NEVER)  # all ends of phones, the end of any word, and none
-    every = np.arange(len(targets))
-    for frame in range(1, frames):
-        np.add(state[:-1], leave[:-1], out=enter[1:])
-        np.add(state[-1], leave[-1], out=out[:count])
-        if len(closing):
-            hub[frame] = closing[out[closing].argmax()]
-            out[count] = out[hub[frame]]
-        ways = out[sources] + costs
-        choice = ways.argmax(axis=0)
-        enter[0, targets] = ways[choice, every]
-        came[frame] = choice
-        state += stay
-        new = enter > state
-        np.maximum(state, enter, out=state)
-        state += scores[frame][column]
-        moved[frame] = np.packbits(new)
-    final = np.where(graph.ends, state[-1], _NEVER)
-    last = int(final.argmax())
-    return None if final[last] < _NEVER / 2 else (moved, came, sources, hub, last)
+class _Walk:
+    """The way through all frames, with its phones put so that those which most arcs lead to come first.
+
+    ``order`` ``(phones,)`` are the graph's numbers of phones. The best of the arcs into a phone is found in rounds: its second
+    arc against its first, its third against the better of both. ``last``: where the best path ends, None without one.
+    """
+
+    def __init__(self, model: AcousticModel, graph: Graph, scores: np.ndarray, place: np.ndarray):
+        self.frames, self.scores, self._phones = len(scores), scores, len(graph.phone)
+        degree = np.bincount(graph.to, minlength=self._phones)
+        self.order = np.argsort(-degree, kind="stable")
+        self.position = np.argsort(self.order)
+        self.column = place[graph.senones.T[:, self.order]]
+        self._lay_out(graph, degree)
+        self._bits = np.zeros(STATES * self._phones + len(self._sources) - self._widths[0], bool)
+        self._marks = np.empty((self.frames, (len(self._bits) + 7) // 8), np.uint8)
+        self._hub = np.zeros(self.frames, np.int32)
+        self.last = self._walk(model, graph)
+
+    def entered(self, frame: int, state: int, phone: int) -> bool:
+        """Whether the best way to a state was to come from elsewhere."""
+        return self._marked(frame, state * self._phones + phone)
+
+    def source(self, frame: int, phone: int) -> tuple[int, bool]:
+        """Where a phone was entered from, and whether that was a jump."""
+        bit, arc = STATES * self._phones + phone, phone
+        best = arc
+        for before, width in zip(self._widths, self._widths[1:], strict=False):
+            if phone >= width:
+                break
+            arc += before
+            best = arc if self._marked(frame, bit) else best
+            bit += width
+        source = int(self._sources[best])
+        return (int(self._hub[frame]), True) if source == self._phones else (source, False)
+
+    def _marked(self, frame: int, bit: int) -> bool:
+        return bool(self._marks[frame, bit >> 3] >> (7 - (bit & 7)) & 1)
+
+    def _lay_out(self, graph: Graph, degree: np.ndarray) -> None:
+        """First arcs into all phones, then second ones into those that have them, and so on: sources and costs."""
+        starts = np.searchsorted(graph.to, self.order)
+        self._widths = [int((degree > rank).sum()) for rank in range(int(degree.max()))]
+        arcs = np.concatenate([starts[:width] + rank for rank, width in enumerate(self._widths)])
+        source = graph.source[arcs]
+        self._sources = np.where(source < 0, self._phones, self.position[source])
+        self._costs = graph.cost[arcs]
+
+    def _walk(self, model: AcousticModel, graph: Graph) -> int | None:
+        count, jumps = self._phones, bool((graph.source < 0).any())
+        closing = self.position[np.flatnonzero(graph.closes)]
+        stay, leave = (part[graph.phone[self.order]].T.copy() for part in (model.stay, model.leave))
+        state = np.full((STATES, count), _NEVER)
+        state[0, self.position[np.flatnonzero(graph.begins)]] = 0
+        state += self.scores[0][self.column]
+        enter, heard = np.full((STATES, count), _NEVER), np.empty((STATES, count), np.float32)
+        out = np.full(count + 1, _NEVER)  # all ends of phones, and the end of any word
+        ways, first = np.empty(len(self._sources), np.float32), enter[0, : self._widths[0]]
+        rounds, new = self._rounds(ways, first), self._bits[: STATES * count].reshape(STATES, count)
+        for frame in range(1, self.frames):
+            np.add(state[:-1], leave[:-1], out=enter[1:])
+            np.add(state[-1], leave[-1], out=out[:count])
+            if jumps:
+                self._hub[frame] = hub = closing[out[closing].argmax()]
+                out[count] = out[hub]
+            out.take(self._sources, out=ways, mode="clip")
+            ways += self._costs
+            first[:] = ways[: len(first)]
+            for best, other, better in rounds:
+                np.greater(other, best, out=better)
+                np.maximum(best, other, out=best)
+            state += stay
+            np.greater(enter, state, out=new)
+            np.maximum(state, enter, out=state)
+            state += self.scores[frame].take(self.column, out=heard, mode="clip")
+            self._marks[frame] = np.packbits(self._bits)
+        final = np.where(graph.ends, state[-1, self.position], _NEVER)
+        last = int(final.argmax())
+        return None if final[last] < _NEVER / 2 else int(self.position[last])
+
+    def _rounds(self, ways: np.ndarray, first: np.ndarray) -> list[tuple[np.ndarray, ...]]:
+        """What is compared in every frame: the best so far, another arc, and where to mark which of them is better."""
+        rounds, arc, bit = [], len(first), STATES * self._phones
+        for width in self._widths[1:]:
+            rounds.append((first[:width], ways[arc : arc + width], self._bits[bit : bit + width]))
+            arc, bit = arc + width, bit + width
+        return rounds
 
 
-def _table(graph: Graph, targets: np.ndarray, starts: np.ndarray, widest: int) -> tuple[np.ndarray, np.ndarray]:
-    """Sources and costs ``(widest, targets)`` of the arcs into every target; where there are fewer, no source."""
-    count = len(graph.phone)
-    sources = np.full((widest, len(targets)), count + 1)
-    costs = np.zeros((widest, len(targets)), np.float32)
-    row = np.searchsorted(targets, graph.to)
-    rank = np.arange(len(graph.to)) - starts[row]
-    sources[rank, row] = np.where(graph.source < 0, count, graph.source)
-    costs[rank, row] = graph.cost
-    return sources, costs
-
-
-def _read(graph: Graph, scores: np.ndarray, column: np.ndarray, moved, came, sources, hub, last: int) -> list[Said]:
+def _read(graph: Graph, walk: _Walk) -> list[Said]:
     """Words from the marks of the walk, backwards."""
-    count, targets = len(graph.phone), np.unique(graph.to)
+    words, names = graph.word[walk.order], graph.phone[walk.order]
     said: list[Said] = []
-    phone, state, end, total, phones = last, STATES - 1, len(scores), 0.0, []
-    for frame in range(len(scores) - 1, -1, -1):
-        total += float(scores[frame, column[state, phone]])
-        bit = state * count + phone
-        if not frame or not moved[frame, bit >> 3] >> (7 - (bit & 7)) & 1:
+    phone, state, end, total, phones = walk.last, STATES - 1, walk.frames, 0.0, []
+    for frame in range(walk.frames - 1, -1, -1):
+        total += float(walk.scores[frame, walk.column[state, phone]])
+        if not frame or not walk.entered(frame, state, phone):
             continue
         if state:
             state -= 1
             continue
-        source = int(sources[came[frame, np.searchsorted(targets, phone)], np.searchsorted(targets, phone)])
-        jumped = source == count
-        phones.append((int(graph.phone[phone]), frame))
-        source = int(hub[frame]) if jumped else source
-        if jumped or graph.word[source] != graph.word[phone]:
-            if graph.word[phone] != GAP:
-                said.append(Said(int(graph.word[phone]), frame, end, total, tuple(phones[::-1])))
+        source, jumped = walk.source(frame, phone)
+        phones.append((int(names[phone]), frame))
+        if jumped or words[source] != words[phone]:
+            if words[phone] != GAP:
+                said.append(Said(int(words[phone]), frame, end, total, tuple(phones[::-1])))
             end, total, phones = frame, 0.0, []
         phone, state = source, STATES - 1
-    if graph.word[phone] != GAP:
-        phones.append((int(graph.phone[phone]), 0))
-        said.append(Said(int(graph.word[phone]), 0, end, total, tuple(phones[::-1])))
+    if words[phone] != GAP:
+        phones.append((int(names[phone]), 0))
+        said.append(Said(int(words[phone]), 0, end, total, tuple(phones[::-1])))
     return said[::-1]
