@@ -83,18 +83,23 @@ def guess(bones: Bones, mapping: Mapping) -> Girth:
 
 
 def measure(bones: Bones, mapping: Mapping, points: np.ndarray) -> Girth:
-    """The trunk whose surface ``points`` ``(n, 3)`` show, in armature space; slices without enough points are like their
-    neighbours."""
+    """The trunk whose surface ``points`` ``(n, 3)`` show, in armature space, and hips and thighs as far as hands hang.
+
+    Slices without enough points are like their neighbours.
+    """
     place, usual = Placed(bones, mapping), guess(bones, mapping)
     seen = (np.asarray(points, float).reshape(-1, 3) - place.origin) @ place.frame.T
     edges = np.linspace(usual.heights[0], usual.heights[-1], _SLICES + 1)
+    step = edges[1] - edges[0]
+    deepest = max(seen[:, 2].min(initial=0.0), -sum(place.lengths["left"]))
+    edges = np.concatenate([edges[0] - step * np.arange(int((edges[0] - deepest) / step), 0, -1), edges])
     heights, found = 0.5 * (edges[1:] + edges[:-1]), {}
-    for place, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for row, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
         here = seen[(seen[:, 2] >= low) & (seen[:, 2] < high), :2]
         if len(here) >= _FILLED:
             # A point or two may stand out: a buckle, a strap.
             least, most = np.percentile(here, [2.0, 98.0], axis=0)
-            found[place] = *(0.5 * (least + most)), *(0.5 * (most - least))
+            found[row] = *(0.5 * (least + most)), *(0.5 * (most - least))
     if len(found) < 2:
         return usual
     rows = heights[list(found)]
@@ -192,8 +197,9 @@ def clear(
         for edge, old, new in zip(edges, seen, arm.free(*seen, fps), strict=True):
             if new is not None:
                 result = result.copy() if result is directions else result
-                new = _towards(old, new, strength * _apart(old, new))
-                result[:, edge] = quaternion.rotate(torso, new @ placed.frame)
+                moved = np.flatnonzero((new != old).any(-1))
+                new = _towards(old[moved], new[moved], strength * _apart(old[moved], new[moved]))
+                result[moved, edge] = quaternion.rotate(torso[moved], new @ placed.frame)
     return result
 
 

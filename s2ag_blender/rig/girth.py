@@ -1,4 +1,4 @@
-"""The shape of a character's trunk, read from the meshes that its bones carry."""
+"""The shape of a character's trunk and thighs, read from the meshes that its bones carry."""
 
 import bpy
 import numpy as np
@@ -11,10 +11,12 @@ VERTICES = 6000
 """As many of a character's vertices are looked at, evenly spread."""
 _ENOUGH = 60
 """Vertices of a trunk from which on it counts as measured."""
+_ON_EDGES = (0.25, 0.5, 0.75)
+"""Where on an edge its points are."""
 
 
 def read(armature: bpy.types.Object, bones: Bones, mapping: Mapping) -> Girth | None:
-    """The trunk at rest as the armature's meshes show it, or None where they do not."""
+    """The trunk and what is below it at rest as the armature's meshes show it, or None where they do not."""
     trunk = _trunk_bones(bones, mapping)
     items = meshes(armature)
     step = max(1, -(-sum(len(item.data.vertices) for item in items) // VERTICES))
@@ -35,18 +37,19 @@ def meshes(armature: bpy.types.Object) -> list[bpy.types.Object]:
 
 
 def _trunk_bones(bones: Bones, mapping: Mapping) -> set[str]:
-    """Names of the bones that lie nearer to the spine than to arms, shoulders, neck and head, whoever moves them."""
+    """Names of the bones that lie nearer to spine and legs than to arms, shoulders, neck and head, whoever moves them."""
     chains = mapping.chains
     torso = [bones.heads[bones.row(name)] for name in (mapping.hips, *chains.get("torso", ())) if name in bones.names]
     shoulders = [bones.heads[bones.row(chains[f"{side}_upper_arm"][0])] for side in ("left", "right")]
     torso.append(mapping.end(bones, "torso") if "torso" in chains else 0.5 * (shoulders[0] + shoulders[1]))
+    torso.insert(0, 2 * torso[0] - torso[-1])  # legs, and what is worn about them, hang as far below as the trunk is long
     lines = [(start, end, True) for start, end in zip(torso[:-1], torso[1:], strict=True)]
     for part in EDGE_NAMES[1:]:
         if part in chains:
             lines.append((bones.heads[bones.row(chains[part][0])], mapping.end(bones, part), False))
     if "head" in chains:
         crown = bones.heads[bones.row(chains["head"][-1])]
-        lines.append((crown, crown + 0.5 * (crown - torso[0]), False))
+        lines.append((crown, crown + 0.5 * (crown - torso[1]), False))
     middles = 0.5 * (bones.heads + bones.tails)
     distances = np.array([_distance(middles, start, end) for start, end, _ in lines])
     nearest = np.array([is_trunk for *_, is_trunk in lines])[np.argmin(distances, axis=0)]
@@ -65,7 +68,10 @@ def _distance(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndar
 
 
 def _points(armature, item, trunk: set[str], step: int) -> np.ndarray:
-    """Every ``step``-th vertex (n, 3) of a mesh at rest, in armature space, if it follows a trunk bone more than any other."""
+    """Every ``step``-th vertex (n, 3) of a mesh at rest, in armature space, if it follows a trunk bone more than any other.
+
+    Where all are looked at, which may be few, with points on the edges between them.
+    """
     mesh = item.data
     known = set(armature.data.bones.keys())
     groups = {group.index: group.name in trunk for group in item.vertex_groups if group.name in known}
@@ -74,7 +80,14 @@ def _points(armature, item, trunk: set[str], step: int) -> np.ndarray:
         pulls = [(pull.weight, groups[pull.group]) for pull in vertex.groups if pull.group in groups]
         if pulls and max(pulls)[1] and max(pulls)[0] > 0:
             rows.append(vertex.index)
-    return in_armature(armature, item)[rows]
+    points = in_armature(armature, item)
+    if step > 1:
+        return points[rows]
+    edges = np.empty(2 * len(mesh.edges), np.int32)
+    mesh.edges.foreach_get("vertices", edges)
+    edges = edges.reshape(-1, 2)
+    starts, ends = (points[ends] for ends in edges[np.isin(edges, rows).all(-1)].T)
+    return np.concatenate([points[rows], *(starts + share * (ends - starts) for share in _ON_EDGES)])
 
 
 def in_armature(armature: bpy.types.Object, item: bpy.types.Object) -> np.ndarray:

@@ -135,6 +135,26 @@ def test_a_trunk_is_measured_and_gaps_are_filled():
     np.testing.assert_array_equal(few.halves, proportions.guess(bones, whole.mapping).halves)
 
 
+def test_hips_and_thighs_are_measured_as_far_as_hands_hang():
+    whole = body()
+    bones = whole.bones()
+    trunk, skirt = barrel(15, 10), barrel(24, 18, low=5, high=89)
+    alone, whole_body = (proportions.measure(bones, whole.mapping, points) for points in (trunk, np.vstack([trunk, skirt])))
+    above = len(alone.heights)
+    np.testing.assert_allclose(whole_body.heights[-above:], alone.heights)
+    np.testing.assert_allclose(whole_body.halves[-above + 1 :], alone.halves[1:])
+    np.testing.assert_allclose(whole_body.halves[:-above], [[24, 18]] * (len(whole_body.heights) - above), rtol=0.02)
+    reach = sum(proportions.Placed(bones, whole.mapping).lengths["left"])
+    step = np.diff(alone.heights)[0]
+    assert -reach < whole_body.heights[0] - 0.5 * step < -reach + step
+    hanging = np.tile(skeleton.MEAN_UNIT, (30, 1, 1))
+    hanging[:, ARMS] = skeleton.normalize(np.array([[-0.1, 1, 0], [0.2, 1, 0], [0.1, 1, 0], [-0.2, 1, 0]]))
+    before, after, girth, placed = cleared(np.vstack([trunk, skirt]), hanging)
+    for side in ("left", "right"):
+        deep = [girth.depth(hands(pose, placed, side), 0.0).max() for pose in (before, after)]
+        assert deep[0] > 1 > 0.5 > deep[1]
+
+
 def test_depth_is_positive_inside_only_and_never_jumps():
     girth = proportions.guess(body().bones(), body().mapping)
     line = np.stack([np.linspace(-30, 30, 601), np.full(601, 1.0), np.full(601, -25.0)], -1)

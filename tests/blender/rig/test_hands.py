@@ -137,6 +137,22 @@ def test_the_trunk_is_measured_whatever_the_transforms_of_its_mesh():
     np.testing.assert_allclose(found.halves, [[19, 12]] * len(found.halves), rtol=0.03)
 
 
+def test_a_trunk_of_few_points_is_measured_by_its_edges():
+    whole = body()
+    item = rigging.make_armature(whole)
+    skin = trunk(item, 15, 10)
+    skin.data.clear_geometry()
+    turn = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    rings = [np.stack([15 * np.cos(turn), 10 * np.sin(turn), np.full(40, height)], -1) for height in (50.0, 90.0, 146.0)]
+    strips = [(row + k, row + k + 40) for row in (0, 40) for k in range(40)]
+    skin.data.from_pydata(np.concatenate(rings).tolist(), strips, [])
+    skin.vertex_groups.new(name="spine2").add(range(120), 1.0, "REPLACE")
+    found = girth.read(item, reading.read(item), whole.mapping)
+    usual = guess(reading.read(item), whole.mapping)
+    assert len(found.heights) > 12 and found.heights[0] < usual.heights[0]
+    np.testing.assert_allclose(found.halves, [[15, 10]] * len(found.halves), rtol=0.03)
+
+
 def test_shape_keys_count_as_they_are_set():
     whole = body()
     item = rigging.make_armature(whole)
