@@ -1,6 +1,7 @@
 """Which bones beside the gesture's own may be keyed without taking anything from the user: hands, fingers, twist bones."""
 
 import bpy
+import numpy as np
 from mathutils import Quaternion
 
 from .. import compat, provenance
@@ -13,7 +14,7 @@ EASE = "s2ag_ease"
 
 
 def free_bones(armature: bpy.types.Object, ruled: bool = False, eased: bool = False) -> set[str]:
-    """Names of bones that rest, or that only this package's actions have keyed, and that nothing else turns.
+    """Names of bones that rest, or that only this package's actions have keyed or left so, and that nothing else turns.
 
     A bone that the user posed or keyed, that is locked, or that a constraint or a driver rules is left to them; the last
     two are not, if ``ruled``. With ``eased``, hands at ease that a character came with are free as well.
@@ -22,19 +23,48 @@ def free_bones(armature: bpy.types.Object, ruled: bool = False, eased: bool = Fa
     if not ruled:
         theirs |= {dependencies.bone_of(curve.data_path) for curve in dependencies.drivers(armature)}
         theirs |= set(dependencies.pulled(armature))
-    return {
-        bone.name
+    bones = {
+        bone.name: bone.name in ours or _rests(bone) or (eased and _at_ease(bone))
         for bone in armature.pose.bones
         if bone.name not in theirs
         and not any(bone.lock_rotation)
         and (ruled or not any(one.influence > 0 and not one.mute for one in bone.constraints))
-        and (bone.name in ours or _rests(bone) or (eased and _at_ease(bone)))
     }
+    return {name for name, free in bones.items() if free} | left_over(armature, [name for name in bones if not bones[name]])
 
 
 def eased(armature: bpy.types.Object) -> list[str]:
     """Names of the bones that still have the rotation that their character came with."""
     return [bone.name for bone in armature.pose.bones if _at_ease(bone)]
+
+
+def left_over(armature: bpy.types.Object, names: list[str], what: str = "rotation") -> set[str]:
+    """Those of bones ``names`` whose rotation (or location) an action of this package gives at one of its frames.
+
+    Blender leaves the pose standing when an action goes: that is nobody's work to be kept.
+    """
+    found = set()
+    for action in bpy.data.actions if names else ():
+        if provenance.of(action) is None:
+            continue
+        curves, (first, last) = {}, action.frame_range
+        for curve in compat.curves(action):
+            curves.setdefault(curve.data_path, []).append(curve)
+        frames = np.arange(np.floor(first), np.ceil(last) + 1)
+        found |= {name for name in names if name not in found and _given(armature.pose.bones[name], what, curves, frames)}
+    return found
+
+
+def _given(bone: bpy.types.PoseBone, what: str, curves: dict[str, list[bpy.types.FCurve]], frames: np.ndarray) -> bool:
+    """Whether ``curves`` by data path put a bone where it is at one of the ``frames``."""
+    kinds = {"QUATERNION": "rotation_quaternion", "AXIS_ANGLE": "rotation_axis_angle"}
+    name = kinds.get(bone.rotation_mode, "rotation_euler") if what == "rotation" else what
+    own, now = curves.get(bone.path_from_id(name), ()), getattr(bone, name)
+    for curve in own:  # of the first channel all frames are asked, of the next ones those that are left
+        frames = frames[np.abs(np.array([curve.evaluate(frame) for frame in frames]) - now[curve.array_index]) < _REST]
+        if not len(frames):
+            return False
+    return bool(own)
 
 
 def _rests(bone: bpy.types.PoseBone) -> bool:

@@ -99,4 +99,5 @@ def _may_move(armature, name: str) -> bool:
     driven = any(dependencies.bone_of(curve.data_path) == name for curve in dependencies.drivers(armature))
     ours, theirs = hands.keyed(armature, "location")
     rests = bone.location.length <= _REST * bone.length
-    return not fixed and not driven and name not in theirs and (rests or name in ours)
+    free = rests or name in ours or bool(hands.left_over(armature, [name], "location"))
+    return not fixed and not driven and name not in theirs and free

@@ -1,11 +1,13 @@
 """Fingers, twist bones and the trunk's shape on real armatures."""
 
 import bpy
+import handed
 import numpy as np
 import pytest
 import rigging
 from bodies import body
 from hands import FINGERS, with_hands
+from s2ag.core.motion.motion import Motion
 from s2ag.rigs.plain import Mapping
 from s2ag.rigs.proportions import guess
 from s2ag.rigs.retarget import Options
@@ -101,6 +103,28 @@ def test_a_second_performance_keys_them_again(gestured, wave):
     assert keyed(second, item)[LITTLE] == 1
     values = [[c.evaluate(1) for c in compat.curves(action) if LITTLE in c.data_path] for action in (first, second)]
     np.testing.assert_allclose(*values, atol=1e-6)
+
+
+@pytest.mark.parametrize("mode", ["QUATERNION", "XYZ", "AXIS_ANGLE"])
+def test_a_pose_that_a_take_left_standing_is_nobodys(wave, mode):
+    whole = with_hands()
+    item = rigging.make_armature(whole)
+    for bone in item.pose.bones:
+        bone.rotation_mode = mode
+    moving = Motion(wave().directions, hands=handed.hands(wave().directions))
+    apply_motion(item, moving, 1, mapping=whole.mapping)
+    bpy.context.scene.frame_set(7)
+    left = item.pose.bones[LITTLE].matrix_basis.to_quaternion().angle
+    item.animation_data.action = None
+    bpy.context.scene.frame_set(2)
+    assert item.pose.bones[LITTLE].matrix_basis.to_quaternion().angle == pytest.approx(left) and left > 0.01
+    drawn = item.pose.bones["left_index2"]
+    drawn.rotation_mode = "QUATERNION"
+    drawn.rotation_quaternion = (0.9, 0.3, 0.3, 0.1)
+    free = hands.free_bones(item)
+    assert LITTLE in free and "right_middle2" in free and "left_index2" not in free
+    action = apply_motion(item, moving, 1, mapping=whole.mapping)
+    assert keyed(action, item)[LITTLE] > 1 and "left_index2" not in keyed(action, item)
 
 
 def trunk(item, width, depth, groups=("spine2",), transform=None):
