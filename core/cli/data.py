@@ -12,7 +12,7 @@ EXAMPLE = """examples:
   s2ag data plain my_takes --speaker me -o mine          NAME.bvh, NAME.wav and NAME.txt
   s2ag data trinity genea2020 -o trinity
   s2ag data genea genea2023_dataset -o genea23
-  s2ag data ted exported_ted --split talk -o ted         after core/learning/datasets/ted_export.py
+  s2ag data ted ted_dataset --split talk -o ted          lmdb_train, lmdb_val and lmdb_test as they are published
   s2ag data directed corpus --speech corpus/speech -o data"""
 KINDS = {
     "plain": "motion (.bvh, SMPL-X .npz), sound and words under the same name",
@@ -20,7 +20,7 @@ KINDS = {
     "genea": "GENEA Challenge 2022 or 2023 (trn, val, tst)",
     "zeroeggs": "ZeroEGGS",
     "beat2": "BEAT2",
-    "ted": "TED Gesture, exported by core/learning/datasets/ted_export.py",
+    "ted": "TED Gesture (lmdb_train, lmdb_val, lmdb_test)",
     "directed": "this project's directed corpus, with its sound",
 }
 
@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
             print(f"{options.output} is written.")
             return 0
         if options.kind == "ted":
-            source = ted.recordings(options.folder, options.split)
+            source = ted.recordings(options.folder, options.split, left_out.append)
         else:
             chosen = {"speaker": options.speaker} if options.kind == "plain" else {}
             found = readers.READERS[options.kind](options.folder, tell=left_out.append, **chosen)

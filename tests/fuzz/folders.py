@@ -3,6 +3,7 @@
 import json
 import random
 import shutil
+import tarfile
 from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
@@ -70,33 +71,49 @@ def read_acoustic(path: Path) -> None:
         assert 0 <= word[0] <= word[1] < 1 and np.isfinite(word[2])
 
 
-def _export(folder: Path) -> None:
-    """A video as ``ted_export`` writes it."""
-    from s2ag.core.motion.skeleton import MEAN_UNIT, to_positions
-
-    chance, arrays, clips = np.random.default_rng(0), {}, []
-    poses = to_positions(np.tile(MEAN_UNIT, (50, 1, 1)))
-    for number in range(2):
-        arrays[f"{number}.skeletons_3d"] = poses.astype(np.float32)
-        arrays[f"{number}.audio_raw"] = chance.normal(0, 0.1, 32000).astype(np.float16)
-        times = {"start_frame_no": 0.0, "end_frame_no": 50.0, "start_time": 10.0, "end_time": 12.0}
-        clips.append(times | {"words": [["hello", 10.5, 10.9], ["there", 11.0, 11.4]]})
-    (folder / "train").mkdir()
-    np.savez_compressed(folder / "train" / "a.npz", **arrays)
-    (folder / "train" / "a.json").write_text(json.dumps({"vid": "a", "clips": clips}))
+PACKED = Path(__file__).parents[1] / "core" / "learning" / "ted_lmdb.tar.xz"
 
 
-def ted_files() -> Seeds:
-    return [(f".{Path(suffix[1:]).name}", data) for suffix, data in files(_export)]
+def _packed(*names: str) -> list[bytes]:
+    with tarfile.open(PACKED) as packed:
+        return [packed.extractfile(f"./{name}").read() for name in names]
 
 
-def read_ted(path: Path) -> None:
+def ted_pages() -> Seeds:
+    """LMDB's pages."""
+    return [(".mdb", data) for data in _packed("many/data.mdb", "0.14.1/lmdb_val/data.mdb")]
+
+
+def ted_records() -> Seeds:
+    """Small records as four releases of pyarrow wrote them, and one with a pickled object."""
+    return [
+        (".record", data) for data in _packed(*(f"small/{one}" for one in ("0.14.1", "0.15.1", "0.17.1", "11.0.0", "pickled")))
+    ]
+
+
+def read_pages(path: Path) -> None:
+    from s2ag.core.errors import CorpusUnreadable
     from s2ag.core.learning.datasets import ted
 
-    folder = beside(_export, path)
-    shutil.move(folder / path.name.partition(".")[2], folder / "train" / path.name.partition(".")[2])
-    for one in ted.recordings(folder):
+    place = path.parent / "folder" / "lmdb_train"
+    shutil.rmtree(place.parent, ignore_errors=True)
+    place.mkdir(parents=True)
+    shutil.copy(path, place / "data.mdb")
+    told: list[str] = []
+    for one in ted.recordings(place.parent, tell=told.append):
         assert one.directions.shape[1:] == (9, 3) and np.isfinite(one.directions).all() and np.isfinite(one.audio).all()
+    if told:
+        raise CorpusUnreadable(told[0], "Download it again.")
+
+
+def read_record(path: Path) -> None:
+    from s2ag.core.errors import CorpusUnreadable
+    from s2ag.core.learning.datasets import serialised
+
+    try:
+        serialised.read(path.read_bytes(), ("skeletons",))
+    except ValueError as error:
+        raise CorpusUnreadable("It is no record.", "Download it again.") from error
 
 
 def _beat(folder: Path) -> None:
@@ -165,7 +182,8 @@ def damage_file(data: bytes, chance: random.Random, others: list[bytes]) -> byte
 
 DOORS = (
     Door("acoustic", partial(files, sphinx_files.write), read_acoustic, damage_file),
-    Door("ted", ted_files, read_ted, damage_file),
+    Door("ted", ted_pages, read_pages, mutations.of_bytes),
+    Door("serialised", ted_records, read_record, mutations.of_bytes),
     Door("table", partial(files, _beat, "train_test_split.csv"), read_beat, mutations.of_text),
     Door("challenge", challenge_files, read_challenge, mutations.of_text),
     Door("environment", partial(files, _environment, "engine.json"), read_environment, mutations.of_json),

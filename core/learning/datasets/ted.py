@@ -1,27 +1,34 @@
-"""TED Gesture from the folder that :mod:`ted_export` writes (reference sections B and D.1)."""
+"""TED Gesture as it is published: LMDB folders of videos that pyarrow serialised (reference sections B and D.1)."""
 
+from collections import Counter
 from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
-from ... import json_text, npz
 from ...errors import CorpusUnreadable, UsageError
 from ...motion import skeleton
 from ...sound.audio import SAMPLE_RATE
-from .found import Tell, tenth
+from . import lmdb_file, serialised
+from .found import Tell, silent, tenth
 from .recording import Recording
 from .ten import FARTHEST, resample
 
 PARTS = {"train": "train", "val": "validation", "test": "test"}
 SPLITS = ("original", "talk")
-LARGEST, LONGEST = 4_000_000_000, 3600.0
-"""Bytes that a video's arrays may unpack to, and seconds of a clip, which has ten."""
+LONGEST = 3600.0
+"""Seconds of a clip, which has ten."""
+_UNWANTED = ("skeletons", "audio_feat")
+"""What nobody needs of a clip: joints in the picture and a spectrogram."""
 
 
-def recordings(folder: str | PathLike, split: str = "original", tell: Tell = lambda name: None) -> Iterator[Recording]:
-    """One recording a clip; the speaker is the video.
+class _Odd(ValueError):
+    """Why one clip is left out."""
+
+
+def recordings(folder: str | PathLike, split: str = "original", tell: Tell = silent) -> Iterator[Recording]:
+    """One recording a clip; the speaker is the video. ``tell(sentence)`` hears at the end what was left out and why.
 
     ``split`` "original" keeps the data set's, in which every talk lies in all three parts; "talk" gives whole talks to one
     part each, so that no test talk was heard in training. Raises :class:`CorpusUnreadable`.
@@ -29,39 +36,50 @@ def recordings(folder: str | PathLike, split: str = "original", tell: Tell = lam
     if split not in SPLITS:
         raise UsageError(f"There is no split {split!r}.", f"Splits are {', '.join(SPLITS)}.")
     folder = Path(folder)
-    files = [(part, path) for part in PARTS for path in sorted((folder / part).glob("*.json"))]
-    if not files:
-        message = f"{folder} holds no exported videos (train/*.json)."
-        raise CorpusUnreadable(
-            message, "Export the LMDB first with core/learning/datasets/ted_export.py in an old environment."
-        )
-    for part, path in files:
-        tell(path.stem)
-        yield from _video(path, PARTS[part] if split == "original" else None)
+    named = ((part, folder / name) for part in PARTS for name in (f"lmdb_{part}", part))
+    parts = [(part, place) for part, place in named if (place / "data.mdb").is_file()]
+    if not parts:
+        message = f"{folder} holds no lmdb_train, lmdb_val or lmdb_test with a data.mdb."
+        raise CorpusUnreadable(message, "Unpack TED Gesture and name its top folder.")
+    odd: Counter[str] = Counter()
+    for part, place in parts:
+        yield from _videos(place, PARTS[part] if split == "original" else None, odd)
+    for reason, count in odd.most_common():
+        tell(f"Clips {reason} are left out ({count}).")
 
 
-def _video(path: Path, split: str | None) -> Iterator[Recording]:
+def _videos(place: Path, split: str | None, odd: Counter) -> Iterator[Recording]:
+    name = b""
     try:
-        video = json_text.read(path)
-        with npz.opened(path.with_suffix(".npz"), LARGEST) as arrays:
+        for key, value in lmdb_file.records(place):
+            name = key
+            video = serialised.read(value, _UNWANTED)
             for number, clip in enumerate(video["clips"]):
-                poses, sound = arrays[f"{number}.skeletons_3d"], arrays[f"{number}.audio_raw"]
-                yield _clip(video["vid"], number, clip, np.asarray(poses, np.float32), np.asarray(sound, np.float32), split)
+                try:
+                    yield _clip(str(video["vid"]), number, clip, split)
+                except _Odd as reason:
+                    odd[str(reason)] += 1
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         reason = " ".join(str(error).split())[:100]
-        raise CorpusUnreadable(f"{path} is no exported video: {reason}.", "Export the LMDB again.") from error
+        where = f"Record {name.decode('ascii', 'replace')[:20]} of {place}"
+        raise CorpusUnreadable(f"{where} is no video of TED Gesture: {reason}.", "Download it again.") from error
 
 
-def _clip(vid: str, number: int, clip: dict, poses: np.ndarray, sound: np.ndarray, split: str | None) -> Recording:
+def _clip(vid: str, number: int, clip: dict, split: str | None) -> Recording:
     """Ten joints a video frame to directions at 15 frames a second; word times count from the clip's start."""
     begin, end = float(clip["start_time"]), float(clip["end_time"])
-    if not 0 < end - begin < LONGEST:
-        raise ValueError(f"clip {number} lasts {end - begin:g} s")
-    if poses.ndim != 3 or poses.shape[1:] != (len(skeleton.JOINTS), 3):
-        raise ValueError(f"clip {number} has poses of shape {poses.shape}")
-    if not ((np.abs(poses) <= FARTHEST).all() and np.isfinite(sound).all() and sound.ndim == 1):
-        raise ValueError(f"clip {number} holds values that are no numbers")
-    duration = end - begin
+    sound = np.asarray(clip["audio_raw"], float)
+    try:
+        poses = np.asarray(clip["skeletons_3d"], float)
+    except ValueError:
+        raise _Odd("with poses of uneven shape") from None
+    if poses.ndim == 3 and len(poses) and poses.shape[1:] != (len(skeleton.JOINTS), 3):
+        raise _Odd(f"with {poses.shape[1]} joints, not TED Gesture's ten,")
+    if not 0 < end - begin < LONGEST or poses.ndim != 3 or not len(poses) or sound.ndim != 1:
+        raise _Odd("without time, poses or sound")
+    if not ((np.abs(poses) <= FARTHEST).all() and (np.abs(sound) <= FARTHEST).all()):
+        raise _Odd("with values that are no numbers")
+    poses, sound, duration = poses.astype(np.float32), sound.astype(np.float32), end - begin
     directions = resample(skeleton.to_directions(poses), len(poses) / duration)
     wanted = int(round(duration * SAMPLE_RATE))
     audio = np.pad(sound[:wanted], (0, max(wanted - len(sound), 0))) / max(float(np.abs(sound).max(initial=0)), 1.0)

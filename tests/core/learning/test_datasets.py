@@ -1,10 +1,6 @@
 """Data-set readers on small files in the true layouts, axes and handedness, and one sentence for each malformed file."""
 
 import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import moving
 import numpy as np
@@ -13,8 +9,8 @@ import pytest
 pytest.importorskip("torch")
 
 from s2ag.core.cli.main import main  # noqa: E402
-from s2ag.core.errors import CorpusUnreadable, UsageError  # noqa: E402
-from s2ag.core.learning.datasets import bvh, readers, smplx, ted, ted_export, ten, transcripts, writer  # noqa: E402
+from s2ag.core.errors import CorpusUnreadable  # noqa: E402
+from s2ag.core.learning.datasets import bvh, readers, smplx, ten, transcripts, writer  # noqa: E402
 from s2ag.core.learning.datasets.recording import Recording  # noqa: E402
 from s2ag.core.learning.datasets.stream import GrowingArray  # noqa: E402
 from s2ag.core.learning.train.dataset import Corpus  # noqa: E402
@@ -224,7 +220,7 @@ def test_missing_folders_and_options_are_one_sentence(tmp_path, capsys):
         (["plain", str(tmp_path)], "holds no performance"),
         (["trinity", str(tmp_path)], "holds no performance"),
         (["beat2", str(tmp_path)], "holds no performance"),
-        (["ted", str(tmp_path)], "no exported videos"),
+        (["ted", str(tmp_path)], "no lmdb_train"),
         (["magic", str(tmp_path)], "no kind of data set"),
         (["directed", str(tmp_path)], "lacks its sound"),
     ):
@@ -232,8 +228,6 @@ def test_missing_folders_and_options_are_one_sentence(tmp_path, capsys):
         said = capsys.readouterr().err
         assert sentence in said and said.count("\n") == 1
         assert not (tmp_path / "out").exists()
-    with pytest.raises(UsageError, match="no split"):
-        next(ted.recordings(tmp_path, "odd"))
 
 
 def test_a_missing_sound_of_trinity_is_named(tmp_path):
@@ -269,69 +263,6 @@ def test_growing_arrays_are_ordinary_files(tmp_path):
         array.append(np.zeros((2, 3)))
     array.close()
     np.testing.assert_array_equal(np.load(tmp_path / "a.npy", mmap_mode="r", allow_pickle=False), np.concatenate(parts))
-
-
-def exported(folder):
-    """What the old environment writes, made by the exporter's own function."""
-    for part, clips in (("train", 2), ("val", 1), ("test", 1)):
-        (folder / part).mkdir(parents=True)
-        for number in range(3):
-            poses = np.tile(skeleton.to_positions(skeleton.MEAN_UNIT), (125, 1, 1))
-            made = [
-                {
-                    "words": [["hello", 10.5, 10.9]], "skeletons_3d": poses.tolist(),
-                    "audio_raw": np.full(80000, 0.1, np.float16),
-                    "start_frame_no": 250, "end_frame_no": 375, "start_time": 10.0, "end_time": 15.0,
-                }
-            ] * clips  # fmt: skip
-            ted_export.save({"vid": f"video{number}", "clips": made}, str(folder / part), f"{number:010d}_video{number}")
-    return folder
-
-
-def test_ted_from_its_export(tmp_path):
-    folder = exported(tmp_path / "ted")
-    found = list(ted.recordings(folder))
-    assert [one.split for one in found] == ["train"] * 6 + ["validation"] * 3 + ["test"] * 3
-    assert len(found[0].directions) == 75 and found[0].words == [("hello", 0.5, pytest.approx(0.9))]
-    np.testing.assert_allclose(found[0].directions[0], skeleton.MEAN_UNIT, atol=1e-5)
-    assert {one.speaker for one in found} == {"video0", "video1", "video2"}
-    apart: dict[str, set] = {}
-    for one in ted.recordings(folder, "talk"):
-        apart.setdefault(one.speaker, set()).add(one.split)
-    assert all(len(parts) == 1 for parts in apart.values())
-    assert writer.write(ted.recordings(folder), tmp_path / "out", "ted")["speakers"] == 3
-    next((folder / "train").glob("*.npz")).write_bytes(b"x")
-    with pytest.raises(CorpusUnreadable, match="no exported video"):
-        list(ted.recordings(folder))
-
-
-@pytest.fixture(scope="module")
-def old_python():
-    """An interpreter with lmdb and a pyarrow that still serialises: named by S2AG_OLD_PYTHON, else this one if it has them."""
-    python = os.environ.get("S2AG_OLD_PYTHON", sys.executable)
-    probe = "import lmdb, pyarrow; pyarrow.serialize, pyarrow.SerializationContext"
-    if subprocess.run([python, "-c", probe], capture_output=True).returncode:
-        pytest.skip("no interpreter with lmdb and pyarrow < 14 (name one in S2AG_OLD_PYTHON)")
-    return python
-
-
-def test_ted_out_of_lmdb_and_pyarrow(tmp_path, old_python):
-    maker = Path(__file__).parents[2] / "helpers" / "old_ted.py"
-    subprocess.run([old_python, "-W", "ignore", str(maker), str(tmp_path / "lmdb")], check=True, cwd=tmp_path)
-    command = [old_python, "-W", "ignore", ted_export.__file__, str(tmp_path / "lmdb"), str(tmp_path / "out")]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "9 videos"
-    found = list(ted.recordings(tmp_path / "out"))
-    assert len(found) == 9 and all(len(one.directions) == 75 and len(one.audio) == 80000 for one in found)
-    assert found[0].words[0] == ("hello", pytest.approx(0.5), pytest.approx(0.9))
-
-
-def test_pickled_objects_in_lmdb_are_refused(tmp_path, old_python):
-    maker = Path(__file__).parents[2] / "helpers" / "old_ted.py"
-    subprocess.run([old_python, "-W", "ignore", str(maker), str(tmp_path / "lmdb"), "evil"], check=True, cwd=tmp_path)
-    command = [old_python, "-W", "ignore", ted_export.__file__, str(tmp_path / "lmdb"), str(tmp_path / "out")]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode != 0 and "cannot be read" in done.stderr
 
 
 @pytest.mark.parametrize("content", [b"id,type\n\xf4\xff", b'id,type\n"' + b"a" * 200_000], ids=["no text", "a long cell"])
