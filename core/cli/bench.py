@@ -1,6 +1,7 @@
 """``s2ag bench``: the paper's table on a data set of the user's."""
 
 import argparse
+import re
 import shlex
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ EXAMPLE = """examples:
   s2ag data directed corpus --speech corpus/speech -o data
   s2ag bench --data data --out bench --setting small
   s2ag bench --data data --out full --setting full --device cuda
+  s2ag bench --data data --out theirs --judge S2AG=s2ag.safetensors --judge other=motions --extractor embedding_net.pth.tar
   s2ag bench --out bench                     the table of all that has been trained there, whatever its seeds"""
 
 
@@ -25,6 +27,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     sizes = "tiny (a test), small (minutes on two cores), core (hours on two), full (for a GPU); default small"
     parser.add_argument("--setting", default="small", help=sizes)
     parser.add_argument("--systems", metavar="A,B", help="only these: seq2seq, jem, s2ag, s2ag-no-judge, ...")
+    others = (
+        "a row of something that is trained already: a checkpoint (.safetensors), a system's folder of another bench, or a "
+        "folder of motions (.npz, .bvh) named after the test talks; several times for several, and alone nothing is trained"
+    )
+    parser.add_argument("--judge", metavar="NAME=PATH", action="append", default=[], help=others)
+    features = "extractor of the features that FGD compares, ours or the authors', instead of one trained here"
+    parser.add_argument("--extractor", metavar="FILE", type=Path, help=features)
     parser.add_argument("--seeds", metavar="1,2,3", help="training seeds")
     parser.add_argument("--draws", metavar="N", type=int, help="style draws for every test window")
     parser.add_argument("--steps", metavar="N", type=int, help="batches of a training at most")
@@ -48,6 +57,7 @@ def run(options: argparse.Namespace) -> int:
     import torch
 
     from ..learning.bench import run as bench
+    from ..learning.bench.others import SHIPPED
     from ..learning.bench.setting import SETTINGS
     from ..learning.systems.catalogue import KNOWN, SYSTEMS
     from ..learning.train.process import Interruption
@@ -61,10 +71,11 @@ def run(options: argparse.Namespace) -> int:
             return _tell(runner.collect(shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or late()))
     if options.setting not in SETTINGS:
         raise UsageError(f"There is no setting {options.setting!r}.", f"Settings are {', '.join(SETTINGS)}.")
-    systems = options.systems.split(",") if options.systems else list(SYSTEMS)
+    judge = _named(options.judge)
+    systems = options.systems.split(",") if options.systems else [] if judge else [*SYSTEMS, SHIPPED]
     for name in systems:
-        if name not in KNOWN:
-            raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join(KNOWN)}.")
+        if name not in KNOWN and name != SHIPPED:
+            raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join([*KNOWN, SHIPPED])}.")
     if options.jobs < 1:
         raise UsageError(f"--jobs is {options.jobs}.", "Set it to 1 or more.")
     named = ("draws", "steps", "precision", "warm_up", "training_ids", "given")
@@ -75,8 +86,12 @@ def run(options: argparse.Namespace) -> int:
         changes["seeds"] = _numbers(options.seeds)
     setting = SETTINGS[options.setting].replace(faithful=options.faithful, **changes)
     runner = bench.Runner(options.out, options.data, setting, options.device, note)
+    if options.extractor:
+        runner.use_extractor(options.extractor)
     with Interruption() as interruption:
-        report = runner.go(systems, shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or late(), options.jobs)
+        report = runner.go(
+            systems, shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or late(), options.jobs, judge
+        )
     return _tell(report)
 
 
@@ -88,6 +103,18 @@ def _tell(report: dict | None) -> int:
     else:
         print(table.markdown(report), end="")
     return 0
+
+
+def _named(given: list[str]) -> dict[str, str]:
+    """Paths by the names of their rows."""
+    from ..learning.systems.catalogue import KNOWN
+
+    found = dict(one.split("=", 1) for one in given if "=" in one)
+    for one in given:
+        name = one.partition("=")[0]
+        if not re.fullmatch(r"[\w .+-]{1,60}", name) or not found.get(name) or name in (*KNOWN, "default"):
+            raise UsageError(f"{one!r} names no row and path.", "Write them as in theirs=s2ag.safetensors, with a new name.")
+    return found
 
 
 def _numbers(text: str) -> tuple[int, ...]:

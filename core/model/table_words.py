@@ -24,7 +24,7 @@ class TableFeatures:
         self.sound, self.config = sound, config
         self.words = sorted(words, key=lambda word: word[1]) if vocabulary else []
         rows = {word: row for row, word in enumerate(vocabulary or ()) if word}
-        self.rows = np.array([_row(word, rows) for word, _, _ in self.words] + [0], np.int64)
+        self.rows = np.array([row(word, rows) for word, _, _ in self.words] + [0], np.int64)
         self.samples = round(config.frames / skeleton.FPS * SAMPLE_RATE)
 
     def slice(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray, None]:
@@ -36,6 +36,7 @@ class TableFeatures:
         return heard if self.config.audio == "wave" else published_features(heard), self.rows[index], None
 
 
-def _row(word: str, rows: dict[str, int]) -> int:
+def row(word: str, rows: dict[str, int]) -> int:
+    """The row of a word in a table, in whatever form that has it, or that of unknown ones."""
     plain = normalise(word)
     return next((rows[form] for form in (word, plain, plain.replace("'", "")) if form in rows), UNKNOWN)

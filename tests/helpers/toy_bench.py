@@ -2,6 +2,7 @@
 
 import numpy as np
 from s2ag.core.learning.train.storage import save_arrays
+from s2ag.core.sound.prosody import FEATURES
 from toy_corpus import META, toy_arrays
 
 
@@ -9,6 +10,8 @@ def bench_arrays(talks=12, frames=200, seed=0):
     """Arrays and meta; the sound's loudness follows the arms, the last two recordings are validation and test."""
     arrays = toy_arrays(talks, frames, seed)
     rng = np.random.default_rng(seed)
+    for name in ("prosody", "prosody_plain"):
+        arrays[name] = np.pad(arrays[name], ((0, 0), (0, FEATURES - arrays[name].shape[1])))
     recordings = (talks + 1) // 2
     energy = arrays["prosody"][:, 1].astype(float).repeat(16000 // 15 + 1)
     samples = int(frames / 15 * 16000)

@@ -113,7 +113,8 @@ class Bench:
             if heard is not None:
                 sample = replace(self.data.sample(other), directions=sample.directions, speaker=sample.speaker)
             if ids == "random":
-                sample = replace(sample, speaker=torch.randint(self.data.speakers, sample.speaker.shape))
+                drawn = torch.randint(system.speakers or self.data.speakers, sample.speaker.shape)
+            sample = replace(sample, speaker=drawn if ids == "random" else system.ids(sample.speaker))
             made.append(system.perform(sample.to(device)).cpu().numpy())
         return np.concatenate(made)
 

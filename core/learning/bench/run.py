@@ -3,9 +3,10 @@
 import hashlib
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import torch
@@ -17,14 +18,14 @@ from ..systems.catalogue import KNOWN, Build
 from ..systems.system import System
 from ..train.dataset import TEST, TRAIN, VALIDATION
 from ..train.storage import require_folder
-from . import curves, rows, table, weights
+from . import curves, others, rows, table, weights
 from .data import Data
 from .jobs import train as side_by_side
 from .judging import Bench
-from .setting import Setting
+from .setting import SETTING, Setting
 from .training import STATE, Training
 
-SETTING, REPORT, TABLE, EXTRACTOR = "setting.json", "table.json", "table.md", "extractor.safetensors"
+REPORT, TABLE, EXTRACTOR = "table.json", "table.md", "extractor.safetensors"
 CURVES = "curves.png"
 
 
@@ -63,17 +64,27 @@ class Runner:
         return self._write(command, "")
 
     def go(
-        self, systems: Sequence[str], command: str, stopping: Callable[[], bool] = lambda: False, jobs: int = 1
+        self,
+        systems: Sequence[str],
+        command: str,
+        stopping: Callable[[], bool] = lambda: False,
+        jobs: int = 1,
+        judge: Mapping[str, str] = MappingProxyType({}),
     ) -> dict | None:
         """Train and judge what is left, write and return the report; None where ``stopping()`` came first.
 
-        ``jobs`` systems are trained side by side, each with its share of the threads.
+        Beside the catalogue's ``systems`` there is "default", which is only judged, as are what :func:`others.brought` takes,
+        ``judge`` by the names of their rows. ``jobs`` systems are trained side by side, each with its share of the threads.
         """
+        for path in judge.values():
+            others.check(path)
         if self.setting.validate_every and not len(self.data.windows[VALIDATION]):
             raise UsageError("The data set holds no validation windows.", "Use a larger one, or --setting small.")
         found = self._extractor[1]
         if not found["trusted"]:
             self.say(found["problem"])
+        shipped = others.SHIPPED in systems
+        systems = [name for name in systems if name != others.SHIPPED]
         # Seeds outside, so that a bench that was stopped early already compares all systems.
         pairs = [(name, seed) for seed in self.setting.seeds for name in systems]
         left = [(name, seed) for name, seed in pairs if not rows.judged(self.folder / f"{name}-{seed}")]
@@ -82,6 +93,10 @@ class Runner:
             return None
         if not all(self.one(name, seed, stopping) for name, seed in pairs):
             return None
+        if shipped:
+            self.other(others.SHIPPED, None)
+        for name, path in judge.items():
+            self.other(name, path)
         device = torch.cuda.get_device_name() if self.device == "cuda" else f"{threads} CPU threads"
         return self._write(command, device + (f" each, {jobs} side by side" if jobs > 1 else ""))
 
@@ -140,16 +155,49 @@ class Runner:
         self._judge(folder, facts, perform, rows.IDS if system.knows_speakers else rows.IDS[:1])
         return True
 
+    def other(self, name: str, path: str | None) -> None:
+        """Judge what is trained already, the shipped network for no path, if that is not done yet."""
+        folder = self.folder / f"{name}-0"
+        if rows.judged(folder):
+            return
+        bench = self._bench
+        here = others.shipped(bench) if path is None else others.brought(path, bench, self.device)
+        title = "default, as shipped" if path is None else name
+        self.say(f"{title}: {here.made}")
+        facts = {"title": title, "made": here.made}
+        self._judge(folder, facts, here.perform, here.ids, self.setting.draws if here.draws else 1, here.answers)
+
+    def use_extractor(self, path: str) -> None:
+        """Take the features of the extractor in ``path``, ours or the authors', instead of training one.
+
+        Raises :class:`UsageError` where this bench has another one already.
+        """
+        given, kept = extractors.load_any(path), self.folder / EXTRACTOR
+        if not kept.is_file():
+            given.save(kept)
+            return
+        held = extractors.Extractor.load(kept).state_dict()
+        if any(not torch.equal(value, held[name]) for name, value in given.state_dict().items()):
+            raise UsageError(f"{self.folder} is judged with another extractor.", "Choose another folder.")
+
     def _training(self, name: str, seed: int) -> Training:
         folder = self.folder / f"{name}-{seed}"
         return Training(self.system(name, seed), self.data, self.setting, seed, folder, self.device)
 
-    def _judge(self, folder: Path, facts: dict, perform: Callable[..., np.ndarray], protocols: Sequence[str]) -> None:
+    def _judge(
+        self,
+        folder: Path,
+        facts: dict,
+        perform: Callable[..., np.ndarray],
+        protocols: Sequence[str],
+        draws: int = 0,
+        answers: bool = True,
+    ) -> None:
         """Keep the figures of ``perform(draw, ids, heard)``; the last are windows whose speech is heard, None: their own."""
-        bench, draws, first = self._bench, self.setting.draws, protocols[0]
+        bench, draws, first = self._bench, draws or self.setting.draws, protocols[0]
         found = {ids: bench.judge_draws(lambda draw, ids=ids: perform(draw, ids), draws) for ids in protocols}
         apart = None
-        if bench.elsewhere is not None:
+        if answers and bench.elsewhere is not None:
             apart = bench.judge_elsewhere(lambda draw: perform(draw, first, bench.elsewhere), draws)
         rows.keep(folder, facts, found, apart)
         mean = table.summarise(found[first].draws)

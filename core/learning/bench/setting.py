@@ -5,6 +5,8 @@ from dataclasses import asdict, dataclass, replace
 from ...errors import UsageError
 from ...model.config import build
 
+SETTING = "setting.json"
+"""Of a bench in its folder."""
 _CHOICES = {
     "select": ("maje_code", "fgd"),
     "precision": ("32-true", "bf16-mixed"),

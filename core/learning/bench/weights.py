@@ -4,6 +4,7 @@ from pathlib import Path
 
 from ...model import checkpoint
 from ...model.generator import Generator
+from ...model.wave_encoder import FRAMES
 from ..systems.adversarial import Adversarial
 from ..systems.sample import SPECIAL
 from ..systems.system import System
@@ -13,11 +14,11 @@ WEIGHTS = "weights.safetensors"
 
 
 def save(system: System, data: Data, folder: Path, facts: dict) -> Path | None:
-    """Write ``folder/weights.safetensors`` and its JSON; None for systems of another kind than S2AG's and GTC's.
+    """Write ``folder/weights.safetensors`` and its JSON; None for systems of another kind than S2AG's and GTC's code.
 
     A frozen word table goes into the network as if it had been trained, so that the file needs no data set beside it.
     """
-    if not isinstance(system, Adversarial):
+    if not isinstance(system, Adversarial) or system.config.frames != FRAMES:
         return None
     generator, path = system.generator, folder / WEIGHTS
     if system.table is not None:

@@ -4,7 +4,7 @@ The public weights were trained on Human3.6M and are not comparable between pape
 performances of a data set, and refused where it has collapsed.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from os import PathLike
 from pathlib import Path
 
@@ -26,6 +26,7 @@ POSE = 27
 BATCH = 128
 MOST_ERROR = 0.8
 """Share of the data's variance that the reconstruction may miss before the extractor counts as collapsed."""
+_HELD = "embedding_dict", "gen_dict"
 LEAST_RATIO = 10.0
 """How much farther a frozen mean pose must be from real motion than one half of real motion from the other."""
 
@@ -86,6 +87,31 @@ class Extractor(nn.Module):
             reason = " ".join(str(error).split())[:200]
             raise CheckpointUnreadable(f"{path} holds no extractor: {reason}", "Train it again with: s2ag bench") from error
         return extractor.eval()
+
+
+def load_any(path: str | PathLike) -> Extractor:
+    """An extractor of ours, or the public one in its authors' file (``embedding_net.pth.tar``, a GTC autoencoder's ``.bin``).
+
+    The layers of both are the same in the same order (reference section F.3), so that they are told by their shapes; a
+    head for variances is left out. Nothing in the file is run. Raises :class:`CheckpointUnreadable`.
+    """
+    if Path(path).suffix == ".safetensors":
+        return Extractor.load(path)
+    from ...model import foreign
+
+    stored = foreign.read(path)
+    held = next((stored[name] for name in _HELD if isinstance(stored.get(name), Mapping)), stored)
+    extractor = Extractor()
+    unused = ("context_encoder", "fc_logvar", "fc_log_var")
+    given = [
+        value for name, value in held.items() if isinstance(value, torch.Tensor) and not any(one in name for one in unused)
+    ]
+    wanted = extractor.state_dict()
+    if [tuple(value.shape) for value in given] != [tuple(value.shape) for value in wanted.values()]:
+        message = f"{path} holds no extractor of 34 frames of nine directions."
+        raise CheckpointUnreadable(message, "Give the authors' embedding_net.pth.tar, GTC's autoencoder, or one of s2ag bench.")
+    extractor.load_state_dict(dict(zip(wanted, given, strict=True)))
+    return extractor.eval()
 
 
 def reconstruction_loss(made: torch.Tensor, real: torch.Tensor) -> torch.Tensor:

@@ -90,7 +90,9 @@ class Adversarial(System):
 
     def _heard(self, sample: Sample) -> tuple[torch.Tensor, torch.Tensor]:
         words = sample.words if self.table is None else self.table(sample.words)
-        return sample.wave if self.config.audio == "wave" else sample.mfcc, words
+        if self.config.audio == "wave":
+            return sample.wave, words
+        return sample.mfcc if self.config.mfcc_axis == "coefficient" else sample.mfcc.transpose(1, 2), words
 
     def _ids(self, sample: Sample) -> torch.Tensor:
         if not self.foreign_ids:

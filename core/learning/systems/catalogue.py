@@ -54,14 +54,16 @@ _LONGEST_WARM_UP = 0.25
 def shrunk(config: ModelConfig, share: float) -> ModelConfig:
     """A published configuration with every width at ``share``, so generator and discriminator keep their proportion.
 
-    The MFCC encoder's last channels are pose frames and stay.
+    The last channels of an MFCC encoder along coefficients are pose frames and stay.
     """
     if share == 1:
         return config
     sizes = {name: wide(getattr(config, name), share) for name in _LARGE}
     sizes |= {name: narrow(getattr(config, name), share) for name in _SMALL}
     lists = {name: tuple(narrow(size, share) for size in getattr(config, name)) for name in _LISTS}
-    return config.replace(**sizes, **lists | {"mfcc_channels": (*lists["mfcc_channels"][:-1], config.frames)})
+    if config.mfcc_axis == "coefficient":
+        lists["mfcc_channels"] = (*lists["mfcc_channels"][:-1], config.frames)
+    return config.replace(**sizes, **lists)
 
 
 def _adversarial(preset: Callable[..., ModelConfig], trimodal: bool = False, judge: str = ""):
@@ -76,6 +78,10 @@ def _adversarial(preset: Callable[..., ModelConfig], trimodal: bool = False, jud
         return Adversarial(config, of.vectors, warm_up, of.diversity_share, foreign, judge)
 
     return build
+
+
+def _paper(words: int, speakers: int, **changes) -> ModelConfig:
+    return ModelConfig.paper(speakers, words=words, **changes)
 
 
 def _joint(audio: bool):
@@ -107,5 +113,11 @@ PROBES: dict[str, Known] = {
 }
 """Not in the paper: the ablation of the affective encoder takes it out of generator and discriminator at once; these do not."""
 
-KNOWN = SYSTEMS | PROBES
+VARIANTS: dict[str, Known] = {
+    "paper": Known("S2AG as the paper words it", _adversarial(_paper)),
+    "jem-words": Known("JEM of words alone", _joint(audio=False)),
+}
+"""Where paper and code differ, the other: Table 1's sizes with section 3.1.4's adjacencies, and a JEM that hears no sound."""
+
+KNOWN = SYSTEMS | VARIANTS | PROBES
 """All that can be trained."""

@@ -27,6 +27,7 @@ class System(nn.Module):
     judge_rate = 1e-4
     clip = 0.0
     knows_speakers = False  # whether it performs as the speaker whose id it is given
+    speakers = 0  # how many it knows itself; 0: those of the data set
     performer: nn.Module
 
     def __init__(self):
@@ -53,6 +54,10 @@ class System(nn.Module):
     def perform(self, sample: Sample) -> torch.Tensor:
         """Directions ``(B, T, 9, 3)`` in use, not normalised; a style is drawn with torch's own random numbers."""
         raise NotImplementedError
+
+    def ids(self, speaker: torch.Tensor) -> torch.Tensor:
+        """Its own ids of the data set's speakers ``(B,)``."""
+        return speaker
 
     def directions(self, poses: torch.Tensor) -> torch.Tensor:
         """Mean-subtracted ``(B, T, 27)`` to directions ``(B, T, 9, 3)``."""

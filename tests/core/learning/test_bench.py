@@ -206,6 +206,7 @@ def test_performed_motion_is_its_own_best_score(data):
 @pytest.mark.slow
 def test_all_eight_from_the_command_line(corpus, tmp_path, capsys):
     command = ["bench", "--data", str(corpus), "--out", str(tmp_path / "b"), "--setting", "tiny", "--threads", "1"]
+    command += ["--systems", ",".join(SYSTEMS)]
     assert main(command) == 0
     out = capsys.readouterr().out
     report = json.loads((tmp_path / "b" / "table.json").read_text())

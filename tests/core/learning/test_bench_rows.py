@@ -16,6 +16,7 @@ from s2ag.core.learning.bench.run import Runner  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS, Setting  # noqa: E402
 from s2ag.core.learning.metrics import errors, frechet  # noqa: E402
 from s2ag.core.learning.metrics.extractor import Extractor  # noqa: E402
+from s2ag.core.learning.systems.system import System  # noqa: E402
 from s2ag.core.learning.train.storage import save_arrays  # noqa: E402
 from toy_bench import bench_arrays  # noqa: E402
 
@@ -106,7 +107,7 @@ def test_another_speech_is_one_of_another_recording_and_leaves_poses_and_speaker
     assert (recording[there[:, 0]] != bench.talk).all()
     assert sorted(map(tuple, there)) == sorted(map(tuple, bench.windows))
 
-    class Listener(torch.nn.Module):
+    class Listener(System):
         heard = []
 
         def perform(self, sample):

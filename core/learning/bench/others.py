@@ -1,0 +1,151 @@
+"""What others bring to a bench: networks that are trained already, folders of motions, trainings of other benches."""
+
+import json
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import UsageError
+from ...model import catalogue, checkpoint
+from ...model.config import ModelConfig
+from ..datasets import reading, ten
+from ..systems.catalogue import KNOWN, Build
+from ..systems.imported import Imported
+from ..systems.system import System
+from ..train import state
+from .data import Data
+from .drawing import Drawer
+from .judging import Bench
+from .rows import IDS
+from .setting import SETTING, Setting
+from .training import BEST, STATE
+from .weights import WEIGHTS
+
+SHIPPED = "default"
+_FOREIGN = (".tar", ".bin", ".pth", ".pt")
+_ALONE = "each window by itself, from its own sound and words and the given poses"
+_LATE = 1.0
+"""Seconds that a motion may be shorter than its talk."""
+_SHOWN = 3
+
+
+class Brought(NamedTuple):
+    """``perform(draw, ids, heard)`` gives directions of the bench's windows; ``made`` is how, ``ids`` whose it can be.
+
+    ``draws`` and ``answers`` say whether there is more than one performance, and whether another's speech can be heard.
+    """
+
+    perform: Callable[..., np.ndarray]
+    made: str
+    ids: tuple[str, ...]
+    draws: bool = True
+    answers: bool = True
+
+
+def shipped(bench: Bench) -> Brought:
+    """The network that performs for users, as it is."""
+    drawer = Drawer()
+    how = f"the network that is shipped, not trained here, perhaps on talks like these; {_ALONE}"
+    return Brought(_drawn(drawer, bench), how, IDS if drawer.knows(bench) else IDS[1:])
+
+
+def check(path: str | PathLike) -> None:
+    """Raise :class:`UsageError` for what cannot be judged, before anything is done."""
+    path = Path(path)
+    if not path.exists():
+        raise UsageError(f"There is no {path}.", "Name a checkpoint, a system's folder of a bench, or a folder of motions.")
+    if path.suffix.lower() in _FOREIGN:
+        remedy = f"Convert it: s2ag checkpoint import {path.name} -o {path.name.split('.')[0]}.safetensors"
+        raise UsageError(f"{path} is another program's checkpoint.", remedy)
+
+
+def brought(path: str | PathLike, bench: Bench, device: str) -> Brought:
+    """A checkpoint, a system's folder of a bench, or a folder of motions named after the talks of the test split.
+
+    Raises :class:`UsageError` and what reading those raises.
+    """
+    path, data = Path(path), bench.data
+    if path.is_dir():
+        if (path / WEIGHTS).is_file():
+            return brought(path / WEIGHTS, bench, device)
+        if (path / STATE).is_file():
+            return _performed(_trained(path, data), bench, device, f"trained in {path}; {_ALONE}")
+        return motions(path, bench)
+    if ModelConfig.from_dict(catalogue.read_facts(path)["config"]).decoder == "flow":
+        drawer = Drawer(path)
+        return Brought(
+            _drawn(drawer, bench), f"{path.name}, not trained here; {_ALONE}", IDS if drawer.knows(bench) else IDS[1:]
+        )
+    loaded = checkpoint.load(path, device)
+    system = Imported(loaded, data.corpus.meta["words"], [one["name"] for one in data.corpus.speakers])
+    how = f"{path.name}, not trained here; {_ALONE}" + (
+        "" if loaded.meta.get("vocabulary") else "; it was imported without words"
+    )
+    return _performed(system, bench, device, how)
+
+
+def motions(folder: Path, bench: Bench) -> Brought:
+    """Whole talks that were performed elsewhere: ``TALK SPEAKER.npz`` or ``TALK.npz``, or .bvh; no pose is given to them."""
+    corpus, cut = bench.data.corpus, np.empty_like(bench.real)
+    files = {talk: _file(folder, corpus, talk) for talk in np.unique(bench.windows[:, 0])}
+    missing = [_names(corpus, talk)[-1] for talk, file in files.items() if file is None]
+    if missing:
+        named = ", ".join(missing[:_SHOWN]) + (", ..." if len(missing) > _SHOWN else "")
+        raise UsageError(
+            f"{folder} holds no motion for {len(missing)} of {len(files)} test talks: {named}.", "Name files as the talks."
+        )
+    for talk, file in files.items():
+        motion = reading.load(file)
+        directions = ten.resample(motion.directions, motion.fps)
+        wanted = int(corpus.starts[talk + 1] - corpus.starts[talk])
+        if len(directions) < wanted - _LATE * corpus.meta["fps"]:
+            raise UsageError(f"{file} ends after {motion.duration:.1f} s, before its talk does.", "Perform the whole talk.")
+        here = bench.windows[:, 0] == talk
+        rows = bench.windows[here, 1][:, None] + np.arange(cut.shape[1])
+        cut[here] = directions[np.minimum(rows, len(directions) - 1)]
+    made = f"motions of {folder.name}, whole talks, no pose given"
+    return Brought(lambda draw, ids, heard=None: cut, made, IDS[:1], draws=False, answers=False)
+
+
+def _names(corpus, talk: int) -> list[str]:
+    """What a file of this performance may be called."""
+    known = corpus.meta["recordings"][corpus.recording[talk]]
+    name = str(known.get("name") or Path(str(known.get("speech", corpus.recording[talk]))).stem)
+    return [f"{name} {corpus.speakers[corpus.speaker[talk]]['name']}", name]
+
+
+def _file(folder: Path, corpus, talk: int) -> Path | None:
+    paths = (folder / f"{name}{suffix}" for name in _names(corpus, talk) for suffix in reading.SUFFIXES)
+    return next((path for path in paths if path.is_file()), None)
+
+
+def _drawn(drawer: Drawer, bench: Bench) -> Callable[..., np.ndarray]:
+    return lambda draw, ids, heard=None: drawer.perform(bench, draw, ids, heard)
+
+
+def _performed(system: System, bench: Bench, device: str, made: str) -> Brought:
+    system = system.to(device)
+    known = getattr(system, "known", True)
+    ids = (IDS if known else IDS[1:]) if system.knows_speakers else IDS[:1]
+    return Brought(lambda draw, ids, heard=None: bench.perform(system, draw, device, ids, heard), made, ids)
+
+
+def _trained(folder: Path, data: Data) -> System:
+    """A system of another bench that knows no speakers, with this data set's words."""
+    name = folder.name.rpartition("-")[0]
+    if name not in KNOWN or not (folder.parent / SETTING).is_file():
+        raise UsageError(f"{folder} is no system's folder of a bench.", "Name one such as bench/seq2seq-1.")
+    held = json.loads((folder.parent / SETTING).read_text("utf-8"))
+    held.pop("data")
+    setting = Setting.from_dict(held)
+    if setting.given != data.given or setting.trained_words:
+        reason = "was given other poses" if setting.given != data.given else "learned the words of its own data set"
+        raise UsageError(f"The system in {folder} {reason}.", "Train it with the settings of this bench.")
+    system = KNOWN[name].build(
+        Build(data.vectors, data.speakers, setting.share, False, faithful=setting.faithful, given=setting.given)
+    )
+    state.load(folder / (BEST if (folder / BEST).is_file() else STATE), {"system": system})
+    return system
