@@ -18,7 +18,7 @@ from ..systems.catalogue import KNOWN, Build
 from ..systems.system import System
 from ..train.dataset import TEST, TRAIN, VALIDATION
 from ..train.storage import require_folder
-from . import curves, others, rows, table, weights
+from . import curves, others, references, rows, table, weights
 from .data import Data
 from .jobs import train as side_by_side
 from .judging import Bench
@@ -244,7 +244,7 @@ class Runner:
                 "talks": len(np.unique(bench.talk)),
             },
             "systems": systems,
-            "references": references(bench),
+            "references": references.rows_of(bench),
             "extractor": self._extractor[1],
         }
         for name, text in ((REPORT, json.dumps(report, indent=1)), (TABLE, table.markdown(report))):
@@ -267,21 +267,6 @@ class Runner:
             return
         with whole_file(path) as temporary:
             temporary.write_text(json.dumps(wanted, indent=1), encoding="utf-8")
-
-
-def references(bench: Bench) -> dict[str, dict]:
-    """Rows that need no training: the last given pose held, and the performed motion, against itself and another's."""
-    held = bench.real.copy()
-    held[:, bench.given :] = held[:, bench.given - 1 : bench.given]
-    told = {
-        name: {"title": title, "figures": table.summarise([bench.judge(motion)])}
-        for name, title, motion in (("held", "last given pose held", held), ("real", "performed", bench.real))
-    }
-    if bench.elsewhere is not None:
-        others = bench.data.motions(bench.elsewhere)
-        elsewhere = bench.judge_elsewhere(lambda draw: others, 1).draws
-        told["real"] |= rows.answers(elsewhere, [bench.judge(bench.real)])
-    return told
 
 
 def minutes_left(minutes: float) -> Callable[[], bool]:

@@ -14,7 +14,8 @@ from s2ag.core.errors import CheckpointUnreadable, CorpusUnreadable, UsageError 
 from s2ag.core.learning.bench import table  # noqa: E402
 from s2ag.core.learning.bench.data import Data  # noqa: E402
 from s2ag.core.learning.bench.judging import FIGURES, Bench  # noqa: E402
-from s2ag.core.learning.bench.run import Runner, references  # noqa: E402
+from s2ag.core.learning.bench.references import rows_of  # noqa: E402
+from s2ag.core.learning.bench.run import Runner  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS, Setting  # noqa: E402
 from s2ag.core.learning.bench.training import Training  # noqa: E402
 from s2ag.core.learning.metrics.extractor import Extractor  # noqa: E402
@@ -195,7 +196,7 @@ def test_every_window_is_seen_once_a_pass(data, tmp_path):
 def test_performed_motion_is_its_own_best_score(data):
     torch.manual_seed(0)
     bench = Bench(data, Extractor().eval(), 40)
-    rows = references(bench)
+    rows = rows_of(bench)
     real, held = (rows[name]["figures"] for name in ("real", "held"))
     for name in ("maje_code", "mad_code", "fgd", "mpjpe", "feature_distance", "hellinger"):
         assert real[name][0] == pytest.approx(0, abs=1e-4) and held[name][0] > real[name][0]

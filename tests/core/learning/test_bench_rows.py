@@ -9,7 +9,7 @@ torch = pytest.importorskip("torch")
 pytest.importorskip("librosa")
 
 from s2ag.core.cli.main import main  # noqa: E402
-from s2ag.core.learning.bench import certainty, rows  # noqa: E402
+from s2ag.core.learning.bench import certainty, references, rows  # noqa: E402
 from s2ag.core.learning.bench.data import Data  # noqa: E402
 from s2ag.core.learning.bench.judging import BY_WINDOW, Bench  # noqa: E402
 from s2ag.core.learning.bench.run import Runner  # noqa: E402
@@ -126,6 +126,25 @@ def test_one_recording_has_no_other_speech(corpus, bench):
     alone = Bench(bench.data, bench.extractor, 60)
     alone.windows = alone.windows[alone.talk == alone.talk[0]]
     assert alone.elsewhere is None
+
+
+def test_references_are_real_motion_of_the_same_talker_or_speech(bench):
+    corpus, windows = bench.data.corpus, bench.windows
+    talker, speech = references.same_talker(bench), references.same_speech(bench)
+    assert (corpus.speaker[talker[:, 0]] == corpus.speaker[windows[:, 0]]).all()
+    assert (corpus.recording[talker[:, 0]] != corpus.recording[windows[:, 0]]).all()
+    assert (corpus.recording[speech[:, 0]] == corpus.recording[windows[:, 0]]).all()
+    assert (speech[:, 0] != windows[:, 0]).all() and (speech[:, 1] == windows[:, 1]).all()
+    alone = Bench(bench.data, bench.extractor, 60)
+    alone.windows = alone.windows[alone.talk == alone.talk[0]]
+    assert references.same_talker(alone) is None and references.same_speech(alone) is not None
+    rows = references.rows_of(bench)
+    assert list(rows) == ["held", "mean", "talker", "speech", "real"]
+    # The mean of what is to come is as near as stillness gets; motion that is real but not the window's own is farther.
+    error = {name: row["figures"]["mpjpe"][0] for name, row in rows.items()}
+    assert error["real"] == 0 < error["mean"] < min(error["held"], error["talker"])
+    still = rows["mean"]["figures"]["l1_diversity"][0]
+    assert still < rows["real"]["figures"]["l1_diversity"][0] and rows["speech"]["figures"]["cca"][0] > 0.5
 
 
 @pytest.fixture(scope="module")
