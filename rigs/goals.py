@@ -5,7 +5,7 @@ hands follow; torso, neck, head and clavicles add the motion's departure from th
 posture, because the data's mean is a person's posture and not the character's.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -120,12 +120,14 @@ class Goals:
         hands: Hands | None = None,
         pelvis: Pelvis | None = None,
         legs: Legs | None = None,
+        clear: bool = True,
     ):
         """Take ``directions`` (frames, 9, 3) in the canonical frame. Raises :class:`RigUnusable` for an unusable mapping.
 
         ``girth`` is the trunk's shape (guessed from the bones, if None), ``free`` the bones beside the mapped edges that
         may be turned: twist bones, hands, fingers (all, if None). ``frame`` is the character's, where ``bones`` stand in
         another pose than the one it is read from. A ``pelvis`` moves where there are ``legs``, above feet that stay.
+        Without ``clear`` arms are moved out of the trunk by :meth:`clearing`, before anything is asked.
         """
         self.bones, self.mapping, self.fps, self.options = bones, mapping.check(bones), fps, options or Options()
         self.free = None if free is None else frozenset(free)
@@ -148,8 +150,10 @@ class Goals:
         self.relative = self._relative_turns()
         if self.options.forward_elbows:
             self._bring_elbows_forward()
-        if self.options.clear_body > 0:
-            self._clear_body(girth)
+        self._girth = girth
+        if clear:
+            for _ in self.clearing():
+                pass
 
     def walk(self) -> "Walk":
         """A new pass over the bones."""
@@ -269,20 +273,23 @@ class Goals:
             turns[f"{side}_clavicle"] = (swing, self.options.clavicle)
         return turns
 
-    def _clear_body(self, girth):
-        """Move arms out of the trunk, where the shoulders and the chest will be."""
+    def clearing(self) -> Iterator[None]:
+        """Move arms out of the trunk, where the shoulders and the chest will be, as far as options ask for it, in slices."""
+        if self.options.clear_body <= 0:
+            return
         chains, still = self.mapping.chains, self.still()
         done = {
             part: quaternion.power(*self.relative[part]) if part in chains else still
             for part in ("torso", "left_clavicle", "right_clavicle")
         }
-        girth = proportions.guess(self.bones, self.mapping) if girth is None else girth
+        girth = proportions.guess(self.bones, self.mapping) if self._girth is None else self._girth
         placed = proportions.Placed(self.bones, self.mapping)
         clavicles = {side: done[f"{side}_clavicle"] for side in SIDES}
         about = done["torso"], clavicles
         strength = self.options.clear_body
         self.directions = proportions.clear(girth, placed, self.directions, *about, self.fps, strength)
         if self.hands is not None:
+            yield
             held = {}
             for place, side in enumerate(SIDES):
                 balls = flesh.Hand(self.bones, self.hand(side), placed.lengths[side][2])

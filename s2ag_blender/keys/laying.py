@@ -175,6 +175,9 @@ class Laying:
         return names | {bone.name for arm in arms for bone in self.armature.pose.bones[arm].children_recursive}
 
     def _mapping(self) -> Mapping:
+        state, mapping = self.planned.resolved or (None, None)
+        if mapping is not None and state == readiness.state(self.armature):
+            return mapping
         return reading.resolve_mapping(self.armature, reading.read(self.armature), self.planned.mapping)
 
     def _tell(self, warning: str) -> None:

@@ -150,7 +150,7 @@ def _look_at(armature) -> _Look:
     found = _known.get(key)
     if found is not None and found.seen == _changes:
         return found
-    made_of = _made_of(armature)
+    made_of = state(armature)
     if found is not None and found.made_of == made_of:
         found = replace(found, seen=_changes)
     else:
@@ -160,8 +160,8 @@ def _look_at(armature) -> _Look:
     return found
 
 
-def _made_of(armature) -> tuple:
-    """All that a readiness is worked out from, in a form that two looks can be compared by."""
+def state(armature: bpy.types.Object) -> tuple:
+    """All of a rig that a readiness is worked out from, in a form that two looks can be compared by; quick."""
     if armature.type != "ARMATURE":
         return ()
     bones = reading.read(armature)

@@ -69,9 +69,19 @@ def survey(armature: bpy.types.Object, mapping: Mapping | dict | None = None) ->
         return replace(mapping, findings=tuple(named.get(one.part, one) for one in mapping.findings)), error
 
 
-def found(armature: bpy.types.Object, bones: Bones) -> tuple[Mapping, RigUnusable | None]:
-    """What is found of an armature by itself, locked bones included, and why that is not enough, or None."""
-    return detect_all(bones, f'Armature "{armature.name}"', vrm.humanoid(armature), lambda: skin.read(armature, bones))
+def found(
+    armature: bpy.types.Object, bones: Bones, seen: arm_chains.Reader | None = None
+) -> tuple[Mapping, RigUnusable | None]:
+    """What is found of an armature by itself, locked bones included, and why that is not enough, or None.
+
+    ``seen`` looks at its skin, and is the same for those that ask together: a look takes its time.
+    """
+    return detect_all(bones, f'Armature "{armature.name}"', vrm.humanoid(armature), seen or _skin(armature, bones))
+
+
+def _skin(armature, bones: Bones) -> arm_chains.Reader:
+    """What looks at the skin when it is first asked."""
+    return functools.cache(lambda: skin.read(armature, bones))
 
 
 def resolve_mapping(armature: bpy.types.Object, bones: Bones, mapping: Mapping | dict | None = None) -> Mapping:
@@ -79,15 +89,15 @@ def resolve_mapping(armature: bpy.types.Object, bones: Bones, mapping: Mapping |
 
     Its ``warnings`` tell of everything that keeps a part from moving as asked. Raises :class:`RigUnusable`.
     """
+    seen = _skin(armature, bones)
     if mapping is None:
-        mapping, refusal = found(armature, bones)
+        mapping, refusal = found(armature, bones, seen)
         if refusal is not None:
             raise refusal
     elif not isinstance(mapping, Mapping):
         mapping = by_hand(armature, bones, mapping)
     mapping = _without_locked(armature, mapping.check(bones))
     if not mapping.shares:
-        seen = functools.cache(lambda: skin.read(armature, bones))
         mapping = replace(mapping, shares=arm_chains.twist_shares(bones, mapping.chains, seen))
     return replace(mapping, warnings=(*mapping.warnings, *_obstacles(armature, mapping)))
 

@@ -61,20 +61,22 @@ def solving(
         if legs is None and not places:
             tell(obstacle)
 
-    def ask(rest: Bones, take: Take) -> Goals:
-        about = {"girth": trunk, "free": free, "frame": frame, "hands": take.hands, "pelvis": take.pelvis, "legs": legs}
+    def ask(rest: Bones, take: Take, **about) -> Goals:
+        about |= {"girth": trunk, "free": free, "frame": frame, "hands": take.hands, "pelvis": take.pelvis, "legs": legs}
         return Goals(rest, mapping, take.directions, take.fps, options, **about)
 
     resting = [name for name in hands.eased(armature) if name in free] if motion.hands is not None else ()
     if not why:
         yield
-    goals = ask(bones, keys)
+    goals = ask(bones, keys, clear=bool(why))
     if why:
         followers = hands.free_bones(armature, ruled=True, eased=motion.hands is not None)
         rotations = controls.solve(
             armature, bones, mapping, motion, keys, scene=scene, ask=ask, values=values, hands=followers, tell=tell
         )
     else:
+        yield
+        yield from goals.clearing()
         yield
         rotations = retarget.rotations(goals)
     yield

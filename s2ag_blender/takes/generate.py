@@ -72,6 +72,8 @@ class Plan:
     voice: sources.Voice
     settings: dict
     mapping: Mapping | dict | None = None
+    resolved: tuple[tuple, Mapping] | None = None
+    """What the rig was made of (:func:`readiness.state`) as its mapping was worked out, and that."""
     options: Options = field(default_factory=Options)
     pose: dict[str, np.ndarray] = field(default_factory=dict)
     draft: bool = False
@@ -157,6 +159,7 @@ def plan(
         voice,
         kept or {**recall.snapshot(settings), _FELT: felt, _OTHERS: others},
         resolved if draft else mapping,
+        None if draft else (readiness.state(armature), resolved),
         recall.options(settings),
         pose,
         draft,
@@ -287,6 +290,7 @@ def _sliced(planned: Plan, laying: Laying, slices, done: float):
         try:
             next(slices)
         except StopIteration as end:
+            yield done
             return end.value
         yield done
 
