@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import tempfile
 from pathlib import Path
 
 from ..errors import UsageError
@@ -11,6 +12,8 @@ from . import films
 SUMMARY = "make a user study of clips, and analyse its answers"
 EXAMPLE = """examples:
   s2ag study make clips -o study            clips/original/01.mp4, clips/ours/01.npz and .wav, ...
+  s2ag study make clips -o study --form pairs     two clips side by side: which is better
+  s2ag study make clips -o study --form matched   the same motion with its own and with another speech
   s2ag study analyse answers-*.json --key study/key.json --ours ours"""
 MOST = 1000
 
@@ -21,6 +24,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     make = verbs.add_parser("make", help="a web page that shows the clips and asks")
     kinds = "a folder for every condition with the same clips in each: .mp4, .webm, or motions (.npz, .bvh), which are filmed"
     make.add_argument("clips", metavar="FOLDER", type=Path, help=kinds)
+    forms = "rating: the paper's five points (default); pairs: two conditions side by side; matched: own and other speech"
+    make.add_argument("--form", metavar="FORM", default="rating", help=forms)
     make.add_argument("--character", metavar="WHO", default="human", help="who performs motions (see s2ag animate)")
     heard = "recordings of the motions, by the clips' names, if they are not beside them"
     make.add_argument("--speech", metavar="FOLDER", type=Path, help=heard)
@@ -28,10 +33,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     make.add_argument("--title", default="Gesture study", help="what participants read")
     make.add_argument("--participants", metavar="N", type=int, default=24, help="orders to prepare (default 24)")
     make.add_argument("--seed", metavar="N", type=int, default=0)
-    analyse = verbs.add_parser("analyse", help="shares of 4 and 5 with confidence intervals")
+    analyse = verbs.add_parser("analyse", help="shares with confidence intervals, and tests of pairs")
     analyse.add_argument("answers", metavar="FILE", type=Path, nargs="+", help="answers that the page saved")
     analyse.add_argument("--key", metavar="FILE", type=Path, required=True, help="the study's key.json")
-    analyse.add_argument("--ours", metavar="CONDITION", help="also its differences from the others")
+    analyse.add_argument("--ours", metavar="CONDITION", help="also its differences from the others; of pairs, it stands first")
     analyse.add_argument("-o", "--output", metavar="FILE.json", type=Path, help="also as JSON")
 
 
@@ -45,8 +50,12 @@ def _make(options: argparse.Namespace) -> int:
 
     if not 1 <= options.participants <= MOST:
         raise UsageError(f"{options.participants} participants were asked for.", f"Ask for 1 to {MOST}.")
-    with films.filmed(options.clips, options.character, options.speech) as clips:
-        found = design.find(clips, options.seed)
+    if options.form not in build.FORMS:
+        raise UsageError(f"There is no form {options.form!r}.", f"Forms are {', '.join(build.FORMS)}.")
+    with films.filmed(options.clips, options.character, options.speech) as clips, tempfile.TemporaryDirectory() as spoken:
+        found = design.find(clips, options.seed, options.form)
+        if options.form == "matched":
+            found = design.mismatched(found, Path(spoken))
         place = build.build(found, options.output, options.title, options.participants)
     print(f"{place / 'page' / 'index.html'}: {len(found.conditions)} conditions, {len(found.excerpts)} excerpts")
     print(f"Give participants the folder {place / 'page'}; keep {place / 'key.json'} to yourself.")
@@ -54,13 +63,18 @@ def _make(options: argparse.Namespace) -> int:
 
 
 def _analyse(options: argparse.Namespace) -> int:
-    from ..study import analysis
+    from ..study import analysis, pairs
 
     if options.output is not None:
         check_output(options.output)
-    result = analysis.analyse(analysis.read(options.answers, options.key), options.ours)
+    if analysis.read_key(options.key)["form"] == "rating":
+        result = analysis.analyse(analysis.read(options.answers, options.key), options.ours)
+        told = analysis.report(result, options.ours)
+    else:
+        result = pairs.analyse(pairs.read(options.answers, options.key), options.ours)
+        told = pairs.report(result)
     if options.output is not None:
         with whole_file(options.output) as temporary:
             temporary.write_text(json.dumps(result, indent=1), encoding="utf-8")
-    print(analysis.report(result, options.ours))
+    print(told)
     return 0

@@ -1,6 +1,6 @@
 """The paper's figures from the answers: how many rated 4 or 5, with confidence intervals (section 5.5). numpy alone."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from os import PathLike
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import json_text
 from ..errors import UsageError
-from .build import QUESTIONS
+from .build import FORMS, QUESTIONS
 
 HIGH = 4
 ROUNDS = 10000
@@ -31,15 +31,32 @@ def read(files: Sequence[str | PathLike], key: str | PathLike) -> Answers:
 
     Raises :class:`UsageError` for a file of another study, a participant who occurs twice, or ratings that are none.
     """
+    known = read_key(key)
+    conditions, excerpts, clips = tuple(known["conditions"]), tuple(known["excerpts"]), known["clips"]
+    people = read_files(files, known["id"], lambda given: _ratings(given, clips, conditions, excerpts))
+    numbers = tuple(sorted(people))
+    return Answers(numbers, conditions, excerpts, {name: np.stack([people[n][name] for n in numbers]) for name in _NAMES})
+
+
+def read_key(key: str | PathLike) -> dict:
+    """A study's ``key.json``; raises :class:`UsageError`."""
     known = _json(key)
     try:
-        conditions, excerpts, clips = tuple(known["conditions"]), tuple(known["excerpts"]), known["clips"]
-        study = known["id"]
-        if not isinstance(clips, dict) or not all(isinstance(name, str) for name in (study, *conditions, *excerpts)):
+        texts = (known["id"], *known["conditions"], *known["excerpts"], known.setdefault("form", FORMS[0]))
+        asked = known.setdefault("questions", QUESTIONS)
+        clips = known["clips"]
+        if not isinstance(clips, dict) or not all(isinstance(name, str) for name in texts) or known["form"] not in FORMS:
             raise TypeError("names that are no texts")
+        if not all(isinstance(question["id"], str) for question in asked):
+            raise TypeError("questions without names")
     except (KeyError, TypeError) as error:
         raise UsageError(f"{key} is no key of a study.", "Give the key.json that s2ag study make wrote.") from error
-    people: dict[int, dict[str, np.ndarray]] = {}
+    return known
+
+
+def read_files(files: Sequence[str | PathLike], study: str, read_one: Callable[[list], object]) -> dict[int, object]:
+    """What ``read_one(answers)`` makes of each participant's file of ``study``; raises :class:`UsageError` as :func:`read`."""
+    people: dict[int, object] = {}
     for file in files:
         content = _json(file)
         try:
@@ -48,15 +65,14 @@ def read(files: Sequence[str | PathLike], key: str | PathLike) -> Answers:
             number = int(content["participant"])
             if number in people:
                 raise UsageError(f"Participant {number} occurs twice.", "Leave one of the files out.")
-            people[number] = _ratings(content["answers"], clips, conditions, excerpts)
-        except (KeyError, TypeError, ValueError, OverflowError) as error:
+            people[number] = read_one(content["answers"])
+        except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
             raise UsageError(
                 f"{file} holds no answers of this study ({error}).", "Give the files that the page saved."
             ) from error
     if not people:
         raise UsageError("There are no answers.", "Give the files that the page saved.")
-    numbers = tuple(sorted(people))
-    return Answers(numbers, conditions, excerpts, {name: np.stack([people[n][name] for n in numbers]) for name in _NAMES})
+    return people
 
 
 def analyse(answers: Answers, ours: str | None = None, seed: int = 0) -> dict:
@@ -82,13 +98,13 @@ def analyse(answers: Answers, ours: str | None = None, seed: int = 0) -> dict:
                 "counts": [int((here == value).sum()) for value in range(1, 6)],
                 "mean": float(here.mean()) if len(here) else float("nan"),
                 "share": float(total[row]),
-                "interval": _interval(shares[:, row]),
+                "interval": interval(shares[:, row]),
             }
         result["questions"][name] = {"conditions": found, "differences": {}}
         if ours is not None:
             mine = answers.conditions.index(ours)
             result["questions"][name]["differences"] = {
-                other: {"difference": float(total[mine] - total[row]), "interval": _interval(shares[:, mine] - shares[:, row])}
+                other: {"difference": float(total[mine] - total[row]), "interval": interval(shares[:, mine] - shares[:, row])}
                 for row, other in enumerate(answers.conditions)
                 if row != mine
             }
@@ -127,7 +143,8 @@ def _ratings(given: list[dict], clips: dict, conditions: tuple[str, ...], excerp
     return ratings
 
 
-def _interval(values: np.ndarray) -> list[float]:
+def interval(values: np.ndarray) -> list[float]:
+    """The middle 95 % of drawn values."""
     rest = 100 * (1 - LEVEL) / 2
     return [float(value) for value in np.percentile(values, [rest, 100 - rest])]
 

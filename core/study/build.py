@@ -25,6 +25,21 @@ QUESTIONS = (
     },
 )
 """The paper's two questions with the ends of their five-point scales (section 5.5)."""
+FORMS = ("rating", "pairs", "matched")
+_SPEECH = {"id": "appropriateness", "text": "In which clip do the gestures fit the speech better?"}
+PAIRED = {
+    "pairs": ({"id": "realism", "text": "In which clip does the figure move more like a real person?"}, _SPEECH),
+    "matched": (_SPEECH,),
+}
+"""Questions on two clips, answered from -2 (left, clearly) to 2 (right, clearly), as in the GENEA Challenge 2023."""
+INTROS = {
+    "rating": "You will see short clips of a figure who speaks and gestures, with sound. After each clip please answer two "
+    "questions. There are no right answers. The clips of one speech differ in the gestures alone.",
+    "pairs": "You will see two short clips side by side, of a figure who speaks and gestures, with sound. After both please "
+    "compare them. There are no right answers. Both clips have the same speech and differ in the gestures alone.",
+    "matched": "You will see two short clips side by side, of a figure who gestures, with sound. After both please compare "
+    "them. Both clips have the same gestures and differ in the speech alone.",
+}
 
 
 def build(design: Design, out: str | PathLike, title: str, participants: int = 24) -> Path:
@@ -46,12 +61,13 @@ def build(design: Design, out: str | PathLike, title: str, participants: int = 2
         (page / "clips").mkdir()
         for key, path in design.clips.items():
             shutil.copyfile(path, page / "clips" / design.names[key])
-        orders = [[design.names[key] for key in design.order(number)] for number in range(participants)]
-        shown = {"id": f"{title}-{design.seed}", "title": title, "questions": QUESTIONS, "orders": orders}
+        questions = PAIRED.get(design.form, QUESTIONS)
+        told = {"id": f"{title}-{design.seed}", "form": design.form, "questions": questions}
+        shown = told | {"title": title, "intro": INTROS[design.form], "orders": design.orders(participants)}
         # A page on a disk may not fetch files, so its data is a script.
         (page / "study-data.js").write_text(f"window.STUDY = {json.dumps(shown)};\n", encoding="utf-8")
-        clips = {design.names[key]: {"condition": key[0], "excerpt": key[1]} for key in design.clips}
-        key = {"id": shown["id"], "conditions": design.conditions, "excerpts": design.excerpts, "clips": clips}
+        clips = {design.names[key]: dict(zip(("condition", "excerpt", "sound"), key, strict=False)) for key in design.clips}
+        key = {**told, "conditions": design.conditions, "excerpts": design.excerpts, "clips": clips}
         (temporary / "key.json").write_text(json.dumps(key, indent=1), encoding="utf-8")
         temporary.chmod(0o755)
         if out.exists():

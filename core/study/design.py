@@ -2,26 +2,54 @@
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
 from ..errors import UsageError
+from . import sounds
 
 CLIPS = (".mp4", ".webm")
 
 
 @dataclass(frozen=True)
 class Design:
-    """``clips[condition][excerpt]`` are files; ``names`` of them what the page calls them, by (condition, excerpt)."""
+    """``clips`` are files by (condition, excerpt), and "own" or "other" for the sound where that is the question.
+
+    ``names`` are what the page calls them; ``form`` is one of :data:`build.FORMS`.
+    """
 
     conditions: tuple[str, ...]
     excerpts: tuple[str, ...]
-    clips: dict[tuple[str, str], Path]
-    names: dict[tuple[str, str], str]
+    clips: dict[tuple[str, ...], Path]
+    names: dict[tuple[str, ...], str]
     seed: int
+    form: str = "rating"
+
+    def orders(self, participants: int) -> list[list]:
+        """What each participant sees: names of clips, or of two clips, left and right."""
+        if self.form == "rating":
+            return [[self.names[key] for key in self.order(number)] for number in range(participants)]
+        return [[[self.names[key] for key in pair] for pair in self.pairs(number)] for number in range(participants)]
+
+    def pairs(self, participant: int) -> list[tuple[tuple[str, ...], tuple[str, ...]]]:
+        """Left and right clip of every trial for the ``participant`` (from 0), shuffled for everyone anew.
+
+        Form "pairs" has every two conditions of every excerpt, "matched" every clip with its own and another sound. Who stands
+        on the left changes from participant to participant, and is balanced over the trials of each.
+        """
+        if self.form == "pairs":
+            two = [(a, b) for at, a in enumerate(self.conditions) for b in self.conditions[at + 1 :]]
+            trials = [((a, excerpt), (b, excerpt)) for excerpt in self.excerpts for a, b in two]
+        else:
+            every = ((condition, excerpt) for excerpt in self.excerpts for condition in self.conditions)
+            trials = [((*one, "own"), (*one, "other")) for one in every]
+        random = np.random.default_rng((self.seed, participant // 2))  # two after each other see each trial from both sides
+        turned = random.permutation(len(trials)) % 2 == participant % 2
+        shuffled = random.permutation(len(trials))
+        return [trials[row][::-1] if turned[row] else trials[row] for row in shuffled]
 
     def order(self, participant: int) -> list[tuple[str, str]]:
         """(condition, excerpt) of every clip for the ``participant`` (from 0), excerpt by excerpt.
@@ -39,7 +67,7 @@ class Design:
         ]
 
 
-def find(folder: str | PathLike, seed: int = 0) -> Design:
+def find(folder: str | PathLike, seed: int = 0, form: str = "rating") -> Design:
     """The design of ``folder``, which holds a folder for every condition with the same clips in each.
 
     Raises :class:`UsageError` where conditions or clips are missing.
@@ -52,7 +80,7 @@ def find(folder: str | PathLike, seed: int = 0) -> Design:
         clips = {path.stem: path for path in sorted(place.iterdir()) if path.suffix.lower() in CLIPS}
         if clips:
             found[place.name] = clips
-    if len(found) < 2:
+    if len(found) < (1 if form == "matched" else 2):
         raise UsageError(f"{folder} holds clips of {len(found)} conditions.", "A study compares two or more, a folder each.")
     excerpts = sorted(set().union(*found.values()))
     for condition, clips in found.items():
@@ -62,7 +90,24 @@ def find(folder: str | PathLike, seed: int = 0) -> Design:
             raise UsageError(f"{message}, which other conditions have.", "Give every condition the same clips.")
     clips = {(condition, excerpt): found[condition][excerpt] for condition in found for excerpt in excerpts}
     names = {key: f"{_digest(seed, *key)}{path.suffix.lower()}" for key, path in clips.items()}
-    return Design(tuple(found), tuple(excerpts), clips, names, seed)
+    return Design(tuple(found), tuple(excerpts), clips, names, seed, form)
+
+
+def mismatched(design: Design, folder: Path) -> Design:
+    """The ``design`` with every clip twice, written to ``folder``: with its own sound and with another excerpt's.
+
+    Raises :class:`UsageError` for a single excerpt and for films without sound.
+    """
+    clips: dict[tuple[str, ...], Path] = {}
+    for condition in design.conditions:
+        films = {excerpt: design.clips[condition, excerpt] for excerpt in design.excerpts}
+        others = sounds.partners({excerpt: sounds.length(film) for excerpt, film in films.items()})
+        for excerpt, film in films.items():
+            for sound, heard in (("own", film), ("other", films[others[excerpt]])):
+                key = condition, excerpt, sound
+                clips[key] = folder / f"{_digest(design.seed, *key)}{film.suffix.lower()}"
+                sounds.with_sound(film, heard, clips[key])
+    return replace(design, clips=clips, names={key: path.name for key, path in clips.items()})
 
 
 def williams(count: int) -> list[list[int]]:

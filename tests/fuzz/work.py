@@ -92,19 +92,35 @@ def _study() -> tuple[dict, dict]:
     return key, {"study": "study", "participant": 1, "answers": answers}
 
 
+def _pairs() -> tuple[dict, dict]:
+    from s2ag.core.study.build import PAIRED
+
+    key, answers = _study()
+    left_right = [{"left": str(2 * row), "right": str(2 * row + 1), "realism": row, "appropriateness": -2} for row in range(2)]
+    return key | {"form": "pairs", "questions": list(PAIRED["pairs"])}, answers | {"answers": left_right}
+
+
 def study_files() -> Seeds:
-    return [(suffix, json.dumps(one).encode()) for suffix, one in zip((".key", ".json"), _study(), strict=True)]
+    made = zip((".key", ".json", ".pairs-key", ".pairs-json"), (*_study(), *_pairs()), strict=True)
+    return [(suffix, json.dumps(one).encode()) for suffix, one in made]
 
 
 def read_study(path: Path) -> None:
-    from s2ag.core.study import analysis
+    from s2ag.core.study import analysis, pairs
 
-    key, answers = _study()
+    paired = "pairs-" in path.suffix
+    key, answers = _pairs() if paired else _study()
     mine, other = path.with_name("given.json"), path.with_name("good.json")
     shutil.copy(path, mine)
-    is_key = path.suffix == ".key"
+    is_key = path.suffix.endswith("key")
     other.write_text(json.dumps(answers if is_key else key))
-    found = analysis.read([other if is_key else mine], mine if is_key else other)
+    given, known = [other if is_key else mine], mine if is_key else other
+    if paired:
+        votes = pairs.read(given, known)
+        if len(votes.conditions) < 50:
+            pairs.report(pairs.analyse(votes, votes.conditions[0]))
+        return
+    found = analysis.read(given, known)
     if len(found.conditions) < 50:
         analysis.report(analysis.analyse(found, found.conditions[0]), found.conditions[0])
 

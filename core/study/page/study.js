@@ -1,5 +1,5 @@
 "use strict";
-// The study's page: clips one after the other, two questions each, answers kept in this browser.
+// The study's page: clips one after the other, or two side by side, questions on each, answers kept in this browser.
 (() => {
   const study = window.STUDY;
   const find = (id) => document.getElementById(id);
@@ -7,6 +7,10 @@
   const current = () => slot("current");
   let record = null;
   let began = 0;
+  let seen = new Set();
+  const paired = Boolean(study) && study.form !== "rating";
+  const videos = paired ? ["clip", "right"] : ["clip"];
+  const degrees = ["left, clearly", "left, slightly", "equal", "right, slightly", "right, clearly"];
 
   function show(name) {
     for (const section of ["welcome", "trial", "done"]) find(section).hidden = section !== name;
@@ -53,9 +57,11 @@
       return;
     }
     show("trial");
-    find("progress").textContent = `Clip ${place + 1} of ${clips.length}`;
-    const video = find("clip");
-    video.src = `clips/${clips[place]}`;
+    find("progress").textContent = `${paired ? "Pair" : "Clip"} ${place + 1} of ${clips.length}`;
+    [].concat(clips[place]).forEach((name, side) => {
+      find(videos[side]).src = `clips/${name}`;
+    });
+    seen = new Set();
     began = Date.now();
     ask(false);
   }
@@ -77,12 +83,14 @@
     legend.textContent = asked.text;
     const scale = document.createElement("div");
     scale.className = "scale";
-    for (let value = 1; value <= 5; value += 1) {
+    const first = paired ? -2 : 1;
+    for (let value = first; value <= first + 4; value += 1) {
       const label = document.createElement("label");
       const input = document.createElement("input");
       Object.assign(input, { type: "radio", name: asked.id, value: String(value), required: true });
       const text = document.createElement("span");
-      text.textContent = value === 1 ? `1: ${asked.low}` : value === 5 ? `5: ${asked.high}` : String(value);
+      if (paired) text.textContent = degrees[value + 2];
+      else text.textContent = value === 1 ? `1: ${asked.low}` : value === 5 ? `5: ${asked.high}` : String(value);
       label.append(input, text);
       scale.append(label);
     }
@@ -104,10 +112,11 @@
   function answer(event) {
     event.preventDefault();
     const given = new FormData(find("answers"));
-    const entry = { clip: order()[record.answers.length], seconds: (Date.now() - began) / 1000 };
+    const shown = order()[record.answers.length];
+    const entry = { ...(paired ? { left: shown[0], right: shown[1] } : { clip: shown }), seconds: (Date.now() - began) / 1000 };
     for (const asked of study.questions) {
+      if (!given.has(asked.id)) return;
       const value = Number(given.get(asked.id));
-      if (!(value >= 1 && value <= 5)) return;
       entry[asked.id] = value;
     }
     record.answers.push(entry);
@@ -116,7 +125,7 @@
   }
 
   function table() {
-    const names = ["participant", "clip", ...study.questions.map((asked) => asked.id), "seconds"];
+    const names = ["participant", ...(paired ? ["left", "right"] : ["clip"]), ...study.questions.map((asked) => asked.id), "seconds"];
     const rows = record.answers.map((entry) => names.map((name) => (name === "participant" ? record.participant : entry[name])));
     return [names, ...rows].map((row) => row.join(",")).join("\n") + "\n";
   }
@@ -140,8 +149,22 @@
   }
   document.title = study.title;
   find("title").textContent = study.title;
-  find("clip").addEventListener("ended", () => ask(true));
-  find("clip").addEventListener("error", () => fail("This clip cannot be played here. Please use another browser."));
+  find("intro").textContent = study.intro;
+  find("hint").textContent = paired
+    ? "Please watch both clips to their ends; then the questions open."
+    : "Please watch the clip to its end; then the questions open.";
+  find("right").hidden = !paired;
+  document.querySelector("main").classList.toggle("wide", paired);
+  for (const name of videos) {
+    find(name).addEventListener("ended", () => {
+      seen.add(name);
+      if (seen.size === videos.length) ask(true);
+    });
+    find(name).addEventListener("play", () => {
+      for (const other of videos) if (other !== name) find(other).pause();
+    });
+    find(name).addEventListener("error", () => fail("This clip cannot be played here. Please use another browser."));
+  }
   find("answers").addEventListener("submit", answer);
   find("begin").addEventListener("submit", (event) => {
     event.preventDefault();
