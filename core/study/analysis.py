@@ -47,8 +47,8 @@ def read_key(key: str | PathLike) -> dict:
         clips = known["clips"]
         if not isinstance(clips, dict) or not all(isinstance(name, str) for name in texts) or known["form"] not in FORMS:
             raise TypeError("names that are no texts")
-        if not all(isinstance(question["id"], str) for question in asked):
-            raise TypeError("questions without names")
+        if not (known["conditions"] and known["excerpts"] and all(isinstance(question["id"], str) for question in asked)):
+            raise TypeError("nothing was asked")
     except (KeyError, TypeError) as error:
         raise UsageError(f"{key} is no key of a study.", "Give the key.json that s2ag study make wrote.") from error
     return known
