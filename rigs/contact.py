@@ -1,4 +1,4 @@
-"""Hands that lie on what they meet instead of within it: on each other, on the other arm, on the trunk.
+"""Hands that lie on what they meet instead of within it: on each other, on the other arm, on trunk and head.
 
 A motion knows directions and no flesh: hands that rest on each other on one body cross on the next. Here hands are balls
 along palm and fingers, arms are balls along their bones. Where some lie in others, wrists move apart as far as that asks
@@ -12,6 +12,7 @@ import numpy as np
 from . import quaternion
 from .flesh import ALONG, FOREARM, UPPER, Hand
 from .proportions import SIDES, Girth, Placed, carried, envelope, from_chest, in_trunk, smooth, turn_in
+from .skull import Nodding
 
 TOUCH = 0.01
 """Hand lengths by which flesh gives way where it meets."""
@@ -52,6 +53,7 @@ def clear(
     hands: dict[str, Held],
     fps: float,
     strength: float = 1.0,
+    head: Nodding | None = None,
 ) -> np.ndarray:
     """``directions`` (frames, 9, 3) in armature space with arms so that hands meet nothing; the same array if they do not.
 
@@ -59,10 +61,11 @@ def clear(
     """
     if strength <= 0 or not len(directions):
         return directions
-    carry = carried(placed, torso)
-    sides = [_Arm(girth, placed, directions, torso, clavicles[side], side, hands[side], carry) for side in SIDES]
+    trunk = _Trunk(girth, carried(placed, torso))
+    sides = [_Arm(placed, directions, torso, clavicles[side], side, hands[side], trunk) for side in SIDES]
     for arm in sides:
-        arm.leave_trunk(fps)
+        for body in (trunk, head) if head is not None else (trunk,):
+            arm.leave(body, fps)
     _part(*sides, fps)
     for arm in sides:
         moved = np.flatnonzero(np.abs(arm.shift).max(-1) > 0)
@@ -73,11 +76,24 @@ def clear(
     return directions
 
 
+class _Trunk:
+    """A trunk that bends; all as for :class:`skull.Nodding`."""
+
+    def __init__(self, girth: Girth, carry: np.ndarray):
+        self.girth, self.carry = girth, carry
+
+    def depth(self, points, radius, frames=slice(None)):
+        return self.girth.depth(in_trunk(self.girth, points, self.carry[frames]), radius)
+
+    def outward(self, points, side):
+        return self.girth.outward(in_trunk(self.girth, points[:, None], self.carry)[:, 0], side)
+
+
 class _Arm:
     """An arm with its hand: ``shift`` (frames, 3) is how far its wrist goes."""
 
-    def __init__(self, girth, placed, directions, torso, clavicle, side, held: Held, carry):
-        self.girth, self.frame, self.carry, self.held, self.sign = girth, placed.frame, carry, held, SIDES[side]
+    def __init__(self, placed, directions, torso, clavicle, side, held: Held, trunk: _Trunk):
+        self.frame, self.held, self.sign, self.trunk = placed.frame, held, SIDES[side], trunk
         self.edges, ways = from_chest(placed, directions, torso, side)
         self.upper, self.fore, _ = placed.lengths[side]
         root, shoulder = placed.roots[side], placed.shoulders[side]
@@ -127,37 +143,34 @@ class _Arm:
         thick = [FOREARM[0] * self.size + 0.2 * self.fore] * 3 + [UPPER[0] * self.size + 0.2 * self.upper] * 2
         return np.stack([*hand, *fore, *upper], 1), np.array([*[_AROUND * self.size] * 3, *thick])
 
-    def near_trunk(self, frames=slice(None), further: np.ndarray | float = 0.0) -> np.ndarray:
-        """In which ``frames`` the hand, moved ``further`` (frames, 3), may lie in the trunk (frames,)."""
+    def near(self, body: _Trunk | Nodding, frames=slice(None), further: np.ndarray | float = 0.0) -> np.ndarray:
+        """In which ``frames`` the hand, moved ``further`` (frames, 3), may lie in a ``body`` (frames,)."""
         at = self._at(frames) + further
         balls = np.stack([at + place * self.knuckles[frames] for place in _COARSE], 1)
-        seen = in_trunk(self.girth, balls, self.carry[frames])
-        return (self.girth.depth(seen, _AROUND * self.size) > 0).any(-1)
+        return (body.depth(balls, _AROUND * self.size, frames) > 0).any(-1)
 
-    def depth(self, frames, further: np.ndarray | float = 0.0, every: int = 1) -> np.ndarray:
-        """How deep the hand lies in the trunk (frames,), moved ``further`` (frames, 3); by every ball, or fewer for a guess."""
+    def depth(self, body: _Trunk | Nodding, frames, further: np.ndarray | float = 0.0, every: int = 1) -> np.ndarray:
+        """How deep the hand, moved ``further`` (frames, 3), lies in a ``body`` (frames,); all balls, or fewer for a guess."""
         outer = self.held.balls.outer[::every]
         points = self.palm(frames)[:, outer] + (further[:, None] if np.ndim(further) else further)
-        radii = self.held.balls.radii[outer] - TOUCH * self.size
-        return self.girth.depth(in_trunk(self.girth, points, self.carry[frames]), radii).max(-1)
+        return body.depth(points, self.held.balls.radii[outer] - TOUCH * self.size, frames).max(-1)
 
-    def leave_trunk(self, fps: float) -> None:
-        """Move the hand out of the trunk."""
-        near = np.flatnonzero(self.near_trunk())
+    def leave(self, body: _Trunk | Nodding, fps: float) -> None:
+        """Move the hand out of a ``body``."""
+        near = np.flatnonzero(self.near(body))
         if len(near):
-            near = near[self.depth(near, every=3) > -_BETWEEN * self.size]
-        deep = self.depth(near) if len(near) else np.zeros(0)
+            near = near[self.depth(body, near, every=3) > -_BETWEEN * self.size]
+        deep = self.depth(body, near) if len(near) else np.zeros(0)
         bad, deep = near[deep > 0], deep[deep > 0]
         if not len(bad):
             return
-        middle = self._at() + _COARSE[1] * self.knuckles
-        way = self.girth.outward(in_trunk(self.girth, middle[:, None], self.carry)[:, 0], self.sign)
+        way = body.outward(self._at() + _COARSE[1] * self.knuckles, self.sign)
         way = _unit(smooth(way, _frames(fps)))
         start, need = self.shift, np.zeros(len(way))
         for _ in range(_PASSES):
             need[bad] += deep
             self.shift = start + envelope(need, _frames(0.5 * fps))[:, None] * way
-            deep = self.depth(bad)
+            deep = self.depth(body, bad)
             bad, deep = bad[deep > 0.5 * TOUCH * self.size], deep[deep > 0.5 * TOUCH * self.size]
             if not len(bad):
                 break
@@ -203,9 +216,9 @@ def _shared(left: _Arm, right: _Arm, frames, way, need) -> np.ndarray:
     shares = np.stack([0.5 * need, 0.5 * need])
     for index, (arm, sign) in enumerate(((left, -1.0), (right, 1.0))):
         further = sign * (0.5 * need)[:, None] * way
-        near = np.flatnonzero(arm.near_trunk(frames, further))
+        near = np.flatnonzero(arm.near(arm.trunk, frames, further))
         if len(near):
-            barred = np.clip(arm.depth(frames[near], further[near]), 0, 0.5 * need[near])
+            barred = np.clip(arm.depth(arm.trunk, frames[near], further[near]), 0, 0.5 * need[near])
             shares[index, near] -= barred
             shares[1 - index, near] += barred
     return shares

@@ -13,7 +13,7 @@ import numpy as np
 from ..core.motion import skeleton
 from ..core.motion.hands import Hands
 from ..core.motion.pelvis import Pelvis
-from . import arms, contact, fingers, flesh, handshapes, limits, palms, proportions, quaternion, spread, stance
+from . import arms, contact, fingers, flesh, handshapes, limits, palms, proportions, quaternion, skull, spread, stance
 from .legs import Legs
 from .plain import ARMS, Bones, Mapping, character_frame
 
@@ -280,7 +280,7 @@ class Goals:
         chains, still = self.mapping.chains, self.still()
         done = {
             part: quaternion.power(*self.relative[part]) if part in chains else still
-            for part in ("torso", "left_clavicle", "right_clavicle")
+            for part in ("torso", "neck", "head", "left_clavicle", "right_clavicle")
         }
         girth = proportions.guess(self.bones, self.mapping) if self._girth is None else self._girth
         placed = proportions.Placed(self.bones, self.mapping)
@@ -294,7 +294,8 @@ class Goals:
             for place, side in enumerate(SIDES):
                 balls = flesh.Hand(self.bones, self.hand(side), placed.lengths[side][2])
                 held[side] = contact.Held(balls, self.wanted_hand(side), self.hands.shape[:, place])
-            self.directions = contact.clear(girth, placed, self.directions, *about, held, self.fps, strength)
+            nodding = girth.skull and skull.Nodding(girth.skull, placed.frame, done["neck"], done["head"])
+            self.directions = contact.clear(girth, placed, self.directions, *about, held, self.fps, strength, nodding)
 
     def _bring_elbows_forward(self):
         torso = quaternion.multiply(self.still(), self.relative["torso"][0])

@@ -38,13 +38,14 @@ class Girth:
     """A trunk at rest, in the character's own frame (left, back, up) with the middle of the shoulders as origin.
 
     ``heights`` (k,) increasing; ``middles`` (k, 2) of the ellipses as left and back; ``halves`` (k, 2) their half-axes.
-    ``waist`` is the height about which the chest leans.
+    ``waist`` is the height about which the chest leans. ``skull`` is the :class:`skull.Skull`, where it is known.
     """
 
     heights: np.ndarray
     middles: np.ndarray
     halves: np.ndarray
     waist: float
+    skull: object = None
 
     def depth(self, points: np.ndarray, radius: np.ndarray | float) -> np.ndarray:
         """How deep balls of ``radius`` at ``points`` ``(..., 3)`` lie in the trunk ``(...)``, negative outside.

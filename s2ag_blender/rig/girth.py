@@ -1,9 +1,12 @@
-"""The shape of a character's trunk and thighs, read from the meshes that its bones carry."""
+"""The shape of a character's trunk, thighs and head, read from the meshes that its bones carry."""
+
+from dataclasses import replace
 
 import bpy
 import numpy as np
 
 from ...core.motion.skeleton import EDGE_NAMES
+from ...rigs import skull
 from ...rigs.plain import Bones, Mapping
 from ...rigs.proportions import Girth, measure
 
@@ -16,13 +19,14 @@ _ON_EDGES = (0.25, 0.5, 0.75)
 
 
 def read(armature: bpy.types.Object, bones: Bones, mapping: Mapping) -> Girth | None:
-    """The trunk and what is below it at rest as the armature's meshes show it, or None where they do not."""
-    trunk = _trunk_bones(bones, mapping)
-    items = meshes(armature)
+    """The trunk, what is below it and the head at rest as the armature's meshes show them, or None where they do not."""
+    items, groups = meshes(armature), _bones(bones, mapping)
     step = max(1, -(-sum(len(item.data.vertices) for item in items) // VERTICES))
-    points = [_points(armature, item, trunk, step) for item in items]
-    points = np.concatenate([np.zeros((0, 3)), *points])
-    return measure(bones, mapping, points) if len(points) >= _ENOUGH else None
+    found = [[np.zeros((0, 3))] * len(groups), *(_points(armature, item, groups, step) for item in items)]
+    trunk, head = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    if len(trunk) < _ENOUGH:
+        return None
+    return replace(measure(bones, mapping, trunk), skull=skull.measure(bones, mapping, head))
 
 
 def meshes(armature: bpy.types.Object) -> list[bpy.types.Object]:
@@ -36,28 +40,36 @@ def meshes(armature: bpy.types.Object) -> list[bpy.types.Object]:
     ]
 
 
-def _trunk_bones(bones: Bones, mapping: Mapping) -> set[str]:
-    """Names of the bones that lie nearer to spine and legs than to arms, shoulders, neck and head, whoever moves them."""
+def _bones(bones: Bones, mapping: Mapping) -> tuple[set[str], set[str]]:
+    """Names of the bones that lie nearest to spine and legs, and of those nearest to the head, whoever moves them."""
     chains = mapping.chains
     torso = [bones.heads[bones.row(name)] for name in (mapping.hips, *chains.get("torso", ())) if name in bones.names]
     shoulders = [bones.heads[bones.row(chains[f"{side}_upper_arm"][0])] for side in ("left", "right")]
     torso.append(mapping.end(bones, "torso") if "torso" in chains else 0.5 * (shoulders[0] + shoulders[1]))
     torso.insert(0, 2 * torso[0] - torso[-1])  # legs, and what is worn about them, hang as far below as the trunk is long
-    lines = [(start, end, True) for start, end in zip(torso[:-1], torso[1:], strict=True)]
+    lines = [(start, end, "trunk") for start, end in zip(torso[:-1], torso[1:], strict=True)]
     for part in EDGE_NAMES[1:]:
         if part in chains:
-            lines.append((bones.heads[bones.row(chains[part][0])], mapping.end(bones, part), False))
+            lines.append((bones.heads[bones.row(chains[part][0])], mapping.end(bones, part), part))
     if "head" in chains:
         crown = bones.heads[bones.row(chains["head"][-1])]
-        lines.append((crown, crown + 0.5 * (crown - torso[1]), False))
+        lines.append((crown, crown + 0.5 * (crown - torso[1]), "skull"))
     middles = 0.5 * (bones.heads + bones.tails)
     distances = np.array([_distance(middles, start, end) for start, end, _ in lines])
-    nearest = np.array([is_trunk for *_, is_trunk in lines])[np.argmin(distances, axis=0)]
-    below = {bones.row(chains[f"{side}_upper_arm"][0]) for side in ("left", "right")}
+    nearest = np.array([name for *_, name in lines])[np.argmin(distances, axis=0)]
+    arms = _below(bones, [chains[f"{side}_upper_arm"][0] for side in ("left", "right")])
+    head = (set(np.flatnonzero(nearest == "skull")) | _below(bones, chains.get("head", ())[-1:])) - arms
+    trunk = set(np.flatnonzero(nearest == "trunk")) - arms
+    return {bones.names[row] for row in trunk}, {bones.names[row] for row in head}
+
+
+def _below(bones: Bones, names) -> set[int]:
+    """Rows of the bones of these names and of all that hang on them."""
+    found = {bones.row(name) for name in names}
     for row, parent in enumerate(bones.parents):
-        if int(parent) in below:
-            below.add(row)
-    return {name for row, name in enumerate(bones.names) if nearest[row] and row not in below}
+        if int(parent) in found:
+            found.add(row)
+    return found
 
 
 def _distance(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -67,27 +79,29 @@ def _distance(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndar
     return np.linalg.norm(points - start - share[:, None] * along, axis=-1)
 
 
-def _points(armature, item, trunk: set[str], step: int) -> np.ndarray:
-    """Every ``step``-th vertex (n, 3) of a mesh at rest, in armature space, if it follows a trunk bone more than any other.
+def _points(armature, item, bones: tuple[set[str], ...], step: int) -> tuple[np.ndarray, ...]:
+    """Every ``step``-th vertex (n, 3) of a mesh at rest, in armature space, that follows one of the ``bones`` most, for each
+    set of them.
 
     Where all are looked at, which may be few, with points on the edges between them.
     """
     mesh = item.data
     known = set(armature.data.bones.keys())
-    groups = {group.index: group.name in trunk for group in item.vertex_groups if group.name in known}
-    rows = []
+    names = {group.index: group.name for group in item.vertex_groups if group.name in known}
+    ruled = {}
     for vertex in (mesh.vertices[row] for row in range(0, len(mesh.vertices), step)):
-        pulls = [(pull.weight, groups[pull.group]) for pull in vertex.groups if pull.group in groups]
-        if pulls and max(pulls)[1] and max(pulls)[0] > 0:
-            rows.append(vertex.index)
-    points = in_armature(armature, item)
-    if step > 1:
-        return points[rows]
-    edges = np.empty(2 * len(mesh.edges), np.int32)
+        pulls = [(pull.weight, names[pull.group]) for pull in vertex.groups if pull.group in names]
+        if pulls and max(pulls)[0] > 0:
+            ruled[vertex.index] = max(pulls)[1]
+    points, edges = in_armature(armature, item), np.empty(2 * len(mesh.edges), np.int32)
     mesh.edges.foreach_get("vertices", edges)
-    edges = edges.reshape(-1, 2)
-    starts, ends = (points[ends] for ends in edges[np.isin(edges, rows).all(-1)].T)
-    return np.concatenate([points[rows], *(starts + share * (ends - starts) for share in _ON_EDGES)])
+    found = []
+    for part in bones:
+        rows = [row for row, name in ruled.items() if name in part]
+        starts, ends = (points[ends] for ends in edges.reshape(-1, 2)[np.isin(edges.reshape(-1, 2), rows).all(-1)].T)
+        between = [starts + share * (ends - starts) for share in _ON_EDGES] if step == 1 else []
+        found.append(np.concatenate([points[rows].reshape(-1, 3), *between]))
+    return tuple(found)
 
 
 def in_armature(armature: bpy.types.Object, item: bpy.types.Object) -> np.ndarray:

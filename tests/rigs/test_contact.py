@@ -1,5 +1,7 @@
 """Hands that meet lie on each other; everything else stays as it was, to the bit."""
 
+from dataclasses import replace
+
 import contact
 import handed
 import numpy as np
@@ -8,7 +10,7 @@ from bodies import BACKWARDS, Y_UP, degrees, pose
 from hands import with_hands
 from s2ag.core.motion import handshape, skeleton
 from s2ag.core.motion.hands import FOREARMS, Hands
-from s2ag.rigs import proportions
+from s2ag.rigs import proportions, skull
 from s2ag.rigs.goals import Goals, Options
 from s2ag.rigs.plain import Bones
 from s2ag.rigs.retarget import rotations
@@ -98,6 +100,56 @@ def test_a_hand_that_is_turned_into_the_trunk_comes_out():
     _, before, length = laid(motion, hands, clear_body=0.0, limits=False)
     _, after, _ = laid(motion, hands, limits=False)
     assert before["hand trunk"].max() > 0.1 * length > 0.06 * length > after["hand trunk"].max()
+
+
+def nodding(frames, reach=0.0):
+    """A head that nods, and hands that go ``reach`` of the way from before the chest to the middle of the head and back."""
+    whole = with_hands()
+    bones = whole.bones()
+    turn = np.random.default_rng(3).normal(size=(400, 3))
+    at = bones.heads[bones.row(whole.chains["head"][-1])] + [0, -2, 10]
+    points = at + [8, 10, 12] * skeleton.normalize(turn)
+    known = skull.measure(bones, whole.mapping, points)
+    share = reach * np.exp(-(((np.arange(frames) - 0.5 * frames) / 18) ** 4))[:, None]
+    motion = np.tile(skeleton.REST, (frames, 1, 1)).astype(float)
+    motion[:, 1, 2] += 0.3 * np.sin(np.arange(frames) / 9)
+    for (upper, fore), side in zip(skeleton.ARMS, (-1, 1), strict=True):
+        motion[:, upper] = [side * 0.35, 0.85, 0.4]
+        motion[:, fore] = [-side * 0.2, 0.0, 1.0]
+        motion[:, upper] += share * ([side * 0.55, 0.25, 0.75] - motion[:, upper])
+        motion[:, fore] += share * ([-side * 0.72, -0.75, -0.15] - motion[:, fore])
+    motion = skeleton.normalize(motion).astype(np.float32)
+    palms = np.tile([[0.1, 0.3, -1.0], [-0.1, 0.3, -1.0]], (frames, 1, 1))
+    hands = Hands.of(motion[:, FOREARMS], palms, np.tile(handshape.RELAXED, (frames, 2, 1)))
+    girth = proportions.guess(bones, whole.mapping)
+    made = []
+    for head in (None, known):
+        seen = replace(girth, skull=head)
+        made.append(Goals(bones, whole.mapping, motion, 15.0, Options(limits=False), girth=seen, hands=hands))
+    return made, known, bones, whole
+
+
+def in_head(goals, known, bones, whole):
+    """How deep the joints of both hands lie in the head (frames,), read from the pose, negative outside."""
+    heads, orientations = pose(bones, rotations(goals) | goals.extras())
+    row, placed = bones.row(whole.chains["head"][-1]), proportions.Placed(bones, whole.mapping)
+    turned = orientations[:, row] @ bones.matrices[row, :3, :3].T
+    joints = [
+        number for number, name in enumerate(bones.names) if any(finger in name for finger in ("index", "middle", "ring"))
+    ]
+    seen = np.einsum("fji,fnj->fni", turned, heads[:, joints] - heads[:, None, row]) + bones.heads[row]
+    offset = (seen - placed.origin) @ placed.frame.T - known.middle
+    return (1 - np.linalg.norm(offset / known.halves, axis=-1)).max(-1)
+
+
+def test_a_hand_stays_out_of_a_head_that_nods():
+    (before, after), *about = nodding(FRAMES, 1.0)
+    deep = [in_head(goals, *about) for goals in (before, after)]
+    assert deep[0].max() > 0.1 and deep[1].max() < 0
+    changed = np.flatnonzero((before.directions != after.directions).any((1, 2)))
+    assert changed[0] > 15 and changed[-1] < FRAMES - 16
+    (before, after), *_ = nodding(FRAMES)
+    np.testing.assert_array_equal(before.directions, after.directions)
 
 
 def test_sides_and_scale_do_not_matter():

@@ -177,6 +177,20 @@ def test_a_trunk_of_few_points_is_measured_by_its_edges():
     np.testing.assert_allclose(found.halves, [[15, 10]] * len(found.halves), rtol=0.03)
 
 
+def test_a_head_is_measured_where_a_mesh_shows_it():
+    whole = body()
+    item = rigging.make_armature(whole)
+    bones = reading.read(item)
+    trunk(item, 15, 10)
+    assert girth.read(item, bones, whole.mapping).skull is None
+    head = trunk(item, 9, 11, groups=("head",))
+    for vertex in head.data.vertices:
+        vertex.co.z = 150 + (vertex.co.z - 90) / 56 * 24
+    found = girth.read(item, bones, whole.mapping)
+    np.testing.assert_allclose(found.skull.halves, [9, 11, 12], rtol=0.07)
+    np.testing.assert_allclose(found.halves, [[15, 10]] * len(found.halves), rtol=0.03)
+
+
 def test_shape_keys_count_as_they_are_set():
     whole = body()
     item = rigging.make_armature(whole)

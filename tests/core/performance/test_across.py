@@ -55,6 +55,26 @@ def test_given_frames_stay_and_the_ways_to_them_are_smooth():
     assert np.abs(np.diff(made, axis=0)).max() < 0.06
 
 
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_hand_that_stays_before_the_face_goes_to_its_side(side):
+    low, before = (reaching(side, height, -0.02)[0] for height in (-0.3, 0.12))
+    share = np.exp(-(((np.arange(60) - 30) / 12) ** 4))[:, None, None]
+    pose = skeleton.normalize(low + share * (before - low)).astype(np.float32)
+
+    def aside(motion):
+        points = skeleton.to_positions(motion)
+        palm = points[:, skeleton.EDGES[skeleton.ARMS[side][1]][1]] + 0.08 * motion[:, skeleton.ARMS[side][1]]
+        return (palm - points[:, 2])[:, 0] * (1 if side else -1)
+
+    made = across.brought_back(pose)
+    assert np.abs(aside(pose)[25:35]).max() < 0.1 < 0.13 < aside(made)[25:35].min()
+    np.testing.assert_array_equal(made[[0, 5, 54, 59]], across.brought_back(pose[[0, 5, 54, 59]]))
+    assert np.abs(np.diff(made, axis=0)).max() < np.abs(np.diff(pose, axis=0)).max() + 0.06
+    brief = pose.copy()
+    brief[:28], brief[32:] = pose[0], pose[0]
+    np.testing.assert_array_equal(across.brought_back(brief)[30], across.brought_back(brief[30:31])[0])
+
+
 def test_it_sets_in_smoothly():
     places = [beyond(across.brought_back(reaching(1, -0.05, aside)), 1) for aside in np.arange(0.0, 0.25, 0.005)]
     steps = np.diff(places)
