@@ -9,6 +9,7 @@ from .parsing import Parser
 
 def main(arguments: list[str]) -> int:
     """Run the command; its exit status."""
+    command.settle()  # it is a process of its own, and what it has started ends with it
     parser = Parser(prog="s2ag engine", epilog=engine.EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     engine.configure(parser)
     parser.set_defaults(run=engine.run)

@@ -16,14 +16,14 @@ def main(argv: list[str] | None = None, parser=None) -> int:
     """
     try:
         if argv is None:
-            _settle()
+            settle()
         return _run(argv, parser)
     except KeyboardInterrupt:
         print("s2ag: interrupted.", file=sys.stderr)
         return INTERRUPTED
 
 
-def _settle() -> None:
+def settle() -> None:
     """Make this process the command's own: what ends it, and what it says."""
     import contextlib
     import os

@@ -47,6 +47,13 @@ _FAULTS = (
         "Use a complete and newer folder of wheels; the log names the packages.",
     ),
 )
+_OWN_INDEX = re.compile(r"download\.pytorch\.org|/whl/cpu\b")
+"""What lines are about that tell of PyTorch's own index, not of the registry."""
+_ELSEWHERE = {
+    "The package registry cannot be reached.": "PyTorch's own package index cannot be reached.",
+    "The package registry's certificate is not trusted here.": "The certificate of PyTorch's own package index is not trusted.",
+}
+_WITHOUT_IT = "Allow its own index, install from a folder of wheels, or take the larger one with --cuda."
 _MISSING = re.compile(r"No matching distribution found for (\S+)")
 
 
@@ -95,14 +102,17 @@ def explain(lines: list[str], where: str) -> tuple[str, str]:
     """What went wrong and what to do, from the last lines of a failed command; ``where`` is what packages come from."""
     text = "\n".join(lines)
     for pattern, message, remedy in _FAULTS:
-        if re.search(pattern, text):
+        hits = [line for line in lines if re.search(pattern, line)]
+        if hits and message in _ELSEWHERE and all(map(_OWN_INDEX.search, hits)):
+            return _ELSEWHERE[message], _WITHOUT_IT
+        if hits:
             return message, remedy
     if found := _MISSING.search(text):
         name = found.group(1)
         if name.endswith("+cpu"):
             return (
                 "PyTorch without CUDA cannot be had here, and nothing larger was fetched.",
-                "Allow its own index, install from a folder of wheels, or take the larger one with --cuda.",
+                _WITHOUT_IT,
             )
         return (
             f"There is no {name} for this Python and this system in {where}.",

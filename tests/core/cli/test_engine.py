@@ -1,9 +1,13 @@
 """``s2ag engine``: what it says before it works, and in which Python."""
 
+import signal
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import pytest
+import wheels
 from s2ag.core.cli.main import main
 from s2ag.core.setup import planning
 from s2ag.core.start import module_command
@@ -45,3 +49,34 @@ def test_it_runs_in_a_python_without_numpy():
         [sys.executable, "-c", code + f"runpy.run_path({command[2]!r}, run_name='__main__')"], capture_output=True, text=True
     )
     assert done.returncode == 2 and "nowhere cannot be run" in done.stderr
+
+
+@needs_venv
+@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="processes are looked at as Linux shows them")
+def test_a_set_up_that_is_ended_leaves_neither_processes_nor_files(tmp_path):
+    """As the panel's command starts it, and as a system ends it."""
+    packages, folder = wheels.write_wheels(tmp_path / "wheels", size=200_000_000), tmp_path / "engine"
+    command = [*module_command(sys.executable, "core.cli.engine_alone"), "setup", str(folder), "--wheels", str(packages)]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while len(working(folder)) < 2 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert len(working(folder)) > 1, "what makes the environment, beside the command"
+    process.send_signal(signal.SIGTERM)
+    said = process.communicate(timeout=60)[1]
+    assert process.returncode == 130 and said.endswith("interrupted.\n")
+    while working(folder) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert not working(folder) and [path.name for path in folder.iterdir()] == ["logs"]
+
+
+def working(folder: Path) -> list[str]:
+    """Numbers of the processes whose command names a folder."""
+    found = []
+    for place in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            if str(folder) in place.read_bytes().decode("utf-8", "replace"):
+                found.append(place.parent.name)
+        except OSError:  # it has just ended
+            continue
+    return found

@@ -23,6 +23,21 @@ def test_what_pip_says_becomes_one_sentence_and_a_remedy(line, message):
     assert message in told and remedy.endswith(".")
 
 
+_LOST = "WARNING: Retrying (Retry(total=1)) after connection broken by 'NewConnectionError(Name or service not known)': {}"
+
+
+@pytest.mark.parametrize(
+    ("places", "message"),
+    [
+        (["/whl/cpu/torch/", "/whl/cpu/numpy/"], "PyTorch's own package index cannot be reached"),
+        (["/simple/numpy/", "/whl/cpu/torch/"], "The package registry cannot be reached"),
+    ],
+)
+def test_the_index_that_cannot_be_reached_is_named(places, message):
+    told, remedy = pip.explain([*map(_LOST.format, places), "ERROR: No matching distribution found for torch"], "the registry")
+    assert message in told and ("its own index" in remedy) == ("own" in message)
+
+
 def test_stages_follow_pip():
     heard = pip.Listener()
     heard.hear("Collecting torch<2.14,>=2.4")
