@@ -82,17 +82,12 @@ class Bench:
     @cached_property
     def elsewhere(self) -> np.ndarray | None:
         """For every window one of another recording ``(n, 2)``, each once; None where one recording holds half of them."""
-        return self.exchanged(self.windows, self.talk)
-
-    @staticmethod
-    def exchanged(windows: np.ndarray, talk: np.ndarray) -> np.ndarray | None:
-        """For each of ``windows`` ``(n, 2)`` another of them, of another ``talk`` ``(n,)``, each once."""
-        order = np.argsort(talk, kind="stable")
-        largest = int(np.bincount(talk).max())
+        order = np.argsort(self.talk, kind="stable")
+        largest = int(np.bincount(self.talk).max())
         if 2 * largest > len(order):
             return None
-        others = np.empty_like(windows)
-        others[order] = windows[np.roll(order, largest)]
+        others = np.empty_like(self.windows)
+        others[order] = self.windows[np.roll(order, largest)]
         return others
 
     @cached_property

@@ -28,14 +28,14 @@ def rows_of(bench: Bench) -> dict[str, dict]:
 
 
 def same_talker(bench: Bench) -> np.ndarray | None:
-    """For every window one ``(n, 2)`` of another talk of its speaker; None where somebody gave too few talks."""
+    """For every window one ``(n, 2)`` of another talk of its speaker; None where somebody gave one talk alone."""
     speaker, others = bench.data.corpus.speaker[bench.windows[:, 0]], np.empty_like(bench.windows)
-    for one in np.unique(speaker):
-        here = np.flatnonzero(speaker == one)
-        found = bench.exchanged(bench.windows[here], bench.talk[here])
-        if found is None:
+    for one in np.unique(np.stack([speaker, bench.talk], 1), axis=0):
+        here = (speaker == one[0]) & (bench.talk == one[1])
+        rest = np.flatnonzero((speaker == one[0]) & ~here)
+        if not len(rest):
             return None
-        others[here] = found
+        others[here] = bench.windows[rest[np.linspace(0, len(rest) - 1, here.sum()).astype(int)]]
     return others
 
 
