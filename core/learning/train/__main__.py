@@ -26,6 +26,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--threads", type=int, help="CPU threads")
     parser.add_argument("--start", help="checkpoint to begin with, such as the shipped one")
     parser.add_argument("--learns", choices=("poses", "extras"), help="extras: hands, on the poses of --start")
+    parser.add_argument("--log", metavar="KINDS", help="beside log.jsonl: csv, tensorboard, or both with a comma")
     parser.add_argument("--resume", action="store_true", default=None, help="continue the run in the folder")
     options = vars(parser.parse_args(arguments))
     share_cores()

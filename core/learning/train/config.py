@@ -6,6 +6,7 @@ from pathlib import Path
 from ...errors import UsageError
 from ...model.config import ModelConfig, build
 from .kept import KINDS
+from .logbook import kinds
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,7 @@ class TrainConfig:
     learns: str = "poses"  # of a flow: "poses", or "extras" on poses that another training has learned (start)
     real_label: float = 0.9  # 1 in the paper; less keeps the discriminator from certainty
 
+    log: str = ""  # beside log.jsonl: "csv", "tensorboard" or both with a comma
     log_steps: int = 50
     validate_steps: int = 500
     validation_windows: int = 64
@@ -76,6 +78,7 @@ class TrainConfig:
         for name, known in choices.items():
             if getattr(self, name) not in known:
                 raise UsageError(f"{name} is {getattr(self, name)!r}.", f"Use one of {', '.join(known)}.")
+        kinds(self.log)
         if self.learns == "extras" and not (self.model == "flow" and self.start):
             raise UsageError("Extras are learned on poses that a flow has learned.", "Name its checkpoint with --start.")
         for name in ("steps", "batch", "frames", "log_steps", "validate_steps", "validation_windows"):

@@ -1,6 +1,5 @@
 """A training run: steps, figures, checkpoints, and stopping when told to."""
 
-import json
 import sys
 import time
 
@@ -11,14 +10,15 @@ from .config import TrainConfig
 from .dataset import Corpus
 from .flow import FlowMatching
 from .health import Means
+from .logbook import Logbook, kinds
 from .process import Interruption, agreed, start
 from .validation import Validation
 
-STATE, CHECKPOINT, LOG = "training.safetensors", "checkpoint.safetensors", "log.jsonl"
+STATE, CHECKPOINT = "training.safetensors", "checkpoint.safetensors"
 
 
 def train(config: TrainConfig) -> dict:
-    """Train into ``config.out``: a checkpoint, the state to resume from, and a log of one JSON object a line.
+    """Train into ``config.out``: a checkpoint, the state to resume from, and a log (:mod:`logbook`).
 
     Stops after ``config.steps`` steps in all or ``config.minutes`` of this call, whichever is first, and on Ctrl-C;
     always with everything saved. Under ``torchrun`` every process calls this, and the first one writes. Returns the last
@@ -55,6 +55,7 @@ class Run:
             self.figures, self.trained_seconds = facts["figures"], facts["seconds"]
         self.trainer.setup()
         done = self.trainer.steps_done
+        self.book = Logbook(config.out_path, kinds(config.log), done) if self.first else None
         self.bar = tqdm(total=config.steps, initial=done, unit="step", disable=not (self.first and sys.stderr.isatty()))
 
     def go(self, interruption: Interruption) -> None:
@@ -101,7 +102,9 @@ class Run:
         out = self.config.out_path
         self.trainer.save(out / STATE, figures=self.figures, seconds=self.trained_seconds, train=self.config.to_dict())
         settings = {
-            name: value for name, value in self.config.to_dict().items() if name not in ("data", "out", "minutes", "resume")
+            name: value
+            for name, value in self.config.to_dict().items()
+            if name not in ("data", "out", "minutes", "resume", "log")
         }
         if self.config.start:
             settings["start"] = catalogue.describe(self.config.start)["hash"]
@@ -122,9 +125,7 @@ class Run:
         """One line for people, one for programs, from the first process."""
         if not self.first:
             return
-        line = {"step": self.trainer.steps_done, "minutes": round(self.trained_seconds / 60, 2), **values}
-        with open(self.config.out_path / LOG, "a", encoding="utf-8") as file:
-            file.write(json.dumps(line) + "\n")
+        line = self.book.add(self.trainer.steps_done, self.trained_seconds / 60, values)
         self.say("  ".join(f"{name} {value}" for name, value in line.items()))
 
     def say(self, text: str) -> None:
@@ -133,8 +134,10 @@ class Run:
         sys.stdout.flush()
 
     def close(self) -> None:
-        """End the bar and the threads."""
+        """End the bar, the log and the threads."""
         self.bar.close()
+        if self.book is not None:
+            self.book.close()
         self.trainer.close()
 
 

@@ -17,7 +17,8 @@ from s2ag.core.learning.train import losses  # noqa: E402
 from s2ag.core.learning.train.__main__ import main  # noqa: E402
 from s2ag.core.learning.train.config import TrainConfig  # noqa: E402
 from s2ag.core.learning.train.health import Watch  # noqa: E402
-from s2ag.core.learning.train.loop import CHECKPOINT, LOG, STATE, train  # noqa: E402
+from s2ag.core.learning.train.logbook import LOG, TABLE  # noqa: E402
+from s2ag.core.learning.train.loop import CHECKPOINT, STATE, train  # noqa: E402
 from s2ag.core.learning.train.validation import arm_speed, correlation  # noqa: E402
 from s2ag.core.model import checkpoint  # noqa: E402
 from s2ag.core.motion import hand_numbers, skeleton  # noqa: E402
@@ -283,7 +284,7 @@ def test_a_flow_trains_at_low_precision(settings, one_thread):
 
 def test_a_told_end_finishes_the_step_and_saves(settings):
     command = [sys.executable, "-m", "s2ag.core.learning.train", "--config", settings["out"] + ".json"]
-    Path(command[-1]).write_text(json.dumps({**settings, "steps": 10**6}))
+    Path(command[-1]).write_text(json.dumps({**settings, "steps": 10**6, "log": "csv"}))
     run = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert run.stdout.readline().startswith("step 1")
     run.send_signal(signal.SIGTERM)
@@ -292,6 +293,7 @@ def test_a_told_end_finishes_the_step_and_saves(settings):
     facts = json.loads((Path(settings["out"]) / CHECKPOINT).with_suffix(".json").read_text())
     lines = [json.loads(line) for line in (Path(settings["out"]) / LOG).read_text().splitlines()]
     assert 0 < facts["training"]["steps"] == max(line["step"] for line in lines if "huber" in line) < 10**6
+    assert "huber" in (Path(settings["out"]) / TABLE).read_text()
 
 
 @pytest.mark.slow
