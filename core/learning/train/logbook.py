@@ -1,6 +1,7 @@
 """Figures of a run: one JSON object a line, and where wanted a table or what TensorBoard shows."""
 
 import csv
+import importlib.util
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,11 +13,13 @@ KINDS = ("csv", "tensorboard")
 
 
 def kinds(text: str) -> tuple[str, ...]:
-    """The kinds in a text such as ``csv,tensorboard``; raises :class:`UsageError`."""
+    """The kinds in a text such as ``csv,tensorboard``; raises :class:`UsageError` for one that is unknown or not installed."""
     found = tuple(filter(None, (part.strip() for part in text.split(","))))
     for kind in found:
         if kind not in KINDS:
             raise UsageError(f"There is no log {kind!r}.", f"Logs are {', '.join(KINDS)}.")
+    if "tensorboard" in found and importlib.util.find_spec("tensorboard") is None:
+        raise UsageError("TensorBoard is not installed.", 'Leave it out of --log, or: pip install "s2ag[tensorboard]".')
     return found
 
 
@@ -24,18 +27,14 @@ class Logbook:
     """Log files in ``folder``; a continued run appends to them. ``step`` is where it begins.
 
     ``log.csv`` has a row for every figure (step, minutes, name, value), since lines do not have the same figures. TensorBoard's
-    files lie in the folder ``tensorboard``. Raises :class:`UsageError` where that is wanted and not installed.
+    files lie in the folder ``tensorboard``.
     """
 
     def __init__(self, folder: Path, wanted: Sequence[str] = (), step: int = 0):
         self.folder, self.table, self._board = folder, "csv" in wanted, None
         if "tensorboard" in wanted:
-            try:
-                from torch.utils.tensorboard import SummaryWriter
-            except ImportError as error:
-                raise UsageError(
-                    "TensorBoard is not installed.", 'Leave it out of --log, or: pip install "s2ag[tensorboard]".'
-                ) from error
+            from torch.utils.tensorboard import SummaryWriter
+
             self._board = SummaryWriter(str(folder / "tensorboard"), purge_step=step)
 
     def add(self, step: int, minutes: float, values: dict) -> dict:
