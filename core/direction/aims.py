@@ -2,7 +2,7 @@
 
 import json
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import UsageError
 from ..motion import skeleton
 from ..motion.motion import Motion
-from . import filling, gestures
+from . import filling, gestures, joins
 from .filling import Filler
 
 LANDS = 0.08
@@ -71,21 +71,35 @@ class Aim:
 
 
 def best(
-    filler: Filler, state: State, edit: dict, places, make: Callable, miss: Callable, first: int = 0
+    filler: Filler, state: State, edit: dict, places, make: Callable, miss: Callable, core: Sequence[int] = ()
 ) -> tuple[Motion, float]:
-    """Of a few seeds, those of attempts from ``first`` on, the motion that misses least by ``miss(motion)`` and is no more
-    sudden than the take is.
+    """Of a few seeds the motion that misses least by ``miss(motion)`` and is no more sudden than the take is; frames of the
+    ``core`` are led to, and stay if they can.
     """
     found = None
-    for attempt in range(first, first + TRIES):
-        made = make(seed_of(filler, edit, attempt))
-        off = miss(made)
-        rating = max(off, 1.0) + filling.strain(state.motion, made, places)
-        if found is None or rating < found[0]:
-            found = rating, made, off
+    for attempt in range(TRIES):
+        for rating, made, off in _rated(state, places, make(seed_of(filler, edit, attempt)), miss, core):
+            if found is None or rating < found[0]:
+                found = rating, made, off
         if found[0] <= 1:
             break
     return found[1], found[2]
+
+
+def _rated(state: State, places, made: Motion, miss: Callable, core: Sequence[int]) -> Iterator[tuple[float, Motion, float]]:
+    """How good a motion is, 1 for as asked, with what it misses; and the same of it with gentler ways if they need be, at
+    last in its ``core``, too.
+    """
+    off, strain = miss(made), filling.strain(state.motion, made, places)
+    yield max(off, 1.0) + strain, made, off
+    kept = state.held.copy()
+    kept[list(core)] = True
+    for stays in (kept, state.held) if len(core) else (state.held,):
+        if strain <= 0:
+            break
+        softer, strain = joins.eased(state.motion, made, places, stays)
+        off = miss(softer)
+        yield max(off, 1.0) + strain, softer, off
 
 
 def seed_of(filler: Filler, edit: dict, attempt: int) -> int:

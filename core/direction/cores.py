@@ -7,7 +7,7 @@ import numpy as np
 from ..errors import UsageError
 from ..motion import limits, rest, skeleton
 from ..motion.hands import Hands
-from ..motion.motion import Motion
+from ..motion.motion import Motion, cubic
 from . import gestures
 from .gestures import Gesture
 
@@ -16,6 +16,8 @@ ARMS = (3, 4, 5, 6, 7, 8)
 _SIDES = ((3, 4, 5), (6, 7, 8))
 _HELD = 0.2
 """Seconds of the hold that belong to the core."""
+_UNHURRIED = 1.05
+"""By how much longer than it must a stroke takes that would be too fast, since its way to and from it is, too."""
 _EQUAL = 0.65
 """Share of the faster hand's speed at which the other one surely makes a gesture with it."""
 _DRIFT = 0.25
@@ -123,6 +125,27 @@ def _balanced(core: Core, made: np.ndarray, factor: float) -> np.ndarray:
         made = made.copy()
         made[:, other] = _scaled(core.directions, more * factor, other)[:, other]
     return made
+
+
+def unhurried(core: Core, at: float, motion: Motion, fastest: tuple[float, float], trunk: bool = False) -> Core:
+    """A core of a ``motion`` whose wrists are nowhere above the ``fastest`` speed and change of it, in metres from frame to
+    frame: where they are, it takes longer, around its stroke ``at`` seconds. Head and trunk stay unless ``trunk``.
+    """
+    ways = skeleton.wrists(core.directions)
+    over = [np.linalg.norm(np.diff(ways, n=n, axis=0), axis=-1).max(initial=0) / max(most, 1e-6)
+            for n, most in enumerate(fastest, 1)]  # fmt: skip
+    slower = max(over[0], np.sqrt(over[1])) * _UNHURRIED
+    frame = at * motion.fps
+    first, last = np.ceil(frame - slower * (frame - core.first)), np.floor(frame + slower * (core.last - frame))
+    if max(over) <= 1 or first < 1 or last > len(motion.directions) - 2:
+        return core
+    times = np.arange(int(first), int(last) + 1)
+    rows = np.clip((times - frame) / slower + frame - core.first, 0, len(core.directions) - 1)
+    directions = cubic(core.directions, rows)
+    if not trunk:
+        directions[:, :3] = motion.directions[times, :3]
+    hands = core.hands and core.hands.at(rows).carried(directions, _human(directions))
+    return Core(int(first), _human(directions), hands)
 
 
 def shared(core: Core, hand: str, share: float) -> Core:

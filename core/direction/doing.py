@@ -8,7 +8,7 @@ import numpy as np
 from ..errors import UsageError
 from ..motion import skeleton
 from ..motion.motion import Motion
-from . import cores, filling, gestures, kinds, spans
+from . import cores, filling, gestures, joins, kinds, spans
 from .aims import LOOSE, TRIES, Aim, State, best, seed_of
 from .filling import Filler
 from .gestures import BEAT, Gesture
@@ -19,8 +19,10 @@ SHORTEST = 0.6
 """Seconds of a range that is made anew, at least."""
 _MORE = 1.12
 """By how much more the other arm takes part in the next attempt where it did too little for a stroke of both hands."""
-_HARD = 0.1
-"""Share by which what is left of a deleted stroke may be more sudden than the take, before other ways are tried."""
+_PERFORMED = 3
+"""Attempts in which the generator leads to a core; in the others arms go the shortest way there and back."""
+_TOLD = 0.005
+"""Share by which joins may be more sudden than the take without a word of it."""
 _LED = (0.8, 1.2, 1.6, 2.0, 2.5, 3.0)
 """Seconds on either side in which arms are led to a pose that is far from the take, until they come as gently as it moves."""
 
@@ -38,9 +40,15 @@ def do(filler: Filler, state: State, edit: dict, number: int) -> State:
     warnings = state.warnings
     if miss > 1:
         warnings += (f"Edit {number} ({edit['do']}) came only near to what was asked for: its neighbours leave no room.",)
-    told = state.motion.meta
+    told, touched = state.motion.meta, _touched(state.motion, made.motion)
+    places = [(round(start * skeleton.FPS), round(stop * skeleton.FPS) + 1) for start, stop in touched]
+    excess = 0.0 if edit["do"] == "style" else filling.excess(state.motion, made.motion, places)
+    if excess > _TOLD:
+        warnings += (
+            f"Edit {number} ({edit['do']}) moves up to {excess:.0%} more suddenly than the take does: give it more room.",
+        )
     meta = {**made.motion.meta, "edits": [*told.get("edits", []), edit]}
-    meta["touched"] = [*told.get("touched", []), _touched(state.motion, made.motion)]
+    meta["touched"] = [*told.get("touched", []), touched]
     return replace(made, motion=replace(made.motion, meta=meta), warnings=warnings)
 
 
@@ -72,27 +80,26 @@ def _frames(one: Gesture) -> tuple[int, int]:
     return int(one.stroke * skeleton.FPS), int(np.ceil(one.hold * skeleton.FPS))
 
 
-def through(
-    filler: Filler, state: State, edit: dict, places, core, aim: Aim, whole: bool = False, bare: bool = False
-) -> tuple[State, float]:
-    """The take with its spans made anew through a core; with ``bare`` later attempts only go there and back."""
-
-    factor = share = 1.0
-    plain = [seed_of(filler, edit, attempt) for attempt in range(2, TRIES)] if bare else []
+def through(filler: Filler, state: State, edit: dict, places, core, aim: Aim, whole: bool = False) -> tuple[State, float]:
+    """The take with its spans made anew through a core. Later attempts only go there and back."""
+    factor = share = seen = 1.0
+    plain = [seed_of(filler, edit, attempt) for attempt in range(_PERFORMED, TRIES)]
 
     def make(seed: int) -> Motion:
-        nonlocal factor, share
+        nonlocal factor, share, seen
         shape = cores.shared(cores.sized(core, factor, aim.hand), aim.hand, share)
-        made = filler.fill(state.motion, places, shape, seed, state.held, whole=whole)[0]
+        made = filler.fill(state.motion, places, shape, seed, state.held, whole=whole, again=seed in plain)[0]
         if seed in plain:
             made = _bare(made, places, shape, state.held)
         one = gestures.near(gestures.find(made), aim.at)
-        if one is not None:  # what comes before and behind the core belongs to the stroke, too
-            factor = float(np.clip(factor * (aim.size / one.size) ** 0.8, 0.4, 2.5))
+        if one is None:  # too small to be one
+            factor = np.sqrt(factor * seen)
+        else:  # what comes before and behind the core belongs to the stroke, too
+            seen, factor = factor, float(np.clip(factor * (aim.size / one.size) ** (0.45 if seed in plain else 0.8), 0.4, 2.5))
             share *= 1.0 if one.hand == aim.hand else _MORE if aim.hand == "both" else 1 / _MORE
         return made
 
-    made, miss = best(filler, state, edit, places, make, aim.miss)
+    made, miss = best(filler, state, edit, places, make, aim.miss, core.frames)
     return replace(state, motion=made), miss
 
 
@@ -112,36 +119,38 @@ def _move(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State
     old = spans.around(others, *_frames(one), frames, spans.LEAST)
     places = spans.joined([old, spans.around(others, core.first, core.last, frames)])
     aim = Aim(edit["to"], one.hand, one.size)
-    made, miss = through(filler, state, edit, places, core, aim, whole, apart > 0)
+    made, miss = through(filler, state, edit, places, core, aim, whole)
     if miss > 1 and apart and one.hand != "both" and len(places) == 1:  # the other arm moves more here than it did there
         ends = state.motion.directions[[max(places[0][0] - 1, 0), min(places[0][1], frames - 1)]]
         calm = cores.by_hand(core, one.hand, one.hand, ends, places[0])
-        calmer, off = through(filler, state, edit, places, calm, aim, whole, True)
+        calmer, off = through(filler, state, edit, places, calm, aim, whole)
         made, miss = (calmer, off) if off < miss else (made, miss)
     return replace(made, motion=kinds.told(made.motion, places, [(one.kind, edit["to"])])), miss
 
 
 def _delete(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
     one, others = _gesture(state, edit["at"], apart)
-    wanted = spans.WANTED if not apart else 2 * spans.WANTED
-    places = [spans.around(others, *_frames(one), len(state.motion.directions), wanted)]
+    frames, wanted = len(state.motion.directions), spans.WANTED if not apart else 2 * spans.WANTED
+    places = [spans.around(others, *_frames(one), frames, wanted)]
+    if apart and places == [spans.around(_gesture(state, edit["at"], 0.0)[1], *_frames(one), frames)]:
+        return state, np.inf  # no more room than before
+    seeds = [seed_of(filler, edit, attempt) for attempt in range(TRIES)]
+    made = state.motion
 
     def make(seed: int) -> Motion:
-        return filler.fill(state.motion, places, None, seed, state.held, whole=one.kind != BEAT)[0]
+        nonlocal made
+        attempt = seeds.index(seed)
+        if attempt % 3 == 0:
+            made = filler.fill(state.motion, places, None, seed, state.held, whole=one.kind != BEAT)[0]
+            return made
+        straight = filling.quiet(made, places[0], state.held)
+        return straight if attempt % 3 == 1 else joins.slow(state.motion, straight, places, state.held)
 
     def miss(motion: Motion) -> float:
         return 2 * gestures.left(motion, one, others) / one.size
 
-    def rating(motion: Motion) -> float:
-        return max(miss(motion), 1.0) + filling.strain(state.motion, motion, places)
-
-    found = [best(filler, state, edit, places, make, miss, TRIES if apart else 0)[0]]
-    if rating(found[0]) > 1 + _HARD:
-        found.append(filling.quiet(found[0], places[0], state.held))
-    if min(map(rating, found)) > 1 + _HARD and miss(found[0]) <= 1:
-        found.append(best(filler, state, edit, places, make, miss, TRIES)[0])
-    made = min(found, key=rating)
-    return replace(state, motion=kinds.told(made, places, [])), miss(made)
+    gone, off = best(filler, state, edit, places, make, miss)
+    return replace(state, motion=kinds.told(gone, places, [])), off
 
 
 def _change(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
@@ -152,8 +161,7 @@ def _change(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Sta
     core, made_by, way = cores.carried(state.motion, one, one.at, one.kind != BEAT), one.hand, one.size
     if edit.get("kind", one.kind) != one.kind:
         core, made_by, way = _borrowed(filler, state, edit, one.at)
-    how = one.kind != BEAT, apart > 0
-    return _formed(filler, state, edit, others, one.at, core, (made_by, hand or made_by), (way, size), how)
+    return _formed(filler, state, edit, others, one.at, core, (made_by, hand or made_by), (way, size), one.kind != BEAT)
 
 
 def _add(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
@@ -164,10 +172,10 @@ def _add(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State,
     if kind != BEAT:
         return kinds.shown(filler, state, edit, at, others, kind, hand, size)
     core, made_by, way = _borrowed(filler, state, edit, at)
-    return _formed(filler, state, edit, others, at, core, (made_by, hand or made_by), (way, size), (False, apart > 0))
+    return _formed(filler, state, edit, others, at, core, (made_by, hand or made_by), (way, size), False)
 
 
-def _formed(filler, state, edit, others, at, core, by, sizes, how) -> tuple[State, float]:
+def _formed(filler, state, edit, others, at, core, by, sizes, whole) -> tuple[State, float]:
     """A core made by another hand, and of another size, put in its place; ``by`` is who did it and who is to."""
     frames = len(state.motion.directions)
     span = spans.around(others, core.first, core.last, frames)
@@ -175,11 +183,13 @@ def _formed(filler, state, edit, others, at, core, by, sizes, how) -> tuple[Stat
     if by[0] != by[1]:
         core = cores.by_hand(core, *by, ends, span)
     core = cores.sized(core, sizes[1], by[1])
+    core = cores.unhurried(core, at, state.motion, filling.fastest(state.motion.directions), whole)
+    span = spans.around(others, core.first, core.last, frames)
     aim = Aim(at, by[1], sizes[0] * sizes[1])
-    made, miss = through(filler, state, edit, [span], core, aim, *how)
+    made, miss = through(filler, state, edit, [span], core, aim, whole)
     if miss > 1 and by[0] == "both" and by[1] != "both" and sizes[1] == 1:
         made, miss = _alone(state, span, aim, made, miss)
-    kept = [one for one in gestures.shows(state.motion) if how[0] and abs(one[1] - at) < LOOSE]
+    kept = [one for one in gestures.shows(state.motion) if whole and abs(one[1] - at) < LOOSE]
     return replace(made, motion=kinds.told(made.motion, [span], kept)), miss
 
 
@@ -255,25 +265,24 @@ def _held(filler: Filler, state: State, edit: dict, core: cores.Core, whole: boo
     """The take led through frames that stay as they are from now on; from far away it is led there for longer."""
     found, frames = gestures.find(state.motion), len(state.motion.directions)
     places = [spans.around(found, core.first, core.last, frames)]
-    free = replace(state, held=state.held.copy())
-    free.held[core.frames] = False
+    free, kept = state.held.copy(), replace(state, held=state.held.copy())
+    free[core.frames], kept.held[core.frames] = False, True
 
     def make(seed: int) -> Motion:
-        return filler.fill(state.motion, places, core, seed, free.held, whole=whole)[0]
+        return filler.fill(state.motion, places, core, seed, free, whole=whole)[0]
 
-    made, _ = best(filler, state, edit, places, make, lambda motion: 0.0)
+    made, _ = best(filler, kept, edit, places, make, lambda motion: 0.0)
     far = filling.strain(state.motion, made, places)
     for wanted in _LED if far > 0 else ():
-        places = [spans.until(free.held, core.first, core.last, wanted)]
-        led = filler.fill(state.motion, places, core, seed_of(filler, edit, 0), free.held, whole=whole)[0]
+        places = [spans.until(free, core.first, core.last, wanted)]
+        led = filler.fill(state.motion, places, core, seed_of(filler, edit, 0), free, whole=whole)[0]
         turns = core.frames if len(core.frames) < 3 else ()
-        led = _bare(led, places, core, free.held, filling.ALL if whole else cores.ARMS, turns)
+        led = _bare(led, places, core, free, filling.ALL if whole else cores.ARMS, turns)
         strain = filling.strain(state.motion, led, places)
         made, far = (led, strain) if strain < far else (made, far)
         if far <= 0:
             break
-    free.held[core.frames] = True
-    return replace(free, motion=made), 0.0
+    return replace(kept, motion=made), 0.0
 
 
 _DOING: dict[str, Callable[[Filler, State, dict, float], tuple[State, float]]] = {

@@ -29,6 +29,7 @@ class Filler:
     def __init__(self, session, request: Request, stages: Stages):
         self.session, self.request, self.stages = session, request, stages
         self.heard, self.performers = session.hear(request, stages)
+        self._last: Motion | None = None
 
     def turned(self, changes: tuple) -> "Filler":
         """One whose performers begin these styles on the way, too."""
@@ -46,10 +47,12 @@ class Filler:
         *,
         plain: bool = True,
         whole: bool = False,
+        again: bool = False,
     ) -> tuple[Motion, list]:
         """The take with ``places`` made anew through ``core``, and what the generator shows there (:func:`gestures.shows`).
 
         ``plain``: no strokes of its own, nor what words mean. ``whole``: head and trunk, too, instead of the arms alone.
+        ``again``: of the last performance, for arms whose ways are then made otherwise.
         """
         frames = len(motion.directions)
         given, kept = motion.directions.copy(), ~spans.mask(places, frames) | held
@@ -58,7 +61,9 @@ class Filler:
             given[free], kept[free] = core.directions[free - core.first], True
         numbers = np.flatnonzero(kept)
         wanted = replace(self.request, kept=(numbers, given[numbers]) if len(numbers) else None)
-        made = self._made(wanted, seed, places if plain else ())
+        if not again or self._last is None:
+            self._last = self._made(wanted, seed, places if plain else ())
+        made = self._last
         directions = motion.directions.copy()
         edges = list(ALL if whole else ARMS)
         fresh = np.flatnonzero(~kept)
@@ -114,21 +119,25 @@ def quiet(motion: Motion, place: spans.Span, held: np.ndarray, arms: Sequence[in
 
 
 def strain(before: Motion, after: Motion, places: Sequence[spans.Span]) -> float:
-    """By how much the spans and their joins are faster or more sudden than anything in the take before, 0 for not at all; and
-    one more for what no body can do.
-    """
-    excess, frames = 0.0, len(after.directions)
-    own = _most(before.directions)
+    """The :func:`excess` of spans and their joins, and one more for what no body can do."""
+    strange = 0
     for start, stop in places:
-        low, high = max(start - _NEAR, 0), min(stop + _NEAR, frames)
-        part = after.directions[low:high]
-        excess = max(excess, *(new / max(old, 1e-6) - 1 for new, old in zip(_most(part), own, strict=True)))
-        excess += bool((limits.penetration(part) > 2 * limits.TOUCH).any() or limits.backward_elbows(part).any())
-    return max(excess, 0.0)
+        part = after.directions[max(start - _NEAR, 0) : stop + _NEAR]
+        strange += bool((limits.penetration(part) > 2 * limits.TOUCH).any() or limits.backward_elbows(part).any())
+    return excess(before, after, places) + strange
 
 
-def _most(directions: np.ndarray) -> tuple[float, float]:
-    """Highest speed and acceleration of the wrists."""
+def excess(before: Motion, after: Motion, places: Sequence[spans.Span]) -> float:
+    """Share by which spans and their joins are faster or more sudden than anything in the take before, 0 for not at all."""
+    most, own = 0.0, fastest(before.directions)
+    for start, stop in places:
+        here = fastest(after.directions[max(start - _NEAR, 0) : stop + _NEAR])
+        most = max(most, *(new / max(old, 1e-6) - 1 for new, old in zip(here, own, strict=True)))
+    return most
+
+
+def fastest(directions: np.ndarray) -> tuple[float, float]:
+    """Highest speed and acceleration of the wrists, in metres from frame to frame."""
     way = skeleton.wrists(directions)
     speed, change = np.diff(way, axis=0), np.diff(way, n=2, axis=0)
     return tuple(float(np.linalg.norm(one, axis=-1).max(initial=0)) for one in (speed, change))
