@@ -13,6 +13,10 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # as core.threads does in t
 _CACHE = tempfile.TemporaryDirectory(prefix="s2ag-cache-")
 os.environ["S2AG_CACHE"] = _CACHE.name
 
+# numba's cache breaks where two processes write it at once (librosa's functions then crash), so each of a run's has its own.
+_COMPILED = tempfile.TemporaryDirectory(prefix="s2ag-numba-")
+os.environ["NUMBA_CACHE_DIR"] = _COMPILED.name
+
 # Blender gets an empty home of its own before anything imports bpy: packages of an extension that is installed on this
 # machine would shadow the environment's.
 _BLENDER_HOME = tempfile.TemporaryDirectory(prefix="s2ag-blender-")

@@ -40,10 +40,10 @@ def draw(
     frames have ``(takes, frames, extras)``.
 
     ``network`` is a :class:`light.network.LightNetwork` or answers as one.
-    ``inputs`` are as for :func:`windows.generate`; ``asked`` ``(takes, frames, 7)`` are the strokes that the takes of each of
-    the performers are asked for (:mod:`requested`), None for none. Frames that are given (:meth:`Performers.given`) are kept,
-    and of those that follow from given ones nothing is computed. ``lively`` ``(frames,)`` scales the random numbers of each
-    frame: below 1 it is performed nearer to what is usual there.
+    ``inputs`` are as for :func:`windows.generate`; ``asked`` ``(frames, 7)`` are the strokes that each of the performers is
+    asked for (:mod:`requested`), None for none. Frames that are given (:meth:`Performers.given`) are kept, and of those that
+    follow from given ones nothing is computed. ``lively`` ``(frames,)`` scales the random numbers of each frame: below 1 it is
+    performed nearer to what is usual there.
     """
     plans = [_Plan(network, one, wishes, frames, tile, lively) for one, wishes in zip(cast, asked, strict=True)]
     drawings = (2 if network.config.extras else 1) * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans)
@@ -85,7 +85,8 @@ class _Plan:
             low, high = place[2:]
             seeds = self._seeds(low, high)
             mfcc, words, prosody = _heard(inputs, low, high)
-            heard = network.hear(mfcc, words, seeds, prosody)
+            asked = None if self.asked is None else _cut(self.asked, low, high)
+            heard = network.hear(mfcc, words, seeds, prosody, asked)
             take = partial(self._draw_take, (made, extras), place, heard, seeds, begins)
             each(take, range(len(made)), 2 * TILE // (high - low) if network.shares else 1)
         made[:, self.mask], extras[:, self.mask] = self.poses[self.mask], self.extras[self.mask]
@@ -97,8 +98,6 @@ class _Plan:
         request = self.performers.request
         drawn = noise(request.seed, request.identities[row], low, high, self.network.noise_size, self.who)
         drawn = drawn * _cut(self.lively, low, high)[:, None]
-        if self.asked is not None:
-            heard = self.network.told(heard, _cut(self.asked[row], low, high))
         made = self.network.draw(heard, self._style(row, low, high), seeds, drawn, begins)
         for whole, part in zip(wholes, made, strict=True):
             whole[row, start:stop] = part[start - low : stop - low]

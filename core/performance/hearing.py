@@ -35,8 +35,7 @@ class Heard:
 
     ``shows``: what of the words a performer could show by gestures of their own.
     ``features`` are :class:`VectorFeatures`, or :class:`TableFeatures` for an imported network. ``spoken`` is what a face
-    needs, None where none is wanted. ``others`` are whom the performer listens to, if anybody. ``accents`` and
-    ``phrases`` ``(p, 2)`` are those of :class:`prosody.Prosody`, for networks that hear prosody.
+    needs, None where none is wanted. ``others`` are whom the performer listens to, if anybody.
     """
 
     digest: str
@@ -50,8 +49,6 @@ class Heard:
     seconds: dict[str, float]
     spoken: making.Spoken | None = None
     others: Others | None = None
-    accents: tuple = ()
-    phrases: np.ndarray | None = None
 
 
 def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
@@ -103,9 +100,7 @@ def _heard(session, request: Request, stages: Stages, named: str, said, sound, o
     activity = stages.run("find pauses", lambda: _fit(voice.in_frames(voiced, own), frames))
     shows = session.vocabulary if session.understands and words else None
     others = None if other is None else stages.run("listen", lambda: _listened(other, activity))
-    accents, phrases = ((), None) if rhythm is None else (rhythm.accents, rhythm.phrases)
-    heard = Heard(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
-    return replace(heard, accents=accents, phrases=phrases)
+    return Heard(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
 
 
 def _measuring(config, sound: np.ndarray) -> list[Callable]:

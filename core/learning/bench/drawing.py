@@ -7,12 +7,11 @@ import numpy as np
 from ...errors import UsageError
 from ...model import opening
 from ...model.timing import mfcc_slice, nearest_mfcc
-from ...motion import limits, skeleton
+from ...motion import limits
 from ...performance import casting, keeping, performing
 from ...performance.hearing import Heard
 from ...performance.request import Request
 from ...sound import voice
-from ...sound.prosody import Accent
 from ...words.hints import Wishes
 from .judging import Bench
 
@@ -76,19 +75,6 @@ class Drawer:
         request = Request("", style={name: 1.0}, seed=seed * len(bench.windows) + row, kept=kept)
         activity = np.resize(voice.active(sound.astype(np.float32) / 32768), frames)
         features = Window(corpus, *listened, frames)
-        recording = Heard("", (), Wishes(), None, [], features, activity, frames, {}, **accents_of(corpus, *listened, activity))
+        recording = Heard("", (), Wishes(), None, [], features, activity, frames, {})
         made = performing.perform(self.loaded, recording, [casting.cast(self.loaded, request)]).directions[0]
         return keeping.keep(limits.keep_human(made), keeping.wished(request, frames))
-
-
-def accents_of(corpus, talk: int, first: int, activity: np.ndarray) -> dict:
-    """Accents of a window as fields of :class:`Heard`, where the data set knows any."""
-    known, starts = corpus.arrays.get("accents"), corpus.arrays.get("accent_starts")
-    if known is None or starts is None or np.ndim(known) != 2:
-        return {}
-    recording = corpus.recording[talk]
-    rows = np.asarray(known[starts[recording] : starts[recording + 1]], float)
-    rows = rows - (first / skeleton.FPS, 0, 0)
-    here = rows[(rows[:, 0] >= 0) & (rows[:, 0] < len(activity) / skeleton.FPS)]
-    accents = tuple(Accent(time, strength, main > 0, 0, -1) for time, strength, main in here)
-    return {"accents": accents, "phrases": np.array([[0.0, activity.sum() / skeleton.FPS]])}

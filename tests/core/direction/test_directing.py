@@ -238,9 +238,7 @@ def test_every_gesture_can_have_another_hand_and_size(after, base, asked):
             continue
         motion, warnings = after({"do": "change", "at": one.at, **asked})
         aim = aims.Aim(one.at, asked.get("hand", one.hand), one.size * asked.get("size", 1))
-        had = aim.miss(motion) <= 1 and not warnings
-        # A tenth of a metre may be too slow to count as a gesture, which is told.
-        assert had or (aim.size < 0.1 and any("only near" in warning for warning in warnings)), one
+        assert aim.miss(motion) <= 1 and not warnings, one
 
 
 def test_a_style_begins_where_it_is_asked_for(after, base):

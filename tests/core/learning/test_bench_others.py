@@ -15,7 +15,7 @@ from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CheckpointUnreadable, UsageError  # noqa: E402
 from s2ag.core.learning.bench import others  # noqa: E402
 from s2ag.core.learning.bench.data import Data  # noqa: E402
-from s2ag.core.learning.bench.drawing import Drawer, Window, accents_of  # noqa: E402
+from s2ag.core.learning.bench.drawing import Drawer, Window  # noqa: E402
 from s2ag.core.learning.bench.judging import Bench  # noqa: E402
 from s2ag.core.learning.bench.run import Runner  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS  # noqa: E402
@@ -234,20 +234,6 @@ def test_the_shipped_network_performs_windows_from_the_poses_it_is_given(bench):
             drawer.perform(few, 2)
     finally:
         few.data.corpus.prosody = kept
-
-
-def test_a_window_has_the_accents_that_a_recording_has_there(bench):
-    corpus = bench.data.corpus
-    assert accents_of(corpus, 0, 0, np.ones(34)) == {}  # this data set knows none
-    recording = int(corpus.recording[0])
-    table = np.array([(0.2, 0.5, 0), (1.5, 0.9, 1), (2.9, 0.4, 0), (8.0, 0.7, 1)])
-    corpus.arrays |= {"accents": np.tile(table, (recording + 1, 1)), "accent_starts": np.arange(recording + 2) * len(table)}
-    try:
-        found = accents_of(corpus, 0, 15, np.full(34, 0.5))
-    finally:
-        del corpus.arrays["accents"], corpus.arrays["accent_starts"]
-    assert [(one.time, one.main) for one in found["accents"]] == [(pytest.approx(0.5), True), (pytest.approx(1.9), False)]
-    np.testing.assert_allclose(found["phrases"], [[0, 17 / 15]])
 
 
 def test_a_window_hears_what_a_recording_holds_there(bench):
