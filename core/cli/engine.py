@@ -1,6 +1,7 @@
 """``s2ag engine``: makes, tries and deletes full engines, which Blender's extension can be told to use. Needs no numpy."""
 
 import argparse
+from concurrent.futures import ThreadPoolExecutor
 
 from ..setup import environment, planning, trial
 from ..setup.making import Setup
@@ -46,13 +47,17 @@ def _set_up(options) -> None:
     print(f"{plan.environment}: {source}, takes about {taken}. This is what is run:\n{plan.text}", flush=True)
     if options.show:
         return
-    work = Setup(plan)
-    try:
-        with Progress() as progress:
-            facts = work.wait(progress)
-    except environment.SetupFailed:
-        note(f"all that was said is in {work.log}.")
-        raise
+    with ThreadPoolExecutor(1) as pool:  # a signal comes to this thread: never in the middle of starting a process
+        started = pool.submit(Setup, plan)
+        try:
+            with Progress() as progress:
+                facts = started.result().wait(progress)
+        except environment.SetupFailed:
+            note(f"all that was said is in {started.result().log}.")
+            raise
+        except KeyboardInterrupt:
+            started.result().cancel()
+            raise
     _tell(facts)
     print(f"In Blender: Preferences, Add-ons, S2AG, Advanced, Choose Engine: {plan.environment.parent}")
 

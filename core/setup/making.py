@@ -138,8 +138,8 @@ class Setup(trial.Polled):
         self.cleaner.start()
 
     def _clean(self) -> None:
-        """Delete the half-made environment; what its dying processes still write is deleted with the second try."""
-        for _ in range(20):
+        """Delete the half-made environment; what dying processes still write is deleted with later tries."""
+        for _ in range(150):
             planning.discard(self.plan.environment)
             if not self.plan.environment.exists():
                 return
