@@ -73,12 +73,12 @@ class Aim:
 def best(
     filler: Filler, state: State, edit: dict, places, make: Callable, miss: Callable, core: Sequence[int] = ()
 ) -> tuple[Motion, float]:
-    """Of a few seeds the motion that misses least by ``miss(motion)`` and is no more sudden than the take is; frames of the
-    ``core`` are led to, and stay if they can.
+    """Of a few attempts, ``make(attempt, seed)``, the motion that misses least by ``miss(motion)`` and is no more sudden than
+    the take is; frames of the ``core`` are led to, and stay if they can.
     """
     found = None
     for attempt in range(TRIES):
-        for rating, made, off in _rated(state, places, make(seed_of(filler, edit, attempt)), miss, core):
+        for rating, made, off in _rated(state, places, make(attempt, seed_of(filler, edit, attempt)), miss, core):
             if found is None or rating < found[0]:
                 found = rating, made, off
         if found[0] <= 1:

@@ -9,7 +9,7 @@ from ..errors import UsageError
 from ..motion import skeleton
 from ..motion.motion import Motion
 from . import cores, filling, gestures, joins, kinds, spans
-from .aims import LOOSE, TRIES, Aim, State, best, seed_of
+from .aims import LOOSE, Aim, State, best, seed_of
 from .filling import Filler
 from .gestures import BEAT, Gesture
 
@@ -83,19 +83,19 @@ def _frames(one: Gesture) -> tuple[int, int]:
 def through(filler: Filler, state: State, edit: dict, places, core, aim: Aim, whole: bool = False) -> tuple[State, float]:
     """The take with its spans made anew through a core. Later attempts only go there and back."""
     factor = share = seen = 1.0
-    plain = [seed_of(filler, edit, attempt) for attempt in range(_PERFORMED, TRIES)]
 
-    def make(seed: int) -> Motion:
+    def make(attempt: int, seed: int) -> Motion:
         nonlocal factor, share, seen
+        bare = attempt >= _PERFORMED
         shape = cores.shared(cores.sized(core, factor, aim.hand), aim.hand, share)
-        made = filler.fill(state.motion, places, shape, seed, state.held, whole=whole, again=seed in plain)[0]
-        if seed in plain:
+        made = filler.fill(state.motion, places, shape, seed, state.held, whole=whole, again=bare)[0]
+        if bare:
             made = _bare(made, places, shape, state.held)
         one = gestures.near(gestures.find(made), aim.at)
         if one is None:  # too small to be one
             factor = np.sqrt(factor * seen)
         else:  # what comes before and behind the core belongs to the stroke, too
-            seen, factor = factor, float(np.clip(factor * (aim.size / one.size) ** (0.45 if seed in plain else 0.8), 0.4, 2.5))
+            seen, factor = factor, float(np.clip(factor * (aim.size / one.size) ** (0.45 if bare else 0.8), 0.4, 2.5))
             share *= 1.0 if one.hand == aim.hand else _MORE if aim.hand == "both" else 1 / _MORE
         return made
 
@@ -134,12 +134,10 @@ def _delete(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Sta
     places = [spans.around(others, *_frames(one), frames, wanted)]
     if apart and places == [spans.around(_gesture(state, edit["at"], 0.0)[1], *_frames(one), frames)]:
         return state, np.inf  # no more room than before
-    seeds = [seed_of(filler, edit, attempt) for attempt in range(TRIES)]
     made = state.motion
 
-    def make(seed: int) -> Motion:
+    def make(attempt: int, seed: int) -> Motion:
         nonlocal made
-        attempt = seeds.index(seed)
         if attempt % 3 == 0:
             made = filler.fill(state.motion, places, None, seed, state.held, whole=one.kind != BEAT)[0]
             return made
@@ -218,7 +216,7 @@ def _reroll(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Sta
         raise UsageError("less than a phrase is chosen.", f"Choose {SHORTEST:g} s or more of the recording.")
     places = [(start, stop)]
 
-    def make(seed: int) -> Motion:
+    def make(attempt: int, seed: int) -> Motion:
         made, inside = filler.fill(motion, places, None, seed, state.held, plain=False, whole=True)
         return kinds.told(made, places, inside)
 
@@ -235,7 +233,7 @@ def _style(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Stat
         raise UsageError("less than a phrase is chosen.", f"Choose {SHORTEST:g} s or more of the recording.")
     begun = filler.turned(changes)
 
-    def make(seed: int) -> Motion:
+    def make(attempt: int, seed: int) -> Motion:
         made, inside = begun.fill(motion, places, None, seed, state.held, plain=False, whole=True)
         return kinds.told(made, places, inside)
 
@@ -268,7 +266,7 @@ def _held(filler: Filler, state: State, edit: dict, core: cores.Core, whole: boo
     free, kept = state.held.copy(), replace(state, held=state.held.copy())
     free[core.frames], kept.held[core.frames] = False, True
 
-    def make(seed: int) -> Motion:
+    def make(attempt: int, seed: int) -> Motion:
         return filler.fill(state.motion, places, core, seed, free, whole=whole)[0]
 
     made, _ = best(filler, kept, edit, places, make, lambda motion: 0.0)

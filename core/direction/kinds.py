@@ -62,7 +62,7 @@ def shown(
     laid = _Laid(vocabulary[kind], at, hand, place, state.held)
     usual: dict[str, float] = {}
 
-    def make(seed: int) -> Motion:
+    def make(attempt: int, seed: int) -> Motion:
         calm = filler.fill(state.motion, [place], None, seed, state.held)[0]
         made, usual["size"] = laid.over(calm, size)
         return made

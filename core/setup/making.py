@@ -139,7 +139,7 @@ class Setup(trial.Polled):
 
     def _clean(self) -> None:
         """Delete the half-made environment; what dying processes still write is deleted with later tries."""
-        for _ in range(150):
+        for _ in range(20):
             planning.discard(self.plan.environment)
             if not self.plan.environment.exists():
                 return
