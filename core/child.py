@@ -66,20 +66,61 @@ def end(process: subprocess.Popen) -> None:
     process.kill()
 
 
-def ask(command: list[str], request: dict, data: Iterable[bytes], limit: float, hear: Callable[[dict], object | None]):
+class Reserve:
+    """At most one child that is started before it is asked, since a Python with numpy takes some tenths of a second to start.
+
+    It waits for its request; it has to end by itself where that never comes, for its input ends when this process does.
+    """
+
+    def __init__(self):
+        self._lock = threading.Lock()
+        self._command: list[str] = []
+        self._child: subprocess.Popen | None = None
+
+    def start(self, command: list[str]) -> None:
+        """Have a child of this command wait, if none does yet; one that cannot be started is missed when it is asked."""
+        with self._lock, contextlib.suppress(OSError):
+            if not self._waits(command):
+                self._drop()
+                self._command, self._child = command, _started(command)
+
+    def take(self, command: list[str]) -> subprocess.Popen:
+        """The child that waits, or a new one; raises OSError."""
+        with self._lock:
+            if not self._waits(command):
+                self._drop()
+                return _started(command)
+            child, self._child = self._child, None
+            return child
+
+    def _waits(self, command: list[str]) -> bool:
+        return self._child is not None and self._command == command and self._child.poll() is None
+
+    def _drop(self) -> None:
+        child, self._child = self._child, None
+        if child is not None:
+            child.kill()
+            child.wait()
+            for pipe in (child.stdin, child.stdout):
+                pipe.close()
+
+
+def ask(
+    command: list[str],
+    request: dict,
+    data: Iterable[bytes],
+    limit: float,
+    hear: Callable[[dict], object | None],
+    reserve: Reserve | None = None,
+):
     """Send a line of JSON and then ``data``; hand every answering line to ``hear`` until it returns something; return that.
 
     ``hear`` may raise anything: the child is stopped and the exception passed on; ValueError, KeyError, TypeError and
-    IndexError mean nonsense. The child is killed after ``limit`` seconds. Raises :class:`ChildFailed`.
+    IndexError mean nonsense. The child is killed after ``limit`` seconds. Where a ``reserve`` has one waiting, that is asked.
+    Raises :class:`ChildFailed`.
     """
     try:
-        child = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
-        )
+        child = (reserve or Reserve()).take(command)
     except OSError as error:
         raise ChildFailed("could not be started") from error
     late = threading.Event()
@@ -100,6 +141,16 @@ def ask(command: list[str], request: dict, data: Iterable[bytes], limit: float, 
         feeder.join()
         child.stdout.close()
     raise ChildFailed("took too long" if late.is_set() else "died")
+
+
+def _started(command: list[str]) -> subprocess.Popen:
+    return subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+    )
 
 
 def _heard(line: bytes, hear):

@@ -1,6 +1,7 @@
 """Files appear whole or not at all."""
 
 import contextlib
+import hashlib
 import itertools
 import os
 import platform
@@ -22,6 +23,12 @@ def check_output(path: str | os.PathLike) -> Path:
     if not os.access(path.parent, os.W_OK):
         raise OutputUnwritable(f"The folder {path.parent} cannot be written to.", "Choose another folder.")
     return path
+
+
+def sha256(path: str | os.PathLike) -> str:
+    """SHA-256 (hexadecimal) of what a file holds; raises OSError."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 LOGS = 10

@@ -1,11 +1,18 @@
 """Every difference between Blender 4.2, 4.5, 5.0 and 5.2 that this package meets. Nothing else asks for a version."""
 
+import os
+import time
+from pathlib import Path
+
 import bpy
 
 RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
 """Options of a path property that may start with "//"."""
 PICTURES_STAY = {"export_textures_mode": "KEEP"} if bpy.app.version >= (4, 5) else {"export_textures": False}
 """What the USD exporter is told so that it writes no pictures."""
+
+_PATIENCE = 5.0
+"""Seconds without another byte after which nothing more is waited for."""
 
 
 def selected_bones(armature: bpy.types.Object) -> list[str]:
@@ -142,6 +149,34 @@ def sound_strips(scene: bpy.types.Scene) -> list:
         return []
     strips = editor.strips_all if hasattr(editor, "strips_all") else editor.sequences_all
     return [strip for strip in strips if strip.type == "SOUND"]
+
+
+def mixdown(scene: bpy.types.Scene, path: str | Path, bits: str) -> None:
+    """Write what a scene's sequencer plays as a WAV of ``bits`` ("S16", "S32"); it is whole when this returns.
+
+    With a window Blender 5.2 writes it beside its other work, and only begins here. Raises :class:`RuntimeError`.
+    """
+    with bpy.context.temp_override(scene=scene):
+        bpy.ops.sound.mixdown(filepath=str(path), container="WAV", codec="PCM", format=bits, check_existing=False)
+    size, since = -1, time.monotonic()
+    while not bpy.app.background and not _whole(path):
+        now = os.path.getsize(path) if os.path.exists(path) else 0
+        size, since = now, since if now == size else time.monotonic()
+        if time.monotonic() - since > _PATIENCE and now > 0:
+            return
+        if time.monotonic() - since > _PATIENCE:
+            raise RuntimeError("nothing was written")
+        time.sleep(0.02)
+
+
+def _whole(path: str | Path) -> bool:
+    """Whether a WAV is as long as its head says, which is written last."""
+    try:
+        with open(path, "rb") as file:
+            head = file.read(8)
+        return len(head) == 8 and int.from_bytes(head[4:], "little") + 8 == os.path.getsize(path)
+    except OSError:  # not there yet
+        return False
 
 
 def show_in_sequencers(scene: bpy.types.Scene) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from .. import files, json_text
 from ..errors import S2agError
-from ..files import host, is_running, whole_file
+from ..files import host, is_running, sha256, whole_file
 
 STAGES = ("synth", "render", "encode")
 _ABANDONED = 86400.0
@@ -136,8 +136,7 @@ def digest(path: str | os.PathLike | None) -> str | None:
 
 @lru_cache(maxsize=4096)
 def _digest(path: str, _size: int, _written: int) -> str:
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    return sha256(path)
 
 
 def _read(path: Path) -> dict | None:

@@ -34,6 +34,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--judge", metavar="NAME=PATH", action="append", default=[], help=others)
     features = "extractor of the features that FGD compares, ours or the authors', instead of one trained here"
     parser.add_argument("--extractor", metavar="FILE", type=Path, help=features)
+    vectors = (
+        "vectors of words in their context, such as BERT's, for the system gesticulator-contextual: a .npz with an array "
+        "(words, width) for every recording, by its name in the data set's meta.json"
+    )
+    parser.add_argument("--contextual", metavar="FILE", type=Path, help=vectors)
     parser.add_argument("--seeds", metavar="1,2,3", help="training seeds")
     parser.add_argument("--draws", metavar="N", type=int, help="style draws for every test window")
     parser.add_argument("--steps", metavar="N", type=int, help="batches of a training at most")
@@ -42,12 +47,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--warm-up", choices=("code", "paper"), help=order)
     whose = "S2AG learns windows as their own speakers' (default), or as strangers', as its code does"
     parser.add_argument("--training-ids", choices=("own", "strangers"), help=whose)
-    poses = "poses of a window's 34 that are given: 4 as in the codes (default), 17 for the paper's T seeds and next T"
+    poses = "poses of a window that are given: 4 as in the codes (default), 17 of 34 for the paper's T seeds and next T"
     parser.add_argument("--given", metavar="N", type=int, help=poses)
+    long = "frames of a window, 34 as in the codes (default); some systems take no other length"
+    parser.add_argument("--window", metavar="N", type=int, help=long)
+    parser.add_argument("--hop", metavar="N", type=int, help="frames from one window to the next, 10 as in the codes (default)")
     parser.add_argument("--faithful", action="store_true", help="with the public code's bugs instead of the corrected forms")
     parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
     parser.add_argument("--threads", metavar="N", type=int, default=0, help="CPU threads (default: all)")
     parser.add_argument("--jobs", metavar="N", type=int, default=1, help="systems trained side by side, sharing the threads")
+    logs = "logs of the trainings beside log.jsonl: csv, tensorboard (if installed), or both with a comma"
+    parser.add_argument("--log", metavar="KINDS", default="", help=logs)
     parser.add_argument("--minutes", metavar="X", type=float, default=0.0, help="stop after so long, everything saved")
 
 
@@ -60,6 +70,7 @@ def run(options: argparse.Namespace) -> int:
     from ..learning.bench.others import SHIPPED
     from ..learning.bench.setting import SETTINGS
     from ..learning.systems.catalogue import KNOWN, SYSTEMS
+    from ..learning.train.logbook import kinds
     from ..learning.train.process import Interruption
 
     if options.threads:
@@ -78,14 +89,18 @@ def run(options: argparse.Namespace) -> int:
             raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join([*KNOWN, SHIPPED])}.")
     if options.jobs < 1:
         raise UsageError(f"--jobs is {options.jobs}.", "Set it to 1 or more.")
-    named = ("draws", "steps", "precision", "warm_up", "training_ids", "given")
+    named = ("draws", "steps", "precision", "warm_up", "training_ids", "given", "window", "hop")
     changes = {name: getattr(options, name) for name in named if getattr(options, name) is not None}
     if options.faithful:
         changes.setdefault("training_ids", "strangers")
     if options.seeds:
         changes["seeds"] = _numbers(options.seeds)
     setting = SETTINGS[options.setting].replace(faithful=options.faithful, **changes)
-    runner = bench.Runner(options.out, options.data, setting, options.device, note)
+    runner = bench.Runner(options.out, options.data, setting, options.device, note, kinds(options.log))
+    if options.contextual:
+        runner.use_contextual(options.contextual)
+    if not options.systems:
+        systems = runner.fitting(systems)
     if options.extractor:
         runner.use_extractor(options.extractor)
     with Interruption() as interruption:

@@ -13,6 +13,7 @@ EXAMPLE = """examples:
   s2ag data trinity genea2020 -o trinity
   s2ag data genea genea2023_dataset -o genea23
   s2ag data ted ted_dataset --split talk -o ted          lmdb_train, lmdb_val and lmdb_test as they are published
+  s2ag data beat2 beat_english_v2.0.0 --fps 30 -o beat2   for the bench alone: networks for use learn from 15
   s2ag data directed corpus --speech corpus/speech -o data"""
 KINDS = {
     "plain": "motion (.bvh, SMPL-X .npz), sound and words under the same name",
@@ -40,6 +41,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--split", default="original", help="ted: original, or talk (no talk in two parts)")
     parser.add_argument("--paper-joints", action="store_true", help="the joints that the paper takes for Trinity")
     parser.add_argument("--body", metavar="FILE", type=Path, help="beat2: your SMPL-X model (.npz) for exact bones")
+    rate = "pose frames a second, 15 unless this data set is for s2ag bench alone (not directed, which has 15)"
+    parser.add_argument("--fps", metavar="X", type=float, help=rate)
     parser.add_argument("--speech", metavar="FOLDER", type=Path, help="directed: the speech it was built with")
     parser.add_argument("--vectors", metavar="FILE", type=Path, help="other word vectors than the shipped ones")
 
@@ -50,26 +53,33 @@ def run(options: argparse.Namespace) -> int:
         raise UsageError(f"There is no kind of data set {options.kind!r}.", f"Kinds are {', '.join(KINDS)}.")
     share_cores()
     from ..learning.datasets import directed, readers, smplx, ted, writer
+    from ..learning.train.storage import RATES
+    from ..motion.skeleton import FPS
 
+    fps = FPS if options.fps is None else options.fps
+    if not RATES[0] <= fps <= RATES[1]:
+        raise UsageError(f"{fps:g} frames a second are out of range.", f"Give {RATES[0]:g} to {RATES[1]:g}.")
     left_out: list[str] = []
     with Progress() as progress:
         if options.kind == "directed":
             if options.speech is None:
                 raise UsageError("The directed corpus lacks its sound.", "Give --speech, the folder it was built with.")
+            if fps != FPS:
+                raise UsageError(f"The directed corpus was performed at {FPS:g} frames a second.", "Leave --fps out.")
             directed.add_sound(options.folder, options.speech, options.output, lambda value: progress("copy", value))
             print(f"{options.output} is written.")
             return 0
         if options.kind == "ted":
-            source = ted.recordings(options.folder, options.split, left_out.append)
+            source = ted.recordings(options.folder, options.split, left_out.append, fps)
         else:
             chosen = {"speaker": options.speaker} if options.kind == "plain" else {}
             found = readers.READERS[options.kind](options.folder, tell=left_out.append, **chosen)
             body = smplx.OFFSETS if options.body is None else smplx.model_offsets(options.body)
             done = iter(range(1, len(found) + 1))
             source = readers.recordings(
-                found, options.paper_joints, body, lambda name: progress("convert", next(done) / len(found))
+                found, options.paper_joints, body, lambda name: progress("convert", next(done) / len(found)), fps
             )
-        facts = writer.write(source, options.output, options.kind, options.vectors)
+        facts = writer.write(source, options.output, options.kind, options.vectors, fps)
     for sentence in left_out:
         note(sentence)
     for lack, sentence in LEFT_OUT.items():

@@ -77,7 +77,7 @@ def _retimed(options: argparse.Namespace, motion):
     files = outputs.plan(options.outputs, SUFFIXES, 1, inputs)[0]
     session = performance.session(options)
     with Progress() as progress:
-        words = {"transcript": options.transcript, "text": options.text}
+        words = {"transcript": options.transcript, "text": options.text, "hears": options.hears}
         motion, warnings = retiming.carried(session, motion, options.recording, progress, **words)
     return _saved(motion, warnings, files)
 

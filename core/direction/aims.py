@@ -71,13 +71,20 @@ class Aim:
 
 
 def best(
-    filler: Filler, state: State, edit: dict, places, make: Callable, miss: Callable, core: Sequence[int] = ()
+    filler: Filler,
+    state: State,
+    edit: dict,
+    places,
+    make: Callable,
+    miss: Callable,
+    core: Sequence[int] = (),
+    tries: int = TRIES,
 ) -> tuple[Motion, float]:
     """Of a few attempts, ``make(attempt, seed)``, the motion that misses least by ``miss(motion)`` and is no more sudden than
     the take is; frames of the ``core`` are led to, and stay if they can.
     """
     found = None
-    for attempt in range(TRIES):
+    for attempt in range(tries):
         for rating, made, off in _rated(state, places, make(attempt, seed_of(filler, edit, attempt)), miss, core):
             if found is None or rating < found[0]:
                 found = rating, made, off

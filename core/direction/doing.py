@@ -138,16 +138,16 @@ def _delete(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Sta
 
     def make(attempt: int, seed: int) -> Motion:
         nonlocal made
-        if attempt % 3 == 0:
+        if attempt == 0:
             made = filler.fill(state.motion, places, None, seed, state.held, whole=one.kind != BEAT)[0]
             return made
         straight = filling.quiet(made, places[0], state.held)
-        return straight if attempt % 3 == 1 else joins.slow(state.motion, straight, places, state.held)
+        return straight if attempt == 1 else joins.slow(state.motion, straight, places, state.held)
 
     def miss(motion: Motion) -> float:
         return 2 * gestures.left(motion, one, others) / one.size
 
-    gone, off = best(filler, state, edit, places, make, miss)
+    gone, off = best(filler, state, edit, places, make, miss, tries=3)
     return replace(state, motion=kinds.told(gone, places, [])), off
 
 

@@ -75,7 +75,10 @@ class Filler:
         return replace(motion, directions=directions, hands=hands), inside
 
     def _made(self, wanted: Request, seed: int, calm: Sequence[spans.Span]) -> Motion:
-        """All of a performance that keeps what is wanted, its chance by ``seed``; without strokes in ``calm`` spans."""
+        """Arms, trunk and hands of a performance that keeps what is wanted, its chance by ``seed``; without strokes in ``calm``
+        spans.
+        """
+        wanted = replace(wanted, face=0.0, stance=0.0)  # those of the take stay
         checkpoint, heard, told = self.session.checkpoint, self.heard, self.heard
         if calm:
             quiet = tuple((start / skeleton.FPS, stop / skeleton.FPS) for start, stop in calm)

@@ -63,8 +63,10 @@ def find(motion: Motion) -> list[Gesture]:
     faster = speed.max(1)
     places = [] if len(speed) < 3 else peaks.find(faster, PROMINENCE, round(APART * fps), 0.5).places
     places = [place for place in places if faster[place] > SPEED]
+    faster = faster.tolist()
     spans = [_stroke(faster, place) for place in places]
-    names = shows(motion)
+    names = _Named(shows(motion))
+    words = _Named([(word, 0.5 * (start + end)) for word, start, end in motion.words])
     found = []
     for row, (place, (start, hold)) in enumerate(zip(places, spans, strict=True)):
         before = spans[row - 1][1] if row else 0
@@ -75,9 +77,7 @@ def find(motion: Motion) -> list[Gesture]:
         hand = leading(speed[start : hold + 1])
         size = float(speed[start : hold + 1].sum(0).max() / fps)
         times = [frame / fps for frame in (begin, start, hold, release, end)]
-        kind = _nearest(names, at) or BEAT
-        words = [(word, 0.5 * (start + end)) for word, start, end in motion.words]
-        found.append(Gesture(*times[:2], at, *times[2:], hand, kind, size, _nearest(words, at)))
+        found.append(Gesture(*times[:2], at, *times[2:], hand, names.near(at) or BEAT, size, words.near(at)))
     return found
 
 
@@ -114,7 +114,7 @@ def leading(speed: np.ndarray) -> str:
     return "left" if left > right else "right"
 
 
-def _stroke(faster: np.ndarray, place: int) -> tuple[int, int]:
+def _stroke(faster: list[float], place: int) -> tuple[int, int]:
     """First and last frame of the stroke around a peak."""
     least, start, hold = _STROKE * faster[place], place, place
     while start > 0 and faster[start] > least and faster[start - 1] < faster[start]:
@@ -124,13 +124,13 @@ def _stroke(faster: np.ndarray, place: int) -> tuple[int, int]:
     return start, hold
 
 
-def _back(faster: np.ndarray, start: int, least: int) -> int:
+def _back(faster: list[float], start: int, least: int) -> int:
     while start > least and faster[start - 1] > _MOVING:
         start -= 1
     return start
 
 
-def _released(faster: np.ndarray, hold: int, most: int, longest: int) -> tuple[int, int]:
+def _released(faster: list[float], hold: int, most: int, longest: int) -> tuple[int, int]:
     release = hold
     while release < most and (faster[release] <= _MOVING or faster[release + 1] < faster[release]):
         release += 1
@@ -140,13 +140,24 @@ def _released(faster: np.ndarray, hold: int, most: int, longest: int) -> tuple[i
     return release, end
 
 
-def _summit(values: np.ndarray, place: int) -> float:
+def _summit(values: list[float], place: int) -> float:
     """Where the parabola through a peak and its neighbours is highest, in frames from it."""
     before, here, after = values[place - 1 : place + 2]
     bend = before - 2 * here + after
     return float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5)) if bend < 0 else 0.0
 
 
-def _nearest(named: Sequence[tuple[str, float]], at: float) -> str:
-    name, time = min(named, key=lambda one: abs(one[1] - at), default=("", np.inf))
-    return name if abs(time - at) <= _SAID else ""
+class _Named:
+    """Names, each with its seconds."""
+
+    def __init__(self, named: Sequence[tuple[str, float]]):
+        self.names = [name for name, _ in named]
+        self.times = np.array([time for _, time in named])
+
+    def near(self, at: float) -> str:
+        """The name nearest to a time that belongs to what is done then, or ""."""
+        if not self.names:
+            return ""
+        off = np.abs(self.times - at)
+        row = int(off.argmin())
+        return self.names[row] if off[row] <= _SAID else ""

@@ -18,6 +18,8 @@ from .gestures import BEAT, Gesture
 _AHEAD = 0.12
 """Seconds from a stroke's highest speed to where it lands, about."""
 _PASSES = 6
+_QUIET = 2
+"""The attempt in which arms go the shortest way through the phrase; in the others the generator performs it."""
 _BACK = 0.5
 """Seconds that the way back has at least."""
 
@@ -63,7 +65,10 @@ def shown(
     usual: dict[str, float] = {}
 
     def make(attempt: int, seed: int) -> Motion:
-        calm = filler.fill(state.motion, [place], None, seed, state.held)[0]
+        again = attempt == _QUIET
+        calm = filler.fill(state.motion, [place], None, seed, state.held, again=again)[0]
+        if again:
+            calm = filling.quiet(calm, place, state.held)
         made, usual["size"] = laid.over(calm, size)
         return made
 
@@ -82,16 +87,18 @@ class _Laid:
 
     def over(self, calm: Motion, size: float) -> tuple[Motion, float]:
         """The motion with the gesture, ``size`` times as large as it usually is, and the metres of that usual size."""
-        made, lands, _ = self._aligned(calm, self.at + _AHEAD, 1.0)
+        arms = replace(calm, hands=None)  # where strokes land is seen of them alone
+        made, lands, _ = self._aligned(arms, self.at + _AHEAD, 1.0)
         one = gestures.near(gestures.find(made), self.at)
         usual = one.size if one is not None else 1.0
-        share = size
+        share, wanted = 1.0, size
         for _ in range(_PASSES if size != 1 and one is not None else 0):
-            made, lands, one = self._aligned(calm, lands, share)
+            share = wanted
+            made, lands, one = self._aligned(arms, lands, share)
             if one is None or abs(one.size / (size * usual) - 1) < 0.03:
                 break
-            share = float(np.clip(share * (size * usual / one.size) ** 0.8, 0.2, 1.6))
-        return made, usual
+            wanted = float(np.clip(share * (size * usual / one.size) ** 0.8, 0.2, 1.6))
+        return (made if calm.hands is None else self._shown(calm, lands, share)), usual
 
     def _aligned(self, calm: Motion, lands: float, share: float) -> tuple[Motion, float, Gesture | None]:
         best = None

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import UsageError
 from ..motion import skeleton
 from ..motion.motion import Motion
-from ..performance import finishing
+from ..performance import finishing, listening
 from ..performance.request import Request
 from ..performance.stages import Stages
 from .ways import Way, way
@@ -24,13 +24,14 @@ def carried(
 ) -> tuple[Motion, list[str]]:
     """A take with its gestures at the words of another recording ``audio`` of the same text, and warnings.
 
-    ``words`` are the new one's ``transcript``, ``text`` and ``recognise``. Its provenance names the new recording, and under
-    ``retimed`` the old one. The face is made anew. Raises what :meth:`Session.hear` and :func:`way` raise.
+    ``words`` are the new one's ``transcript``, ``text`` and ``recognise``, and ``hears`` where the take listens to another
+    speaker. Its provenance names the new recording, and under ``retimed`` the old one. The face is made anew, and looks at
+    whom it looked at. Raises what :meth:`Session.hear` and :func:`way` raise.
     """
     told = motion.meta
     if told.get("listen"):
         raise UsageError("The take listens, and follows no words of its own.", "Make a new one of the new recording.")
-    same = {name: told[name] for name in ("seed", "affect", "turn", "face", "mirror") if name in told}
+    same = {name: told[name] for name in ("seed", "affect", "turn", "face", "mirror", "toward", "later") if name in told}
     request = Request(audio, **same, **words)
     heard, _ = session.hear(request, Stages(progress, lambda: False))
     there = way(motion.words, heard.words)
@@ -38,6 +39,8 @@ def carried(
     made = motion.at(there.back(np.arange(count) / motion.fps) * motion.fps, motion.fps)
     meta = {**moved(told, there), "audio": heard.digest, "retimed": [*told.get("retimed", []), told.get("audio")]}
     meta["transcript"] = hashlib.sha256(json.dumps(heard.words).encode()).hexdigest()
+    if request.hears is not None:
+        meta["hears"] = heard.others.digest
     made = replace(made, words=heard.words, meta=meta, face=None)
     return replace(made, face=_face(replace(request, curves=meta.get("curves", {})), heard, made)), heard.warnings
 
@@ -47,8 +50,18 @@ def _face(request: Request, heard, motion: Motion):
     if not request.face:
         return None
     own = motion.mirrored() if request.mirror else motion
-    face = finishing.faced(request, heard, motion.meta.get("take", 0), own.resampled(skeleton.FPS).directions)
+    face = finishing.faced(request, heard, motion.meta.get("take", 0), _seen(request, heard, own))
     return face.mirrored() if request.mirror else face
+
+
+def _seen(request: Request, heard, own: Motion) -> np.ndarray:
+    """Directions ``(frames, 9, 3)`` of a take as its eyes have them: with a head that is not turned to whoever is there, since
+    eyes go with it.
+    """
+    directions = own.resampled(skeleton.FPS).directions
+    side = -request.toward if request.mirror else request.toward
+    share = heard.others and heard.others.share[np.minimum(np.arange(len(directions)), len(heard.others.share) - 1)]
+    return listening.facing(directions, -side, share)
 
 
 def moved(meta: Mapping, there: Way) -> dict:

@@ -141,6 +141,7 @@ class Worker:
             if not isinstance(params, dict):
                 raise UsageError("The params of a request must be an object.", "Send names and values.")
             _settle(params)
+            self._get_ready(message)
             reply = {"id": request, "result": handler(request, params)}
         except S2agError as error:
             reply = protocol.failure(request, error)
@@ -158,6 +159,15 @@ class Worker:
             )
         self._cancelled.discard(request)
         self._send(reply)
+        self._get_ready(message)
+
+    def _get_ready(self, message: dict) -> None:
+        """Where words are spoken of, have an aligner wait for them and for the next; never within Blender's own process."""
+        params, asked = message.get("params"), message.get("method") == "synthesize"
+        if self._alone and asked and isinstance(params, dict) and (params.get("transcript") or params.get("text")):
+            from ..words import align
+
+            align.prepare()
 
     def _hello(self, request, params: dict) -> dict:
         """Who answers; with ``warm`` the network is loaded now rather than with the first request."""

@@ -59,10 +59,15 @@ class ByTorch:
         return styles + np.einsum("bi,ij->bj", wishes, self.ways)
 
     @torch.inference_mode()
-    def hear(self, mfcc, words, seeds, prosody=None, asked=None) -> torch.Tensor:
+    def hear(self, mfcc, words, seeds, prosody=None) -> torch.Tensor:
         """Features, whatever the style."""
-        parts = (None if part is None else self._tensor(part)[None] for part in (mfcc, words, seeds, prosody, asked))
+        parts = (None if part is None else self._tensor(part)[None] for part in (mfcc, words, seeds, prosody))
         return self.generator.encode(*parts)
+
+    @torch.inference_mode()
+    def told(self, heard: torch.Tensor, asked) -> torch.Tensor:
+        """Features with the strokes that one take is asked for."""
+        return self.generator.told(heard, self._tensor(asked)[None])
 
     @torch.inference_mode()
     def draw(self, heard, style, seeds, noise, begins: Callable[[], None] = lambda: None) -> tuple[np.ndarray, np.ndarray]:

@@ -1,6 +1,5 @@
 """Checkpoints: weights as safetensors, facts as JSON beside them. Nothing in them is code."""
 
-import hashlib
 import json
 from dataclasses import dataclass
 from os import PathLike
@@ -11,7 +10,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
 
 from ..errors import CheckpointUnreadable, S2agError
-from ..files import whole_file
+from ..files import sha256, whole_file
 from . import network
 from .catalogue import DEFAULT, FORMAT, REMEDY, facts_path, read_facts
 from .config import ModelConfig
@@ -48,7 +47,7 @@ def save(path: str | PathLike, generator: Encoders, discriminator: Discriminator
         tensors |= _prefixed("discriminator", discriminator, half)
     with whole_file(path) as temporary:
         save_file(tensors, temporary)
-        digest = _sha256(temporary)
+        digest = sha256(temporary)
     facts = {**meta, "format": FORMAT, "weights_sha256": digest, "config": generator.config.to_dict()}
     with whole_file(facts_path(path)) as temporary:
         temporary.write_text(json.dumps(facts, indent=1), encoding="utf-8")
@@ -64,7 +63,7 @@ def load(path: str | PathLike | None = None, device: str = "cpu") -> Checkpoint:
     path = Path(path or DEFAULT)
     facts = read_facts(path)
     try:
-        digest = _sha256(path)
+        digest = sha256(path)
         tensors = load_file(path)
     except (OSError, SafetensorError) as error:
         raise CheckpointUnreadable(f"The checkpoint {path} cannot be read: {error}.", REMEDY) from error
@@ -107,8 +106,3 @@ def _short(value: torch.Tensor) -> torch.Tensor:
     """Float16 whose last three bits are zero: the nearest of these, of two the one that has one more zero."""
     bits = value.half().contiguous().view(torch.int16)
     return ((bits + 3 + (bits >> 3 & 1)) & ~7).view(torch.float16)
-
-
-def _sha256(path: Path) -> str:
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

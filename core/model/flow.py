@@ -70,6 +70,13 @@ class FlowGenerator(Encoders):
         asked = seeds.new_zeros(1, 1, 7) if asked is None else asked
         return torch.cat([features, self.asked_encoder(asked).expand(*features.shape[:2], -1)], -1)
 
+    def told(self, features: torch.Tensor, asked: torch.Tensor) -> torch.Tensor:
+        """Features ``(B, T, channels)`` with other strokes ``asked`` ``(B, T, 7)``."""
+        if not self.config.meanings:
+            return features
+        said = self.asked_encoder(asked)
+        return torch.cat([features[..., : -said.shape[-1]], said.expand(*features.shape[:2], -1)], -1)
+
     def conditions(self, features: torch.Tensor, style: torch.Tensor, time: torch.Tensor | None = None) -> Conditions:
         """What the denoiser of poses needs of features ``(B, T, channels)`` and styles ``(B, size)`` or ``(B, T, size)``.
 

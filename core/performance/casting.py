@@ -8,7 +8,7 @@ import numpy as np
 from .. import styles
 from ..errors import UsageError
 from ..motion import rest, skeleton
-from . import course, keeping
+from . import answering, course, keeping
 from .request import Request
 
 _READY = 0.7
@@ -24,7 +24,8 @@ class Performers:
     ``style``: weights of speakers by name for each step of the walk, or for each style that begins on the way, at the frames
     ``begins`` ``(steps - 1,)`` (None of a walk); ``rests`` ``(steps, 9, 3)``: where each step keeps its
     hands; ``latents`` ``(takes, steps, size)``; ``seeds`` ``(takes, frames, 9, 3)``: unit directions from which a regressor
-    starts; ``readiness``: how readily they show what phrases mean, 0..1; ``chances`` ``(steps,)``: how much chance has its way.
+    starts; ``readiness``: how readily they show what phrases mean, 0..1; ``chances`` ``(steps,)``: how much chance has its way;
+    ``tastes`` ``(steps, 8)``: how they answer accents (:data:`answering.FACTS`), None where that is not known.
     ``steer`` leads points at every frame ``(takes, frames, size)`` along the curves of controls, where there are any.
     """
 
@@ -37,6 +38,7 @@ class Performers:
     chances: np.ndarray
     begins: np.ndarray | None = None
     steer: Callable[[np.ndarray], np.ndarray] | None = None
+    tastes: np.ndarray | None = None
 
     @property
     def walks(self) -> bool:
@@ -47,6 +49,11 @@ class Performers:
     def varies(self) -> bool:
         """Whether anything about the style changes on the way."""
         return self.walks or self.steer is not None
+
+    @property
+    def who(self) -> dict[str, float] | None:
+        """Weights of the speakers whose chance a take has; of a walk the first ones, as no change may be seen."""
+        return self.style[0] if isinstance(self.style[0], dict) else None
 
     @property
     def own(self) -> np.ndarray:
@@ -67,6 +74,10 @@ class Performers:
     def chance(self, frames: int) -> np.ndarray:
         """How much chance has its way in every frame ``(frames,)``, 1 for most: less of it makes calmer performers calm."""
         return self._over(self.chances[:, None], frames)[:, 0] if self.walks else np.full(frames, self.chances[0])
+
+    def taste(self, frames: int) -> np.ndarray | None:
+        """``tastes`` in every frame ``(frames, 8)``, or ``(1, 8)`` where they stay; None where they are not known."""
+        return self._over(self.tastes, frames) if self.walks and self.tastes is not None else self.tastes
 
     def rest(self, frames: int) -> np.ndarray:
         """The pose at rest: ``(9, 3)``, or ``(frames, 9, 3)`` of a walk."""
@@ -117,7 +128,8 @@ def cast(checkpoint, request: Request, told: Sequence[tuple] = ()) -> Performers
     chances = np.array([_fact(speakers, step, "chance", 1.0) for step in weights])
     ready = _fact(speakers, weights[0], "semantic", _READY)
     begins = np.array([at * skeleton.FPS for at, _ in turns]) if turns else None
-    return Performers(request, named, rests, latents, seeds, ready, chances, begins, _steering(checkpoint, request))
+    steer, tastes = _steering(checkpoint, request), _tastes(speakers, weights)
+    return Performers(request, named, rests, latents, seeds, ready, chances, begins, steer, tastes)
 
 
 def draw(checkpoint, request: Request, weights: dict[int, float] | None) -> np.ndarray:
@@ -162,6 +174,16 @@ def _fact(speakers: list[dict], weights: dict[int, float] | None, name: str, usu
     if weights is None:
         return usual
     return float(sum(weight * speakers[index].get(name, usual) for index, weight in weights.items()))
+
+
+def _tastes(speakers: list[dict], steps: Sequence[dict[int, float] | None]) -> np.ndarray | None:
+    """How each step answers accents ``(steps, 8)``, None where that is not known of all; nobody's style is everybody's."""
+    known = [answering.taste(speaker.get("answers")) for speaker in speakers]
+    if not known or any(one is None for one in known):
+        return None
+    every = np.array(known)
+    middle = every.mean(axis=0)
+    return np.stack([middle if step is None else sum(weight * every[k] for k, weight in step.items()) for step in steps])
 
 
 def _rest_pose(speakers: list[dict], weights: dict[int, float] | None) -> np.ndarray:

@@ -40,10 +40,10 @@ def draw(
     frames have ``(takes, frames, extras)``.
 
     ``network`` is a :class:`light.network.LightNetwork` or answers as one.
-    ``inputs`` are as for :func:`windows.generate`; ``asked`` ``(frames, 7)`` are the strokes that each of the performers is
-    asked for (:mod:`requested`), None for none. Frames that are given (:meth:`Performers.given`) are kept, and of those that
-    follow from given ones nothing is computed. ``lively`` ``(frames,)`` scales the random numbers of each frame: below 1 it is
-    performed nearer to what is usual there.
+    ``inputs`` are as for :func:`windows.generate`; ``asked`` ``(takes, frames, 7)`` are the strokes that the takes of each of
+    the performers are asked for (:mod:`requested`), None for none. Frames that are given (:meth:`Performers.given`) are kept,
+    and of those that follow from given ones nothing is computed. ``lively`` ``(frames,)`` scales the random numbers of each
+    frame: below 1 it is performed nearer to what is usual there.
     """
     plans = [_Plan(network, one, wishes, frames, tile, lively) for one, wishes in zip(cast, asked, strict=True)]
     drawings = (2 if network.config.extras else 1) * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans)
@@ -72,8 +72,6 @@ class _Plan:
         self.mask, self.poses = performers.given(frames).whole(frames)
         self.extras = _extras(network.usual, self.mask, self.poses)
         self.styles = performers.on_the_way(frames if performers.varies else 1)
-        first = performers.style[0]  # of a walk the first one's: a change on the way must not be seen
-        self.who = first if isinstance(first, dict) else None
         self.lively = np.asarray(performers.chance(frames) * (1.0 if lively is None else lively), np.float32)
         self.tiles = list(_tiles(network, np.flatnonzero(~self.mask), tile))
 
@@ -85,8 +83,7 @@ class _Plan:
             low, high = place[2:]
             seeds = self._seeds(low, high)
             mfcc, words, prosody = _heard(inputs, low, high)
-            asked = None if self.asked is None else _cut(self.asked, low, high)
-            heard = network.hear(mfcc, words, seeds, prosody, asked)
+            heard = network.hear(mfcc, words, seeds, prosody)
             take = partial(self._draw_take, (made, extras), place, heard, seeds, begins)
             each(take, range(len(made)), 2 * TILE // (high - low) if network.shares else 1)
         made[:, self.mask], extras[:, self.mask] = self.poses[self.mask], self.extras[self.mask]
@@ -96,8 +93,10 @@ class _Plan:
         """Put a take's frames from ``place`` into the ``wholes``."""
         start, stop, low, high = place
         request = self.performers.request
-        drawn = noise(request.seed, request.identities[row], low, high, self.network.noise_size, self.who)
+        drawn = noise(request.seed, request.identities[row], low, high, self.network.noise_size, self.performers.who)
         drawn = drawn * _cut(self.lively, low, high)[:, None]
+        if self.asked is not None:
+            heard = self.network.told(heard, _cut(self.asked[row], low, high))
         made = self.network.draw(heard, self._style(row, low, high), seeds, drawn, begins)
         for whole, part in zip(wholes, made, strict=True):
             whole[row, start:stop] = part[start - low : stop - low]

@@ -15,7 +15,7 @@ from ..motion.pelvis import Pelvis
 from ..styles import AFFECTS
 from ..threads import each
 from ..words import hints
-from . import course, listening, living, stance
+from . import course, lingering, listening, living, stance, thrown
 from .casting import Performers
 from .hearing import Heard
 from .keeping import keep, wished
@@ -41,6 +41,8 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
         (take, near), drawn, own = one
         about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
         directions = rest.restore(rest.soften(drawn), checkpoint.gain, pose)
+        if checkpoint.draws:
+            directions = lingering.led_back(thrown.calmed(directions, kept.frames), kept.frames)
         asked = heard.wishes.gestures, request.meaning * performers.readiness, (request.seed, take)
         shown = choosing.choose(vocabulary, heard.words, *asked, found) if vocabulary else []
         if shown:

@@ -10,6 +10,7 @@ from ..errors import UnknownStyle, UsageError
 from ..face import making
 from ..meaning.vocabulary import Vocabulary
 from ..motion import skeleton
+from ..sound import prosody
 from ..threads import ahead
 from ..words import hints, transcript, turns
 from . import asking
@@ -35,7 +36,8 @@ class Heard:
 
     ``shows``: what of the words a performer could show by gestures of their own.
     ``features`` are :class:`VectorFeatures`, or :class:`TableFeatures` for an imported network. ``spoken`` is what a face
-    needs, None where none is wanted. ``others`` are whom the performer listens to, if anybody.
+    needs, None where none is wanted. ``others`` are whom the performer listens to, if anybody. ``rhythm`` is
+    what networks that hear prosody hear of it.
     """
 
     digest: str
@@ -49,6 +51,7 @@ class Heard:
     seconds: dict[str, float]
     spoken: making.Spoken | None = None
     others: Others | None = None
+    rhythm: prosody.Prosody | None = None
 
 
 def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
@@ -100,7 +103,8 @@ def _heard(session, request: Request, stages: Stages, named: str, said, sound, o
     activity = stages.run("find pauses", lambda: _fit(voice.in_frames(voiced, own), frames))
     shows = session.vocabulary if session.understands and words else None
     others = None if other is None else stages.run("listen", lambda: _listened(other, activity))
-    return Heard(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
+    heard = Heard(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
+    return replace(heard, rhythm=rhythm)
 
 
 def _measuring(config, sound: np.ndarray) -> list[Callable]:

@@ -10,6 +10,8 @@ from .request import Request
 
 EASE = 0.7
 """Seconds in which a performance comes from a kept frame, and goes to one."""
+_LEADS = 0.8
+"""Seconds beside given frames in which what mends a performance sets in."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,21 @@ def keep(directions: np.ndarray, kept: Kept) -> np.ndarray:
     moved = limits.keep_human(skeleton.normalize(moved).astype(np.float32))
     moved[kept.frames] = kept.directions
     return moved
+
+
+def free(frames: int, given: np.ndarray | tuple = ()) -> np.ndarray:
+    """How much of it every frame may be mended ``(frames,)``: 0 where it is ``given``, 1 from :data:`_LEADS` on."""
+    share = np.clip(away(np.arange(frames), np.sort(np.asarray(given, int))) / (_LEADS * skeleton.FPS), 0, 1)
+    return share * share * (3 - 2 * share)
+
+
+def away(places: np.ndarray, marks: np.ndarray) -> np.ndarray:
+    """How far each of ``places`` is from the nearest of ``marks``, in order; infinite where there are none."""
+    if not len(marks):
+        return np.full(len(places), np.inf)
+    right = np.searchsorted(marks, places)
+    before, after = marks[np.maximum(right - 1, 0)], marks[np.minimum(right, len(marks) - 1)]
+    return np.minimum(np.abs(places - before), np.abs(places - after))
 
 
 def _offsets(directions: np.ndarray, kept: Kept, way: int) -> np.ndarray:

@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..motion import hand_numbers, skeleton
+from ..motion import hand_numbers, requested, skeleton
 from ..motion.hands import Hands
 from ..smoothing import gaussian
 from ..threads import each
-from . import across, asking, course, drawing, stillness
+from . import across, answering, asking, course, drawing, stillness
 from .casting import Performers
 from .hearing import Heard
 
@@ -45,14 +45,31 @@ def perform(
         latents, seeds = _latents(heard, cast), np.concatenate([one.seeds for one in cast])
         made = windows.generate(generator, heard.features.slice, latents, seeds, heard.frames, checkpoint.window[0], *told)
         return Made(made, (None,) * len(made))
-    wishes = heard.wishes, heard.words, checkpoint.meanings, heard.frames
-    asked = [asking.channels(*wishes, course.over(one.request, "hand", heard.frames)) for one in cast]
+    asked = [_asked(checkpoint, heard, one) for one in cast]
     lively = _lively(heard.activity)
     drawn, extras = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, lively=lively)
     known = [one.given(heard.frames).frames for one in cast]
     given = [frames for one, frames in zip(cast, known, strict=True) for _ in one.latents]
     settled, hands = zip(*each(_settled, zip(drawn, extras, given, strict=True)), strict=True)
     return Made(np.stack(settled), hands)
+
+
+def _asked(checkpoint, heard: Heard, performers: Performers) -> np.ndarray | None:
+    """Strokes that each take is asked for ``(takes, frames, 7)``: what the words wish, and accents that its taste answers."""
+    frames, request = heard.frames, performers.request
+    if not checkpoint.meanings:
+        return None
+    wishes = {name: course.over(request, name, frames) for name in ("rate", "hand", "arousal")}
+    written = asking.channels(heard.wishes, heard.words, checkpoint.meanings, frames, wishes["hand"])
+    tastes, takes = performers.taste(frames), len(performers.latents)
+    if tastes is None or heard.rhythm is None or not heard.rhythm.accents:
+        return None if written is None else np.repeat(written[None], takes, axis=0)
+    told = np.zeros((frames, len(requested.CHANNELS)), np.float32) if written is None else written
+    taken = told[:, 0] > 0
+    keys = [(request.seed, identity, performers.who) for identity in request.identities]
+    turns = () if performers.begins is None else performers.begins / skeleton.FPS
+    chosen = [answering.channels(heard.rhythm, tastes, wishes, key, taken, turns) for key in keys]
+    return np.stack([np.where(taken[:, None], told, one) for one in chosen])
 
 
 def _settled(take: tuple[np.ndarray, np.ndarray, np.ndarray]) -> tuple[np.ndarray, Hands | None]:

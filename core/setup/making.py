@@ -49,6 +49,9 @@ class Setup(trial.Polled):
             self._begin()
         except (SetupFailed, OSError) as error:
             self._fail(error)
+        except BaseException:
+            self.cancel()
+            raise
 
     def poll(self) -> bool:
         """Take in what was said and go on to the next step, without waiting."""
@@ -72,6 +75,7 @@ class Setup(trial.Polled):
         self._temporary.mkdir(exist_ok=True)
         self._write(f"$ {' '.join(command)}")
         self._program = trial.Program(command, self._variables)
+        self._program.start()
 
     def _hear(self) -> None:
         filling = len(self._steps) == 2

@@ -27,23 +27,27 @@ def command(python: str | os.PathLike) -> list[str]:
 
 
 class Program:
-    """A child process whose output is read in a thread, line by line; dies with all its own children."""
+    """A child process whose output is read in a thread, line by line; dies with all its own children.
+
+    Making one does nothing yet. A signal, which comes to the main thread, can interrupt :meth:`start` anywhere: the process
+    is started in the other thread, and whoever holds the program can :meth:`kill` it, however far that is.
+    """
 
     def __init__(self, command: list[str], variables: dict | None = None):
-        try:
-            self._popen = subprocess.Popen(
-                command,
-                env=variables,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                **child.apart(),
-            )
-        except OSError as error:
-            raise SetupFailed(f"{command[0]} cannot be run: {error.strerror}.", "Choose another Python.") from error
+        self._command, self._variables = command, variables
+        self._popen: subprocess.Popen | None = None
+        self._failed: OSError | None = None
+        self._starting, self._begun, self._killed = threading.Lock(), threading.Event(), False
         self.lines: queue.SimpleQueue = queue.SimpleQueue()
-        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader = threading.Thread(target=self._run, daemon=True)
+
+    def start(self) -> None:
+        """Begin; raises :class:`SetupFailed` where it cannot be run."""
         self._reader.start()
+        self._begun.wait()
+        if self._failed:
+            reason = f"{self._command[0]} cannot be run: {self._failed.strerror}."
+            raise SetupFailed(reason, "Choose another Python.") from self._failed
 
     def done(self) -> bool:
         """Whether it ended and all that it said is in ``lines``."""
@@ -56,10 +60,30 @@ class Program:
         return self._popen.poll()
 
     def kill(self) -> None:
-        """End it and what it started, now."""
-        child.end(self._popen)
+        """End it and what it started, now; one that has not begun never will."""
+        with self._starting:
+            self._killed = True
+        if self._popen is not None:
+            child.end(self._popen)
 
-    def _read(self) -> None:
+    def _run(self) -> None:
+        try:
+            with self._starting:
+                if self._killed:
+                    return
+                self._popen = subprocess.Popen(
+                    self._command,
+                    env=self._variables,
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    **child.apart(),
+                )
+        except OSError as error:
+            self._failed = error
+            return
+        finally:
+            self._begun.set()
         with self._popen.stdout as pipe:
             for line in pipe:
                 self.lines.put(line.decode("utf-8", "replace").rstrip())
@@ -99,6 +123,11 @@ class Check(Polled):
         self.said: deque[str] = deque(maxlen=40)
         """What it printed last."""
         self._program = Program(command(python))
+        try:
+            self._program.start()
+        except BaseException:
+            self._program.kill()
+            raise
 
     def poll(self) -> bool:
         """Look how it goes, without waiting."""

@@ -93,18 +93,20 @@ def analyse(
     frames: int | None = None,
     stressed: Collection[int] = (),
     measured: Tracks | None = None,
+    fps: float = FPS,
 ) -> Prosody:
     """Prosody of ``(n,)`` float32 samples at 16 kHz; ``words`` are (text, start, end) in seconds, in order of time.
 
     ``frames``: pose frames of the features, by default as many as the recording fills. ``stressed`` are numbers of words
     that bear a main accent whatever the sound says. ``measured`` is what :func:`measure` found in the audio, if that is known.
+    Networks that hear these features take 15 pose frames a second; data sets may have another ``fps``.
     """
-    frames = voice.frame_count(audio, FPS) if frames is None else frames
+    frames = voice.frame_count(audio, fps) if frames is None else frames
     tracks = measured or measure(audio)
     phrases = _phrases(tracks)
     units = _word_units(tracks, words) if len(words) else _syllable_units(tracks)
     accents = _stress(_accents(tracks, phrases, *units), stressed)
-    return Prosody(accents, phrases, _features(tracks, phrases, accents, frames), tracks.level, tracks.pitch)
+    return Prosody(accents, phrases, _features(tracks, phrases, accents, np.arange(frames) / fps), tracks.level, tracks.pitch)
 
 
 def measure(audio: np.ndarray) -> Tracks:
@@ -246,13 +248,12 @@ def _around(times: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.nd
     return result
 
 
-def _features(tracks: Tracks, phrases: np.ndarray, accents: tuple[Accent, ...], frames: int) -> np.ndarray:
-    time = np.arange(frames) / FPS
+def _features(tracks: Tracks, phrases: np.ndarray, accents: tuple[Accent, ...], time: np.ndarray) -> np.ndarray:
     mains = [accent for accent in accents if accent.main]
     manner = _manner(tracks, (tracks.voice > 0.5) & (tracks.level > -15))
     ahead, behind = _distance(time, np.array([accent.time for accent in mains]))
     number = np.clip(np.searchsorted(phrases[:, 0], time, side="right") - 1, 0, max(len(phrases) - 1, 0))
-    begins, ends = phrases[number].T if len(phrases) else np.zeros((2, frames))
+    begins, ends = phrases[number].T if len(phrases) else np.zeros((2, len(time)))
     strengths = np.zeros(max(len(phrases), 1))
     for accent in mains:
         strengths[accent.phrase] = accent.strength

@@ -32,6 +32,8 @@ _ENOUGH = 0.3
 """Share of the words that must be found; below, the text is taken for another one."""
 _LAST = 0.05
 
+_RESERVE = child.Reserve()
+
 
 @dataclass(frozen=True)
 class Stretch:
@@ -128,6 +130,11 @@ def clock(seconds: float) -> str:
     return f"{minutes // 60}:{minutes % 60:02}:{rest:02}" if minutes >= 60 else f"{minutes}:{rest:02}"
 
 
+def prepare() -> None:
+    """Start the child for the next words that are aligned, so that they need not wait for it."""
+    _RESERVE.start(command())
+
+
 def command() -> list[str]:
     """How the child is started: by path and without its folder on the search path, whatever name this package goes by."""
     return [sys.executable, "-P", os.fspath(_PROGRAM)]
@@ -183,7 +190,7 @@ def _run(audio, stretches, segments, progress, model) -> tuple[list, str]:
             "model": model,
         }
         try:
-            spans = child.ask(command(), request, pcm(audio), TIMEOUT + duration, hear)
+            spans = child.ask(command(), request, pcm(audio), TIMEOUT + duration, hear, _RESERVE)
         except child.ChildFailed as error:
             return nothing, f"The aligner {error}; words are spread over the speech by their letters."
     progress(1.0)

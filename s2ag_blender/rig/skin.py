@@ -19,13 +19,16 @@ def read(armature: bpy.types.Object, bones: Bones) -> Skin | None:
     step = max(1, -(-sum(len(item.data.vertices) for item in items) // VERTICES))
     for item in items:
         groups = {group.index: rows[group.name] for group in item.vertex_groups if group.name in rows}
-        points = girth.in_armature(armature, item)
+        points, vertices, found = girth.in_armature(armature, item), item.data.vertices, []
         for index in range(0, len(points), step):
-            pulls = [(groups[pull.group], pull.weight) for pull in item.data.vertices[index].groups if pull.group in groups]
+            pulls = [(row, pull.weight) for pull in vertices[index].groups if (row := groups.get(pull.group)) is not None]
             whole = sum(weight for _, weight in pulls)
-            for row, weight in pulls if whole > 0 else ():
-                weights[row] += weight / whole
-                sums[row] += weight / whole * points[index]
+            if whole > 0:
+                found += [(row, index, weight / whole) for row, weight in pulls]
+        if found:
+            pulled, places, shares = (np.array(column) for column in zip(*found, strict=True))
+            np.add.at(weights, pulled, shares)
+            np.add.at(sums, pulled, shares[:, None] * points[places])
     if not weights.any():
         return None
     return Skin(weights, sums / np.maximum(weights, 1e-9)[:, None])

@@ -91,7 +91,7 @@ class Plan:
     def lies(self) -> dict:
         """What provenance tells of a take that does not lie on the timeline as its recording is."""
         voice = self.voice
-        known = {timing.WAY: timing.stated(voice.way), retiming.FOLLOWS: {"path": voice.path}}
+        known = {timing.WAY: timing.stated(voice.way), retiming.FOLLOWS: retiming.performed_for(voice.path)}
         return known if voice.followed or voice.way is not None else {}
 
 
@@ -130,6 +130,8 @@ def plan(
     reading.require_armature(armature)
     trying.end(armature)
     settings, scene = recall.view(kept) if kept else armature.s2ag, context.scene
+    if former is not None:
+        retiming.check_recording(former)
     voice = (retiming.voice(like, scene, span) if like is not None else None) or sources.voice(settings, scene)
     if not kept and not keyed_pose:
         keyed_pose, changes = _posed_before(armature, settings, changes)

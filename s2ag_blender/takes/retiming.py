@@ -20,14 +20,17 @@ from .. import compat, provenance, stored
 from ..keys import faces, keyframes, layers
 from ..keys.apply import scene_fps
 from ..translations import told
-from . import directing, keeping, markers, recall, sources, takes, tempo, timing, versions, voices
+from . import directing, keeping, markers, recall, recordings, sources, takes, tempo, timing, versions, voices
 
 SOUND = "s2ag_sound"
 """Name of an action's custom property: JSON of how the strip lay that its keys follow."""
 FOLLOWS = "follows"
-"""In the provenance of a take that followed its sound: the ``path`` of the recording that it was performed for."""
+"""In the provenance of a take that followed its sound: ``path`` and ``file`` (:func:`recordings.mark`) of the recording that it
+was performed for."""
 _LEAST = 0.5
 """Frames by which a strip must have changed."""
+_FILE = "file"
+"""Of how a strip lay: what its file held (:func:`recordings.mark`); not of takes from before that was remembered."""
 _KINDS = {"left": (int, float), "right": (int, float), "keys": list, "path": str}
 
 
@@ -70,7 +73,9 @@ def carry(former: bpy.types.Action, action: bpy.types.Action) -> None:
 def _state(strip) -> dict:
     start = compat.strip_start(strip)
     sides = {"left": compat.visible_start(strip) - start, "right": compat.strip_end(strip) - start}
-    return {**sides, "keys": [at - start for at in compat.retiming_frames(strip)], "path": sources.strip_path(strip)}
+    path = sources.strip_path(strip)
+    held = "" if strip.sound.packed_file else recordings.mark(path)
+    return {**sides, "keys": [at - start for at in compat.retiming_frames(strip)], "path": path, _FILE: held}
 
 
 def change(action: bpy.types.Action, scene: bpy.types.Scene) -> Change | None:
@@ -86,7 +91,8 @@ def change(action: bpy.types.Action, scene: bpy.types.Scene) -> Change | None:
     stretched = len(now["keys"]) != len(before["keys"]) or any(
         abs(one - other) >= _LEAST for one, other in zip(now["keys"], before["keys"], strict=True)
     )
-    replaced = not sources.same(now["path"], before["path"])
+    written = now[_FILE] and before.get(_FILE) and now[_FILE] != before[_FILE]
+    replaced = bool(written) or not sources.same(now["path"], before["path"])
     trimmed = not stretched and max(map(abs, apart.values())) >= _LEAST
     grown = trimmed and not replaced and (apart["left"] <= -_LEAST or apart["right"] >= _LEAST) and _cut(origin, now, by)
     found = Change(by if abs(by) >= _LEAST else 0.0, trimmed, grown, stretched, replaced)
@@ -111,6 +117,8 @@ def follow(armature: bpy.types.Object, scene: bpy.types.Scene, heard: Motion | N
     if place.result == "ACTION" and layers.base_action(armature, place.first, place.last, place.piece) is not None:
         raise UsageError("The take lies within other animation, which would move, too.", "Generate it anew, or use a layer.")
     strip, fps = strip_of(take.action, scene), scene_fps(scene)
+    if heard is not None:
+        voices.reload(strip.sound)
     if heard is not None and not (what.trimmed or tempo.stretched(strip)):
         strip = voices.renewed(scene, strip)
     way = _way(take.action, scene, strip, what, heard)
@@ -176,9 +184,10 @@ def _carry(action: bpy.types.Action, scene, where: Callable, way: Way | None, st
             one.frame_start, one.frame_end = (place["first"], place["last"]) if cut else (start, end)
     origin["start"] = compat.strip_start(strip)
     origin["place"] |= place
-    known = stored.read(action, SOUND).get("path", sources.strip_path(strip))
+    known = stored.read(action, SOUND)
     if cut or way is not None or FOLLOWS in origin:
-        origin.setdefault(FOLLOWS, {"path": known})
+        path = known.get("path", sources.strip_path(strip))
+        origin.setdefault(FOLLOWS, {"path": path, _FILE: known.get(_FILE, "")})
     origin[timing.WAY] = timing.stated(way)
     settings = origin["settings"]
     if settings.get("audio_source") == "FILE" and settings.get("range") != "STRIP":
@@ -212,7 +221,7 @@ def _speak(armature, action, heard: Motion, fps: float) -> None:
 def voice(action: bpy.types.Action, scene: bpy.types.Scene, span: tuple[int, int] | None = None) -> sources.Voice | None:
     """What a take that followed its sound is made again from, on the frames that it is on, or on ``span``; else None.
 
-    Raises :class:`UsageError` where the recording that it was performed for is gone.
+    Raises :class:`UsageError` where the recording that it was performed for is gone, or was overwritten.
     """
     origin, place = provenance.of(action) or {}, layers.Place.of(action)
     follows = origin.get(FOLLOWS)
@@ -221,9 +230,29 @@ def voice(action: bpy.types.Action, scene: bpy.types.Scene, span: tuple[int, int
     path = bpy.path.abspath(follows["path"])
     if not Path(path).is_file():
         raise UsageError(f"{path} is gone, for which the take was performed.", "Put it back, or generate a new take.")
+    _check(path, follows)
     first, last = span or (place.first, place.last)
     name, tag = Path(path).name, action.get(voices.TAG, "")
     return sources.Voice(path, sources.Span(origin["start"], first, last), True, name, tag, timing.way(origin), True)
+
+
+def performed_for(path: str) -> dict:
+    """What provenance tells under :data:`FOLLOWS` of the recording that a take is performed for."""
+    return {"path": path, _FILE: recordings.mark(path)}
+
+
+def check_recording(action: bpy.types.Action) -> None:
+    """Raise :class:`UsageError` where the recording that a take was performed for was overwritten by another one."""
+    known = (provenance.of(action) or {}).get(FOLLOWS) or stored.read(action, SOUND)
+    if isinstance(known, dict) and isinstance(known.get("path"), str):
+        _check(bpy.path.abspath(known["path"]), known)
+
+
+def _check(path: str, known: dict) -> None:
+    if recordings.differs(path, known.get(_FILE)):
+        raise UsageError(
+            f"{path} was overwritten since the take was performed for it.", "Put it back, or generate a new take."
+        )
 
 
 def warned(what: Change) -> str:

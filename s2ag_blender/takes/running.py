@@ -6,7 +6,7 @@ from ...core.errors import S2agError
 from ..translations import told, told_error
 from . import generate, session
 
-TICK = 0.025
+TICK = 0.01
 """Seconds between looks at the engine."""
 
 

@@ -161,8 +161,7 @@ def mixdown(scene: bpy.types.Scene, first: int, last: int) -> str:
     before = scene.frame_start, scene.frame_end
     scene.frame_start, scene.frame_end = first, last
     try:
-        with bpy.context.temp_override(scene=scene):
-            bpy.ops.sound.mixdown(filepath=str(path), container="WAV", codec="PCM", format="S16", check_existing=False)
+        compat.mixdown(scene, path, "S16")
     except (RuntimeError, TypeError) as error:  # a Blender without sound does not know the container either
         reason = str(error).strip().splitlines()[-1]
         raise AudioUnreadable(f"The sequencer could not be mixed: {reason}", "Choose a file as the voice.") from error

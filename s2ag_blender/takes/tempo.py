@@ -100,8 +100,7 @@ def _heard(scene, strip, span: tuple[int, int], seconds: float) -> tuple[np.ndar
             twin.pitch_correction = False
         copy.frame_start, copy.frame_end = span
         copy.render.ffmpeg.audio_mixrate = _MIXED
-        with bpy.context.temp_override(scene=copy):
-            bpy.ops.sound.mixdown(filepath=str(mix), container="WAV", codec="PCM", format="S32", check_existing=False)
+        compat.mixdown(copy, mix, "S32")
         played = aud.Sound(str(mix))
         return played.data()[:, [0, -1]], played.specs[0]
     except (RuntimeError, TypeError, aud.error) as error:

@@ -38,6 +38,12 @@ def lay(scene: bpy.types.Scene, path: str, start: int, name: str, wanted: bool =
     ]
 
 
+def reload(sound: bpy.types.Sound) -> None:
+    """Let a sound be what its file holds by now."""
+    if sound.packed_file is None and sound.library is None:
+        sound.filepath = sound.filepath  # Blender reads a file again when it is named
+
+
 def renewed(scene: bpy.types.Scene, strip):
     """A strip of ours anew, as long as the sound that it was given; a strip keeps its length whatever it is given."""
     if TAG not in strip:

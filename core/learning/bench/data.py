@@ -10,25 +10,27 @@ import torch
 
 from ...errors import CorpusUnreadable
 from ...model.timing import nearest_mfcc
-from ...model.wave_encoder import FRAMES, SAMPLES
+from ...model.wave_encoder import FRAMES
 from ...motion import skeleton
 from ...sound.audio import SAMPLE_RATE
 from ...sound.mfcc import mfcc
 from ...vectors.table import spans
 from ..datasets.filters import usable
 from ..systems import timing
+from ..systems.lengths import Lengths
 from ..systems.sample import PAD, SPECIAL, Sample
 from ..train.dataset import TEST, TRAIN, VALIDATION, Corpus
 from ..train.storage import whole_folder
+from . import contextual
 
-STRIDE, SEEDS, CEPSTRA = 10, 4, 71
+HOP, SEEDS = 10, 4
 _KEY = "key"
 _FEATURES = ("cepstra", "onsets", "timing")
 _CHUNK = 2048
 
 
 class Data:
-    """A packed corpus with sound, cut into windows of 34 frames every 10, as published.
+    """A packed corpus with sound, cut into windows: of 34 frames every 10 as published, or ``window`` every ``hop``.
 
     ``windows[split]`` is ``(n, 2)``: performance and first frame; the first ``given`` poses of a window are. Words count at
     their onset; one that is under way when a window begins counts in its first frame.
@@ -41,9 +43,12 @@ class Data:
         filtered: bool = True,
         progress=lambda value: None,
         given: int = SEEDS,
+        window: int = FRAMES,
+        hop: int = HOP,
     ):
-        self.given = given
-        self.corpus = Corpus.load(folder)
+        self.given, self.hop = given, hop
+        self.corpus = Corpus.load(folder, any_rate=True)
+        self.lengths = Lengths(window, self.corpus.fps)
         arrays = self.corpus.arrays
         if "wave" not in arrays or "wave_starts" not in arrays:
             message = f"{folder} holds no sound (wave.npy and wave_starts.npy), which some systems hear as it is."
@@ -54,6 +59,9 @@ class Data:
         self._check(folder)
         features = _prepared(self, Path(cache), progress)
         self.cepstra, self.onsets, self.timing = (features[name] for name in _FEATURES)
+        self.contextual = contextual.load(Path(cache))
+        if self.contextual is not None and len(self.contextual.row) != len(self.onsets):
+            raise CorpusUnreadable(f"{Path(cache) / contextual.FOLDER} is of other data.", "Choose another folder.")
         self.windows = {split: self._windows(split, filtered) for split in (TRAIN, VALIDATION, TEST)}
         for split, name in ((TRAIN, "training"), (TEST, "test")):
             if not len(self.windows[split]):
@@ -63,6 +71,17 @@ class Data:
     def vectors(self) -> torch.Tensor:
         """Word vectors ``(W, width)`` without the special rows."""
         return self.corpus.vectors[:-1]
+
+    @property
+    def width(self) -> int:
+        """Of the vectors of words in context; 0 where there are none."""
+        return 0 if self.contextual is None else self.contextual.vectors.shape[1]
+
+    @property
+    def source(self) -> str:
+        """The kind of data set that ``s2ag data`` converted, or "directed"; nothing for what others wrote."""
+        meta = self.corpus.meta
+        return str(meta.get("source", "directed" if "statistics" in meta else ""))
 
     @property
     def speakers(self) -> int:
@@ -75,17 +94,17 @@ class Data:
         return every[np.unique(np.linspace(0, len(every) - 1, min(count, len(every))).astype(np.int64))]
 
     def motions(self, windows: np.ndarray) -> np.ndarray:
-        """Performed directions ``(n, 34, 9, 3)`` float32, unit vectors."""
+        """Performed directions ``(n, T, 9, 3)`` float32, unit vectors."""
         talk, first = windows.T
-        rows = (self.corpus.starts[talk] + first)[:, None] + np.arange(FRAMES)
+        rows = (self.corpus.starts[talk] + first)[:, None] + np.arange(self.lengths.frames)
         return skeleton.normalize(self.corpus.directions[rows].astype(np.float32))
 
     def sounds(self, windows: np.ndarray) -> np.ndarray:
-        """Samples ``(n, 36267)`` int16, silence beyond a recording's end."""
+        """Samples ``(n, 36267)`` int16 or what the windows last, silence beyond a recording's end."""
         recording = self.corpus.recording[windows[:, 0]]
-        begin = self.wave_starts[recording] + np.round(windows[:, 1] * (SAMPLE_RATE / skeleton.FPS)).astype(np.int64)
-        end = np.minimum(begin + SAMPLES, self.wave_starts[recording + 1])
-        heard = np.zeros((len(windows), SAMPLES), np.int16)
+        begin = self.wave_starts[recording] + np.round(windows[:, 1] * (SAMPLE_RATE / self.lengths.fps)).astype(np.int64)
+        end = np.minimum(begin + self.lengths.samples, self.wave_starts[recording + 1])
+        heard = np.zeros((len(windows), self.lengths.samples), np.int16)
         for row, first, last in zip(heard, begin, np.maximum(begin, end), strict=True):
             row[: last - first] = self.wave[first:last]
         return heard
@@ -93,9 +112,9 @@ class Data:
     def sample(self, windows: np.ndarray) -> Sample:
         """Windows ``(n, 2)`` with everything that any system takes."""
         talk, first = windows.T
-        corpus, recording = self.corpus, self.corpus.recording[talk]
-        spoken = (corpus.frame_starts[recording] + first)[:, None] + np.arange(FRAMES)
-        heard = (corpus.mfcc_starts[recording] + nearest_mfcc(first))[:, None] + np.arange(CEPSTRA)
+        corpus, recording, lengths = self.corpus, self.corpus.recording[talk], self.lengths
+        spoken = (corpus.frame_starts[recording] + first)[:, None] + np.arange(lengths.frames)
+        heard = (corpus.mfcc_starts[recording] + nearest_mfcc(first, lengths.fps))[:, None] + np.arange(lengths.cepstra)
         heard = np.minimum(heard, corpus.mfcc_starts[recording + 1][:, None] - 1)
         words = self.onsets[spoken].astype(np.int64)
         under_way = corpus.word_index[spoken[:, 0]].astype(np.int64) + SPECIAL
@@ -108,19 +127,20 @@ class Data:
             speaker=torch.from_numpy(corpus.speaker[talk]),
             directions=torch.from_numpy(self.motions(windows)),
             seed_frames=self.given,
+            contextual=None if self.contextual is None else torch.from_numpy(self.contextual.of(spoken)),
         )
 
     def _windows(self, split: int, filtered: bool) -> np.ndarray:
-        corpus = self.corpus
+        corpus, frames = self.corpus, self.lengths.frames
         found = []
         for talk in np.flatnonzero(corpus.split == split):
             length = corpus.starts[talk + 1] - corpus.starts[talk]
-            firsts = np.arange(0, max(length - FRAMES + 1, 0), STRIDE)
+            firsts = np.arange(0, max(length - frames + 1, 0), self.hop)
             if not len(firsts):
                 continue
             windows = np.stack([np.full_like(firsts, talk), firsts], 1)
             if filtered:
-                rows = (corpus.frame_starts[corpus.recording[talk]] + firsts)[:, None] + np.arange(FRAMES)
+                rows = (corpus.frame_starts[corpus.recording[talk]] + firsts)[:, None] + np.arange(frames)
                 words = (self.onsets[rows] != PAD).sum(1) + (
                     (self.onsets[rows[:, 0]] == PAD) & (corpus.word_index[rows[:, 0]] >= 0)
                 )
@@ -158,8 +178,8 @@ def _prepared(data: Data, cache: Path, progress) -> dict[str, np.ndarray]:
         cepstra = mfcc(sound)[:heard] / 1000
         parts["cepstra"].append(np.pad(cepstra, ((0, heard - len(cepstra)), (0, 0)), mode="edge").astype(np.float16))
         table = np.array([rows[word] + SPECIAL for word, _, _ in words] + [PAD], np.int32)
-        parts["onsets"].append(table[spans(words, frames, skeleton.FPS, mode="onset")])
-        parts["timing"].append(timing.describe(words, frames, skeleton.FPS).astype(np.float16))
+        parts["onsets"].append(table[spans(words, frames, data.lengths.fps, mode="onset")])
+        parts["timing"].append(timing.describe(words, frames, data.lengths.fps).astype(np.float16))
         progress((number + 1) / count)
     features = {name: np.concatenate(part) for name, part in parts.items()}
     with whole_folder(folder) as temporary:

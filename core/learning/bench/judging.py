@@ -64,7 +64,7 @@ class Bench:
     """Windows of one split, what is heard in them, and the extractor: the same for every system."""
 
     def __init__(self, data: Data, extractor: Extractor, windows: int, split: int = TEST):
-        self.data, self.extractor, self.given = data, extractor, data.given
+        self.data, self.extractor, self.given, self.fps = data, extractor, data.given, data.lengths.fps
         self.windows = data.spread(split, windows)
         self.real = data.motions(self.windows)
         self.features = extractor.features(self.real)
@@ -93,13 +93,13 @@ class Bench:
     @cached_property
     def histogram(self) -> np.ndarray:
         """Of the performed wrists' speeds."""
-        return dynamics.wrist_speed_histogram(self.real)
+        return dynamics.wrist_speed_histogram(self.real, fps=self.fps)
 
     @torch.inference_mode()
     def perform(
         self, system: System, seed: int, device: str = "cpu", ids: str = "own", heard: np.ndarray | None = None
     ) -> np.ndarray:
-        """Directions ``(n, 34, 9, 3)`` of all test windows; ``seed`` draws the styles.
+        """Directions ``(n, T, 9, 3)`` of all test windows; ``seed`` draws the styles.
 
         ``ids`` "own": each window as its own speaker; "random": as one drawn from all, as the public codes test. ``heard``
         ``(n, 2)`` are the windows whose sound and words are heard instead of a window's own; poses and speaker stay.
@@ -119,24 +119,24 @@ class Bench:
         return np.concatenate(made)
 
     def score(self, made: np.ndarray) -> dict[str, float]:
-        """The figures that weights can be selected by, of directions ``(n, 34, 9, 3)``: MAJE (code) and FGD."""
+        """The figures that weights can be selected by, of directions ``(n, T, 9, 3)``: MAJE (code) and FGD."""
         return {
             "maje_code": errors.maje_code(made, self.real, self.given),
             "fgd": frechet.frechet_distance(self.extractor.features(made), self.features),
         }
 
     def windowed(self, made: np.ndarray) -> dict[str, np.ndarray]:
-        """:data:`BY_WINDOW` ``(n,)`` each and the ``features`` ``(n, 32)`` of directions ``(n, 34, 9, 3)``."""
+        """:data:`BY_WINDOW` ``(n,)`` each and the ``features`` ``(n, 32)`` of directions ``(n, T, 9, 3)``."""
         return {
             "maje_code": errors.maje_code_windows(made, self.real, self.given),
             "mad_code": errors.mad_code_windows(made, self.real),
             "mpjpe": errors.mpjpe_windows(made, self.real, self.given),
-            "beat_alignment": rhythm.beat_alignment_windows(made, self.heard),
+            "beat_alignment": rhythm.beat_alignment_windows(made, self.heard, self.fps),
             "features": self.extractor.features(made),
         }
 
     def judge(self, made: np.ndarray, windows: dict[str, np.ndarray] | None = None) -> dict[str, float]:
-        """Figures of directions ``(n, 34, 9, 3)`` as a system made them; of the real ones: what a perfect system reaches.
+        """Figures of directions ``(n, T, 9, 3)`` as a system made them; of the real ones: what a perfect system reaches.
 
         ``windows`` is what :meth:`windowed` says of them, if that is known.
         """
@@ -145,15 +145,15 @@ class Bench:
         return {
             **{name: _mean(windows[name]) for name in BY_WINDOW},
             "fgd": frechet.frechet_distance(features, self.features),
-            "mad_seconds": errors.mad_seconds(made, self.real),
-            "mad_norm": errors.mad_norm(made, self.real),
+            "mad_seconds": errors.mad_seconds(made, self.real, self.fps),
+            "mad_norm": errors.mad_norm(made, self.real, self.fps),
             "feature_distance": frechet.feature_distance(features, self.features),
-            "beat_consistency": rhythm.beat_consistency(made, self.heard),
+            "beat_consistency": rhythm.beat_consistency(made, self.heard, self.fps),
             "diversity": variety.diversity(features),
             "l1_diversity": variety.l1_diversity(made),
-            "acceleration": dynamics.mean_derivative(made, 2),
-            "jerk": dynamics.mean_derivative(made, 3),
-            "hellinger": dynamics.hellinger(dynamics.wrist_speed_histogram(made), self.histogram),
+            "acceleration": dynamics.mean_derivative(made, 2, self.fps),
+            "jerk": dynamics.mean_derivative(made, 3, self.fps),
+            "hellinger": dynamics.hellinger(dynamics.wrist_speed_histogram(made, fps=self.fps), self.histogram),
             "cca": self._correlation(made),
         }
 

@@ -1,6 +1,5 @@
 """What others bring to a bench: networks that are trained already, folders of motions, trainings of other benches."""
 
-import json
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
@@ -14,13 +13,15 @@ from ...model.config import ModelConfig
 from ..datasets import reading, ten
 from ..systems.catalogue import KNOWN, Build
 from ..systems.imported import Imported
+from ..systems.lengths import Lengths
 from ..systems.system import System
 from ..train import state
+from . import contextual
 from .data import Data
 from .drawing import Drawer
 from .judging import Bench
 from .rows import IDS
-from .setting import SETTING, Setting
+from .setting import SETTING, read
 from .training import BEST, STATE
 from .weights import WEIGHTS
 
@@ -80,7 +81,7 @@ def brought(path: str | PathLike, bench: Bench, device: str) -> Brought:
             _drawn(drawer, bench), f"{path.name}, not trained here; {_ALONE}", IDS if drawer.knows(bench) else IDS[1:]
         )
     loaded = checkpoint.load(path, device)
-    system = Imported(loaded, data.corpus.meta["words"], [one["name"] for one in data.corpus.speakers])
+    system = Imported(loaded, data.corpus.meta["words"], [one["name"] for one in data.corpus.speakers], data.lengths)
     how = f"{path.name}, not trained here; {_ALONE}" + (
         "" if loaded.meta.get("vocabulary") else "; it was imported without words"
     )
@@ -99,9 +100,9 @@ def motions(folder: Path, bench: Bench) -> Brought:
         )
     for talk, file in files.items():
         motion = reading.load(file)
-        directions = ten.resample(motion.directions, motion.fps)
+        directions = ten.resample(motion.directions, motion.fps, bench.fps)
         wanted = int(corpus.starts[talk + 1] - corpus.starts[talk])
-        if len(directions) < wanted - _LATE * corpus.meta["fps"]:
+        if len(directions) < wanted - _LATE * bench.fps:
             raise UsageError(f"{file} ends after {motion.duration:.1f} s, before its talk does.", "Perform the whole talk.")
         here = bench.windows[:, 0] == talk
         rows = bench.windows[here, 1][:, None] + np.arange(cut.shape[1])
@@ -112,8 +113,8 @@ def motions(folder: Path, bench: Bench) -> Brought:
 
 def _names(corpus, talk: int) -> list[str]:
     """What a file of this performance may be called."""
-    known = corpus.meta["recordings"][corpus.recording[talk]]
-    name = str(known.get("name") or Path(str(known.get("speech", corpus.recording[talk]))).stem)
+    number = int(corpus.recording[talk])
+    name = contextual.name(corpus.meta["recordings"][number], number)
     return [f"{name} {corpus.speakers[corpus.speaker[talk]]['name']}", name]
 
 
@@ -138,14 +139,27 @@ def _trained(folder: Path, data: Data) -> System:
     name = folder.name.rpartition("-")[0]
     if name not in KNOWN or not (folder.parent / SETTING).is_file():
         raise UsageError(f"{folder} is no system's folder of a bench.", "Name one such as bench/seq2seq-1.")
-    held = json.loads((folder.parent / SETTING).read_text("utf-8"))
-    held.pop("data")
-    setting = Setting.from_dict(held)
-    if setting.given != data.given or setting.trained_words:
-        reason = "was given other poses" if setting.given != data.given else "learned the words of its own data set"
+    setting, _, fps = read(folder.parent)
+    reason = "learned the words of its own data set" if setting.trained_words else ""
+    if setting.given != data.given:
+        reason = "was given other poses"
+    elif Lengths(setting.window, fps) != data.lengths:
+        reason = f"learned from windows of {Lengths(setting.window, fps)}"
+    elif KNOWN[name].contextual and not data.width:
+        reason = "reads vectors of words in their context, which this bench lacks"
+    if reason:
         raise UsageError(f"The system in {folder} {reason}.", "Train it with the settings of this bench.")
     system = KNOWN[name].build(
-        Build(data.vectors, data.speakers, setting.share, False, faithful=setting.faithful, given=setting.given)
+        Build(
+            data.vectors,
+            data.speakers,
+            setting.share,
+            False,
+            faithful=setting.faithful,
+            given=setting.given,
+            lengths=data.lengths,
+            contextual=data.width,
+        )
     )
     state.load(folder / (BEST if (folder / BEST).is_file() else STATE), {"system": system})
     return system

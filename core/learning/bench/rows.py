@@ -112,12 +112,13 @@ def _read(folder: Path, name: str, seeds: Sequence[int]) -> Row:
     facts, windows = [], []
     for seed in seeds:
         place = folder / f"{name}-{seed}"
-        facts.append(json.loads((place / FIGURES).read_text("utf-8")))
         try:
+            facts.append(json.loads((place / FIGURES).read_text("utf-8")))
             with npz.opened(place / WINDOWS) as data:
                 windows.append({key: np.asarray(data[key]) for key in data})
-        except (OSError, npz.NotArrays) as error:
-            raise CorpusUnreadable(f"{place / WINDOWS} is damaged.", "Delete it; the bench judges again.") from error
+        except (OSError, ValueError, npz.NotArrays) as error:
+            remedy = f"Delete its {FIGURES}; the bench judges again."
+            raise CorpusUnreadable(f"The figures in {place} are damaged.", remedy) from error
     return Row(name, list(seeds), facts, windows)
 
 

@@ -17,12 +17,13 @@ from ..metrics import extractor as extractors
 from ..systems.catalogue import KNOWN, Build
 from ..systems.system import System
 from ..train.dataset import TEST, TRAIN, VALIDATION
-from ..train.storage import require_folder
-from . import curves, others, references, rows, table, weights
+from ..train.storage import rate, require_folder
+from . import contextual, curves, others, references, rows, table, weights
 from .data import Data
+from .drawing import unfit
 from .jobs import train as side_by_side
 from .judging import Bench
-from .setting import SETTING, Setting
+from .setting import Held, Setting, claim, read
 from .training import STATE, Training
 
 REPORT, TABLE, EXTRACTOR = "table.json", "table.md", "extractor.safetensors"
@@ -30,25 +31,42 @@ CURVES = "curves.png"
 
 
 class Runner:
-    """A bench in one folder; :meth:`go` may be stopped and called again."""
+    """A bench in one folder; :meth:`go` may be stopped and called again. ``logs``: see :class:`Training`."""
 
-    def __init__(self, folder: str, data: str, setting: Setting, device: str = "cpu", say: Callable[[str], None] = print):
+    def __init__(
+        self,
+        folder: str,
+        data: str,
+        setting: Setting,
+        device: str = "cpu",
+        say: Callable[[str], None] = print,
+        logs: Sequence[str] = (),
+    ):
         if device == "cuda" and not torch.cuda.is_available():
             raise UsageError("There is no cuda device here.", "Leave --device out.")
-        self.folder, self.setting, self.device, self.say = Path(folder), setting, device, say
-        self._arguments = (folder, data, setting, device, say)
-        require_folder(data)  # before anything is written
-        self._claim(data)
-        self.data = Data(data, self.folder, setting.filtered, given=setting.given)
+        self.folder, self.setting, self.device, self.say, self.logs = Path(folder), setting, device, say, logs
+        self._arguments = (folder, data, setting, device, say, logs)
+        fps = rate(require_folder(data))  # before anything is written
+        self._claim(str(data), fps)
+        self.data = Data(data, self.folder, setting.filtered, given=setting.given, window=setting.window, hop=setting.hop)
 
     @classmethod
     def opened(cls, folder: str, device: str = "cpu", say: Callable[[str], None] = print) -> "Runner":
         """The bench that lies in ``folder``, with the settings and the data that it was begun with."""
-        path = Path(folder) / SETTING
-        if not path.is_file():
-            raise UsageError(f"{folder} holds no bench.", "Name its data set with --data to begin one.")
-        held = json.loads(path.read_text("utf-8"))
-        return cls(folder, held.pop("data"), Setting.from_dict(held), device, say)
+        held = read(folder)
+        return cls(folder, held.data, held.setting, device, say)
+
+    def unfit(self, name: str) -> str:
+        """Why a system or the shipped network does not take this bench's windows, in a sentence; empty where it does."""
+        if name != others.SHIPPED:
+            return KNOWN[name].unfit(self.data.lengths, self.data.width)
+        return unfit(self.data.lengths)
+
+    def fitting(self, names: Sequence[str]) -> list[str]:
+        """Those of ``names`` that take this bench's windows; the others are told."""
+        for reason in filter(None, map(self.unfit, names)):
+            self.say(f"Left out: {reason}")
+        return [name for name in names if not self.unfit(name)]
 
     def collect(self, command: str, stopping: Callable[[], bool] = lambda: False) -> dict | None:
         """Judge what has been trained and is not judged yet, train nothing; write and return the report."""
@@ -78,6 +96,8 @@ class Runner:
         """
         for path in judge.values():
             others.check(path)
+        for reason in filter(None, map(self.unfit, systems)):
+            raise UsageError(reason, "Leave it out of --systems, or change the windows.")
         if self.setting.validate_every and not len(self.data.windows[VALIDATION]):
             raise UsageError("The data set holds no validation windows.", "Use a larger one, or --setting small.")
         found = self._extractor[1]
@@ -121,6 +141,8 @@ class Runner:
             setting.first_pass(len(self.data.windows[TRAIN])),
             setting.training_ids == "strangers",
             setting.given,
+            self.data.lengths,
+            self.data.width,
         )
         torch.manual_seed(seed)
         return KNOWN[name].build(build)
@@ -167,12 +189,20 @@ class Runner:
         facts = {"title": title, "made": here.made}
         self._judge(folder, facts, here.perform, here.ids, self.setting.draws if here.draws else 1, here.answers)
 
+    def use_contextual(self, path: str) -> None:
+        """Take vectors of words in their context from a file (:func:`contextual.bring`)."""
+        contextual.bring(path, self.data.corpus, self.folder)
+        self.data.contextual = contextual.load(self.folder)
+
     def use_extractor(self, path: str) -> None:
         """Take the features of the extractor in ``path``, ours or the authors', instead of training one.
 
         Raises :class:`UsageError` where this bench has another one already.
         """
         given, kept = extractors.load_any(path), self.folder / EXTRACTOR
+        if given.frames != self.data.lengths.frames:
+            message = f"The extractor in {path} sees {given.frames} frames: these windows have {self.data.lengths}."
+            raise UsageError(message, "Leave --extractor out; one is trained here.")
         if not kept.is_file():
             given.save(kept)
             return
@@ -182,7 +212,7 @@ class Runner:
 
     def _training(self, name: str, seed: int) -> Training:
         folder = self.folder / f"{name}-{seed}"
-        return Training(self.system(name, seed), self.data, self.setting, seed, folder, self.device)
+        return Training(self.system(name, seed), self.data, self.setting, seed, folder, self.device, self.logs)
 
     def _judge(
         self,
@@ -215,7 +245,7 @@ class Runner:
             def take(rng: np.random.Generator, count: int) -> np.ndarray:
                 return self.data.motions(windows[rng.integers(len(windows), size=count)])
 
-            extractor = extractors.train(take, self.setting.extractor_steps, device=self.device)
+            extractor = extractors.train(take, self.setting.extractor_steps, device=self.device, frames=self.setting.window)
             extractor.save(path)
         found: dict = extractors.checks(extractor, self.data.motions(self.data.spread(TEST, self.setting.windows)))
         try:
@@ -237,6 +267,8 @@ class Runner:
             "command": command,
             "setting": self.setting.to_dict(),
             "device": device,
+            "fps": self.data.lengths.fps,
+            "source": self.data.source,
             "minutes": sum(row["minutes"] for row in systems.values()),
             "windows": {
                 "training": len(self.data.windows[TRAIN]),
@@ -253,20 +285,12 @@ class Runner:
         curves.draw(report, self.folder / CURVES)
         return report
 
-    def _claim(self, data: str) -> None:
+    def _claim(self, data: str, fps: float) -> None:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise OutputUnwritable(f"{self.folder} cannot be made: {error.strerror}.", "Choose another folder.") from error
-        path, wanted = self.folder / SETTING, {"data": str(Path(data).absolute()), **self.setting.to_dict()}
-        if path.is_file():
-            held = json.loads(path.read_text("utf-8"))
-            known = {"data": held.pop("data"), **Setting.from_dict(held).to_dict()}  # what is newer than the bench is as it was
-            if {**known, "seeds": wanted["seeds"]} != wanted:  # seeds may be added later
-                raise UsageError(f"{self.folder} holds a bench with other settings or data.", "Choose another folder.")
-            return
-        with whole_file(path) as temporary:
-            temporary.write_text(json.dumps(wanted, indent=1), encoding="utf-8")
+        claim(self.folder, Held(self.setting, data, fps))
 
 
 def minutes_left(minutes: float) -> Callable[[], bool]:

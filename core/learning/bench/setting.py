@@ -1,9 +1,18 @@
 """How large a bench is: one object, named settings, and what may be changed from the command line."""
 
+import json
 from dataclasses import asdict, dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import NamedTuple
 
+from ... import json_text
 from ...errors import UsageError
+from ...files import whole_file
 from ...model.config import build
+from ...model.wave_encoder import FRAMES
+from ...motion.skeleton import FPS
+from ..systems.lengths import LONGEST, SHORTEST
 
 SETTING = "setting.json"
 """Of a bench in its folder."""
@@ -26,10 +35,11 @@ class Setting:
     ``faithful``: the public code's bugs instead of the corrected forms (reference section G). ``warm_up``: "code", S2AG's
     discriminator neither learns nor is heard in the first pass (in a quarter of a training that is shorter than four), or
     "paper", it does so from the start (reference A.11, 16). ``training_ids``: S2AG and its ablations learn each window as
-    its "own" speaker's, or as that of "strangers" as in the public code (A.11, 15). ``given``: poses of a
-    window that are given to a system, 4 in the code; 17 of the 34 are the paper's T seeds of which the next T follow (section
-    3.1.5). ``validate_every`` so many batches ``validation_windows`` are judged, and the weights with the lowest ``select`` are
-    the ones that count (0: the last ones are); the public codes select by L1 (S2AG) and FGD (GTC; reference A.11, 26 and C).
+    its "own" speaker's, or as that of "strangers" as in the public code (A.11, 15). ``window`` frames are cut every ``hop``.
+    ``given``: poses of a window that are given to a system, 4 in the code; 17 of the 34 are the paper's T seeds of which the
+    next T follow (section 3.1.5). ``validate_every`` so many batches ``validation_windows`` are judged, and the weights with
+    the lowest ``select`` are the ones that count (0: the last ones are); the public codes select by L1 (S2AG) and FGD (GTC;
+    reference A.11, 26 and C).
     ``precision``: of the training; judged is in float32.
     """
 
@@ -49,6 +59,8 @@ class Setting:
     warm_up: str = "code"
     training_ids: str = "own"
     given: int = 4
+    window: int = FRAMES
+    hop: int = 10
     validate_every: int = 0
     validation_windows: int = 600
     select: str = "maje_code"  # or "fgd"
@@ -62,8 +74,12 @@ class Setting:
         for name, known in _CHOICES.items():
             if getattr(self, name) not in known:
                 raise UsageError(f"There is no {name} {getattr(self, name)!r}.", f"Known are {' and '.join(known)}.")
-        if not 2 <= self.given <= 32:
-            raise UsageError(f"{self.given} poses of a window of 34 would be given.", "Give 2 to 32.")
+        if not (SHORTEST <= self.window <= LONGEST and 1 <= self.hop <= self.window):
+            message = f"Windows of {self.window} frames every {self.hop} are out of range."
+            raise UsageError(message, f"Take {SHORTEST} to {LONGEST} frames, no farther apart than they are long.")
+        if not 2 <= self.given <= self.window - 2:
+            message = f"{self.given} poses of a window of {self.window} would be given."
+            raise UsageError(message, f"Give 2 to {self.window - 2}.")
         if not (0 < self.share <= 4 and self.epochs > 0 and self.seeds):
             raise UsageError("share, epochs and seeds must not be empty.", "Set share and epochs above 0 and name a seed.")
 
@@ -108,3 +124,43 @@ SETTINGS = {
 }  # fmt: skip
 """tiny: for tests. small: minutes on two cores. core: a quarter of the published widths, hours on two cores. full: as
 published, for a GPU."""
+
+
+class Held(NamedTuple):
+    """What a bench was begun with: its settings, the folder of its data set, and the poses that has a second."""
+
+    setting: Setting
+    data: str
+    fps: float
+
+
+def read(folder: str | PathLike) -> Held:
+    """Of the bench in ``folder``; raises :class:`UsageError` where there is none."""
+    path = Path(folder) / SETTING
+    if not path.is_file():
+        raise UsageError(f"{folder} holds no bench.", "Name its data set with --data to begin one.")
+    try:
+        held = json_text.read(path)
+        data, fps = held.pop("data"), held.pop("fps", FPS)
+        if not (isinstance(data, str) and type(fps) in (int, float)):
+            raise TypeError("its data set has no name or no rate")
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        reason = " ".join(str(error).split())[:100]
+        raise UsageError(f"{path} is damaged: {reason}.", "Begin the bench in another folder.") from error
+    return Held(Setting.from_dict(held), data, float(fps))
+
+
+def claim(folder: Path, begun: Held) -> None:
+    """Write what a bench is begun with, or raise :class:`UsageError` where the folder holds one with other settings or data.
+
+    Seeds may be added later; settings that are newer than a bench are in it as they were.
+    """
+    path, wanted = folder / SETTING, begun._replace(data=str(Path(begun.data).absolute()))
+    if path.is_file():
+        held = read(folder)
+        if held._replace(setting=held.setting.replace(seeds=begun.setting.seeds)) != wanted:
+            raise UsageError(f"{folder} holds a bench with other settings or data.", "Choose another folder.")
+        return
+    rate = {} if begun.fps == FPS else {"fps": begun.fps}
+    with whole_file(path) as temporary:
+        temporary.write_text(json.dumps({"data": wanted.data, **rate, **begun.setting.to_dict()}, indent=1), encoding="utf-8")

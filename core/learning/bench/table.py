@@ -4,7 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...model.wave_encoder import FRAMES
+from ...motion.skeleton import FPS
 from ..systems.catalogue import KNOWN
+from .data import HOP
 from .judging import FIGURES
 
 PAPER = ("maje_code", "mad_code", "fgd")
@@ -15,17 +18,24 @@ Mean ± standard deviation over training seeds and style draws; a row has as man
 printed in the paper's Table 2 for TED Gesture (for Gesticulator: GENEA 2020). They are no goal here and must not be compared
 with ours in size, only in order:
 
-- The data set is another one. On the directed corpus all motion follows rules; TED's follows people.
+- {data}
 - MAJE (code) and MAD (code) are the public code's definitions: mean absolute difference by coordinate over ten joints, the
   fixed root included, on a skeleton of constant bones. The paper prints MAD under mm/s^2; its numbers are mm per frame^2.
 - FGD depends on its extractor. This one is trained on this data set; values compare only within this table.
 - The paper took pretrained weights for GTC and Gesticulator; here every system is trained on the same windows.
 - Test ids: "own", every window as its own speaker; "random", as one drawn from all, as the public codes of S2AG and GTC test.
   The other systems know no speakers.
-- Gesticulator runs at 15 frames a second on directions, with word vectors instead of BERT's; JEM hears sound as in GTC's code.
+- Gesticulator runs on directions at the data set's rate (15 frames a second where nothing else is said; 20 in its code), with
+  word vectors instead of BERT's; JEM hears sound as in GTC's code.
 """
 
 
+DATA = {
+    "directed": "The data set is another one. On the directed corpus all motion follows rules; TED's follows people.",
+    "ted": "The data set was converted here; splits, filters and word vectors may differ from the paper's.",
+}
+OTHER_DATA = "The data set is another one."
+"""What is said of a table's data by the name of their kind, and of all others."""
 CERTAIN = """\
 95 % intervals by the bootstrap over talks and seeds (1,000 resamples), since windows of one talk are not independent; with one
 seed they say nothing of what another training would give. p: permutation test of no difference from S2AG, both changing places
@@ -53,7 +63,7 @@ def summarise(results: Sequence[dict[str, float]]) -> dict[str, list[float]]:
 
 def markdown(report: dict) -> str:
     """The whole report as Markdown; ``report`` is what :func:`run.bench` writes as JSON."""
-    lines = ["# The table", "", "`" + report["command"] + "`", "", _setting(report), "", *_main(report), "", NOTE.rstrip()]
+    lines = ["# The table", "", "`" + report["command"] + "`", "", _setting(report), "", *_main(report), "", _note(report)]
     lines += [*_certainty(report), *_appropriate(report), "", "## All figures", "", *_all(report)]
     lines += ["", "## Training", "", *_training(report), "", "## Extractor", ""]
     found = report["extractor"]
@@ -84,6 +94,10 @@ def better(report: dict, winner: str = "s2ag") -> dict[str, dict[str, float]]:
     }
 
 
+def _note(report: dict) -> str:
+    return NOTE.rstrip().format(data=DATA.get(report.get("source", ""), OTHER_DATA))
+
+
 def _says(figure: str, report: dict) -> bool:
     """Whether a figure says anything: those of features say nothing where the extractor has collapsed."""
     return figure not in OF_FEATURES or report["extractor"]["trusted"]
@@ -96,11 +110,20 @@ def _setting(report: dict) -> str:
         f"draws, {report['windows']['test']} test windows of {report['windows']['talks']} talks, "
         f"{report['windows']['training']} training windows; {report['device'] and report['device'] + '; '}"
         f"{report['minutes']:.1f} minutes of training in all."
-        + (f" {setting['given']} of a window's 34 poses are given." if setting["given"] != 4 else "")
+        + (f" {setting['given']} of a window's {setting['window']} poses are given." if setting["given"] != 4 else "")
+        + _windows(report)
         + _WARM_UP[setting["warm_up"]]
         + _TRAINED_AS[setting["training_ids"]]
         + (" The public code's bugs are on." if setting["faithful"] else "")
     )
+
+
+def _windows(report: dict) -> str:
+    """What is not as published of how windows are cut."""
+    setting = report["setting"]
+    if (setting["window"], setting["hop"], report["fps"]) == (FRAMES, HOP, FPS):
+        return ""
+    return f" Windows of {setting['window']} frames every {setting['hop']}, {report['fps']:g} frames a second."
 
 
 _WARM_UP = {

@@ -1,8 +1,7 @@
 """The one loop that trains every system of the bench, and goes on where it was stopped."""
 
-import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +11,13 @@ from ...errors import UsageError
 from ..systems.system import System
 from ..train import state
 from ..train.dataset import TRAIN
+from ..train.health import Means
+from ..train.logbook import Logbook
 from ..train.prefetch import Prefetch
 from .data import Data
 from .setting import Setting
 
-STATE, BEST, LOG = "state.safetensors", "best.safetensors", "log.jsonl"
+STATE, BEST = "state.safetensors", "best.safetensors"
 _LOG_STEPS = 50
 _SKIPPED = 0.05
 """Share of updates without finite gradients that are left out before a training counts as diverged."""
@@ -28,11 +29,21 @@ class Training:
     Windows are drawn in shuffled passes over the training split. Every random number of a step follows from seed and step,
     so a continued training repeats an uninterrupted one on the same machine. ``curve`` holds the figures of all validations
     so far, each with its step; ``skipped`` counts updates that were left out because their gradient was not finite.
+    ``logs`` are the kinds of logs that are wanted beside ``log.jsonl`` (:mod:`logbook`).
     """
 
-    def __init__(self, system: System, data: Data, setting: Setting, seed: int, folder: Path, device: str = "cpu"):
+    def __init__(
+        self,
+        system: System,
+        data: Data,
+        setting: Setting,
+        seed: int,
+        folder: Path,
+        device: str = "cpu",
+        logs: Sequence[str] = (),
+    ):
         self.system, self.data, self.setting, self.seed, self.folder = system.to(device), data, setting, seed, folder
-        self.device = device
+        self.device, self.logs = device, logs
         self.steps = setting.length(len(data.windows[TRAIN]))
         self.done, self.seconds, self.skipped, self.curve = 0, 0.0, 0, []
         mixed = setting.precision == "bf16-mixed" and system.mixed
@@ -54,25 +65,25 @@ class Training:
         found best, or the last ones where the setting wants no validation.
         """
         batches = Prefetch(lambda step: self.data.sample(self._windows(step)))
-        saved = time.monotonic()
-        sums: dict[str, float] = {}
+        saved, means, book = time.monotonic(), Means(), Logbook(self.folder, self.logs, self.done)
         try:
             while self.done < self.steps and not stopping():
                 began = time.monotonic()
-                for name, value in self.step(batches.take(self.done)).items():
-                    sums[name] = sums.get(name, 0.0) + float(value) / _LOG_STEPS
+                means.add(self.step(batches.take(self.done)))
                 now = time.monotonic()
                 self.seconds += now - began
                 if self.done % _LOG_STEPS == 0:
-                    self._log(sums)
-                    sums = {}
+                    book.add(self.done, self.seconds / 60, {"windows_per_second": round(self.rate, 1), **means.take()})
                 if validate is not None and self._due():
                     self._validate(validate)
+                    figures = {f"validation_{name}": value for name, value in self.curve[-1].items() if name != "step"}
+                    book.add(self.done, self.seconds / 60, figures)
                 if now - saved > 60 * self.setting.save_minutes:
                     self.save()
                     saved = now
         finally:
             batches.close()
+            book.close()
         self.save()
         if self.done >= self.steps and self.curve:
             state.load(self.folder / BEST, {"system": self.system}, self.device)
@@ -146,11 +157,6 @@ class Training:
         self.skipped += 1
         if not loss.isfinite() or self.skipped > _SKIPPED * (self.done + _LOG_STEPS):
             raise UsageError(f"The training has diverged after {self.done} batches.", "Try --precision 32-true.")
-
-    def _log(self, sums: dict[str, float]) -> None:
-        line = {"step": self.done, "seconds": round(self.seconds, 1), "windows_per_second": round(self.rate, 1)}
-        with open(self.folder / LOG, "a", encoding="utf-8") as file:
-            file.write(json.dumps(line | {name: round(value, 4) for name, value in sums.items()}) + "\n")
 
 
 def _adam(module: torch.nn.Module, rate: float) -> torch.optim.Adam:

@@ -4,7 +4,6 @@ from pathlib import Path
 
 from ...model import checkpoint
 from ...model.generator import Generator
-from ...model.wave_encoder import FRAMES
 from ..systems.adversarial import Adversarial
 from ..systems.sample import SPECIAL
 from ..systems.system import System
@@ -16,9 +15,11 @@ WEIGHTS = "weights.safetensors"
 def save(system: System, data: Data, folder: Path, facts: dict) -> Path | None:
     """Write ``folder/weights.safetensors`` and its JSON; None for systems of another kind than S2AG's and GTC's code.
 
+    And for windows of other lengths, which nothing else performs.
+
     A frozen word table goes into the network as if it had been trained, so that the file needs no data set beside it.
     """
-    if not isinstance(system, Adversarial) or system.config.frames != FRAMES:
+    if not isinstance(system, Adversarial) or not system.config.frames or not data.lengths.published:
         return None
     generator, path = system.generator, folder / WEIGHTS
     if system.table is not None:

@@ -5,6 +5,7 @@ from os import PathLike
 import numpy as np
 
 from ...motion import rest, skeleton
+from ...performance import answering
 from ...sound import prosody
 from ...sound.mfcc import HOP
 from ...styles import CONTROLS
@@ -37,11 +38,12 @@ def save(talks: list[Talk], folder: str | PathLike, seed: int) -> dict:
 
 
 def _meta(talks: list[Talk], words: list[str], seed: int, figures: dict) -> dict:
-    known = zip(speakers.describe(), rest_poses([p for talk in talks for p in talk.performances]), strict=True)
+    performances = [p for talk in talks for p in talk.performances]
+    known = zip(speakers.describe(), rest_poses(performances), _answers(performances), strict=True)
     return {
         "format": FORMAT,
         "fps": skeleton.FPS,
-        "speakers": [{**speaker, "rest": pose.round(4).tolist()} for speaker, pose in known],
+        "speakers": [{**speaker, "rest": pose.round(4).tolist(), "answers": taste} for speaker, pose, taste in known],
         "controls": list(CONTROLS),
         "meanings": list(ALL_MEANINGS),
         "prosody": list(prosody.NAMES),
@@ -51,6 +53,17 @@ def _meta(talks: list[Talk], words: list[str], seed: int, figures: dict) -> dict
         "seed": seed,
         "statistics": figures,
     }
+
+
+def _answers(performances: list[Performance]) -> list[dict]:
+    """How each performer answers accents (:data:`answering.FACTS`), as far as it performs."""
+    minutes = np.array([len(p.directions) / skeleton.FPS / 60 for p in performances])
+    found = answering.tastes(_strokes(performances), minutes, np.array([p.speaker for p in performances]))
+    return found + [{}] * (len(speakers.PERFORMERS) - len(found))
+
+
+def _strokes(performances: list[Performance]) -> np.ndarray:
+    return np.concatenate([np.insert(p.strokes[:, :6], 0, row, axis=1) for row, p in enumerate(performances)])
 
 
 def _heard(talks: list[Talk], words: list[str]) -> dict[str, np.ndarray]:
@@ -83,7 +96,7 @@ def _shown(talks: list[Talk]) -> dict[str, np.ndarray]:
         "speaker": np.array([p.speaker for p in performances], np.int64),
         "split": np.array([talks[k].split for k in owner], np.int64),
         "controls": np.array([p.controls for p in performances], np.float32),
-        "strokes": np.concatenate([np.insert(p.strokes[:, :6], 0, row, axis=1) for row, p in enumerate(performances)]),
+        "strokes": _strokes(performances),
         "stroke_starts": _starts(p.strokes for p in performances),
         "said": np.concatenate([p.strokes[:, 6] > 0 for p in performances]),
     }

@@ -51,12 +51,16 @@ class _Tree:
         flags, lower = struct.unpack_from("<HH", self.data, place + 10)
         if depth > _DEEPEST or not flags & (_BRANCH | _LEAF) or not _HEAD <= lower <= self.size:
             raise ValueError(f"page {number} is damaged")
+        room = self.size - lower  # records lie apart: a page would else give more than the whole file holds
         for row in range((lower - _HEAD) // 2):
             (offset,) = struct.unpack_from("<H", self.data, place + _HEAD + 2 * row)
             if not _HEAD <= offset <= self.size - 8:
                 raise ValueError(f"page {number} is damaged")
             low, high, kind, length = struct.unpack_from("<4H", self.data, place + offset)
             begin = place + offset + 8
+            room -= 8 + length + (0 if flags & _BRANCH or kind & _BIG else low | high << 16)
+            if room < 0:
+                raise ValueError(f"page {number} holds the same records again and again")
             if flags & _BRANCH:
                 yield from self.walk(low | high << 16 | kind << 32, depth + 1)
                 continue
@@ -76,6 +80,8 @@ class _Tree:
         if not flags & _OVERFLOW or not count <= pages * self.size - _HEAD or begin + pages * self.size > len(self.data):
             raise ValueError("a record is cut")
         self.left -= pages - 1
+        if self.left < 0:
+            raise ValueError("a record is used twice")
         return self.data[begin + _HEAD : begin + _HEAD + count]
 
     def _page(self, number: int) -> int:

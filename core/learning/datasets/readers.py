@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import CorpusUnreadable
+from ...motion.skeleton import FPS
 from ...sound import audio
 from . import reading, smplx, ten, transcripts
 from .found import LARGEST_TABLE, Found, Tell, left_out, silent, some, tenth, top
@@ -90,21 +91,23 @@ def _listed(table: Path) -> dict[str, str]:
 
 
 def recordings(
-    found: list[Found], paper_joints: bool = False, body: np.ndarray = smplx.OFFSETS, tell: Tell = lambda name: None
+    found: list[Found],
+    paper_joints: bool = False,
+    body: np.ndarray = smplx.OFFSETS,
+    tell: Tell = lambda name: None,
+    fps: float = FPS,
 ) -> Iterator[Recording]:
-    """Read one performance after the other; ``paper_joints``: see :func:`ten.directions`; ``body``: SMPL-X rest offsets."""
+    """Read one performance after the other at ``fps`` frames a second.
+
+    ``paper_joints``: see :func:`ten.directions`; ``body``: SMPL-X rest offsets.
+    """
     for one in found:
         tell(one.name)
-        performed = _performed(one.motion, paper_joints, body)
+        motion = reading.load(one.motion, paper_joints, body)
+        performed = ten.resample(motion.directions, motion.fps, fps)
         sound = audio.load(one.sound)
         words = transcripts.read(one.words, sound) if one.words is not None else []
         yield Recording(one.name, sound, words, performed, one.speaker, one.split)
-
-
-def _performed(path: Path, paper_joints: bool, body: np.ndarray) -> np.ndarray:
-    """Directions of a motion file at 15 frames a second."""
-    motion = reading.load(path, paper_joints, body)
-    return ten.resample(motion.directions, motion.fps)
 
 
 READERS: dict[str, Callable[..., list[Found]]] = {

@@ -14,7 +14,8 @@ class Recording:
     """One performance of one piece of speech.
 
     ``audio`` ``(n,)`` float32 at 16 kHz in -1..1; ``words`` (text, start, end) in seconds; ``directions`` ``(frames, 9, 3)``
-    unit vectors at 15 frames a second in the canonical frame; ``speaker`` a name; ``split`` one of :data:`SPLITS`.
+    unit vectors in the canonical frame at the frame rate that was asked for, 15 else; ``speaker`` a name; ``split`` one of
+    :data:`SPLITS`.
     """
 
     name: str

@@ -18,6 +18,9 @@ NONE = -1
 _NUMBERS = (INT, HALF, FLOAT, DOUBLE)
 _DEEPEST = 40
 """Of types within types; pyarrow itself stops at a hundred."""
+_NODE = 12
+"""Bytes that a node of the schema takes or more."""
+_LONGEST_NAME, _MOST_AXES = 100, 32
 
 
 def read(data: bytes, unwanted: tuple[str, ...] = ()) -> object:
@@ -40,7 +43,8 @@ def _record(data: bytes, unwanted: tuple[str, ...]) -> object:
     kind, schema, _, version = next(messages)
     if kind != _SCHEMA:
         raise ValueError("it begins with no schema")
-    fields = [_Field(one, 0) for one in schema.tables(1)]
+    nodes = _Budget(len(data) // _NODE)
+    fields = [_Field(one, 0, nodes) for one in schema.tables(1)]
     kind, batch, body, _ = next(messages)
     if kind != _BATCH or len(fields) != 1:
         raise ValueError("it holds no batch of one column")
@@ -48,6 +52,19 @@ def _record(data: bytes, unwanted: tuple[str, ...]) -> object:
     root = reader.column(fields[0])
     reader.arrays = list(_arrays(data, messages, max(counts)))
     return root.value(0)
+
+
+class _Budget:
+    """How much may still be read: what is referred to again and again would take more than the record has."""
+
+    def __init__(self, left: int):
+        self.left = left
+
+    def spend(self, count: int) -> None:
+        """Raise ValueError for more than there is."""
+        self.left -= count
+        if self.left < 0:
+            raise ValueError("it refers to the same values again and again")
 
 
 class _Table:
@@ -103,8 +120,10 @@ class _Table:
         return [struct.unpack_from(f"<{code}", self.data, begin + size * row) for row in range(count)]
 
     def text(self, slot: int) -> str:
-        """A text, empty where it is left out."""
+        """A name, empty where it is left out."""
         begin, count = self.vector(slot)
+        if count > _LONGEST_NAME:
+            raise ValueError("a name is too long")
         return bytes(self.data[begin : begin + count]).decode()
 
 
@@ -140,7 +159,7 @@ def _arrays(data: bytes, messages: Iterator, count: int) -> Iterator[np.ndarray]
         place = tensor.at(4)
         offset, size = struct.unpack_from("<qq", data, place) if place else (0, 0)
         flat = _view(data, body + offset, size, dtype)
-        if any(side < 0 for side in shape) or flat.size < np.prod(shape, dtype=object):
+        if len(shape) > _MOST_AXES or any(side < 0 for side in shape) or flat.size < np.prod(shape, dtype=object):
             raise ValueError("an array is cut")
         strides = [one for (one,) in tensor.items(3, "q")]
         rows = [int(np.prod(shape[axis + 1 :], dtype=object)) * dtype.itemsize for axis in range(len(shape))]
@@ -166,11 +185,12 @@ def _dtype(kind: int, facts: _Table) -> np.dtype:
 class _Field:
     """A node of the schema."""
 
-    def __init__(self, table: _Table, depth: int):
+    def __init__(self, table: _Table, depth: int, nodes: _Budget):
+        nodes.spend(1)
         if depth > _DEEPEST:
             raise ValueError("it is nested too deeply")
         self.name, self.kind, self.facts = table.text(0), table.number(2, "B"), table.table(3)
-        self.children = [_Field(one, depth + 1) for one in table.tables(5)]
+        self.children = [_Field(one, depth + 1, nodes) for one in table.tables(5)]
 
 
 class _Reader:
@@ -180,16 +200,12 @@ class _Reader:
         self.data, self.body, self.later, self.unwanted = data, body, later, unwanted
         self.nodes, self.buffers = iter(batch.items(1, "qq")), iter(batch.items(2, "qq"))
         self.arrays: list[np.ndarray] = []
-        self.left = len(data)  # every value takes a byte or more, so a longer way through them goes in circles
-
-    def spend(self, count: int) -> None:
-        """Count values that are read."""
-        self.left -= count
-        if self.left < 0:
-            raise ValueError("it refers to the same values again and again")
+        self.values = _Budget(len(data))  # each takes a byte or more, and each letter of a text
+        self._room = _Budget(len(data))  # buffers lie apart
 
     def buffer(self, dtype: str) -> np.ndarray:
         offset, size = next(self.buffers)
+        self._room.spend(max(size, 0))
         return _view(self.data, self.body + offset, size, np.dtype(dtype))
 
     def bits(self) -> np.ndarray:
@@ -264,7 +280,7 @@ class _Union:
         """The value at a place."""
         if not 0 <= at < min(len(self.types), len(self.rows)):
             raise ValueError("a value lies outside")
-        self.reader.spend(1)
+        self.reader.values.spend(1)
         if self.valid is not None and not self.valid[at]:
             return None
         kind, column = self.children[self.types[at]] if self.types[at] >= 0 else (99, None)
@@ -276,7 +292,9 @@ class _Union:
         if kind == DICT:
             return self._dictionary(column, row)
         if kind in (BYTES, STRING) and isinstance(column, _Text):
-            return column.value(row)
+            found = column.value(row)
+            self.reader.values.spend(len(found))
+            return found
         if kind in (BOOL, *_NUMBERS, ARRAY) and isinstance(column, np.ndarray) and 0 <= row < len(column):
             return column[row].item() if kind != ARRAY else self._array(int(column[row]))
         raise ValueError(f"objects of kind {kind} are not read")
@@ -284,7 +302,7 @@ class _Union:
     def _array(self, number: int) -> np.ndarray:
         if not 0 <= number < len(self.reader.arrays):
             raise ValueError("an array is missing")
-        self.reader.spend(self.reader.arrays[number].nbytes)
+        self.reader.values.spend(self.reader.arrays[number].nbytes)
         return self.reader.arrays[number]
 
     def _list(self, column, row: int):
@@ -306,7 +324,7 @@ class _Union:
         if first < 0 or (np.diff(rows) != 1).any():
             return None
         if kind in _NUMBERS and isinstance(column, np.ndarray) and first + len(rows) <= len(column):
-            self.reader.spend(len(rows))
+            self.reader.values.spend(len(rows))
             return column[first : first + len(rows)]
         if kind != LIST or not isinstance(column, _List) or not isinstance(column.inner, _Union):
             return None

@@ -27,8 +27,12 @@ class _Odd(ValueError):
     """Why one clip is left out."""
 
 
-def recordings(folder: str | PathLike, split: str = "original", tell: Tell = silent) -> Iterator[Recording]:
-    """One recording a clip; the speaker is the video. ``tell(sentence)`` hears at the end what was left out and why.
+def recordings(
+    folder: str | PathLike, split: str = "original", tell: Tell = silent, fps: float = skeleton.FPS
+) -> Iterator[Recording]:
+    """One recording a clip, ``fps`` poses a second; the speaker is the video.
+
+    ``tell(sentence)`` hears at the end what was left out and why.
 
     ``split`` "original" keeps the data set's, in which every talk lies in all three parts; "talk" gives whole talks to one
     part each, so that no test talk was heard in training. Raises :class:`CorpusUnreadable`.
@@ -43,12 +47,12 @@ def recordings(folder: str | PathLike, split: str = "original", tell: Tell = sil
         raise CorpusUnreadable(message, "Unpack TED Gesture and name its top folder.")
     odd: Counter[str] = Counter()
     for part, place in parts:
-        yield from _videos(place, PARTS[part] if split == "original" else None, odd)
+        yield from _videos(place, PARTS[part] if split == "original" else None, odd, fps)
     for reason, count in odd.most_common():
         tell(f"Clips {reason} are left out ({count}).")
 
 
-def _videos(place: Path, split: str | None, odd: Counter) -> Iterator[Recording]:
+def _videos(place: Path, split: str | None, odd: Counter, fps: float) -> Iterator[Recording]:
     name = b""
     try:
         for key, value in lmdb_file.records(place):
@@ -56,7 +60,7 @@ def _videos(place: Path, split: str | None, odd: Counter) -> Iterator[Recording]
             video = serialised.read(value, _UNWANTED)
             for number, clip in enumerate(video["clips"]):
                 try:
-                    yield _clip(str(video["vid"]), number, clip, split)
+                    yield _clip(str(video["vid"]), number, clip, split, fps)
                 except _Odd as reason:
                     odd[str(reason)] += 1
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
@@ -65,8 +69,8 @@ def _videos(place: Path, split: str | None, odd: Counter) -> Iterator[Recording]
         raise CorpusUnreadable(f"{where} is no video of TED Gesture: {reason}.", "Download it again.") from error
 
 
-def _clip(vid: str, number: int, clip: dict, split: str | None) -> Recording:
-    """Ten joints a video frame to directions at 15 frames a second; word times count from the clip's start."""
+def _clip(vid: str, number: int, clip: dict, split: str | None, fps: float) -> Recording:
+    """Ten joints a video frame to directions at ``fps`` frames a second; word times count from the clip's start."""
     begin, end = float(clip["start_time"]), float(clip["end_time"])
     sound = np.asarray(clip["audio_raw"], float)
     try:
@@ -80,7 +84,7 @@ def _clip(vid: str, number: int, clip: dict, split: str | None) -> Recording:
     if not ((np.abs(poses) <= FARTHEST).all() and (np.abs(sound) <= FARTHEST).all()):
         raise _Odd("with values that are no numbers")
     poses, sound, duration = poses.astype(np.float32), sound.astype(np.float32), end - begin
-    directions = resample(skeleton.to_directions(poses), len(poses) / duration)
+    directions = resample(skeleton.to_directions(poses), len(poses) / duration, fps)
     wanted = int(round(duration * SAMPLE_RATE))
     audio = np.pad(sound[:wanted], (0, max(wanted - len(sound), 0))) / max(float(np.abs(sound).max(initial=0)), 1.0)
     words = [(str(word), float(a) - begin, float(b) - begin) for word, a, b in clip["words"]]

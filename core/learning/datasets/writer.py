@@ -24,15 +24,21 @@ SHORTEST = 34
 """Pose frames below which a recording holds no window."""
 
 
-def write(recordings: Iterable[Recording], folder: str | PathLike, source: str, vectors: str | PathLike | None = None) -> dict:
-    """Write all ``recordings`` to ``folder``, whole or not at all, and return what was written.
+def write(
+    recordings: Iterable[Recording],
+    folder: str | PathLike,
+    source: str,
+    vectors: str | PathLike | None = None,
+    fps: float = skeleton.FPS,
+) -> dict:
+    """Write all ``recordings``, which have ``fps`` poses a second, to ``folder``, whole or not at all; return what was written.
 
     ``source`` names the data set; ``vectors`` are other word vectors than the shipped ones. What was left out is counted:
     recordings "too short" or "silent", and "words outside" of their recording. Raises
     :class:`CorpusUnreadable` for no recording of 34 frames and :class:`OutputUnwritable`.
     """
     with whole_folder(folder) as place:
-        writer = _Writer(place)
+        writer = _Writer(place, fps)
         try:
             for recording in recordings:
                 writer.add(recording)
@@ -42,8 +48,8 @@ def write(recordings: Iterable[Recording], folder: str | PathLike, source: str, 
 
 
 class _Writer:
-    def __init__(self, folder: Path):
-        self.folder = folder
+    def __init__(self, folder: Path, fps: float):
+        self.folder, self.fps = folder, fps
         kinds = {
             "mfcc": (np.float16, (FEATURES,)), "word_index": (np.int32, ()), "prosody": (np.float16, (prosody.FEATURES,)),
             "prosody_plain": (np.float16, (prosody.FEATURES,)), "directions": (np.float16, (9, 3)), "wave": (np.int16, ()),
@@ -60,22 +66,22 @@ class _Writer:
     def add(self, recording: Recording) -> None:
         """Features of one recording; one that is too short or silent is only counted, as are words that it does not hold."""
         audio = np.asarray(recording.audio, np.float32)
-        frames = min(len(recording.directions), int(len(audio) / SAMPLE_RATE * skeleton.FPS))
+        frames = min(len(recording.directions), int(len(audio) / SAMPLE_RATE * self.fps))
         lack = "too short" if frames < SHORTEST else "silent" if not audio.any() else ""
         if lack:
             self.left_out[lack] += 1
             return
-        audio = audio[: int(np.ceil(frames / skeleton.FPS * SAMPLE_RATE))]
-        words = [(word, start, end) for word, start, end in recording.words if start < frames / skeleton.FPS and end > start]
+        audio = audio[: int(np.ceil(frames / self.fps * SAMPLE_RATE))]
+        words = [(word, start, end) for word, start, end in recording.words if start < frames / self.fps and end > start]
         self.left_out["words outside"] += len(recording.words) - len(words)
         words = sorted(((normalise(word) or word, start, end) for word, start, end in words), key=lambda word: word[1])
         directions = skeleton.normalize(np.asarray(recording.directions[:frames], np.float32))
         rows = np.array([self.rows.setdefault(word, len(self.rows)) for word, _, _ in words] + [-1], np.int32)
         parts = {
             "mfcc": temporal_features(level(audio)),
-            "word_index": rows[spans(words, frames, skeleton.FPS)],
-            "prosody": prosody.analyse(audio, words, frames).features,
-            "prosody_plain": prosody.analyse(audio, (), frames).features,
+            "word_index": rows[spans(words, frames, self.fps)],
+            "prosody": prosody.analyse(audio, words, frames, fps=self.fps).features,
+            "prosody_plain": prosody.analyse(audio, (), frames, fps=self.fps).features,
             "directions": directions,
             "wave": np.clip(np.round(audio * 32767), -32768, 32767),
         }
@@ -108,14 +114,14 @@ class _Writer:
         for name, array in small.items():
             np.save(self.folder / f"{name}.npy", array, allow_pickle=False)
         meta = {
-            "format": FORMAT, "fps": skeleton.FPS, "source": source, "controls": list(CONTROLS), "prosody": list(prosody.NAMES),
+            "format": FORMAT, "fps": self.fps, "source": source, "controls": list(CONTROLS), "prosody": list(prosody.NAMES),
             "mfcc": f"core.sound.mfcc.temporal_features of core.sound.audio.level, {HOP} samples at 16 kHz a frame",
             "words": words,
             "speakers": [{"name": name, "description": "", "rest": _rest(total)} for name, (_, total) in self.speakers.items()],
             "recordings": self.facts,
         }  # fmt: skip
         (self.folder / META).write_text(json.dumps(meta), encoding="utf-8")
-        hours = len(self.arrays["directions"]) / skeleton.FPS / 3600
+        hours = len(self.arrays["directions"]) / self.fps / 3600
         splits = np.bincount(self.split, minlength=3).tolist()
         return {"recordings": count, "hours": hours, "speakers": len(self.speakers), "words": len(words), "splits": splits,
                 **self.left_out}  # fmt: skip

@@ -17,37 +17,39 @@ from torch.nn import functional
 
 from ...errors import CheckpointUnreadable, UsageError
 from ...files import whole_file
+from ...model.wave_encoder import FRAMES
 from ...motion.skeleton import MEAN
 from .frechet import frechet_distance
 
-FRAMES = 34
 SIZE = 32
 POSE = 27
 BATCH = 128
 MOST_ERROR = 0.8
 """Share of the data's variance that the reconstruction may miss before the extractor counts as collapsed."""
 _HELD = "embedding_dict", "gen_dict"
+_ROTATIONS = 330
 LEAST_RATIO = 10.0
 """How much farther a frozen mean pose must be from real motion than one half of real motion from the other."""
 
 
 class Extractor(nn.Module):
-    """Convolutional autoencoder of 34 mean-subtracted poses; the features are the 32 numbers in its middle.
+    """Convolutional autoencoder of ``frames`` mean-subtracted poses; the features are the 32 numbers in its middle.
 
     ``slope`` is of the activation between fully connected layers: 1, which makes them linear, in the public code.
     """
 
-    def __init__(self, slope: float = 1.0):
+    def __init__(self, slope: float = 1.0, frames: int = FRAMES):
         super().__init__()
+        self.frames, left = frames, (frames - 4 - 4) // 2 + 1 - 2
         self.encoder = nn.Sequential(
             *_block(POSE, 32, 3), *_block(32, 64, 3), *_block(64, 64, 4, 2), nn.Conv1d(64, 32, 3), nn.Flatten(),
-            nn.Linear(384, 256), nn.BatchNorm1d(256), nn.LeakyReLU(slope),
+            nn.Linear(32 * left, 256), nn.BatchNorm1d(256), nn.LeakyReLU(slope),
             nn.Linear(256, 128), nn.BatchNorm1d(128), nn.LeakyReLU(slope),
             nn.Linear(128, SIZE), nn.Linear(SIZE, SIZE),
         )  # fmt: skip
         self.widen = nn.Sequential(
             nn.Linear(SIZE, 64), nn.BatchNorm1d(64), nn.LeakyReLU(slope),
-            nn.Linear(64, 4 * FRAMES), nn.Unflatten(1, (4, FRAMES)),
+            nn.Linear(64, 4 * frames), nn.Unflatten(1, (4, frames)),
         )  # fmt: skip
         self.decoder = nn.Sequential(
             nn.ConvTranspose1d(4, 32, 3), nn.BatchNorm1d(32), nn.LeakyReLU(0.2),
@@ -57,17 +59,17 @@ class Extractor(nn.Module):
         self.register_buffer("mean", torch.from_numpy(MEAN.copy()), persistent=False)
 
     def encode(self, directions: torch.Tensor) -> torch.Tensor:
-        """Features ``(B, 32)`` of directions ``(B, 34, 9, 3)``."""
+        """Features ``(B, 32)`` of directions ``(B, T, 9, 3)``."""
         return self.encoder((directions - self.mean).flatten(2).transpose(1, 2))
 
     def forward(self, directions: torch.Tensor) -> torch.Tensor:
-        """Directions ``(B, 34, 9, 3)`` as the 32 numbers remember them."""
+        """Directions ``(B, T, 9, 3)`` as the 32 numbers remember them."""
         made = self.decoder(self.widen(self.encode(directions))).transpose(1, 2)
         return made.unflatten(2, (9, 3)) + self.mean
 
     @torch.inference_mode()
     def features(self, directions: np.ndarray, batch: int = 1024) -> np.ndarray:
-        """``(n, 32)`` float64 of motions ``(n, 34, 9, 3)``."""
+        """``(n, 32)`` float64 of motions ``(n, T, 9, 3)``."""
         self.eval()
         parts = torch.from_numpy(np.ascontiguousarray(directions, np.float32)).split(batch)
         return np.concatenate([self.encode(part.to(self.mean.device)).double().cpu().numpy() for part in parts])
@@ -80,10 +82,11 @@ class Extractor(nn.Module):
     @classmethod
     def load(cls, path: str | PathLike) -> "Extractor":
         """Inverse of :meth:`save`; raises :class:`CheckpointUnreadable`."""
-        extractor = cls()
         try:
-            extractor.load_state_dict(load_file(Path(path)))
-        except (OSError, SafetensorError, RuntimeError) as error:
+            stored = load_file(Path(path))
+            extractor = cls(frames=len(stored["widen.3.weight"]) // 4)
+            extractor.load_state_dict(stored)
+        except (OSError, SafetensorError, RuntimeError, KeyError) as error:
             reason = " ".join(str(error).split())[:200]
             raise CheckpointUnreadable(f"{path} holds no extractor: {reason}", "Train it again with: s2ag bench") from error
         return extractor.eval()
@@ -100,6 +103,9 @@ def load_any(path: str | PathLike) -> Extractor:
     from ...model import foreign
 
     stored = foreign.read(path)
+    if _reads_rotations(stored):
+        message = f"{path} is BEAT2's extractor: it sees rotations of SMPL-X's 55 joints at 30 frames a second."
+        raise CheckpointUnreadable(message, "Nine directions hold neither twists nor fingers, legs and face: leave it out.")
     held = next((stored[name] for name in _HELD if isinstance(stored.get(name), Mapping)), stored)
     extractor = Extractor()
     unused = ("context_encoder", "fc_logvar", "fc_log_var")
@@ -114,17 +120,31 @@ def load_any(path: str | PathLike) -> Extractor:
     return extractor.eval()
 
 
+def _reads_rotations(stored: Mapping) -> bool:
+    """Whether a file is EMAGE's autoencoder of joint rotations, by its first convolution over 55 joints of six values."""
+    held = stored.get("model_state")
+    names = {"encoder.layers.0.0.residual.0.weight", "module.encoder.layers.0.0.residual.0.weight"}
+    found = [held[name] for name in names & set(held)] if isinstance(held, Mapping) else []
+    return any(isinstance(one, torch.Tensor) and one.dim() == 3 and one.shape[1] == _ROTATIONS for one in found)
+
+
 def reconstruction_loss(made: torch.Tensor, real: torch.Tensor) -> torch.Tensor:
     """Mean L1 of places plus mean L1 of frame differences of ``(B, T, 9, 3)``, summed over the batch, as published."""
     apart = functional.l1_loss(made, real) + functional.l1_loss(made.diff(dim=1), real.diff(dim=1))
     return apart * len(real)
 
 
-def train(take: Callable[[np.random.Generator, int], np.ndarray], steps: int, seed: int = 0, device: str = "cpu") -> Extractor:
-    """A trained extractor; ``take(rng, count)`` gives real training motions ``(count, 34, 9, 3)``. Same seed, same weights."""
+def train(
+    take: Callable[[np.random.Generator, int], np.ndarray],
+    steps: int,
+    seed: int = 0,
+    device: str = "cpu",
+    frames: int = FRAMES,
+) -> Extractor:
+    """A trained extractor; ``take(rng, count)`` gives real training motions ``(count, T, 9, 3)``. Same seed, same weights."""
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
-    extractor = Extractor().to(device).train()
+    extractor = Extractor(frames=frames).to(device).train()
     optimizer = torch.optim.Adam(extractor.parameters(), 5e-4, betas=(0.5, 0.999), fused=True)
     for _ in range(steps):
         real = torch.from_numpy(np.ascontiguousarray(take(rng, BATCH), np.float32)).to(device)
@@ -136,7 +156,7 @@ def train(take: Callable[[np.random.Generator, int], np.ndarray], steps: int, se
 
 @torch.inference_mode()
 def checks(extractor: Extractor, real: np.ndarray, seed: int = 0) -> dict[str, float]:
-    """Whether an extractor deserves trust, on real motions ``(n, 34, 9, 3)`` it was not trained on.
+    """Whether an extractor deserves trust, on real motions ``(n, T, 9, 3)`` it was not trained on.
 
     ``missed``: share of the variance that its reconstruction misses. ``halves``: distance of two random halves of the
     real motions; ``still``: of the real motions and their mean pose held still. ``ratio``: the second over the first.

@@ -57,11 +57,14 @@ def beat_alignment_windows(motions: np.ndarray, heard: list[np.ndarray], fps: fl
     return scores
 
 
-def angle_changes(directions: np.ndarray) -> np.ndarray:
-    """Change a frame of the angles at shoulders and elbows over their mean on TED, mean of the four: ``(..., T - 1)``."""
+def angle_changes(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
+    """Change of the angles at shoulders and elbows over their mean on TED, mean of the four: ``(..., T - 1)``.
+
+    TED's mean is of a fifteenth of a second, to which changes at another rate are brought.
+    """
     unit = skeleton.normalize(np.asarray(directions, np.float64))
     angles = [np.arccos(np.clip((unit[..., a, :] * unit[..., b, :]).sum(-1), -1, 1)) / np.pi for a, b in _ANGLES]
-    return (np.abs(np.diff(np.stack(angles, -1), axis=-2)) / MEAN_CHANGE).mean(-1)
+    return (np.abs(np.diff(np.stack(angles, -1), axis=-2)) / MEAN_CHANGE).mean(-1) * (fps / skeleton.FPS)
 
 
 def beat_consistency(motions: np.ndarray, heard: list[np.ndarray], fps: float = skeleton.FPS) -> float:
@@ -70,7 +73,7 @@ def beat_consistency(motions: np.ndarray, heard: list[np.ndarray], fps: float = 
     A motion beat is a local minimum of :func:`angle_changes` that lies 0.03 below one of its neighbours.
     """
     total, count = 0.0, 0
-    for change, marks in zip(angle_changes(motions), heard, strict=True):
+    for change, marks in zip(angle_changes(motions, fps), heard, strict=True):
         before, here, after = change[:-2], change[1:-1], change[2:]
         low = (here < before) & (here < after) & (np.maximum(before, after) - here >= DEPTH)
         beats = (np.flatnonzero(low) + 1.5) / fps

@@ -8,6 +8,7 @@ from ...errors import UsageError
 from ...model.checkpoint import Checkpoint
 from ...model.table_words import row
 from ...model.wave_encoder import FRAMES
+from .lengths import PUBLISHED, Lengths
 from .sample import SPECIAL, Sample
 from .system import System
 
@@ -17,13 +18,18 @@ class Imported(System):
 
     ``words`` and ``speakers`` are the data set's, in the order of its ids. Words that the checkpoint lacks are its unknown
     one; of a checkpoint without vocabulary no word is heard. ``known``: whether all the speakers are the checkpoint's, too.
-    Raises :class:`UsageError` for networks of another kind.
+    Raises :class:`UsageError` for networks of another kind and windows of other ``lengths``.
     """
 
     knows_speakers = True
 
-    def __init__(self, checkpoint: Checkpoint, words: Sequence[str], speakers: Sequence[str]):
+    def __init__(
+        self, checkpoint: Checkpoint, words: Sequence[str], speakers: Sequence[str], lengths: Lengths = PUBLISHED
+    ):
         super().__init__()
+        if not lengths.published:
+            message = f"A network that was trained elsewhere performs windows of {PUBLISHED}: these have {lengths}."
+            raise UsageError(message, "Judge it with the windows of the public codes.")
         config = checkpoint.config
         if not config.words or config.frames != FRAMES:
             message = f"A network of the kind {config.name!r} does not perform windows of {FRAMES} frames."

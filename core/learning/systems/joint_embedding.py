@@ -7,7 +7,7 @@ from torch.nn import functional
 from ...model.config import ModelConfig
 from ...model.layers import exact, make_gru, run_gru
 from ...model.text_encoder import TextEncoder
-from ...model.wave_encoder import WaveEncoder
+from ...model.wave_encoder import FRAMES, WaveEncoder
 from ..metrics.extractor import Extractor
 from .sample import POSE, Sample, WordTable, word_vectors
 from .system import Made, System, narrow, wide
@@ -24,11 +24,17 @@ class JointEmbedding(System):
     """
 
     def __init__(
-        self, vectors: torch.Tensor, trained_words: bool = True, audio: bool = True, share: float = 1.0, given: int = 4
+        self,
+        vectors: torch.Tensor,
+        trained_words: bool = True,
+        audio: bool = True,
+        share: float = 1.0,
+        given: int = 4,
+        frames: int = FRAMES,
     ):
         super().__init__()
         table = WordTable(word_vectors(vectors, trained_words), trained_words)
-        self.performer = _Network(table, audio, share, given)
+        self.performer = _Network(table, audio, share, given, frames)
 
     def make(self, sample: Sample, progress: float) -> Made:
         """From speech or from the motion itself, as a coin says, once for the whole batch."""
@@ -49,7 +55,7 @@ class JointEmbedding(System):
 
 
 class _Network(nn.Module):
-    def __init__(self, table: WordTable, audio: bool, share: float, given: int):
+    def __init__(self, table: WordTable, audio: bool, share: float, given: int, frames: int):
         super().__init__()
         self.table = table
         heard, inner = narrow(32, share), wide(128, share)
@@ -61,7 +67,7 @@ class _Network(nn.Module):
         self.context = nn.GRU(2 * heard if audio else heard, size, 2, batch_first=True)
         self.enter = nn.Sequential(nn.Linear(size, inner), nn.BatchNorm1d(inner), nn.ReLU(), nn.Linear(inner, LATENT))
         self.mu, self.log_var = nn.Linear(LATENT, LATENT), nn.Linear(LATENT, LATENT)
-        self.motion = Extractor().encoder
+        self.motion = Extractor(frames=frames).encoder
         self.pose = nn.Sequential(nn.LazyLinear(heard), nn.BatchNorm1d(heard), nn.ReLU(), nn.Linear(heard, heard))
         self.pose(torch.zeros(2, given * POSE))
         size = wide(300, share)

@@ -17,11 +17,12 @@ SPECIAL = 4
 
 @dataclass(frozen=True)
 class Sample:
-    """Windows of T pose frames, T being 34.
+    """Windows of T pose frames; lengths are those of the public codes, T being 34 (:mod:`lengths`).
 
     ``wave`` (B, 36267) at 16 kHz in -1..1; ``cepstra`` (B, 71, 14) MFCCs over 1000; ``words`` (B, T) row of the word table
     at each word's onset and 0 elsewhere; ``timing`` (B, T, 5) of :func:`timing.describe`; ``speaker`` (B,);
     ``directions`` (B, T, 9, 3) as performed, unit vectors. The first ``seed_frames`` poses are given to the system.
+    ``contextual`` (B, T, n) are vectors of the words under way in their context, such as BERT's, where the user brought any.
     """
 
     wave: torch.Tensor
@@ -31,6 +32,7 @@ class Sample:
     speaker: torch.Tensor
     directions: torch.Tensor
     seed_frames: int = 4
+    contextual: torch.Tensor | None = None
 
     @cached_property
     def seeds(self) -> torch.Tensor:
@@ -64,7 +66,8 @@ class Sample:
     def to(self, device) -> "Sample":
         """The same on another device."""
         parts = {field.name: getattr(self, field.name) for field in fields(self)}
-        return Sample(**{n: part.to(device, non_blocking=True) if n != "seed_frames" else part for n, part in parts.items()})
+        tensors = {n: part.to(device, non_blocking=True) for n, part in parts.items() if isinstance(part, torch.Tensor)}
+        return Sample(**(parts | tensors))
 
 
 class WordTable(torch.nn.Module):

@@ -18,7 +18,7 @@ from ...styles import CONTROLS
 from .config import TrainConfig
 from .kept import draw_kept
 from .revealing import Revealing, mirrored
-from .storage import load_arrays
+from .storage import RATES, load_arrays
 
 TRAIN, VALIDATION, TEST = range(3)
 HAND = CONTROLS.index("hand")
@@ -97,14 +97,23 @@ class Corpus:
         self.vectors = torch.from_numpy(np.concatenate([self.arrays["vectors"], silent]).astype(np.float32)).to(self.device)
 
     @classmethod
-    def load(cls, folder: str | PathLike, device: str | torch.device = "cpu") -> "Corpus":
-        """Open a packed corpus; raises :class:`CorpusUnreadable`."""
+    def load(cls, folder: str | PathLike, device: str | torch.device = "cpu", any_rate: bool = False) -> "Corpus":
+        """Open a packed corpus; raises :class:`CorpusUnreadable`, also for another rate than 15 without ``any_rate``."""
         arrays, meta = load_arrays(folder)
         try:
-            return cls(arrays, meta, device)
+            corpus = cls(arrays, meta, device)
         except npz.DAMAGED as error:
             message = f"{folder} is not a packed corpus: {' '.join(str(error).split())[:200]}."
             raise CorpusUnreadable(message, "Build one with: python -m s2ag.core.learning.corpus") from error
+        if corpus.fps != FPS and not any_rate:
+            message = f"{folder} has {corpus.fps:g} pose frames a second, and networks for use are trained at {FPS:g}."
+            raise CorpusUnreadable(message, "Convert the data set without --fps; s2ag bench takes it as it is.")
+        return corpus
+
+    @property
+    def fps(self) -> float:
+        """Pose frames a second."""
+        return float(self.meta.get("fps", FPS))
 
     @property
     def speakers(self) -> list[dict]:
@@ -203,6 +212,8 @@ class Corpus:
 
     def _check(self) -> None:
         talks, recordings, fps = len(self.starts) - 1, len(self.frame_starts) - 1, self.meta.get("fps", FPS)
+        if type(fps) not in (int, float) or not RATES[0] <= fps <= RATES[1]:
+            raise ValueError("its frame rate is out of range")
         meanings, speakers = self.meta.get("meanings", []), self.meta.get("speakers")
         if not (isinstance(meanings, list) and isinstance(speakers, list) and all(isinstance(one, dict) for one in speakers)):
             raise ValueError("its meta does not list speakers")
@@ -224,8 +235,6 @@ class Corpus:
             and -1 <= self.word_index.min() <= self.word_index.max() < len(self.arrays["vectors"])
         ):
             raise ValueError("its arrays do not fit each other")
-        if fps != FPS:
-            raise ValueError(f"it runs at {fps} fps, not {FPS}")
 
 
 def draw(corpus: Corpus, config: TrainConfig, rng: np.random.Generator) -> Windows:

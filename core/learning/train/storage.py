@@ -4,8 +4,9 @@ Recordings (R of them, F pose frames in all) and their performances (P of them, 
 
 - ``mfcc`` (M, 40) float16 at 31.25 fps, ``mfcc_starts`` and ``frame_starts`` (R + 1,) int64; ``word_index`` (F,) int32, row of
   ``vectors`` (W, 300) float16 or -1; ``prosody`` (F, K) float16 with words known and ``prosody_plain`` from sound alone.
-- ``directions`` (N, 9, 3) float16 at 15 fps, ``starts`` (P + 1,), ``recording``, ``speaker`` and ``split`` (P,) int64,
-  ``controls`` (P, 5) float32. A performance has exactly the frames of its recording.
+- ``directions`` (N, 9, 3) float16 at the "fps" of ``meta``: 15, or another rate that a data set was converted to for the bench;
+  ``starts`` (P + 1,), ``recording``, ``speaker`` and ``split`` (P,) int64, ``controls`` (P, 5) float32. A performance has
+  exactly the frames of its recording.
 - ``extras`` (N, 36) float16, if hands are known: :mod:`s2ag.core.motion.hand_numbers`. Only a flow learns them.
 
 A corpus may also hold its sound, which some systems of the bench hear as it is: ``wave`` (S,) int16 at 16 kHz with
@@ -26,10 +27,13 @@ import numpy as np
 
 from ... import json_text, npz
 from ...errors import CorpusUnreadable, OutputUnwritable
+from ...motion.skeleton import FPS
 
 FORMAT = 2
 BUILD = "Build one with: python -m s2ag.core.learning.corpus, or convert a data set with: s2ag data"
 META = "meta.json"
+RATES = (5.0, 120.0)
+"""Pose frames a second of any corpus; networks for use learn from those of 15."""
 ARRAYS = (
     "mfcc", "mfcc_starts", "frame_starts", "word_index", "vectors", "prosody", "prosody_plain",
     "directions", "starts", "recording", "speaker", "split", "controls",
@@ -119,6 +123,18 @@ def require_folder(folder: str | PathLike) -> Path:
     if not (folder / META).is_file():
         raise CorpusUnreadable(f"{folder} is not a packed corpus: {META} is missing.", BUILD)
     return folder
+
+
+def rate(folder: str | PathLike) -> float:
+    """Pose frames a second of the corpus in ``folder``; raises :class:`CorpusUnreadable`."""
+    try:
+        found = json_text.read(Path(folder) / META).get("fps", FPS)
+        if type(found) not in (int, float) or not RATES[0] <= found <= RATES[1]:
+            raise ValueError("its frame rate is out of range")
+    except (OSError, ValueError, AttributeError) as error:
+        message = f"{folder} is not a packed corpus: {' '.join(str(error).split())[:200]}."
+        raise CorpusUnreadable(message, BUILD) from error
+    return float(found)
 
 
 def _swap(temporary: Path, folder: Path) -> None:

@@ -72,16 +72,16 @@ class LightNetwork:
         """Styles ``(B, style_size)`` moved along the learned directions by ``wishes`` ``(B, 5)`` in -1..1."""
         return styles + np.einsum("bi,ij->bj", wishes, self.ways)
 
-    def encode(self, mfcc, words, seeds, prosody=None, asked=None) -> np.ndarray:
-        """Features ``(T, channels)`` of everything but the style.
+    def encode(self, mfcc, words, seeds, prosody=None) -> np.ndarray:
+        """Features ``(T, channels)`` of everything but the style, without strokes that are asked for.
 
         ``mfcc`` ``(Ta, mfcc_features)``, ``words`` ``(T, word_size)``, ``seeds`` ``(T, noise_size + 1)``, ``prosody``
-        ``(T, prosody_features)``, ``asked`` ``(T, 7)``, all float32.
+        ``(T, prosody_features)``, all float32.
         """
         frames = len(seeds)
         features = [self._given(seeds), self._listened(mfcc, words, prosody, frames)]
         if self._asked:
-            features.append(self._asked(np.zeros((frames, 7), np.float32) if asked is None else asked))
+            features.append(self._asked(np.zeros((frames, 7), np.float32)))
         return np.concatenate(features, axis=1)
 
     def _listened(self, mfcc, words, prosody, frames: int) -> np.ndarray:
@@ -98,10 +98,17 @@ class LightNetwork:
             self._remembered = {**dict(list(self._remembered.items())[1 - _PIECES :]), key: features}
         return features
 
-    def hear(self, mfcc, words, seeds, prosody=None, asked=None) -> list[list[np.ndarray]]:
+    def hear(self, mfcc, words, seeds, prosody=None) -> list[list[np.ndarray]]:
         """What :meth:`draw` needs of the arguments of :meth:`encode`, whatever the style: for each denoiser."""
-        features = self._emphasized(self.encode(mfcc, words, seeds, prosody, asked))
+        features = self._emphasized(self.encode(mfcc, words, seeds, prosody))
         return [one.heard(features) for one in self._denoisers]
+
+    def told(self, heard: list[list[np.ndarray]], asked: np.ndarray) -> list[list[np.ndarray]]:
+        """What :meth:`hear` gave, with the strokes that one take is asked for, ``(T, 7)`` (:mod:`requested`)."""
+        if not self._asked:
+            return heard
+        features = self._asked(asked)
+        return [one.told(known, features) for one, known in zip(self._denoisers, heard, strict=True)]
 
     def draw(
         self,

@@ -3,8 +3,10 @@
 It is better at other languages whose text has sentences that nobody says: after one, our search loses more of the rest.
 """
 
+import contextlib
 import importlib.util
 import os
+from functools import cache
 from pathlib import Path
 
 from . import packed, sphinx_model
@@ -23,6 +25,12 @@ def chosen(model: dict | None = None) -> str:
     return "pocketsphinx" if wanted == "pocketsphinx" and importlib.util.find_spec("pocketsphinx") else ""
 
 
+def make_ready() -> None:
+    """Read what nearly every engine needs, before it is known which is wanted; one that needs it says what is wrong with it."""
+    with contextlib.suppress(sphinx_model.UnreadableModel):
+        _english()
+
+
 def engine(vocabulary: set[str], folder: str, model: dict | None = None) -> Ear | Sphinx:
     """An engine for these words; ``folder`` is for temporary files, ``model`` another language's (:mod:`..language`).
 
@@ -31,8 +39,13 @@ def engine(vocabulary: set[str], folder: str, model: dict | None = None) -> Ear 
     lexicon, acoustic = Lexicon(vocabulary, model), (model or {}).get("acoustic")
     if not chosen(model):
         try:
-            return Ear(sphinx_model.read(Path(acoustic)) if acoustic else packed.read(), lexicon, bool(model))
+            return Ear(sphinx_model.read(Path(acoustic)) if acoustic else _english(), lexicon, bool(model))
         except sphinx_model.UnreadableModel:
             if not acoustic or importlib.util.find_spec("pocketsphinx") is None:
                 raise
     return Sphinx(folder, lexicon, acoustic, bool(model))
+
+
+@cache
+def _english() -> sphinx_model.Parts:
+    return packed.read()

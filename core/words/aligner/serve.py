@@ -4,7 +4,7 @@ import json
 import sys
 import tempfile
 
-from .engines import engine
+from .engines import engine, make_ready
 from .follow import WHOLE, Follower
 from .search import Searcher
 from .sound import Sound
@@ -14,8 +14,12 @@ _SLACK = 0.6
 
 
 def main() -> None:
-    """Answer one request from standard input."""
-    request = json.loads(sys.stdin.buffer.readline())
+    """Answer one request from standard input, for which it may have been started long before; none may ever come."""
+    make_ready()
+    line = sys.stdin.buffer.readline()
+    if not line:
+        return
+    request = json.loads(line)
     sound = Sound(sys.stdin.buffer, request["samples"])
     vocabulary = {part for stretch in request["stretches"] for parts in stretch["words"] for part in parts}
     spans = []

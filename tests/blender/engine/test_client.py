@@ -308,3 +308,23 @@ def test_the_thread_brings_nothing_heavy_into_blender(tmp_path):
         [sys.executable, "-c", code, str(tmp_path / "python3")], capture_output=True, text=True, check=True, env=clean
     )
     assert not {"torch", "scipy", "librosa", "av", "gensim"} & set(done.stdout.split())
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc"), reason="looks for processes in /proc")
+def test_an_aligner_waits_for_the_next_words_and_ends_with_the_worker(tone):
+    def children(pid):
+        with open(f"/proc/{pid}/task/{pid}/children") as file:
+            return file.read().split()
+
+    with WorkerClient() as client:
+        client.call("synthesize", {"audio": str(tone)})
+        assert not children(client.pid)  # nobody spoke of words
+        client.call("synthesize", {"audio": str(tone), "text": "Hello there."})
+        end = time.monotonic() + 5
+        while not (waiting := children(client.pid)) and time.monotonic() < end:
+            time.sleep(0.01)
+        assert len(waiting) == 1
+    end = time.monotonic() + 30
+    while os.path.exists(f"/proc/{waiting[0]}") and time.monotonic() < end:
+        time.sleep(0.05)
+    assert not os.path.exists(f"/proc/{waiting[0]}")

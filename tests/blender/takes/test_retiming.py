@@ -1,5 +1,9 @@
 """A take follows its sound strip, and is directed on from there."""
 
+import os
+import shutil
+import time
+
 import bpy
 import numpy as np
 import pytest
@@ -186,23 +190,67 @@ def test_a_stretched_strip_is_performed_as_it_is_heard(speaker, take, examples):
     assert not bpy.ops.s2ag.follow_sound.poll()
 
 
-def test_gestures_follow_their_words_in_another_recording(speaker, take, examples, tmp_path):
-    scene, fps, pause = bpy.context.scene, bpy.context.scene.render.fps, 1.5
+@pytest.fixture
+def voice(examples):
+    """The shipped recording ``(n,)`` at 16 kHz."""
     import aud
 
-    sound = aud.Sound(str(examples / "hello.flac")).resample(audio.SAMPLE_RATE, 1).rechannel(1).data()[:, 0]
-    said = directing.words(take)
-    half = max(range(len(said) - 1), key=lambda number: said[number + 1][1] - said[number][2])  # the longest pause
+    return aud.Sound(str(examples / "hello.flac")).resample(audio.SAMPLE_RATE, 1).rechannel(1).data()[:, 0]
+
+
+def with_pause(voice, said, pause):
+    """A recording with so many seconds more of its longest pause, and the second at which that is."""
+    half = max(range(len(said) - 1), key=lambda number: said[number + 1][1] - said[number][2])
     middle = round((said[half][2] + said[half + 1][1]) / 2 * audio.SAMPLE_RATE)
-    gap = np.zeros(round(pause * audio.SAMPLE_RATE), sound.dtype)
-    write_wav(tmp_path / "better.wav", np.concatenate([sound[:middle], gap, sound[middle:]]))
+    gap = np.zeros(round(pause * audio.SAMPLE_RATE), voice.dtype)
+    return np.concatenate([voice[:middle], gap, voice[middle:]]), middle / audio.SAMPLE_RATE
+
+
+def test_gestures_follow_a_recording_that_is_overwritten_in_place(speaker, examples, voice, tmp_path):
+    scene, fps, pause, path = bpy.context.scene, bpy.context.scene.render.fps, 1.5, tmp_path / "voice.wav"
+    write_wav(path, voice)
+    shutil.copyfile(examples / "hello.txt", tmp_path / "voice.txt")
+    speaker.s2ag.audio, speaker.s2ag.curves = str(path), "FRAMES"
+    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
+    scene.frame_set(180)
+    assert press(bpy.ops.s2ag.change_gesture, size=0.7) == {"FINISHED"}
+    gestures, length = directing.shown(now(speaker), scene), compat.strip_length(retiming.strip_of(now(speaker), scene))
+    os.utime(path, (1.7e9, 1.7e9))  # a copy of the same sound with another date
+    time.sleep(0.6)
+    assert not bpy.ops.s2ag.follow_sound.poll()
+    longer, at = with_pause(voice, directing.words(now(speaker)), pause)
+    write_wav(path, longer)
+    time.sleep(0.6)
+    assert bpy.ops.s2ag.follow_sound.poll() and "s2ag.follow_sound" in drawn(ui.S2AG_PT_directing)
+    with pytest.raises(RuntimeError, match="overwritten"):
+        press(bpy.ops.s2ag.delete_gesture)
+    bpy.ops.ed.undo_push(message="recorded again")
+    assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
+    for action in takes_actions(speaker):
+        assert provenance.of(action)["follows"]["path"] == str(path)
+    after = directing.shown(now(speaker), scene)
+    assert [one.at for one in after] == [one.at for one in gestures]
+    for before, one in zip(gestures, after, strict=True):
+        if abs(one.at - at) > 1.0:
+            assert abs((one.frame - before.frame) / fps - pause * (one.at > at)) <= 0.08 + 1 / fps
+    assert compat.strip_length(retiming.strip_of(now(speaker), scene)) == pytest.approx(length + pause * fps, abs=2)
+    assert not bpy.ops.s2ag.follow_sound.poll() and len(compat.sound_strips(scene)) == 1
+    kept = curves(now(speaker))
+    with pytest.raises(RuntimeError, match="overwritten"):  # what it was performed for is no more
+        press(bpy.ops.s2ag.delete_gesture)
+    assert all(np.array_equal(keys, kept[key]) for key, keys in curves(now(speaker)).items())
+
+
+def test_gestures_follow_their_words_in_another_recording(speaker, take, voice, tmp_path):
+    scene, fps, pause = bpy.context.scene, bpy.context.scene.render.fps, 1.5
+    longer, at = with_pause(voice, directing.words(take), pause)
+    write_wav(tmp_path / "better.wav", longer)
     gestures, strip = directing.shown(take, scene), retiming.strip_of(take, scene)
     strip.sound = bpy.data.sounds.load(str(tmp_path / "better.wav"))
     bpy.ops.ed.undo_push(message="replaced")
     assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
     after = directing.shown(now(speaker), scene)
     assert [one.at for one in after] == [one.at for one in gestures]
-    at = middle / audio.SAMPLE_RATE
     for before, one in zip(gestures, after, strict=True):
         moved = (one.frame - before.frame) / fps
         if abs(one.at - at) > 1.0:
@@ -216,3 +264,13 @@ def test_gestures_follow_their_words_in_another_recording(speaker, take, example
         mine, theirs = (rows[rows[:, 0] < far.frame - 4 * fps] for rows in (keys, kept[key]))
         assert np.array_equal(mine, theirs)
     assert len(compat.sound_strips(scene)) == 1
+
+
+def test_a_mixdown_that_is_still_being_written_is_not_read(tmp_path):
+    path = tmp_path / "mix.wav"
+    write_wav(path, np.zeros(800, np.float32))
+    sound = path.read_bytes()
+    assert compat._whole(path) and not compat._whole(tmp_path / "none.wav")
+    for part in (sound[:3], sound[:44], sound[:-2], b"RIFF\0\0\0\0" + sound[8:]):  # the length is written last
+        path.write_bytes(part)
+        assert not compat._whole(path)

@@ -1,10 +1,13 @@
 """A take follows its words to another recording of them: strokes, speed, and what its provenance tells."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from s2ag.core.direction import gestures, retiming
 from s2ag.core.errors import UsageError
 from s2ag.core.motion import skeleton
+from s2ag.core.motion.face import CHANNELS, GAZE
 from s2ag.core.motion.motion import Motion
 from s2ag.core.performance.synthesis import Request, Session
 from s2ag.core.sound import audio
@@ -30,6 +33,30 @@ def other_tempo(words, seed, jitter=0.01):
     new = np.concatenate([[0], np.cumsum(np.diff(old) * chance.uniform(0.75, 1.3, 7))]) + chance.uniform(0, 1)
     told = [(word, *(np.interp(time, old, new) + chance.uniform(-jitter, jitter) for time in times)) for word, *times in words]
     return told, lambda times: np.interp(times, old, new)
+
+
+@pytest.mark.parametrize("mirror", [False, True])
+@pytest.mark.parametrize("who", ["names", "files"])
+def test_eyes_of_a_carried_take_go_with_the_head_to_whom_it_looks_at(session, examples, tmp_path, mirror, who):
+    sound, same = audio.load(examples / "hello.flac"), {"seed": 2, "face": 1.0, "mirror": mirror, "toward": 60.0}
+    if who == "names":
+        words = (examples / "hello.txt").read_text().split()
+        half = len(words) // 2
+        same["text"] = f"ANNA: {' '.join(words[:half])}\nBERT: {' '.join(words[half:])}"
+        told = {"text": same["text"]}
+        same["turn"] = "Anna"
+    else:
+        write_wav(tmp_path / "bert.wav", np.roll(sound, len(sound) // 2))
+        told = {"transcript": examples / "hello.txt", "hears": tmp_path / "bert.wav"}
+        same |= told
+    take = session.synthesize(Request(examples / "hello.flac", **same)).motions[0]
+    made, warnings = retiming.carried(session, take, examples / "hello.flac", **told)
+    assert not warnings and np.abs(made.directions - take.directions).max() < 1e-5
+    gaze = [one.face.weights[:, [CHANNELS.index("LOOK_LEFT"), CHANNELS.index("LOOK_UP")]] * GAZE for one in (take, made)]
+    assert np.abs(gaze[1] - gaze[0]).max() < 0.5
+    away, _ = retiming.carried(session, replace(take, meta={**take.meta, "toward": 0.0}), examples / "hello.flac", **told)
+    there = away.face.weights[:, CHANNELS.index("LOOK_LEFT")] * GAZE
+    assert np.abs(there - gaze[0][:, 0]).max() > 5  # eyes that make up for the head's turn look elsewhere
 
 
 @pytest.mark.parametrize("seed", range(5))

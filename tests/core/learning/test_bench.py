@@ -301,19 +301,33 @@ def test_the_verdict_says_by_how_much():
     assert table.summarise([{"a": 1.0}, {"a": 3.0}])["a"] == pytest.approx([2.0, 2**0.5])
 
 
-@pytest.mark.parametrize("trusted", [True, False])
-def test_what_collapsed_features_say_is_neither_shown_nor_ranked(trusted):
+def _report(trusted: bool = True) -> dict:
+    """Of two systems, as the bench writes it."""
     row = {"steps": 3, "best": [3], "minutes": 0.1, "windows_per_second": 2.0, "random_ids": None, "ids": "own", "made": ""}
     row |= {"seeds": [1], "intervals": {"own": dict.fromkeys(FIGURES)}, "against": {}}
     names = enumerate(("s2ag", "gtc"), 1)
     rows = {name: {**row, "title": name, "figures": dict.fromkeys(FIGURES, [size, 0.0])} for size, name in names}
     found = {"missed": 0.9, "halves": 0.1, "still": 0.1, "ratio": 1.0, "trusted": trusted}
     counts = {"training": 1, "test": 1, "talks": 1}
-    facts = {"command": "", "device": "", "minutes": 0.2, "windows": counts, "setting": TINY.to_dict()}
-    text = table.markdown({**facts, "systems": rows, "references": {}, "extractor": found})
+    facts = {"command": "", "device": "", "minutes": 0.2, "windows": counts, "setting": TINY.to_dict(), "fps": 15.0}
+    return {**facts, "systems": rows, "references": {}, "extractor": found}
+
+
+@pytest.mark.parametrize("trusted", [True, False])
+def test_what_collapsed_features_say_is_neither_shown_nor_ranked(trusted):
+    text = table.markdown(_report(trusted))
     verdict = text.partition("## S2AG against the others")[2]
     assert ("FGD" in verdict) == trusted and "MAJE" in verdict
     assert text.count("| collapsed") == (0 if trusted else 2 * len(table.OF_FEATURES))
+
+
+@pytest.mark.parametrize("source", ["directed", "ted", "genea", ""])
+def test_a_table_speaks_of_its_own_data_set_alone(data, source, monkeypatch):
+    note = table.markdown({**_report(), "source": source}).partition("- MAJE (code) and")[0]
+    assert ("directed" in note) == (source == "directed") and ("another one" in note) == (source != "ted")
+    monkeypatch.delitem(data.corpus.meta, "source", raising=False)
+    monkeypatch.setitem(data.corpus.meta, *(("statistics", {}) if source == "directed" else ("source", source)))
+    assert data.source == source
 
 
 def test_a_missing_folder_leaves_nothing_and_is_one_sentence(tmp_path, capsys):

@@ -15,7 +15,7 @@ from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CheckpointUnreadable, UsageError  # noqa: E402
 from s2ag.core.learning.bench import others  # noqa: E402
 from s2ag.core.learning.bench.data import Data  # noqa: E402
-from s2ag.core.learning.bench.drawing import Drawer, Window  # noqa: E402
+from s2ag.core.learning.bench.drawing import Drawer, Window, rhythm_of  # noqa: E402
 from s2ag.core.learning.bench.judging import Bench  # noqa: E402
 from s2ag.core.learning.bench.run import Runner  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS  # noqa: E402
@@ -103,6 +103,16 @@ def test_the_authors_extractor_gives_the_same_features(tmp_path, bench):
     torch.save({"gen_dict": {"a": torch.zeros(3)}}, tmp_path / "odd.bin")
     with pytest.raises(CheckpointUnreadable, match="no extractor of 34 frames"):
         extractors.load_any(tmp_path / "odd.bin")
+
+
+@pytest.mark.parametrize("before", ["", "module."])
+def test_the_extractor_of_beat2_is_refused_by_its_name(tmp_path, before):
+    """EMAGE's autoencoder of the rotations of 55 joints; this project's poses do not hold them."""
+    first = {f"{before}encoder.layers.0.0.residual.0.weight": torch.zeros(330, 330, 4)}
+    torch.save({"model_state": first, "epoch": 100}, tmp_path / "AESKConv_240_100.bin")
+    with pytest.raises(CheckpointUnreadable, match="BEAT2's extractor: it sees rotations of SMPL-X's 55 joints") as caught:
+        extractors.load_any(tmp_path / "AESKConv_240_100.bin")
+    assert "neither twists nor fingers" in caught.value.remedy
 
 
 def test_imported_weights_hear_the_words_that_they_know(authors, bench):
@@ -234,6 +244,20 @@ def test_the_shipped_network_performs_windows_from_the_poses_it_is_given(bench):
             drawer.perform(few, 2)
     finally:
         few.data.corpus.prosody = kept
+
+
+def test_a_window_has_the_accents_that_a_recording_has_there(bench):
+    corpus = bench.data.corpus
+    assert rhythm_of(corpus, 0, 0, np.ones(34)) is None  # this data set knows none
+    recording = int(corpus.recording[0])
+    table = np.array([(0.2, 0.5, 0), (1.5, 0.9, 1), (2.9, 0.4, 0), (8.0, 0.7, 1)])
+    corpus.arrays |= {"accents": np.tile(table, (recording + 1, 1)), "accent_starts": np.arange(recording + 2) * len(table)}
+    try:
+        found = rhythm_of(corpus, 0, 15, np.full(34, 0.5))
+    finally:
+        del corpus.arrays["accents"], corpus.arrays["accent_starts"]
+    assert [(one.time, one.main) for one in found.accents] == [(pytest.approx(0.5), True), (pytest.approx(1.9), False)]
+    np.testing.assert_allclose(found.phrases, [[0, 17 / 15]])
 
 
 def test_a_window_hears_what_a_recording_holds_there(bench):

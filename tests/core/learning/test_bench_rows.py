@@ -9,6 +9,7 @@ torch = pytest.importorskip("torch")
 pytest.importorskip("librosa")
 
 from s2ag.core.cli.main import main  # noqa: E402
+from s2ag.core.errors import CorpusUnreadable  # noqa: E402
 from s2ag.core.learning.bench import certainty, references, rows  # noqa: E402
 from s2ag.core.learning.bench.data import Data  # noqa: E402
 from s2ag.core.learning.bench.judging import BY_WINDOW, Bench  # noqa: E402
@@ -210,7 +211,7 @@ def test_a_bench_of_before_is_read_with_the_settings_it_had(corpus, tmp_path, ca
     Runner(tmp_path / "b", corpus, TINY, say=quiet)
     path = tmp_path / "b" / "setting.json"
     held = json.loads(path.read_text())
-    for newer in ("given",):
+    for newer in ("given", "window", "hop"):
         held.pop(newer)
     path.write_text(json.dumps(held))
     assert Runner.opened(tmp_path / "b", say=quiet).setting == TINY == Runner(tmp_path / "b", corpus, TINY, say=quiet).setting
@@ -230,3 +231,15 @@ def test_half_of_a_window_may_be_given(corpus, tmp_path):
     assert bench.score(made)["maje_code"] == 0 and len(report["systems"]) == 5
     with pytest.raises(Exception, match="would be given"):
         Setting("odd", given=34)
+
+
+@pytest.mark.parametrize("name", [rows.FIGURES, rows.WINDOWS])
+def test_damaged_figures_are_a_sentence(tmp_path, name):
+    folder = tmp_path / "seq2seq-1"
+    folder.mkdir()
+    (folder / rows.FIGURES).write_text("{}", encoding="utf-8")
+    np.savez(folder / rows.WINDOWS, own_maje_code=np.zeros((1, 2)))
+    assert rows.found(tmp_path)[0].facts == [{}]
+    (folder / name).write_bytes(b'{"draws": ')
+    with pytest.raises(CorpusUnreadable, match="damaged"):
+        rows.found(tmp_path)

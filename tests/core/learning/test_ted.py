@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import struct
 import tarfile
 from pathlib import Path
 
@@ -90,6 +91,47 @@ def test_records_on_many_pages(files):
             expected.pop(b"%05d" % number, None)
     assert dict(lmdb_file.records(files / "many")) == expected
     assert [key for key, _ in lmdb_file.records(files / "many")] == sorted(expected)
+
+
+def test_a_page_whose_records_are_all_one_is_refused(files, tmp_path):
+    """Such a page would give thousands of times what it holds."""
+    data = bytearray((files / "many" / "data.mdb").read_bytes())
+    for page in range(2 * 4096, len(data), 4096):
+        flags, lower = struct.unpack_from("<HH", data, page + 10)
+        count = (lower - 16) // 2
+        if flags == 2 and count > 50:
+            places = struct.unpack_from(f"<{count}H", data, page + 16)
+            largest = max(places, key=lambda place: struct.unpack_from("<H", data, page + place)[0])
+            struct.pack_into(f"<{count}H", data, page + 16, *[largest] * count)
+    (tmp_path / "data.mdb").write_bytes(data)
+    with pytest.raises(ValueError, match="the same records again and again"):
+        list(lmdb_file.records(tmp_path))
+
+
+def test_a_schema_that_doubles_at_every_level_is_refused():
+    """Thirty types, each of two that are the next one: a thousand million when written out."""
+    data = bytearray(struct.pack("<4i", 0, 0, 0, 0) + struct.pack("<II", 8, 16))
+    data += struct.pack("<6H", 12, 12, 0, 4, 8, 0) + struct.pack("<iB3xI", 12, 1, 12)
+    data += struct.pack("<4H", 8, 8, 0, 4) + struct.pack("<iI", 8, 4) + struct.pack("<II", 1, 20)
+    for _ in range(30):
+        data += struct.pack("<8H", 16, 16, 0, 0, 4, 8, 0, 12) + struct.pack("<iB3xII", 16, 1, 0, 4)
+        data += struct.pack("<III", 2, 24, 20)
+    data += struct.pack("<8H", 16, 16, 0, 0, 4, 8, 0, 12) + struct.pack("<iB3xII", 16, 1, 0, 4) + struct.pack("<I", 0)
+    with pytest.raises(ValueError, match="the same values again and again"):
+        serialised.read(bytes(data))
+
+
+def test_buffers_that_are_all_the_whole_record_are_refused(files):
+    _, value = next(lmdb_file.records(files / "0.17.1" / "lmdb_val"))
+    messages = serialised._messages(value, 16)
+    next(messages)
+    _, batch, body, _ = next(messages)
+    begin, count = batch.vector(2)
+    data = bytearray(value)
+    for row in range(count):
+        struct.pack_into("<qq", data, begin + 16 * row, 0, len(data) - body)
+    with pytest.raises(ValueError, match="the same values again and again"):
+        serialised.read(bytes(data))
 
 
 @pytest.mark.parametrize("content", [b"", b"x" * 8192, bytes(8192)])

@@ -30,11 +30,11 @@ def drawn(network, frames, walks=False, asked=False, kept=(0,)):
     seeds[list(kept), :27] = (rest.REST - skeleton.MEAN).ravel()
     seeds[list(kept), -1] = 1
     prosody = normal(frames, config.prosody_features) if config.prosody_features else None
-    wishes = None
+    heard = network.hear(normal(mfcc_slice(0, frames).stop, config.mfcc_features), words, seeds, prosody)
     if asked:
         wishes = np.abs(normal(frames, 7))
         wishes[:, 0], wishes[:, 6] = frames // 2 < np.arange(frames), np.arange(frames) % (config.meanings + 1)
-    heard = network.hear(normal(mfcc_slice(0, frames).stop, config.mfcc_features), words, seeds, prosody, wishes)
+        heard = network.told(heard, wishes)
     style = normal(frames, config.style_size) if walks else normal(config.style_size)
     return network.draw(heard, style, seeds, normal(frames, network.noise_size))
 

@@ -4,9 +4,11 @@ The wheels are tiny fakes, so this shows the mechanics; test_trial.py gestures w
 those were fetched by hand.
 """
 
+import _thread
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -237,3 +239,32 @@ def test_other_folders_and_damaged_facts_are_no_engine(tmp_path, facts):
     (tmp_path / "engine-2" / "engine.json").write_text(facts)
     found = environment.environment(tmp_path)
     assert found is None or found.facts == {"a": float("inf")}
+
+
+@pytest.mark.parametrize("step", [1, 2, 3])
+def test_a_signal_while_any_step_starts_its_process_leaves_neither_processes_nor_files(folder, tmp_path, monkeypatch, step):
+    started, popen = [], subprocess.Popen
+    (tmp_path / "any.whl").touch()
+    plan = planning.plan(folder, wheels=str(tmp_path))
+    forever = [sys.executable, "-c", "import time; time.sleep(600)"]
+    steps = [[sys.executable, "-c", "pass"]] * (step - 1) + [forever] * 3
+    monkeypatch.setattr(planning.Plan, "make", property(lambda self: steps[0]))
+    monkeypatch.setattr(planning.Plan, "fill", property(lambda self: steps[1]))
+    monkeypatch.setattr(trial, "command", lambda python: steps[2])
+
+    def start(*command, **options):
+        if command[0] is forever:
+            _thread.interrupt_main()
+            time.sleep(0.2)
+        started.append(popen(*command, **options))
+        return started[-1]
+
+    monkeypatch.setattr(trial.subprocess, "Popen", start)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            making.Setup(plan).wait()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert len(started) == step and [one.wait(10) is not None for one in started] == [True] * step
+    assert not leftovers(folder)

@@ -1,8 +1,11 @@
 """The engine's self-test decodes and gestures a clip: with real packages it passes, with an odd one it says what is wrong."""
 
+import _thread
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -60,3 +63,49 @@ def test_the_set_up_gestures_before_it_takes_over(tmp_path):
     folder = wheels.write_wheels(tmp_path / "wheels", linked=Path(av.__file__).parents[1])
     facts = making.Setup(planning.plan(tmp_path / "user", wheels=str(folder))).wait()
     assert facts["gestured"] > 14 and environment(tmp_path / "user") is not None
+
+
+FOREVER = "import time; time.sleep(600)"
+
+
+@pytest.fixture
+def interrupted(monkeypatch):
+    """Lets a signal come while a process is being started; returns the processes that were."""
+    started, popen = [], subprocess.Popen
+
+    def start(*command, **options):
+        _thread.interrupt_main()
+        time.sleep(0.2)
+        started.append(popen(*command, **options))
+        time.sleep(0.2)
+        return started[-1]
+
+    monkeypatch.setattr(trial.subprocess, "Popen", start)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
+    yield started
+    signal.signal(signal.SIGINT, before)
+
+
+def test_a_signal_that_comes_while_a_program_is_started_leaves_none(interrupted):
+    program = trial.Program([sys.executable, "-c", FOREVER])
+    with pytest.raises(KeyboardInterrupt):
+        program.start()
+    program.kill()
+    program._reader.join(10)
+    assert [one.wait(10) for one in interrupted] and len(interrupted) == 1  # its pipe is closed before it has ended
+    assert program.done()
+
+
+def test_a_program_that_was_killed_before_it_began_never_begins(tmp_path):
+    program = trial.Program([sys.executable, "-c", f"open({str(tmp_path / 'ran')!r}, 'w')"])
+    program.kill()
+    program.start()
+    program._reader.join(10)
+    assert not program._reader.is_alive() and not (tmp_path / "ran").exists()
+
+
+def test_a_signal_that_comes_while_a_check_starts_leaves_no_process(interrupted, monkeypatch):
+    monkeypatch.setattr(trial, "command", lambda python: [str(python), "-c", FOREVER])
+    with pytest.raises(KeyboardInterrupt):
+        trial.Check(sys.executable)
+    assert [one.wait(10) for one in interrupted]  # killed, so it has ended and not well
