@@ -15,6 +15,8 @@ from .hearing import Heard
 
 _CALM, _BRIEF = 0.3, 0.2
 """By how much chance is less in silence, and the seconds over which that comes and goes."""
+_NEAR, _OF_STROKE = 0.25, requested.CHANNELS.index("stroke")
+"""Seconds beside a stroke in which arms begin to wait, and the channel that says where strokes are."""
 
 
 class Made(NamedTuple):
@@ -50,7 +52,8 @@ def perform(
     drawn, extras = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, lively=lively)
     known = [one.given(heard.frames).frames for one in cast]
     given = [frames for one, frames in zip(cast, known, strict=True) for _ in one.latents]
-    settled, hands = zip(*each(_settled, zip(drawn, extras, given, strict=True)), strict=True)
+    idle = [part for one, wishes, frames in zip(cast, asked, known, strict=True) for part in _idle(heard, one, wishes, frames)]
+    settled, hands = zip(*each(_settled, zip(drawn, extras, given, idle, strict=True)), strict=True)
     return Made(np.stack(settled), hands)
 
 
@@ -61,9 +64,9 @@ def _asked(checkpoint, heard: Heard, performers: Performers) -> np.ndarray | Non
         return None
     wishes = {name: course.over(request, name, frames) for name in ("rate", "hand", "arousal")}
     written = asking.channels(heard.wishes, heard.words, checkpoint.meanings, frames, wishes["hand"])
-    tastes, takes = performers.taste(frames), len(performers.latents)
-    if tastes is None or heard.rhythm is None or not heard.rhythm.accents:
-        return None if written is None else np.repeat(written[None], takes, axis=0)
+    tastes = _tastes(heard, performers)
+    if tastes is None:
+        return None if written is None else np.repeat(written[None], len(performers.latents), axis=0)
     told = np.zeros((frames, len(requested.CHANNELS)), np.float32) if written is None else written
     taken = told[:, 0] > 0
     keys = [(request.seed, identity, performers.who) for identity in request.identities]
@@ -72,10 +75,24 @@ def _asked(checkpoint, heard: Heard, performers: Performers) -> np.ndarray | Non
     return np.stack([np.where(taken[:, None], told, one) for one in chosen])
 
 
-def _settled(take: tuple[np.ndarray, np.ndarray, np.ndarray]) -> tuple[np.ndarray, Hands | None]:
+def _tastes(heard: Heard, performers: Performers) -> np.ndarray | None:
+    """Tastes ``(frames or 1, 8)`` by which takes choose their accents, None where they do not."""
+    return performers.taste(heard.frames) if heard.rhythm is not None and heard.rhythm.accents else None
+
+
+def _idle(heard: Heard, performers: Performers, asked: np.ndarray | None, given: np.ndarray) -> list[np.ndarray | float]:
+    """How far each frame ``(frames,)`` of each take is from the strokes that it chose, in 0..1; none is where it chose none."""
+    if asked is None or _tastes(heard, performers) is None:
+        return [0.0] * len(performers.latents)
+    busy = asked[..., _OF_STROKE] > 0
+    busy[:, given] = True
+    return [1 - np.clip(gaussian(take.astype(float), _NEAR * skeleton.FPS), 0, 1) for take in busy]
+
+
+def _settled(take: tuple) -> tuple[np.ndarray, Hands | None]:
     """A take whose waiting arms are still and whose others do not reach across, and its hands on them; given frames stay."""
-    directions, extras, given = take
-    settled = across.brought_back(stillness.settle(directions), given)
+    directions, extras, given, idle = take
+    settled = across.brought_back(stillness.settle(directions, idle=idle), given)
     if extras.shape[1] != hand_numbers.SIZE:
         return settled, None
     calm = stillness.settle_hands(extras, directions)

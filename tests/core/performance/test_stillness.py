@@ -52,3 +52,21 @@ def test_short_motions_are_taken():
     assert stillness.settle(trembling(2)).shape == (2, 9, 3)
     one = trembling(1)
     np.testing.assert_allclose(stillness.settle(one), one, atol=1e-6)
+
+
+def drifting(frames: int = 300) -> np.ndarray:
+    """A body whose right forearm swings by 20 degrees, three times in two seconds."""
+    time = np.arange(frames) / skeleton.FPS
+    drawn = np.tile(rest.REST, (frames, 1, 1))
+    away = skeleton.normalize(rest.REST[8] + np.array([0.0, 0.0, 1.0]))
+    drawn[:, 8] = rest.slerp(drawn[:, 8].astype(float), away, 0.25 * np.sin(2 * np.pi * 1.5 * time))
+    return drawn.astype(np.float32)
+
+
+def test_where_a_take_answers_nothing_arms_wait_more_readily_and_elsewhere_as_ever():
+    drawn, idle = drifting(), np.zeros(300)
+    idle[150:] = 1
+    settled = stillness.settle(drawn, idle=idle)
+    often, rarely = speeds(stillness.settle(drawn))[:, 8], speeds(settled)[:, 8]
+    np.testing.assert_allclose(rarely[:140], often[:140], atol=1e-6)
+    assert rarely[160:290].mean() < 0.7 * often[160:290].mean()
