@@ -7,6 +7,7 @@ from os import PathLike
 
 import numpy as np
 
+from ..corrections import holm
 from ..errors import UsageError
 from .analysis import LEVEL, ROUNDS, interval, read_files, read_key
 
@@ -74,8 +75,8 @@ def analyse(votes: Votes, ours: str | None = None, seed: int = 0) -> dict:
         for pair, scores in pairs.items():
             turned = pair[1] == ours
             found["/".join(pair[::-1] if turned else pair)] = _figures(-scores if turned else scores, draws)
-        for one, corrected in zip(found.values(), holm([one["p"] for one in found.values()]), strict=True):
-            one["p_holm"] = corrected
+        for pair, corrected in holm({pair: one["p"] for pair, one in found.items()}).items():
+            found[pair]["p_holm"] = corrected
         result["questions"][name] = {"pairs": found, "strengths": strengths(pairs, votes.conditions)}
     return result
 
@@ -102,15 +103,6 @@ def sign_test(above: int, below: int) -> float:
     """Two-sided exact probability of a split at least as uneven, were both sides equally likely."""
     total, least = above + below, min(above, below)
     return min(2 * sum(math.comb(total, number) for number in range(least + 1)) / 2**total, 1.0)
-
-
-def holm(values: Sequence[float]) -> list[float]:
-    """Probabilities corrected for how many there are, by Holm's steps."""
-    made, largest = [0.0] * len(values), 0.0
-    for place, row in enumerate(sorted(range(len(values)), key=lambda row: values[row])):
-        largest = max(largest, min((len(values) - place) * values[row], 1.0))
-        made[row] = largest
-    return made
 
 
 def strengths(pairs: dict[tuple[str, str], np.ndarray], conditions: tuple[str, ...]) -> dict[str, float]:

@@ -1,6 +1,5 @@
 """How sure the table's figures are: intervals and paired tests that resample talks, whose windows are not independent."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,15 +98,6 @@ def paired_distance(ours: np.ndarray, theirs: np.ndarray, real: np.ndarray, talk
     ways = np.concatenate([stays, 1 - stays], 1), np.concatenate([1 - stays, stays], 1)
     first, second = (frechet.of_moments(*both.fit(weights), *there) for weights in ways)
     return _share(np.abs(first - second))
-
-
-def holm(values: Mapping[str, float]) -> dict[str, float]:
-    """p values corrected for their number by Holm's method."""
-    result, largest = {}, 0.0
-    for place, name in enumerate(sorted(values, key=lambda one: values[one])):
-        largest = max(largest, min((len(values) - place) * values[name], 1.0))
-        result[name] = largest
-    return {name: result[name] for name in values}
 
 
 def _resampled(talks: int, seeds: int) -> tuple[np.ndarray, np.ndarray]:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ... import npz
+from ...corrections import holm
 from ...errors import CorpusUnreadable
 from ...files import whole_file
 from ..systems.catalogue import KNOWN
@@ -97,7 +98,7 @@ def correct(rows: dict[str, dict]) -> None:
     """Replace the p values of ``against`` by those corrected for how many systems are tested."""
     for figure in table.PAPER:
         values = {name: row["against"][figure] for name, row in rows.items() if figure in row["against"]}
-        for name, value in certainty.holm(values).items():
+        for name, value in holm(values).items():
             rows[name]["against"][figure] = value
 
 

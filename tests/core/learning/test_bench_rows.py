@@ -89,11 +89,6 @@ def test_paired_tests_of_distances_find_what_differs_in_all_talks():
     assert certainty.paired_distance(near[:1], near[1:], real, talk) > 0.05
 
 
-def test_holm_corrects_the_smallest_most():
-    assert certainty.holm({"a": 0.03, "b": 0.01, "c": 0.02}) == pytest.approx({"a": 0.04, "b": 0.03, "c": 0.04})
-    assert certainty.holm({"a": 0.9, "b": 0.8}) == {"a": 1.0, "b": 1.0} and certainty.holm({}) == {}
-
-
 def test_figures_by_window_are_those_of_the_table(bench):
     made = bench.real[::-1].copy()
     judged = bench.judge_draws(lambda draw: made, 2)
