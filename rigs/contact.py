@@ -5,6 +5,7 @@ along palm and fingers, arms are balls along their bones. Where some lie in othe
 and elbows follow; hands keep their directions. Where nothing meets, nothing changes. All is seen from the chest.
 """
 
+from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,7 +45,7 @@ class Held:
     shape: np.ndarray
 
 
-def clear(
+def clearing(
     girth: Girth,
     placed: Placed,
     directions: np.ndarray,
@@ -54,8 +55,9 @@ def clear(
     fps: float,
     strength: float = 1.0,
     head: Nodding | None = None,
-) -> np.ndarray:
-    """``directions`` (frames, 9, 3) in armature space with arms so that hands meet nothing; the same array if they do not.
+) -> Generator[None, None, np.ndarray]:
+    """``directions`` (frames, 9, 3) in armature space with arms so that hands meet nothing, in slices; the same array if they
+    do not.
 
     ``torso``, ``clavicles`` and ``strength`` as for :func:`proportions.clear`. Frames far from a contact stay to the bit.
     """
@@ -66,7 +68,8 @@ def clear(
     for arm in sides:
         for body in (trunk, head) if head is not None else (trunk,):
             arm.leave(body, fps)
-    _part(*sides, fps)
+        yield
+    yield from _part(*sides, fps)
     for arm in sides:
         moved = np.flatnonzero(np.abs(arm.shift).max(-1) > 0)
         if len(moved):
@@ -192,17 +195,20 @@ class _Arm:
         return self.wrist[frames] + self.shift[frames]
 
 
-def _part(left: _Arm, right: _Arm, fps: float) -> None:
-    """Move both wrists so far apart that their arms and hands do not lie in each other."""
+def _part(left: _Arm, right: _Arm, fps: float) -> Generator[None, None, None]:
+    """Move both wrists so far apart that their arms and hands do not lie in each other, in slices."""
     (a, first), (b, second) = left.coarse(), right.coarse()
     near = np.flatnonzero((_squares(a, b) < (first[:, None] + second) ** 2).any((1, 2)))
     starts, shifts, way = (left.shift, right.shift), np.zeros((2, len(a))), None
     for _ in range(_PASSES):
+        yield
         meeting = _Meeting(left, right, near)
         if not len(meeting.frames):
             break
         if way is None:
+            yield
             way = _ways(left, right, meeting, fps)
+            yield
         met = meeting.frames
         need = meeting.needed(_unit(way[met]))[0]
         shifts[:, met] += _shared(left, right, met, way[met], np.maximum(need, 0))

@@ -16,6 +16,7 @@ from ..core.motion.pelvis import Pelvis
 from . import arms, contact, fingers, flesh, handshapes, limits, palms, proportions, quaternion, skull, spread, stance
 from .legs import Legs
 from .plain import ARMS, Bones, Mapping, character_frame
+from .slices import whole
 
 SIDES = {"left": 1.0, "right": -1.0}
 NEUTRAL = skeleton.normalize(skeleton.MEAN_UNIT + skeleton.mirror(skeleton.MEAN_UNIT))
@@ -152,8 +153,7 @@ class Goals:
             self._bring_elbows_forward()
         self._girth = girth
         if clear:
-            for _ in self.clearing():
-                pass
+            whole(self.clearing())
 
     def walk(self) -> "Walk":
         """A new pass over the bones."""
@@ -295,7 +295,9 @@ class Goals:
                 balls = flesh.Hand(self.bones, self.hand(side), placed.lengths[side][2])
                 held[side] = contact.Held(balls, self.wanted_hand(side), self.hands.shape[:, place])
             nodding = girth.skull and skull.Nodding(girth.skull, placed.frame, done["neck"], done["head"])
-            self.directions = contact.clear(girth, placed, self.directions, *about, held, self.fps, strength, nodding)
+            self.directions = yield from contact.clearing(
+                girth, placed, self.directions, *about, held, self.fps, strength, nodding
+            )
 
     def _bring_elbows_forward(self):
         torso = quaternion.multiply(self.still(), self.relative["torso"][0])

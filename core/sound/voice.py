@@ -17,7 +17,8 @@ RATE = 100
 _HOP = SAMPLE_RATE // RATE
 _WINDOW = 512
 _EDGES = (100, 250, 400, 600, 850, 1150, 1500, 1950, 2500, 3200, 4000)
-_BLOCK = 6000
+_BLOCK = 1500
+"""Frames transformed at a time: a minute of them would take 100 MB."""
 _FLOOR_STEP = 25
 _FLOOR_REACH = 12
 """The floor at a moment is taken from 12 steps of 0.25 s before and after it: six seconds hold a pause or breath."""

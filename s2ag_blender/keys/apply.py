@@ -12,10 +12,11 @@ from ...core.errors import UsageError
 from ...core.motion.motion import Motion
 from ...rigs.goals import Options
 from ...rigs.plain import Mapping
+from ...rigs.proportions import Girth
+from ...rigs.slices import whole
 from .. import compat, provenance
-from ..rig import reading, solver
+from ..rig import girth, reading, solver
 from ..rig.controls import Take
-from ..slices import whole
 from . import faces, keyframes
 
 _LOG = logging.getLogger(__name__)
@@ -123,11 +124,13 @@ def posing(
     last: float = np.inf,
     measured: int = 1,
     report: Callable[[str], None] | None = None,
+    trunk: Callable[[], Girth | None] | None = None,
 ) -> Generator[None, None, Keys]:
     """What to key for ``motion`` starting at frame ``start``, in slices; a rig's ``settings`` let it follow these keys.
 
     Only frames from ``first`` to ``last`` are made. A control rig is measured at every ``measured``-th frame of the motion:
-    between them its answer is taken to change evenly, which is quick and near. Changes nothing. Raises :class:`RigUnusable`
+    between them its answer is taken to change evenly, which is quick and near. ``trunk`` tells the shape of the trunk where
+    that was read before, because it takes its time. Changes nothing. Raises :class:`RigUnusable`
     for an unusable rig and :class:`UsageError` where the motion has no frame in that range.
     """
     tell = report or _LOG.warning
@@ -145,8 +148,10 @@ def posing(
     given = start + np.arange(len(motion.directions)) * (fps / motion.fps)
     near = np.flatnonzero(np.abs(given - np.clip(given, keys.frames[0], keys.frames[-1])) <= 2 * fps / motion.fps)
     near = np.union1d(near[::measured], near[-1:])
-    whole = _take(replace(motion.frames(near), fps=motion.fps / measured), given[near])
-    found = yield from solver.solving(armature, bones, mapping, whole, keys, scene=scene, options=options, tell=tell)
+    motion = _take(replace(motion.frames(near), fps=motion.fps / measured), given[near])
+    body = trunk() if trunk else girth.read(armature, bones, mapping)
+    about = {"scene": scene, "options": options, "tell": tell, "trunk": body}
+    found = yield from solver.solving(armature, bones, mapping, motion, keys, **about)
     return Keys(keys.frames, found.rotations, found.values, found.places, found.stood)
 
 

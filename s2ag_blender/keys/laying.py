@@ -12,8 +12,9 @@ from ...core.motion.motion import Motion
 from ...core.performance import living
 from ...rigs import quaternion
 from ...rigs.plain import Mapping
+from ...rigs.proportions import Girth
 from .. import compat, provenance
-from ..rig import readiness, reading
+from ..rig import girth, readiness, reading
 from ..translations import told
 from . import apply, density, faces, keyframes, layers, mixing, pacing, posing, thinning
 
@@ -45,6 +46,7 @@ class Laying:
         self.told: set[str] = set()
         self.there: dict[tuple, dict] = {}
         self.mapping: Mapping | None = None
+        self.trunk: Girth | None = None
         self.former = layers.formers(armature)
 
     def acting(self, motion: Motion, keys: apply.Keys, made: list[int]) -> Generator[None, None, bpy.types.Action]:
@@ -145,6 +147,8 @@ class Laying:
         if self.mapping is None:  # found once for all takes
             self.mapping = self._mapping()
             yield
+            self.trunk = girth.read(self.armature, reading.read(self.armature), self.mapping)
+            yield
         if planned.draft:
             self.span = near_playhead(planned.voice.span, motion.duration, self.scene)
         keys = yield from apply.posing(
@@ -159,6 +163,7 @@ class Laying:
             last=np.inf if self.span.last is None else self.span.last,
             measured=MEASURED if planned.draft else 1,
             report=self._tell,
+            trunk=lambda: self.trunk,
         )
         left_out = self._left_out()
         kept = {bone: values for bone, values in keys.rotations.items() if bone not in left_out}

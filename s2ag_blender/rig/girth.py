@@ -88,20 +88,26 @@ def _points(armature, item, bones: tuple[set[str], ...], step: int) -> tuple[np.
     mesh = item.data
     known = set(armature.data.bones.keys())
     names = {group.index: group.name for group in item.vertex_groups if group.name in known}
-    ruled = {}
-    for vertex in (mesh.vertices[row] for row in range(0, len(mesh.vertices), step)):
-        pulls = [(pull.weight, names[pull.group]) for pull in vertex.groups if pull.group in names]
-        if pulls and max(pulls)[0] > 0:
-            ruled[vertex.index] = max(pulls)[1]
-    points, edges = in_armature(armature, item), np.empty(2 * len(mesh.edges), np.int32)
+    ruled, vertices = {}, mesh.vertices
+    for row in range(0, len(vertices), step):
+        weight, name = max(
+            ((pull.weight, names[pull.group]) for pull in vertices[row].groups.values() if pull.group in names), default=(0, "")
+        )
+        if weight > 0:
+            ruled[row] = name
+    points = in_armature(armature, item)
+    parts = [[row for row, name in ruled.items() if name in part] for part in bones]
+    between = [_on_edges(mesh, points, rows) if step == 1 else [] for rows in parts]
+    return tuple(np.concatenate([points[rows].reshape(-1, 3), *more]) for rows, more in zip(parts, between, strict=True))
+
+
+def _on_edges(mesh, points: np.ndarray, rows: list[int]) -> list[np.ndarray]:
+    """Points (n, 3) on the edges between vertices of these ``rows``."""
+    edges = np.empty(2 * len(mesh.edges), np.int32)
     mesh.edges.foreach_get("vertices", edges)
-    found = []
-    for part in bones:
-        rows = [row for row, name in ruled.items() if name in part]
-        starts, ends = (points[ends] for ends in edges.reshape(-1, 2)[np.isin(edges.reshape(-1, 2), rows).all(-1)].T)
-        between = [starts + share * (ends - starts) for share in _ON_EDGES] if step == 1 else []
-        found.append(np.concatenate([points[rows].reshape(-1, 3), *between]))
-    return tuple(found)
+    edges = edges.reshape(-1, 2)
+    starts, ends = (points[ends] for ends in edges[np.isin(edges, rows).all(-1)].T)
+    return [starts + share * (ends - starts) for share in _ON_EDGES]
 
 
 def in_armature(armature: bpy.types.Object, item: bpy.types.Object) -> np.ndarray:

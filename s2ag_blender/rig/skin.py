@@ -19,16 +19,19 @@ def read(armature: bpy.types.Object, bones: Bones) -> Skin | None:
     step = max(1, -(-sum(len(item.data.vertices) for item in items) // VERTICES))
     for item in items:
         groups = {group.index: rows[group.name] for group in item.vertex_groups if group.name in rows}
-        points, vertices, found = girth.in_armature(armature, item), item.data.vertices, []
+        points, vertices = girth.in_armature(armature, item), item.data.vertices
+        pulled, places, shares = [], [], []  # thousands of tuples would call Python's collector, which is slower than all this
         for index in range(0, len(points), step):
-            pulls = [(row, pull.weight) for pull in vertices[index].groups if (row := groups.get(pull.group)) is not None]
+            known = (pull for pull in vertices[index].groups.values() if pull.group in groups)
+            pulls = [(groups[pull.group], pull.weight) for pull in known]
             whole = sum(weight for _, weight in pulls)
             if whole > 0:
-                found += [(row, index, weight / whole) for row, weight in pulls]
-        if found:
-            pulled, places, shares = (np.array(column) for column in zip(*found, strict=True))
+                pulled += [row for row, _ in pulls]
+                places += [index] * len(pulls)
+                shares += [weight / whole for _, weight in pulls]
+        if pulled:
             np.add.at(weights, pulled, shares)
-            np.add.at(sums, pulled, shares[:, None] * points[places])
+            np.add.at(sums, pulled, np.array(shares)[:, None] * points[places])
     if not weights.any():
         return None
     return Skin(weights, sums / np.maximum(weights, 1e-9)[:, None])

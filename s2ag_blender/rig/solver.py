@@ -10,7 +10,8 @@ from ...core.motion.skeleton import EDGE_NAMES
 from ...rigs import quaternion, retarget
 from ...rigs.goals import Goals, Options
 from ...rigs.plain import ARMS, Bones, Mapping, character_frame
-from . import controls, dependencies, girth, hands, standing
+from ...rigs.proportions import Girth
+from . import controls, dependencies, hands, standing
 from .controls import Take
 
 _TRANSFORMS = ("location", "rotation_quaternion", "rotation_euler", "rotation_axis_angle", "scale")
@@ -42,15 +43,17 @@ def solving(
     scene: bpy.types.Scene,
     options: Options | None = None,
     tell: Callable[[str], None],
+    trunk: Girth | None,
 ) -> Generator[None, None, Solution]:
     """Rotations of the mapped bones at ``keys``, by the solver that the rig needs; slices after the first ask Blender nothing.
 
-    ``motion`` and ``keys`` are the same performance, as it came and at the frames to be keyed. What keeps a bone from
-    its goal is told. Nothing in the file changes. Raises :class:`RigUnusable` for an unusable mapping.
+    ``motion`` and ``keys`` are the same performance, as it came and at the frames to be keyed; hands and arms stay out of the
+    ``trunk`` (guessed, if None). What keeps a bone from its goal is told. Nothing in the file changes. Raises
+    :class:`RigUnusable` for an unusable mapping.
     """
     values = switches(armature, mapping, tell)
     why = entangled(armature, bones, mapping, values)
-    trunk, free = girth.read(armature, bones, mapping), hands.free_bones(armature, eased=motion.hands is not None)
+    free = hands.free_bones(armature, eased=motion.hands is not None)
 
     frame = character_frame(bones, mapping.check(bones))
     legs, places = None, {}
@@ -78,7 +81,7 @@ def solving(
         yield
         yield from goals.clearing()
         yield
-        rotations = retarget.rotations(goals)
+        rotations = yield from retarget.rotating(goals)
     yield
     # What is neither a finger nor a wrist, such as a bone in the palm, rests.
     rotations = {name: quaternion.IDENTITY[None] for name in resting} | goals.extras() | rotations

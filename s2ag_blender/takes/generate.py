@@ -15,11 +15,11 @@ from ...core.motion.motion import Motion
 from ...rigs.goals import Options
 from ...rigs.plain import PARTS as BODY_PARTS
 from ...rigs.plain import Mapping
+from ...rigs.slices import whole
 from .. import compat, provenance, stored
 from ..keys import layers, posing, trying
 from ..keys.laying import Laying
 from ..rig import handpicked, readiness, reading
-from ..slices import whole
 from ..translations import told
 from . import (
     choices,

@@ -10,10 +10,11 @@ from bodies import BACKWARDS, Y_UP, degrees, pose
 from hands import with_hands
 from s2ag.core.motion import handshape, skeleton
 from s2ag.core.motion.hands import FOREARMS, Hands
-from s2ag.rigs import proportions, skull
+from s2ag.rigs import proportions, retarget, skull
 from s2ag.rigs.goals import Goals, Options
 from s2ag.rigs.plain import Bones
-from s2ag.rigs.retarget import rotations
+from s2ag.rigs.retarget import rotating, rotations
+from s2ag.rigs.slices import whole
 
 ARMS = list(skeleton.ARM_EDGES)
 FRAMES = 120
@@ -72,6 +73,19 @@ def test_hands_keep_their_directions_and_only_arms_move():
         along, normal = handed.read_back(other.bones, whole.mapping, side, heads, palm.normal)
         wanted = [other._to_armature(part[:, place]) for part in (hands.knuckles, hands.palms)]
         assert degrees(along, wanted[0]).max() < 1 and degrees(normal, wanted[1]).max() < 1
+
+
+def test_arms_are_parted_and_bones_turned_in_slices_that_come_to_the_same():
+    """So that Blender, on whose thread they run, is not held for all of it."""
+    motion, hands = meeting()
+    body = with_hands()
+    bones = body.bones()
+    goals = Goals(bones, body.mapping, motion, 15.0, Options(), hands=hands, clear=False)
+    assert len(list(goals.clearing())) >= 5  # the trunk, each arm, and the parting, pass by pass
+    assert len(list(rotating(goals))) == len(rotations(goals)) // retarget.TURNED
+    at_once = Goals(bones, body.mapping, motion, 15.0, Options(), hands=hands)
+    assert np.array_equal(goals.directions, at_once.directions)
+    assert all(np.array_equal(rotations(goals)[name], values) for name, values in whole(rotating(at_once)).items())
 
 
 def test_what_does_not_meet_stays_to_the_bit():

@@ -8,6 +8,7 @@ import pytest
 from acted import curves, drawn, press, same_curves
 from s2ag.core.errors import S2agError
 from s2ag.s2ag_blender import provenance
+from s2ag.s2ag_blender.rig import girth
 from s2ag.s2ag_blender.takes import choices, generate, recall, session, takes
 
 
@@ -192,6 +193,18 @@ def test_takes_come_in_slices_and_blender_goes_on_between_them(speaker, wave):
     assert shares == sorted(shares) and len(shares) >= 48 and shares[-1] > 0.95
     assert made == sorted(made) and sorted(set(made)) == list(range(25))  # one after the other
     assert len(end.value.value.actions) == len(speaker.s2ag.takes) == 24
+
+
+def test_a_body_is_measured_once_for_all_takes(speaker, wave, monkeypatch):
+    looked, read = [], girth.read
+
+    def reading(*about):
+        looked.append(about)
+        return read(*about)
+
+    monkeypatch.setattr(girth, "read", reading)
+    generate.finish(generate.plan(bpy.context, speaker), {"motions": [wave(30) for _ in range(4)]})
+    assert len(speaker.s2ag.takes) == 4 and len(looked) == 1
 
 
 @pytest.mark.parametrize("event", ["closed", "deleted", "undone"])

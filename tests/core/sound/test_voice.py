@@ -36,6 +36,14 @@ def test_gain_does_not_matter(speech, factor):
     np.testing.assert_allclose(voice.active(sound * np.float32(factor)), voice.active(sound), atol=0.02)
 
 
+def test_blocks_do_not_matter_to_the_bit(speech, monkeypatch):
+    sound, _ = speech
+    heard = voice.probability(sound)
+    for size in (len(sound), 101):
+        monkeypatch.setattr(voice, "_BLOCK", size)
+        assert np.array_equal(voice.probability(sound), heard)
+
+
 def test_phrases_begin_where_they_begin(speech, examples):
     sound, _ = speech
     words = json.loads((examples / "hello.json").read_text())
