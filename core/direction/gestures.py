@@ -57,18 +57,26 @@ def speeds(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
     return np.linalg.norm(np.gradient(skeleton.wrists(directions), axis=0), axis=-1) * fps
 
 
-def find(motion: Motion) -> list[Gesture]:
-    """The gestures of a motion in order of time."""
+def find(motion: Motion, around: float | None = None, within: float = 0.25) -> list[Gesture]:
+    """The gestures of a motion in order of time; only those whose strokes are ``within`` so many seconds of ``around``, or a
+    frame more, if that is given.
+    """
     speed, fps = speeds(motion.directions, motion.fps), motion.fps
     faster = speed.max(1)
     places = [] if len(speed) < 3 else peaks.find(faster, PROMINENCE, round(APART * fps), 0.5).places
     places = [place for place in places if faster[place] > SPEED]
     faster = faster.tolist()
+    asked = range(len(places))
+    if around is not None:
+        asked = [row for row in asked if abs(places[row] / fps - around) <= within + 1 / fps]
+        first, last = (max(asked[0] - 1, 0), asked[-1] + 2) if asked else (0, 0)
+        places, asked = places[first:last], [row - first for row in asked]
     spans = [_stroke(faster, place) for place in places]
     names = _Named(shows(motion))
     words = _Named([(word, 0.5 * (start + end)) for word, start, end in motion.words])
     found = []
-    for row, (place, (start, hold)) in enumerate(zip(places, spans, strict=True)):
+    for row in asked:
+        place, (start, hold) = places[row], spans[row]
         before = spans[row - 1][1] if row else 0
         after = spans[row + 1][0] if row + 1 < len(spans) else len(faster) - 1
         begin = _back(faster, start, max(before, start - round(_PREPARED * fps)))
@@ -97,6 +105,11 @@ def near(found: Sequence[Gesture], at: float, within: float = 0.25) -> Gesture |
     """The gesture whose stroke is nearest to a time, if it is ``within`` so many seconds."""
     best = min(found, key=lambda one: abs(one.at - at), default=None)
     return best if best is not None and abs(best.at - at) <= within else None
+
+
+def nearest(motion: Motion, at: float, within: float = 0.25) -> Gesture | None:
+    """:func:`near` of what :func:`find` finds in a motion, in less time."""
+    return near(find(motion, at, within), at, within)
 
 
 def left(motion: Motion, deleted: Gesture, others: Sequence[Gesture]) -> float:

@@ -89,7 +89,7 @@ class _Laid:
         """The motion with the gesture, ``size`` times as large as it usually is, and the metres of that usual size."""
         arms = replace(calm, hands=None)  # where strokes land is seen of them alone
         made, lands, _ = self._aligned(arms, self.at + _AHEAD, 1.0)
-        one = gestures.near(gestures.find(made), self.at)
+        one = gestures.nearest(made, self.at)
         usual = one.size if one is not None else 1.0
         share, wanted = 1.0, size
         for _ in range(_PASSES if size != 1 and one is not None else 0):
@@ -104,7 +104,7 @@ class _Laid:
         best = None
         for _ in range(_PASSES):
             made = self._shown(calm, lands, share)
-            one = gestures.near(gestures.find(made), self.at, 0.6)
+            one = gestures.nearest(made, self.at, 0.6)
             off = np.inf if one is None else abs(one.at - self.at)
             if best is None or off < best[0]:
                 best = off, (made, lands, one)
