@@ -21,8 +21,8 @@ GOOD = 0.4
 """Share of what is allowed that the first attempts are to miss by at most; of later ones what is allowed is enough."""
 TRIES = 3
 """Times that a phrase is performed anew at most, until its joins are no more sudden than the take."""
-_HOPELESS = 3.0
-"""Shares of what is allowed beyond which an attempt that misses more than a former one is not eased any more."""
+_EASED = 3
+"""Attempts whose joins are eased at most."""
 _STRIVE = 4
 """Attempts that are to be good, not only allowed."""
 LOOSE = 0.35
@@ -89,13 +89,13 @@ def best(
     """Of a few attempts, ``make(attempt, seed)``, the motion that misses least by ``miss(motion)`` and is no more sudden than
     the take is; frames of the ``core`` are led to, and stay if they can.
     """
-    found, least = None, np.inf
+    found, least, eased = None, np.inf, 0
     for attempt in range(tries):
         made = make(attempt, seed_of(filler, edit, attempt))
         off, strain = miss(made), filling.strain(state.motion, made, places)
-        if attempt and off > max(least, _HOPELESS):
-            continue
-        least = min(off, least)
+        if off > max(least, 1.0) or (eased >= _EASED and strain > 0):
+            continue  # another one promised more, and easing takes as long as several attempts
+        least, eased = min(off, least), eased + (strain > 0)
         for one in _rated(state, places, made, off, strain, miss, core):
             found = one if found is None or one[0] < found[0] else found
         if found[0] <= (GOOD if attempt < _STRIVE - 1 else 1):

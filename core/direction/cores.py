@@ -140,14 +140,16 @@ def unhurried(core: Core, at: float, motion: Motion, fastest: tuple[float, float
     return core if max(over) <= 1 else paced(core, at, motion, max(over[0], np.sqrt(over[1])) * _UNHURRIED, trunk)
 
 
-def paced(core: Core, at: float, motion: Motion, slower: float, trunk: bool = False) -> Core:
-    """A core that takes ``slower`` times as long around its stroke ``at`` seconds, where the ``motion`` has room for it."""
-    frame = at * motion.fps
-    first, last = np.ceil(frame - slower * (frame - core.first)), np.floor(frame + slower * (core.last - frame))
+def paced(core: Core, at: float, motion: Motion, slower: float, trunk: bool = False, later: float = 0.0) -> Core:
+    """A core that takes ``slower`` times as long around its stroke ``at`` seconds, and comes so many seconds ``later``, where
+    the ``motion`` has room for it.
+    """
+    frame, to = at * motion.fps, (at + later) * motion.fps
+    first, last = np.ceil(to - slower * (frame - core.first)), np.floor(to + slower * (core.last - frame))
     if first < 1 or last > len(motion.directions) - 2 or last - first < _SHORT:
         return core
     times = np.arange(int(first), int(last) + 1)
-    rows = np.clip((times - frame) / slower + frame - core.first, 0, len(core.directions) - 1)
+    rows = np.clip((times - to) / slower + frame - core.first, 0, len(core.directions) - 1)
     directions = cubic(core.directions, rows)
     if not trunk:
         directions[:, :3] = motion.directions[times, :3]
@@ -181,7 +183,7 @@ def _share(directions: np.ndarray) -> float:
 def _scaled(directions: np.ndarray, factor: float, arms: list[int]) -> np.ndarray:
     """Arms whose way is ``factor`` times as long, half of it taken before, half behind what was."""
     result, poses = directions.copy(), directions[:, arms].astype(float)
-    centre = rest.slerp(poses[-1], skeleton.normalize(poses.mean(0)), 0.5 * np.ones(len(arms)))
+    centre = rest.slerp(poses[0], poses[-1], 0.5 * np.ones(len(arms)))
     result[:, arms] = rest.slerp(centre, poses, np.full(len(arms), factor))
     return _human(result)
 

@@ -84,11 +84,12 @@ def _move(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State
     old = spans.around(others, *_frames(one), frames, spans.LEAST)
     places = spans.joined([old, spans.around(others, core.first, core.last, frames)])
     aim = Aim(edit["to"], one.hand, one.size)
-    made, miss = strokes.through(filler, state, edit, places, core, aim, whole)
+    nearer = strokes.SECOND if apart else 0.0
+    made, miss = strokes.through(filler, state, edit, places, core, aim, whole, nearer)
     if miss > 1 and apart and one.hand != "both" and len(places) == 1:  # the other arm moves more here than it did there
         ends = state.motion.directions[[max(places[0][0] - 1, 0), min(places[0][1], frames - 1)]]
         calm = cores.by_hand(core, one.hand, one.hand, ends, places[0])
-        calmer, off = strokes.through(filler, state, edit, places, calm, aim, whole)
+        calmer, off = strokes.through(filler, state, edit, places, calm, aim, whole, nearer)
         made, miss = (calmer, off) if off < miss else (made, miss)
     return replace(made, motion=kinds.told(made.motion, places, [(one.kind, edit["to"])])), miss
 
@@ -124,7 +125,8 @@ def _change(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Sta
     core, made_by, way = cores.carried(state.motion, one, one.at, one.kind != BEAT), one.hand, one.size
     if edit.get("kind", one.kind) != one.kind:
         core, made_by, way = _borrowed(filler, state, edit, one.at)
-    return _formed(filler, state, edit, others, one.at, core, (made_by, hand or made_by), (way, size), one.kind != BEAT)
+    nearer = strokes.SECOND if apart else 0.0
+    return _formed(filler, state, edit, others, one.at, core, (made_by, hand or made_by), (way, size), one.kind != BEAT, nearer)
 
 
 def _add(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
@@ -135,10 +137,11 @@ def _add(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State,
     if kind != BEAT:
         return kinds.shown(filler, state, edit, at, others, kind, hand, size)
     core, made_by, way = _borrowed(filler, state, edit, at)
-    return _formed(filler, state, edit, others, at, core, (made_by, hand or made_by), (way, size), False)
+    nearer = strokes.SECOND if apart else 0.0
+    return _formed(filler, state, edit, others, at, core, (made_by, hand or made_by), (way, size), False, nearer)
 
 
-def _formed(filler, state, edit, others, at, core, by, sizes, whole) -> tuple[State, float]:
+def _formed(filler, state, edit, others, at, core, by, sizes, whole, nearer) -> tuple[State, float]:
     """A core made by another hand, and of another size, put in its place; ``by`` is who did it and who is to."""
     frames = len(state.motion.directions)
     span = spans.around(others, core.first, core.last, frames)
@@ -149,7 +152,7 @@ def _formed(filler, state, edit, others, at, core, by, sizes, whole) -> tuple[St
     core = cores.unhurried(core, at, state.motion, filling.fastest(state.motion.directions), whole)
     span = spans.around(others, core.first, core.last, frames)
     aim = Aim(at, by[1], sizes[0] * sizes[1])
-    made, miss = strokes.through(filler, state, edit, [span], core, aim, whole)
+    made, miss = strokes.through(filler, state, edit, [span], core, aim, whole, nearer)
     if miss > 1 and by[0] == "both" and by[1] != "both" and sizes[1] == 1:
         made, miss = _alone(state, span, aim, made, miss)
     kept = [one for one in gestures.shows(state.motion) if whole and abs(one[1] - at) < LOOSE]
