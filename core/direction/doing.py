@@ -17,6 +17,8 @@ GIVE_WAY = 0.8
 """Seconds around a stroke in which others give way to it where it cannot be had beside them."""
 SHORTEST = 0.6
 """Seconds of a range that is made anew, at least."""
+_BESIDE = 0.25
+"""What another gesture that does not stay counts in choosing how one is deleted, in shares of what may be left of it."""
 _TOLD = 0.005
 """Share by which joins may be more sudden than the take without a word of it."""
 _LED = (0.8, 1.2, 1.6, 2.0, 2.5, 3.0)
@@ -100,6 +102,7 @@ def _delete(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Sta
     places = [spans.around(others, *_frames(one), frames, wanted)]
     if apart and places == [spans.around(_gesture(state, edit["at"], 0.0)[1], *_frames(one), frames)]:
         return state, np.inf  # no more room than before
+    alone = spans.around(others, *_frames(one), frames, wanted, 0.0)
     made = state.motion
 
     def make(attempt: int, seed: int) -> Motion:
@@ -107,13 +110,15 @@ def _delete(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Sta
         if attempt == 0:
             made = filler.fill(state.motion, places, None, seed, state.held, whole=one.kind != BEAT)[0]
             return made
-        straight = filling.quiet(made, places[0], state.held)
-        return straight if attempt == 1 else joins.slow(state.motion, straight, places, state.held)
+        place, former = (alone, state.motion) if attempt < 3 else (places[0], made)
+        straight = filling.quiet(former, place, state.held)
+        return straight if attempt % 2 else joins.slow(state.motion, straight, [place], state.held)
 
     def miss(motion: Motion) -> float:
-        return 2 * gestures.left(motion, one, others) / one.size
+        off = 2 * gestures.left(motion, one, others) / one.size
+        return off if off > 1 else min(off + _BESIDE * gestures.disturbed(motion, one, others), 1.0)
 
-    gone, off = best(filler, state, edit, places, make, miss, tries=3)
+    gone, off = best(filler, state, edit, places, make, miss, tries=5)
     return replace(state, motion=kinds.told(gone, places, [])), off
 
 

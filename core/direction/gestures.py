@@ -25,6 +25,8 @@ _PREPARED, _RELEASED = 0.8, 0.9
 """Seconds that preparation and release have at most."""
 _SAME = 0.08
 """Seconds between strokes of two takes up to which they are the same one."""
+_BESIDE = 2.5
+"""Seconds from a gesture within which what is done to it may change others."""
 _SAID = 0.35
 """Seconds between a stroke and a word, or what it shows, within which they belong together."""
 
@@ -117,6 +119,14 @@ def left(motion: Motion, deleted: Gesture, others: Sequence[Gesture]) -> float:
     stayed = [one for one in find(motion) if near(others, one.at, _SAME) is None]
     one = near(stayed, deleted.at, deleted.hold - deleted.stroke)
     return 0.0 if one is None else one.size
+
+
+def disturbed(motion: Motion, deleted: Gesture, others: Sequence[Gesture]) -> int:
+    """How many of the ``others`` near a deleted gesture do not make their stroke where they made it, and how many are new."""
+    now = [one for one in find(motion, deleted.at, _BESIDE) if abs(one.at - deleted.at) > deleted.hold - deleted.stroke]
+    near_by = [one for one in others if abs(one.at - deleted.at) <= _BESIDE]
+    lost = sum(near(now, one.at, _SAME) is None for one in near_by)
+    return lost + max(len(now) - len(near_by) + lost, 0)
 
 
 def leading(speed: np.ndarray) -> str:
