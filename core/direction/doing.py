@@ -126,7 +126,7 @@ def _change(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Sta
     one, others = _gesture(state, edit["at"], apart)
     hand, size = edit.get("hand"), edit.get("size", 1.0)
     if edit.get("kind", one.kind) not in (one.kind, BEAT):
-        return kinds.shown(filler, state, edit, one.at, others, edit["kind"], hand, size)
+        return kinds.shown(filler, state, edit, one.at, others, edit["kind"], hand, size, apart > 0)
     core, made_by, way = cores.carried(state.motion, one, one.at, one.kind != BEAT), one.hand, one.size
     if edit.get("kind", one.kind) != one.kind:
         core, made_by, way = _borrowed(filler, state, edit, one.at)
@@ -140,7 +140,7 @@ def _add(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State,
     found = gestures.find(state.motion)
     others = [one for one in found if abs(one.at - at) >= max(apart, gestures.APART / 2)]
     if kind != BEAT:
-        return kinds.shown(filler, state, edit, at, others, kind, hand, size)
+        return kinds.shown(filler, state, edit, at, others, kind, hand, size, apart > 0)
     core, made_by, way = _borrowed(filler, state, edit, at)
     nearer = strokes.SECOND if apart else 0.0
     return _formed(filler, state, edit, others, at, core, (made_by, hand or made_by), (way, size), False, nearer)
@@ -244,9 +244,12 @@ def _held(filler: Filler, state: State, edit: dict, core: cores.Core, whole: boo
 
     made, _ = best(filler, kept, edit, places, make, lambda motion: 0.0)
     far = filling.strain(state.motion, made, places)
+    wide = [spans.until(free, core.first, core.last, _LED[-1])]
+    if far > 0:  # hands of all ways there are those of one performance
+        filler.fill(state.motion, wide, core, seed_of(filler, edit, 0), free, whole=whole)
     for wanted in _LED if far > 0 else ():
         places = [spans.until(free, core.first, core.last, wanted)]
-        led = filler.fill(state.motion, places, core, seed_of(filler, edit, 0), free, whole=whole)[0]
+        led = filler.fill(state.motion, places, core, 0, free, whole=whole, again=True)[0]
         turns = core.frames if len(core.frames) < 3 else ()
         led = strokes.bare(led, places, core, free, filling.ALL if whole else cores.ARMS, turns)
         strain = filling.strain(state.motion, led, places)

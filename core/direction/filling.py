@@ -29,7 +29,7 @@ class Filler:
     def __init__(self, session, request: Request, stages: Stages):
         self.session, self.request, self.stages = session, request, stages
         self.heard, self.performers = session.hear(request, stages)
-        self._last: tuple[list, Motion] | None = None
+        self._drawn, self._last = np.zeros(self.heard.frames, bool), None
 
     def turned(self, changes: tuple) -> "Filler":
         """One whose performers begin these styles on the way, too."""
@@ -52,7 +52,7 @@ class Filler:
         """The take with ``places`` made anew through ``core``, and what the generator shows there (:func:`gestures.shows`).
 
         ``plain``: no strokes of its own, nor what words mean. ``whole``: head and trunk, too, instead of the arms alone.
-        ``again``: of the last performance if it was of these places; its ways are bent to this core, as another one costs a
+        ``again``: of the last performance if it holds these places; its ways are bent to this core, as another one costs a
         tenth of a second.
         """
         frames = len(motion.directions)
@@ -62,9 +62,10 @@ class Filler:
             given[free], kept[free] = core.directions[free - core.first], True
         numbers = np.flatnonzero(kept)
         wanted = replace(self.request, kept=(numbers, given[numbers]) if len(numbers) else None)
-        if not again or self._last is None or self._last[0] != list(places):
-            self._last = list(places), self._made(wanted, seed, places if plain else ())
-        made = self._last[1]
+        if not again or (spans.mask(places, frames) & ~self._drawn).any():
+            self._drawn = spans.mask(places, frames)
+            self._last = self._made(wanted, seed, places if plain else ())
+        made = self._last
         directions = motion.directions.copy()
         edges = list(ALL if whole else ARMS)
         fresh = np.flatnonzero(~kept)
