@@ -16,9 +16,7 @@ Span = tuple[int, int]
 """First frame, and the one after the last."""
 
 
-def around(
-    found: Sequence[Gesture], first: int, last: int, frames: int, wanted: float = WANTED, least: float = LEAST
-) -> Span:
+def around(found: Sequence[Gesture], first: int, last: int, frames: int, wanted: float = WANTED, least: float = LEAST) -> Span:
     """The span to make anew around frames ``first`` to ``last``; ``found`` are the gestures that are to stay, and whose strokes
     it does not touch but where less than ``least`` seconds would be left on that side.
     """
