@@ -242,7 +242,7 @@ def _held(filler: Filler, state: State, edit: dict, core: cores.Core, whole: boo
     def make(attempt: int, seed: int) -> Motion:
         return filler.fill(state.motion, places, core, seed, free, whole=whole)[0]
 
-    made, _ = best(filler, kept, edit, places, make, lambda motion: 0.0)
+    made, _ = best(filler, kept, edit, places, make, lambda motion: 0.0, tries=2)
     far = filling.strain(state.motion, made, places)
     wide = [spans.until(free, core.first, core.last, _LED[-1])]
     if far > 0:  # hands of all ways there are those of one performance
