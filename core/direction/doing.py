@@ -243,18 +243,18 @@ def _held(filler: Filler, state: State, edit: dict, core: cores.Core, whole: boo
         return filler.fill(state.motion, places, core, seed, free, whole=whole)[0]
 
     made, _ = best(filler, kept, edit, places, make, lambda motion: 0.0, tries=2)
-    far = filling.strain(state.motion, made, places)
+    far, least = filling.strain(state.motion, made, places), float(filling.strange(core.directions))
     wide = [spans.until(free, core.first, core.last, _LED[-1])]
-    if far > 0:  # hands of all ways there are those of one performance
+    if far > least:  # hands of all ways there are those of one performance
         filler.fill(state.motion, wide, core, seed_of(filler, edit, 0), free, whole=whole)
-    for wanted in _LED if far > 0 else ():
+    for wanted in _LED if far > least else ():
         places = [spans.until(free, core.first, core.last, wanted)]
         led = filler.fill(state.motion, places, core, 0, free, whole=whole, again=True)[0]
         turns = core.frames if len(core.frames) < 3 else ()
         led = strokes.bare(led, places, core, free, filling.ALL if whole else cores.ARMS, turns)
         strain = filling.strain(state.motion, led, places)
         made, far = (led, strain) if strain < far else (made, far)
-        if far <= 0:
+        if far <= least:
             break
     return replace(kept, motion=made), 0.0
 

@@ -147,11 +147,13 @@ def _bent(directions: np.ndarray, places: Sequence[spans.Span], core: Core) -> n
 
 def strain(before: Motion, after: Motion, places: Sequence[spans.Span]) -> float:
     """The :func:`excess` of spans and their joins, and one more for what no body can do."""
-    strange = 0
-    for start, stop in places:
-        part = after.directions[max(start - _NEAR, 0) : stop + _NEAR]
-        strange += bool((limits.penetration(part) > 2 * limits.TOUCH).any() or limits.backward_elbows(part).any())
-    return excess(before, after, places) + strange
+    parts = [after.directions[max(start - _NEAR, 0) : stop + _NEAR] for start, stop in places]
+    return excess(before, after, places) + sum(map(strange, parts))
+
+
+def strange(directions: np.ndarray) -> bool:
+    """Whether any of the poses ``(frames, 9, 3)`` is one that no body can have."""
+    return bool((limits.penetration(directions) > 2 * limits.TOUCH).any() or limits.backward_elbows(directions).any())
 
 
 def excess(before: Motion, after: Motion, places: Sequence[spans.Span]) -> float:

@@ -11,7 +11,7 @@ from ..meaning.choosing import HOLD, SWING, Shown, emphasis
 from ..motion import limits, skeleton
 from ..motion.motion import Motion
 from . import filling, gestures, spans
-from .aims import Aim, State, best
+from .aims import TRIES, Aim, State, best
 from .filling import Filler
 from .gestures import BEAT, Gesture
 
@@ -20,8 +20,8 @@ _AHEAD = 0.12
 _PASSES = 6
 _QUIET = 1
 """The attempt in which arms go the shortest way through the phrase; in the others the generator performs it."""
-_TRIES = 2
-"""Times that the phrase is made: one who misses has another chance where others give way."""
+_FREER = 2
+"""Times that the phrase is made where others give way."""
 _BACK = 0.5
 """Seconds that the way back has at least."""
 
@@ -85,7 +85,7 @@ def shown(
     def miss(motion: Motion) -> float:
         return Aim(at, hand, size * usual["size"]).miss(motion)
 
-    made, off = best(filler, state, edit, [place], make, miss, tries=_TRIES)
+    made, off = best(filler, state, edit, [place], make, miss, tries=_FREER if freer else TRIES)
     return replace(state, motion=told(made, [place], [(kind, at)])), off
 
 
