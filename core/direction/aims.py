@@ -17,8 +17,14 @@ LANDS = 0.08
 """Seconds within which a stroke is to land where it was asked for."""
 SIZE = 0.15
 """Share by which a size may differ from what was asked for."""
-TRIES = 6
-"""Seeds that a phrase is made from at most, until one is as asked."""
+GOOD = 0.4
+"""Share of what is allowed that the first attempts are to miss by at most; of later ones what is allowed is enough."""
+TRIES = 3
+"""Times that a phrase is performed anew at most, until its joins are no more sudden than the take."""
+_EASED = 3
+"""Attempts whose joins are eased at most."""
+_STRIVE = 4
+"""Attempts that are to be good, not only allowed."""
 LOOSE = 0.35
 """Seconds in which the stroke that was made is looked for."""
 
@@ -61,7 +67,7 @@ class Aim:
 
     def miss(self, motion: Motion) -> float:
         """How far off a motion is, in shares of what is allowed: 1 or less is as asked."""
-        one = gestures.near(gestures.find(motion), self.at, LOOSE)
+        one = gestures.nearest(motion, self.at, LOOSE)
         if one is None:
             return 20.0
         off = [abs(one.at - self.at) / LANDS]
@@ -83,22 +89,27 @@ def best(
     """Of a few attempts, ``make(attempt, seed)``, the motion that misses least by ``miss(motion)`` and is no more sudden than
     the take is; frames of the ``core`` are led to, and stay if they can.
     """
-    found = None
+    found, least, eased = None, np.inf, 0
     for attempt in range(tries):
-        for rating, made, off in _rated(state, places, make(attempt, seed_of(filler, edit, attempt)), miss, core):
-            if found is None or rating < found[0]:
-                found = rating, made, off
-        if found[0] <= 1:
+        made = make(attempt, seed_of(filler, edit, attempt))
+        off, strain = miss(made), filling.strain(state.motion, made, places)
+        if off > max(least, 1.0) or (eased >= _EASED and strain > 0):
+            continue  # another one promised more, and easing takes as long as several attempts
+        least, eased = min(off, least), eased + (strain > 0)
+        for one in _rated(state, places, made, off, strain, miss, core):
+            found = one if found is None or one[0] < found[0] else found
+        if found[0] <= (GOOD if attempt < _STRIVE - 1 else 1):
             break
     return found[1], found[2]
 
 
-def _rated(state: State, places, made: Motion, miss: Callable, core: Sequence[int]) -> Iterator[tuple[float, Motion, float]]:
-    """How good a motion is, 1 for as asked, with what it misses; and the same of it with gentler ways if they need be, at
-    last in its ``core``, too.
+def _rated(
+    state: State, places, made: Motion, off: float, strain: float, miss: Callable, core: Sequence[int]
+) -> Iterator[tuple[float, Motion, float]]:
+    """How good a motion is, 1 or less for as asked, with what it misses; and the same of it with gentler ways if they need
+    be, at last in its ``core``, too.
     """
-    off, strain = miss(made), filling.strain(state.motion, made, places)
-    yield max(off, 1.0) + strain, made, off
+    yield _rating(off, strain), made, off
     kept = state.held.copy()
     kept[list(core)] = True
     for stays in (kept, state.held) if len(core) else (state.held,):
@@ -106,7 +117,12 @@ def _rated(state: State, places, made: Motion, miss: Callable, core: Sequence[in
             break
         softer, strain = joins.eased(state.motion, made, places, stays)
         off = miss(softer)
-        yield max(off, 1.0) + strain, softer, off
+        yield _rating(off, strain), softer, off
+
+
+def _rating(off: float, strain: float) -> float:
+    """What is had and no more sudden than the take is better than what is more so, however near to what was asked."""
+    return max(off, 1.0 if strain > 0 else GOOD) + strain
 
 
 def seed_of(filler: Filler, edit: dict, attempt: int) -> int:

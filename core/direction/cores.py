@@ -18,6 +18,10 @@ _HELD = 0.2
 """Seconds of the hold that belong to the core."""
 _UNHURRIED = 1.05
 """By how much longer than it must a stroke takes that would be too fast, since its way to and from it is, too."""
+_SHORT = 3
+"""Frames from the first to the last that a core has at least."""
+_PASSES = 6
+"""Ways that are tried at most until a core is as large as it is to be."""
 _EQUAL = 0.65
 """Share of the faster hand's speed at which the other one surely makes a gesture with it."""
 _DRIFT = 0.25
@@ -101,14 +105,13 @@ def sized(core: Core, size: float, hand: str) -> Core:
         return core
     aim, factor = size * _way(core.directions), size
     low, high = (0.05, 1.0) if size < 1 else (1.0, 2.5 * size)
-    made, arms = core.directions, arm(hand if size > 1 else "both")  # smaller than the other arm it would no longer lead
-    for _ in range(12):
+    arms = arm(hand if size > 1 else "both")  # smaller than the other arm it would no longer lead
+    for _ in range(_PASSES):
         made = _scaled(core.directions, factor, arms)
         way = _way(made)
         if abs(way - aim) < 0.01 * aim:
             break
-        low, high = (factor, high) if way < aim else (low, factor)
-        factor = 0.5 * (low + high)
+        factor = float(np.clip(factor * aim / max(way, 1e-6), low, high))
     if hand == "both" and size > 1:
         made = _balanced(core, made, factor)
     hands = core.hands.carried(core.directions, made) if core.hands is not None else None
@@ -134,18 +137,32 @@ def unhurried(core: Core, at: float, motion: Motion, fastest: tuple[float, float
     ways = skeleton.wrists(core.directions)
     over = [np.linalg.norm(np.diff(ways, n=n, axis=0), axis=-1).max(initial=0) / max(most, 1e-6)
             for n, most in enumerate(fastest, 1)]  # fmt: skip
-    slower = max(over[0], np.sqrt(over[1])) * _UNHURRIED
-    frame = at * motion.fps
-    first, last = np.ceil(frame - slower * (frame - core.first)), np.floor(frame + slower * (core.last - frame))
-    if max(over) <= 1 or first < 1 or last > len(motion.directions) - 2:
+    return core if max(over) <= 1 else paced(core, at, motion, max(over[0], np.sqrt(over[1])) * _UNHURRIED, trunk)
+
+
+def paced(core: Core, at: float, motion: Motion, slower: float, trunk: bool = False, later: float = 0.0) -> Core:
+    """A core that takes ``slower`` times as long around its stroke ``at`` seconds, and comes so many seconds ``later``, where
+    the ``motion`` has room for it.
+    """
+    frame, to = at * motion.fps, (at + later) * motion.fps
+    first, last = np.ceil(to - slower * (frame - core.first)), np.floor(to + slower * (core.last - frame))
+    if first < 1 or last > len(motion.directions) - 2 or last - first < _SHORT:
         return core
     times = np.arange(int(first), int(last) + 1)
-    rows = np.clip((times - frame) / slower + frame - core.first, 0, len(core.directions) - 1)
+    rows = np.clip((times - to) / slower + frame - core.first, 0, len(core.directions) - 1)
     directions = cubic(core.directions, rows)
     if not trunk:
         directions[:, :3] = motion.directions[times, :3]
-    hands = core.hands and core.hands.at(rows).carried(directions, _human(directions))
-    return Core(int(first), _human(directions), hands)
+    made = _human(directions)
+    return Core(int(first), made, core.hands and core.hands.at(rows).carried(directions, made))
+
+
+def nearer(core: Core, poses: np.ndarray, share: float) -> Core:
+    """A core whose arms make the same stroke nearer to where other ``poses`` ``(n, 9, 3)`` have them, by a ``share`` of it."""
+    made, arms = core.directions.copy(), list(ARMS)
+    made[:, arms] += share * (poses[:, arms].astype(float) - core.directions[:, arms]).mean(0)
+    made = _human(made)
+    return replace(core, directions=made, hands=core.hands and core.hands.carried(core.directions, made))
 
 
 def shared(core: Core, hand: str, share: float) -> Core:
@@ -166,7 +183,7 @@ def _share(directions: np.ndarray) -> float:
 def _scaled(directions: np.ndarray, factor: float, arms: list[int]) -> np.ndarray:
     """Arms whose way is ``factor`` times as long, half of it taken before, half behind what was."""
     result, poses = directions.copy(), directions[:, arms].astype(float)
-    centre = rest.slerp(poses[-1], skeleton.normalize(poses.mean(0)), 0.5 * np.ones(len(arms)))
+    centre = rest.slerp(poses[0], poses[-1], 0.5 * np.ones(len(arms)))
     result[:, arms] = rest.slerp(centre, poses, np.full(len(arms), factor))
     return _human(result)
 

@@ -8,7 +8,7 @@ import numpy as np
 from ..errors import UsageError
 from ..motion import skeleton
 from ..motion.motion import Motion
-from . import cores, filling, gestures, joins, kinds, spans
+from . import cores, filling, gestures, joins, kinds, spans, strokes
 from .aims import LOOSE, Aim, State, best, seed_of
 from .filling import Filler
 from .gestures import BEAT, Gesture
@@ -17,10 +17,8 @@ GIVE_WAY = 0.8
 """Seconds around a stroke in which others give way to it where it cannot be had beside them."""
 SHORTEST = 0.6
 """Seconds of a range that is made anew, at least."""
-_MORE = 1.12
-"""By how much more the other arm takes part in the next attempt where it did too little for a stroke of both hands."""
-_PERFORMED = 3
-"""Attempts in which the generator leads to a core; in the others arms go the shortest way there and back."""
+_BESIDE = 0.25
+"""What another gesture that does not stay counts in choosing how one is deleted, in shares of what may be left of it."""
 _TOLD = 0.005
 """Share by which joins may be more sudden than the take without a word of it."""
 _LED = (0.8, 1.2, 1.6, 2.0, 2.5, 3.0)
@@ -80,37 +78,6 @@ def _frames(one: Gesture) -> tuple[int, int]:
     return int(one.stroke * skeleton.FPS), int(np.ceil(one.hold * skeleton.FPS))
 
 
-def through(filler: Filler, state: State, edit: dict, places, core, aim: Aim, whole: bool = False) -> tuple[State, float]:
-    """The take with its spans made anew through a core. Later attempts only go there and back."""
-    factor = share = seen = 1.0
-
-    def make(attempt: int, seed: int) -> Motion:
-        nonlocal factor, share, seen
-        bare = attempt >= _PERFORMED
-        shape = cores.shared(cores.sized(core, factor, aim.hand), aim.hand, share)
-        made = filler.fill(state.motion, places, shape, seed, state.held, whole=whole, again=bare)[0]
-        if bare:
-            made = _bare(made, places, shape, state.held)
-        one = gestures.near(gestures.find(made), aim.at)
-        if one is None:  # too small to be one
-            factor = np.sqrt(factor * seen)
-        else:  # what comes before and behind the core belongs to the stroke, too
-            seen, factor = factor, float(np.clip(factor * (aim.size / one.size) ** (0.45 if bare else 0.8), 0.4, 2.5))
-            share *= 1.0 if one.hand == aim.hand else _MORE if aim.hand == "both" else 1 / _MORE
-        return made
-
-    made, miss = best(filler, state, edit, places, make, aim.miss, core.frames)
-    return replace(state, motion=made), miss
-
-
-def _bare(motion: Motion, places, core, held, arms=cores.ARMS, still=None) -> Motion:
-    """A motion with nothing but the way to its core and back; it halts at frames ``still``."""
-    for start, stop in places:
-        for part in ((start, min(stop, core.first)), (max(start, core.last + 1), stop)):
-            motion = filling.quiet(motion, part, held, arms, still) if part[1] > part[0] else motion
-    return motion
-
-
 def _move(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
     one, others = _gesture(state, edit["at"], apart, edit["to"])
     whole = one.kind != BEAT
@@ -119,11 +86,12 @@ def _move(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State
     old = spans.around(others, *_frames(one), frames, spans.LEAST)
     places = spans.joined([old, spans.around(others, core.first, core.last, frames)])
     aim = Aim(edit["to"], one.hand, one.size)
-    made, miss = through(filler, state, edit, places, core, aim, whole)
+    nearer = strokes.SECOND if apart else 0.0
+    made, miss = strokes.through(filler, state, edit, places, core, aim, whole, nearer)
     if miss > 1 and apart and one.hand != "both" and len(places) == 1:  # the other arm moves more here than it did there
         ends = state.motion.directions[[max(places[0][0] - 1, 0), min(places[0][1], frames - 1)]]
         calm = cores.by_hand(core, one.hand, one.hand, ends, places[0])
-        calmer, off = through(filler, state, edit, places, calm, aim, whole)
+        calmer, off = strokes.through(filler, state, edit, places, calm, aim, whole, nearer)
         made, miss = (calmer, off) if off < miss else (made, miss)
     return replace(made, motion=kinds.told(made.motion, places, [(one.kind, edit["to"])])), miss
 
@@ -134,6 +102,7 @@ def _delete(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Sta
     places = [spans.around(others, *_frames(one), frames, wanted)]
     if apart and places == [spans.around(_gesture(state, edit["at"], 0.0)[1], *_frames(one), frames)]:
         return state, np.inf  # no more room than before
+    alone = spans.around(others, *_frames(one), frames, wanted, 0.0)
     made = state.motion
 
     def make(attempt: int, seed: int) -> Motion:
@@ -141,13 +110,15 @@ def _delete(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Sta
         if attempt == 0:
             made = filler.fill(state.motion, places, None, seed, state.held, whole=one.kind != BEAT)[0]
             return made
-        straight = filling.quiet(made, places[0], state.held)
-        return straight if attempt == 1 else joins.slow(state.motion, straight, places, state.held)
+        place, former = (alone, state.motion) if attempt < 3 else (places[0], made)
+        straight = filling.quiet(former, place, state.held)
+        return straight if attempt % 2 else joins.slow(state.motion, straight, [place], state.held)
 
     def miss(motion: Motion) -> float:
-        return 2 * gestures.left(motion, one, others) / one.size
+        off = 2 * gestures.left(motion, one, others) / one.size
+        return off if off > 1 else min(off + _BESIDE * gestures.disturbed(motion, one, others), 1.0)
 
-    gone, off = best(filler, state, edit, places, make, miss, tries=3)
+    gone, off = best(filler, state, edit, places, make, miss, tries=5)
     return replace(state, motion=kinds.told(gone, places, [])), off
 
 
@@ -155,11 +126,12 @@ def _change(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Sta
     one, others = _gesture(state, edit["at"], apart)
     hand, size = edit.get("hand"), edit.get("size", 1.0)
     if edit.get("kind", one.kind) not in (one.kind, BEAT):
-        return kinds.shown(filler, state, edit, one.at, others, edit["kind"], hand, size)
+        return kinds.shown(filler, state, edit, one.at, others, edit["kind"], hand, size, apart > 0)
     core, made_by, way = cores.carried(state.motion, one, one.at, one.kind != BEAT), one.hand, one.size
     if edit.get("kind", one.kind) != one.kind:
         core, made_by, way = _borrowed(filler, state, edit, one.at)
-    return _formed(filler, state, edit, others, one.at, core, (made_by, hand or made_by), (way, size), one.kind != BEAT)
+    nearer = strokes.SECOND if apart else 0.0
+    return _formed(filler, state, edit, others, one.at, core, (made_by, hand or made_by), (way, size), one.kind != BEAT, nearer)
 
 
 def _add(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
@@ -168,12 +140,13 @@ def _add(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State,
     found = gestures.find(state.motion)
     others = [one for one in found if abs(one.at - at) >= max(apart, gestures.APART / 2)]
     if kind != BEAT:
-        return kinds.shown(filler, state, edit, at, others, kind, hand, size)
+        return kinds.shown(filler, state, edit, at, others, kind, hand, size, apart > 0)
     core, made_by, way = _borrowed(filler, state, edit, at)
-    return _formed(filler, state, edit, others, at, core, (made_by, hand or made_by), (way, size), False)
+    nearer = strokes.SECOND if apart else 0.0
+    return _formed(filler, state, edit, others, at, core, (made_by, hand or made_by), (way, size), False, nearer)
 
 
-def _formed(filler, state, edit, others, at, core, by, sizes, whole) -> tuple[State, float]:
+def _formed(filler, state, edit, others, at, core, by, sizes, whole, nearer) -> tuple[State, float]:
     """A core made by another hand, and of another size, put in its place; ``by`` is who did it and who is to."""
     frames = len(state.motion.directions)
     span = spans.around(others, core.first, core.last, frames)
@@ -184,7 +157,7 @@ def _formed(filler, state, edit, others, at, core, by, sizes, whole) -> tuple[St
     core = cores.unhurried(core, at, state.motion, filling.fastest(state.motion.directions), whole)
     span = spans.around(others, core.first, core.last, frames)
     aim = Aim(at, by[1], sizes[0] * sizes[1])
-    made, miss = through(filler, state, edit, [span], core, aim, whole)
+    made, miss = strokes.through(filler, state, edit, [span], core, aim, whole, nearer)
     if miss > 1 and by[0] == "both" and by[1] != "both" and sizes[1] == 1:
         made, miss = _alone(state, span, aim, made, miss)
     kept = [one for one in gestures.shows(state.motion) if whole and abs(one[1] - at) < LOOSE]
@@ -269,16 +242,19 @@ def _held(filler: Filler, state: State, edit: dict, core: cores.Core, whole: boo
     def make(attempt: int, seed: int) -> Motion:
         return filler.fill(state.motion, places, core, seed, free, whole=whole)[0]
 
-    made, _ = best(filler, kept, edit, places, make, lambda motion: 0.0)
-    far = filling.strain(state.motion, made, places)
-    for wanted in _LED if far > 0 else ():
+    made, _ = best(filler, kept, edit, places, make, lambda motion: 0.0, tries=2)
+    far, least = filling.strain(state.motion, made, places), float(filling.strange(core.directions))
+    wide = [spans.until(free, core.first, core.last, _LED[-1])]
+    if far > least:  # hands of all ways there are those of one performance
+        filler.fill(state.motion, wide, core, seed_of(filler, edit, 0), free, whole=whole)
+    for wanted in _LED if far > least else ():
         places = [spans.until(free, core.first, core.last, wanted)]
-        led = filler.fill(state.motion, places, core, seed_of(filler, edit, 0), free, whole=whole)[0]
+        led = filler.fill(state.motion, places, core, 0, free, whole=whole, again=True)[0]
         turns = core.frames if len(core.frames) < 3 else ()
-        led = _bare(led, places, core, free, filling.ALL if whole else cores.ARMS, turns)
+        led = strokes.bare(led, places, core, free, filling.ALL if whole else cores.ARMS, turns)
         strain = filling.strain(state.motion, led, places)
         made, far = (led, strain) if strain < far else (made, far)
-        if far <= 0:
+        if far <= least:
             break
     return replace(kept, motion=made), 0.0
 

@@ -29,7 +29,7 @@ class Filler:
     def __init__(self, session, request: Request, stages: Stages):
         self.session, self.request, self.stages = session, request, stages
         self.heard, self.performers = session.hear(request, stages)
-        self._last: Motion | None = None
+        self._drawn, self._last = np.zeros(self.heard.frames, bool), None
 
     def turned(self, changes: tuple) -> "Filler":
         """One whose performers begin these styles on the way, too."""
@@ -52,7 +52,8 @@ class Filler:
         """The take with ``places`` made anew through ``core``, and what the generator shows there (:func:`gestures.shows`).
 
         ``plain``: no strokes of its own, nor what words mean. ``whole``: head and trunk, too, instead of the arms alone.
-        ``again``: of the last performance, for arms whose ways are then made otherwise.
+        ``again``: of the last performance if it holds these places; its ways are bent to this core, as another one costs a
+        tenth of a second.
         """
         frames = len(motion.directions)
         given, kept = motion.directions.copy(), ~spans.mask(places, frames) | held
@@ -61,7 +62,8 @@ class Filler:
             given[free], kept[free] = core.directions[free - core.first], True
         numbers = np.flatnonzero(kept)
         wanted = replace(self.request, kept=(numbers, given[numbers]) if len(numbers) else None)
-        if not again or self._last is None:
+        if not again or (spans.mask(places, frames) & ~self._drawn).any():
+            self._drawn = spans.mask(places, frames)
             self._last = self._made(wanted, seed, places if plain else ())
         made = self._last
         directions = motion.directions.copy()
@@ -69,6 +71,9 @@ class Filler:
         fresh = np.flatnonzero(~kept)
         directions[np.ix_(fresh, edges)] = made.directions[np.ix_(fresh, edges)]
         if core is not None:
+            if again:
+                bent = _bent(made.directions, places, core)
+                directions[np.ix_(fresh, edges)] = bent[np.ix_(fresh, edges)]
             directions[free] = core.directions[free - core.first]
         hands = _hands(motion, made, directions, places, core, held)
         inside = [one for one in gestures.shows(made) if any(a <= one[1] * made.fps < b for a, b in places)]
@@ -121,13 +126,34 @@ def quiet(motion: Motion, place: spans.Span, held: np.ndarray, arms: Sequence[in
     return replace(motion, directions=directions, hands=hands)
 
 
+def _bent(directions: np.ndarray, places: Sequence[spans.Span], core: Core) -> np.ndarray:
+    """Ways ``(frames, 9, 3)`` of a performance through another core, led to this one and as fast as it begins and ends; at the
+    ends of their span they stay as they were.
+    """
+    bent, off = directions.copy(), core.directions - directions[core.frames].astype(float)
+    for start, stop in places:
+        if not start <= core.first < stop:
+            continue
+        for rows, ends in (
+            (np.arange(start, core.first), off[:2]),
+            (np.arange(stop - 1, core.last, -1), off[:-3:-1]),
+        ):
+            t = (np.arange(1, len(rows) + 1) / (len(rows) + 1))[:, None, None]
+            slope = (len(rows) + 1) * (ends[-1] - ends[0])
+            bent[rows] += (3 - 2 * t) * t**2 * ends[0] + (t**3 - t**2) * slope
+        bent[start:stop] = limits.keep_human(skeleton.normalize(bent[start:stop]).astype(np.float32))
+    return bent
+
+
 def strain(before: Motion, after: Motion, places: Sequence[spans.Span]) -> float:
     """The :func:`excess` of spans and their joins, and one more for what no body can do."""
-    strange = 0
-    for start, stop in places:
-        part = after.directions[max(start - _NEAR, 0) : stop + _NEAR]
-        strange += bool((limits.penetration(part) > 2 * limits.TOUCH).any() or limits.backward_elbows(part).any())
-    return excess(before, after, places) + strange
+    parts = [after.directions[max(start - _NEAR, 0) : stop + _NEAR] for start, stop in places]
+    return excess(before, after, places) + sum(map(strange, parts))
+
+
+def strange(directions: np.ndarray) -> bool:
+    """Whether any of the poses ``(frames, 9, 3)`` is one that no body can have."""
+    return bool((limits.penetration(directions) > 2 * limits.TOUCH).any() or limits.backward_elbows(directions).any())
 
 
 def excess(before: Motion, after: Motion, places: Sequence[spans.Span]) -> float:

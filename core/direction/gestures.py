@@ -25,6 +25,8 @@ _PREPARED, _RELEASED = 0.8, 0.9
 """Seconds that preparation and release have at most."""
 _SAME = 0.08
 """Seconds between strokes of two takes up to which they are the same one."""
+_BESIDE = 2.5
+"""Seconds from a gesture within which what is done to it may change others."""
 _SAID = 0.35
 """Seconds between a stroke and a word, or what it shows, within which they belong together."""
 
@@ -57,18 +59,26 @@ def speeds(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
     return np.linalg.norm(np.gradient(skeleton.wrists(directions), axis=0), axis=-1) * fps
 
 
-def find(motion: Motion) -> list[Gesture]:
-    """The gestures of a motion in order of time."""
+def find(motion: Motion, around: float | None = None, within: float = 0.25) -> list[Gesture]:
+    """The gestures of a motion in order of time; only those whose strokes are ``within`` so many seconds of ``around``, or a
+    frame more, if that is given.
+    """
     speed, fps = speeds(motion.directions, motion.fps), motion.fps
     faster = speed.max(1)
     places = [] if len(speed) < 3 else peaks.find(faster, PROMINENCE, round(APART * fps), 0.5).places
     places = [place for place in places if faster[place] > SPEED]
     faster = faster.tolist()
+    asked = range(len(places))
+    if around is not None:
+        asked = [row for row in asked if abs(places[row] / fps - around) <= within + 1 / fps]
+        first, last = (max(asked[0] - 1, 0), asked[-1] + 2) if asked else (0, 0)
+        places, asked = places[first:last], [row - first for row in asked]
     spans = [_stroke(faster, place) for place in places]
     names = _Named(shows(motion))
     words = _Named([(word, 0.5 * (start + end)) for word, start, end in motion.words])
     found = []
-    for row, (place, (start, hold)) in enumerate(zip(places, spans, strict=True)):
+    for row in asked:
+        place, (start, hold) = places[row], spans[row]
         before = spans[row - 1][1] if row else 0
         after = spans[row + 1][0] if row + 1 < len(spans) else len(faster) - 1
         begin = _back(faster, start, max(before, start - round(_PREPARED * fps)))
@@ -99,11 +109,24 @@ def near(found: Sequence[Gesture], at: float, within: float = 0.25) -> Gesture |
     return best if best is not None and abs(best.at - at) <= within else None
 
 
+def nearest(motion: Motion, at: float, within: float = 0.25) -> Gesture | None:
+    """:func:`near` of what :func:`find` finds in a motion, in less time."""
+    return near(find(motion, at, within), at, within)
+
+
 def left(motion: Motion, deleted: Gesture, others: Sequence[Gesture]) -> float:
     """Metres of the stroke that is where another one was deleted, but for ``others`` that stayed where they were."""
     stayed = [one for one in find(motion) if near(others, one.at, _SAME) is None]
     one = near(stayed, deleted.at, deleted.hold - deleted.stroke)
     return 0.0 if one is None else one.size
+
+
+def disturbed(motion: Motion, deleted: Gesture, others: Sequence[Gesture]) -> int:
+    """How many of the ``others`` near a deleted gesture do not make their stroke where they made it, and how many are new."""
+    now = [one for one in find(motion, deleted.at, _BESIDE) if abs(one.at - deleted.at) > deleted.hold - deleted.stroke]
+    near_by = [one for one in others if abs(one.at - deleted.at) <= _BESIDE]
+    lost = sum(near(now, one.at, _SAME) is None for one in near_by)
+    return lost + max(len(now) - len(near_by) + lost, 0)
 
 
 def leading(speed: np.ndarray) -> str:

@@ -11,15 +11,17 @@ from ..meaning.choosing import HOLD, SWING, Shown, emphasis
 from ..motion import limits, skeleton
 from ..motion.motion import Motion
 from . import filling, gestures, spans
-from .aims import Aim, State, best
+from .aims import TRIES, Aim, State, best
 from .filling import Filler
 from .gestures import BEAT, Gesture
 
 _AHEAD = 0.12
 """Seconds from a stroke's highest speed to where it lands, about."""
 _PASSES = 6
-_QUIET = 2
+_QUIET = 1
 """The attempt in which arms go the shortest way through the phrase; in the others the generator performs it."""
+_FREER = 2
+"""Times that the phrase is made where others give way."""
 _BACK = 0.5
 """Seconds that the way back has at least."""
 
@@ -48,11 +50,19 @@ def told(motion: Motion, places: Sequence[spans.Span], shows: Sequence[tuple[str
 
 
 def shown(
-    filler: Filler, state: State, edit: dict, at: float, others: Sequence[Gesture], kind: str, hand: str | None, size: float
+    filler: Filler,
+    state: State,
+    edit: dict,
+    at: float,
+    others: Sequence[Gesture],
+    kind: str,
+    hand: str | None,
+    size: float,
+    freer: bool = False,
 ) -> tuple[State, float]:
     """The take with a gesture of the vocabulary whose stroke is at ``at``, in a phrase without any other.
 
-    ``size`` is in sizes that this gesture usually has.
+    ``size`` is in sizes that this gesture usually has. ``freer``: where a former one missed, this one has other chances.
     """
     vocabulary, frames = filler.session.vocabulary.gestures, len(state.motion.directions)
     if kind not in vocabulary:
@@ -66,7 +76,7 @@ def shown(
 
     def make(attempt: int, seed: int) -> Motion:
         again = attempt == _QUIET
-        calm = filler.fill(state.motion, [place], None, seed, state.held, again=again)[0]
+        calm = filler.fill(state.motion, [place], None, seed + freer, state.held, again=again)[0]
         if again:
             calm = filling.quiet(calm, place, state.held)
         made, usual["size"] = laid.over(calm, size)
@@ -75,7 +85,7 @@ def shown(
     def miss(motion: Motion) -> float:
         return Aim(at, hand, size * usual["size"]).miss(motion)
 
-    made, off = best(filler, state, edit, [place], make, miss)
+    made, off = best(filler, state, edit, [place], make, miss, tries=_FREER if freer else TRIES)
     return replace(state, motion=told(made, [place], [(kind, at)])), off
 
 
@@ -89,7 +99,7 @@ class _Laid:
         """The motion with the gesture, ``size`` times as large as it usually is, and the metres of that usual size."""
         arms = replace(calm, hands=None)  # where strokes land is seen of them alone
         made, lands, _ = self._aligned(arms, self.at + _AHEAD, 1.0)
-        one = gestures.near(gestures.find(made), self.at)
+        one = gestures.nearest(made, self.at)
         usual = one.size if one is not None else 1.0
         share, wanted = 1.0, size
         for _ in range(_PASSES if size != 1 and one is not None else 0):
@@ -104,7 +114,7 @@ class _Laid:
         best = None
         for _ in range(_PASSES):
             made = self._shown(calm, lands, share)
-            one = gestures.near(gestures.find(made), self.at, 0.6)
+            one = gestures.nearest(made, self.at, 0.6)
             off = np.inf if one is None else abs(one.at - self.at)
             if best is None or off < best[0]:
                 best = off, (made, lands, one)

@@ -16,14 +16,16 @@ Span = tuple[int, int]
 """First frame, and the one after the last."""
 
 
-def around(found: Sequence[Gesture], first: int, last: int, frames: int, wanted: float = WANTED) -> Span:
-    """The span to make anew around frames ``first`` to ``last``; ``found`` are the gestures that are to stay."""
+def around(found: Sequence[Gesture], first: int, last: int, frames: int, wanted: float = WANTED, least: float = LEAST) -> Span:
+    """The span to make anew around frames ``first`` to ``last``; ``found`` are the gestures that are to stay, and whose strokes
+    it does not touch but where less than ``least`` seconds would be left on that side.
+    """
     fps = skeleton.FPS
     holds = [one.hold * fps for one in found if one.at * fps < first]
     strokes = [one.stroke * fps for one in found if one.at * fps > last]
     start = max(first - wanted * fps, max(holds, default=-1) + 1)
     stop = min(last + wanted * fps, min(strokes, default=frames) - 1)
-    start, stop = min(start, first - LEAST * fps), max(stop, last + LEAST * fps)
+    start, stop = min(start, first - least * fps), max(stop, last + least * fps)
     return max(int(np.floor(start)), 0), min(int(np.ceil(stop)) + 1, frames)
 
 

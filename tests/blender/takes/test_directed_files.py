@@ -116,6 +116,24 @@ def test_a_take_of_before_opens_as_it_was(directed, tmp_path):
     assert EDITS["delete"]() == {"FINISHED"}
 
 
+def test_a_take_that_an_older_version_directed_opens_as_it_was_and_is_directed_on(directed, tmp_path):
+    """Its number is another one, and gestures were told without the seconds of their begin and end."""
+    assert EDITS["change"]() == {"FINISHED"}
+    action = now()
+    told = provenance.of(action)
+    action[provenance.PROPERTY] = json.dumps({**told, "version": "0.0.1"})
+    action[directing.GESTURES] = json.dumps([row[:5] for row in json.loads(action[directing.GESTURES])])
+    before = state(action)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "older.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "older.blend"))
+    assert alike(state(now()), before)
+    found = directing.shown(now(), bpy.context.scene)
+    assert {one.name: one.frame for one in found} == {mark.name: mark.frame for mark in now().pose_markers}
+    assert EDITS["delete"]() == {"FINISHED"}
+    assert [edit["do"] for edit in directing.made(now())] == ["change", "delete"]
+    assert all(len(row) == 7 for row in json.loads(now()[directing.GESTURES]))
+
+
 def trimmed(strip):
     cut_off(strip, 60, 90)
 

@@ -2,13 +2,15 @@
 
 import random
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from s2ag.core.direction import aims, filling, gestures, remaking, spans
+from s2ag.core.direction import aims, cores, filling, gestures, remaking, spans
 from s2ag.core.direction.directing import Director
 from s2ag.core.errors import UsageError
 from s2ag.core.motion import skeleton
+from s2ag.core.performance.stages import Stages
 from s2ag.core.performance.synthesis import Request, Session
 
 
@@ -78,6 +80,67 @@ def test_a_deleted_stroke_is_gone(after, base):
     left = gestures.near(gestures.find(motion), one.at, 0.2)
     assert left is None or left.size < 0.5 * one.size
     within(base, motion, one.at)
+
+
+def test_a_deletion_leaves_the_strokes_beside_it_where_they_are(after, base):
+    """Those with a second around them that is nobody else's: what is beside them is not touched at all."""
+    found = gestures.find(base)
+    lone = [one for before, one, later in zip(found, found[1:], found[2:], strict=False)
+            if before.hold < one.stroke - 0.2 and later.stroke > one.hold + 0.2]  # fmt: skip
+    assert lone
+    for one in lone:
+        motion, _ = after({"do": "delete", "at": one.at})
+        stayed = [gestures.near(gestures.find(motion), other.at, aims.LANDS) for other in found if other is not one]
+        assert stayed.count(None) <= 1, one
+
+
+def test_a_phrase_is_performed_once_however_often_a_stroke_is_tried(director, request_, base, monkeypatch):
+    performed, real = [], filling.Filler._made
+    monkeypatch.setattr(filling.Filler, "_made", lambda *given: performed.append(1) or real(*given))
+    found = gestures.find(base)[2:-2]
+    for one in found:
+        for asked in ({"size": 0.6}, {"hand": "left"}):
+            performed.clear()
+            director.direct(request_, [{"do": "change", "at": one.at, **asked}])
+            assert 1 <= len(performed) <= 2  # the second where others give way
+
+
+def test_what_is_performed_once_is_bent_to_another_core(director, request_, base):
+    filler = filling.Filler(director.session, request_, Stages(lambda stage, value: None, lambda: False))
+    one, held = middle(base), np.zeros(len(base.directions), bool)
+    core = cores.carried(base, one, one.at)
+    places = [spans.around([], core.first, core.last, len(base.directions))]
+    filler.fill(base, places, core, 7, held)
+    other = cores.nearer(cores.sized(core, 0.7, one.hand), base.directions[core.frames - 8], 0.5)
+    assert not np.array_equal(other.directions, core.directions)
+    bent = filler.fill(base, places, other, 7, held, again=True)[0]
+    assert np.array_equal(bent.directions[other.frames], other.directions)
+    frames = touched(base, bent)
+    assert places[0][0] <= frames.min() and frames.max() < places[0][1]
+    assert filling.excess(base, bent, places) < 0.5  # led to it, not jumped
+    jumped = filler.fill(base, places, core, 7, held, again=True)[0].directions.copy()
+    jumped[other.frames] = other.directions
+    assert filling.excess(base, bent, places) <= filling.excess(base, replace(bent, directions=jumped), places)
+
+
+def test_a_core_takes_more_or_less_time_and_comes_later(base):
+    one = middle(base)
+    core = cores.carried(base, one, one.at)
+    shorter, longer = (cores.paced(core, one.at, base, slower) for slower in (0.6, 1.5))
+    assert len(shorter.directions) < len(core.directions) < len(longer.directions)
+    fastest = [gestures.speeds(part.directions).max() for part in (shorter, core, longer)]
+    assert fastest == sorted(fastest, reverse=True)
+    later = cores.paced(core, one.at, base, 1.0, later=3 / skeleton.FPS)
+    assert later.first == core.first + 3
+    assert np.abs(later.directions[:, 3:] - core.directions[:, 3:]).max() < 1e-5
+
+
+def test_a_larger_stroke_goes_farther_behind_as_well_as_before(base):
+    one = middle(base)
+    core = cores.carried(base, one, one.at)
+    made = cores.sized(core, 1.5, one.hand)
+    away = np.linalg.norm(skeleton.wrists(made.directions) - skeleton.wrists(core.directions), axis=-1).max(1)
+    assert min(away[0], away[-1]) > 0.3 * max(away[0], away[-1])
 
 
 @pytest.mark.parametrize("hand", gestures.HANDS)

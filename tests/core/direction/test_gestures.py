@@ -1,5 +1,7 @@
 """Gestures are found where arms make them, with their phases, hands and sizes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from s2ag.core.direction import gestures
@@ -62,3 +64,23 @@ def test_the_nearest_is_had_within_reach_only():
     assert gestures.near(found, 2.2) is found[0]
     assert gestures.near(found, 2.5) is None
     assert gestures.near([], 2.0) is None
+
+
+@pytest.mark.parametrize("at", [1.0, 2.0, 2.2, 3.4])
+def test_the_nearest_one_is_that_of_all(at):
+    swings = [swinging(2.0), swinging(3.0, 1)]
+    directions = np.where(np.arange(9)[:, None] < 6, *(one.directions for one in swings))
+    motion = Motion(directions, words=[("one", 1.9, 2.1), ("two", 2.9, 3.1)])
+    assert len(gestures.find(motion)) == 2
+    for within in (0.25, 0.6):
+        assert gestures.nearest(motion, at, within) == gestures.near(gestures.find(motion), at, within)
+
+
+def test_strokes_that_do_not_stay_beside_a_deleted_one_are_counted():
+    before, elsewhere = swinging(2.0), swinging(2.5)
+    (one,) = gestures.find(before)
+    deleted = replace(one, stroke=3.4, at=3.5, hold=3.6)
+    assert gestures.disturbed(before, deleted, [one]) == 0
+    assert gestures.disturbed(Motion(np.repeat(before.directions[:1], 90, 0)), deleted, [one]) == 1
+    assert gestures.disturbed(elsewhere, deleted, [one]) == 2  # one is lost, one is new
+    assert gestures.disturbed(before, deleted, []) == 1
