@@ -18,8 +18,8 @@ _SALT = 0x51C
 _ROOM, _LONG, _HELD = 0.2, 1.6, 0.5
 """Metres that a waiting wrist may go to and fro, seconds from which on it waits, and for how many more it is held before it
 sinks if it is as high as the shoulders."""
-_PATIENT, _LEAST = 4.0, 0.05
-"""Seconds of waiting in which as many arms sink as readiness says, and share of those that stay up however ready they are."""
+_HARDLY = 0.1
+"""Readiness below which arms that have sunk come up again."""
 _LOW, _HIGH = 0.38, 0.0
 """Metres of a wrist below its shoulder at which hands are low, and at which they are at the shoulders."""
 _SINKS, _RISES, _BEFORE, _AFTER = 0.8, 0.6, 0.15, 0.2
@@ -33,9 +33,10 @@ _EVERY, _OWN = 2.0, 0.3
 
 
 def readiness(hangs: np.ndarray, activity: np.ndarray, pose: np.ndarray) -> np.ndarray:
-    """How readily arms sink that wait ``(frames,)``, 0..1: in speech as the performer's ``hangs`` ``(frames,)`` say, in silence, of
-    voice ``activity`` ``(frames,)``, always if they hang in the ``pose`` ``(9, 3)`` or ``(frames, 9, 3)`` at rest and else never.
-    Those of a performer who knows of no hanging stay.
+    """How readily arms sink that wait ``(frames,)``, 0..1.
+
+    In speech as the performer's ``hangs`` ``(frames,)`` say; in silence, of voice ``activity`` ``(frames,)``, always if they hang
+    in the ``pose`` ``(9, 3)`` or ``(frames, 9, 3)`` at rest, and else never. Where ``hangs`` are 0 no arm sinks.
     """
     quiet = 1 - gaussian(activity, _QUIET * skeleton.FPS)
     apart = np.linalg.norm(skeleton.wrists(pose) - skeleton.wrists(rest.REST), axis=-1).max(-1)
@@ -55,15 +56,14 @@ def sunk(
         return result, share
     wrists, free = skeleton.wrists(directions), keeping.free(len(directions), given)
     apart = np.linalg.norm(wrists - skeleton.wrists(rest.REST), axis=-1)
-    stays = np.maximum(1 - ready, _LEAST) ** (1 / (_PATIENT * skeleton.FPS))
     for side, arm in enumerate(skeleton.ARMS):
         waits = _waits(wrists[:, side])
         for (start, stop), chances in zip(waits.tolist(), _chances(waits, side, key), strict=True):
-            if chances[0] > 1 - np.prod(stays[start:stop]) or apart[start:stop, side].mean() < _HANGING:
+            if chances[0] > ready[start:stop].mean() or apart[start:stop, side].mean() < _HANGING:
                 continue
             height = np.clip((_LOW - wrists[start:stop, side, 1].mean()) / (_LOW - _HIGH), 0, 1)
             here, sinks = _sinks(len(result), start + _HELD * height * skeleton.FPS, stop)
-            sinks *= (_SHALLOW + (1 - _SHALLOW) * chances[1]) * free[here]
+            sinks *= (_SHALLOW + (1 - _SHALLOW) * chances[1]) * free[here] * np.clip(ready[here] / _HARDLY, 0, 1)
             part = result[here, list(arm)].astype(float)
             result[here, list(arm)] = rest.slerp(part, _hanging(side, chances), sinks[:, None])
             share[here, side] = np.maximum(share[here, side], sinks)

@@ -96,13 +96,13 @@ def test_given_frames_stay_and_lead_into_what_sinks():
     assert np.abs(np.diff(skeleton.wrists(made), axis=0)).max() * FPS < 2
 
 
-def test_longer_waits_sink_more_readily():
-    def rate(seconds: float) -> float:
-        drawn = waiting(np.concatenate([plateau(1.0, 1.0 + seconds, seconds + 2.0) for _ in range(60)]))
-        _, share = sinking.sunk(drawn, np.full(len(drawn), 0.4), KEY)
-        return (share.reshape(60, -1, 2).max(axis=1) > 0.4).mean()
-
-    assert rate(2.0) + 0.2 < rate(8.0)
+def test_what_sank_comes_up_where_nobody_is_ready():
+    drawn = waiting(plateau(2.0, 10.0))
+    ready = always(drawn)
+    ready[105:] = 0
+    made, _ = sinking.sunk(drawn, ready, (1, *KEY[1:]))
+    assert above(made)[70:95].max() < 0.06
+    np.testing.assert_array_equal(made[105:], drawn[105:])
 
 
 def test_in_silence_arms_go_where_they_rest():
