@@ -35,8 +35,8 @@ _EVERY, _OWN = 2.0, 0.3
 def readiness(hangs: np.ndarray, activity: np.ndarray, pose: np.ndarray) -> np.ndarray:
     """How readily arms sink that wait ``(frames,)``, 0..1.
 
-    In speech as the performer's ``hangs`` ``(frames,)`` say; in silence, of voice ``activity`` ``(frames,)``, always if they hang
-    in the ``pose`` ``(9, 3)`` or ``(frames, 9, 3)`` at rest, and else never. Where ``hangs`` are 0 no arm sinks.
+    In speech as the performer's ``hangs`` ``(frames,)`` say; in silence, of voice ``activity`` ``(frames,)``, always if they
+    hang in the ``pose`` ``(9, 3)`` or ``(frames, 9, 3)`` at rest, and else never. Where ``hangs`` are 0 no arm sinks.
     """
     quiet = 1 - gaussian(activity, _QUIET * skeleton.FPS)
     apart = np.linalg.norm(skeleton.wrists(pose) - skeleton.wrists(rest.REST), axis=-1).max(-1)
