@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 from s2ag.core.motion import limits, rest, skeleton
-from s2ag.core.performance import sinking
+from s2ag.core.performance import casting, sinking
+from s2ag.core.performance.request import Request
+from s2ag.core.performance.synthesis import Session
 
 FPS = skeleton.FPS
 KEY = (3, (0, ()), {"shy student": 1.0})
@@ -114,3 +116,16 @@ def test_in_silence_arms_go_where_they_rest():
     assert by_side[67] > 0.99 and before[67] < 0.01
     np.testing.assert_allclose([by_side[5], before[5]], 0.5, atol=1e-6)
     assert not sinking.readiness(0 * hangs, talking, rest.REST).any()
+
+
+def test_styles_hang_as_their_speakers_do():
+    shipped = Session().checkpoint
+    known = {one["name"]: one["hangs"] for one in shipped.speakers}
+    assert known["diplomat"] > known["deadpan"] == 0
+
+    def hanging(style: str) -> np.ndarray:
+        return casting.cast(shipped, Request("none.wav", style=style)).hanging(11)
+
+    np.testing.assert_allclose(hanging("diplomat"), known["diplomat"])
+    walk = hanging("diplomat > deadpan")
+    assert walk[0] == pytest.approx(known["diplomat"]) and walk[-1] == pytest.approx(0) and (np.diff(walk) <= 0).all()
