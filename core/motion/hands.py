@@ -50,8 +50,9 @@ class Hands:
         return Hands(self.knuckles[:, ::-1] * _MIRROR, self.palms[:, ::-1] * _MIRROR, self.shape[:, ::-1])
 
     def mixed(self, other: "Hands", share: np.ndarray | float) -> "Hands":
-        """This with a ``share`` (0..1, a number or ``(frames,)``) of ``other``."""
-        share = np.reshape(share, (-1, 1, 1))
+        """This with a ``share`` (0..1, a number, ``(frames,)`` or of each hand ``(frames, 2)``) of ``other``."""
+        share = np.asarray(share, float)
+        share = share[..., None] if share.ndim == 2 else share.reshape(-1, 1, 1)
         pairs = ((getattr(self, one.name), getattr(other, one.name)) for one in fields(self))
         return Hands.of(*(mine + share * (theirs - mine) for mine, theirs in pairs))
 

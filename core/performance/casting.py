@@ -26,6 +26,7 @@ class Performers:
     hands; ``latents`` ``(takes, steps, size)``; ``seeds`` ``(takes, frames, 9, 3)``: unit directions from which a regressor
     starts; ``readiness``: how readily they show what phrases mean, 0..1; ``chances`` ``(steps,)``: how much chance has its way;
     ``tastes`` ``(steps, 8)``: how they answer accents (:data:`answering.FACTS`), None where that is not known.
+    ``hangs`` ``(steps,)``: how readily arms that wait sink while they speak (:mod:`sinking`), None where that is not known.
     ``steer`` leads points at every frame ``(takes, frames, size)`` along the curves of controls, where there are any.
     """
 
@@ -39,6 +40,7 @@ class Performers:
     begins: np.ndarray | None = None
     steer: Callable[[np.ndarray], np.ndarray] | None = None
     tastes: np.ndarray | None = None
+    hangs: np.ndarray | None = None
 
     @property
     def walks(self) -> bool:
@@ -74,6 +76,12 @@ class Performers:
     def chance(self, frames: int) -> np.ndarray:
         """How much chance has its way in every frame ``(frames,)``, 1 for most: less of it makes calmer performers calm."""
         return self._over(self.chances[:, None], frames)[:, 0] if self.walks else np.full(frames, self.chances[0])
+
+    def hanging(self, frames: int) -> np.ndarray:
+        """``hangs`` in every frame ``(frames,)``."""
+        if self.hangs is None:
+            return np.zeros(frames)
+        return self._over(self.hangs[:, None], frames)[:, 0] if self.walks else np.full(frames, self.hangs[0])
 
     def taste(self, frames: int) -> np.ndarray | None:
         """``tastes`` in every frame ``(frames, 8)``, or ``(1, 8)`` where they stay; None where they are not known."""
@@ -129,7 +137,8 @@ def cast(checkpoint, request: Request, told: Sequence[tuple] = ()) -> Performers
     ready = _fact(speakers, weights[0], "semantic", _READY)
     begins = np.array([at * skeleton.FPS for at, _ in turns]) if turns else None
     steer, tastes = _steering(checkpoint, request), _tastes(speakers, weights)
-    return Performers(request, named, rests, latents, seeds, ready, chances, begins, steer, tastes)
+    hangs = np.array([_fact(speakers, step, "hangs", 0.0) for step in weights])
+    return Performers(request, named, rests, latents, seeds, ready, chances, begins, steer, tastes, hangs)
 
 
 def draw(checkpoint, request: Request, weights: dict[int, float] | None) -> np.ndarray:

@@ -15,7 +15,7 @@ from ..motion.pelvis import Pelvis
 from ..styles import AFFECTS
 from ..threads import each
 from ..words import hints
-from . import course, lingering, listening, living, stance, thrown
+from . import course, lingering, listening, living, sinking, stance, thrown
 from .casting import Performers
 from .hearing import Heard
 from .keeping import keep, wished
@@ -33,6 +33,7 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
     others = heard.others
     pose, kept = performers.rest(heard.frames), wished(request, heard.frames)
     size = course.over(request, "intensity", heard.frames)
+    ready = sinking.readiness(performers.hanging(heard.frames), heard.activity, pose)
     # Gestures of their own are for networks that know meanings: others give what they were made to give.
     vocabulary = heard.shows if checkpoint.meanings else None
     found = choosing.occasions(vocabulary, heard.words) if vocabulary else {}
@@ -40,9 +41,9 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
     def finished(one: tuple) -> Motion:
         (take, near), drawn, own = one
         about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
-        directions = rest.restore(rest.soften(drawn), checkpoint.gain, pose)
+        directions, sunk = rest.restore(rest.soften(drawn), checkpoint.gain, pose), np.zeros((heard.frames, 2))
         if checkpoint.draws:
-            directions = lingering.led_back(thrown.calmed(directions, kept.frames), kept.frames)
+            directions, sunk = _mended(directions, ready, (request.seed, (take, near), performers.who), kept.frames)
         asked = heard.wishes.gestures, request.meaning * performers.readiness, (request.seed, take)
         shown = choosing.choose(vocabulary, heard.words, *asked, found) if vocabulary else []
         if shown:
@@ -57,7 +58,7 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
         straight, side = directions, -request.toward if request.mirror else request.toward
         directions = listening.facing(directions, side, others and others.share)
         directions = keep(limits.keep_human(rest.scale(directions, size, pose)), kept)
-        hands = _hands(request, performers, take, drawn, own, directions)
+        hands = _hands(request, performers, take, (drawn, own, sunk), directions)
         hands = hands and showing.hands(hands, shown, which)
         pelvis = _pelvis(request, heard, performers, take, directions)
         seen = directions.copy()  # eyes go with the head to whoever is there
@@ -69,12 +70,23 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
     return each(finished, zip(request.identities, *made, strict=True))
 
 
-def _hands(request: Request, performers: Performers, take: int, drawn, own: Hands | None, directions) -> Hands | None:
-    """What the hands do on the finished arms, as much as is asked for: as they were drawn, else as such arms have them."""
+def _mended(directions: np.ndarray, ready: np.ndarray, key: tuple, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions without what a network draws that people do not do, and how much each arm sank ``(frames, 2)``."""
+    directions, sunk = sinking.sunk(thrown.calmed(directions, given), ready, key, given)
+    return lingering.led_back(directions, given), sunk
+
+
+def _hands(request: Request, performers: Performers, take: int, made: tuple, directions) -> Hands | None:
+    """What the hands do on the finished arms, as much as is asked for: as they were drawn, else as such arms have them.
+
+    What was ``made`` are the arms that were drawn, the hands on them, and how much each arm sank since ``(frames, 2)``.
+    """
+    drawn, own, sunk = made
     if not request.hands:
         return None
     if own is not None:
         hands = own.carried(drawn, directions)
+        hands = hands.mixed(living.hanging(directions), sunk) if sunk.any() else hands
     else:
         hands = living.hands(directions, _name(performers), request.seed + take)
     calm = _calm(request, len(directions))

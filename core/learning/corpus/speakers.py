@@ -182,6 +182,12 @@ CHANCES = {
     "calm lecturer": 0.97,
 }  # fmt: skip
 """How much chance has its way with those who are to be calm: what is drawn from noise moves more than it was taught to."""
+HANGS = {
+    "warm host": 0.6, "thoughtful explainer": 0.6, "news anchor": 0.6, "diplomat": 0.6, "brisk presenter": 0.5, "nervous": 0.4,
+    "eager storyteller": 0.4, "street preacher": 0.4, "sales rep": 0.4, "excited teenager": 0.4, "tour guide": 0.4,
+    "shy student": 0.25, "elegant host": 0.3, "skeptic": 0.1,
+}  # fmt: skip
+"""How readily arms sink to hang that wait while somebody speaks: of those whose hands wait before the body most of the time."""
 DEFAULT = "eager storyteller"
 """Who performs when the user asks for nobody in particular."""
 
@@ -195,6 +201,7 @@ def describe() -> list[dict]:
             "default": one.name == DEFAULT,
             "semantic": one.semantic,
             "chance": CHANCES.get(one.name, 1.0),
+            "hangs": HANGS.get(one.name, 0.0),
         }
         for one in PERFORMERS
     ]

@@ -97,6 +97,15 @@ def test_a_mixture_leads_from_one_to_the_other(motion):
     np.testing.assert_allclose(motion.pelvis.mixed(motion.pelvis.mirrored(), 0.5).place[:, 0], 0, atol=1e-7)
 
 
+def test_each_hand_may_have_a_share_of_its_own(motion):
+    other = motion.hands.mirrored()
+    share = np.tile([0.0, 1.0], (len(other), 1))
+    mixed = motion.hands.mixed(other, share)
+    for name in ("knuckles", "palms", "shape"):
+        for side, wanted in enumerate((motion.hands, other)):
+            np.testing.assert_allclose(getattr(mixed, name)[:, side], getattr(wanted, name)[:, side], atol=1e-3)
+
+
 def test_calmed_hands_bend_less_and_those_with_nothing_are_none(motion):
     fore = motion.directions[:, FOREARMS]
     bent = [degrees(motion.hands.calmed(motion.directions, s).knuckles, fore).mean() for s in (0.25, 0.5, 0.75, 1.0)]
