@@ -42,7 +42,7 @@ _WISH = 0.25
 """Wish for a hand below which nothing is changed, as in the corpus."""
 _STIR_RATE, _STIR_SIZE = 1.8, 1.5
 """Octaves of strokes a minute and of sizes between the calmest speech and the most aroused."""
-_WEAK, _LEVEL, _LOUDER = 0.5, 0.25, 0.3
+_WEAK, _LEVEL, _LOUDER = 0.5, 0.25, 0.7
 """How much likelier weak accents pass than strong ones; what 10 dB over the voice's mean add to a strength, and in octaves to
 the size of an answer."""
 _EARLY, _LATE = 0.15, 0.1

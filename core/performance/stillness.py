@@ -11,7 +11,7 @@ from ..smoothing import gaussian
 
 _STILL, _MOVING = 8.0, 34.0
 """Degrees a second up to which an arm counts as waiting, and from which on as moving."""
-_IDLE_STILL, _IDLE_MOVING = 12.0, 80.0
+_IDLE_STILL, _IDLE_MOVING = 13.0, 90.0
 """The same between the strokes that a take chose: what moves there answers nothing, and takes share such motion by chance."""
 _LONG, _SHORT = 0.5, 0.12
 """Standard deviations (s) over which a waiting arm's way is smoothed, and its speed is taken."""

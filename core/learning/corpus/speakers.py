@@ -183,9 +183,9 @@ CHANCES = {
 }  # fmt: skip
 """How much chance has its way with those who are to be calm: what is drawn from noise moves more than it was taught to."""
 HANGS = {
-    "warm host": 0.6, "thoughtful explainer": 0.6, "news anchor": 0.6, "diplomat": 0.6, "brisk presenter": 0.5, "nervous": 0.4,
-    "eager storyteller": 0.4, "street preacher": 0.4, "sales rep": 0.4, "excited teenager": 0.4, "tour guide": 0.4,
-    "shy student": 0.25, "elegant host": 0.3, "skeptic": 0.1,
+    "warm host": 0.54, "thoughtful explainer": 0.54, "news anchor": 0.54, "diplomat": 0.54, "brisk presenter": 0.45,
+    "nervous": 0.36, "eager storyteller": 0.36, "street preacher": 0.36, "sales rep": 0.36, "excited teenager": 0.36,
+    "tour guide": 0.36, "shy student": 0.23, "elegant host": 0.27, "skeptic": 0.09,
 }  # fmt: skip
 """How readily arms sink to hang that wait while somebody speaks: of those whose hands wait before the body most of the time."""
 DEFAULT = "eager storyteller"
