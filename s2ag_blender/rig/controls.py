@@ -6,7 +6,7 @@ a private copy and corrected top down: ``M^-1 S M`` for the remaining turn S of 
 prediction holds, as on most rigs, one evaluation a frame confirms it; else the next pass is exact one level further.
 """
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Generator
 from dataclasses import dataclass, replace
 
 import bpy
@@ -20,7 +20,7 @@ from ...rigs.family import LINES, SIDES
 from ...rigs.goals import Goals, Walk
 from ...rigs.plain import Bones, Mapping, spoken
 from . import locks
-from .standin import StandIn, stand_in, upright
+from .standin import Returning, StandIn, upright
 
 SETTLED = np.radians(0.03)
 PASSES, TRIES = 20, 3
@@ -63,7 +63,7 @@ class Control:
     gain: float = 1.0
 
 
-def solve(
+def solving(
     armature: bpy.types.Object,
     bones: Bones,
     mapping: Mapping,
@@ -71,24 +71,37 @@ def solve(
     keys: Take,
     *,
     scene: bpy.types.Scene,
-    ask: Callable[[Bones, Take], Goals],
+    ask: Callable[..., Goals],
     values: dict[str, float] | None = None,
     hands: Collection[str] = (),
     tell: Callable[[str], None] = print,
-) -> dict[str, np.ndarray]:
-    """Rotations ``{bone: (keys, 4)}``: measured at the frames of ``motion`` and carried over to those of ``keys``.
+) -> Generator[None, None, dict[str, np.ndarray]]:
+    """Rotations ``{bone: (keys, 4)}``: measured at the frames of ``motion`` and carried over to those of ``keys``, in slices.
 
-    ``ask`` says what a take asks of bones; ``values`` are the settings that the rig will have; ``hands`` may be made to
-    follow their forearms where they do not by themselves. Bones that do not get where they should are told, and those
-    that do not answer at all get no keys. Nothing in the file changes. Raises :class:`RigUnusable` for an unusable mapping.
+    ``ask(bones, take, clear=False)`` says what a take asks of bones; ``values`` are the settings that the rig will have;
+    ``hands`` may be made to follow their forearms where they do not by themselves. Bones that do not get where they should
+    are told, and those that do not answer at all get no keys. Nothing in the file changes. Raises :class:`RigUnusable` for
+    an unusable mapping.
     """
     watched = [name for chain in mapping.chains.values() for name in chain]
-    with stand_in(armature, scene, watched, values, frame=float(motion.frames[0])) as rig:
-        rest = rig.as_bones(bones)
-        solver = Solver(rig, ask(rest, motion), hands)
-        predicted, solved = solver.predict(solver.goals.walk()), solver.run(motion.frames)
-        walk = ask(rest, keys).walk()
+    with Returning(armature, scene, watched, values, float(motion.frames[0])) as place:
+        rest = place.rig.as_bones(bones)
+        goals = ask(rest, motion, clear=False)
+        for _ in goals.clearing():
+            yield from place.pause()
+        yield from place.pause()
+        solver = Solver(place, goals, hands)
+        yield from place.pause()
+        predicted = solver.predict(goals.walk())
+        yield from place.pause(always=True)
+        solved = yield from solver.running(motion.frames)
+        goals = ask(rest, keys, clear=False)
+        for _ in goals.clearing():
+            yield from place.pause()
+        yield from place.pause(always=True)
+        walk = goals.walk()
         wanted = solver.predict(walk)
+    yield
     for sentence in solver.shortfalls():
         tell(sentence)
     result = twist.rotations(walk.goals, walk)
@@ -113,20 +126,25 @@ def between(rotations: np.ndarray, frames: np.ndarray, at: np.ndarray) -> np.nda
 class Solver:
     """One motion on one private copy of a rig. Arrays of bones come first, then frames."""
 
-    def __init__(self, rig: StandIn, goals: Goals, hands: Collection[str] = ()):
-        self.rig, self.goals, self.frames = rig, goals, len(goals.directions)
+    def __init__(self, place: Returning, goals: Goals, hands: Collection[str] = ()):
+        self.place, self.goals, self.frames = place, goals, len(goals.directions)
         self.rest = goals.bones.rest
         self.controls = self._learn(_controls(goals, hands))
         self.carriers = _carriers(self.controls)
         self.missed = {}
+
+    @property
+    def rig(self) -> StandIn:
+        """The copy that is there just now."""
+        return self.place.rig
 
     def predict(self, walk: Walk) -> np.ndarray:
         """Rotations (bones, frames, 4) by what the trial turns showed."""
         still = np.tile(walk.goals.still(), (len(self.controls), 1, 1))
         return self._step(walk, still, still, [None] * len(self.controls), still, np.ones(still.shape[:2]))[0]
 
-    def run(self, frames: np.ndarray) -> np.ndarray:
-        """Rotations (bones, frames, 4) measured to be right at scene ``frames``, or as near as the rig allows."""
+    def running(self, frames: np.ndarray) -> Generator[None, None, np.ndarray]:
+        """Rotations (bones, frames, 4) measured to be right at scene ``frames``, or as near as the rig allows; in slices."""
         basis = self.predict(self.goals.walk())
         turned, along = np.zeros_like(basis), np.zeros((*basis.shape[:2], 3))
         nearest, best = np.full(basis.shape[:2], np.inf), basis.copy()
@@ -136,8 +154,10 @@ class Solver:
         for last in [False] * PASSES + [True]:
             for frame in active:
                 turned[:, frame], along[:, frame] = self._measure(basis[:, frame], frames[frame])
+                yield from self.place.pause()
             if last:
                 break
+            yield from self.place.pause(always=True)
             tilt = np.where(quiet[..., None], self._retilted(tilt, made, former, turned), tilt)
             # A bone that does not answer as expected takes smaller steps, and in the end stays where it came nearest.
             ease = np.where(failed < TRIES, 0.5**failed, 0.0)
@@ -155,6 +175,7 @@ class Solver:
             made, former, basis = quaternion.multiply(quaternion.conjugate(basis), following), turned.copy(), following
             if not len(active):
                 break
+            yield from self.place.pause()
         self._note(along)
         return basis
 
@@ -184,7 +205,7 @@ class Solver:
         return quaternion.multiply(quaternion.multiply(after, quaternion.conjugate(before)), turned)
 
     def shortfalls(self) -> list[str]:
-        """A sentence for each bone that stays off, which :meth:`run` found out."""
+        """A sentence for each bone that stays off, which :meth:`running` found out."""
         sentences = []
         for control in self.controls:
             if control.gain < DEAD:

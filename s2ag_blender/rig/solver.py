@@ -45,7 +45,8 @@ def solving(
     tell: Callable[[str], None],
     trunk: Girth | None,
 ) -> Generator[None, None, Solution]:
-    """Rotations of the mapped bones at ``keys``, by the solver that the rig needs; slices after the first ask Blender nothing.
+    """Rotations of the mapped bones at ``keys``, by the solver that the rig needs, in slices; of a plain rig only the first
+    asks Blender anything.
 
     ``motion`` and ``keys`` are the same performance, as it came and at the frames to be keyed; hands and arms stay out of the
     ``trunk`` (guessed, if None). What keeps a bone from its goal is told. Nothing in the file changes. Raises
@@ -69,18 +70,16 @@ def solving(
         return Goals(rest, mapping, take.directions, take.fps, options, **about)
 
     resting = [name for name in hands.eased(armature) if name in free] if motion.hands is not None else ()
-    if not why:
-        yield
-    goals = ask(bones, keys, clear=bool(why))
+    yield
+    goals = ask(bones, keys, clear=False)
+    yield
+    yield from goals.clearing()
+    yield
     if why:
         followers = hands.free_bones(armature, ruled=True, eased=motion.hands is not None)
-        rotations = controls.solve(
-            armature, bones, mapping, motion, keys, scene=scene, ask=ask, values=values, hands=followers, tell=tell
-        )
+        about = {"scene": scene, "ask": ask, "values": values, "hands": followers, "tell": tell}
+        rotations = yield from controls.solving(armature, bones, mapping, motion, keys, **about)
     else:
-        yield
-        yield from goals.clearing()
-        yield
         rotations = yield from retarget.rotating(goals)
     yield
     # What is neither a finger nor a wrist, such as a bone in the palm, rests.

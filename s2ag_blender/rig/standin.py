@@ -6,7 +6,8 @@ would leave traces in library overrides.
 """
 
 import contextlib
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Generator, Iterator, Sequence
 
 import bpy
 import numpy as np
@@ -14,6 +15,9 @@ from mathutils import Matrix, Quaternion
 
 from ...rigs.plain import Bones
 from . import dependencies
+
+SLICE = 0.03
+"""Seconds for which a copy is measured before Blender may go on, or as long as making it took if that is more."""
 
 
 class StandIn:
@@ -52,6 +56,35 @@ class StandIn:
     def _evaluated(self):
         # Every update may build the evaluated pose anew, so it is asked for each time.
         return self.item.evaluated_get(self.scene.view_layers[0].depsgraph).pose.bones
+
+
+class Returning:
+    """A :class:`StandIn` that is not there while Blender goes on: whatever is done or saved meanwhile knows nothing of it.
+
+    ``rig`` is the one that is there; ``given`` are what :func:`stand_in` takes.
+    """
+
+    def __init__(self, *given):
+        self.rig: StandIn | None = None
+        self._given, self._stack, self._until = given, contextlib.ExitStack(), 0.0
+
+    def __enter__(self) -> "Returning":
+        began = time.perf_counter()
+        self.rig = self._stack.enter_context(stand_in(*self._given))
+        made = time.perf_counter()
+        self._until = made + max(SLICE, made - began)
+        return self
+
+    def __exit__(self, *error) -> None:
+        self.rig = None
+        self._stack.close()
+
+    def pause(self, always: bool = False) -> Generator[None, None, None]:
+        """Let Blender go on if it is time, or ``always``; afterwards every bone is at rest again."""
+        if always or time.perf_counter() >= self._until:
+            self.__exit__()
+            yield
+            self.__enter__()
 
 
 def upright(matrices: np.ndarray) -> np.ndarray:

@@ -14,8 +14,8 @@ from s2ag.rigs import quaternion
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.cast import human
 from s2ag.s2ag_blender.keys import keyframes
-from s2ag.s2ag_blender.keys.apply import apply_motion, at_scene_frames, take_off
-from s2ag.s2ag_blender.rig import reading, solver
+from s2ag.s2ag_blender.keys.apply import apply_motion, at_scene_frames, posing, take_off
+from s2ag.s2ag_blender.rig import reading, solver, standin
 
 DEFORM = {
     f"{side}_{part}": (f"DEF-{start}.{letter}", f"DEF-{end}.{letter}")
@@ -185,6 +185,36 @@ def test_an_adversary(seed, record_property):
     found = {"solved": arm_error(item, motion, mapping, solved), "between": arm_error(item, motion, mapping)}
     record_property("degrees", str(found))
     assert found["solved"] < 0.5 and found["between"] < 5, told
+
+
+def sliced(item, chains, motion):
+    """Rotations, and how often Blender could go on; what is in the file then."""
+    slices, seen = posing(item, motion, 1, scene=bpy.context.scene, mapping=chains, options=EXACT), []
+    while True:
+        try:
+            next(slices)
+        except StopIteration as end:
+            return end.value.rotations, seen
+        seen.append((len(bpy.data.objects), len(bpy.data.armatures), len(bpy.data.scenes)))
+
+
+def test_a_rig_is_measured_in_slices_that_leave_nothing_and_change_nothing(monkeypatch):
+    whole, item = adversary()
+    motion = Motion(performance(60, size=0.5))
+    there = (len(bpy.data.objects), len(bpy.data.armatures), len(bpy.data.scenes))
+    monkeypatch.setattr(standin, "SLICE", 600.0)
+    in_one, few = sliced(item, whole.chains, motion)
+    monkeypatch.setattr(standin, "SLICE", 0.0)
+    in_many, many = sliced(item, whole.chains, motion)
+    assert len(many) > len(few) + 5 and set(few + many) == {there}
+    assert in_one.keys() == in_many.keys()
+    for name, rotations in in_one.items():
+        np.testing.assert_allclose(in_many[name], rotations, atol=1e-6, err_msg=name)
+    given_up = posing(item, motion, 1, scene=bpy.context.scene, mapping=whole.chains, options=EXACT)
+    for _ in range(len(few) + 3):
+        next(given_up)
+    given_up.close()
+    assert (len(bpy.data.objects), len(bpy.data.armatures), len(bpy.data.scenes)) == there
 
 
 def test_a_target_that_moves_by_itself():
