@@ -20,6 +20,8 @@ _UNHURRIED = 1.05
 """By how much longer than it must a stroke takes that would be too fast, since its way to and from it is, too."""
 _SHORT = 3
 """Frames from the first to the last that a core has at least."""
+_WHOLE = 1e-6
+"""Frames by which rounding may miss a whole one."""
 _PASSES = 6
 """Ways that are tried at most until a core is as large as it is to be."""
 _EQUAL = 0.65
@@ -145,7 +147,8 @@ def paced(core: Core, at: float, motion: Motion, slower: float, trunk: bool = Fa
     the ``motion`` has room for it.
     """
     frame, to = at * motion.fps, (at + later) * motion.fps
-    first, last = np.ceil(to - slower * (frame - core.first)), np.floor(to + slower * (core.last - frame))
+    first, last = to - slower * (frame - core.first), to + slower * (core.last - frame)
+    first, last = np.ceil(first - _WHOLE), np.floor(last + _WHOLE)
     if first < 1 or last > len(motion.directions) - 2 or last - first < _SHORT:
         return core
     times = np.arange(int(first), int(last) + 1)
