@@ -75,8 +75,8 @@ def _waits(wrist: np.ndarray) -> np.ndarray:
     width = round(_LONG * skeleton.FPS)
     if len(wrist) < width:
         return np.zeros((0, 2), int)
-    seen = np.lib.stride_tricks.sliding_window_view(wrist, width, axis=0)
-    stays = np.linalg.norm(np.ptp(seen, axis=-1), axis=-1) < _ROOM
+    seen = np.lib.stride_tricks.sliding_window_view(np.ascontiguousarray(wrist.T), width, axis=1)
+    stays = np.linalg.norm(np.ptp(seen, axis=-1), axis=0) < _ROOM
     starts, stops = np.flatnonzero(np.diff(np.concatenate([[0], stays, [0]]).astype(int))).reshape(-1, 2).T
     return np.stack([starts, stops + width - 1], axis=1)
 

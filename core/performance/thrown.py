@@ -9,7 +9,7 @@ from bisect import bisect_left, bisect_right
 import numpy as np
 
 from ..motion import rest, skeleton
-from ..smoothing import gaussian
+from ..smoothing import gaussian, running_maximum
 from . import keeping
 
 _SIZE, _LEAST = 0.15, 0.1
@@ -70,7 +70,7 @@ def _slower(left: list, right: list, frames: int) -> np.ndarray:
 def _throws(height: np.ndarray, speed: np.ndarray) -> list[tuple[int, float, float, float]]:
     """Tops of a wrist's way: the frame, metres a frame at most, seconds up and down, and how much of a throw that is, 0..1."""
     inner = height[1:-1]
-    tops = 1 + np.flatnonzero((inner >= height[:-2]) & (inner > height[2:]))
+    tops = 1 + np.flatnonzero((inner >= height[:-2]) & (inner > height[2:]) & (_lower(height)[1:-1] > _LEAST))
     found = []
     for top in tops.tolist():
         (up, rises), (down, falls) = (_fall(height[top] - way) for way in (height[top::-1], height[top:]))
@@ -80,6 +80,12 @@ def _throws(height: np.ndarray, speed: np.ndarray) -> list[tuple[int, float, flo
             fastest = float(speed[max(top - _NEAR, 0) : top + _NEAR + 1].max())
             found.append((top, fastest, long, share))
     return found
+
+
+def _lower(height: np.ndarray) -> np.ndarray:
+    """Metres by which a way ``(frames,)`` is lower somewhere within the time of a throw, both before and after each frame."""
+    near = int(np.ceil(_LONG * skeleton.FPS))
+    return height + np.minimum(running_maximum(-height, near, 0), running_maximum(-height, 0, near))
 
 
 def _fall(below: np.ndarray) -> tuple[float, float]:
