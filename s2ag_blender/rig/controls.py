@@ -86,12 +86,13 @@ def solving(
     watched = [name for chain in mapping.chains.values() for name in chain]
     with Returning(armature, scene, watched, values, float(motion.frames[0])) as place:
         rest = place.rig.as_bones(bones)
+        yield from place.pause(always=True)
         goals = ask(rest, motion, clear=False)
         for _ in goals.clearing():
             yield from place.pause()
-        yield from place.pause()
+        yield from place.pause(always=True)
         solver = Solver(place, goals, hands)
-        yield from place.pause()
+        yield from place.pause(always=True)
         predicted = solver.predict(goals.walk())
         yield from place.pause(always=True)
         solved = yield from solver.running(motion.frames)
@@ -159,6 +160,7 @@ class Solver:
                 break
             yield from self.place.pause(always=True)
             tilt = np.where(quiet[..., None], self._retilted(tilt, made, former, turned), tilt)
+            yield from self.place.pause(always=True)
             # A bone that does not answer as expected takes smaller steps, and in the end stays where it came nearest.
             ease = np.where(failed < TRIES, 0.5**failed, 0.0)
             segments = quaternion.rotate(quaternion.conjugate(turned), along)
