@@ -177,7 +177,7 @@ class Solver:
             made, former, basis = quaternion.multiply(quaternion.conjugate(basis), following), turned.copy(), following
             if not len(active):
                 break
-            yield from self.place.pause()
+            yield from self.place.pause(always=True)
         self._note(along)
         return basis
 
