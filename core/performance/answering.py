@@ -14,7 +14,7 @@ import numpy as np
 from ..motion import requested, skeleton
 from ..sound import prosody
 from . import keeping, stirring
-from .noise import noise
+from .noise import noise, uniform
 
 FACTS = ("rate", "size", "spread", "left", "right", "both", "ready", "end")
 """A taste: strokes a minute of speech, the middle of their sizes (m) and the deviation of the logarithm, shares of the hands,
@@ -109,7 +109,7 @@ def channels(
     own = _stirred(tastes[np.minimum(at, len(tastes) - 1)], stirring.arousal(rhythm, at), level)
     of = _wished(own, {name: _there(value, at) for name, value in wishes.items()})
     numbers = noise(key[0], key[1], 0, len(time), 6, key[2], _SALT)
-    chance = _uniform(numbers)
+    chance = uniform(numbers)
     called = strength + _MAIN * main + _LEVEL * level
     chosen = _chosen(time, called, of, _spoken(time, rhythm.phrases, turns), chance[:, :2])
     rank = np.searchsorted(np.sort(strength), strength) / max(len(time) - 1, 1)
@@ -133,7 +133,7 @@ def _stirred(tastes: np.ndarray, arousal: np.ndarray, level: np.ndarray) -> np.n
 def _hushed(phrases: np.ndarray, key: tuple) -> np.ndarray:
     """Spans ``(n, 2)`` of the pauses between phrases in which no stroke is to be."""
     pauses = np.stack([phrases[:-1, 1], phrases[1:, 0] - _RISING], axis=1)
-    chance = _uniform(noise(key[0], key[1], 0, len(pauses) + 1, 1, key[2], _PAUSES))[:-1, 0]
+    chance = uniform(noise(key[0], key[1], 0, len(pauses) + 1, 1, key[2], _PAUSES))[:-1, 0]
     return pauses[(chance < _HUSH) & (np.ptp(pauses, axis=1) > _BRIEF) & (pauses[:, 1] > pauses[:, 0])]
 
 
@@ -202,8 +202,3 @@ def _free(rows: np.ndarray, first: int, last: int, taken: np.ndarray) -> np.ndar
     count = np.concatenate([[0], np.cumsum(taken)])
     low, high = (np.clip(rows[:, [first, last]] * skeleton.FPS + (0, 1), 0, len(taken))).astype(int).T
     return rows[count[np.maximum(high, low)] == count[low]]
-
-
-def _uniform(numbers: np.ndarray) -> np.ndarray:
-    """Normal numbers as ones spread evenly between 0 and 1."""
-    return np.clip(0.5 + 0.5 * np.vectorize(math.erf, [float])(numbers / math.sqrt(2)), 1e-6, 1 - 1e-6)

@@ -1,5 +1,6 @@
 """The random numbers that a performance is drawn from: those of a seed and a take, wherever one looks."""
 
+import math
 import zlib
 from collections.abc import Mapping
 
@@ -32,6 +33,11 @@ def noise(
         others = _mixed((seed, take, *path), who, start, stop, size, salt)
         numbers = np.float32(np.cos(angle)) * numbers + np.float32(np.sin(angle)) * others
     return numbers
+
+
+def uniform(numbers: np.ndarray) -> np.ndarray:
+    """Normal numbers as ones spread evenly between 0 and 1, neither of which they are."""
+    return np.clip(0.5 + 0.5 * np.vectorize(math.erf, [float])(numbers / math.sqrt(2)), 1e-6, 1 - 1e-6)
 
 
 def _mixed(key: tuple, who: Mapping[str, float] | None, start: int, stop: int, size: int, salt: int) -> np.ndarray:

@@ -12,7 +12,7 @@ from ..motion import rest, skeleton
 from ..motion.curves import ramp
 from ..smoothing import gaussian
 from . import keeping
-from .noise import noise
+from .noise import noise, uniform
 
 _SALT = 0x51C
 _ROOM, _LONG, _HELD = 0.2, 1.6, 0.5
@@ -91,7 +91,7 @@ def _chances(waits: np.ndarray, side: int, key: tuple) -> np.ndarray:
     own = numbers[:, 1 + 4 * side : 5 + 4 * side]
     own[:, 0] = (numbers[:, 0] + _OWN * own[:, 0]) / math.hypot(1, _OWN)
     found = np.stack([np.interp(at, np.arange(len(own)), column) for column in own.T], axis=-1)
-    return 0.5 + 0.5 * np.vectorize(math.erf, [float])(found / math.sqrt(2))
+    return uniform(found)
 
 
 def _hanging(side: int, chances: np.ndarray) -> np.ndarray:

@@ -87,19 +87,13 @@ def solving(
     with Returning(armature, scene, watched, values, float(motion.frames[0])) as place:
         rest = place.rig.as_bones(bones)
         yield from place.pause(always=True)
-        goals = ask(rest, motion, clear=False)
-        for _ in goals.clearing():
-            yield from place.pause()
-        yield from place.pause(always=True)
+        goals = yield from _cleared(ask(rest, motion, clear=False), place)
         solver = Solver(place, goals, hands)
         yield from place.pause(always=True)
         predicted = solver.predict(goals.walk())
         yield from place.pause(always=True)
         solved = yield from solver.running(motion.frames)
-        goals = ask(rest, keys, clear=False)
-        for _ in goals.clearing():
-            yield from place.pause()
-        yield from place.pause(always=True)
+        goals = yield from _cleared(ask(rest, keys, clear=False), place)
         walk = goals.walk()
         wanted = solver.predict(walk)
     yield
@@ -114,6 +108,14 @@ def solving(
         change = between(quaternion.continuous(change), motion.frames, keys.frames)
         result[control.name] = quaternion.continuous(quaternion.multiply(change, wanted[index]))
     return result
+
+
+def _cleared(goals: Goals, place: Returning) -> Generator[None, None, Goals]:
+    """The goals, once their arms are out of the trunk, in slices."""
+    for _ in goals.clearing():
+        yield from place.pause()
+    yield from place.pause(always=True)
+    return goals
 
 
 def between(rotations: np.ndarray, frames: np.ndarray, at: np.ndarray) -> np.ndarray:
