@@ -12,7 +12,7 @@ SETTLE_AFTER = 0.7  # seconds of silence before the hands start to sink
 SETTLE_TIME = 1.2  # seconds they take
 RAISE_TIME = 0.5  # seconds before speech in which they are handed back to the network
 
-_NEIGHBOUR = 0.24  # brings jerk at a given speed to that of captured gestures
+_TREMBLE = 0.8  # frames; brings jerk at a given speed to that of captured gestures
 _FARTHEST = np.radians(170)  # from rest; beyond it the way back would flip
 
 # Per edge: how far (radians) breathing (front-back, up-down) and swaying (side, front) carry it.
@@ -126,10 +126,8 @@ def restore(directions: np.ndarray, gain: np.ndarray | float, pose: np.ndarray =
 
 
 def soften(directions: np.ndarray) -> np.ndarray:
-    """Take the tremble out of ``(frames, 9, 3)``: a little of each frame's neighbours is mixed in; ends stay."""
-    ends = np.concatenate([directions[:1], directions, directions[-1:]])
-    mixed = (1 - 2 * _NEIGHBOUR) * directions + _NEIGHBOUR * (ends[:-2] + ends[2:])
-    return skeleton.normalize(mixed).astype(np.float32)
+    """Take the tremble out of ``(frames, 9, 3)``: a little of each frame's neighbours is mixed in."""
+    return skeleton.normalize(gaussian(directions, _TREMBLE)).astype(np.float32)
 
 
 def angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:

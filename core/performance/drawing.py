@@ -20,6 +20,7 @@ from ..threads import each
 from . import living
 from .casting import Performers
 from .noise import noise
+from .tempo import Tempo
 
 TILE = 8192
 """Frames that are drawn at once, 9 minutes; what lies around them comes on top."""
@@ -35,6 +36,7 @@ def draw(
     cancelled: Callable[[], bool] = lambda: False,
     tile: int = TILE,
     lively: np.ndarray | None = None,
+    tempo: Tempo | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Directions ``(takes, frames, 9, 3)`` float32 of all takes of the performers of a request each, and what else their
     frames have ``(takes, frames, extras)``.
@@ -43,9 +45,10 @@ def draw(
     ``inputs`` are as for :func:`windows.generate`; ``asked`` ``(takes, frames, 7)`` are the strokes that the takes of each of
     the performers are asked for (:mod:`requested`), None for none. Frames that are given (:meth:`Performers.given`) are kept,
     and of those that follow from given ones nothing is computed. ``lively`` ``(frames,)`` scales the random numbers of each
-    frame: below 1 it is performed nearer to what is usual there.
+    frame: below 1 it is performed nearer to what is usual there. ``tempo`` is theirs; all
+    else is told in frames of the recording.
     """
-    plans = [_Plan(network, one, wishes, frames, tile, lively) for one, wishes in zip(cast, asked, strict=True)]
+    plans = [_Plan(network, one, wishes, frames, tile, lively, tempo) for one, wishes in zip(cast, asked, strict=True)]
     drawings = (2 if network.config.extras else 1) * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans)
     steps = max(network.config.flow_steps * drawings, 1)
     done, asking = itertools.count(), threading.get_ident()
@@ -67,17 +70,23 @@ def draw(
 class _Plan:
     """What is drawn for the performers of one request, and where."""
 
-    def __init__(self, network, performers: Performers, asked: np.ndarray | None, frames: int, tile: int, lively):
-        self.network, self.performers, self.asked, self.frames = network, performers, asked, frames
-        self.mask, self.poses = performers.given(frames).whole(frames)
-        self.extras = _extras(network.usual, self.mask, self.poses)
+    def __init__(self, network, performers: Performers, asked: np.ndarray | None, frames: int, tile: int, lively, tempo):
+        self.network, self.performers, self.asked, self.tempo = network, performers, asked, tempo
+        self.kept = self.mask, self.poses = performers.given(frames).whole(frames)
         self.styles = performers.on_the_way(frames if performers.varies else 1)
         self.lively = np.asarray(performers.chance(frames) * (1.0 if lively is None else lively), np.float32)
+        if tempo is not None:
+            self.mask, self.poses = tempo.given(*self.kept)
+            self.lively = tempo.along(self.lively)
+            self.asked = None if asked is None else np.stack([tempo.along(one) for one in asked])
+            self.styles = np.stack([tempo.along(one) for one in self.styles]) if performers.varies else self.styles
+        self.extras = _extras(network.usual, self.mask, self.poses)
         self.tiles = list(_tiles(network, np.flatnonzero(~self.mask), tile))
 
     def draw(self, inputs, begins: Callable[[], None]) -> tuple[np.ndarray, np.ndarray]:
         """``(takes, frames, 9, 3)`` and ``(takes, frames, extras)``; ``begins()`` is called before each step."""
-        network, performers = self.network, self.performers
+        network, performers, tempo = self.network, self.performers, self.tempo
+        inputs = inputs if tempo is None else tempo.heard(inputs)
         made, extras = (np.repeat(part[None], len(performers.latents), 0) for part in (self.poses, self.extras))
         for place in self.tiles:
             low, high = place[2:]
@@ -87,6 +96,13 @@ class _Plan:
             take = partial(self._draw_take, (made, extras), place, heard, seeds, begins)
             each(take, range(len(made)), 2 * TILE // (high - low) if network.shares else 1)
         made[:, self.mask], extras[:, self.mask] = self.poses[self.mask], self.extras[self.mask]
+        return (made, extras) if tempo is None else self._played(made, extras)
+
+    def _played(self, made: np.ndarray, extras: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A performance in the frames of its recording, those that are given as they are."""
+        made, extras = (np.stack([self.tempo.back(take) for take in part]) for part in (made, extras))
+        made, (mask, poses) = skeleton.normalize(made), self.kept
+        made[:, mask], extras[:, mask] = poses[mask], _extras(self.network.usual, mask, poses)[mask]
         return made, extras
 
     def _draw_take(self, wholes: tuple, place: tuple, heard, seeds: np.ndarray, begins: Callable[[], None], row: int) -> None:

@@ -9,7 +9,7 @@ from ..motion import hand_numbers, requested, skeleton
 from ..motion.hands import Hands
 from ..smoothing import gaussian
 from ..threads import each
-from . import across, answering, asking, course, drawing, stillness
+from . import across, answering, asking, course, drawing, stillness, tempo
 from .casting import Performers
 from .hearing import Heard
 
@@ -48,8 +48,8 @@ def perform(
         made = windows.generate(generator, heard.features.slice, latents, seeds, heard.frames, checkpoint.window[0], *told)
         return Made(made, (None,) * len(made))
     asked = [_asked(checkpoint, heard, one) for one in cast]
-    lively = _lively(heard.activity)
-    drawn, extras = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, lively=lively)
+    manner = {"lively": _lively(heard.activity), "tempo": tempo.follow(heard.rhythm, heard.activity)}
+    drawn, extras = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, **manner)
     known = [one.given(heard.frames).frames for one in cast]
     given = [frames for one, frames in zip(cast, known, strict=True) for _ in one.latents]
     idle = [part for one, wishes, frames in zip(cast, asked, known, strict=True) for part in _idle(heard, one, wishes, frames)]

@@ -6,6 +6,7 @@ Keys of columns are those of :data:`goals.VARIETY`.
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -31,11 +32,11 @@ _MINUTE = round(60 * skeleton.FPS)
 
 @dataclass(frozen=True)
 class Performance:
-    """A performer's case of one recording, the same by another seed and in another take ``(frames, 9, 3)``, and the clips
+    """A performer's case of one recording, the same by other seeds and in another take ``(frames, 9, 3)``, and the clips
     of its strokes where a plan is known."""
 
     case: Case
-    seed: np.ndarray | None = None
+    seeds: Sequence[np.ndarray] = ()
     take: np.ndarray | None = None
     clips: tuple[str, ...] = ()
 
@@ -90,17 +91,20 @@ def _alone(one: Performance) -> dict[str, float]:
         **{name.replace(" ", "_"): value for name, value in variety.speeds(motion).items()},
         "left_right": variety.symmetry(motion),
         "shoulder_yaw": variety.shoulder_yaw(motion),
-        "follows_voice": variety.follows(motion, one.case.talk.loudness),
         "strokes_a_minute": 60 * len(variety.strokes(motion)) / one.case.duration,
     }
     if one.case.hands is not None:
         result |= handwork.speeds(motion, one.case.hands, one.case.rest)
-    for name, other in (("seeds", one.seed), ("takes", one.take)):
-        if other is not None:
-            result[f"{name}_apart"] = variety.arms_apart(motion, other)
-            result[f"{name}_places"] = variety.same_places(motion, other)
-            result[f"{name}_chance"] = variety.places_by_chance(motion, other)
-    return result
+    seeds = [motion, *one.seeds]
+    result["follows_voice"] = float(np.mean([variety.follows(each, one.case.talk.loudness) for each in seeds]))
+    return result | _beside("seeds", seeds) | _beside("takes", [motion] if one.take is None else [motion, one.take])
+
+
+def _beside(name: str, motions: Sequence[np.ndarray]) -> dict[str, float]:
+    """Figures of performances of the same speech against each other, the mean of all pairs."""
+    figures = {"apart": variety.arms_apart, "places": variety.same_places, "chance": variety.places_by_chance}
+    pairs = list(combinations(motions, 2))
+    return {f"{name}_{key}": float(np.mean([figure(*pair) for pair in pairs])) for key, figure in figures.items() if pairs}
 
 
 def _minutes(motion: np.ndarray) -> list[np.ndarray]:

@@ -20,7 +20,7 @@ _DULL = (
     "every main accent, always the same way. The last column names those that reach a goal, too: such a goal is needed, but "
     "who reaches it is not yet worth watching."
 )
-_VARIETY = f"The middle of the performers at all recordings together; two seeds and two takes of each. {_DULL}"
+_VARIETY = f"The middle of the performers at all recordings together; four seeds and two takes of each. {_DULL}"
 _TIMED = (
     ("this", "main_accent"), ("compare", "main_accent"), ("directed", "main_accent"), ("this", "main_accent_gain"),
     ("this", "forearm_median"), ("this", "forearm_p90"), ("this", "jerk_ratio"),

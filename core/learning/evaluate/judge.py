@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,8 @@ FEW = 12
 TAKES = 3
 STYLES = 3
 """Styles that perform all talks for the correlation with arousal."""
+SEEDS = 4
+"""Seeds by which every performer performs recordings of people: places of one pair of them are off by 2 % and more."""
 AT_ONCE = 8
 """Performers that are generated together, which bounds what is held in memory."""
 
@@ -82,7 +85,7 @@ class Judge:
         return [self.studio.known(""), *spread(names, most - 1)]
 
     def company(self, talks: Sequence[Talk], names: Sequence[str]) -> dict[str, list[Performance]]:
-        """Every recording by those of the performers that are known here, each by two seeds, one of them in two takes.
+        """Every recording by those of the performers that are known here, each by :data:`SEEDS`, one of them in two takes.
 
         If none is known, by as many others.
         """
@@ -92,11 +95,13 @@ class Judge:
             self.progress("perform recordings", number / len(talks))
             for begin in range(0, len(names), AT_ONCE):
                 group = names[begin : begin + AT_ONCE]
-                wishes = [wish for name in group for wish in (Wish(name, takes=2), Wish(name, seed=1))]
-                motions = self.studio.motions(talk, wishes)
-                for name, (first, take), (other,) in zip(group, motions[::2], motions[1::2], strict=True):
+                wishes = [Wish(name, seed=seed, takes=1 if seed else 2) for name in group for seed in range(SEEDS)]
+                motions = iter(self.studio.motions(talk, wishes))
+                for name in group:
+                    (first, take), *others = islice(motions, SEEDS)
                     case = replace(self.case(talk, name, first.directions), hands=first.hands)
-                    made[name].append(Performance(case, other.directions, take.directions))
+                    seeds = [other.directions for (other,) in others]
+                    made[name].append(Performance(case, seeds, take.directions))
         return made
 
     def case(self, talk: Talk, style: str, motion: np.ndarray) -> Case:

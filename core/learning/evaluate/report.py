@@ -137,13 +137,13 @@ def _directed_company(corpus: Corpus, material: Path, names: list[str], talks: S
         progress("direct recordings", number / len(talks))
         for name, (first, second) in teacher.perform(talk, list(made), 2).items():
             case = Case(talk, first.directions, rests.get(name, rest.REST), hands=first.hands)
-            made[name].append(Performance(case, second.directions, clips=tuple(first.clips)))
+            made[name].append(Performance(case, [second.directions], clips=tuple(first.clips)))
     return made
 
 
 def _dull_company(name: str, talks: Sequence[Talk]) -> list[Performance]:
     perform = DULL[name]
-    return [Performance(Case(talk, perform(talk, rest.REST), rest.REST), perform(talk, rest.REST, 1)) for talk in talks]
+    return [Performance(Case(talk, perform(talk, rest.REST), rest.REST), [perform(talk, rest.REST, 1)]) for talk in talks]
 
 
 def _recording(troupes: dict[str, Company], row: int, real: dict | None) -> dict[str, dict]:

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("scipy", reason="the engine is not installed")
 
 from s2ag.core.learning.corpus import rotation  # noqa: E402
-from s2ag.core.learning.evaluate import company, dull, goals, people, pictures  # noqa: E402
+from s2ag.core.learning.evaluate import company, dull, goals, people, pictures, variety  # noqa: E402
 from s2ag.core.learning.evaluate.company import Performance  # noqa: E402
 from s2ag.core.learning.evaluate.measure import Case, measure  # noqa: E402
 from s2ag.core.learning.evaluate.talks import Talk  # noqa: E402
@@ -42,7 +42,7 @@ def lively(talk: Talk, seed: int) -> np.ndarray:
 
 
 def performance(talk: Talk, perform, clips=()) -> list[Performance]:
-    return [Performance(Case(talk, perform(0), rest.REST), perform(1), perform(2), clips)]
+    return [Performance(Case(talk, perform(0), rest.REST), [perform(1), perform(3)], perform(2), clips)]
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +86,15 @@ def test_the_middle_and_the_ends_of_performers(columns):
     found = columns["this"]
     assert found["forearm_median"] == pytest.approx(np.median(each))
     assert (found["forearm_median_least"], found["forearm_median_most"]) == pytest.approx((min(each), max(each)))
+
+
+def test_every_pair_of_seeds_counts(talk):
+    one = performance(talk, lambda seed: lively(talk, seed))
+    motions = [one[0].case.directions, *one[0].seeds]
+    pairs = [variety.same_places(motions[a], motions[b]) for a, b in ((0, 1), (0, 2), (1, 2))]
+    found = company.of_performer(one)
+    assert found["seeds_places"] == pytest.approx(np.mean(pairs)) and found["takes_places"] != found["seeds_places"]
+    assert found["follows_voice"] == pytest.approx(np.mean([variety.follows(motion, talk.loudness) for motion in motions]))
 
 
 def test_clips_are_counted_over_all_recordings(talk):
