@@ -15,7 +15,7 @@ from ..motion.pelvis import Pelvis
 from ..styles import AFFECTS
 from ..threads import each
 from ..words import hints
-from . import course, lingering, listening, living, sinking, stance, thrown
+from . import course, lingering, listening, living, sinking, stance, swift, thrown
 from .casting import Performers
 from .hearing import Heard
 from .keeping import keep, wished
@@ -72,7 +72,8 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
 
 def _mended(directions: np.ndarray, ready: np.ndarray, key: tuple, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Directions without what a network draws that people do not do, and how much each arm sank ``(frames, 2)``."""
-    directions, sunk = sinking.sunk(thrown.calmed(directions, given), ready, key, given)
+    directions = thrown.calmed(swift.slowed(directions, given), given)
+    directions, sunk = sinking.sunk(directions, ready, key, given)
     return lingering.led_back(directions, given), sunk
 
 
