@@ -1,5 +1,5 @@
 """Arms that are drawn across the chest or straight out to the side come back before it: people reach so far for their
-other shoulder or to measure themselves, not to talk. Hands that stay before the face, which hides it, go to its side.
+other shoulder or to measure themselves, not to talk. Hands before the face, which hide it, go to its side.
 
 Low hands may fold, cross and hang as they like.
 """
@@ -17,8 +17,8 @@ _HIGH, _LOW = 0.16, 0.34
 """Metres below the shoulder at which that holds wholly, and not at all."""
 _FACE, _BEHIND, _BESIDE = (0.12, 0.1), 0.05, 0.16
 """Metres beside the nose, above or below it and behind it where a palm hides the face, and beside it where it does not."""
-_LONG, _COMES = 0.33, 0.2
-"""Seconds from which on it hides it too long, and over which it comes and goes to the side."""
+_COMES = 0.25
+"""Seconds over which it comes and goes to the side."""
 _NOSE = skeleton.EDGES[2][0]
 
 
@@ -54,18 +54,16 @@ def _turn(aside: np.ndarray, ahead: np.ndarray, below: np.ndarray, half: np.ndar
 
 
 def _past_face(from_nose: list[np.ndarray], from_shoulder: list[np.ndarray]) -> np.ndarray:
-    """Radians by which an arm is turned outwards whose palm hides the face for long.
+    """Radians by which an arm is turned outwards whose palm hides the face.
 
     The palm is known aside, ahead and below the nose, and aside and ahead of the shoulder, metres.
     """
     aside, ahead, below = from_nose
     hides = (np.abs(aside) < _FACE[0]) & (np.abs(below) < _FACE[1]) & (ahead > -_BEHIND)
-    width, ease = (round(seconds * skeleton.FPS) for seconds in (_LONG, _COMES))
-    if len(hides) < width or not hides.any():
+    if not hides.any():
         return np.zeros(len(hides))
-    long = np.lib.stride_tricks.sliding_window_view(hides, width).all(-1).astype(float)
-    held = running_maximum(np.pad(long, (0, width - 1)), ease, width - 1 + ease)
-    share = gaussian(held, 0.5 * ease)
+    ease = round(_COMES * skeleton.FPS)
+    share = gaussian(running_maximum(hides.astype(float), ease, ease), 0.5 * ease)
     from_side, before = from_shoulder
     wanted = from_side + np.clip(_BESIDE - aside, 0, _BESIDE + _FACE[0])
     return share * trunk.outwards(from_side, before, wanted)

@@ -15,7 +15,7 @@ from ..motion.pelvis import Pelvis
 from ..styles import AFFECTS
 from ..threads import each
 from ..words import hints
-from . import course, lingering, listening, living, sinking, stance, swift, thrown
+from . import course, elbows, lingering, listening, living, sinking, stance, swift, thrown
 from .casting import Performers
 from .hearing import Heard
 from .keeping import keep, wished
@@ -74,7 +74,7 @@ def _mended(directions: np.ndarray, ready: np.ndarray, key: tuple, given: np.nda
     """Directions without what a network draws that people do not do, and how much each arm sank ``(frames, 2)``."""
     directions = thrown.calmed(swift.slowed(directions, given), given)
     directions, sunk = sinking.sunk(directions, ready, key, given)
-    return lingering.led_back(directions, given), sunk
+    return elbows.lowered(lingering.led_back(directions, given), given), sunk
 
 
 def _hands(request: Request, performers: Performers, take: int, made: tuple, directions) -> Hands | None:

@@ -7,7 +7,7 @@ from s2ag.core.batch.clip import Clip
 from s2ag.core.batch.folder import Folder
 from s2ag.core.batch.stages import Batch
 from s2ag.core.batch.work import Synthesis
-from s2ag.core.direction import edits
+from s2ag.core.direction import edits, gestures
 from s2ag.core.motion.motion import Motion
 
 
@@ -22,13 +22,19 @@ def clip(tmp_path, examples):
 
 def test_edits_are_performed_and_changed_edits_are_performed_anew(clip, tmp_path):
     folder = Folder(tmp_path / "out")
-    for number, asked in enumerate(([{"do": "delete", "at": 4.3}], [{"do": "delete", "at": 8.7}])):
+
+    def perform(asked: list[dict]) -> Motion:
         edits.save(asked, clip.edits)
         batch = Batch(folder, (clip,), "off")
         (step,) = batch.steps("synth", batch.units)
-        assert step.state == "ready", number
+        assert step.state == "ready", asked
         Synthesis()(step.task.params, lambda *_: None)
-        motion = Motion.load(folder.result("npz", clip.name, ".npz"))
+        return Motion.load(folder.result("npz", clip.name, ".npz"))
+
+    found = gestures.find(perform([]))
+    for one in (found[2], found[-3]):
+        asked = [{"do": "delete", "at": round(one.at, 2)}]
+        motion = perform(asked)
         assert motion.meta["edits"] == edits.check(asked) and np.isfinite(motion.directions).all()
 
 
