@@ -72,7 +72,8 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
 
 def _mended(directions: np.ndarray, ready: np.ndarray, key: tuple, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Directions without what a network draws that people do not do, and how much each arm sank ``(frames, 2)``."""
-    directions = thrown.calmed(swift.slowed(directions, given), given)
+    possible = limits.keep_human(directions)  # a forearm that went through its limit goes round it at once
+    directions = thrown.calmed(swift.slowed(possible, given), given)
     directions, sunk = sinking.sunk(directions, ready, key, given)
     return elbows.lowered(lingering.led_back(directions, given), given), sunk
 
