@@ -12,7 +12,7 @@ SETTLE_AFTER = 0.7  # seconds of silence before the hands start to sink
 SETTLE_TIME = 1.2  # seconds they take
 RAISE_TIME = 0.5  # seconds before speech in which they are handed back to the network
 
-_TREMBLE = 0.8  # frames; brings jerk at a given speed to that of captured gestures
+_TREMBLE = 0.7  # frames; brings jerk at a given speed to that of captured gestures
 _FARTHEST = np.radians(170)  # from rest; beyond it the way back would flip
 
 # Per edge: how far (radians) breathing (front-back, up-down) and swaying (side, front) carry it.

@@ -40,7 +40,7 @@ _QUICKER, _STIRRED, _LARGER_STIRRED = 0.5, 0.2, 0.25
 """What the controls of rate and arousal do to strokes a minute, and arousal to their sizes."""
 _WISH = 0.25
 """Wish for a hand below which nothing is changed, as in the corpus."""
-_STIR_RATE, _STIR_SIZE = 2.2, 1.5
+_STIR_RATE, _STIR_SIZE = 1.8, 1.5
 """Octaves of strokes a minute and of sizes between the calmest speech and the most aroused."""
 _WEAK, _LEVEL, _LOUDER = 0.2, 0.25, 0.7
 """How much likelier weak accents pass than strong ones; what 10 dB over the voice's mean add to a strength, and in octaves to
