@@ -1,5 +1,5 @@
 """Arms that are drawn across the chest or straight out to the side come back before it: people reach so far for their
-other shoulder or to measure themselves, not to talk. Hands before the face, which hide it, go to its side.
+other shoulder or to measure themselves, not to talk.
 
 Low hands may fold, cross and hang as they like.
 """
@@ -7,7 +7,6 @@ Low hands may fold, cross and hang as they like.
 import numpy as np
 
 from ..motion import skeleton
-from ..smoothing import gaussian, running_maximum
 from . import keeping, trunk
 
 _FREE, _WIDE, _SOON, _SHARE = 0.06, 0.37, 0.05, 0.75
@@ -15,11 +14,6 @@ _FREE, _WIDE, _SOON, _SHARE = 0.06, 0.37, 0.05, 0.75
 stay within); over how many more it is taken back, and how much of the rest."""
 _HIGH, _LOW = 0.16, 0.34
 """Metres below the shoulder at which that holds wholly, and not at all."""
-_FACE, _BEHIND, _BESIDE = (0.12, 0.1), 0.05, 0.16
-"""Metres beside the nose, above or below it and behind it where a palm hides the face, and beside it where it does not."""
-_COMES = 0.25
-"""Seconds over which it comes and goes to the side."""
-_NOSE = skeleton.EDGES[2][0]
 
 
 def brought_back(directions: np.ndarray, given: np.ndarray | tuple = ()) -> np.ndarray:
@@ -33,12 +27,8 @@ def brought_back(directions: np.ndarray, given: np.ndarray | tuple = ()) -> np.n
     for side, (upper, lower) in enumerate(skeleton.ARMS):
         out, front, down = trunk.axes(directions, points, side)
         shoulder, other = (points[:, skeleton.EDGES[arm[0]][0]] for arm in (skeleton.ARMS[side], skeleton.ARMS[1 - side]))
-        wrist, palm = points[:, skeleton.EDGES[lower][1]], trunk.PALM * directions[:, lower]
-        turn = _turn(*trunk.along(wrist - shoulder, out, front, down), 0.5 * np.linalg.norm(shoulder - other, axis=-1))
-        turn += _past_face(
-            trunk.along(wrist + palm - points[:, _NOSE], out, front, down), trunk.along(wrist + palm - shoulder, out, front)
-        )
-        turn *= free
+        wrist = points[:, skeleton.EDGES[lower][1]]
+        turn = free * _turn(*trunk.along(wrist - shoulder, out, front, down), 0.5 * np.linalg.norm(shoulder - other, axis=-1))
         for edge in (upper, lower):
             result[:, edge] = trunk.turned(directions[:, edge].astype(float), out, front, turn)
     return result
@@ -51,19 +41,3 @@ def _turn(aside: np.ndarray, ahead: np.ndarray, below: np.ndarray, half: np.ndar
     share = np.clip((_LOW - below) / (_LOW - _HIGH), 0, 1)
     angle = trunk.outwards(aside, ahead, wanted)
     return np.where((ahead > 0) | (aside > 0), angle * share * share * (3 - 2 * share), 0.0)
-
-
-def _past_face(from_nose: list[np.ndarray], from_shoulder: list[np.ndarray]) -> np.ndarray:
-    """Radians by which an arm is turned outwards whose palm hides the face.
-
-    The palm is known aside, ahead and below the nose, and aside and ahead of the shoulder, metres.
-    """
-    aside, ahead, below = from_nose
-    hides = (np.abs(aside) < _FACE[0]) & (np.abs(below) < _FACE[1]) & (ahead > -_BEHIND)
-    if not hides.any():
-        return np.zeros(len(hides))
-    ease = round(_COMES * skeleton.FPS)
-    share = gaussian(running_maximum(hides.astype(float), ease, ease), 0.5 * ease)
-    from_side, before = from_shoulder
-    wanted = from_side + np.clip(_BESIDE - aside, 0, _BESIDE + _FACE[0])
-    return share * trunk.outwards(from_side, before, wanted)

@@ -15,7 +15,7 @@ from ..motion.pelvis import Pelvis
 from ..styles import AFFECTS
 from ..threads import each
 from ..words import hints
-from . import course, elbows, lingering, listening, living, sinking, stance, swift, thrown
+from . import course, elbows, lingering, listening, living, sinking, stance, swift, thrown, veiling
 from .casting import Performers
 from .hearing import Heard
 from .keeping import keep, wished
@@ -73,7 +73,7 @@ def finish(checkpoint, request: Request, heard: Heard, performers: Performers, m
 def _mended(directions: np.ndarray, ready: np.ndarray, key: tuple, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Directions without what a network draws that people do not do, and how much each arm sank ``(frames, 2)``."""
     possible = limits.keep_human(directions)  # a forearm that went through its limit goes round it at once
-    directions = thrown.calmed(swift.slowed(possible, given), given)
+    directions = veiling.passed_by(thrown.calmed(swift.slowed(possible, given), given), given)
     directions, sunk = sinking.sunk(directions, ready, key, given)
     return elbows.lowered(lingering.led_back(directions, given), given), sunk
 

@@ -1,26 +1,8 @@
 import numpy as np
 import pytest
+from reaching import reaching
 from s2ag.core.motion import rest, skeleton
 from s2ag.core.performance import across
-
-
-def reaching(side: int, height: float, aside: float) -> np.ndarray:
-    """A pose (1, 9, 3) whose wrist of a side is that far (m) above the shoulder and beyond the body's middle."""
-    pose = rest.REST.astype(float).copy()[None]
-    points = skeleton.to_positions(pose)[0]
-    upper, lower = skeleton.ARMS[side]
-    shoulder = points[skeleton.EDGES[upper][0]]
-    goal = np.array([-aside if side else aside, shoulder[1] - height, 0.28])
-    way = goal - shoulder
-    reach = np.linalg.norm(way)
-    first, second = skeleton.LENGTHS[upper], skeleton.LENGTHS[lower]
-    foot = (first**2 - second**2 + reach**2) / (2 * reach)
-    along = way / reach
-    down = np.array([0.0, 1.0, 0.0]) - along[1] * along
-    bend = np.sqrt(first**2 - foot**2) * down / np.linalg.norm(down)
-    pose[0, upper] = (foot * along + bend) / first
-    pose[0, lower] = (way - foot * along - bend) / second
-    return pose.astype(np.float32)
 
 
 def beyond(pose: np.ndarray, side: int) -> float:
@@ -53,28 +35,6 @@ def test_given_frames_stay_and_the_ways_to_them_are_smooth():
     np.testing.assert_allclose(made[30:32], still[30:32], atol=1e-6)
     np.testing.assert_allclose(made[[0, 59]], across.brought_back(still)[[0, 59]], atol=1e-6)
     assert np.abs(np.diff(made, axis=0)).max() < 0.06
-
-
-@pytest.mark.parametrize("side", [0, 1])
-def test_a_hand_before_the_face_goes_to_its_side(side):
-    low, before = (reaching(side, height, -0.02)[0] for height in (-0.3, 0.12))
-    share = np.exp(-(((np.arange(60) - 30) / 12) ** 4))[:, None, None]
-    pose = skeleton.normalize(low + share * (before - low)).astype(np.float32)
-
-    def aside(motion):
-        points = skeleton.to_positions(motion)
-        palm = points[:, skeleton.EDGES[skeleton.ARMS[side][1]][1]] + 0.08 * motion[:, skeleton.ARMS[side][1]]
-        return (palm - points[:, 2])[:, 0] * (1 if side else -1)
-
-    made = across.brought_back(pose)
-    assert np.abs(aside(pose)[25:35]).max() < 0.1 < 0.13 < aside(made)[25:35].min()
-    np.testing.assert_array_equal(made[[0, 5, 54, 59]], across.brought_back(pose[[0, 5, 54, 59]]))
-    assert np.abs(np.diff(made, axis=0)).max() < np.abs(np.diff(pose, axis=0)).max() + 0.06
-    brief = pose.copy()
-    brief[:28], brief[32:] = pose[0], pose[0]
-    passing = across.brought_back(brief)
-    assert np.abs(aside(brief)[28:32]).max() < 0.1 < 0.13 < aside(passing)[28:32].min()
-    np.testing.assert_array_equal(passing[[0, 15, 45, 59]], across.brought_back(brief[[0, 15, 45, 59]]))
 
 
 def test_it_sets_in_smoothly():
