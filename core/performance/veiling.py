@@ -6,7 +6,7 @@ from ..motion import skeleton
 from ..smoothing import gaussian, running_maximum
 from . import keeping, trunk
 
-_FACE, _BEHIND, _BESIDE = (0.12, 0.1), 0.05, 0.16
+_FACE, _BEHIND, _BESIDE = (0.12, 0.1), 0.05, 0.2
 """Metres beside the nose, above or below it and behind it where a palm hides the face, and beside it where it does not."""
 _COMES = 0.25
 """Seconds over which it comes and goes to the side."""
