@@ -79,9 +79,9 @@ SEEN = {
     "big": lambda one, twin: one["apart"] > 0.9,
     "small": lambda one, twin: one["apart"] < 0.3,
     "refusal": lambda one, twin: one["forward"].min() > 0.45 and one["high"].min() > -0.2,
-    "one": lambda one, twin: one["straight"].min() == 1 and one["high"].max() > -0.1,
-    "two": lambda one, twin: one["straight"].min() == 2 and one["high"].max() > -0.1,
-    "three": lambda one, twin: one["straight"].min() == 3 and one["high"].max() > -0.1,
+    "one": lambda one, twin: one["straight"].min() == 1 and one["high"].max() > -0.15,
+    "two": lambda one, twin: one["straight"].min() == 2 and one["high"].max() > -0.15,
+    "three": lambda one, twin: one["straight"].min() == 3 and one["high"].max() > -0.15,
     "there": lambda one, twin: one["straight"].min() == 1 and one["aside"].max() > 0.5 and one["reach"].max() > 0.6,
     "me": lambda one, twin: one["reach"].min() < 0.42 and one["aside"].min() < 0.1,
 }
