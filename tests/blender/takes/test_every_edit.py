@@ -98,7 +98,10 @@ def wrist(frame):
 
 def placed(first, last):
     scene, target = bpy.context.scene, bpy.data.objects.new("Table", None)
-    target.location = place = wrist((first + last) // 2) + Vector((0.04, -0.06, 0.05))
+    there = wrist((first + last) // 2)
+    shoulder = figure().matrix_world @ figure().pose.bones[arm()[0]].head
+    # Within reach however straight the arm is there.
+    target.location = place = there.lerp(shoulder, 0.15) + Vector((0.04, -0.03, 0.03))
     scene.collection.objects.link(target)
     bpy.context.view_layer.update()
     figure().s2ag.target = target
