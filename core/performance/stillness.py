@@ -46,6 +46,14 @@ def settle_hands(numbers: np.ndarray, directions: np.ndarray, fps: float = skele
     return hands.reshape(numbers.shape).astype(np.float32)
 
 
+def smooth(result: np.ndarray, directions: np.ndarray, arm: tuple[int, int], width: float, share: np.ndarray) -> None:
+    """Put an arm of ``directions`` ``(frames, 9, 3)`` into ``result``, smoothed over ``width`` seconds by ``share``."""
+    here = np.flatnonzero(share)
+    part = np.ix_(here, list(arm))
+    calm = skeleton.normalize(gaussian(directions[:, list(arm)], width * skeleton.FPS))[here]
+    result[part] = rest.slerp(directions[part].astype(float), calm, share[here, None])
+
+
 def _waiting(drawn: np.ndarray, fps: float, idle: np.ndarray | float = 0.0) -> np.ndarray:
     """How much an arm ``(frames, 2, 3)`` waits, ``(frames,)`` in 0..1."""
     still, moving = (low + idle * (high - low) for low, high in ((_STILL, _IDLE_STILL), (_MOVING, _IDLE_MOVING)))

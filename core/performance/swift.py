@@ -4,9 +4,9 @@
 
 import numpy as np
 
-from ..motion import rest, skeleton
+from ..motion import skeleton
 from ..smoothing import gaussian, running_maximum
-from . import keeping
+from . import keeping, stillness
 
 _USUAL, _SURE = 2.7, 3.7
 """Metres a second up to which a wrist goes its way as it was drawn, and from which on as smoothly as this gets."""
@@ -45,8 +45,5 @@ def _smoothed(directions: np.ndarray, given: np.ndarray | tuple) -> np.ndarray:
         if not fast.any():
             continue
         share = gaussian(running_maximum(fast, _AROUND, _AROUND), _EASE * skeleton.FPS) * keeping.free(len(result), given)
-        here = np.flatnonzero(share)
-        part = np.ix_(here, list(arm))
-        smooth = skeleton.normalize(gaussian(directions[:, list(arm)], _CALM * skeleton.FPS))[here]
-        result[part] = rest.slerp(directions[part].astype(float), smooth, share[here, None])
+        stillness.smooth(result, directions, arm, _CALM, share)
     return result

@@ -8,9 +8,9 @@ from bisect import bisect_left, bisect_right
 
 import numpy as np
 
-from ..motion import rest, skeleton
+from ..motion import skeleton
 from ..smoothing import gaussian, running_maximum
-from . import keeping
+from . import keeping, stillness
 
 _SIZE, _LEAST = 0.15, 0.1
 """Metres that a wrist rises and falls again in a whole throw, and up to which it is none."""
@@ -43,10 +43,7 @@ def calmed(directions: np.ndarray, given: np.ndarray | tuple = ()) -> np.ndarray
     share = gaussian(_slower(*map(_throws, *ways), len(result)), _EASE * skeleton.FPS)
     share *= keeping.free(len(result), given)[:, None]
     for side, arm in enumerate(skeleton.ARMS):
-        here = np.flatnonzero(share[:, side])
-        part = np.ix_(here, list(arm))
-        smooth = skeleton.normalize(gaussian(directions[:, list(arm)], _CALM * skeleton.FPS))[here]
-        result[part] = rest.slerp(directions[part].astype(float), smooth, share[here, side, None])
+        stillness.smooth(result, directions, arm, _CALM, share[:, side])
     return result
 
 

@@ -9,7 +9,7 @@ FRAMES = 60
 
 
 def posed(upper: tuple, lower: tuple, side: int = 0) -> np.ndarray:
-    """A minute's fraction ``(frames, 9, 3)`` of standing with one arm so: to its side, up, ahead."""
+    """Directions ``(frames, 9, 3)`` of standing with one arm so: to its side, up, ahead."""
     motion = np.tile(rest.REST.astype(float), (FRAMES, 1, 1))
     for edge, (out, up, ahead) in zip(skeleton.ARMS[side], (upper, lower), strict=True):
         motion[:, edge] = skeleton.normalize(np.array([out if side else -out, -up, ahead]))
