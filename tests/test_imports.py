@@ -64,6 +64,16 @@ def test_importing_what_blender_imports_loads_numpy_at_most():
     assert not loaded & (HEAVY | BLENDER)
 
 
+def test_the_front_door_loads_nothing_until_it_is_used():
+    code = (
+        "import sys, s2ag\n"
+        "before = [name for name in sys.modules if name == 'numpy' or name.startswith('s2ag.core.performance')]\n"
+        "print(before, *(getattr(s2ag, name).__name__ for name in s2ag.__all__))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["[]", "Motion", "Request", "Session"]
+
+
 def test_imports_inside_the_package_are_relative():
     def wrong(node):
         return (isinstance(node, ast.ImportFrom) and node.level == 0 and node.module.split(".")[0] == "s2ag") or (

@@ -1,5 +1,1 @@
-"""What is moved: nine unit directions a frame, and what a body allows."""
-
-from .motion import Motion
-
-__all__ = ["Motion"]
+"""Motions as unit directions of nine body edges per frame, with hands, fingers, pelvis and face; and the limits of a body."""
