@@ -5,7 +5,7 @@ A direction fixes two of an arm bone's three angles. The third decides where the
 
 import numpy as np
 
-from . import quaternion
+from ..core.motion import quaternion
 
 STRAIGHT, BENT = np.radians(15), np.radians(30)
 """Below the first bend the plane of an arm is noise; above the second it is trusted in full."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import quaternion
+from ..core.motion import quaternion
 from .flesh import ALONG, FOREARM, UPPER, Hand
 from .proportions import SIDES, Girth, Placed, carried, envelope, from_chest, in_trunk, smooth, turn_in
 from .skull import Nodding

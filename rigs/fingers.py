@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import quaternion
+from ..core.motion import quaternion
 from .plain import Bones, Mapping, character_frame
 
 SIDES = {"left": 1.0, "right": -1.0}

@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..core.motion import skeleton
+from ..core.motion import quaternion, skeleton
 from ..core.motion.hands import Hands
 from ..core.motion.pelvis import Pelvis
-from . import arms, contact, fingers, flesh, handshapes, limits, palms, proportions, quaternion, skull, spread, stance
+from . import arms, contact, fingers, flesh, handshapes, limits, palms, proportions, skull, spread, stance
 from .legs import Legs
 from .plain import ARMS, Bones, Mapping, character_frame
 from .slices import whole

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..core.motion import handshape
-from . import fingers, quaternion
+from ..core.motion import handshape, quaternion
+from . import fingers
 from .palms import Palm
 from .plain import Bones
 

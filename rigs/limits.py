@@ -5,7 +5,7 @@
 
 import numpy as np
 
-from . import quaternion
+from ..core.motion import quaternion
 
 CLAVICLE_LIFT = np.radians([-10.0, 30.0])
 """Down and up, in radians from rest."""

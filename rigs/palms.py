@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import fingers, limits, quaternion
+from ..core.motion import quaternion
+from . import fingers, limits
 from .arms import angle_about
 from .fingers import SIDES
 from .plain import Bones, Mapping

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from ..core.errors import RigUnusable
+from ..core.motion import quaternion
 from ..core.motion.skeleton import EDGE_NAMES
-from . import quaternion
 from .family import Switch
 
 ARMS = ("left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")

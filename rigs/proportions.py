@@ -9,8 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.motion import skeleton
-from . import quaternion
+from ..core.motion import quaternion, skeleton
 from .plain import Bones, Mapping, character_frame
 
 SIDES = {"left": 1.0, "right": -1.0}

@@ -8,9 +8,9 @@ from collections.abc import Generator
 
 import numpy as np
 
-from ..core.motion import skeleton
+from ..core.motion import quaternion, skeleton
 from ..core.motion.hands import Hands
-from . import quaternion, twist
+from . import twist
 from .goals import SIDES, Goals, Options
 from .plain import Bones, Mapping
 from .slices import whole

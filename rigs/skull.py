@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import quaternion
+from ..core.motion import quaternion
 from .plain import Bones, Mapping
 from .proportions import Placed, turn_in
 

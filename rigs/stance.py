@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.motion import quaternion
 from ..core.motion.pelvis import Pelvis
 from ..core.motion.skeleton import canonical_to_blender, normalize
-from . import quaternion
 from .legs import Leg, Legs
 from .plain import Bones
 

@@ -6,7 +6,7 @@ all and the wrist does in full, the forearm's own bone stays untwisted and the h
 
 import numpy as np
 
-from . import quaternion
+from ..core.motion import quaternion
 from .goals import Goals, Walk
 
 SIDES = ("left", "right")

@@ -72,7 +72,8 @@ def motion_paths(folder: Folder, clip: Clip) -> list[Path]:
 
 def _motion_files(motion, clip: Clip, take: int, folder: Folder, part: Path) -> dict[Path, Path]:
     """Files of one take in ``part`` and their places; the ``.npz`` is always there, because rendering needs it."""
-    from ..motion import as_json, bvh
+    from ...rigs import bvh
+    from ..motion import as_json
 
     name = clip.take_name(take)
     savers = {"npz": lambda motion, path: motion.save(path), "bvh": bvh.save, "json": as_json.save}

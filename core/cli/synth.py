@@ -33,7 +33,8 @@ def run(options: argparse.Namespace) -> int:
 
 def save(motion, path) -> None:
     """Write a motion in the format of the path's suffix."""
-    from ..motion import as_json, bvh
+    from ...rigs import bvh
+    from ..motion import as_json
 
     writers = {".npz": lambda motion, path: motion.save(path), ".bvh": bvh.save, ".json": as_json.save, ".tsv": _cues}
     writer = _cues if path.name.lower().endswith(".rhubarb.json") else writers[path.suffix.lower()]

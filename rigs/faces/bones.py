@@ -12,8 +12,8 @@ from importlib import resources
 
 import numpy as np
 
+from ...core.motion import quaternion
 from ...core.motion.face import CHANNELS, GAZE
-from .. import quaternion
 from ..names import plain_name
 from ..plain import Bones, Mapping, character_frame
 

@@ -6,7 +6,7 @@ from collections.abc import Collection
 import bpy
 import numpy as np
 
-from ...rigs import quaternion
+from ...core.motion import quaternion
 from ...rigs.plain import Bones, Mapping
 from .. import compat, stored
 from ..rig import dependencies, reading

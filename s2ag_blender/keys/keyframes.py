@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ...rigs import quaternion
+from ...core.motion import quaternion
 from .. import compat, stored
 from ..rig import dependencies
 from ..rig.locks import held

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ...rigs import quaternion
+from ...core.motion import quaternion
 from .. import compat, provenance
 from . import faces, keyframes, mixing
 

@@ -7,10 +7,9 @@ import bpy
 import numpy as np
 
 from ...core.errors import S2agError, UsageError
-from ...core.motion import skeleton
+from ...core.motion import quaternion, skeleton
 from ...core.motion.motion import Motion
 from ...core.performance import living
-from ...rigs import quaternion
 from ...rigs.plain import Mapping
 from ...rigs.proportions import Girth
 from .. import compat, provenance

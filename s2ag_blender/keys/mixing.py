@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...rigs import quaternion
+from ...core.motion import quaternion
 
 
 def ramp(frames: np.ndarray, length: int, at_end: bool = False) -> np.ndarray:

@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from ...core.motion import skeleton
+from ...core.motion import quaternion, skeleton
 from ...core.motion.motion import Motion
 from ...core.smoothing import gaussian
-from ...rigs import quaternion
 
 APART = 0.16
 """Seconds between two turning points, at least."""

@@ -5,8 +5,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from ...core.motion import skeleton
-from ...rigs import quaternion
+from ...core.motion import quaternion, skeleton
 from ...rigs.goals import NEUTRAL, SIDES, Options
 from ...rigs.plain import Bones, Mapping, character_frame
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import bpy
 import numpy as np
 
-from ...core.motion import skeleton
+from ...core.motion import quaternion, skeleton
 from ...core.motion.hands import Hands
 from ...core.motion.pelvis import Pelvis
-from ...rigs import quaternion, twist
+from ...rigs import twist
 from ...rigs.family import LINES, SIDES
 from ...rigs.goals import Goals, Walk
 from ...rigs.plain import Bones, Mapping, spoken

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from ...rigs import quaternion
+from ...core.motion import quaternion
 
 
 def held(bone: bpy.types.PoseBone, rotations: np.ndarray) -> np.ndarray:

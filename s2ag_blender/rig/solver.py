@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
+from ...core.motion import quaternion
 from ...core.motion.skeleton import EDGE_NAMES
-from ...rigs import quaternion, retarget
+from ...rigs import retarget
 from ...rigs.goals import Goals, Options
 from ...rigs.plain import ARMS, Bones, Mapping, character_frame
 from ...rigs.proportions import Girth

@@ -9,9 +9,10 @@ from collections.abc import Collection
 import bpy
 import numpy as np
 
+from ...core.motion import quaternion
 from ...core.motion.pelvis import Pelvis
 from ...core.motion.skeleton import canonical_to_blender
-from ...rigs import legs, quaternion
+from ...rigs import legs
 from ...rigs.legs import Legs
 from ...rigs.plain import ARMS, Bones, Mapping
 from ...rigs.stance import STRAIGHT

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from bodies import body, performance
+from s2ag.core.motion import quaternion
 from s2ag.core.motion.motion import Motion
-from s2ag.rigs import quaternion
 
 bpy = pytest.importorskip("bpy")
 pytest.importorskip("pytest_benchmark")

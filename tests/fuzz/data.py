@@ -22,8 +22,9 @@ def motions() -> Seeds:
 
 
 def read_motion(path: Path) -> None:
-    from s2ag.core.motion import as_json, bvh
+    from s2ag.core.motion import as_json
     from s2ag.core.motion.motion import Motion
+    from s2ag.rigs import bvh
 
     motion = Motion.load(path)
     as_json.save(motion, path.with_name("out.json"))

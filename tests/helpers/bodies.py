@@ -6,8 +6,7 @@ Positions are in Blender's frame (z up, facing -y, left at +x), centimetres; ``t
 from dataclasses import dataclass
 
 import numpy as np
-from s2ag.core.motion import skeleton
-from s2ag.rigs import quaternion
+from s2ag.core.motion import quaternion, skeleton
 from s2ag.rigs.plain import Bones, Mapping
 
 ARM_EDGES = ("left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")

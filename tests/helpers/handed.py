@@ -2,10 +2,10 @@
 
 import numpy as np
 from bodies import pose
-from s2ag.core.motion import handshape, skeleton
+from s2ag.core.motion import handshape, quaternion, skeleton
 from s2ag.core.motion.hands import FOREARMS, Hands
 from s2ag.core.motion.pelvis import Pelvis
-from s2ag.rigs import fingers, quaternion
+from s2ag.rigs import fingers
 from s2ag.rigs.goals import SIDES, Goals, Options
 from s2ag.rigs.retarget import rotations
 

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from bodies import BACKWARDS, Y_UP, Body, body, degrees, pose
 from hands import FINGERS, with_hands
-from s2ag.rigs import fingers, quaternion
+from s2ag.core.motion import quaternion
+from s2ag.rigs import fingers
 from s2ag.rigs.plain import Bones
 
 PARTS = [f"{side}_{finger}" for side in ("left", "right") for finger in FINGERS]

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from bodies import BACKWARDS, Y_UP, Body, degrees, performance, pose
 from hands import FINGERS, with_hands
-from s2ag.core.motion import handshape, skeleton
+from s2ag.core.motion import handshape, quaternion, skeleton
 from s2ag.core.motion.hands import FOREARMS, Hands
-from s2ag.rigs import fingers, palms, quaternion
+from s2ag.rigs import fingers, palms
 from s2ag.rigs.family import families
 from s2ag.rigs.goals import SIDES, Goals, Options
 from s2ag.rigs.plain import character_frame

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 from bodies import BACKWARDS, Y_UP, body, degrees, performance
-from s2ag.core.motion import limits, skeleton
-from s2ag.rigs import proportions, quaternion
+from s2ag.core.motion import limits, quaternion, skeleton
+from s2ag.rigs import proportions
 from s2ag.rigs.goals import Goals, Options
 from s2ag.rigs.plain import Bones
 

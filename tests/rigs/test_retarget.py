@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from bodies import ARM_EDGES, BACKWARDS, Y_UP, Body, body, degrees, performance, pose, turned_degrees
 from s2ag.core.errors import RigUnusable
-from s2ag.core.motion import skeleton
-from s2ag.rigs import arms, quaternion
+from s2ag.core.motion import quaternion, skeleton
+from s2ag.rigs import arms
 from s2ag.rigs.goals import NEUTRAL, Options, head_turn, torso_turn
 from s2ag.rigs.plain import Mapping, character_frame
 from s2ag.rigs.retarget import solve

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 from bodies import ARM_EDGES, Body, body, degrees, performance, pose, turned_degrees
-from s2ag.core.motion import skeleton
-from s2ag.rigs import limits, quaternion, spread
+from s2ag.core.motion import quaternion, skeleton
+from s2ag.rigs import limits, spread
 from s2ag.rigs.goals import Goals, Options
 from s2ag.rigs.plain import Mapping
 from s2ag.rigs.retarget import rotations

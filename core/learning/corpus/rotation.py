@@ -1,8 +1,8 @@
-"""Turns that the corpus needs beside those of :mod:`s2ag.rigs.quaternion`; quaternions ``(..., 4)``, w first, unit length."""
+"""Rotations for the corpus, beside those of :mod:`s2ag.core.motion.quaternion`; quaternions ``(..., 4)``, w first, unit."""
 
 import numpy as np
 
-from ....rigs.quaternion import IDENTITY, conjugate, multiply, rotate
+from ...motion.quaternion import IDENTITY, conjugate, multiply, rotate
 
 __all__ = ["IDENTITY", "about", "conjugate", "from_vector", "heading", "multiply", "rotate"]
 

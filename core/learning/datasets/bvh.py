@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ....rigs import quaternion
 from ...errors import CorpusUnreadable
+from ...motion import quaternion
 from .ten import Posed, chain, check
 
 LARGEST = 500_000_000

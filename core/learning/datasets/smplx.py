@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ....rigs import quaternion
 from ... import npz
 from ...errors import CorpusUnreadable
+from ...motion import quaternion
 from .ten import Posed, chain, check
 
 LARGEST = 1_000_000_000

@@ -3,8 +3,9 @@ import numpy as np
 import pytest
 import rigging
 from bodies import degrees, performance
-from s2ag.core.motion import bvh, skeleton
+from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
+from s2ag.rigs import bvh
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import reading
 

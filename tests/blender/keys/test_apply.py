@@ -7,9 +7,8 @@ import pytest
 import rigging
 from bodies import ARM_EDGES, BACKWARDS, Y_UP, Body, body, degrees, performance, turned_degrees
 from s2ag.core.errors import RigUnusable, UsageError
-from s2ag.core.motion import skeleton
+from s2ag.core.motion import quaternion, skeleton
 from s2ag.core.motion.motion import Motion
-from s2ag.rigs import quaternion
 from s2ag.rigs.goals import NEUTRAL, Options, head_turn, torso_turn
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.keys.apply import apply_motion, scene_fps

@@ -6,10 +6,9 @@ import bpy
 import numpy as np
 import pytest
 from acted import animate, apart, curves, lay, pose, same_curves
-from s2ag.core.motion import rest
+from s2ag.core.motion import quaternion, rest
 from s2ag.core.motion.motion import Motion
 from s2ag.core.performance import living
-from s2ag.rigs import quaternion
 from s2ag.s2ag_blender.keys import layers, mixing, posing
 from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.takes import generate

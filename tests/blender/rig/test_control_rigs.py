@@ -9,8 +9,8 @@ import rigging
 import rigify_files
 from bodies import body, performance
 from exactness import EXACT, arm_error, relative_errors
+from s2ag.core.motion import quaternion
 from s2ag.core.motion.motion import Motion
-from s2ag.rigs import quaternion
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.cast import human
 from s2ag.s2ag_blender.keys import keyframes

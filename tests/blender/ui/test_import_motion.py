@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from s2ag.core.motion import bvh
+from s2ag.rigs import bvh
 from s2ag.s2ag_blender import provenance
 from s2ag.s2ag_blender.cast import mannequin
 from s2ag.s2ag_blender.ui import import_motion

@@ -7,8 +7,9 @@ import pytest
 from refusals import files
 from s2ag.core.cli.main import main
 from s2ag.core.learning.datasets import reading
-from s2ag.core.motion import bvh, skeleton
+from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
+from s2ag.rigs import bvh
 from sounds import write_wav
 
 ARMS = [skeleton.EDGE_NAMES.index(f"{side}_{part}") for side in ("left", "right") for part in ("upper_arm", "forearm")]

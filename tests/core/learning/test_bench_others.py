@@ -26,8 +26,8 @@ from s2ag.core.learning.train.storage import save_arrays  # noqa: E402
 from s2ag.core.model import checkpoint, foreign, opening  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
-from s2ag.core.motion import bvh  # noqa: E402
 from s2ag.core.motion.motion import Motion  # noqa: E402
+from s2ag.rigs import bvh  # noqa: E402
 from sounds import write_wav  # noqa: E402
 from toy_bench import bench_arrays  # noqa: E402
 

@@ -16,8 +16,8 @@ from s2ag.core.learning.datasets.stream import GrowingArray  # noqa: E402
 from s2ag.core.learning.train.dataset import Corpus  # noqa: E402
 from s2ag.core.learning.train.storage import load_arrays  # noqa: E402
 from s2ag.core.motion import skeleton  # noqa: E402
-from s2ag.core.motion.bvh import save as save_bvh  # noqa: E402
 from s2ag.core.motion.motion import Motion  # noqa: E402
+from s2ag.rigs.bvh import save as save_bvh  # noqa: E402
 
 DOWN, FORWARD = [0, 1, 0], [0, 0, 1]
 LEFT_FOREARM, RIGHT_FOREARM = 5, 8

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from s2ag.rigs import quaternion
+from s2ag.core.motion import quaternion
 
 
 @pytest.fixture

@@ -1,29 +1,31 @@
-"""A motion as BVH: the plain ten-joint skeleton, readable by any animation program.
+"""Writes a motion as a BVH file with a skeleton of its own, which any animation program reads.
 
-Frame: y up, z forward, left at +x. Unit: metres unless ``unit`` says otherwise. One joint for each of the nine edges,
-named as Mixamo does so that rigs and programs recognise them, below still hips. Where the motion has hands, they turn and have
-fingers; where it has a pelvis, hips move, and there are legs that keep their feet in place. The rest pose
-stretches the arms out to the sides in a T, while torso, neck, head and clavicles lie along the data's mean, so that no
-rotation means an average posture.
+Frame: y up, z forward, left at +x. Unit: metres unless ``unit`` says otherwise. Each of the nine edges of a motion becomes
+one joint with its Mixamo name, so that rigs and programs recognise it; the hips stay still. A motion with hands gets
+turning hands and fingers; one with a pelvis gets moving hips and legs whose feet stay in place. The rest pose is a T: arms
+out to the sides; torso, neck, head and clavicles along the mean of the data, so that zero rotations give an average posture.
 """
 
 import os
+from collections.abc import Sequence
 
 import numpy as np
 
-from ...rigs import quaternion
-from ...rigs.goals import NEUTRAL, Goals, Options
-from ...rigs.legs import Leg, Legs
-from ...rigs.plain import Bones, Mapping
-from ...rigs.retarget import rotations
-from ..files import whole_file
-from . import skeleton
-from .motion import Motion
+from ..core.files import whole_file
+from ..core.motion import quaternion, skeleton
+from ..core.motion.motion import Motion
+from .goals import NEUTRAL, Goals, Options
+from .legs import Leg, Legs
+from .plain import Bones, Mapping
+from .retarget import rotations
+
+_Joint = tuple[str, str | None, np.ndarray]
+"""Name, parent and offset (3,) from it in metres."""
 
 HIPS_HEIGHT = 0.9
 SPINE_OFFSET = 0.1
 HAND = 0.1
-"""Metres: the hips above the floor, the spine joint above the hips, the length of a hand."""
+"""Metres: height of the hips above the floor, of the spine joint above the hips, length of a hand."""
 
 JOINT_OF_EDGE = {
     "torso": "Spine",
@@ -36,7 +38,7 @@ JOINT_OF_EDGE = {
     "right_upper_arm": "RightArm",
     "right_forearm": "RightForeArm",
 }
-"""The BVH joint that stands at an edge's start and turns it."""
+"""The BVH joint at the start of an edge, whose rotation turns the edge."""
 
 _JOINTS = (  # name, parent, the edge that leads to it
     ("Hips", None, None),
@@ -53,8 +55,8 @@ _JOINTS = (  # name, parent, the edge that leads to it
     ("RightHand", "RightForeArm", "right_forearm"),
 )
 _LEG = (("UpLeg", "Hips", (0.09, -0.03, 0.0)), ("Leg", "UpLeg", (0.01, -0.4, 0.015)), ("Foot", "Leg", (0.01, -0.4, -0.025)))
-"""A left leg: joints below "Left", what they hang on, and offsets in metres; straight but for what tells where a knee bends."""
-_FINGERS = {  # of a left hand with its palm down: from the wrist to the first joint, then from joint to joint, metres
+"""A left leg: joint (without "Left"), parent, offset in metres. The small offsets tell which way the knee bends."""
+_FINGERS = {  # a left hand, palm down, metres: offset of the first joint from the wrist, then from joint to joint
     "Thumb": ((0.025, -0.012, 0.03), (0.028, -0.008, 0.022), (0.024, -0.004, 0.014), (0.02, -0.003, 0.01)),
     "Index": ((0.095, 0.0, 0.026), (0.042, 0.0, 0.003), (0.026, 0.0, 0.001), (0.02, 0.0, 0.0)),
     "Middle": ((0.1, 0.0, 0.004), (0.046, 0.0, 0.0), (0.03, 0.0, 0.0), (0.022, 0.0, 0.0)),
@@ -63,12 +65,12 @@ _FINGERS = {  # of a left hand with its palm down: from the wrist to the first j
 }
 _TOES = np.array([0.01, -0.06, 0.13])
 _ENDS = {"Head": "head", "LeftHand": "left_forearm", "RightHand": "right_forearm"}
-_CROWN = "crown"  # a bone that only the solver sees: where the head ends
-_ORDER = "YXZ"  # as Blender names it: y turns first; BVH lists the same from the outside in, Z X Y
+_CROWN = "crown"  # a helper bone for the solver at the end of the head; not written
+_EULER_ORDER = "YXZ"  # in Blender's notation, y first; BVH lists channels from the outside in: Z X Y
 
 
 def save(motion: Motion, path: str | os.PathLike, unit: float = 1.0) -> None:
-    """Write ``motion`` at its own frame rate to ``path``, whole or not at all; ``unit`` is a metre's length in the file.
+    """Write ``motion`` at its own frame rate to ``path``, whole or not at all; ``unit`` is the length of a metre in the file.
 
     Raises :class:`OutputUnwritable`.
     """
@@ -78,41 +80,43 @@ def save(motion: Motion, path: str | os.PathLike, unit: float = 1.0) -> None:
 
 
 def hierarchy(unit: float = 1.0, legs: bool = False, fingers: bool = False) -> str:
-    """The HIERARCHY section: joints, offsets and channels."""
+    """Return the HIERARCHY section: joints, offsets and channels."""
     lines = ["HIERARCHY"]
     _joint(lines, "Hips", "", unit, _joints(legs, fingers))
     return "\n".join(lines) + "\n"
 
 
 def frames(motion: Motion, unit: float = 1.0) -> str:
-    """The MOTION section: degrees with five decimals."""
-    hips, angles = _solved(motion)
+    """Return the MOTION section: degrees with five decimals."""
+    hips, angles = _solve(motion)
     angles = np.degrees(angles)[..., [2, 0, 1]]
     rows = np.concatenate([unit * hips, angles.reshape(len(angles), -1)], -1)
     body = "\n".join(" ".join(f"{value:.5f}" for value in row) for row in rows)
     return f"MOTION\nFrames: {len(rows)}\nFrame Time: {1.0 / motion.fps:.9f}\n{body}\n"
 
 
-def _joints(legs: bool, fingers: bool) -> tuple[tuple[str, str | None, np.ndarray], ...]:
-    """Name, parent and offset (3,) of every joint, in the file's order: what hangs on a joint follows it."""
-    found = [(name, parent, _offset(name)) for name, parent, _ in _JOINTS]
+def _joints(legs: bool, fingers: bool) -> tuple[_Joint, ...]:
+    """Return every joint, depth first as in the file."""
+    joints: list[_Joint] = [(name, parent, _offset(name)) for name, parent, _ in _JOINTS]
     for side, sign in (("Left", 1.0), ("Right", -1.0)) if legs else ():
         for name, parent, offset in _LEG:
-            found.append((side + name, parent if parent == "Hips" else side + parent, np.array(offset) * [sign, 1, 1]))
+            joints.append((side + name, parent if parent == "Hips" else side + parent, np.array(offset) * [sign, 1, 1]))
     for hand, sign in (("LeftHand", 1.0), ("RightHand", -1.0)) if fingers else ():
         for finger, offsets in _FINGERS.items():
             names = [f"{hand}{finger}{number}" for number in range(1, len(offsets))]
-            found += [
-                (*pair, np.array(offset) * [sign, 1, 1]) for *pair, offset in zip(names, [hand, *names], offsets, strict=False)
+            joints += [
+                (name, parent, np.array(offset) * [sign, 1, 1])
+                for name, parent, offset in zip(names, [hand, *names], offsets, strict=False)
             ]
 
-    def below(above: str | None) -> list:
-        return [one for joint in found if joint[1] == above for one in (joint, *below(joint[0]))]
+    def below(above: str | None) -> list[_Joint]:
+        return [item for joint in joints if joint[1] == above for item in (joint, *below(joint[0]))]
 
     return tuple(below(None))
 
 
-def _joint(lines: list[str], name: str, indent: str, unit: float, joints) -> None:
+def _joint(lines: list[str], name: str, indent: str, unit: float, joints: Sequence[_Joint]) -> None:
+    """Append the lines of joint ``name`` and of all joints below it."""
     is_root = name == "Hips"
     channels = "6 Xposition Yposition Zposition" if is_root else "3"
     lines += [
@@ -135,13 +139,14 @@ def _offset_text(offset: np.ndarray, unit: float) -> str:
 
 
 def _rest() -> np.ndarray:
-    """Rest directions (9, 3), y up: the data's mean with arms stretched out to the sides."""
+    """Return rest directions (9, 3), y up: the mean of the data, with arms out to the sides."""
     rest = skeleton.canonical_to_y_up(NEUTRAL).astype(float)
     rest[[4, 5]], rest[[7, 8]] = [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]
     return rest
 
 
 def _offset(name: str) -> np.ndarray:
+    """Return the offset (3,) of a joint of the body from its parent, metres."""
     edge = next(edge for joint, _, edge in _JOINTS if joint == name)
     if edge is None:
         return np.array([0.0, SPINE_OFFSET if name == "Spine" else 0.0, 0.0])
@@ -150,6 +155,7 @@ def _offset(name: str) -> np.ndarray:
 
 
 def _end(name: str) -> np.ndarray:
+    """Return the offset (3,) from a joint without children to the end of its bone, metres."""
     side = [1 if name.startswith("Left") else -1, 1, 1]
     if name.endswith("Foot"):
         return _TOES * side
@@ -161,7 +167,7 @@ def _end(name: str) -> np.ndarray:
 
 
 def _bones(legs: bool, fingers: bool) -> Bones:
-    """The skeleton at rest, joints as bones whose axes are the file's own; bones after those mark where others end."""
+    """Return the skeleton at rest as bones with the axes of the file; helper bones after the joints mark the ends of chains."""
     joints = _joints(legs, fingers)
     ends = {_CROWN: "Head"} | ({f"{side} toes": f"{side}Foot" for side in ("Left", "Right")} if legs else {})
     ends |= {f"{name} tip": name for name, _, _ in joints if name[:-1].partition("Hand")[2] and name.endswith("3")}
@@ -176,18 +182,22 @@ def _bones(legs: bool, fingers: bool) -> Bones:
     return Bones(names, parents, matrices, np.full(len(names), HAND))
 
 
-def _solved(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-    """Places of the hips (frames, 3) in metres, and Euler angles (frames, joints, 3) as x, y, z in radians."""
-    moves = motion.pelvis is not None
-    bones = _bones(moves, motion.hands is not None)
+def _leg(bones: Bones, side: str) -> Leg:
+    return Leg(*(bones.row(side + name) for name, _, _ in _LEG))
+
+
+def _solve(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions of the hips (frames, 3) in metres and Euler angles (frames, joints, 3), x, y, z, in radians."""
+    has_pelvis = motion.pelvis is not None
+    bones = _bones(has_pelvis, motion.hands is not None)
     chains = {edge: (joint,) for edge, joint in JOINT_OF_EDGE.items()}
     chains |= {"left_hand": ("LeftHand",), "right_hand": ("RightHand",), "crown": (_CROWN,)}
     options = Options(clavicle=1.0, aimed=frozenset(skeleton.EDGE_NAMES), palms=0.0, clear_body=0.0, limits=False)
-    pair = tuple(Leg(*(bones.row(side + name) for name, _, _ in _LEG)) for side in ("Left", "Right") if moves)
-    about = {"hands": motion.hands, "pelvis": motion.pelvis, "legs": Legs(bones.row("Hips"), pair) if moves else None}
-    goals = Goals(bones, Mapping(chains, hips="Hips"), motion.directions, motion.fps, options, **about)
-    found, still = goals.extras() | rotations(goals), np.zeros((len(motion.directions), 3))
-    names = [name for name, _, _ in _joints(moves, motion.hands is not None)]
-    angles = [quaternion.to_euler(found[name], _ORDER) if name in found else still for name in names]
-    places = goals.stood.places["Hips"] if goals.stood is not None else still
-    return places + [0.0, HIPS_HEIGHT, 0.0], np.stack(angles, 1)
+    legs = Legs(bones.row("Hips"), (_leg(bones, "Left"), _leg(bones, "Right"))) if has_pelvis else None
+    mapping = Mapping(chains, hips="Hips")
+    goals = Goals(bones, mapping, motion.directions, motion.fps, options, hands=motion.hands, pelvis=motion.pelvis, legs=legs)
+    rotation_of, still = goals.extras() | rotations(goals), np.zeros((len(motion.directions), 3))
+    names = [name for name, _, _ in _joints(has_pelvis, motion.hands is not None)]
+    angles = [quaternion.to_euler(rotation_of[name], _EULER_ORDER) if name in rotation_of else still for name in names]
+    hips = goals.stood.places["Hips"] if goals.stood is not None else still
+    return hips + [0.0, HIPS_HEIGHT, 0.0], np.stack(angles, 1)

@@ -3,8 +3,9 @@ import numpy as np
 import pytest
 from bodies import degrees, performance
 from s2ag.core.errors import OutputUnwritable
-from s2ag.core.motion import bvh, handshape, skeleton
+from s2ag.core.motion import handshape, skeleton
 from s2ag.core.motion.motion import Motion
+from s2ag.rigs import bvh
 
 JOINTS = {  # where each edge starts and ends in the file
     "torso": ("Spine", "Neck"),
