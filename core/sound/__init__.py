@@ -1,1 +1,1 @@
-"""What is heard: samples, MFCC, prosody, speech and silence."""
+"""Audio: decoding, MFCC, pitch, prosody and voice activity."""

@@ -1,10 +1,11 @@
-"""Any recording to 16 kHz mono float32, decoded piece by piece."""
+"""Decodes any audio or video file to 16 kHz mono float32, piece by piece, and normalises its speech level."""
 
 import contextlib
 import hashlib
 from collections.abc import Iterable, Iterator
 from os import PathLike
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,30 +13,34 @@ from ..errors import AudioUnreadable
 from . import wavefile
 from .resample import resampled
 
+if TYPE_CHECKING:
+    from av import AudioFrame, AudioStream
+    from av.container import InputContainer
+
 SAMPLE_RATE = 16000
 SPEECH_RMS = 0.05
-"""Active speech level after :func:`level`: -26 dB below full scale, the usual telephony reference."""
+"""RMS of active speech after :func:`level`: -26 dB relative to full scale, the usual telephony reference."""
 
 RATES = 1_000, 384_000
-"""Samples a second of a recording: lower ones would grow without limit, higher ones want long filters."""
+"""Accepted sampling rates in Hz: lower ones make the result arbitrarily large, higher ones need long filters."""
 SPARSE, LONG = 3600.0, 12 * 3600.0
-"""Seconds: what is longer than the first holds :data:`_SPEECH` bytes a second, and nothing is longer than the second."""
+"""Limits of duration in seconds: beyond the first a file must hold :data:`_MIN_BYTES_PER_SECOND`, the second is absolute."""
 
-_SPEECH = 500
-"""The slowest speech coders in use write 600 bytes a second; silence for days fits into a few."""
+_MIN_BYTES_PER_SECOND = 500
+"""The slowest speech codecs in use write 600 bytes a second, whereas days of silence can fit into a tiny file."""
 _BLOCK = SAMPLE_RATE * 60
 _CHOOSE = "Choose a recording, or a video with an audio track."
 _DECLARES_LENGTH = {"flac", "aiff", "mov,mp4,m4a,3gp,3g2,mj2"}
-"""Containers whose header states the length; elsewhere FFmpeg guesses it from the bit rate, which proves nothing."""
+"""Containers whose header states the length; for others FFmpeg only estimates it from the bit rate."""
 
 
 def load(path: str | PathLike) -> np.ndarray:
     """Decode the first audio stream of any audio or video file to ``(n,)`` float32 mono at 16 kHz, full scale 1.
 
-    WAV is read by :mod:`wavefile`, all else by the package ``av``. The file is decoded piece by piece, so memory is that of
-    the result (230 MB an hour). Damaged packets are left out as a player would do. Raises :class:`AudioUnreadable` when the
-    file is missing, a folder, empty, in no known format, without an audio stream, without a single sample, shorter than
-    its own header says, or beyond :data:`RATES` and :data:`LONG`.
+    WAV is read by :mod:`wavefile`, other formats by the package ``av``. Decoding goes piece by piece, so memory use is that
+    of the result (230 MB an hour). Damaged packets are skipped, as in a player. Raises :class:`AudioUnreadable` if the file
+    is missing, a folder, empty, of unknown format, without an audio stream or samples, shorter than its header says, or
+    beyond the limits :data:`RATES`, :data:`SPARSE` and :data:`LONG`.
     """
     path = Path(path)
     _check(path)
@@ -43,7 +48,7 @@ def load(path: str | PathLike) -> np.ndarray:
     if head and head.kind is not None:
         audio, declared = _mono(path, wavefile.samples(path, head), head.rate), 0.0
     else:
-        audio, declared = _decoded(path)
+        audio, declared = _decode(path)
     if not len(audio):
         raise AudioUnreadable(f"{path} holds no sound at all (zero length).", "Choose another recording.")
     seconds = len(audio) / SAMPLE_RATE
@@ -57,32 +62,32 @@ def load(path: str | PathLike) -> np.ndarray:
 
 
 def check(path: str | PathLike) -> None:
-    """Raise :class:`AudioUnreadable` unless ``path`` opens as a recording; its samples are not decoded."""
+    """Raise :class:`AudioUnreadable` unless ``path`` opens as a recording; no samples are decoded."""
     path = Path(path)
     _check(path)
     head = wavefile.header(path)
     if head and head.kind is not None:
         return
-    with _opened(path):
+    with _audio_container(path):
         pass
 
 
 def digest(audio: np.ndarray) -> str:
-    """SHA-256 (hexadecimal) of the samples as little-endian float32: names the sound whatever the file was called."""
-    return hashlib.sha256(np.ascontiguousarray(audio, "<f4")).hexdigest()
+    """Return the hexadecimal SHA-256 of the samples as little-endian float32, independent of file name and format."""
+    return hashlib.sha256(np.ascontiguousarray(audio, "<f4").data).hexdigest()
 
 
 def level(audio: np.ndarray) -> np.ndarray:
-    """The same sound with its active speech level at :data:`SPEECH_RMS`, so that a microphone's gain leaves no trace."""
+    """Scale the sound so that its active speech level is :data:`SPEECH_RMS`, which cancels the microphone gain."""
     return np.asarray(audio, np.float32) * np.float32(gain(audio))
 
 
 def gain(audio: np.ndarray) -> float:
-    """Factor that brings the active speech level to :data:`SPEECH_RMS`; 1 for silence.
+    """Return the factor that brings the active speech level to :data:`SPEECH_RMS`; 1 for silence.
 
-    Active are the 20 ms frames less than 10 dB below the mean power of all frames that are not digital silence: two
-    gates as in loudness metering (ITU-R BS.1770), both relative to the recording itself, so long pauses, digital
-    silence and quiet rooms do not count.
+    A 20 ms frame is active if its power is at most 10 dB below the mean of all frames that are not digital silence. These
+    two gates follow loudness metering (ITU-R BS.1770); both are relative to the recording, so pauses, digital silence and
+    room noise do not count.
     """
     audio = np.asarray(audio, np.float32)
     size = min(320, len(audio))
@@ -97,39 +102,42 @@ def gain(audio: np.ndarray) -> float:
     return SPEECH_RMS / float(np.sqrt(active.mean()))
 
 
-def opened(path: str | PathLike):
-    """An open ``av`` container, whatever encoding the tags of the file are in.
+def opened(path: str | PathLike) -> "InputContainer":
+    """Open a file as an ``av`` container; tags in a wrong encoding are ignored.
 
-    A path is a path, also where it looks like an address; and no playlist reads anything but files.
+    The path is never read as a URL, and a playlist can refer to local files only.
     """
     import av
 
     name, options = local(path), {"protocol_whitelist": "file"}
     try:
         return av.open(name, metadata_errors="ignore", options=options)
-    except TypeError:  # av 19 ignores such errors of its own accord and has no such argument
+    except TypeError:  # av 19 always ignores such errors and lacks the argument
         return av.open(name, options=options)
 
 
 def local(path: str | PathLike) -> str:
-    """What FFmpeg calls the file at ``path``: without its protocol, ``12:30 talk.wav`` would be an address."""
+    """Return FFmpeg's name for the file at ``path``: without the protocol, ``12:30 talk.wav`` would be read as a URL."""
     return f"file:{path}"
 
 
-def pieces(container, stream, rate: int, layout: str | None = None) -> Iterator[np.ndarray]:
-    """Float32 samples ``(channels, n)`` of a stream of an open ``av`` container, piece by piece.
+def pieces(
+    container: "InputContainer", stream: "AudioStream", rate: int, layout: str | None = None
+) -> Iterator[np.ndarray]:
+    """Decode a stream of an open ``av`` container into pieces ``(channels, n)`` of float32 samples.
 
-    They are resampled to ``rate`` and mixed to a ``layout`` such as ``stereo`` (None: as they are). Decoding goes on after
-    damaged packets. Raises :class:`av.FFmpegError`.
+    The sound is resampled to ``rate`` and mixed to ``layout``, such as ``stereo`` (None keeps the channels). Damaged packets
+    are skipped. Raises :class:`av.FFmpegError`.
     """
     import av
+    import av.error
 
-    stream.thread_type = "AUTO"
+    stream.thread_type = "AUTO"  # pyright: ignore[reportAttributeAccessIssue]  # delegated to the codec context
     resampler = av.AudioResampler(format="flt", layout=layout, rate=rate)
     for packet in container.demux(stream):
         try:
             frames = packet.decode()
-        except av.InvalidDataError:
+        except av.error.InvalidDataError:
             continue
         for frame in frames:
             frame.pts = None
@@ -137,8 +145,8 @@ def pieces(container, stream, rate: int, layout: str | None = None) -> Iterator[
     yield from (_channels(piece) for piece in resampler.resample(None))
 
 
-def _channels(frame) -> np.ndarray:
-    """``(channels, n)`` of a frame of interleaved samples; ``av`` ends the process over more than seven planes."""
+def _channels(frame: "AudioFrame") -> np.ndarray:
+    """Return ``(channels, n)`` of a frame of interleaved samples; with more than seven planes ``av`` crashes the process."""
     return frame.to_ndarray().reshape(-1, frame.layout.nb_channels).T
 
 
@@ -156,10 +164,10 @@ def _check(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def _opened(path: Path):
-    """The ``av`` container of a file that has sound in it; raises :class:`AudioUnreadable`, also for what goes on inside."""
+def _audio_container(path: Path) -> "Iterator[InputContainer]":
+    """Open a file that has an audio stream; errors of ``av`` inside the block become :class:`AudioUnreadable`, too."""
     try:
-        import av
+        import av.error
     except ImportError as error:
         what = f"{path} is no WAV file, and the package av, which reads all other recordings, is missing."
         raise AudioUnreadable(what, 'Save it as WAV, or install it with: pip install "s2ag[engine]".') from error
@@ -170,31 +178,33 @@ def _opened(path: Path):
             if container.streams.audio[0].codec_context is None:
                 raise AudioUnreadable(f"The sound of {path} is of a kind that nothing here reads.", _CHOOSE)
             yield container
-    except (av.FFmpegError, OSError, ValueError) as error:
+    except (av.error.FFmpegError, OSError, ValueError) as error:
         raise _unreadable(path, error) from error
 
 
-def _decoded(path: Path) -> tuple[np.ndarray, float]:
-    """The sound by ``av``, and the seconds that the file declares, 0 where that proves nothing."""
-    with _opened(path) as container:
+def _decode(path: Path) -> tuple[np.ndarray, float]:
+    """Decode with ``av``; return the sound and the duration in seconds that the file declares, 0 if that is an estimate."""
+    with _audio_container(path) as container:
         stream = container.streams.audio[0]
         rate = stream.rate or SAMPLE_RATE
         audio = _mono(path, pieces(container, stream, rate), rate)
-        exact = stream.duration and container.format.name in _DECLARES_LENGTH
-        return audio, float(stream.duration * stream.time_base) if exact else 0.0
+        if stream.duration and stream.time_base and container.format.name in _DECLARES_LENGTH:
+            return audio, float(stream.duration * stream.time_base)
+        return audio, 0.0
 
 
 def _mono(path: Path, parts: Iterable[np.ndarray], rate: int) -> np.ndarray:
-    """``(n,)`` float32 at :data:`SAMPLE_RATE` of pieces ``(channels, n)``; what is not a number is silence."""
+    """Mix pieces ``(channels, n)`` to ``(n,)`` float32 at :data:`SAMPLE_RATE`; NaN and infinity become silence."""
     if not RATES[0] <= rate <= RATES[1]:
         what = f"{path} has {rate} samples a second; {RATES[0]} to {RATES[1]} are read."
         raise AudioUnreadable(what, "Export it again, for instance at 48000.")
     mixed = (np.nan_to_num(part.mean(axis=0, dtype=np.float32), nan=0.0, posinf=0.0, neginf=0.0) for part in parts)
-    longest = min(max(SPARSE, path.stat().st_size / _SPEECH), LONG)
-    return _join(_ending(path, resampled(mixed, rate, SAMPLE_RATE), longest))
+    longest = min(max(SPARSE, path.stat().st_size / _MIN_BYTES_PER_SECOND), LONG)
+    return _join(_limit_duration(path, resampled(mixed, rate, SAMPLE_RATE), longest))
 
 
-def _ending(path: Path, parts: Iterable[np.ndarray], seconds: float) -> Iterator[np.ndarray]:
+def _limit_duration(path: Path, parts: Iterable[np.ndarray], seconds: float) -> Iterator[np.ndarray]:
+    """Pass the parts on; raise :class:`AudioUnreadable` once they are longer than ``seconds``."""
     left = seconds * SAMPLE_RATE
     for part in parts:
         left -= len(part)
@@ -204,8 +214,8 @@ def _ending(path: Path, parts: Iterable[np.ndarray], seconds: float) -> Iterator
         yield part
 
 
-def _join(pieces) -> np.ndarray:
-    """Concatenate many small pieces in one buffer that grows in place, so that the peak is the result itself."""
+def _join(pieces: Iterable[np.ndarray]) -> np.ndarray:
+    """Concatenate many small pieces in one buffer that grows in place, so that peak memory is that of the result."""
     audio, filled = np.empty(_BLOCK, np.float32), 0
     for piece in pieces:
         if filled + len(piece) > len(audio):
@@ -216,7 +226,7 @@ def _join(pieces) -> np.ndarray:
     return audio
 
 
-def _unreadable(path, error: Exception) -> AudioUnreadable:
+def _unreadable(path: Path, error: Exception) -> AudioUnreadable:
     what = f"{path} is not a readable recording ({_reason(error)})."
     return AudioUnreadable(what, "Export it again, for instance as WAV, FLAC or MP3.")
 

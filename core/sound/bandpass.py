@@ -1,23 +1,24 @@
 """Butterworth band-pass filters, applied by their frequency response in overlapping blocks."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 _BLOCK = 1 << 16
 _MEMORY = 4096
-"""Samples of the past that a block hears again: the answer of the filters used here is below -200 dB by then."""
-
+"""Samples by which blocks overlap: the impulse responses of the filters used here are below -200 dB by then."""
 
 STEP = _BLOCK - _MEMORY
-"""Samples of a block of :func:`in_blocks`: a multiple of a hundredth of a second at 16 kHz."""
+"""Samples in a block of :func:`in_blocks`: a multiple of 10 ms at 16 kHz."""
 
 
-def bandpasses(audio: np.ndarray, rate: int, edges, order: int = 2) -> list[np.ndarray]:
-    """``(n,)`` float64 for every ``(low, high)`` in Hz: the causal response of a Butterworth band-pass of ``2 * order`` poles.
+def bandpasses(
+    audio: np.ndarray, rate: int, edges: Sequence[tuple[float, float]], order: int = 2
+) -> list[np.ndarray]:
+    """Filter ``(n,)`` samples by a causal Butterworth band-pass of ``2 * order`` poles for every ``(low, high)`` in Hz.
 
-    Equal to ``scipy.signal.sosfilt(butter(order, edges, "bandpass"))`` within 1e-9 of full scale; all filters share the
-    transforms of the sound.
+    Each result is ``(n,)`` float64, equal to ``scipy.signal.sosfilt(butter(order, edges, "bandpass"))`` within 1e-9 of full
+    scale. All filters share one Fourier transform of the sound.
     """
     result = [np.empty(len(audio)) for _ in edges]
     for begin, blocks in in_blocks(audio, rate, edges, order):
@@ -26,18 +27,26 @@ def bandpasses(audio: np.ndarray, rate: int, edges, order: int = 2) -> list[np.n
     return result
 
 
-def in_blocks(audio: np.ndarray, rate: int, edges, order: int = 2) -> Iterator[tuple[int, list[np.ndarray]]]:
-    """The same as ``(first sample, bands)``, :data:`STEP` samples at a time: of an hour, whole bands would take a gigabyte."""
+def in_blocks(
+    audio: np.ndarray, rate: int, edges: Sequence[tuple[float, float]], order: int = 2
+) -> Iterator[tuple[int, list[np.ndarray]]]:
+    """Yield the results of :func:`bandpasses` as ``(first sample, bands)`` in blocks of :data:`STEP` samples.
+
+    Whole bands of one hour would take a gigabyte.
+    """
     unit = np.exp(2j * np.pi * np.arange(_BLOCK // 2 + 1) / _BLOCK)
-    answers = [_response(unit, low, high, rate, order) for low, high in edges]
+    responses = [_response(unit, low, high, rate, order) for low, high in edges]
     for begin in range(0, len(audio), STEP):
         first, end = max(begin - _MEMORY, 0), min(begin + STEP, len(audio))
         spectrum = np.fft.rfft(np.asarray(audio[first:end], float), _BLOCK)
-        yield begin, [np.fft.irfft(spectrum * answer, _BLOCK)[begin - first : end - first] for answer in answers]
+        yield begin, [np.fft.irfft(spectrum * response, _BLOCK)[begin - first : end - first] for response in responses]
 
 
 def _response(unit: np.ndarray, low: float, high: float, rate: int, order: int) -> np.ndarray:
-    """Frequency response at points ``unit`` of the circle: prototype, band and bilinear transform, in zeros and poles."""
+    """Return the frequency response at points ``unit`` of the unit circle.
+
+    The low-pass prototype is transformed to the band and then by the bilinear transform, as zeros and poles.
+    """
     low, high = (2 * rate * np.tan(np.pi * edge / rate) for edge in (low, high))
     prototype = np.exp(1j * np.pi * (2 * np.arange(order) + order + 1) / (2 * order))
     half = prototype * (high - low) / 2

@@ -1,7 +1,7 @@
-"""Mel-frequency cepstral coefficients, equal to librosa's without its ten-second first call.
+"""Mel-frequency cepstral coefficients (MFCC), equal to librosa's but without its ten-second first call.
 
 Settings are librosa's defaults: 16 kHz, Hann window of 2048 samples every 512, frames centred on zero-padded audio, 128
-Slaney mel bands, decibels no more than 80 below the loudest band of the recording, orthonormal DCT-II.
+Slaney mel bands, decibels clipped at 80 below the loudest band of the recording, orthonormal DCT-II.
 """
 
 from functools import lru_cache
@@ -19,30 +19,30 @@ COEFFICIENTS = 14
 FEATURES = 40
 
 _BLOCK = 512
-"""Frames transformed at a time: 4 MB of windowed samples, and six times as much of spectra."""
+"""Frames transformed at a time: 4 MB of windowed samples and 24 MB of spectra."""
 
 QUIET = np.float32(1e-5)
-"""Power added to every band of the temporal features: a quiet room, so that digital silence is nothing special."""
+"""Power added to every band of the temporal features, like the noise of a quiet room, so that digital silence is no outlier."""
 
 OFFSET = np.array([-310, 87, 4, 34, -12, -2, -2, -1, 1, 5, -3, 0, 2, 0], np.float32)
 SCALE = np.array([100, 51, 34, 33, 25, 21, 16, 17, 17, 12, 13, 12, 12, 11], np.float32)
-"""Rounded mean and standard deviation of the coefficients over clean speech of three speakers at the active speech level."""
+"""Rounded mean and standard deviation of the coefficients over clean, level-normalised speech of three speakers."""
 
 
 def mfcc(audio: np.ndarray, n_mfcc: int = COEFFICIENTS) -> np.ndarray:
-    """``(1 + n // 512, n_mfcc)`` float32 coefficients of ``(n,)`` samples at 16 kHz, a frame every 32 ms.
+    """Return ``(1 + n // 512, n_mfcc)`` float32 coefficients of ``(n,)`` samples at 16 kHz, a frame every 32 ms.
 
     Equal to ``librosa.feature.mfcc(y=audio, sr=16000, n_mfcc=n_mfcc).T`` of librosa 0.11. The 80 dB floor is relative to
-    the loudest band of the whole recording, therefore mel power is kept (57 MB an hour) and compressed in a second pass.
+    the loudest band of the whole recording, so mel power is kept (57 MB an hour) and compressed in a second pass.
     """
     return _cepstra(_mel_power(audio), n_mfcc)
 
 
 def published_features(audio: np.ndarray) -> np.ndarray:
-    """``(37, frames)`` float32 input of the published network (reference section A.2).
+    """Return the ``(37, frames)`` float32 input of the published S2AG network (reference section A.2).
 
-    14 coefficients over 1000, 12 differences between neighbouring coefficients 1..13, and 11 differences of those: both
-    along the coefficient axis, as in the authors' code, not along time.
+    Rows are 14 coefficients divided by 1000, 12 differences between neighbouring coefficients 1..13, and 11 differences of
+    those. As in the authors' code, differences run along the coefficient axis, not along time.
     """
     base = mfcc(audio).T / np.float32(1000)
     first = np.diff(base[1:], axis=0)
@@ -50,12 +50,12 @@ def published_features(audio: np.ndarray) -> np.ndarray:
 
 
 def temporal_features(audio: np.ndarray) -> np.ndarray:
-    """``(frames, 40)`` float32 input of the default network: 14 coefficients and true differences along time.
+    """Return the ``(frames, 40)`` float32 input of the default network: 14 coefficients and their derivatives in time.
 
-    Columns 0..13 are the coefficients at the active speech level of :func:`audio.gain` (microphone gain cancels) over a
-    quiet room, less ``OFFSET`` and divided by ``SCALE``, so values are of order one. Columns 14..26 are slopes
-    of coefficients 0..12 (c0 is loudness, whose slope marks accents) and columns 27..39 the slopes of those slopes; both
-    are least-squares slopes over five frames (160 ms), scaled to order one by 3 and 6.
+    Columns 0..13 are the coefficients of the level-normalised sound (:func:`audio.gain`) with :data:`QUIET` added, minus
+    ``OFFSET`` and divided by ``SCALE``, so values are of order one. Columns 14..26 are slopes of coefficients 0..12 (c0 is
+    loudness, whose slope marks accents) and columns 27..39 the slopes of those slopes; both are least-squares slopes over
+    five frames (160 ms), scaled to order one by 3 and 6.
     """
     power = _mel_power(audio)
     power *= np.float32(gain(audio) ** 2)
@@ -66,7 +66,7 @@ def temporal_features(audio: np.ndarray) -> np.ndarray:
 
 
 def _mel_power(audio: np.ndarray) -> np.ndarray:
-    """``(frames, 128)`` float32 mel power, transformed in blocks so that memory does not grow with spectra."""
+    """Return ``(frames, 128)`` float32 mel power, transformed in blocks so that whole spectra are never in memory."""
     audio = np.asarray(audio, np.float32)
     if audio.ndim != 1:
         raise ValueError(f"mono audio of shape (n,) expected, not {audio.shape}")
@@ -84,6 +84,7 @@ def _mel_power(audio: np.ndarray) -> np.ndarray:
 
 
 def _cepstra(power: np.ndarray, count: int) -> np.ndarray:
+    """Return the first ``count`` cepstral coefficients ``(frames, count)`` float32 of mel power ``(frames, 128)``."""
     floor = 10 * np.log10(max(float(power.max()), 1e-10)) - TOP_DB
     result, cosines = np.empty((len(power), count), np.float32), _cosines(BANDS)[:count]
     for begin in range(0, len(power), 16 * _BLOCK):
@@ -93,7 +94,7 @@ def _cepstra(power: np.ndarray, count: int) -> np.ndarray:
 
 
 def _slope(values: np.ndarray) -> np.ndarray:
-    """Least-squares slope per frame over five frames; the first and last frame are repeated at the ends."""
+    """Return the least-squares slope per frame over five frames; the first and last frame are repeated at the ends."""
     padded = np.pad(values, ((2, 2), (0, 0)), mode="edge")
     return (2 * (padded[4:] - padded[:-4]) + padded[3:-1] - padded[1:-3]) / 10
 
@@ -110,14 +111,17 @@ def _filters() -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _cosines(size: int) -> np.ndarray:
-    """``(size, size)`` rows of the orthonormal DCT-II."""
+    """Return the ``(size, size)`` matrix of the orthonormal DCT-II."""
     rows = np.cos(np.pi * np.arange(size)[:, None] * (np.arange(size) + 0.5) / size) * np.sqrt(2 / size)
     rows[0] /= np.sqrt(2)
     return rows
 
 
 def mel_filters(window: int, bands: int, low: float = 0.0, high: float = SAMPLE_RATE / 2) -> np.ndarray:
-    """``(1 + window // 2, bands)`` triangles of unit area on Slaney's mel scale: linear to 1 kHz, logarithmic above."""
+    """Return ``(1 + window // 2, bands)`` triangular filters of unit area on Slaney's mel scale from ``low`` to ``high`` Hz.
+
+    The scale is linear to 1 kHz and logarithmic above.
+    """
     edges = _hertz(np.linspace(_mel(low), _mel(high), bands + 2))
     bins = np.linspace(0, SAMPLE_RATE / 2, window // 2 + 1)[:, None]
     width = np.diff(edges)

@@ -1,4 +1,4 @@
-"""Peaks that stand out of a track, and how wide they are (as ``scipy.signal.find_peaks`` and ``peak_widths`` tell)."""
+"""Finds peaks of a track by prominence and distance, with widths, like ``scipy.signal.find_peaks`` and ``peak_widths``."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 class Peaks(NamedTuple):
-    """``places`` ``(p,)`` of samples in order of time, ``(p,)`` ``prominences``, and ``widths`` in samples."""
+    """Sample numbers ``places`` ``(p,)`` in ascending order, ``prominences`` ``(p,)``, and ``widths`` ``(p,)`` in samples."""
 
     places: np.ndarray
     prominences: np.ndarray
@@ -14,14 +14,15 @@ class Peaks(NamedTuple):
 
 
 def find(track: np.ndarray, prominence: float, distance: int, depth: float) -> Peaks:
-    """Peaks of ``(n,)`` that stand out by ``prominence``, at least ``distance`` samples apart, the higher of two first.
+    """Find the peaks of ``(n,)`` with at least this ``prominence`` that are at least ``distance`` samples apart.
 
-    Their widths are taken ``depth`` of their own prominence below them. The middle of a plateau is its peak.
+    Of two peaks too close together the higher one stays. Widths are measured below the peak by ``depth`` times its
+    prominence. The peak of a plateau is its middle.
     """
     track = np.asarray(track, float)
     places = _maxima(track)
     outstanding = _prominences(track, places)
-    kept = _apart(track, places, distance)
+    kept = _far_apart(track, places, distance)
     kept &= outstanding >= prominence
     places, outstanding = places[kept], outstanding[kept]
     height = track[places] - depth * outstanding
@@ -29,7 +30,7 @@ def find(track: np.ndarray, prominence: float, distance: int, depth: float) -> P
 
 
 def _maxima(track: np.ndarray) -> np.ndarray:
-    """Middles of stretches of one value that are higher than both neighbours."""
+    """Return the sample numbers of local maxima; of a plateau, its middle."""
     steps = np.flatnonzero(np.diff(track)) + 1
     begins, ends = np.append(0, steps), np.append(steps, len(track))
     values = track[begins] if len(track) else track
@@ -38,30 +39,31 @@ def _maxima(track: np.ndarray) -> np.ndarray:
 
 
 def _prominences(track: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Height of every maximum over the higher of the lowest places between it and what is higher on either side."""
+    """Return the prominence of every maximum: its height above the higher of the two lowest points that separate it from
+    higher maxima on its left and right."""
     if not len(places):
         return np.zeros(0)
     heights = track[places].tolist()
     valleys = np.minimum.reduceat(track, np.append(0, places)).tolist()
-    left = _lowest(heights, valleys[:-1])
-    right = _lowest(heights[::-1], valleys[:0:-1])[::-1]
+    left = _lowest_valleys(heights, valleys[:-1])
+    right = _lowest_valleys(heights[::-1], valleys[:0:-1])[::-1]
     return np.array(heights) - np.maximum(left, right)
 
 
-def _lowest(heights: list[float], valleys: list[float]) -> list[float]:
-    """For every maximum the lowest valley since a higher one; ``valleys[k]`` lies before maximum ``k``."""
-    found: list[float] = []
+def _lowest_valleys(heights: list[float], valleys: list[float]) -> list[float]:
+    """Return for every maximum the lowest valley since the last higher one; ``valleys[k]`` lies before maximum ``k``."""
+    lowest: list[float] = []
     higher: list[int] = []
     for number, (height, low) in enumerate(zip(heights, valleys, strict=True)):
         while higher and heights[higher[-1]] <= height:
-            low = min(low, found[higher.pop()])
-        found.append(low)
+            low = min(low, lowest[higher.pop()])
+        lowest.append(low)
         higher.append(number)
-    return found
+    return lowest
 
 
-def _apart(track: np.ndarray, places: np.ndarray, distance: int) -> np.ndarray:
-    """Which maxima stay when the highest push out all that are nearer than ``distance``."""
+def _far_apart(track: np.ndarray, places: np.ndarray, distance: int) -> np.ndarray:
+    """Return a mask of the maxima that remain when each, highest first, removes those nearer than ``distance``."""
     kept = np.ones(len(places), bool)
     first = np.searchsorted(places, places - distance, side="right")
     last = np.searchsorted(places, places + distance, side="left")
@@ -73,7 +75,7 @@ def _apart(track: np.ndarray, places: np.ndarray, distance: int) -> np.ndarray:
 
 
 def _crossing(track: np.ndarray, places: np.ndarray, height: np.ndarray, step: int) -> np.ndarray:
-    """Where the track falls to ``height`` on one side of its peaks, between two samples."""
+    """Return where the track falls to ``height`` on one side of each peak (``step`` -1 or 1), interpolated linearly."""
     at = places.copy()
     above = np.arange(len(at))
     while len(above):

@@ -1,10 +1,11 @@
-"""Pitch by autocorrelation, as Praat's *Sound: To Pitch (ac)...* finds it.
+"""Tracks pitch by autocorrelation, like Praat's *Sound: To Pitch (ac)...*.
 
 P. Boersma (1993), "Accurate short-term analysis of the fundamental frequency and the harmonics-to-noise ratio of a sampled
 sound", Proceedings of the Institute of Phonetic Sciences 17, Amsterdam: the autocorrelation of windowed frames is divided
 by that of the window, its peaks are candidates, and the cheapest path through the candidates of all frames is the pitch.
-Window, costs and thresholds are Praat's standard ones. In seven minutes of speech by people and voices (21,391 frames) no
-frame was voiced otherwise than by Praat 6.1.38, two differed by more than 50 cents, and the median difference was 0.001 cents.
+Window, costs and thresholds are Praat's defaults. Measured against Praat 6.1.38 on seven minutes of human and synthetic
+speech (21,391 frames): every voicing decision is the same, two frames differ by over 50 cents, and the median difference is
+0.001 cents.
 """
 
 from functools import lru_cache
@@ -12,22 +13,24 @@ from functools import lru_cache
 import numpy as np
 
 _PERIODS = 3.0
-"""Longest periods in a (Hann) window."""
+"""Periods of the lowest frequency in a (Hann) window."""
 _CANDIDATES = 15
+"""Candidates per frame, one of which is "unvoiced"."""
 _SILENCE, _VOICING, _OCTAVE = 0.03, 0.45, 0.01
-_JUMP, _CHANGE = 0.35, 0.14
-"""Costs of an octave's jump, and of voice beginning or ending, a hundredth of a second."""
-_DEPTH = 70
-"""Samples on either side by which values between samples are interpolated."""
+"""Praat's silence threshold, voicing threshold and octave cost."""
+_OCTAVE_JUMP_COST, _VOICING_CHANGE_COST = 0.35, 0.14
+"""Costs of a jump by an octave, and of a change between voiced and unvoiced, for frames 10 ms apart."""
+_SINC_DEPTH = 70
+"""Samples on either side that the sinc interpolation uses."""
 _BLOCK = 128
-"""Frames analysed at a time: their candidates, not the sound, are what takes memory."""
+"""Frames analysed at a time, because the candidates take most of the memory."""
 
 
 def track(audio: np.ndarray, rate: int, step: float, floor: float, ceiling: float) -> tuple[np.ndarray, np.ndarray]:
-    """``(frames,)`` seconds of the middles of frames every ``step`` seconds, and their ``(frames,)`` Hz, 0 without voice.
+    """Return ``(frames,)`` centre times in seconds and ``(frames,)`` pitch in Hz, 0 where unvoiced.
 
-    ``audio`` is ``(n,)``; frequencies are looked for from ``floor`` to ``ceiling``. A sound shorter than three periods of
-    ``floor`` has no frames.
+    ``audio`` is ``(n,)`` samples at ``rate`` Hz, ``step`` the seconds between frames; ``floor`` and ``ceiling`` in Hz limit the
+    search. A sound shorter than three periods of ``floor`` has no frames.
     """
     audio = np.asarray(audio, float)
     window = _PERIODS / floor
@@ -41,15 +44,18 @@ def track(audio: np.ndarray, rate: int, step: float, floor: float, ceiling: floa
     half = int(rate * _PERIODS / floor) // 2 - 1
     total, padded = np.concatenate([[0.0], np.cumsum(audio)]), np.pad(audio, half)
     blocks = (times[begin : begin + _BLOCK] for begin in range(0, count, _BLOCK))
-    parts = [_analysed(total, padded, rate, block, floor, highest) for block in blocks]
+    parts = [_analyse_frames(total, padded, rate, block, floor, highest) for block in blocks]
     hertz, strength, loudness = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return times, _path(hertz, strength, loudness, step, ceiling)
+    return times, _best_path(hertz, strength, loudness, step, ceiling)
 
 
-def _analysed(total, padded, rate, times, floor, highest) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Candidates ``(frames, 14)`` in Hz (0: none), their strengths, and ``(frames,)`` loudness 0..1 of some frames.
+def _analyse_frames(
+    total: np.ndarray, padded: np.ndarray, rate: int, times: np.ndarray, floor: float, highest: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return pitch candidates ``(frames, 14)`` in Hz (0: none), their strengths, and the loudness ``(frames,)`` 0..1.
 
-    ``total`` are sums of the samples before each ``(n + 1,)``; ``padded`` are they with half a window of zeros at both ends.
+    ``times`` are the centres of the frames in seconds, ``total`` the cumulative sum ``(n + 1,)`` of the samples, ``padded`` the
+    samples with half a window of zeros at both ends, ``highest`` the largest deviation from the mean in the recording.
     """
     half, period = (len(padded) - len(total) + 1) // 2, int(rate / floor)
     window, shape, size = _window(half)
@@ -70,7 +76,7 @@ def _analysed(total, padded, rate, times, floor, highest) -> tuple[np.ndarray, n
 
 @lru_cache(maxsize=4)
 def _window(half: int) -> tuple[np.ndarray, np.ndarray, int]:
-    """Hann window of ``2 * half`` samples, its normalised autocorrelation up to ``half``, and a transform that holds both."""
+    """Return a Hann window of ``2 * half`` samples, its normalised autocorrelation up to lag ``half``, and the FFT size."""
     length = 2 * half
     window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(1, length + 1) / (length + 1))
     size = -(-(length + half + 1) // 128) * 128
@@ -79,55 +85,55 @@ def _window(half: int) -> tuple[np.ndarray, np.ndarray, int]:
 
 
 def _candidates(echo: np.ndarray, longest: int, rate: int, floor: float) -> tuple[np.ndarray, np.ndarray]:
-    """The strongest peaks of the autocorrelation ``(frames, lags)`` as Hz and strengths.
+    """Return the strongest peaks of the autocorrelation ``(frames, lags)`` as Hz and strengths, ``(frames, 14)`` each.
 
-    Peaks over any ceiling are among them, as Praat has it: where noise has many, they leave less room for pitch.
+    As in Praat, peaks above the ceiling are included: in noise they take places that pitch candidates could have.
     """
     here, left, right = echo[:, 2:longest], echo[:, 1 : longest - 1], echo[:, 3 : longest + 1]
     row, lag = np.nonzero((here > 0.5 * _VOICING) & (here > left) & (here >= right))
-    place, strength = _summits(echo, row, lag + 2)
+    place, strength = _refine_peaks(echo, row, lag + 2)
     strength = np.where(strength > 1, 1 / np.maximum(strength, 1), strength)
     hertz = rate / place
-    # of many the higher pitch is favoured, so that a perfectly periodic sound is not heard an octave too low
+    # prefer the higher pitch, or a perfectly periodic sound would be tracked an octave too low
     order = np.lexsort((-(strength - _OCTAVE * np.log2(floor / hertz)), row))
     rank = np.arange(len(row)) - np.searchsorted(row[order], row[order])
     kept = order[rank < _CANDIDATES - 1]
     rank = rank[rank < _CANDIDATES - 1]
-    found = np.zeros((2, len(echo), _CANDIDATES - 1))
-    found[:, row[kept], rank] = hertz[kept], strength[kept]
-    return found[0], found[1]
+    candidates = np.zeros((2, len(echo), _CANDIDATES - 1))
+    candidates[:, row[kept], rank] = hertz[kept], strength[kept]
+    return candidates[0], candidates[1]
 
 
-def _summits(echo: np.ndarray, row: np.ndarray, lag: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lag and height of the maxima near ``echo[row, lag]``, by windowed sinc interpolation and parabolas through it."""
-    taps = np.arange(-_DEPTH, _DEPTH + 1)
+def _refine_peaks(echo: np.ndarray, row: np.ndarray, lag: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return lag and height of the maxima near ``echo[row, lag]``, by parabolas through windowed sinc interpolation."""
+    taps = np.arange(-_SINC_DEPTH, _SINC_DEPTH + 1)
     around = np.abs(lag[:, None] + taps)
-    # an autocorrelation is even; beyond its end lies what the window of the interpolation hardly counts
+    # an autocorrelation is even; samples beyond its end have almost no weight in the interpolation window
     values = echo[row[:, None], np.minimum(around, echo.shape[1] - 1)] * (-1.0) ** taps
     left, middle, right = (echo[row, lag + shift] for shift in (-1, 0, 1))
     place = 0.5 * (right - left) / (2 * middle - left - right)
     height = middle
     for reach in (0.1, 0.1, 0.02):
-        low, height, high = (_between(values, taps, place + shift) for shift in (-reach, 0, reach))
+        low, height, high = (_interpolate(values, taps, place + shift) for shift in (-reach, 0, reach))
         slope, curve = 0.5 * (high - low), 2 * height - low - high
-        # uphill where it is no summit yet
+        # where the parabola has no maximum, step uphill
         move = np.where(curve > 0, np.clip(slope / np.where(curve > 0, curve, 1), -3, 3), 3 * np.sign(slope))
         place = np.clip(place + reach * move, -1, 1)
         height = height + slope * move - 0.5 * curve * move**2
     return lag + place, height
 
 
-def _between(values: np.ndarray, taps: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Samples ``(p, taps)``, every other one negated, interpolated at ``place`` ``(p,)`` beside the middle one."""
+def _interpolate(values: np.ndarray, taps: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Interpolate samples ``(p, taps)``, every other one negated, at offsets ``place`` ``(p,)`` from the middle one."""
     place = place + 1e-9  # never on a sample
-    angle, angles = np.pi * place / (_DEPTH + 0.5), np.pi * taps / (_DEPTH + 0.5)
+    angle, angles = np.pi * place / (_SINC_DEPTH + 0.5), np.pi * taps / (_SINC_DEPTH + 0.5)
     weight = 0.5 + 0.5 * (np.outer(np.cos(angle), np.cos(angles)) + np.outer(np.sin(angle), np.sin(angles)))
     weight /= place[:, None] - taps
     return np.einsum("ij,ij->i", values, weight) * np.sin(np.pi * place) / np.pi
 
 
-def _path(hertz: np.ndarray, strength: np.ndarray, loudness: np.ndarray, step: float, ceiling: float) -> np.ndarray:
-    """``(frames,)`` Hz along the best path through the candidates; the first way of every frame is to have no voice."""
+def _best_path(hertz: np.ndarray, strength: np.ndarray, loudness: np.ndarray, step: float, ceiling: float) -> np.ndarray:
+    """Return ``(frames,)`` Hz along the best path through the candidates (Viterbi); candidate 0 of a frame is "unvoiced"."""
     most = max(int((hertz > 0).sum(axis=1).max()), 1)
     hertz, strength = (np.pad(part[:, :most], ((0, 0), (1, 0))) for part in (hertz, strength))
     voiced = (hertz > 0) & (hertz < ceiling)
@@ -135,16 +141,16 @@ def _path(hertz: np.ndarray, strength: np.ndarray, loudness: np.ndarray, step: f
     unvoiced = _VOICING + np.maximum(0, 2 - loudness * (1 + _VOICING) / _SILENCE)
     gain = np.where(voiced, strength - _OCTAVE * (np.log2(ceiling) - octaves), -np.inf)
     gain[:, 0] = unvoiced
-    jump, change = _JUMP * 0.01 / step, _CHANGE * 0.01 / step
+    jump, change = _OCTAVE_JUMP_COST * 0.01 / step, _VOICING_CHANGE_COST * 0.01 / step
     score, back = gain[0], np.zeros(hertz.shape, int)
-    ways = np.arange(most + 1)
+    numbers = np.arange(most + 1)
     for number in range(1, len(hertz)):
         both = voiced[number - 1][:, None] & voiced[number]
         cost = np.where(both, jump * np.abs(octaves[number - 1][:, None] - octaves[number]), change)
         cost[0, 0] = 0
         reached = score[:, None] - cost
         back[number] = reached.argmax(axis=0)
-        score = reached[back[number], ways] + gain[number]
+        score = reached[back[number], numbers] + gain[number]
     chosen = np.empty(len(hertz), int)
     chosen[-1] = score.argmax()
     for number in range(len(hertz) - 1, 0, -1):

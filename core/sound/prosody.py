@@ -1,11 +1,11 @@
-"""Prosody of a recording: loudness, pitch, phrases, and which syllables are accented. Directors and networks hear this.
+"""Analyses prosody: loudness, pitch, phrases and accented syllables, for the networks and for the editing of gestures.
 
-A stroke lands on an accent (McNeill), so the accents are worked out once, in the same way when performances are directed
-and when a user's recording is performed, with words where they are known and from the sound alone where not. Prominence
-is what the literature says it is: louder, higher and longer than the neighbourhood, on a word that carries meaning.
+Gesture strokes fall on accents (McNeill), so training and synthesis use the same accents: with words where they are known,
+otherwise from the sound alone. As in the literature, prominence means louder, higher and longer than the neighbourhood, on
+a word that carries meaning.
 
-Checkpoints until version 0.1 learned from pitch by Praat and filters by scipy. In seven minutes of speech by people and voices
-the features differ from those by 0.0001 or less on average and by 0.13 at most (pitch, in one place).
+Checkpoints up to version 0.1 were trained with pitch by Praat and filters by scipy. On seven minutes of human and synthetic
+speech, the features here differ from those by at most 0.0001 on average and by 0.13 in the worst place (pitch).
 """
 
 from collections.abc import Collection, Sequence
@@ -19,11 +19,11 @@ from . import bandpass, peaks, pitch, voice
 from .audio import SAMPLE_RATE, gain
 
 RATE = 100
-"""Analysis frames a second."""
+"""Analysis frames per second."""
 PHRASE_PAUSE = 0.16
-"""Seconds without voice that end a phrase."""
+"""A pause of this many seconds ends a phrase."""
 LONGEST_PHRASE = 4.0
-"""Seconds; a longer phrase is cut at its quietest place."""
+"""Seconds; a longer phrase is cut at its quietest point."""
 
 NAMES = (
     "voice", "level", "pitch", "pitch trend", "accent", "main accent", "until main accent", "since main accent",
@@ -32,11 +32,12 @@ NAMES = (
 )  # fmt: skip
 FEATURES = len(NAMES)
 
-_STRESSED = 0.95  # strength of an accent that an author asked for
-_BUMP = 0.06  # seconds: width of the bump that marks an accent
-_NEAR, _FAR = 1.2, 8.0  # seconds: neighbourhoods for "louder than around it" and for a speaker's present manner
-_LOWEST, _HIGHEST = 65.0, 500.0  # Hz
-_STEP = 0.02  # seconds between frames of pitch
+_STRESSED = 0.95  # strength of an accent that the transcript marks as stressed
+_BUMP = 0.06  # seconds: standard deviation of the bump that marks an accent
+_NEIGHBOURHOOD = 1.2  # seconds: standard deviation of the weights of the neighbours that an accent is compared with
+_MANNER_SECONDS = 8.0  # smoothing of the features that describe how somebody speaks at the moment
+_PITCH_FLOOR, _PITCH_CEILING = 65.0, 500.0  # Hz
+_PITCH_STEP = 0.02  # seconds between frames of pitch
 
 _FUNCTION = (
     "a an the of to in on at by for from with and or as is are was were be been being it its he him his she her they them "
@@ -48,13 +49,13 @@ FUNCTION = frozenset(_FUNCTION.split())
 """Words that rarely carry an accent."""
 _EMPHATIC = "very really so too only even just never always must every all no not nothing great big huge best worst"
 EMPHATIC = frozenset(_EMPHATIC.split())
-"""Words that carry an accent more often than their kind says."""
+"""Words that carry an accent more often than others of their word class."""
 
 
 @dataclass(frozen=True)
 class Accent:
-    """One syllable that could bear an accent: ``time`` of its peak (s), ``strength`` 0..1, whether it is its phrase's main
-    accent, the number of the phrase, and the word it belongs to (-1 where words are unknown)."""
+    """A syllable that may be accented: ``time`` of its peak in seconds, ``strength`` 0..1, whether it is the ``main`` accent
+    of its phrase, the number of the ``phrase``, and the number of its ``word`` (-1 if words are unknown)."""
 
     time: float
     strength: float
@@ -65,9 +66,12 @@ class Accent:
 
 @dataclass(frozen=True)
 class Prosody:
-    """What :func:`analyse` finds: accents in order of time, ``phrases`` ``(p, 2)`` in seconds, ``features``
-    ``(frames, FEATURES)`` float32 at 15 fps with columns :data:`NAMES`, all of order one, and the 100 Hz tracks
-    ``level`` (dB over the speaker's mean) and ``pitch`` (semitones over the speaker's median, bridged)."""
+    """Result of :func:`analyse`.
+
+    ``accents`` in order of time; ``phrases`` ``(p, 2)``, start and end in seconds; ``features`` ``(frames, FEATURES)`` float32
+    at 15 fps with columns :data:`NAMES`, all of order one; the 100 Hz tracks ``level`` (dB above the speaker's mean) and
+    ``pitch`` (semitones above the speaker's median, interpolated where unvoiced).
+    """
 
     accents: tuple[Accent, ...]
     phrases: np.ndarray
@@ -78,7 +82,11 @@ class Prosody:
 
 @dataclass(frozen=True)
 class Tracks:
-    """100 Hz tracks: voice 0..1, level (dB), pitch (semitones over the median), median (log2 of 150 Hz), tilt (dB)."""
+    """Acoustic tracks at 100 Hz, ``(n,)`` each.
+
+    ``voice`` is the voice probability 0..1, ``level`` in dB, ``pitch`` in semitones above the median, ``register`` the median
+    pitch in octaves above 150 Hz, ``bright`` the spectral tilt in dB (power above 1 kHz relative to below).
+    """
 
     voice: np.ndarray
     level: np.ndarray
@@ -95,27 +103,27 @@ def analyse(
     measured: Tracks | None = None,
     fps: float = FPS,
 ) -> Prosody:
-    """Prosody of ``(n,)`` float32 samples at 16 kHz; ``words`` are (text, start, end) in seconds, in order of time.
+    """Analyse the prosody of ``(n,)`` float32 samples at 16 kHz; ``words`` are (text, start, end) in seconds, in order of time.
 
-    ``frames``: pose frames of the features, by default as many as the recording fills. ``stressed`` are numbers of words
-    that bear a main accent whatever the sound says. ``measured`` is what :func:`measure` found in the audio, if that is known.
-    Networks that hear these features take 15 pose frames a second; data sets may have another ``fps``.
+    ``frames`` is the number of pose frames of the features, by default that of the recording. ``stressed`` holds the numbers
+    of words that get a main accent whatever the sound says. ``measured`` is the result of :func:`measure`, if the caller has
+    it. Networks take these features at 15 fps; data sets may have another ``fps``.
     """
     frames = voice.frame_count(audio, fps) if frames is None else frames
     tracks = measured or measure(audio)
     phrases = _phrases(tracks)
     units = _word_units(tracks, words) if len(words) else _syllable_units(tracks)
-    accents = _stress(_accents(tracks, phrases, *units), stressed)
+    accents = _stress(_accents(phrases, units), stressed)
     return Prosody(accents, phrases, _features(tracks, phrases, accents, np.arange(frames) / fps), tracks.level, tracks.pitch)
 
 
 def measure(audio: np.ndarray) -> Tracks:
-    """What of prosody ``(n,)`` samples at 16 kHz tell without their words."""
+    """Measure the acoustic tracks of ``(n,)`` samples at 16 kHz: the part of the prosody that needs no words."""
     audio = np.asarray(audio, np.float32)
     active = voice.probability(audio)
     count = len(active)
     if not count:
-        return Tracks(*(np.zeros(1) for _ in range(3)), 0.0, np.zeros(1))
+        return Tracks(np.zeros(1), np.zeros(1), np.zeros(1), 0.0, np.zeros(1))
     low, high = _bands(audio, count)
     level = 10 * np.log10(low + high + 1e-7)
     level = np.maximum(level, np.percentile(level, 98) - 45)
@@ -126,39 +134,43 @@ def measure(audio: np.ndarray) -> Tracks:
 
 
 def _bands(audio: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Power below and above 1 kHz, ``(count,)`` each, in the band that vowels fill (200 to 3400 Hz)."""
+    """Return the power from 200 Hz to 1 kHz and from 1 to 3.4 kHz (the band of vowels), ``(count,)`` each."""
     hop = SAMPLE_RATE // RATE
     power = np.empty((2, count))
     for begin, bands in bandpass.in_blocks(audio[: count * hop], SAMPLE_RATE, ((200, 1000), (1000, 3400))):
         for band, track in zip(bands, power, strict=True):
             track[begin // hop : (begin + len(band)) // hop] = np.mean(band.reshape(-1, hop) ** 2, axis=1)
-    power *= gain(audio) ** 2  # a louder copy of an hour would take 230 MB
+    power *= gain(audio) ** 2  # scaling the sound instead would copy it: 230 MB an hour
     return power[0], power[1]
 
 
 def _pitch(audio: np.ndarray, count: int) -> tuple[np.ndarray, float]:
-    """Semitones over the median, bridged where there is no voice, and the median as octaves over 150 Hz."""
+    """Return pitch ``(count,)`` in semitones above the median, interpolated where unvoiced, and the median in octaves above
+    150 Hz. Pitch is all zero with fewer than 10 voiced frames."""
     block = 60 * SAMPLE_RATE
     hertz = np.zeros(count)
     for begin in range(0, len(audio), block):
         piece = audio[begin : begin + block]
         if len(piece) < SAMPLE_RATE // 10:
             break
-        times, found = pitch.track(piece, SAMPLE_RATE, _STEP, _LOWEST, _HIGHEST)
+        times, tracked = pitch.track(piece, SAMPLE_RATE, _PITCH_STEP, _PITCH_FLOOR, _PITCH_CEILING)
         at = np.clip(np.round((begin / SAMPLE_RATE + times) * RATE).astype(int), 0, count - 1)
-        hertz[at] = found
-    known = np.flatnonzero(hertz)
-    if len(known) < 10:
+        hertz[at] = tracked
+    voiced = np.flatnonzero(hertz)
+    if len(voiced) < 10:
         return np.zeros(count), 0.0
-    octaves = np.log2(hertz[known] / 150)
+    octaves = np.log2(hertz[voiced] / 150)
     register = float(np.median(octaves))
-    # octave errors of the tracker lie about an octave off the rest
+    # clipping limits octave errors of the tracker
     semitones = np.clip(12 * (octaves - register), -11, 11)
-    return gaussian(np.interp(np.arange(count), known, semitones), 0.04 * RATE), register
+    return gaussian(np.interp(np.arange(count), voiced, semitones), 0.04 * RATE), register
 
 
 def _phrases(tracks: Tracks) -> np.ndarray:
-    """``(p, 2)`` seconds: voiced stretches between pauses, over-long ones cut at the quietest place of their middle."""
+    """Return phrases ``(p, 2)``, start and end in seconds: voiced segments between pauses.
+
+    Those longer than :data:`LONGEST_PHRASE` are cut at their quietest point, away from the ends.
+    """
     waiting = [tuple(edge) for edge in voice.stretches(tracks.voice, shortest=0.12, pause=PHRASE_PAUSE)][::-1]
     quiet = gaussian(tracks.level, 0.06 * RATE)
     phrases = []
@@ -173,14 +185,15 @@ def _phrases(tracks: Tracks) -> np.ndarray:
     return np.array(phrases).reshape(-1, 2)
 
 
-def _word_units(tracks: Tracks, words) -> tuple[np.ndarray, ...]:
-    """Time, level, pitch, length (s, in proportion to what its letters ask for), meaningfulness and number of words."""
+def _word_units(tracks: Tracks, words: Sequence[tuple[str, float, float]]) -> tuple[np.ndarray, ...]:
+    """Return arrays ``(w,)`` of the words in order of time: time of the peak in seconds, level, pitch, duration relative to
+    what the number of letters lets expect, semantic weight, and the number of the word."""
     last = len(tracks.level) - 1
     times, levels, pitches, lengths, weights = (np.zeros(len(words)) for _ in range(5))
     for k, (text, start, end) in enumerate(words):
         low = int(np.clip(round(start * RATE), 0, last))
         window = slice(low, int(np.clip(round(end * RATE), low + 1, last + 1)))
-        # of the peaks of a long word the first is favoured: English stresses early
+        # prefer the first peak of a long word, as English tends to stress early syllables
         lead = np.linspace(1.5, 0, window.stop - low)
         peak = low + int(np.argmax(tracks.level[window] + 0.4 * tracks.pitch[window] + lead))
         times[k] = peak / RATE
@@ -194,26 +207,28 @@ def _word_units(tracks: Tracks, words) -> tuple[np.ndarray, ...]:
 
 
 def _syllable_units(tracks: Tracks) -> tuple[np.ndarray, ...]:
-    """The same from the sound alone: one unit for every peak of loudness that stands out by 3 dB."""
+    """Return the same arrays from the sound alone, one unit per loudness peak with a prominence of at least 3 dB."""
     loud = gaussian(tracks.level, 0.04 * RATE)
-    found = peaks.find(loud, prominence=3.0, distance=8, depth=0.6)
-    said = tracks.voice[found.places] > 0.5
-    at, lengths = found.places[said], np.clip(found.widths[said] / RATE, 0.05, 0.4) / 0.16
+    syllables = peaks.find(loud, prominence=3.0, distance=8, depth=0.6)
+    voiced = tracks.voice[syllables.places] > 0.5
+    at, lengths = syllables.places[voiced], np.clip(syllables.widths[voiced] / RATE, 0.05, 0.4) / 0.16
     return at / RATE, loud[at], tracks.pitch[at], lengths, np.full(len(at), 0.75), np.full(len(at), -1)
 
 
-def _accents(tracks: Tracks, phrases: np.ndarray, times, levels, pitches, lengths, weights, numbers) -> tuple[Accent, ...]:
+def _accents(phrases: np.ndarray, units: tuple[np.ndarray, ...]) -> tuple[Accent, ...]:
+    """Rate the prominence of units (see :func:`_word_units`) and choose the main accent of every phrase."""
+    times, levels, pitches, lengths, weights, numbers = units
     if not len(times):
         return ()
-    louder = np.clip((levels - _around(times, levels, weights)) / 5, -1, 1)
-    higher = np.clip((pitches - _around(times, pitches, weights)) / 4, -1, 1)
-    longer = np.clip(np.log(np.maximum(lengths, 0.1) / np.maximum(_around(times, lengths, weights), 0.1)) / 0.7, -1, 1)
+    louder = np.clip((levels - _local_mean(times, levels, weights)) / 5, -1, 1)
+    higher = np.clip((pitches - _local_mean(times, pitches, weights)) / 4, -1, 1)
+    longer = np.clip(np.log(np.maximum(lengths, 0.1) / np.maximum(_local_mean(times, lengths, weights), 0.1)) / 0.7, -1, 1)
     strength = 0.14 + 0.22 * weights + 0.17 * louder + 0.12 * higher + 0.12 * longer
     phrase = np.clip(np.searchsorted(phrases[:, 0], times + 0.02, side="right") - 1, 0, None) if len(phrases) else times * 0
     main = np.zeros(len(times), bool)
     for number in np.unique(phrase):
         members = np.flatnonzero(phrase == number)
-        # the nuclear accent is usually the last strong one
+        # the nuclear accent is usually the last strong accent of its phrase
         late = np.linspace(0, 0.14, len(members))
         main[members[np.argmax(strength[members] + late)]] = True
     strength = np.clip(strength + 0.22 * main, 0.02, 1)
@@ -224,7 +239,7 @@ def _accents(tracks: Tracks, phrases: np.ndarray, times, levels, pitches, length
 
 
 def _stress(accents: tuple[Accent, ...], stressed: Collection[int]) -> tuple[Accent, ...]:
-    """Accents of the words ``stressed`` become main ones, in the place of those that were their phrases' main accents."""
+    """Make the accents of the words ``stressed`` the main accents of their phrases, instead of the previous ones."""
     chosen = set(stressed)
     phrases = {accent.phrase for accent in accents if accent.word in chosen}
     result = []
@@ -237,18 +252,19 @@ def _stress(accents: tuple[Accent, ...], stressed: Collection[int]) -> tuple[Acc
     return tuple(result)
 
 
-def _around(times: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Mean of the values within about a second of each time; what carries meaning counts more."""
+def _local_mean(times: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return the mean of the values near each time, with Gaussian weights; words with semantic weight count more."""
     result = np.empty(len(times))
     for begin in range(0, len(times), 512):
         rows = slice(begin, begin + 512)
-        low, high = np.searchsorted(times, [times[rows][0] - 4 * _NEAR, times[rows][-1] + 4 * _NEAR])
-        share = np.exp(-0.5 * ((times[rows, None] - times[low:high]) / _NEAR) ** 2) * (0.2 + weights[low:high])
+        low, high = np.searchsorted(times, [times[rows][0] - 4 * _NEIGHBOURHOOD, times[rows][-1] + 4 * _NEIGHBOURHOOD])
+        share = np.exp(-0.5 * ((times[rows, None] - times[low:high]) / _NEIGHBOURHOOD) ** 2) * (0.2 + weights[low:high])
         result[rows] = share @ values[low:high] / share.sum(1)
     return result
 
 
 def _features(tracks: Tracks, phrases: np.ndarray, accents: tuple[Accent, ...], time: np.ndarray) -> np.ndarray:
+    """Return features ``(frames, FEATURES)`` float32 with columns :data:`NAMES` at ``time`` ``(frames,)`` in seconds."""
     mains = [accent for accent in accents if accent.main]
     manner = _manner(tracks, (tracks.voice > 0.5) & (tracks.level > -15))
     ahead, behind = _distance(time, np.array([accent.time for accent in mains]))
@@ -279,7 +295,7 @@ def _features(tracks: Tracks, phrases: np.ndarray, accents: tuple[Accent, ...], 
 
 
 def _manner(tracks: Tracks, counted: np.ndarray) -> list[np.ndarray]:
-    """Register, pitch range, dynamics and brightness of the last and next seconds, from voiced frames."""
+    """Return slow tracks of register, pitch range, dynamics and brightness, from the frames ``counted`` (a mask)."""
     weight = _slow(counted.astype(float)) + 1e-3
     sure = weight / (weight + 0.03)
     pitch = _slow(tracks.pitch * counted) / weight
@@ -292,14 +308,14 @@ def _manner(tracks: Tracks, counted: np.ndarray) -> list[np.ndarray]:
 
 
 def _rate(tracks: Tracks) -> np.ndarray:
-    """Syllables a second while speaking, over some seconds, less 2.5, over 1.5."""
+    """Return the smoothed syllable rate while speaking, standardised: syllables per second minus 2.5, divided by 1.5."""
     peaks = np.zeros(len(tracks.level))
     peaks[np.round(_syllable_units(tracks)[0] * RATE).astype(int)] = RATE
     return (_slow(peaks) / (_slow((tracks.voice > 0.5).astype(float)) + 0.05) - 2.5) / 1.5
 
 
-def _bumps(time: np.ndarray, accents) -> np.ndarray:
-    """Gaussian bumps as high as the accents are strong, ``(frames,)``; neighbours that overlap do not add up."""
+def _bumps(time: np.ndarray, accents: Sequence[Accent]) -> np.ndarray:
+    """Return ``(frames,)`` with a Gaussian bump per accent, as high as its strength; overlapping bumps do not add up."""
     result = np.zeros(len(time))
     for accent in accents:
         low, high = np.searchsorted(time, [accent.time - 4 * _BUMP, accent.time + 4 * _BUMP])
@@ -309,18 +325,19 @@ def _bumps(time: np.ndarray, accents) -> np.ndarray:
 
 
 def _distance(time: np.ndarray, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Seconds to the next and from the last of ``marks``, large where there is none."""
+    """Return the seconds to the next and since the last of ``marks``, large where there is none."""
     padded = np.concatenate([[-1e3], marks, [1e9]])
     following = np.searchsorted(padded, time, side="left")
     return padded[following] - time, time - padded[following - 1]
 
 
 def _sample(track: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Interpolate a 100 Hz track at ``time`` in seconds."""
     return np.interp(time, (np.arange(len(track)) + 0.5) / RATE, track)
 
 
 def _slow(track: np.ndarray) -> np.ndarray:
-    """Smoothing over :data:`_FAR` seconds; three running means are nearly Gaussian and cost nothing at any width."""
+    """Smooth over :data:`_MANNER_SECONDS` by three running means: nearly Gaussian, at a cost independent of the width."""
     for _ in range(3):
-        track = running_mean(track, int(_FAR * RATE / 2))
+        track = running_mean(track, int(_MANNER_SECONDS * RATE / 2))
     return track

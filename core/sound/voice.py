@@ -1,7 +1,7 @@
-"""Where somebody speaks: voice activity from band energies over a noise floor that follows the recording.
+"""Voice activity detection: band energies above a noise floor that adapts to the recording.
 
-It hears speech-like modulation above a steady background, so it copes with hum, hiss and rooms, but takes music or
-applause for voice: recordings are expected to hold one voice without music.
+Detects modulation above a steady background, so hum, hiss and room noise do no harm, but music and applause count as
+voice: recordings are expected to contain one voice without music.
 """
 
 from functools import lru_cache
@@ -12,7 +12,7 @@ from ..smoothing import running_maximum, running_mean
 from .audio import SAMPLE_RATE, gain
 
 RATE = 100
-"""Analysis frames a second."""
+"""Analysis frames per second."""
 
 _HOP = SAMPLE_RATE // RATE
 _WINDOW = 512
@@ -21,30 +21,31 @@ _BLOCK = 1500
 """Frames transformed at a time: a minute of them would take 100 MB."""
 _FLOOR_STEP = 25
 _FLOOR_REACH = 12
-"""The floor at a moment is taken from 12 steps of 0.25 s before and after it: six seconds hold a pause or breath."""
-_DYNAMICS = 42.0
-"""Decibels under the loud parts of a recording below which nothing is voice, so that faint codec noise in silence is not."""
-_LOWEST = -110.0
-"""Band level (dB, speech at its usual level) below which there is nothing to hear: all of digital silence."""
+"""The noise floor is taken from 12 steps of 0.25 s before and after: six seconds of speech contain a pause or breath."""
+_DYNAMICS_DB = 42.0
+"""Anything this far below the loud parts of a recording is no voice, for instance faint codec noise in silence."""
+_SILENCE_DB = -110.0
+"""Band level, for speech at the normalised level, of digital silence: the lowest possible noise floor."""
 _MIDPOINT = 6.0
 _WIDTH = 1.2
+"""Decibels above the noise floor at probability 0.5, and the width of the logistic curve in decibels."""
 _ATTACK = 2
 _HANGOVER = 9
-"""Frames (of 10 ms) by which voice is extended before and after, bridging consonants and closures."""
+"""Frames (of 10 ms) by which voice is extended before and after, to bridge consonants and closures."""
 
 
 def frame_count(audio: np.ndarray, fps: float = 15.0) -> int:
-    """Pose frames that a recording fills: ``floor(seconds * fps)``, at least one."""
+    """Return the number of pose frames in a recording: ``floor(seconds * fps)``, at least one."""
     return max(1, int(len(audio) * fps / SAMPLE_RATE + 1e-9))
 
 
 def active(audio: np.ndarray, fps: float = 15.0) -> np.ndarray:
-    """``(frame_count,)`` float32 in 0..1: how much of each pose frame is voiced. All zero for silence."""
+    """Return the voiced fraction 0..1 of each pose frame, ``(frame_count,)`` float32. All zero for silence."""
     return in_frames(probability(audio), frame_count(audio, fps), fps)
 
 
 def in_frames(track: np.ndarray, frames: int, fps: float = 15.0) -> np.ndarray:
-    """The same ``(frames,)`` from a :func:`probability` track, for callers that have one."""
+    """Return what :func:`active` does, ``(frames,)``, from a :func:`probability` track."""
     bounds = np.arange(frames + 1) * (RATE / fps)
     total = np.concatenate([[0.0], np.cumsum(track, dtype=float)])
     level = np.interp(bounds, np.arange(len(total)), total)
@@ -52,18 +53,21 @@ def in_frames(track: np.ndarray, frames: int, fps: float = 15.0) -> np.ndarray:
 
 
 def segments(audio: np.ndarray, shortest: float = 0.1, pause: float = 0.2) -> list[tuple[float, float]]:
-    """Voiced stretches as ``(start, end)`` seconds: gaps under ``pause`` are bridged, stretches under ``shortest`` dropped."""
+    """Return the voiced segments as ``(start, end)`` seconds.
+
+    Gaps shorter than ``pause`` seconds are bridged and segments shorter than ``shortest`` seconds dropped.
+    """
     return stretches(probability(audio), shortest, pause)
 
 
 def pauses(audio: np.ndarray, shortest: float = 0.2) -> list[tuple[float, float]]:
-    """The gaps of at least ``shortest`` seconds between, before and after the voiced stretches."""
+    """Return the gaps of at least ``shortest`` seconds between, before and after the voiced segments, in seconds."""
     edges = [0.0, *(edge for segment in segments(audio, pause=shortest) for edge in segment), len(audio) / SAMPLE_RATE]
     return [(start, end) for start, end in zip(edges[::2], edges[1::2], strict=True) if end - start >= shortest]
 
 
 def stretches(track: np.ndarray, shortest: float = 0.1, pause: float = 0.2) -> list[tuple[float, float]]:
-    """The same from a :func:`probability` track, for callers that have one."""
+    """Return what :func:`segments` does from a :func:`probability` track."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], track >= 0.5, [0]]).astype(int))) / RATE
     merged: list[list[float]] = []
     for start, end in edges.reshape(-1, 2).tolist():
@@ -75,14 +79,15 @@ def stretches(track: np.ndarray, shortest: float = 0.1, pause: float = 0.2) -> l
 
 
 def probability(audio: np.ndarray) -> np.ndarray:
-    """``(frames,)`` float32 in 0..1 at 100 frames a second, frame ``i`` centred on ``(i + 0.5) / 100`` seconds.
+    """Return the voice probability ``(frames,)`` float32 in 0..1 at 100 fps, frame ``i`` centred on ``(i + 0.5) / 100`` s.
 
-    The mean over ten bands of the level above the noise floor, through a logistic curve, with hangover.
+    It is a logistic function of the level above the noise floor (mean over ten bands, of which the stronger five count
+    more), extended in time by the hangover.
     """
     bands = _bands(np.asarray(audio, np.float32))
     if not len(bands):
         return np.zeros(0, np.float32)
-    lowest = max(_LOWEST, float(np.percentile(bands.mean(1), 98)) - _DYNAMICS)
+    lowest = max(_SILENCE_DB, float(np.percentile(bands.mean(1), 98)) - _DYNAMICS_DB)
     centres, floor = _noise_floor(bands)
     loud = np.empty(len(bands))
     for begin in range(0, len(bands), _BLOCK):
@@ -98,10 +103,10 @@ def probability(audio: np.ndarray) -> np.ndarray:
 
 
 def _bands(audio: np.ndarray) -> np.ndarray:
-    """``(frames, 10)`` band levels in dB at the usual speech level, computed in blocks."""
+    """Return ``(frames, 10)`` band levels in dB of the level-normalised sound, computed in blocks."""
     frames = len(audio) // _HOP
     levels = np.empty((frames, len(_EDGES) - 1), np.float32)
-    window, matrix = _analysis()
+    window, matrix = _window_and_bands()
     matrix = matrix * np.float32(gain(audio) ** 2)
     margin = (_WINDOW - _HOP) // 2
     for begin in range(0, frames, _BLOCK):
@@ -114,7 +119,10 @@ def _bands(audio: np.ndarray) -> np.ndarray:
 
 
 def _noise_floor(bands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Frames ``(steps,)`` and ``(steps, bands)`` dB: a low percentile of each quarter second, then one of its neighbourhood."""
+    """Return the noise floor ``(steps, bands)`` in dB and the frame numbers ``(steps,)`` where it is sampled.
+
+    It is a low percentile of each quarter second, then one of the neighbouring quarter seconds.
+    """
     steps = -(-len(bands) // _FLOOR_STEP)
     padded = np.pad(bands, ((0, steps * _FLOOR_STEP - len(bands)), (0, 0)), mode="edge")
     quiet = np.percentile(padded.reshape(steps, _FLOOR_STEP, -1), 30, axis=1)
@@ -124,8 +132,8 @@ def _noise_floor(bands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lru_cache(maxsize=1)
-def _analysis() -> tuple[np.ndarray, np.ndarray]:
-    """Hann window scaled so that a full-scale sine reads 0 dB, and the ``(257, 10)`` band sums."""
+def _window_and_bands() -> tuple[np.ndarray, np.ndarray]:
+    """Return a Hann window, scaled so that a full-scale sine reads 0 dB, and the ``(257, 10)`` matrix that sums bands."""
     window = np.hanning(_WINDOW + 1)[:-1]
     hertz = np.arange(_WINDOW // 2 + 1) * SAMPLE_RATE / _WINDOW
     low, high = np.array(_EDGES[:-1]), np.array(_EDGES[1:])

@@ -118,7 +118,7 @@ def test_scraps(count):
 def test_pieces_leave_no_seam(monkeypatch):
     sound = noise(100_000)[:, 0]
     whole = heard(sound, 44100)
-    monkeypatch.setattr(resample, "_PIECE", 1)
+    monkeypatch.setattr(resample, "_MIN_SAMPLES", 1)
     np.testing.assert_allclose(heard(sound, 44100, size=313), whole, atol=1e-6)
 
 
