@@ -52,8 +52,9 @@ def run(options: argparse.Namespace) -> int:
     if options.kind not in KINDS:
         raise UsageError(f"There is no kind of data set {options.kind!r}.", f"Kinds are {', '.join(KINDS)}.")
     share_cores()
-    from ..learning.datasets import directed, readers, smplx, ted, writer
+    from ..learning.datasets import directed, readers, ted, writer
     from ..learning.train.storage import RATES
+    from ..motion.readers import smplx
     from ..motion.skeleton import FPS
 
     fps = FPS if options.fps is None else options.fps

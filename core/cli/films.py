@@ -44,10 +44,10 @@ def filmed(clips: Path, character: str, speech: Path | None) -> Iterator[Path]:
 
 
 def _film(path: Path, sound: Path, who: str, folder: Path) -> None:
-    from ..learning.datasets import reading
+    from ..motion.readers import motion_files
 
     film = folder / "clips" / path.parent.name / f"{path.stem}.mp4"
-    reading.load(path).save(folder / "motion.npz")
+    motion_files.load(path).save(folder / "motion.npz")
     engine = None if Path(who).suffix.lower() == ".blend" else "workbench"
     heard = str(sound.absolute())
     job = {"motions": [str(folder / "motion.npz")], "audio": heard, "character": who, "engine": engine, "outputs": [str(film)]}

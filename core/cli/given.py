@@ -21,7 +21,7 @@ def read(options: argparse.Namespace):
 
     Raises :class:`UsageError` where they also say how it is to be made, and what reading raises.
     """
-    from ..learning.datasets import reading
+    from ..motion.readers import motion_files
 
     parser = argparse.ArgumentParser()
     performance.add_options(parser)
@@ -31,5 +31,5 @@ def read(options: argparse.Namespace):
     if asked:
         named = ", ".join("--" + _NAMES.get(name, name).replace("_", "-") for name in asked)
         raise UsageError(f"A motion file is performed as it is, without {named}.", "Leave that out, or name the recording.")
-    motion = reading.load(options.audio)
+    motion = motion_files.load(options.audio)
     return motion.mirrored() if options.mirror else motion

@@ -1,4 +1,4 @@
-"""A motion file onto the chosen character: what others made, or was captured, without an engine."""
+"""Applies a motion file, captured or made by another program, to the chosen character; needs no engine."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import bpy
 from bpy_extras.io_utils import ImportHelper
 
 from ...core.errors import S2agError
-from ...core.learning.datasets import reading
+from ...core.motion.readers import motion_files
 from ..keys.apply import apply_motion
 from ..rig import handpicked
 from ..takes import drafts, recall
@@ -14,13 +14,15 @@ from ..takes.running import character
 from ..translations import told, told_error
 from .bone_maps import OfCharacter
 
+_PATTERNS = ";".join(f"*{suffix}" for suffix in motion_files.SUFFIXES)
+
 
 def perform(armature: bpy.types.Object, path: str | Path, start: int | None = None, mirror: bool = False, report=None):
-    """The action that makes ``armature`` perform a motion file from frame ``start`` (the scene's first), as its settings say.
+    """Key a motion file on ``armature`` from frame ``start`` (None: the scene's first) with its settings; return the action.
 
     Raises :class:`S2agError` before anything is changed.
     """
-    motion = reading.load(path)
+    motion = motion_files.load(path)
     settings = armature.s2ag
     return apply_motion(
         armature,
@@ -39,7 +41,7 @@ class S2AG_OT_import_motion(OfCharacter, bpy.types.Operator, ImportHelper):
     bl_idname = "s2ag.import_motion"
     bl_label = "Perform Motion File"
 
-    filter_glob: bpy.props.StringProperty(default=";".join(f"*{suffix}" for suffix in reading.SUFFIXES), options={"HIDDEN"})
+    filter_glob: bpy.props.StringProperty(default=_PATTERNS, options={"HIDDEN"})
     at_playhead: bpy.props.BoolProperty(
         name="From the Playhead", description="Begin at the current frame instead of the scene's first"
     )

@@ -8,9 +8,9 @@ import bpy
 import numpy as np
 
 from ...core.errors import OutputUnwritable, S2agError, UsageError
-from ...core.learning.datasets import ten
 from ...core.motion import skeleton
 from ...core.motion.motion import Motion
+from ...core.motion.readers import ten_joints
 from ...rigs.plain import Bones, Mapping, character_frame
 from ..keys.apply import scene_fps
 from ..rig import handpicked, reading
@@ -55,8 +55,8 @@ def capture(
                 turns[number, row] = matrix / np.linalg.norm(matrix, axis=0)
     finally:
         scene.frame_set(int(before), subframe=before - int(before))
-    posed = ten.Posed(tuple(joints), places @ upright.T, upright @ turns @ upright.T)
-    return Motion(ten.directions(posed, where=f'Armature "{armature.name}"'), meta={"source": armature.name})
+    posed = ten_joints.Posed(tuple(joints), places @ upright.T, upright @ turns @ upright.T)
+    return Motion(ten_joints.directions(posed, where=f'Armature "{armature.name}"'), meta={"source": armature.name})
 
 
 def save_take(armature, folder: str | Path, sound: str, transcript: str = "", name: str = "", text: str = "", **frames) -> Path:

@@ -4,7 +4,10 @@ import json
 import wave
 
 import numpy as np
+from s2ag.core.motion import skeleton
 
+DOWN, FORWARD = [0, 1, 0], [0, 0, 1]
+LEFT_FOREARM, RIGHT_FOREARM = 5, 8
 _CHAIN = """
 Hips - 0 90 0, Spine Hips 0 13.2 -1.6, Spine1 Spine 0 8.6 0, Spine2 Spine1 0 8.6 0, Spine3 Spine2 0 8.6 0,
 Neck Spine3 0 11.1 1.1, Neck1 Neck 0 7.1 0, Head Neck1 0 7.1 0, RightShoulder Spine3 0 7.9 5.2,
@@ -147,3 +150,13 @@ def textgrid(path):
     start = 'File type = "ooTextFile"\nObject class = "TextGrid"\n\nxmin = 0\nxmax = 5\ntiers? <exists>\nsize = 2\nitem []:\n'
     words = [(0, 1.2, ""), (1.2, 1.7, 'say ""hi""'), (2.0, 2.5, "friend")]
     path.write_text(start + tier(1, "phones", [(0, 5, "AH0")]) + tier(2, "words", words))
+
+
+def check(directions):
+    """Assert that canonical ``directions`` show this person: arms hang, the left forearm rises, the head is upright."""
+    np.testing.assert_allclose(directions[:, [4, 7, RIGHT_FOREARM]], np.broadcast_to(DOWN, (len(directions), 3, 3)), atol=0.08)
+    np.testing.assert_allclose(directions[0, LEFT_FOREARM], DOWN, atol=0.08)
+    np.testing.assert_allclose(directions[-1, LEFT_FOREARM], FORWARD, atol=0.08)
+    assert (directions[:, 3, 0] < -0.5).all() and (directions[:, 6, 0] > 0.5).all()  # the left lies at -x
+    upright = skeleton.MEAN_UNIT[[0, 1, 2]]
+    assert (np.degrees(np.arccos(np.clip((directions[0, :3] * upright).sum(-1), -1, 1))) < 12).all()

@@ -10,7 +10,7 @@ import numpy as np
 from ...errors import UsageError
 from ...model import catalogue, checkpoint
 from ...model.config import ModelConfig
-from ..datasets import reading, ten
+from ...motion.readers import motion_files, ten_joints
 from ..systems.catalogue import KNOWN, Build
 from ..systems.imported import Imported
 from ..systems.lengths import Lengths
@@ -99,8 +99,8 @@ def motions(folder: Path, bench: Bench) -> Brought:
             f"{folder} holds no motion for {len(missing)} of {len(files)} test talks: {named}.", "Name files as the talks."
         )
     for talk, file in files.items():
-        motion = reading.load(file)
-        directions = ten.resample(motion.directions, motion.fps, bench.fps)
+        motion = motion_files.load(file)
+        directions = ten_joints.resample(motion.directions, motion.fps, bench.fps)
         wanted = int(corpus.starts[talk + 1] - corpus.starts[talk])
         if len(directions) < wanted - _LATE * bench.fps:
             raise UsageError(f"{file} ends after {motion.duration:.1f} s, before its talk does.", "Perform the whole talk.")
@@ -119,7 +119,7 @@ def _names(corpus, talk: int) -> list[str]:
 
 
 def _file(folder: Path, corpus, talk: int) -> Path | None:
-    paths = (folder / f"{name}{suffix}" for name in _names(corpus, talk) for suffix in reading.SUFFIXES)
+    paths = (folder / f"{name}{suffix}" for name in _names(corpus, talk) for suffix in motion_files.SUFFIXES)
     return next((path for path in paths if path.is_file()), None)
 
 

@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import CorpusUnreadable
+from ...motion.readers import motion_files, smplx, ten_joints
 from ...motion.skeleton import FPS
 from ...sound import audio
-from . import reading, smplx, ten, transcripts
+from . import transcripts
 from .found import LARGEST_TABLE, Found, Tell, left_out, silent, some, tenth, top
 from .genea import genea, trinity
 from .recording import Recording
@@ -29,7 +30,7 @@ def plain(folder: str | PathLike, speaker: str | None = None, tell: Tell = silen
     """
     folder = top(folder)
     found, mute = [], []
-    for motion in sorted(path for path in folder.rglob("*") if path.suffix.lower() in reading.SUFFIXES):
+    for motion in sorted(path for path in folder.rglob("*") if path.suffix.lower() in motion_files.SUFFIXES):
         sound = next((motion.with_suffix(suffix) for suffix in SOUNDS if motion.with_suffix(suffix).is_file()), None)
         if sound is None:
             mute.append(motion)
@@ -99,12 +100,12 @@ def recordings(
 ) -> Iterator[Recording]:
     """Read one performance after the other at ``fps`` frames a second.
 
-    ``paper_joints``: see :func:`ten.directions`; ``body``: SMPL-X rest offsets.
+    ``paper_joints``: see :func:`ten_joints.directions`; ``body``: SMPL-X rest offsets.
     """
     for one in found:
         tell(one.name)
-        motion = reading.load(one.motion, paper_joints, body)
-        performed = ten.resample(motion.directions, motion.fps, fps)
+        motion = motion_files.load(one.motion, paper_joints, body)
+        performed = ten_joints.resample(motion.directions, motion.fps, fps)
         sound = audio.load(one.sound)
         words = transcripts.read(one.words, sound) if one.words is not None else []
         yield Recording(one.name, sound, words, performed, one.speaker, one.split)

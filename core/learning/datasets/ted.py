@@ -9,11 +9,11 @@ import numpy as np
 
 from ...errors import CorpusUnreadable, UsageError
 from ...motion import skeleton
+from ...motion.readers.ten_joints import FARTHEST, resample
 from ...sound.audio import SAMPLE_RATE
 from . import lmdb_file, serialised
 from .found import Tell, silent, tenth
 from .recording import Recording
-from .ten import FARTHEST, resample
 
 PARTS = {"train": "train", "val": "validation", "test": "test"}
 SPLITS = ("original", "talk")

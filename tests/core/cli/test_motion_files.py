@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from refusals import files
 from s2ag.core.cli.main import main
-from s2ag.core.learning.datasets import reading
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
+from s2ag.core.motion.readers import motion_files
 from s2ag.rigs import bvh
 from sounds import write_wav
 
@@ -30,10 +30,10 @@ def degrees(one, other):
 def test_our_own_files_are_read_as_they_were_written(motion, tmp_path):
     motion.save(tmp_path / "a.npz")
     bvh.save(motion, tmp_path / "a.bvh")
-    np.testing.assert_array_equal(reading.load(tmp_path / "a.npz").directions, motion.directions)
-    read = reading.load(tmp_path / "a.bvh")
+    np.testing.assert_array_equal(motion_files.load(tmp_path / "a.npz").directions, motion.directions)
+    read = motion_files.load(tmp_path / "a.bvh")
     assert read.fps == pytest.approx(15) and len(read.directions) == 15
-    # A skeleton without hips is turned until its shoulders lie along x; head and neck are set up anew (datasets/ten.py).
+    # A skeleton without hips is turned until its shoulders lie along x; head and neck are set up anew (readers/ten_joints.py).
     across = skeleton.canonical_to_y_up(skeleton.to_positions(motion.directions))
     across = across[:, skeleton.JOINTS.index("left_shoulder")] - across[:, skeleton.JOINTS.index("right_shoulder")]
     turn = np.degrees(np.abs(np.arctan2(across[:, 2], across[:, 0]))).max()
@@ -47,7 +47,7 @@ def test_a_motion_goes_onto_a_character_without_an_engine(motion, tmp_path, out,
     motion.save(path) if kind == ".npz" else bvh.save(motion, path)
     command = ["animate", path, "--character", "mannequin", "--fps", "15", "-o", out / "a.bvh"]
     assert main([str(one) for one in command]) == 0
-    made = reading.load(out / "a.bvh")
+    made = motion_files.load(out / "a.bvh")
     assert len(made.directions) == 15
     assert degrees(made.directions, motion.directions)[:, ARMS].max() < 1  # a figure's own shoulders are elsewhere
 

@@ -10,86 +10,12 @@ pytest.importorskip("torch")
 
 from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CorpusUnreadable  # noqa: E402
-from s2ag.core.learning.datasets import bvh, readers, smplx, ten, transcripts, writer  # noqa: E402
+from s2ag.core.learning.datasets import readers, transcripts, writer  # noqa: E402
 from s2ag.core.learning.datasets.recording import Recording  # noqa: E402
 from s2ag.core.learning.datasets.stream import GrowingArray  # noqa: E402
 from s2ag.core.learning.train.dataset import Corpus  # noqa: E402
 from s2ag.core.learning.train.storage import load_arrays  # noqa: E402
 from s2ag.core.motion import skeleton  # noqa: E402
-from s2ag.core.motion.motion import Motion  # noqa: E402
-from s2ag.rigs.bvh import save as save_bvh  # noqa: E402
-
-DOWN, FORWARD = [0, 1, 0], [0, 0, 1]
-LEFT_FOREARM, RIGHT_FOREARM = 5, 8
-
-
-def check_the_performance(directions):
-    """Arms hang, the left forearm comes forwards; the head is upright as TED's mean."""
-    np.testing.assert_allclose(directions[:, [4, 7, RIGHT_FOREARM]], np.broadcast_to(DOWN, (len(directions), 3, 3)), atol=0.08)
-    np.testing.assert_allclose(directions[0, LEFT_FOREARM], DOWN, atol=0.08)
-    np.testing.assert_allclose(directions[-1, LEFT_FOREARM], FORWARD, atol=0.08)
-    assert (directions[:, 3, 0] < -0.5).all() and (directions[:, 6, 0] > 0.5).all()  # the left lies at -x
-    upright = skeleton.MEAN_UNIT[[0, 1, 2]]
-    assert (np.degrees(np.arccos(np.clip((directions[0, :3] * upright).sum(-1), -1, 1))) < 12).all()
-
-
-@pytest.mark.parametrize("yaw", [0.0, 140.0])
-@pytest.mark.parametrize("z_up", [False, True])
-def test_bvh_in_the_canonical_frame(tmp_path, yaw, z_up):
-    moving.bvh(tmp_path / "a.bvh", hips_yaw=0.0 if z_up else yaw, z_up=z_up)
-    if z_up:  # forearm's rotation is about the file's own z, which is up there
-        posed, fps = bvh.read(tmp_path / "a.bvh")
-        made = ten.directions(posed)
-        assert fps == pytest.approx(60, abs=0.01)
-        assert (made[:, 0, 1] < -0.9).all() and (made[:, 3, 0] < -0.5).all()
-        return
-    posed, fps = bvh.read(tmp_path / "a.bvh")
-    check_the_performance(ten.resample(ten.directions(posed), fps))
-    assert len(ten.resample(ten.directions(posed), fps)) == 75
-
-
-def test_our_own_bvh_comes_back(tmp_path):
-    rng = np.random.default_rng(0)
-    time = np.arange(60)[:, None, None] / 15
-    directions = skeleton.normalize(skeleton.MEAN_UNIT + 0.25 * np.sin(2 * time + rng.uniform(0, 6, (1, 9, 3))))
-    directions[:, :4], directions[:, 6] = skeleton.MEAN_UNIT[:4], skeleton.MEAN_UNIT[6]
-    save_bvh(Motion(directions.astype(np.float32)), tmp_path / "own.bvh")
-    posed, fps = bvh.read(tmp_path / "own.bvh")
-    found = ten.directions(posed)
-    assert fps == pytest.approx(15)
-    arms = [4, 5, 7, 8]
-    np.testing.assert_allclose(found[:, arms], directions[:, arms], atol=0.02)
-
-
-def test_the_papers_joints_put_the_right_arm_first(tmp_path):
-    moving.bvh(tmp_path / "a.bvh")
-    directions = ten.directions(bvh.read(tmp_path / "a.bvh")[0], paper=True)
-    np.testing.assert_allclose(directions[-1, RIGHT_FOREARM], FORWARD, atol=0.08)
-    np.testing.assert_allclose(directions[-1, LEFT_FOREARM], DOWN, atol=0.08)
-    assert directions[0, 3, 0] > 0.5
-
-
-def test_smplx_in_the_canonical_frame(tmp_path):
-    moving.smplx(tmp_path / "a.npz")
-    posed, fps = smplx.read(tmp_path / "a.npz")
-    assert fps == 30
-    check_the_performance(ten.resample(ten.directions(posed), fps))
-
-
-def test_a_users_body_replaces_the_average_one(tmp_path):
-    joints = np.zeros((22, 3))
-    for row, parent in enumerate(smplx.PARENTS):
-        joints[row] = smplx.OFFSETS[row] * 2 + (joints[parent] if parent >= 0 else 0)
-    np.savez(tmp_path / "model.npz", v_template=joints, J_regressor=np.eye(22))
-    np.testing.assert_allclose(smplx.model_offsets(tmp_path / "model.npz"), 2 * smplx.OFFSETS, atol=1e-12)
-    with pytest.raises(CorpusUnreadable, match="no SMPL-X model"):
-        smplx.model_offsets(tmp_path / "absent.npz")
-
-
-def test_turns_are_proper_rotations(tmp_path):
-    moving.bvh(tmp_path / "a.bvh", hips_yaw=73)
-    turn = ten.frontal(bvh.read(tmp_path / "a.bvh")[0])
-    np.testing.assert_allclose(np.linalg.det(turn), 1)
 
 
 def trinity(folder):
@@ -109,7 +35,7 @@ def test_trinity_end_to_end(tmp_path, capsys):
     arrays, meta = load_arrays(tmp_path / "out")
     corpus = Corpus.load(tmp_path / "out")
     assert meta["words"] == ["deep", "water"] and corpus.speakers[0]["name"] == "trinity"
-    check_the_performance(arrays["directions"][arrays["starts"][0] : arrays["starts"][1]].astype(np.float32))
+    moving.check(arrays["directions"][arrays["starts"][0] : arrays["starts"][1]].astype(np.float32))
     word = arrays["word_index"][: arrays["frame_starts"][1]]
     assert (word[6:12] == 0).all() and (word[15:22] == 1).all() and word[2] == -1
     assert arrays["wave"].dtype == np.int16 and np.diff(arrays["wave_starts"]).min() == 80000
@@ -135,7 +61,7 @@ def test_zeroeggs_and_beat2(tmp_path):
     found = list(readers.recordings(readers.beat2(beat)))
     assert [(one.speaker, one.split) for one in found] == [("scott", "validation"), ("scott", "test")]
     assert found[0].words == [('say "hi"', 1.2, 1.7), ("friend", 2.0, 2.5)]
-    check_the_performance(found[0].directions)
+    moving.check(found[0].directions)
 
 
 def test_plain_folders(tmp_path):
@@ -179,30 +105,7 @@ def test_tenths_do_not_depend_on_the_place():
     assert [round(parts.count(kind) / 2000, 1) for kind in ("train", "validation", "test")] == [0.8, 0.1, 0.1]
 
 
-def test_malformed_files_are_one_sentence(tmp_path):
-    moving.bvh(tmp_path / "good.bvh", frames=3)
-    text = (tmp_path / "good.bvh").read_text()
-    broken = {
-        "empty": "",
-        "cut": text[: len(text) // 3], "short": text.rsplit("\n", 3)[0], "letters": text[:-20] + " x y z\n",
-        "channel": text.replace("Xrotation", "Xturn"), "frames": text.replace("Frames: 3", "Frames: 0"),
-        "foreign": "MOTION HIERARCHY {",
-        "still": "HIERARCHY\nROOT Hips { OFFSET 0 0 0 CHANNELS 0 }\nMOTION\nFrames: 9999999 Frame Time: 0.004\n",
-    }  # fmt: skip
-    for name, content in broken.items():
-        (tmp_path / f"{name}.bvh").write_text(content)
-        with pytest.raises(CorpusUnreadable, match="is no BVH file"):
-            bvh.read(tmp_path / f"{name}.bvh")
-    with pytest.raises(CorpusUnreadable, match="cannot be read"):
-        bvh.read(tmp_path / "absent.bvh")
-    (tmp_path / "odd.bvh").write_text(text.replace("LeftForeArm", "Tentacle"))
-    with pytest.raises(CorpusUnreadable, match="no joint for left elbow"):
-        ten.directions(bvh.read(tmp_path / "odd.bvh")[0])
-    np.savez(tmp_path / "few.npz", poses=np.zeros((5, 9)))
-    (tmp_path / "noise.npz").write_bytes(b"zip")
-    for name, sentence in (("few", "shape"), ("noise", "no SMPL-X motion")):
-        with pytest.raises(CorpusUnreadable, match=sentence):
-            smplx.read(tmp_path / f"{name}.npz")
+def test_malformed_transcripts_are_one_sentence(tmp_path):
     for name, content in (
         ("a.json", "{"),
         ("b.json", '[["x"]]'),

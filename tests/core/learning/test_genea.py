@@ -8,8 +8,9 @@ pytest.importorskip("torch")
 
 from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CorpusUnreadable  # noqa: E402
-from s2ag.core.learning.datasets import readers, reading, transcripts  # noqa: E402
+from s2ag.core.learning.datasets import readers, transcripts  # noqa: E402
 from s2ag.core.learning.train.storage import load_arrays  # noqa: E402
+from s2ag.core.motion.readers import motion_files  # noqa: E402
 
 DOWN, FORWARD = [0, 1, 0], [0, 0, 1]
 WORDS = "0.4\t0.8\tSo,\n1.0\t2.0\tI am\n2.2\t2.4\t#\n2.5\t2.9\t\n"
@@ -101,7 +102,7 @@ def test_silence_and_words_beyond_the_end_are_counted(tmp_path, capsys):
 
 def test_a_motion_of_genea_is_a_motion(tmp_path):
     moving.talking(tmp_path / "a.bvh")
-    motion = reading.load(tmp_path / "a.bvh")
+    motion = motion_files.load(tmp_path / "a.bvh")
     assert motion.fps == pytest.approx(30, abs=1e-3) and len(motion.directions) == 150
     np.testing.assert_allclose(motion.directions[-1, 5], FORWARD, atol=0.08)
 

@@ -1,8 +1,8 @@
-"""Ten joints from any skeleton whose joints have names: the canonical directions of a recorded performance. numpy alone.
+"""Converts a skeleton in motion to the nine canonical directions between ten joints; finds the joints by their names.
 
-The canonical pose is frontal, as TED's is: the hips' (or shoulders') turn about the vertical is taken out of every frame.
-A skeleton's head joint stands where head and neck meet, TED's nose and crown do not exist there; both are set up from the
-rotations of neck and head so that a head at rest has the directions of TED's mean (reference sections B.1 and D.5).
+The canonical pose is frontal, as in TED: the rotation of the hips (or shoulders) about the vertical is removed from every
+frame. A skeleton's head joint stands where head and neck meet, and it has no joints for TED's nose and crown. Both are placed
+by the rotations of neck and head, so that a head at rest has the directions of TED's mean (reference sections B.1 and D.5).
 """
 
 import re
@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import CorpusUnreadable
-from ...motion import skeleton
-from ...motion.motion import FASTEST, LONGEST
+from .. import skeleton
+from ..motion import FASTEST, LONGEST
 
 FARTHEST = 1e6
-"""Of places in any unit of length and of angles in degrees, at most."""
+"""Largest position, in any unit of length, and largest angle, in degrees."""
 _NOSE, _CROWN = skeleton.canonical_to_y_up(skeleton.MEAN_UNIT)[[1, 2]] * [[0, 1, 1]]
-"""From the neck to the nose and on to the crown at rest, without the mean's small lean to a side."""
+"""Directions from neck to nose and from nose to crown at rest: TED's mean without its small lean to a side."""
 
 _NAMES = {
     "hips": ("hips", "pelvis", "broot", "root", "bodyworld", "bip01pelvis"),
@@ -44,14 +44,14 @@ PAPER = (
     "head",
     *(f"{side}_{part}" for side in ("right", "left") for part in ("shoulder", "elbow", "wrist")),
 )
-"""The joints that the authors put in TED's places on Trinity: the hips for the spine, the right arm first (reference D.5)."""
+"""The joints that the paper's authors took on Trinity, in TED's order: hips for the spine, right arm first (reference D.5)."""
 
 
 @dataclass(frozen=True)
 class Posed:
-    """A skeleton in motion in a frame with y up and, at rest, facing z with the left at +x.
+    """A skeleton in motion; y up and, at rest, facing z with the left at +x.
 
-    ``names`` of n joints; ``positions`` (frames, n, 3) in any unit; ``rotations`` (frames, n, 3, 3) against the rest pose.
+    ``names`` of n joints; ``positions`` (frames, n, 3) in any unit; ``rotations`` (frames, n, 3, 3) relative to the rest pose.
     """
 
     names: tuple[str, ...]
@@ -59,15 +59,15 @@ class Posed:
     rotations: np.ndarray
 
     def row(self, role: str) -> int:
-        """Row of the joint with a role; -1 where there is none."""
-        known = {_plain(name): row for row, name in reversed(list(enumerate(self.names)))}
-        if "leftshoulder" in known and "leftarm" not in known and role in ("left_shoulder", "right_shoulder"):
-            return known.get(role.replace("_", ""), -1)  # SMPL-X calls the upper arm's joint the shoulder
-        return next((known[name] for name in _NAMES[role] if name in known), -1)
+        """Return the row of the joint with a role, such as "left_elbow"; -1 if there is none."""
+        row_of = {_plain(name): row for row, name in reversed(list(enumerate(self.names)))}
+        if "leftshoulder" in row_of and "leftarm" not in row_of and role in ("left_shoulder", "right_shoulder"):
+            return row_of.get(role.replace("_", ""), -1)  # SMPL-X calls the joint of the upper arm the shoulder
+        return next((row_of[name] for name in _NAMES[role] if name in row_of), -1)
 
 
 def check(values: np.ndarray, frames: int, fps: float) -> None:
-    """Raise ValueError for places or angles that no recording of a person holds, or a rate that makes it last for days."""
+    """Raise ValueError for positions or angles beyond what a recording of a person holds, or for an impossible frame rate."""
     if not (np.isfinite(values).all() and np.abs(values).max(initial=0) <= FARTHEST):
         raise ValueError("it holds places or angles out of range")
     if not (0 < fps <= FASTEST and frames / fps <= LONGEST):
@@ -75,10 +75,10 @@ def check(values: np.ndarray, frames: int, fps: float) -> None:
 
 
 def directions(posed: Posed, paper: bool = False, where: str = "The skeleton") -> np.ndarray:
-    """Unit directions ``(frames, 9, 3)`` float32 in the canonical frame.
+    """Return unit directions ``(frames, 9, 3)`` float32 in the canonical frame.
 
-    ``paper`` takes the authors' ten joints of Trinity instead, in their order but with the axes turned rightly. Raises
-    :class:`CorpusUnreadable` where a joint is missing.
+    ``paper`` takes the ten joints of :data:`PAPER` instead, in that order, with corrected axes. ``where`` names the source in
+    errors. Raises :class:`CorpusUnreadable` where a joint is missing.
     """
     missing = [role for role in (PAPER if paper else _NEEDED) if posed.row(role) < 0]
     if missing:
@@ -90,7 +90,7 @@ def directions(posed: Posed, paper: bool = False, where: str = "The skeleton") -
 
 
 def frontal(posed: Posed) -> np.ndarray:
-    """Rotations ``(frames, 3, 3)`` about the vertical that bring the line of the hips, else of the shoulders, to x."""
+    """Return rotations ``(frames, 3, 3)`` about the vertical that bring the line of the hips, else of the shoulders, to x."""
     pair = (
         ("left_hip", "right_hip")
         if posed.row("left_hip") >= 0 <= posed.row("right_hip")
@@ -104,12 +104,12 @@ def frontal(posed: Posed) -> np.ndarray:
     return turn
 
 
-def resample(values: np.ndarray, fps: float, wanted: float = skeleton.FPS) -> np.ndarray:
-    """Directions ``(n, 9, 3)`` at another rate by linear interpolation, normalised; the first frame stays (reference B.4)."""
+def resample(values: np.ndarray, fps: float, new_fps: float = skeleton.FPS) -> np.ndarray:
+    """Return directions ``(n, 9, 3)`` at another rate, linearly interpolated and normalised; keeps frame 0 (reference B.4)."""
     if not len(values):
         raise ValueError("there are no poses")
-    count = max(int(round(len(values) / fps * wanted)), 1)
-    at = np.minimum(np.arange(count) * (fps / wanted), len(values) - 1)
+    count = max(int(round(len(values) / fps * new_fps)), 1)
+    at = np.minimum(np.arange(count) * (fps / new_fps), len(values) - 1)
     low = np.minimum(at.astype(int), max(len(values) - 2, 0))
     share = (at - low)[:, None, None]
     following = values[np.minimum(low + 1, len(values) - 1)]
@@ -117,6 +117,7 @@ def resample(values: np.ndarray, fps: float, wanted: float = skeleton.FPS) -> np
 
 
 def _joints(posed: Posed) -> np.ndarray:
+    """Return positions ``(frames, 10, 3)`` in TED's order."""
     def at(role: str) -> np.ndarray:
         return posed.positions[:, posed.row(role)]
 
@@ -136,13 +137,14 @@ def _paper(posed: Posed) -> np.ndarray:
 
 
 def _plain(name: str) -> str:
+    """Return a joint name in lower case, without namespace and punctuation."""
     return re.sub(r"[^a-z0-9]", "", name.rpartition(":")[2].lower())
 
 
 def chain(offsets: np.ndarray, parents: Sequence[int], local: np.ndarray, root: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Forward kinematics: world positions ``(f, n, 3)`` and rotations ``(f, n, 3, 3)``.
+    """Return forward kinematics: world positions ``(f, n, 3)`` and rotations ``(f, n, 3, 3)``.
 
-    ``offsets`` (n, 3) from the parent at rest, ``local`` (f, n, 3, 3), ``root`` (f, 3) places of joint 0.
+    ``offsets`` (n, 3) from the parent at rest, ``local`` (f, n, 3, 3), ``root`` (f, 3) positions of joint 0.
     """
     positions, rotations = np.empty((len(local), len(parents), 3)), np.empty_like(local)
     for row, parent in enumerate(parents):

@@ -1,4 +1,4 @@
-"""One file of captured or made motion, of whatever kind, as a motion of ours. numpy alone."""
+"""Reads a motion file of any supported format as a :class:`Motion`. Needs numpy alone."""
 
 from os import PathLike
 from pathlib import Path
@@ -7,17 +7,18 @@ import numpy as np
 
 from ... import npz
 from ...errors import CorpusUnreadable
-from ...motion.motion import Motion
-from . import bvh, smplx, ten
+from ..motion import Motion
+from . import bvh, smplx, ten_joints
 
 SUFFIXES = (".npz", ".bvh")
 
 
 def load(path: str | PathLike, paper_joints: bool = False, body: np.ndarray = smplx.OFFSETS) -> Motion:
-    """A motion at the file's own frame rate: BVH (ours, GENEA's or anybody's), SMPL-X poses, or what :meth:`Motion.save` wrote.
+    """Return the motion of ``path`` at the file's own frame rate.
 
-    BVH and SMPL-X give the nine directions alone; ``paper_joints`` and ``body`` are as in :mod:`readers`. Raises
-    :class:`CorpusUnreadable` or :class:`MotionUnreadable`.
+    Formats: BVH of any program, SMPL-X poses in ``.npz``, and what :meth:`Motion.save` wrote. BVH and SMPL-X give the nine
+    directions alone. ``paper_joints``: see :func:`ten_joints.directions`; ``body``: SMPL-X rest offsets (22, 3), metres.
+    Raises :class:`CorpusUnreadable` or :class:`MotionUnreadable`.
     """
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
@@ -28,7 +29,7 @@ def load(path: str | PathLike, paper_joints: bool = False, body: np.ndarray = sm
         return Motion.load(path)
     else:
         posed, fps = smplx.read(path, body)
-    return Motion(ten.directions(posed, paper_joints, str(path)), fps, meta={"source": path.name})
+    return Motion(ten_joints.directions(posed, paper_joints, str(path)), fps, meta={"source": path.name})
 
 
 def _is_ours(path: Path) -> bool:

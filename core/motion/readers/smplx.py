@@ -1,4 +1,4 @@
-"""SMPL-X motion as BEAT2 has it: axis-angle poses in ``.npz``, turned into a skeleton in motion."""
+"""Reads SMPL-X motion as BEAT2 stores it: axis-angle poses in ``.npz``."""
 
 from os import PathLike
 from pathlib import Path
@@ -7,17 +7,17 @@ import numpy as np
 
 from ... import npz
 from ...errors import CorpusUnreadable
-from ...motion import quaternion
-from .ten import Posed, chain, check
+from .. import quaternion
+from .ten_joints import Posed, chain, check
 
 LARGEST = 1_000_000_000
-"""Bytes that a motion or a body model may unpack to; SMPL-X's own model takes half of that."""
+"""Bytes that a motion or a body model may unpack to, at most; SMPL-X's own model takes half of that."""
 NAMES = (
     "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2", "left_ankle", "right_ankle", "spine3",
     "left_foot", "right_foot", "neck", "left_collar", "right_collar", "head", "left_shoulder", "right_shoulder", "left_elbow",
     "right_elbow", "left_wrist", "right_wrist",
 )  # fmt: skip
-"""SMPL-X's first 22 joints; y up, facing z, left at +x."""
+"""The first 22 joints of SMPL-X; y up, facing z, left at +x."""
 PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19)
 OFFSETS = np.array(
     [
@@ -27,12 +27,13 @@ OFFSETS = np.array(
         (0.26, -0.01, -0.02), (-0.26, -0.01, -0.02), (0.25, 0.01, 0), (-0.25, 0.01, 0),
     ]
 )  # fmt: skip
-"""Metres at rest of an average body, rounded: directions hardly depend on them, and the model itself may not be passed on."""
+"""Rest offsets of an average body, metres, rounded: directions hardly depend on them, the model may not be redistributed."""
 
 
 def read(path: str | PathLike, offsets: np.ndarray = OFFSETS) -> tuple[Posed, float]:
-    """The skeleton in motion and its frames a second, from ``poses`` (frames, 66 or more), ``trans`` and the frame rate.
+    """Return the skeleton in motion and its frames per second.
 
+    Reads ``poses`` (frames, 66 or more) and, where they are there, ``trans`` and ``mocap_frame_rate``.
     Raises :class:`CorpusUnreadable`.
     """
     path = Path(path)
@@ -53,7 +54,7 @@ def read(path: str | PathLike, offsets: np.ndarray = OFFSETS) -> tuple[Posed, fl
 
 
 def rotations(axis_angles: np.ndarray) -> np.ndarray:
-    """Matrices ``(..., 3, 3)`` of rotation vectors ``(..., 3)`` in radians."""
+    """Return rotation matrices ``(..., 3, 3)`` of rotation vectors ``(..., 3)`` in radians."""
     angle = np.linalg.norm(axis_angles, axis=-1)
     axis = axis_angles / np.maximum(angle, 1e-12)[..., None]
     half = np.concatenate([np.cos(angle / 2)[..., None], axis * np.sin(angle / 2)[..., None]], -1)
@@ -61,7 +62,7 @@ def rotations(axis_angles: np.ndarray) -> np.ndarray:
 
 
 def model_offsets(path: str | PathLike) -> np.ndarray:
-    """Rest offsets ``(22, 3)`` of the user's own SMPL-X model file (.npz with ``v_template`` and ``J_regressor``)."""
+    """Return rest offsets ``(22, 3)`` of the user's own SMPL-X model file (.npz with ``v_template`` and ``J_regressor``)."""
     try:
         with npz.opened(path, LARGEST) as data:
             joints = (data["J_regressor"] @ data["v_template"])[: len(NAMES)]

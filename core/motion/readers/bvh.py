@@ -1,4 +1,4 @@
-"""Reading BVH files: Trinity's, ZeroEGGS's and anybody's."""
+"""Reads BVH files of any skeleton whose joints have known names, such as those of Trinity and ZeroEGGS."""
 
 from os import PathLike
 from pathlib import Path
@@ -6,20 +6,20 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import CorpusUnreadable
-from ...motion import quaternion
-from .ten import Posed, chain, check
+from .. import quaternion
+from .ten_joints import Posed, chain, check
 
 LARGEST = 500_000_000
-"""Bytes of a file; an hour of a whole body with fingers at 60 frames a second has 300 million."""
-_JOINTS = 4
-"""Joints a channel, at most: what is read takes memory for each, whether it moves or not."""
+"""Bytes of a file, at most; an hour of a whole body with fingers at 60 frames a second has 300 million."""
+_MAX_JOINTS_PER_CHANNEL = 4
+"""Bounds joints without channels, which take as much memory as those that move."""
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 
 
 def read(path: str | PathLike) -> tuple[Posed, float]:
-    """The skeleton in motion and its frames a second; raises :class:`CorpusUnreadable`.
+    """Return the skeleton in motion and its frames per second; raises :class:`CorpusUnreadable`.
 
-    A file whose rest pose stands along z is turned upright, one that faces elsewhere is turned to the front.
+    Rotates the skeleton so that its rest pose has y up and faces z.
     """
     path = Path(path)
     try:
@@ -45,45 +45,45 @@ def read(path: str | PathLike) -> tuple[Posed, float]:
     return Posed(tuple(names), positions, rotations), fps
 
 
-def _hierarchy(tokens: list[str]):
-    """Names, parents, offsets ``(n, 3)`` and channels by joint; end sites are no joints."""
+def _hierarchy(tokens: list[str]) -> tuple[list[str], list[int], np.ndarray, list[list[str]]]:
+    """Return names, parents, offsets ``(n, 3)`` and channels of the joints; end sites are not joints."""
     if not tokens or tokens[0] != "HIERARCHY":
         raise ValueError("it does not begin with HIERARCHY")
     names: list[str] = []
     parents: list[int] = []
     offsets: list[list[float]] = []
     channels: list[list[str]] = []
-    opened: list[int] = []
-    at, coming = 1, -1
+    open_joints: list[int] = []
+    at, next_joint = 1, -1
     while at < len(tokens):
         word = tokens[at]
         if word in ("ROOT", "JOINT"):
             names.append(tokens[at + 1])
-            parents.append(opened[-1] if opened else -1)
+            parents.append(open_joints[-1] if open_joints else -1)
             offsets.append([0.0, 0.0, 0.0])
             channels.append([])
-            coming, at = len(names) - 1, at + 2
+            next_joint, at = len(names) - 1, at + 2
         elif word == "End":
-            coming, at = -1, at + 2
+            next_joint, at = -1, at + 2
         elif word == "{":
-            opened.append(coming)
+            open_joints.append(next_joint)
             at += 1
         elif word == "}":
-            opened.pop()
+            open_joints.pop()
             at += 1
         elif word == "OFFSET":
-            if opened[-1] >= 0:
-                offsets[opened[-1]] = [float(value) for value in tokens[at + 1 : at + 4]]
+            if open_joints[-1] >= 0:
+                offsets[open_joints[-1]] = [float(value) for value in tokens[at + 1 : at + 4]]
             at += 4
         elif word == "CHANNELS":
             count = int(tokens[at + 1])
-            channels[opened[-1]] = tokens[at + 2 : at + 2 + count]
+            channels[open_joints[-1]] = tokens[at + 2 : at + 2 + count]
             at += 2 + count
         else:
             raise ValueError(f"{word[:20]!r} is no word of a hierarchy")
-    if opened or not names or parents.count(-1) != 1:
+    if open_joints or not names or parents.count(-1) != 1:
         raise ValueError("its hierarchy is not closed")
-    if len(names) > _JOINTS * sum(map(len, channels)):
+    if len(names) > _MAX_JOINTS_PER_CHANNEL * sum(map(len, channels)):
         raise ValueError("hardly any of its joints has channels")
     places = np.array(offsets)
     check(places, 1, 1.0)
@@ -91,6 +91,7 @@ def _hierarchy(tokens: list[str]):
 
 
 def _motion(tokens: list[str], width: int) -> tuple[np.ndarray, float]:
+    """Return channel values ``(frames, width)`` and frames per second of the MOTION section."""
     if tokens[:1] != ["Frames:"] or tokens[2:4] != ["Frame", "Time:"]:
         raise ValueError("it holds no motion")
     frames, interval = int(tokens[1]), float(tokens[4])
@@ -104,7 +105,7 @@ def _motion(tokens: list[str], width: int) -> tuple[np.ndarray, float]:
 
 
 def _local(values: np.ndarray, channels: list[list[str]], offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rotations ``(frames, n, 3, 3)`` by joint and places ``(frames, 3)`` of the root."""
+    """Return local rotations ``(frames, n, 3, 3)`` of the joints and positions ``(frames, 3)`` of the root."""
     local = np.empty((len(values), len(channels), 3, 3))
     root = np.tile(offsets[0], (len(values), 1))
     column = 0
@@ -125,7 +126,7 @@ def _local(values: np.ndarray, channels: list[list[str]], offsets: np.ndarray) -
 
 
 def _upright(names: list[str], parents: list[int], offsets: np.ndarray) -> np.ndarray:
-    """The rotation that brings a rest pose upright along y with its left at +x."""
+    """Return the rotation (3, 3) that brings a rest pose upright along y with its left at +x."""
     still = np.tile(np.eye(3), (1, len(names), 1, 1))
     places, turns = chain(offsets, parents, still, np.zeros((1, 3)))
     posed = Posed(tuple(names), places, turns)
@@ -139,5 +140,6 @@ def _upright(names: list[str], parents: list[int], offsets: np.ndarray) -> np.nd
 
 
 def _nearest_axis(vector: np.ndarray) -> np.ndarray:
+    """Return the signed coordinate axis (3,) closest to ``vector``."""
     axis = int(np.abs(vector).argmax())
     return np.eye(3)[axis] * (np.sign(vector[axis]) or 1.0)
