@@ -11,7 +11,9 @@ from .steps import affect_reach
 
 
 class GraphConvolution(nn.Module):
-    """Convolution along time into one group of channels per adjacency, then a weighted sum over neighbours."""
+    """Convolution along time into one group of channels per adjacency matrix, then a weighted sum over neighbours."""
+
+    matrices: torch.Tensor
 
     def __init__(self, inputs: int, outputs: int, kernel: int, matrices: torch.Tensor):
         super().__init__()
@@ -19,8 +21,9 @@ class GraphConvolution(nn.Module):
         self.register_buffer("matrices", matrices, persistent=False)
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """``(B, inputs, V, T)`` to ``(B, outputs, V, T)``."""
-        # Both steps are linear, so their weights are joined first: one dense convolution instead of many large channels.
+        """Map ``(B, inputs, V, T)`` to ``(B, outputs, V, T)``."""
+        assert self.conv.bias is not None
+        # Both steps are linear, so their weights are multiplied first: one dense convolution instead of many wide channels.
         groups, nodes = len(self.matrices), x.shape[2]
         weight = self.conv.weight.squeeze(-1).unflatten(0, (groups, -1))
         weight = torch.einsum("koit,kvw->owivt", weight, self.matrices).flatten(0, 1).flatten(1, 2)
@@ -30,11 +33,11 @@ class GraphConvolution(nn.Module):
 
 
 class NodeConvolution(nn.Conv2d):
-    """Convolution along time and across node indices, its kernel ``(time, nodes)``, its input ``(B, C, V, T)``."""
+    """Convolution along time and across node indices: kernel ``(time, nodes)``, input ``(B, C, V, T)``."""
 
-    def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """``(B, C, V, T)`` to the same shape."""
-        return functional.conv2d(x, self.weight.transpose(2, 3), self.bias, padding=self.padding[::-1])
+    def forward(self, input: torch.Tensor) -> torch.Tensor:
+        """Map ``(B, C, V, T)`` to the same shape."""
+        return functional.conv2d(input, self.weight.transpose(2, 3), self.bias, padding=self.padding[::-1])
 
 
 class SpatialTemporalBlock(nn.Module):
@@ -54,12 +57,12 @@ class SpatialTemporalBlock(nn.Module):
         self.residual = nn.Sequential(nn.Conv2d(inputs, outputs, 1), make_norm(config.norm, outputs, 2))
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """``(B, inputs, V, T)`` to ``(B, outputs, V, T)``."""
+        """Map ``(B, inputs, V, T)`` to ``(B, outputs, V, T)``."""
         return functional.leaky_relu(self.tcn(self.gcn(x)) + self.residual(x), self.slope)
 
 
 class AffectiveEncoder(nn.Module):
-    """Edges, then body parts, then one feature vector a frame."""
+    """Encodes poses hierarchically: edge directions, then body parts, then one feature vector per frame."""
 
     def __init__(self, config: ModelConfig):
         super().__init__()
@@ -79,10 +82,10 @@ class AffectiveEncoder(nn.Module):
         self.reach = affect_reach(config)
 
     def forward(self, poses: torch.Tensor) -> torch.Tensor:
-        """Mean-subtracted directions ``(B, T, 9, 3)`` to affective features ``(B, T, affect_size)``."""
+        """Map mean-subtracted directions ``(B, T, 9, 3)`` to affective features ``(B, T, affect_size)``."""
         x = self.st_gcn1(poses.permute(0, 3, 2, 1).contiguous())
         x = self.batch_norm1(x.flatten(1, 2))
-        # The edges are listed part by part, so a part's features are a reshape: feature slowest, edge fastest.
+        # Edges are ordered by body part, so grouping by part is a reshape: feature slowest, edge fastest.
         x = x.unflatten(1, (-1, len(PARTS), len(PARTS[0]))).transpose(2, 3).flatten(1, 2)
         x = self.batch_norm2(self.st_gcn2(x).flatten(1, 2))
         x = functional.leaky_relu(self.batch_norm3(self.conv3(x)), self.slope)

@@ -1,4 +1,4 @@
-"""Encoder of the strokes that are asked for, so that a gesture can be had at a word (not in the paper)."""
+"""Encoder of requested strokes, which lets a user request a gesture at a word (not in the paper)."""
 
 import torch
 from torch import nn
@@ -9,7 +9,7 @@ from .config import ModelConfig
 
 
 class AskedEncoder(nn.Module):
-    """A table of meanings beside the other channels of :mod:`requested`, then one linear map; nothing said gives zeros."""
+    """Embeds the meaning, joins the other channels of :mod:`requested`, applies a linear map; zeros where none is known."""
 
     def __init__(self, config: ModelConfig):
         super().__init__()
@@ -17,7 +17,7 @@ class AskedEncoder(nn.Module):
         self.linear = nn.Linear(config.asked_size + len(CHANNELS) - 1, config.asked_size)
 
     def forward(self, asked: torch.Tensor) -> torch.Tensor:
-        """``(B, T, 7)`` to ``(B, T, asked_size)``."""
+        """Map request channels ``(B, T, 7)`` to features ``(B, T, asked_size)``."""
         known = asked[..., :1]
         meaning = self.meanings(asked[..., -1].long()) * asked[..., 1:2]
         return functional.silu(self.linear(torch.cat([asked[..., :-1], meaning], -1))) * known

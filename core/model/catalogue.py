@@ -1,4 +1,4 @@
-"""The facts of a checkpoint, from the JSON beside its weights: styles can be listed without loading the network."""
+"""Checkpoint metadata, read from the JSON file beside the weights: lists styles without loading the network."""
 
 from os import PathLike
 from pathlib import Path
@@ -8,18 +8,18 @@ from ..errors import CheckpointUnreadable
 
 DEFAULT = Path(__file__).parents[1] / "assets" / "default.safetensors"
 FORMAT = 1
-_HEADER = 1_000_000
-"""Bytes of a safetensors file's header that are looked into."""
+_MAX_HEADER_BYTES = 1_000_000
+"""Bytes of a safetensors header that are searched."""
 REMEDY = "Get the checkpoint again (the .safetensors file and the .json beside it), or choose another one."
 
 
 def facts_path(path: Path) -> Path:
-    """Where the facts of the weights in ``path`` stand."""
+    """Return the path of the JSON metadata that belongs to the weights file ``path``."""
     return path.with_suffix(".json")
 
 
 def read_facts(path: Path) -> dict:
-    """The JSON beside the weights; raises :class:`CheckpointUnreadable` if either is missing or of another format."""
+    """Read the JSON beside the weights; raises :class:`CheckpointUnreadable` if either is missing or of another format."""
     if not path.is_file():
         raise CheckpointUnreadable(f"There is no checkpoint {path}.", REMEDY)
     if not facts_path(path).is_file() and _is_state(path):
@@ -36,27 +36,31 @@ def read_facts(path: Path) -> dict:
 
 
 def _is_state(path: Path) -> bool:
-    """Whether a safetensors file was written by ``core/learning/train/state.py``: it keeps its facts in its own header."""
+    """Whether ``core/learning/train/state.py`` wrote this safetensors file, which keeps its metadata in its own header."""
     try:
         with open(path, "rb") as file:
             length = int.from_bytes(file.read(8), "little")
-            return b'"facts":' in file.read(min(length, _HEADER))
+            return b'"facts":' in file.read(min(length, _MAX_HEADER_BYTES))
     except OSError:
-        return False  # whoever reads it will say so
+        return False  # reading the weights reports the error
 
 
 def describe(checkpoint: str | PathLike | None = None) -> dict:
-    """Path, hash, ``"speakers": [{"name", "description", "default"}]`` and ``"controls": [{"name", "description"}]`` of a
-    checkpoint file, by default the shipped one.
+    """Describe a checkpoint file, by default the shipped one.
 
-    Raises :class:`CheckpointUnreadable`.
+    Returns ``"path"``, ``"hash"``, ``"speakers": [{"name", "description", "default"}]`` and
+    ``"controls": [{"name", "description"}]``. Raises :class:`CheckpointUnreadable`.
     """
     path = Path(checkpoint or DEFAULT)
     facts = read_facts(path)
     try:
         speakers = [
-            {"name": str(one["name"]), "description": str(one.get("description", "")), "default": bool(one.get("default"))}
-            for one in facts.get("speakers", [])
+            {
+                "name": str(speaker["name"]),
+                "description": str(speaker.get("description", "")),
+                "default": bool(speaker.get("default")),
+            }
+            for speaker in facts.get("speakers", [])
         ]
         controls = styles.described(int(facts.get("config", {}).get("controls", 0)))
     except (KeyError, TypeError, ValueError, AttributeError) as error:

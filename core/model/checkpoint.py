@@ -1,9 +1,11 @@
-"""Checkpoints: weights as safetensors, facts as JSON beside them. Nothing in them is code."""
+"""Checkpoints: weights as safetensors, metadata as JSON beside them; neither format can execute code."""
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
+from typing import TypeVar
 
 import torch
 from safetensors import SafetensorError
@@ -17,10 +19,12 @@ from .config import ModelConfig
 from .discriminator import Discriminator
 from .encoders import Encoders
 
+Network = TypeVar("Network", bound=torch.nn.Module)
+
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A generator to learn on or look into, its speakers, and where it comes from; :mod:`opening` is for performing.
+    """A torch generator for training or inspection, with its speakers and metadata; :mod:`opening` loads for synthesis.
 
     ``speakers`` are ``{"name", "description"}`` in the order of the speaker table; ``meta`` is the whole JSON file;
     ``hash`` is the SHA-256 of the weights file; ``discriminator`` is None where the file holds none.
@@ -35,11 +39,11 @@ class Checkpoint:
 
 
 def save(path: str | PathLike, generator: Encoders, discriminator: Discriminator | None, meta: dict, half: bool = True) -> str:
-    """Write weights to ``path`` (.safetensors) and facts to the .json beside it, each whole or not at all.
+    """Write weights to ``path`` (.safetensors) and metadata to the .json beside it, each atomically; return the hash.
 
     ``meta`` must be JSON and may hold "speakers" (names and descriptions in table order), training facts and feature
-    settings; format, configuration and the weights' hash are added. ``half`` stores float16, of whose eleven bits eight are
-    used, as many as bfloat16 has in training, so that archives are smaller. Returns the hash.
+    settings; format, configuration and the weights' hash are added. ``half`` stores float16 with 8 of its 11 significant
+    bits, the precision of bfloat16 in training, which compresses better.
     """
     path = Path(path)
     tensors = _prefixed("generator", generator, half)
@@ -55,10 +59,10 @@ def save(path: str | PathLike, generator: Encoders, discriminator: Discriminator
 
 
 def load(path: str | PathLike | None = None, device: str = "cpu") -> Checkpoint:
-    """Read a checkpoint (None: the one that is shipped) onto ``device``, in float32 and evaluation mode.
+    """Read a checkpoint (None: the shipped one) onto ``device``, in float32 and evaluation mode.
 
-    Raises :class:`CheckpointUnreadable` where a file is missing or damaged, where weights and JSON do not belong
-    together, or where the file is of another version.
+    Raises :class:`CheckpointUnreadable` if a file is missing or damaged, if weights and JSON do not belong together, or
+    if the file is of another version.
     """
     path = Path(path or DEFAULT)
     facts = read_facts(path)
@@ -71,9 +75,9 @@ def load(path: str | PathLike | None = None, device: str = "cpu") -> Checkpoint:
         raise CheckpointUnreadable(f"{facts_path(path)} describes other weights than {path.name} holds.", REMEDY)
     try:
         config = ModelConfig.from_dict(facts["config"])
-        generator = _filled(network.make, config, tensors, "generator", device)
-        judged = any(name.startswith("discriminator.") for name in tensors)
-        discriminator = _filled(Discriminator, config, tensors, "discriminator", device) if judged else None
+        generator = _load_module(network.make, config, tensors, "generator", device)
+        has_discriminator = any(name.startswith("discriminator.") for name in tensors)
+        discriminator = _load_module(Discriminator, config, tensors, "discriminator", device) if has_discriminator else None
         speakers = [dict(speaker) for speaker in facts.get("speakers", [])]
     except (S2agError, KeyError, TypeError, ValueError, RuntimeError) as error:
         reason = " ".join(str(error).split())[:200]
@@ -84,25 +88,27 @@ def load(path: str | PathLike | None = None, device: str = "cpu") -> Checkpoint:
 def _prefixed(prefix: str, module: torch.nn.Module, half: bool) -> dict[str, torch.Tensor]:
     values = {name: value.detach() for name, value in module.state_dict().items()}
     return {
-        f"{prefix}.{name}": (_short(value) if half and value.is_floating_point() else value).cpu().contiguous()
+        f"{prefix}.{name}": (_reduced_half(value) if half and value.is_floating_point() else value).cpu().contiguous()
         for name, value in values.items()
     }
 
 
-def _filled(make, config: ModelConfig, tensors: dict[str, torch.Tensor], prefix: str, device: str) -> torch.nn.Module:
-    """``make(config)`` with the weights that are there; a configuration of other sizes is refused before it takes memory."""
+def _load_module(
+    make: Callable[[ModelConfig], Network], config: ModelConfig, tensors: dict[str, torch.Tensor], prefix: str, device: str
+) -> Network:
+    """Return ``make(config)`` with the stored weights; sizes that do not match are refused before memory is allocated."""
     start = prefix + "."
     own = {name[len(start) :]: value for name, value in tensors.items() if name.startswith(start)}
     with torch.device("meta"):
-        wanted = {name: value.shape for name, value in make(config).state_dict().items()}
-    if wrong := sorted(name for name in wanted.keys() | own.keys() if name not in own or wanted.get(name) != own[name].shape):
+        shapes = {name: value.shape for name, value in make(config).state_dict().items()}
+    if wrong := sorted(name for name in shapes.keys() | own.keys() if name not in own or shapes.get(name) != own[name].shape):
         raise ValueError(f"{len(wrong)} weights are of other shapes, {wrong[0]} the first.")
     module = make(config)
     module.load_state_dict(own)
     return module.to(device).eval()
 
 
-def _short(value: torch.Tensor) -> torch.Tensor:
-    """Float16 whose last three bits are zero: the nearest of these, of two the one that has one more zero."""
+def _reduced_half(value: torch.Tensor) -> torch.Tensor:
+    """Round to float16 values whose last three bits are zero, ties to even."""
     bits = value.half().contiguous().view(torch.int16)
     return ((bits + 3 + (bits >> 3 & 1)) & ~7).view(torch.float16)

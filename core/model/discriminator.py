@@ -1,4 +1,4 @@
-"""Discriminators: does a performance look real? The affective one and GTC's (paper section 3.2, reference A.8 and G.4)."""
+"""Discriminators of real and generated motion: the affective one and GTC's (paper section 3.2, reference A.8 and G.4)."""
 
 import torch
 from torch import nn
@@ -10,7 +10,9 @@ from .layers import make_gru, make_norm, run_gru
 
 
 class Discriminator(nn.Module):
-    """An affective encoder of its own (or three convolutions), a bidirectional GRU and a score."""
+    """A separate affective encoder (or three convolutions), a bidirectional GRU and a score."""
+
+    mean: torch.Tensor
 
     def __init__(self, config: ModelConfig):
         super().__init__()
@@ -38,7 +40,7 @@ class Discriminator(nn.Module):
         self.register_buffer("mean", torch.from_numpy(MEAN.copy()), persistent=False)
 
     def forward(self, directions: torch.Tensor) -> torch.Tensor:
-        """Probability ``(B, 1)`` that ``directions`` ``(B, T, 9, 3)`` were performed, not generated (paper eq. 14)."""
+        """Return the probability ``(B, 1)`` that ``directions`` ``(B, T, 9, 3)`` are recorded, not generated (eq. 14)."""
         poses = directions - self.mean
         if self.config.affect == "graph":
             features = self.aff_encoder(poses)

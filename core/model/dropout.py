@@ -1,4 +1,4 @@
-"""Dropout that costs a CPU little."""
+"""Dropout that is fast on a CPU."""
 
 import torch
 from torch import nn
@@ -6,10 +6,10 @@ from torch.nn import functional
 
 
 def dropout(x: torch.Tensor, p: float) -> torch.Tensor:
-    """``x`` with a share ``p`` of its values zero and the rest scaled up.
+    """Set a share ``p`` of the values of ``x`` to zero and scale up the rest.
 
-    PyTorch draws a CPU's masks value by value, a twentieth of a whole training step. There, eight come of one draw, which
-    rounds ``p`` to a 256th.
+    On a CPU, PyTorch draws masks value by value, which takes a twentieth of a whole training step. Here one random integer
+    gives eight mask values, which rounds ``p`` to a multiple of 1/256.
     """
     if x.device.type != "cpu":
         return functional.dropout(x, p)
@@ -20,8 +20,8 @@ def dropout(x: torch.Tensor, p: float) -> torch.Tensor:
 
 
 class Dropout(nn.Dropout):
-    """:func:`dropout` in training, nothing in use."""
+    """Module of :func:`dropout`; the identity in evaluation mode."""
 
-    def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """Same shape."""
-        return dropout(x, self.p) if self.training and self.p else x
+    def forward(self, input: torch.Tensor) -> torch.Tensor:
+        """Apply dropout in training; the result has the same shape."""
+        return dropout(input, self.p) if self.training and self.p else input

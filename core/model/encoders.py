@@ -1,4 +1,4 @@
-"""What every network hears and sees: encoders of voice, words, prosody and given poses, and the speakers' styles."""
+"""Encoders that all networks share: voice, words, prosody, seed poses, and speaker styles."""
 
 import torch
 from torch import nn
@@ -13,20 +13,26 @@ from .text_encoder import TextEncoder
 from .wave_encoder import WaveEncoder
 
 POSE = len(EDGES) * 3
-"""Numbers in one pose: nine directions."""
+"""Values in one pose: nine edge directions."""
 
 
 class Encoders(nn.Module):
     """Encoders and styles of the paper (sections 3.1.1 to 3.1.4), with this project's prosody and controls.
 
-    What they take follows the configuration: `published` takes MFCCs ``(B, 37, 71)`` and word indices ``(B, 34)``; with raw
+    Inputs depend on the configuration: `published` takes MFCCs ``(B, 37, 71)`` and word indices ``(B, 34)``; with raw
     audio the first input is samples ``(B, 36267)``; all others take MFCCs ``(B, Ta, features)`` and word vectors
-    ``(B, T, 300)`` at any length, and prosody ``(B, T, prosody_features)`` where there is an encoder for it. :meth:`steer`
-    turns styles towards moods, rates and hands.
+    ``(B, T, 300)`` of any length, and prosody ``(B, T, prosody_features)`` if they have an encoder for it. :meth:`steer`
+    moves styles along the control directions.
     """
 
     noise_size = 0
-    """Random numbers a frame from which a network performs; a regressor takes none."""
+    """Random values per frame from which a flow samples; 0 for a regressor."""
+    mean: torch.Tensor
+    aff_encoder: AffectiveEncoder
+    speaker_embedding: nn.Sequential
+    seed_view: nn.Linear
+    prosody_encoder: ProsodyEncoder
+    controls: nn.Linear
 
     def __init__(self, config: ModelConfig):
         super().__init__()
@@ -51,37 +57,36 @@ class Encoders(nn.Module):
 
     @property
     def feature_size(self) -> int:
-        """Channels of :meth:`encode`."""
+        """Number of channels that :meth:`encode` returns."""
         config = self.config
-        seen = config.seed_view + 1 if config.seed_view else 0
-        return (
-            config.seed_size + config.mfcc_size + config.text_size + seen + bool(config.prosody_features) * config.prosody_size
-        )
+        seed_view = config.seed_view + 1 if config.seed_view else 0
+        prosody = config.prosody_size if config.prosody_features else 0
+        return config.seed_size + config.mfcc_size + config.text_size + seed_view + prosody
 
     def speaker(self, ids: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Mean and log-variance ``(B, style_size)`` of the styles of speaker ``ids`` ``(B,)`` (paper eq. 3, 4)."""
+        """Return mean and log-variance ``(B, style_size)`` of the styles of speakers ``ids`` ``(B,)`` (paper eq. 3, 4)."""
         embedded = self.speaker_embedding(ids)
         return self.speaker_mu(embedded), self.speaker_log_var(embedded)
 
     @staticmethod
     def sample_style(mu: torch.Tensor, logvar: torch.Tensor, generator: torch.Generator | None = None) -> torch.Tensor:
-        """One style ``(B, style_size)`` drawn from each distribution; draw it once an utterance, not once a window."""
+        """Sample a style ``(B, style_size)`` from each distribution; sample once per utterance, not once per window."""
         noise = torch.randn(mu.shape, generator=generator, device=mu.device, dtype=mu.dtype)
         return mu + noise * torch.exp(0.5 * logvar)
 
     def steer(self, style: torch.Tensor, controls: torch.Tensor) -> torch.Tensor:
-        """Styles ``(B, style_size)`` moved along the learned directions by ``controls`` ``(B, 5)`` in -1..1; zeros change none.
+        """Move styles ``(B, style_size)`` along the learned control directions by ``controls`` ``(B, 5)`` in -1..1.
 
-        Only for networks whose configuration has controls.
+        Zeros leave a style unchanged. Needs a configuration with controls.
         """
         return style + self.controls(controls)
 
     def encode(
         self, mfcc: torch.Tensor, words: torch.Tensor, seeds: torch.Tensor, prosody: torch.Tensor | None = None
     ) -> torch.Tensor:
-        """Everything but the style, ``(B, T, channels)``: affective, MFCC, text, seed and prosody features.
+        """Return affective, MFCC, text, seed and prosody features ``(B, T, channels)``: everything but the style.
 
-        One row of ``mfcc``, ``words`` and ``prosody`` is enough where all ``B`` seeds hear the same.
+        ``mfcc``, ``words`` and ``prosody`` may have one row that is shared by all ``B`` seeds.
         """
         batch, frames = seeds.shape[:2]
         features = [self._affect(seeds), self.audio_encoder(mfcc, frames), self.text_encoder(words)]
@@ -98,7 +103,7 @@ class Encoders(nn.Module):
         poses = seeds[..., :POSE].unflatten(-1, (len(EDGES), 3))
         if not self.config.seed_view:
             return self.aff_encoder(poses)
-        # Frames after the last given one hold no pose, so nothing is encoded there, and nothing computed.
+        # Frames after the last given one hold no pose: skip their computation.
         mask = seeds[..., -1:]
         filled = mask.amax((0, 2)).nonzero()
         last = int(filled[-1]) + 1 if len(filled) else 1

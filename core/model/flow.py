@@ -1,7 +1,7 @@
-"""Performances drawn from noise: conditional flow matching (Lipman et al. 2023) on the paper's encoders.
+"""Conditional flow matching (Lipman et al. 2023) on the paper's encoders: samples motions from noise.
 
-A network of this kind learns the velocity that carries noise at time 0 along straight lines to performances at time 1, given
-what is heard, the style, frames that are kept and strokes that are asked for.
+The network learns the velocity that moves noise at time 0 along straight lines to motions at time 1, conditioned on speech,
+style, given frames and requested strokes.
 """
 
 from collections.abc import Callable
@@ -20,12 +20,17 @@ from .timing import IN_STEP, mfcc_slice
 
 
 class FlowGenerator(Encoders):
-    """Noise, voice, words, prosody, given poses, wishes and style to directions and what else a frame has.
+    """Samples directions and extras from noise, voice, words, prosody, given poses, stroke requests and style.
 
-    A frame's numbers are nine directions less their mean and ``extras`` further ones; inside the network they are divided
-    by what they vary (:attr:`scale`) after their own mean (:attr:`centre`) is taken off. Given frames stay as they are.
-    Extras are drawn by a second denoiser on the poses that the first one drew: arms do not depend on hands.
+    The values of a frame are nine mean-subtracted directions and ``extras`` further channels; inside the network they are
+    normalised by :attr:`centre` and :attr:`scale`. Given frames stay unchanged. A second denoiser samples the extras,
+    conditioned on the poses that the first one sampled: arms do not depend on hands.
     """
+
+    centre: torch.Tensor
+    scale: torch.Tensor
+    asked_encoder: AskedEncoder
+    extras_denoiser: Denoiser
 
     def __init__(self, config: ModelConfig):
         super().__init__(config)
@@ -33,26 +38,26 @@ class FlowGenerator(Encoders):
         if config.meanings:
             self.asked_encoder = AskedEncoder(config)
         self.no_style = nn.Parameter(torch.zeros(config.style_size))
-        known = self.feature_size + config.style_size
-        self.denoiser = Denoiser(config, POSE, known)
+        conditions = self.feature_size + config.style_size
+        self.denoiser = Denoiser(config, POSE, conditions)
         if config.extras:
-            self.extras_denoiser = Denoiser(config.of_extras(), config.extras, known + POSE)
+            self.extras_denoiser = Denoiser(config.of_extras(), config.extras, conditions + POSE)
         self.register_buffer("centre", torch.zeros(self.noise_size))
         self.register_buffer("scale", torch.full((self.noise_size,), 0.3))
 
     @property
     def feature_size(self) -> int:
-        """Channels of :meth:`encode`."""
+        """Number of channels that :meth:`encode` returns."""
         return super().feature_size + (self.config.asked_size if self.config.meanings else 0)
 
     @property
     def hears(self) -> int:
-        """Frames to each side on which the features of a frame depend."""
+        """Receptive field of the features: frames to each side on which those of a frame depend."""
         return hears(self.config)
 
     @property
     def looks(self) -> int:
-        """Frames to each side on which one velocity depends; a whole performance sees ``flow_steps`` times as far."""
+        """Receptive field of one velocity, in frames to each side; a whole sample's is ``flow_steps`` times as large."""
         return looks(self.config)
 
     def encode(
@@ -63,7 +68,8 @@ class FlowGenerator(Encoders):
         prosody: torch.Tensor | None = None,
         asked: torch.Tensor | None = None,
     ) -> torch.Tensor:
-        """Everything but the style, ``(B, T, channels)``; ``asked`` ``(B, T, 7)`` are the channels of :mod:`requested`."""
+        """Return the features ``(B, T, channels)``, all but the style; ``asked`` ``(B, T, 7)`` has the channels of
+        :mod:`requested`."""
         features = super().encode(mfcc, words, seeds, prosody)
         if not self.config.meanings:
             return features
@@ -71,35 +77,36 @@ class FlowGenerator(Encoders):
         return torch.cat([features, self.asked_encoder(asked).expand(*features.shape[:2], -1)], -1)
 
     def told(self, features: torch.Tensor, asked: torch.Tensor) -> torch.Tensor:
-        """Features ``(B, T, channels)`` with other strokes ``asked`` ``(B, T, 7)``."""
+        """Replace the stroke requests in features ``(B, T, channels)`` by ``asked`` ``(B, T, 7)``."""
         if not self.config.meanings:
             return features
-        said = self.asked_encoder(asked)
-        return torch.cat([features[..., : -said.shape[-1]], said.expand(*features.shape[:2], -1)], -1)
+        requests = self.asked_encoder(asked)
+        return torch.cat([features[..., : -requests.shape[-1]], requests.expand(*features.shape[:2], -1)], -1)
 
     def conditions(self, features: torch.Tensor, style: torch.Tensor, time: torch.Tensor | None = None) -> Conditions:
-        """What the denoiser of poses needs of features ``(B, T, channels)`` and styles ``(B, size)`` or ``(B, T, size)``.
+        """Prepare the pose denoiser's conditions from features ``(B, T, channels)`` and styles ``(B, size)`` or
+        ``(B, T, size)``.
 
-        With times ``(B,)`` it is for that moment alone, and a little cheaper.
+        With times ``(B,)`` they hold for those times alone, which is a little cheaper.
         """
-        return self.denoiser.condition(_known(features, style), time)
+        return self.denoiser.condition(_join_style(features, style), time)
 
     def extras_conditions(
         self, features: torch.Tensor, style: torch.Tensor, poses: torch.Tensor, time: torch.Tensor | None = None
     ) -> Conditions:
-        """What the denoiser of extras needs: :meth:`conditions`, and the flow's numbers ``(B, T, 27)`` of all poses."""
-        return self.extras_denoiser.condition(torch.cat([_known(features, style), poses], -1), time)
+        """Prepare the extras denoiser's conditions: as :meth:`conditions`, with normalised poses ``(B, T, 27)``."""
+        return self.extras_denoiser.condition(torch.cat([_join_style(features, style), poses], -1), time)
 
     def exaggerated(self, style: torch.Tensor) -> torch.Tensor:
-        """Styles ``(..., size)`` as performances are drawn with them, farther from the middle of all speakers.
+        """Extrapolate styles ``(..., size)`` away from the mean of all speakers, by ``flow_style``.
 
-        What guidance without a classifier (Ho and Salimans 2022) does with two evaluations a step this does with one.
+        The effect is that of classifier-free guidance (Ho and Salimans 2022) with one evaluation per step instead of two.
         """
-        middle = self.speaker(torch.arange(self.config.speakers, device=style.device))[0].mean(0)
-        return torch.lerp(middle, style, self.config.flow_style)
+        mean = self.speaker(torch.arange(self.config.speakers, device=style.device))[0].mean(0)
+        return torch.lerp(mean, style, self.config.flow_style)
 
     def emphasized(self, features: torch.Tensor) -> torch.Tensor:
-        """Features ``(B, T, channels)`` with voice and prosody farther from those of silence, as :meth:`exaggerated` styles."""
+        """Extrapolate voice and prosody in features ``(B, T, channels)`` away from silence, by ``flow_voice``."""
         config = self.config
         if config.flow_voice == 1:
             return features
@@ -117,11 +124,11 @@ class FlowGenerator(Encoders):
         return torch.lerp(silence, features, share)
 
     def numbers(self, seeds: torch.Tensor) -> torch.Tensor:
-        """Poses as the dataset and :func:`seeds.seed_input` give them, ``(..., noise_size)``, as the flow's numbers."""
+        """Normalise frames ``(..., noise_size)`` of the dataset or :func:`seeds.seed_input` for the flow."""
         return (seeds - self.centre) / self.scale
 
     def directions(self, x: torch.Tensor) -> torch.Tensor:
-        """Unit directions ``(B, T, 9, 3)`` of the flow's numbers ``(B, T, noise_size)``."""
+        """Return unit directions ``(B, T, 9, 3)`` of normalised frames ``(B, T, noise_size)``."""
         poses = (x * self.scale + self.centre)[..., :POSE].unflatten(-1, (len(EDGES), 3)) + self.mean
         return functional.normalize(poses, dim=-1)
 
@@ -135,11 +142,12 @@ class FlowGenerator(Encoders):
         asked: torch.Tensor | None = None,
         noise: torch.Tensor | None = None,
     ) -> torch.Tensor:
-        """Directions ``(B, T, 9, 3)`` drawn from ``noise`` ``(B, T, noise_size)``.
+        """Sample directions ``(B, T, 9, 3)`` from ``noise`` ``(B, T, noise_size)``.
 
-        ``seeds`` ``(B, T, noise_size + 1)``: poses less their mean on given frames and zeros elsewhere, last channel 1 on
-        given frames, anywhere in the window.
+        ``seeds`` ``(B, T, noise_size + 1)``: mean-subtracted frames where given and zeros elsewhere; the last channel is 1
+        on given frames, which may lie anywhere in the window.
         """
+        assert noise is not None
         return self.draw(self.encode(mfcc, words, seeds, prosody, asked), style, seeds, noise)[0]
 
     def draw(
@@ -150,30 +158,30 @@ class FlowGenerator(Encoders):
         noise: torch.Tensor,
         begins: Callable[[], None] = lambda: None,
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """:meth:`forward` of what :meth:`encode` made, and the extras ``(B, T, extras)``.
+        """Sample directions as :meth:`forward`, from the result of :meth:`encode`, and the extras ``(B, T, extras)``.
 
-        ``begins()`` is called before each of the ``flow_steps`` of poses, then of extras.
+        ``begins()`` is called before each of the ``flow_steps`` for poses, then for extras.
         """
         features, style = self.emphasized(features), self.exaggerated(style)
         given, mask = self.numbers(seeds[..., :-1]), seeds[..., -1:]
         noise = noise * noise.new_tensor(noise_scale(self.config))
         start = noise + mask * (given - noise)
 
-        def drawn(denoiser: Denoiser, conditions: Conditions, start: torch.Tensor) -> torch.Tensor:
-            def velocity(x, time):
+        def sample(denoiser: Denoiser, conditions: Conditions, start: torch.Tensor) -> torch.Tensor:
+            def velocity(x: torch.Tensor, time: float) -> torch.Tensor:
                 begins()
                 return denoiser(x, mask, conditions, x.new_full((1,), time)) * (1 - mask)
 
             return solve(velocity, start, times(self.config))
 
-        made = drawn(self.denoiser, self.conditions(features, style), start[..., :POSE])
+        frames = sample(self.denoiser, self.conditions(features, style), start[..., :POSE])
         if self.config.extras:
-            conditions = self.extras_conditions(features, style, made)
-            made = torch.cat([made, drawn(self.extras_denoiser, conditions, start[..., POSE:])], -1)
-        return self.directions(made), (made * self.scale + self.centre)[..., POSE:]
+            conditions = self.extras_conditions(features, style, frames)
+            frames = torch.cat([frames, sample(self.extras_denoiser, conditions, start[..., POSE:])], -1)
+        return self.directions(frames), (frames * self.scale + self.centre)[..., POSE:]
 
     def _affect(self, seeds: torch.Tensor) -> torch.Tensor:
-        # Nothing beyond the encoder's reach of the last given frame is felt by one, so nothing there is computed.
+        # The receptive field of given frames ends at the encoder's reach after the last one: skip the computation there.
         mask = seeds[..., -1:]
         filled = mask.amax((0, 2)).nonzero()
         last = min(int(filled[-1]) + 1 + self.aff_encoder.reach, seeds.shape[1]) if len(filled) else 1
@@ -181,7 +189,7 @@ class FlowGenerator(Encoders):
         return functional.pad(self.aff_encoder(poses) * mask[:, :last], (0, 0, 0, seeds.shape[1] - last))
 
 
-def _known(features: torch.Tensor, style: torch.Tensor) -> torch.Tensor:
-    """Features ``(B, T, channels)`` and styles ``(B, size)`` or ``(B, T, size)`` side by side."""
+def _join_style(features: torch.Tensor, style: torch.Tensor) -> torch.Tensor:
+    """Concatenate features ``(B, T, channels)`` and styles ``(B, size)`` or ``(B, T, size)`` along channels."""
     style = style if style.dim() == 3 else style[:, None].expand(-1, features.shape[1], -1)
     return torch.cat([features, style], -1)

@@ -1,4 +1,4 @@
-"""The authors' checkpoints of S2AG and GTC in our format (reference section D.4b). Nothing in them is run."""
+"""Import of the authors' checkpoints of S2AG and GTC (reference section D.4b), without executing anything in them."""
 
 import io
 import pickletools
@@ -6,7 +6,7 @@ import zipfile
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import torch
 
@@ -20,9 +20,11 @@ GENERATORS = ("gen_model_dict", "gen_dict", "trimodal_gen_dict")
 DISCRIMINATORS = ("dis_model_dict", "dis_dict")
 _RENAMED = {"speaker_logvar.": "speaker_log_var."}
 _LEGACY_PICKLES = 4
-"""Magic number, protocol, system, and the weights' structure stand one after the other in files of torch before 1.6."""
-_SHOWN = 12
+"""Consecutive pickles in files of torch before 1.6: magic number, protocol, system, structure of the weights."""
+_MAX_LISTED = 12
 _REMEDY = "Give the generator's file of Speech2AffectiveGestures (.pth.tar) or of Trimodal Context (.bin)."
+
+Network = TypeVar("Network", bound=torch.nn.Module)
 
 
 def import_checkpoint(
@@ -31,21 +33,21 @@ def import_checkpoint(
     vocabulary: str | PathLike | None = None,
     speakers: str | PathLike | None = None,
 ) -> dict:
-    """Convert ``path`` into ``out`` (.safetensors and .json); returns the facts that were written.
+    """Convert ``path`` into ``out`` (.safetensors and .json) and return the metadata that was written.
 
-    The network is told by its parameters' names, words and speakers by the shapes of their tables; everything else must
+    Parameter names determine the kind of network, table shapes the numbers of words and speakers; everything else must
     have the published shape. ``vocabulary`` and ``speakers`` are the authors' pickled ``Vocab`` objects; GTC's files hold
-    both. Without a vocabulary the network hears no words, without speakers they are numbered. Raises
+    both. Without a vocabulary the network ignores words, without speakers they are numbered. Raises
     :class:`CheckpointUnreadable`, which names every tensor that does not fit.
     """
     stored = read(path)
     tensors = _state(stored, GENERATORS, path)
     config = recognise(tensors, path)
-    generator = _filled(Generator(config), tensors, path)
+    generator = _load_weights(Generator(config), tensors, path)
     discriminator = _discriminator(stored, config, path)
     words = _vocabulary(stored.get("lang_model"), vocabulary, config.words, "words")
     names = _vocabulary(stored.get("speaker_model"), speakers, config.speakers, "speakers")
-    meta = {
+    meta: dict[str, Any] = {
         "speakers": _speakers(names, config.speakers),
         "vocabulary": words,
         "training": {"source": Path(path).name, "kind": config.name, "settings": {"frames": config.frames, "seed_frames": 4}},
@@ -55,14 +57,14 @@ def import_checkpoint(
 
 
 def read(path: str | PathLike) -> Mapping[str, Any]:
-    """The top level of a ``torch.save`` file, tensors on the CPU and foreign objects as :class:`pickles.Record`."""
+    """Return the top level of a ``torch.save`` file, with tensors on the CPU and other objects as :class:`pickles.Record`."""
     path = Path(path)
     if not path.is_file():
         raise CheckpointUnreadable(f"There is no checkpoint {path}.", _REMEDY)
     try:
         with torch.serialization.safe_globals([pickles.stand_in(*name) for name in sorted(_foreign_names(path))]):
             stored = torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:  # torch lets a dozen types through for damaged files
+    except Exception as error:  # torch raises a dozen types for damaged files
         reason = " ".join(str(error).split())[:160]
         raise CheckpointUnreadable(
             f"{path} cannot be read ({type(error).__name__}: {reason}).", "Get the file again."
@@ -73,7 +75,7 @@ def read(path: str | PathLike) -> Mapping[str, Any]:
 
 
 def _foreign_names(path: Path) -> set[tuple[str, str]]:
-    """Module and name of everything in the file that is not torch's own; read as text, nothing is imported."""
+    """Return module and name of every class in the file that is not torch's own; parses opcodes and imports nothing."""
     names: set[tuple[str, str]] = set()
     if zipfile.is_zipfile(path):
         with zipfile.ZipFile(path) as archive:
@@ -85,6 +87,7 @@ def _foreign_names(path: Path) -> set[tuple[str, str]]:
     for file in files:
         for opcode, argument, _ in pickletools.genops(file):
             if opcode.name == "GLOBAL":
+                assert argument is not None
                 module, _, name = argument.partition(" ")
                 if module.split(".")[0] not in ("torch", "collections"):
                     names.add((module, name))
@@ -92,7 +95,7 @@ def _foreign_names(path: Path) -> set[tuple[str, str]]:
 
 
 def recognise(tensors: Mapping[str, torch.Tensor], path: str | PathLike = "The file") -> ModelConfig:
-    """Which published network these parameters are of, with its numbers of words and speakers."""
+    """Return the configuration of the published network that has these parameters."""
     affect, wave = "aff_encoder.conv3.weight" in tensors, "audio_encoder.feat_extractor.0.weight" in tensors
     mfcc = "audio_encoder.conv1.weight" in tensors
     try:
@@ -103,44 +106,45 @@ def recognise(tensors: Mapping[str, torch.Tensor], path: str | PathLike = "The f
         raise CheckpointUnreadable(f"{path} holds a generator that hears neither MFCCs nor raw audio.", _REMEDY)
     if affect:
         return (ModelConfig.without_mfcc if wave else ModelConfig.published)(words, speakers)
-    # GTC's activations were meant to be leaky and are linear (LeakyReLU(True)); its weights need them so.
+    # GTC's code writes LeakyReLU(True), which has slope 1; its weights were trained with that linear activation.
     return ModelConfig.trimodal(words, speakers, head_slope=1.0) if wave else ModelConfig.without_affect(words, speakers)
 
 
 def _state(stored: Mapping[str, Any], names: tuple[str, ...], path: str | PathLike) -> dict[str, torch.Tensor]:
-    """The state dict under one of ``names``, or the file itself, with our names for its parameters."""
-    found = next((stored[name] for name in names if name in stored), stored)
-    if not isinstance(found, Mapping) or not any(isinstance(value, torch.Tensor) for value in found.values()):
+    """Return the state dict under one of ``names``, or the file itself, with this project's parameter names."""
+    state = next((stored[name] for name in names if name in stored), stored)
+    if not isinstance(state, Mapping) or not any(isinstance(value, torch.Tensor) for value in state.values()):
         raise CheckpointUnreadable(f"{path} holds none of {', '.join(names)}.", _REMEDY)
     tensors = {}
-    for name, value in found.items():
+    for name, value in state.items():
         if not isinstance(name, str) or not isinstance(value, torch.Tensor):
             continue
         name = name.removeprefix("module.")
         for old, new in _RENAMED.items():
             name = new + name.removeprefix(old) if name.startswith(old) else name
         tensors[name] = value
-    return _without_doubles(tensors, path)
+    return _drop_duplicates(tensors, path)
 
 
-def _without_doubles(tensors: dict[str, torch.Tensor], path: str | PathLike) -> dict[str, torch.Tensor]:
-    """The text encoder's convolutions are stored twice, the second time under ``net.0`` and ``net.4``."""
-    doubles = {"net.0.": "conv1.", "net.4.": "conv2."}
-    kept, mismatched = {}, []
+def _drop_duplicates(tensors: dict[str, torch.Tensor], path: str | PathLike) -> dict[str, torch.Tensor]:
+    """Drop the second copies of the text encoder's convolutions, which are stored under ``net.0`` and ``net.4``, too."""
+    duplicates = {"net.0.": "conv1.", "net.4.": "conv2."}
+    unique, mismatched = {}, []
     for name, value in tensors.items():
-        place = next((place for place in doubles if name.startswith("text_encoder.tcn.network.") and f".{place}" in name), None)
+        in_text = name.startswith("text_encoder.tcn.network.")
+        place = next((place for place in duplicates if in_text and f".{place}" in name), None)
         if place is None:
-            kept[name] = value
+            unique[name] = value
             continue
-        twin = tensors.get(name.replace(place, doubles[place]))
-        if twin is None or not torch.equal(twin, value):
+        original = tensors.get(name.replace(place, duplicates[place]))
+        if original is None or not torch.equal(original, value):
             mismatched.append(name)
     if mismatched:
         raise CheckpointUnreadable(f"{path} stores other values under {_listed(mismatched)} than under their twins.", _REMEDY)
-    return kept
+    return unique
 
 
-def _filled(module: torch.nn.Module, tensors: dict[str, torch.Tensor], path: str | PathLike) -> torch.nn.Module:
+def _load_weights(module: Network, tensors: dict[str, torch.Tensor], path: str | PathLike) -> Network:
     expected = module.state_dict()
     counters = {name for name in expected if name.endswith("num_batches_tracked")}
     missing = sorted(expected.keys() - tensors.keys() - counters)
@@ -165,15 +169,15 @@ def _filled(module: torch.nn.Module, tensors: dict[str, torch.Tensor], path: str
 def _discriminator(stored: Mapping[str, Any], config: ModelConfig, path: str | PathLike) -> Discriminator | None:
     if not any(name in stored for name in DISCRIMINATORS):
         return None
-    return _filled(Discriminator(config), _state(stored, DISCRIMINATORS, path), path)
+    return _load_weights(Discriminator(config), _state(stored, DISCRIMINATORS, path), path)
 
 
-def _vocabulary(held: Any, file: str | PathLike | None, rows: int, what: str) -> list[str] | None:
-    """Names in the order of a table's rows, from the authors' ``Vocab``; None where there is none."""
-    found = held if file is None else pickles.read(file)
-    if found is None:
+def _vocabulary(stored: Any, file: str | PathLike | None, rows: int, what: str) -> list[str] | None:
+    """Return names in the order of a table's rows, from the authors' ``Vocab`` in ``file`` or else ``stored``, or None."""
+    vocabulary = stored if file is None else pickles.read(file)
+    if vocabulary is None:
         return None
-    index = found.get("word2index") if isinstance(found, pickles.Record | Mapping) else None
+    index = vocabulary.get("word2index") if isinstance(vocabulary, pickles.Record | Mapping) else None
     if not isinstance(index, Mapping):
         raise CheckpointUnreadable(
             f"The list of {what} is no Vocab object.", "Give the authors' vocab_cache.pkl or leave it out."
@@ -188,9 +192,9 @@ def _vocabulary(held: Any, file: str | PathLike | None, rows: int, what: str) ->
 
 
 def _speakers(names: list[str] | None, count: int) -> list[dict]:
-    """Row 0 is never trained in the authors' tables (reference section B.6), so the first performer is row 1."""
+    """Return the speaker entries. The authors never train row 0 (reference section B.6), so row 1 is the default."""
     rows = names or [""] * count
-    speakers = [{"name": name or f"speaker {row}", "description": ""} for row, name in enumerate(rows)]
+    speakers: list[dict[str, Any]] = [{"name": name or f"speaker {row}", "description": ""} for row, name in enumerate(rows)]
     if count > 1:
         speakers[0] = {"name": "untrained", "description": "The table's first row, which training never used."}
         speakers[1]["default"] = True
@@ -198,5 +202,5 @@ def _speakers(names: list[str] | None, count: int) -> list[dict]:
 
 
 def _listed(names: list[str]) -> str:
-    more = len(names) - _SHOWN
-    return ", ".join(names[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+    more = len(names) - _MAX_LISTED
+    return ", ".join(names[:_MAX_LISTED]) + (f" and {more} more" if more > 0 else "")

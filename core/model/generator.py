@@ -11,7 +11,7 @@ from .layers import exact, make_gru, run_gru
 
 
 class Generator(Encoders):
-    """Voice, words, prosody, seed poses and style to directions."""
+    """Predicts directions from voice, words, prosody, seed poses and style."""
 
     def __init__(self, config: ModelConfig):
         super().__init__(config)
@@ -23,11 +23,11 @@ class Generator(Encoders):
         )
 
     def decode(self, features: torch.Tensor, style: torch.Tensor) -> torch.Tensor:
-        """Directions ``(B, T, 9, 3)`` from the features of :meth:`encode` and styles ``(B, style_size)``.
+        """Predict directions ``(B, T, 9, 3)`` from the features of :meth:`encode` and styles ``(B, style_size)``.
 
-        Styles that change on the way are ``(B, T, style_size)``.
+        Styles that vary over time are ``(B, T, style_size)``.
         """
-        # The style stands between text and seed features, so that the GRU's columns are in the public code's order.
+        # The style goes between text and seed features to match the column order of the public code's GRU.
         repeated = style if style.dim() == 3 else style[:, None].expand(-1, features.shape[1], -1)
         head = self.config.seed_size + self.config.mfcc_size + self.config.text_size
         inputs = torch.cat([features[..., :head], repeated, features[..., head:]], dim=-1)
@@ -45,11 +45,10 @@ class Generator(Encoders):
         asked: torch.Tensor | None = None,
         noise: torch.Tensor | None = None,
     ) -> torch.Tensor:
-        """Directions ``(B, T, 9, 3)``, seed frames included.
+        """Predict directions ``(B, T, 9, 3)``, seed frames included; unit vectors if the configuration says so.
 
         ``seeds`` ``(B, T, 28)``: mean-subtracted directions on the seed frames and zeros elsewhere, last channel 1 on
-        seed frames; ``style`` ``(B, style_size)``; ``prosody`` ``(B, T, prosody_features)`` where the configuration has it.
-        Unit vectors where the configuration says so. A regressor has no ear for strokes that are ``asked`` for, and no use
-        for ``noise``.
+        seed frames; ``style`` ``(B, style_size)``; ``prosody`` ``(B, T, prosody_features)`` if the configuration has it.
+        A regressor ignores stroke requests (``asked``) and ``noise``.
         """
         return self.decode(self.encode(mfcc, words, seeds, prosody), style)

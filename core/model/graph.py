@@ -1,4 +1,6 @@
-"""Neighbourhoods of skeleton edges and of body parts, as adjacency stacks for the affective encoder."""
+"""Adjacency matrices of skeleton edges and of body parts for the affective encoder."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,15 +12,15 @@ PART_LINKS = ((0, 1), (0, 2))
 
 
 def edge_links(graph: str) -> tuple[tuple[int, int], ...]:
-    """Pairs of neighbouring edges: "chain" joins an edge to its parent edge, "line" all edges that share a joint."""
+    """Return pairs of neighbouring edges: "chain" links an edge to its parent edge, "line" all edges that share a joint."""
     pairs = [(a, b) for a in range(len(EDGES)) for b in range(a + 1, len(EDGES))]
     if graph == "chain":
         return tuple((a, b) for a, b in pairs if EDGES[a][1] == EDGES[b][0])
     return tuple((a, b) for a, b in pairs if set(EDGES[a]) & set(EDGES[b]))
 
 
-def hop_distance(nodes: int, links) -> np.ndarray:
-    """Hops between every two nodes, ``(nodes, nodes)`` float; infinite where no path leads."""
+def hop_distance(nodes: int, links: Sequence[tuple[int, int]]) -> np.ndarray:
+    """Return hop counts between all nodes, ``(nodes, nodes)`` float; infinite where there is no path."""
     distance = np.where(np.eye(nodes, dtype=bool), 0.0, np.inf)
     for a, b in links:
         distance[a, b] = distance[b, a] = 1.0
@@ -27,12 +29,12 @@ def hop_distance(nodes: int, links) -> np.ndarray:
     return distance
 
 
-def adjacency(nodes: int, links, hops: int, partition: str) -> np.ndarray:
-    """Stack ``(groups, nodes, nodes)`` float32; entry ``[k, v, w]`` weighs node v in the sum for node w.
+def adjacency(nodes: int, links: Sequence[tuple[int, int]], hops: int, partition: str) -> np.ndarray:
+    """Return matrices ``(groups, nodes, nodes)`` float32; entry ``[k, v, w]`` weights node v in the sum for node w.
 
     "unweighted" is one 0/1 matrix of all nodes within ``hops`` (paper section 3.1.4). "spatial" divides each column by
-    its number of neighbours and splits it into the node itself and, for each hop, the neighbours that are as far or
-    farther from the centre (node 0) than w, and those nearer to it (reference section A.6).
+    its number of neighbours and splits it into the node itself and, for each hop, the neighbours at least as far from
+    the centre (node 0) as w, and those nearer to it (reference section A.6).
     """
     distance = hop_distance(nodes, links)
     near = distance <= hops

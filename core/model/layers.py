@@ -1,5 +1,7 @@
 """Small layers that the encoders share."""
 
+from typing import Any, cast
+
 import torch
 from torch import nn
 from torch.nn import functional
@@ -8,9 +10,9 @@ from . import recurrent
 
 
 class ChannelNorm(nn.Module):
-    """Layer normalisation over the channels (axis 1) of every frame, whatever axes follow.
+    """Layer normalisation over the channels (axis 1) of every frame, with any trailing axes.
 
-    Unlike batch statistics it behaves the same in training and use, for one window and for many, at any length.
+    Unlike batch normalisation it is the same in training and evaluation, and for any batch size and length.
     """
 
     def __init__(self, channels: int):
@@ -19,17 +21,17 @@ class ChannelNorm(nn.Module):
         self.bias = nn.Parameter(torch.zeros(channels))
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """Normalised ``x``, same shape."""
+        """Normalise ``x``; the result has the same shape."""
         if x.device.type == "cpu":
-            return _ChannelNorm.apply(x, self.weight, self.bias)
+            return cast(torch.Tensor, _ChannelNorm.apply(x, self.weight, self.bias))
         return functional.layer_norm(x.movedim(1, -1), self.weight.shape, self.weight, self.bias).movedim(-1, 1)
 
 
 class _ChannelNorm(torch.autograd.Function):
-    """Layer normalisation over axis 1 in place: on a CPU, to turn the axes round and back takes longer than the sums."""
+    """Layer normalisation over axis 1 without transposes, which on a CPU take longer than the sums."""
 
     @staticmethod
-    def forward(ctx, x, weight, bias):
+    def forward(ctx: Any, x: torch.Tensor, weight: torch.Tensor, bias: torch.Tensor) -> torch.Tensor:
         shape = (-1, *[1] * (x.dim() - 2))
         centred = x.float() if x.dtype != torch.float64 else x
         centred = centred - centred.mean(1, keepdim=True)
@@ -39,11 +41,11 @@ class _ChannelNorm(torch.autograd.Function):
         return torch.addcmul(bias.view(shape), unit, weight.view(shape)).to(x.dtype)
 
     @staticmethod
-    def backward(ctx, grad):
-        unit, scale, weight = ctx.saved_tensors
+    def backward(ctx: Any, *grad_outputs: torch.Tensor) -> tuple[torch.Tensor, ...]:
+        (grad,), (unit, scale, weight) = grad_outputs, ctx.saved_tensors
         along = grad * unit
-        others = [0, *range(2, grad.dim())]
-        grad_weight, grad_bias = along.sum(others), grad.sum(others, dtype=weight.dtype)
+        other_axes = [0, *range(2, grad.dim())]
+        grad_weight, grad_bias = along.sum(other_axes), grad.sum(other_axes, dtype=weight.dtype)
         weight = weight.view(-1, *[1] * (grad.dim() - 2))
         mean = (grad * weight).mean(1, keepdim=True)
         slope = along.mul_(weight).mean(1, keepdim=True)
@@ -52,41 +54,42 @@ class _ChannelNorm(torch.autograd.Function):
 
 
 def make_norm(kind: str, channels: int, axes: int = 1) -> nn.Module:
-    """The normalisation ``kind`` names for ``(B, channels, ...)`` with ``axes`` trailing axes."""
+    """Create the normalisation named ``kind`` for ``(B, channels, ...)`` with ``axes`` trailing axes."""
     if kind == "layer":
         return ChannelNorm(channels)
     return (nn.BatchNorm1d if axes == 1 else nn.BatchNorm2d)(channels)
 
 
 class WeightNormConv1d(nn.Module):
-    """Convolution along time whose kernels are a direction ``weight_v`` and a length ``weight_g``, output as long as input.
+    """Convolution along time with weight normalisation (direction ``weight_v``, length ``weight_g``); keeps the length.
 
-    ``causal`` pads on the left only, so a frame sees nothing that comes later.
+    ``causal`` pads on the left only, so that a frame depends on no later one.
     """
 
     def __init__(self, channels: int, kernel: int, dilation: int, causal: bool):
         super().__init__()
-        start = nn.Conv1d(channels, channels, kernel)
-        self.weight_v = nn.Parameter(start.weight.detach().clone())
+        initial = nn.Conv1d(channels, channels, kernel)
+        assert initial.bias is not None
+        self.weight_v = nn.Parameter(initial.weight.detach().clone())
         self.weight_g = nn.Parameter(self.weight_v.detach().norm(dim=(1, 2), keepdim=True))
-        self.bias = nn.Parameter(start.bias.detach().clone())
+        self.bias = nn.Parameter(initial.bias.detach().clone())
         self.dilation = dilation
         reach = (kernel - 1) * dilation
         self.padding = (reach, 0) if causal else (reach // 2, reach - reach // 2)
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """``(B, C, T)`` to the same shape."""
+        """Map ``(B, C, T)`` to the same shape."""
         weight = self.weight_v * (self.weight_g / self.weight_v.norm(dim=(1, 2), keepdim=True))
         return functional.conv1d(functional.pad(x, self.padding), weight, self.bias, dilation=self.dilation)
 
 
 def make_gru(inputs: int, size: int, layers: int, dropout: float) -> nn.GRU:
-    """Bidirectional GRU over ``(B, T, inputs)``; dropout acts between layers."""
+    """Create a bidirectional GRU over ``(B, T, inputs)``; dropout acts between layers."""
     return nn.GRU(inputs, size, layers, batch_first=True, bidirectional=True, dropout=dropout if layers > 1 else 0.0)
 
 
 def run_gru(gru: nn.GRU, x: torch.Tensor) -> torch.Tensor:
-    """Sum of the forward and the backward outputs, ``(B, T, size)`` (paper eq. 8, 9, 12 and 13)."""
+    """Return the sum of the forward and the backward outputs, ``(B, T, size)`` (paper eq. 8, 9, 12 and 13)."""
     if gru.training and x.device.type == "cpu":
         forward, backward = recurrent.bidirectional(gru, x)
     else:
@@ -95,6 +98,6 @@ def run_gru(gru: nn.GRU, x: torch.Tensor) -> torch.Tensor:
 
 
 def exact(layer: nn.Module, x: torch.Tensor) -> torch.Tensor:
-    """``layer`` in float32 whatever the training's precision: poses differ little from frame to frame."""
+    """Apply ``layer`` in float32 regardless of autocast: poses differ little from frame to frame."""
     with torch.autocast(x.device.type, enabled=False):
         return layer(x.float())

@@ -1,4 +1,4 @@
-"""MFCC encoder: what the voice does in each pose frame (paper section 3.1.1, reference section A.3)."""
+"""MFCC encoder: voice features for each pose frame (paper section 3.1.1, reference section A.3)."""
 
 import torch
 from torch import nn
@@ -13,8 +13,8 @@ class MfccEncoder(nn.Module):
 
     Along time, the input ``(B, Ta, features)`` may have any length and is resampled to the pose frames. Along the
     coefficients, as in the public code, the input is ``(B, features, Ta)`` with both lengths fixed, and the last
-    convolution's channels are the pose frames. Where more features are offered than the configuration takes, it hears the first
-    ones: 37 of our 40 are all but the last three slopes of slopes.
+    convolution's channels are the pose frames. Surplus features are cut off: 37 of 40 are all but the last three
+    second-order differences.
     """
 
     def __init__(self, config: ModelConfig):
@@ -30,7 +30,7 @@ class MfccEncoder(nn.Module):
         self.linear1 = nn.Linear(channels[-1] if self.along_time else config.mfcc_features, config.mfcc_size)
 
     def forward(self, mfcc: torch.Tensor, frames: int) -> torch.Tensor:
-        """Features ``(B, frames, mfcc_size)``."""
+        """Encode ``mfcc`` as features ``(B, frames, mfcc_size)``."""
         x = (mfcc[..., : self.features] if self.along_time else mfcc).transpose(1, 2)
         for i in range(1, self.count + 1):
             x = getattr(self, f"batch_norm{i}")(getattr(self, f"conv{i}")(x))

@@ -1,4 +1,4 @@
-"""The network that a configuration describes."""
+"""Creates the network that a configuration describes."""
 
 from .config import ModelConfig
 from .encoders import Encoders
@@ -7,5 +7,5 @@ from .generator import Generator
 
 
 def make(config: ModelConfig) -> Encoders:
-    """A network with random weights; all kinds share encoders, styles and the arguments of their ``forward``."""
+    """Create a network with random weights; all kinds share encoders, styles and the arguments of ``forward``."""
     return FlowGenerator(config) if config.decoder == "flow" else Generator(config)

@@ -1,4 +1,4 @@
-"""A checkpoint to perform by: numpy computes networks of the shipped kind, torch all others and whatever is wanted of it."""
+"""Loads a checkpoint for synthesis: on numpy for networks of the shipped kind, on torch for all others or on request."""
 
 import hashlib
 from os import PathLike
@@ -14,10 +14,10 @@ BACKENDS = ("numpy", "torch")
 
 
 def load(path: str | PathLike | None = None, backend: str | None = None, device: str = "cpu") -> Loaded:
-    """A checkpoint file (None: the one that is shipped), computed by ``backend`` on ``device``.
+    """Load a checkpoint file (None: the shipped one) for ``backend`` and ``device``.
 
-    Without a backend numpy serves where it can: networks that draw, on the CPU. Raises :class:`CheckpointUnreadable` where a
-    file is missing or damaged or belongs to another one, and :class:`UsageError` for backends and devices that are not there.
+    Without a backend, numpy is used where it can: for flows, on the CPU. Raises :class:`CheckpointUnreadable` if a file is
+    missing, damaged or does not match the other, and :class:`UsageError` for unavailable backends and devices.
     """
     path = Path(path or DEFAULT)
     if backend not in (None, *BACKENDS):
@@ -25,13 +25,13 @@ def load(path: str | PathLike | None = None, backend: str | None = None, device:
     if backend == "numpy" and device != "cpu":
         raise UsageError(f"numpy does not compute on {device!r}.", "Leave out the device, or use the backend torch.")
     facts = read_facts(path)
-    if backend == "torch" or device != "cpu" or (backend is None and not _light(facts)):
+    if backend == "torch" or device != "cpu" or (backend is None and not _suits_numpy(facts)):
         return _by_torch(path, device)
     return _by_numpy(path, facts)
 
 
-def _light(facts: dict) -> bool:
-    """Whether numpy can compute this network, or would at least say best what is wrong with it."""
+def _suits_numpy(facts: dict) -> bool:
+    """Whether numpy can compute this network; True also for damaged metadata, which the numpy loader reports best."""
     try:
         return network.able(ModelConfig.from_dict(facts["config"]))
     except (S2agError, KeyError, TypeError):
@@ -59,7 +59,7 @@ def _by_numpy(path: Path, facts: dict) -> Loaded:
 
 
 def _generator(arrays: dict) -> dict:
-    """What performs; a discriminator may lie beside it."""
+    """Return the generator's arrays; a file may hold a discriminator, too."""
     return {name.removeprefix("generator."): array for name, array in arrays.items() if name.startswith("generator.")}
 
 

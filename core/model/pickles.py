@@ -1,11 +1,12 @@
-"""Reading other people's pickles without running anything in them.
+"""Reads untrusted pickles without executing anything in them.
 
-A pickle is a program that may call any function it can name, so Python's own reader is never used. This one walks through
-the program's text and builds numbers, texts, containers and numpy arrays; every object of a class and every call becomes a
-:class:`Record` that keeps what it was given and does nothing.
+A pickle is a program that may call any function by name, so Python's own reader is never used. This one interprets the
+opcodes and builds numbers, strings, containers and numpy arrays; every instance of a class and every call becomes an inert
+:class:`Record` of its arguments.
 """
 
 import pickletools
+from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -20,34 +21,34 @@ class PickleUnreadable(S2agError):
 
 
 class Record:
-    """What stands in for an object of a class that was not run, or for a call: its ``arguments`` and ``state``."""
+    """Placeholder for an instance of a class, or for a call, that was not executed: its ``arguments`` and ``state``."""
 
     state: Any = None
     arguments: tuple = ()
 
-    def __init__(self, *arguments, **named):
+    def __init__(self, *arguments: Any, **named: Any):
         self.arguments = arguments
 
-    def __setstate__(self, state) -> None:
+    def __setstate__(self, state: Any) -> None:
         self.state = state
 
     def get(self, name: str, default: Any = None) -> Any:
-        """A value of the state by name."""
+        """Return a value of the state by name."""
         return self.state.get(name, default) if isinstance(self.state, dict) else default
 
 
 def stand_in(module: str, name: str) -> type[Record]:
-    """The class that takes the place of ``module.name``."""
+    """Create the placeholder class for ``module.name``."""
     return type(name, (Record,), {"__module__": module, "__qualname__": name})
 
 
 def read(source: bytes | str | PathLike) -> Any:
-    """What a pickle in memory or in a file holds; raises :class:`PickleUnreadable`."""
+    """Return the content of a pickle in memory or in a file; raises :class:`PickleUnreadable`."""
     name = "The pickle" if isinstance(source, bytes) else str(source)
     try:
         data = source if isinstance(source, bytes) else Path(source).read_bytes()
         return _Reader().read(data)
-    except Exception as error:  # damaged pickles fail wherever their bytes happen to lead
+    except Exception as error:  # a damaged pickle can raise anything
         reason = " ".join(str(error).split())[:120]
         raise PickleUnreadable(f"{name} cannot be read ({type(error).__name__}: {reason}).", "Get the file again.") from error
 
@@ -59,23 +60,23 @@ _TUPLES = {"TUPLE1": 1, "TUPLE2": 2, "TUPLE3": 3}
 _IGNORED = ("PROTO", "FRAME")
 _STORING = ("PUT", "BINPUT", "LONG_BINPUT")
 _FETCHING = ("GET", "BINGET", "LONG_BINGET")
-_ROOM = 1_000_000
-"""Values that may be copied in any pickle, beside eight for each of its bytes."""
+_COPY_ALLOWANCE = 1_000_000
+"""Values that any pickle may copy, beside eight for each of its bytes."""
 _SIZED = (str, bytes, bytearray, list, tuple, dict, set, frozenset)
 _CONTAINERS = {kind.__name__: kind for kind in (set, frozenset, bytearray, list, tuple, dict)}
 
 
 class _Reader:
-    """A stack, marks on it and a memo, as the pickle machine has them; no opcode calls anything that a pickle names."""
+    """The pickle machine's stack, marks and memo; no opcode calls anything that a pickle names."""
 
     def __init__(self):
         self.stack: list[Any] = []
         self.memo: dict[int, Any] = {}
-        self.places: dict[int, list[int]] = {}  # of records in the memo
-        self.left = 0
+        self.memo_keys: dict[int, list[int]] = {}  # of records, by their id
+        self.copies_left = 0
 
     def read(self, data: bytes) -> Any:
-        self.left = _ROOM + 8 * len(data)
+        self.copies_left = _COPY_ALLOWANCE + 8 * len(data)
         for opcode, argument, _ in pickletools.genops(data):
             if opcode.name == "STOP":
                 return self.stack.pop()
@@ -98,24 +99,24 @@ class _Reader:
         elif name not in _IGNORED:
             if argument is None or "PERSID" in name or "EXT" in name:
                 raise ValueError(f"it uses {name}")
-            self.stack.append(argument)  # numbers, texts and bytes stand in the pickle themselves
+            self.stack.append(argument)  # numbers, strings and bytes are literals
 
     def store(self, place: int) -> None:
         self.memo[place] = self.stack[-1]
         if isinstance(self.stack[-1], Record):
-            self.places.setdefault(id(self.stack[-1]), []).append(place)
+            self.memo_keys.setdefault(id(self.stack[-1]), []).append(place)
 
-    def spend(self, copied: Any) -> None:
-        """Count what is copied: a few bytes of a pickle may ask for the same copy again and again."""
-        if isinstance(copied, _SIZED):
-            self.left -= len(copied)
-        if self.left < 0:
+    def spend(self, value: Any) -> None:
+        """Count copied values: a few bytes of a pickle could request the same copy again and again."""
+        if isinstance(value, _SIZED):
+            self.copies_left -= len(value)
+        if self.copies_left < 0:
             raise ValueError("it copies more than it holds")
 
     def since_mark(self) -> list[Any]:
-        place = len(self.stack) - 1 - next(i for i, value in enumerate(reversed(self.stack)) if value is _MARK)
-        values = self.stack[place + 1 :]
-        del self.stack[place:]
+        mark = len(self.stack) - 1 - next(i for i, value in enumerate(reversed(self.stack)) if value is _MARK)
+        values = self.stack[mark + 1 :]
+        del self.stack[mark:]
         return values
 
     def do_mark(self, _) -> None:
@@ -184,7 +185,7 @@ class _Reader:
         arguments, kind = self.stack.pop(), self.stack.pop()
         for argument in arguments if isinstance(arguments, tuple) else ():
             self.spend(argument)
-        self.stack.append(_made(kind, arguments))
+        self.stack.append(_construct(kind, arguments))
 
     do_newobj = do_reduce
 
@@ -194,30 +195,31 @@ class _Reader:
 
     def do_inst(self, argument: str) -> None:
         module, _, name = argument.partition(" ")
-        self.stack.append(_made(stand_in(module, name), tuple(self.since_mark())))
+        self.stack.append(_construct(stand_in(module, name), tuple(self.since_mark())))
 
     def do_obj(self, _) -> None:
         kind, *arguments = self.since_mark()
-        self.stack.append(_made(kind, tuple(arguments)))
+        self.stack.append(_construct(kind, tuple(arguments)))
 
     def do_build(self, _) -> None:
         state, owner = self.stack.pop(), self.stack[-1]
         if not isinstance(owner, Record):
             return
         owner.state = state
-        if _called(type(owner)) in _ARRAYS:
+        if _qualified_name(type(owner)) in _ARRAYS:
             self.spend(state[-1])
             array = _array(state)
-            for place in self.places.pop(id(owner), ()):
+            for place in self.memo_keys.pop(id(owner), ()):
                 self.memo[place] = array
             self.stack[-1] = array
 
 
 def _keys(values: list[Any]) -> list[Any]:
-    """The values, if each may be a key: what nests, hashes by all that it reaches, and a few bytes can reach for ever."""
-    plain = (str, int, float, bytes, type(None))
-    if not all(isinstance(one, plain) or (type(one) is tuple and all(isinstance(x, plain) for x in one)) for one in values):
-        raise ValueError("it has keys that are no texts and no numbers")
+    """Return the values if all are simple keys; hashing deeply nested tuples could take for ever."""
+    simple = (str, int, float, bytes, type(None))
+    for value in values:
+        if not (isinstance(value, simple) or (type(value) is tuple and all(isinstance(item, simple) for item in value))):
+            raise ValueError("it has keys that are no texts and no numbers")
     return values
 
 
@@ -225,15 +227,15 @@ _ARRAYS = ("numpy.core.multiarray._reconstruct", "numpy._core.multiarray._recons
 _SCALARS = ("numpy.core.multiarray.scalar", "numpy._core.multiarray.scalar")
 
 
-def _called(kind: type) -> str:
+def _qualified_name(kind: type) -> str:
     return f"{kind.__module__}.{kind.__qualname__}"
 
 
-def _made(kind: Any, arguments: tuple) -> Any:
-    """What calling ``kind`` would give, for containers and numbers; a :class:`Record` for all else."""
+def _construct(kind: Any, arguments: tuple) -> Any:
+    """Return the result of calling ``kind`` for containers and numbers, and a :class:`Record` for everything else."""
     if not (isinstance(kind, type) and issubclass(kind, Record) and isinstance(arguments, tuple)):
         raise ValueError("it calls something that is no name")
-    name = _called(kind)
+    name = _qualified_name(kind)
     module, _, last = name.rpartition(".")
     if name == "collections.OrderedDict":
         return _container(dict, *arguments[:1])
@@ -250,7 +252,7 @@ def _made(kind: Any, arguments: tuple) -> Any:
     return kind(*arguments)
 
 
-def _container(kind: type, content: Any = ()) -> Any:
+def _container(kind: type, content: Iterable[Any] = ()) -> Any:
     if kind in (set, frozenset):
         _keys(list(content))
     elif kind is dict and not isinstance(content, dict):

@@ -1,4 +1,4 @@
-"""Prosody encoder: accents, phrases and pauses at the pose rate, so that strokes know where they land (not in the paper)."""
+"""Prosody encoder: accents, phrases and pauses at the pose rate, which time the strokes (not in the paper)."""
 
 import torch
 from torch import nn
@@ -19,6 +19,6 @@ class ProsodyEncoder(nn.Module):
         self.conv2 = nn.Conv1d(2 * config.prosody_size, config.prosody_size, 3, padding=1)
 
     def forward(self, prosody: torch.Tensor) -> torch.Tensor:
-        """``(B, T, features)`` of :func:`prosody.analyse` to ``(B, T, prosody_size)``."""
+        """Map ``(B, T, features)`` of :func:`prosody.analyse` to ``(B, T, prosody_size)``."""
         x = functional.leaky_relu(self.batch_norm1(self.conv1(prosody.transpose(1, 2))), self.slope)
         return functional.leaky_relu(self.conv2(x).transpose(1, 2), self.slope)

@@ -1,4 +1,4 @@
-"""Given poses as networks take them."""
+"""Network inputs for seed poses and other given poses."""
 
 import torch
 from torch.nn import functional
@@ -7,9 +7,9 @@ from ..motion.skeleton import MEAN
 
 
 def seed_input(poses: torch.Tensor, frames: int) -> torch.Tensor:
-    """Seeds ``(B, frames, 28)`` from poses ``(B, seeds, 9, 3)`` of a window's first frames (reference section A.1).
+    """Return the input ``(B, frames, 28)`` for poses ``(B, seeds, 9, 3)`` of a window's first frames (reference A.1).
 
-    Mean-subtracted directions and a one in the last channel on the seed frames, zeros after.
+    It holds mean-subtracted directions and a 1 in the last channel on the seed frames, zeros after them.
     """
     poses = poses[:, :frames]
     mask = poses.new_ones(*poses.shape[:2], 1)
@@ -17,9 +17,9 @@ def seed_input(poses: torch.Tensor, frames: int) -> torch.Tensor:
 
 
 def kept_input(poses: torch.Tensor, mask: torch.Tensor, extras: torch.Tensor | None = None) -> torch.Tensor:
-    """The same ``(B, T, 28 + extras)`` for poses ``(B, T, 9, 3)`` that are given where ``mask`` ``(B, T, 1)`` is 1.
+    """Return the input ``(B, T, 28 + extras)`` for poses ``(B, T, 9, 3)`` that are given where ``mask`` ``(B, T, 1)`` is 1.
 
-    ``extras`` ``(B, T, n)`` are what a frame has beyond its directions.
+    ``extras`` ``(B, T, n)`` are the channels of a frame beyond its directions.
     """
     numbers = (poses - torch.from_numpy(MEAN).to(poses)).flatten(2)
     if extras is not None:

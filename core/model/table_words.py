@@ -1,4 +1,6 @@
-"""What a network with a word table and fixed windows hears: the public code's features, window by window."""
+"""Input features of networks with a word table and fixed windows: the public code's, computed window by window."""
+
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -7,20 +9,27 @@ from ..sound.audio import SAMPLE_RATE
 from ..sound.mfcc import published_features
 from ..vectors.table import spans
 from ..words.spelling import normalise
+from .config import ModelConfig
 
 UNKNOWN = 3
-"""The table's row for words that it lacks (reference section A.4)."""
+"""The table's row for unknown words (reference section A.4)."""
 
 
 class TableFeatures:
-    """MFCCs ``(37, 71)`` or raw samples ``(36267,)`` of every window, and rows of the word table at word onsets.
+    """Provides MFCCs ``(37, 71)`` or raw samples ``(36267,)`` of a window, and rows of the word table at word onsets.
 
-    ``vocabulary`` are the table's words by row; None: no word is heard.
+    ``words`` are ``(word, start, end)`` in seconds; ``vocabulary`` are the table's words by row, None to ignore words.
     """
 
     prosody = None
 
-    def __init__(self, sound: np.ndarray, words: tuple, vocabulary: list[str] | None, config):
+    def __init__(
+        self,
+        sound: np.ndarray,
+        words: Sequence[tuple[str, float, float]],
+        vocabulary: Sequence[str] | None,
+        config: ModelConfig,
+    ):
         self.sound, self.config = sound, config
         self.words = sorted(words, key=lambda word: word[1]) if vocabulary else []
         rows = {word: row for row, word in enumerate(vocabulary or ()) if word}
@@ -28,15 +37,15 @@ class TableFeatures:
         self.samples = round(config.frames / skeleton.FPS * SAMPLE_RATE)
 
     def slice(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray, None]:
-        """Sound and words of the window of ``config.frames`` that begins at frame ``start``; silence after ``stop``."""
+        """Return sound and word rows of the ``config.frames`` frames from ``start``; the end is padded with silence."""
         begin = round(start / skeleton.FPS * SAMPLE_RATE)
-        heard = self.sound[begin : begin + self.samples]
-        heard = np.pad(heard, (0, self.samples - len(heard)))
+        samples = self.sound[begin : begin + self.samples]
+        samples = np.pad(samples, (0, self.samples - len(samples)))
         index = spans(self.words, self.config.frames, skeleton.FPS, start / skeleton.FPS, mode="onset")
-        return heard if self.config.audio == "wave" else published_features(heard), self.rows[index], None
+        return samples if self.config.audio == "wave" else published_features(samples), self.rows[index], None
 
 
-def row(word: str, rows: dict[str, int]) -> int:
-    """The row of a word in a table, in whatever form that has it, or that of unknown ones."""
-    plain = normalise(word)
-    return next((rows[form] for form in (word, plain, plain.replace("'", "")) if form in rows), UNKNOWN)
+def row(word: str, rows: Mapping[str, int]) -> int:
+    """Return the table row of a word as spelled, normalised or without apostrophes, or :data:`UNKNOWN`."""
+    normal = normalise(word)
+    return next((rows[form] for form in (word, normal, normal.replace("'", "")) if form in rows), UNKNOWN)

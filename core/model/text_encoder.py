@@ -10,7 +10,7 @@ from .layers import WeightNormConv1d
 
 
 class TemporalBlock(nn.Module):
-    """Two dilated convolutions with ReLU and dropout around a shortcut."""
+    """A residual block of two dilated convolutions with ReLU and dropout."""
 
     def __init__(self, config: ModelConfig, dilation: int):
         super().__init__()
@@ -19,31 +19,31 @@ class TemporalBlock(nn.Module):
         self.dropout = Dropout(config.text_dropout)
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """``(B, C, T)`` to the same shape."""
+        """Map ``(B, C, T)`` to the same shape."""
         inner = self.dropout(functional.relu(self.conv1(x)))
         inner = self.dropout(functional.relu(self.conv2(inner)))
         return functional.relu(x + inner)
 
 
 class TemporalNetwork(nn.Module):
-    """A chain of blocks whose dilation doubles."""
+    """A sequence of blocks whose dilation doubles."""
 
     def __init__(self, config: ModelConfig):
         super().__init__()
         self.network = nn.ModuleList(TemporalBlock(config, 2**level) for level in range(config.text_levels))
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """``(B, C, T)`` to the same shape."""
+        """Map ``(B, C, T)`` to the same shape."""
         for block in self.network:
             x = block(x)
         return x
 
 
 class TextEncoder(nn.Module):
-    """Words of each frame to features ``(B, T, text_size)``.
+    """Encodes the words of each frame as features ``(B, T, text_size)``.
 
-    With a word table of its own it takes indices ``(B, T)``, else vectors ``(B, T, word_size)`` that are zero where no
-    word is spoken. A projection narrows the vectors where the convolutions are narrower than they are.
+    With a trained word table it takes indices ``(B, T)``, otherwise vectors ``(B, T, word_size)`` that are zero where no
+    word is spoken. If the convolutions have another width than the vectors, a projection adapts them.
     """
 
     def __init__(self, config: ModelConfig):
@@ -61,7 +61,7 @@ class TextEncoder(nn.Module):
         nn.init.zeros_(self.decoder.bias)
 
     def forward(self, words: torch.Tensor) -> torch.Tensor:
-        """Features ``(B, T, text_size)``."""
+        """Return features ``(B, T, text_size)``."""
         vectors = self.embedding(words) if self.has_table else words
         x = self.projection(self.dropout(vectors))
         return self.decoder(self.tcn(x.transpose(1, 2)).transpose(1, 2))

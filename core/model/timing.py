@@ -1,31 +1,35 @@
-"""Which MFCC frames belong to which pose frames: one rule for training and for synthesis."""
+"""Maps pose frames to MFCC frames, the same way in training and synthesis."""
 
 from fractions import Fraction
+from typing import Any, TypeVar
 
 from ..motion.skeleton import FPS
 
 MFCC_RATE = 16000 / 512
-"""MFCC frames a second (reference section A.2)."""
-_FINEST = 1000
-"""Parts of a pose frame a second that a frame rate is taken to."""
+"""MFCC frames per second (reference section A.2)."""
+_MAX_DENOMINATOR = 1000
+"""Bound of the fraction that approximates a frame rate."""
+
+Frame = TypeVar("Frame", bound=Any)
+"""An integer or an array of integers."""
 
 
 def _ratio(fps: float) -> Fraction:
-    return Fraction(MFCC_RATE) / Fraction(fps).limit_denominator(_FINEST)
+    return Fraction(MFCC_RATE) / Fraction(fps).limit_denominator(_MAX_DENOMINATOR)
 
 
 _RATIO = _ratio(FPS)
 IN_STEP = _RATIO.denominator
-"""Pose frames after which both rates are in step again: what is cut there hears exactly what it would hear uncut."""
+"""Pose frames after which both rates are in phase again: a cut there leaves the features of all frames unchanged."""
 
 
-def nearest_mfcc(frame, fps: float = FPS):
-    """MFCC frame nearest to a pose frame (an integer or an array of them): 16 ms off at most. Halves go up."""
+def nearest_mfcc(frame: Frame, fps: float = FPS) -> Frame:
+    """Return the MFCC frame nearest to a pose frame (an integer or an array): at most 16 ms off. Halves round up."""
     ratio = _RATIO if fps == FPS else _ratio(fps)
-    return (2 * frame * ratio.numerator + ratio.denominator) // (2 * ratio.denominator)
+    return (2 * frame * ratio.numerator + ratio.denominator) // (2 * ratio.denominator)  # pyright: ignore[reportReturnType]
 
 
 def mfcc_slice(start: int, stop: int) -> slice:
-    """MFCC frames of the pose frames ``start`` to ``stop``; how many depends on the number of pose frames alone."""
+    """Return the MFCC frames of pose frames ``start`` to ``stop``; their number depends only on that of the pose frames."""
     first = nearest_mfcc(start)
     return slice(first, first + nearest_mfcc(stop - start))

@@ -1,17 +1,17 @@
-"""Encoder of the raw waveform: GTC's, and that of the paper's ablation without MFCCs (reference section A.10)."""
+"""Encoder of the raw waveform, for GTC and the paper's ablation without MFCCs (reference section A.10)."""
 
 import torch
 from torch import nn
 from torch.nn import functional
 
 SAMPLES = 36267
-"""Audio samples at 16 kHz of a window of 34 pose frames."""
+"""Samples at 16 kHz in a window of 34 pose frames."""
 FRAMES = 34
 _SLOPE = 0.3
 
 
 class WaveEncoder(nn.Module):
-    """Four strided convolutions that turn exactly :data:`SAMPLES` samples into exactly 34 frames."""
+    """Four strided convolutions that map exactly :data:`SAMPLES` samples to exactly 34 frames."""
 
     def __init__(self, size: int = 32, channels: tuple[int, ...] = (16, 32, 64)):
         super().__init__()
@@ -24,6 +24,6 @@ class WaveEncoder(nn.Module):
         )  # fmt: skip
 
     def forward(self, wave: torch.Tensor, frames: int = FRAMES) -> torch.Tensor:
-        """Features ``(B, frames, size)`` of ``(B, samples)`` in -1..1, padded with silence or cut to :data:`SAMPLES`."""
+        """Encode samples ``(B, samples)`` in -1..1, padded with silence or cut to :data:`SAMPLES`, as ``(B, frames, size)``."""
         wave = functional.pad(wave, (0, SAMPLES - wave.shape[-1]))
         return self.feat_extractor(wave[:, None]).transpose(1, 2)[:, :frames]

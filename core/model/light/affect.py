@@ -1,4 +1,4 @@
-"""The affective encoder of given poses (paper section 3.1.4), as :mod:`affective_encoder` learns it."""
+"""Affective encoder of given poses (paper section 3.1.4): inference of :mod:`affective_encoder`."""
 
 import numpy as np
 
@@ -15,10 +15,10 @@ class Block:
         kernels = weights / "gcn" / "conv"
         weight, bias = kernels["weight"][..., 0], kernels["bias"].reshape(groups, -1)
         weight = weight.reshape(groups, -1, *weight.shape[1:])
-        # Both steps of the graph convolution are linear, so their weights are joined to those of one convolution.
-        joined = np.einsum("koit,kvw->owivt", weight, matrices)
-        joined = joined.reshape(joined.shape[0] * nodes, -1, joined.shape[4])
-        self.graph = Convolution(joined, np.einsum("ko,kvw->ow", bias, matrices).ravel())
+        # Both steps of the graph convolution are linear, so their weights are multiplied into one convolution.
+        product = np.einsum("koit,kvw->owivt", weight, matrices)
+        product = product.reshape(product.shape[0] * nodes, -1, product.shape[4])
+        self.graph = Convolution(product, np.einsum("ko,kvw->ow", bias, matrices).ravel())
         self.nodes, self.slope = nodes, slope
         self.norms = [Norm(weights / "tcn" / name) for name in ("0", "3")]
         self.time = Convolution.of(weights / "tcn" / "2")
@@ -27,7 +27,7 @@ class Block:
         self.shortcut_norm = Norm(shortcut / "1")
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
-        """``(T, nodes, inputs)`` to ``(T, nodes, outputs)``."""
+        """Map ``(T, nodes, inputs)`` to ``(T, nodes, outputs)``."""
         frames = len(x)
         y = self.graph(x.swapaxes(1, 2).reshape(frames, -1)).reshape(frames, -1, self.nodes)
         y = relu(self.norms[0](y.transpose(2, 0, 1)))
@@ -36,7 +36,7 @@ class Block:
 
 
 class AffectiveEncoder:
-    """Edges, then body parts, then one feature vector a frame."""
+    """Encodes poses hierarchically: edge directions, then body parts, then one feature vector per frame."""
 
     def __init__(self, weights: Weights, config: ModelConfig):
         edges = adjacency(sum(map(len, PARTS)), edge_links(config.graph), config.hops[0], config.partition)
@@ -48,9 +48,9 @@ class AffectiveEncoder:
         self.last = [Convolution.of(weights / f"conv{number}") for number in (3, 4)]
 
     def __call__(self, poses: np.ndarray) -> np.ndarray:
-        """Mean-subtracted directions ``(T, 9, 3)`` to ``(T, affect_size)``."""
+        """Map mean-subtracted directions ``(T, 9, 3)`` to affective features ``(T, affect_size)``."""
         x = self.norms[0](_flat(self.edges(poses)))
-        # Edges are listed part by part: (T, feature, part, edge) to (T, part, feature and edge).
+        # Edges are ordered by body part: (T, feature, part, edge) to (T, part, feature and edge).
         x = x.reshape(len(x), -1, len(PARTS), len(PARTS[0])).swapaxes(1, 2).reshape(len(x), len(PARTS), -1)
         x = self.norms[1](_flat(self.parts(x)))
         for convolution, norm in zip(self.last, self.norms[2:], strict=True):
@@ -59,5 +59,5 @@ class AffectiveEncoder:
 
 
 def _flat(x: np.ndarray) -> np.ndarray:
-    """``(T, nodes, channels)`` to ``(T, channels and nodes)``, nodes fastest."""
+    """Flatten ``(T, nodes, channels)`` to ``(T, channels and nodes)``, nodes fastest."""
     return x.swapaxes(1, 2).reshape(len(x), -1)

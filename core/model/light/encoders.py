@@ -1,4 +1,4 @@
-"""What is heard, as the network's features: voice, words, prosody, and strokes that are asked for."""
+"""Encoders of voice, words, prosody and requested strokes."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from .layers import Convolution, Linear, Norm, Weights, leaky, relu, resampled, 
 
 
 class VoiceEncoder:
-    """MFCCs: convolutions at their own rate, then one linear map at that of the poses (paper section 3.1.1)."""
+    """Encodes MFCCs: convolutions at the MFCC rate, then a linear map at the pose rate (paper section 3.1.1)."""
 
     def __init__(self, weights: Weights, config: ModelConfig):
         self.slope = config.mfcc_slope
@@ -16,7 +16,7 @@ class VoiceEncoder:
         self.linear = Linear.of(weights / "linear1")
 
     def __call__(self, mfcc: np.ndarray, frames: int) -> np.ndarray:
-        """``(Ta, mfcc_features)`` to ``(frames, mfcc_size)``."""
+        """Map ``(Ta, mfcc_features)`` to ``(frames, mfcc_size)``."""
         x = mfcc
         for convolution, norm in self.layers:
             x = leaky(norm(convolution(x)), self.slope)
@@ -24,7 +24,7 @@ class VoiceEncoder:
 
 
 class TextEncoder:
-    """Word vectors through dilated convolutions around shortcuts (paper section 3.1.2)."""
+    """Encodes word vectors by residual dilated convolutions (paper section 3.1.2)."""
 
     def __init__(self, weights: Weights, config: ModelConfig):
         narrow = config.text_channels != config.word_size
@@ -37,22 +37,22 @@ class TextEncoder:
         self.decoder = Linear.of(weights / "decoder")
 
     def __call__(self, words: np.ndarray) -> np.ndarray:
-        """``(T, word_size)`` to ``(T, text_size)``."""
+        """Map ``(T, word_size)`` to ``(T, text_size)``."""
         x = self.projection(words)
-        for one, two in self.blocks:
-            x = relu(x + relu(two(relu(one(x)))))
+        for first, second in self.blocks:
+            x = relu(x + relu(second(relu(first(x)))))
         return self.decoder(x)
 
 
 def _weight_normed(weights: Weights, dilation: int, causal: bool) -> Convolution:
-    """A convolution whose kernels are a direction and a length."""
+    """Create a convolution from weight-normalised kernels (direction and length)."""
     direction = weights["weight_v"]
     length = np.sqrt(np.square(direction).sum(axis=(1, 2), keepdims=True))
     return Convolution(direction * (weights["weight_g"] / length), weights["bias"], dilation, causal)
 
 
 class ProsodyEncoder:
-    """Accents, phrases and pauses by two convolutions."""
+    """Encodes accents, phrases and pauses by two convolutions."""
 
     def __init__(self, weights: Weights, config: ModelConfig):
         self.slope = config.mfcc_slope
@@ -60,17 +60,17 @@ class ProsodyEncoder:
         self.norm = Norm(weights / "batch_norm1")
 
     def __call__(self, prosody: np.ndarray) -> np.ndarray:
-        """``(T, prosody_features)`` to ``(T, prosody_size)``."""
+        """Map ``(T, prosody_features)`` to ``(T, prosody_size)``."""
         return leaky(self.second(leaky(self.norm(self.first(prosody)), self.slope)), self.slope)
 
 
 class AskedEncoder:
-    """Strokes that are asked for: a table of meanings beside the other channels; nothing said gives zeros."""
+    """Encodes requested strokes: an embedding of the meaning beside the other channels; zeros where none is known."""
 
     def __init__(self, weights: Weights):
         self.meanings, self.linear = (weights / "meanings")["weight"], Linear.of(weights / "linear")
 
     def __call__(self, asked: np.ndarray) -> np.ndarray:
-        """``(T, 7)``, the channels of :mod:`requested`, to ``(T, asked_size)``."""
+        """Map ``(T, 7)``, the channels of :mod:`requested`, to ``(T, asked_size)``."""
         meaning = self.meanings[asked[:, -1].astype(int)] * asked[:, 1:2]
         return silu(self.linear(np.concatenate([asked[:, :-1], meaning], axis=1))) * asked[:, :1]

@@ -1,4 +1,4 @@
-"""Layers as functions of ``(..., frames, channels)`` float32; what is learned lies in a dictionary of arrays by name."""
+"""Layers on ``(..., frames, channels)`` float32, built from a dictionary of weight arrays by name."""
 
 from collections.abc import Mapping
 
@@ -10,7 +10,7 @@ _EPSILON = np.float32(1e-5)
 
 
 class Weights:
-    """Learned arrays under a prefix; ``weights / "encoder"`` goes one name deeper, ``weights["bias"]`` takes one."""
+    """Weight arrays under a prefix: ``weights / "encoder"`` extends the prefix, ``weights["bias"]`` returns an array."""
 
     def __init__(self, arrays: Mapping[str, np.ndarray], prefix: str = ""):
         self._arrays, self._prefix = arrays, prefix
@@ -22,28 +22,28 @@ class Weights:
         return self._arrays[self._prefix + name]
 
     def get(self, name: str) -> np.ndarray | None:
-        """The array, or None."""
+        """Return the array, or None."""
         return self._arrays.get(self._prefix + name)
 
 
 def product(x: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """``(..., n)`` by ``(m, n)``: ``(..., m)``."""
+    """Multiply ``(..., n)`` by the transpose of ``(m, n)``: ``(..., m)``."""
     return rows_by_rows(x.reshape(-1, x.shape[-1]), weight).reshape(*x.shape[:-1], len(weight))
 
 
 class Linear:
-    """A product and a shift."""
+    """A linear layer."""
 
     def __init__(self, weight: np.ndarray, bias: np.ndarray | None = None):
         self.weight, self.bias = np.ascontiguousarray(weight, np.float32), bias
 
     @classmethod
     def of(cls, weights: Weights) -> "Linear":
-        """The layer that was learned under this name."""
+        """Create the layer from its weight and, if there is one, its bias."""
         return cls(weights["weight"], weights.get("bias"))
 
     def __call__(self, x: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
-        """``(..., n)`` to ``(..., m)``; with ``out``, which is returned then, only ``(rows, n)`` to ``(rows, m)``."""
+        """Map ``(..., n)`` to ``(..., m)``, or with ``out``, which is filled and returned, ``(rows, n)`` to ``(rows, m)``."""
         y = product(x, self.weight) if out is None else rows_by_rows(x, self.weight, out)
         if self.bias is not None:
             y += self.bias
@@ -51,10 +51,10 @@ class Linear:
 
 
 class Convolution:
-    """Along time, as long as its input: one product of each window of ``kernel`` frames laid side by side."""
+    """Convolution along time that keeps the length: one matrix product of concatenated windows of ``kernel`` frames."""
 
     def __init__(self, weight: np.ndarray, bias: np.ndarray, dilation: int = 1, causal: bool = False):
-        """``weight`` ``(outputs, inputs, kernel)``; a causal one sees nothing that comes later."""
+        """``weight`` is ``(outputs, inputs, kernel)``; a causal convolution depends on no later frame."""
         self.kernel, self.dilation = weight.shape[2], dilation
         reach = (self.kernel - 1) * dilation
         self.before = reach if causal else reach // 2
@@ -63,29 +63,29 @@ class Convolution:
 
     @classmethod
     def of(cls, weights: Weights) -> "Convolution":
-        """The layer that was learned under this name, whatever single axes stand behind time."""
+        """Create the layer from its weight and bias; axes of length 1 after time are dropped."""
         weight = weights["weight"]
         return cls(weight.reshape(weight.shape[:3]), weights["bias"])
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
-        """``(..., T, inputs)`` to ``(..., T, outputs)``."""
+        """Map ``(..., T, inputs)`` to ``(..., T, outputs)``."""
         return self.within(pad(x, self.before, self.after), slice(0, x.shape[-2]))
 
     def within(self, padded: np.ndarray, rows: slice) -> np.ndarray:
-        """The same of these ``rows`` alone; ``padded`` has ``before`` and ``after`` more frames at its ends."""
+        """Return the output of ``rows`` alone; ``padded`` has ``before`` and ``after`` additional frames at its ends."""
         starts = range(0, self.kernel * self.dilation, self.dilation)
         taps = [padded[..., rows.start + start : rows.stop + start, :] for start in starts]
         return self._linear(np.concatenate(taps, axis=-1))
 
 
 class Norm:
-    """Every frame's channels, less their mean, over their deviation, then scaled and shifted as learned."""
+    """Layer normalisation over the channels of every frame, with learned scale and shift."""
 
     def __init__(self, weights: Weights):
         self.weight, self.bias = weights["weight"], weights["bias"]
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
-        """Same shape."""
+        """Normalise ``x``; the result has the same shape."""
         y = unit(x)
         y *= self.weight
         y += self.bias
@@ -93,31 +93,31 @@ class Norm:
 
 
 def unit(x: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
-    """Layer normalisation over the last axis, without anything learned; ``out`` may be ``x``."""
+    """Normalise the last axis to zero mean and unit variance; ``out`` may be ``x``."""
     y = np.subtract(x, x.mean(axis=-1, keepdims=True), out=out)
     y /= np.sqrt(np.einsum("...i,...i->...", y, y)[..., None] / np.float32(y.shape[-1]) + _EPSILON)
     return y
 
 
 def pad(x: np.ndarray, before: int, after: int) -> np.ndarray:
-    """Frames of zeros at both ends."""
+    """Add frames of zeros at both ends."""
     return np.pad(x, [(0, 0)] * (x.ndim - 2) + [(before, after), (0, 0)])
 
 
 def leaky(x: np.ndarray, slope: float) -> np.ndarray:
-    """What is negative, ``slope`` times as large."""
+    """Apply a leaky ReLU with ``slope`` in 0..1."""
     return np.maximum(x, x * np.float32(slope))
 
 
 def relu(x: np.ndarray) -> np.ndarray:
-    """What is negative, zero; in place."""
+    """Apply a ReLU in place."""
     return np.maximum(x, 0, out=x)
 
 
 def silu(x: np.ndarray, spare: np.ndarray | None = None) -> np.ndarray:
-    """``x`` times its logistic; in place. ``spare`` is room of the same shape."""
+    """Apply the SiLU (``x`` times its logistic function) in place; ``spare`` is a buffer of the same shape."""
     share = np.negative(x, out=spare)
-    with np.errstate(over="ignore"):  # far below zero the exponential is infinite, and the result zero as it should be
+    with np.errstate(over="ignore"):  # for very negative values the exponential overflows and the result is correctly 0
         np.exp(share, out=share)
     share += 1
     x /= share
@@ -125,10 +125,10 @@ def silu(x: np.ndarray, spare: np.ndarray | None = None) -> np.ndarray:
 
 
 def resampled(x: np.ndarray, frames: int) -> np.ndarray:
-    """``(..., T, C)`` to ``frames`` frames, linearly between the middles of the old ones."""
+    """Resample ``(..., T, C)`` to ``frames`` frames by linear interpolation between frame centres."""
     count = x.shape[-2]
-    at = np.maximum((np.arange(frames) + 0.5) * (count / frames) - 0.5, 0)
-    low = np.minimum(at.astype(int), count - 1)
-    share = (at - low).astype(np.float32)[:, None]
+    position = np.maximum((np.arange(frames) + 0.5) * (count / frames) - 0.5, 0)
+    low = np.minimum(position.astype(int), count - 1)
+    share = (position - low).astype(np.float32)[:, None]
     high = np.minimum(low + 1, count - 1)
     return x[..., low, :] * (1 - share) + x[..., high, :] * share

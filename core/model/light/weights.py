@@ -1,4 +1,4 @@
-"""Weights as safetensors keeps them: eight bytes of header length, a header of JSON, then plain arrays. Nothing is executed."""
+"""A reader of safetensors files: eight bytes of header length, a JSON header, then raw arrays. Nothing is executed."""
 
 import math
 from os import PathLike
@@ -9,14 +9,14 @@ import numpy as np
 from ... import json_text
 
 LONGEST_HEADER = 1_000_000
-"""Bytes of the header that are believed; the shipped one has 17,000."""
-_KINDS = {"F16": "<f2", "F32": "<f4"}
+"""Largest accepted header in bytes; the shipped one has 17,000."""
+_DTYPES = {"F16": "<f2", "F32": "<f4"}
 
 
 def read(path: str | PathLike) -> tuple[bytes, dict[str, np.ndarray]]:
-    """The whole file, and its arrays by name as float32.
+    """Return the file's bytes, and its arrays by name as float32.
 
-    Raises OSError, and ValueError for anything that is no whole file of numbers in half or single precision.
+    Raises OSError, and ValueError unless it is a complete file of half or single precision numbers.
     """
     data = Path(path).read_bytes()
     length = int.from_bytes(data[:8], "little")
@@ -40,13 +40,13 @@ def read(path: str | PathLike) -> tuple[bytes, dict[str, np.ndarray]]:
 
 
 def _entry(dtype: str, shape: list, data_offsets: list) -> tuple[np.dtype, tuple, int, int]:
-    """Kind, shape and place of one array."""
-    if dtype not in _KINDS:
+    """Return dtype, shape, begin and end of an array."""
+    if dtype not in _DTYPES:
         raise ValueError(f"numbers of kind {dtype!r} are not read")
     begin, end = data_offsets
     if any(type(number) is not int or number < 0 for number in (*shape, begin, end)):
         raise ValueError("a size is no whole number")
-    kind = np.dtype(_KINDS[dtype])
+    kind = np.dtype(_DTYPES[dtype])
     if begin > end or end - begin != math.prod(shape) * kind.itemsize:
         raise ValueError("an array is not as large as it says")
     return kind, tuple(shape), begin, end
