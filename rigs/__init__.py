@@ -1,1 +1,1 @@
-"""From ten joints to any armature: numpy maths and rig families as data."""
+"""Retargeting of ten joints to any armature: numpy code, and the bone names of rig families as JSON."""

@@ -1,6 +1,6 @@
-"""Turns of the arm about its own axis: what a direction leaves open.
+"""Twist of upper arm and forearm: the angle about the bone's own axis, which an edge direction leaves open.
 
-A direction fixes two of an arm bone's three angles. The third decides where the elbow's hinge and the palm look.
+A direction fixes two of an arm bone's three angles. The third decides where the elbow's hinge and the palm face.
 """
 
 import numpy as np
@@ -8,77 +8,76 @@ import numpy as np
 from ..core.motion import quaternion
 
 STRAIGHT, BENT = np.radians(15), np.radians(30)
-"""Below the first bend the plane of an arm is noise; above the second it is trusted in full."""
+"""Elbow bends, in radians: below the first the plane of an arm is noise, above the second it is trusted in full."""
 SLIGHT = np.radians([5.0, 25.0])
-"""Bends at rest: below the first the plane of an arm says nothing of its hinge, above the second all."""
+"""Elbow bends at rest: the weight of the modelled bend in the hinge axis rises from 0 at the first to 1 at the second."""
 INWARD = np.radians(40)
-"""Middle of the range that an upper arm can turn through, counted inwards from a hinge that bends forwards."""
+"""Middle of the range of an upper arm's twist, measured inwards from a hinge that bends forwards."""
 RESPONSE = 0.08
-"""Seconds over which the turn of the upper arm is smoothed."""
+"""Time constant, in seconds, by which the twist of the upper arm is smoothed."""
 FORGET = 1e-3
-"""Pull of a straight arm's turn to zero, relative to the pull of a bent one's to its plane."""
+"""Weight that pulls the twist of a straight arm to zero, relative to the one that pulls a bent arm to its plane."""
 
 
 def fade(x: np.ndarray, low: float, high: float) -> np.ndarray:
-    """0 below ``low``, 1 above ``high``, smooth between."""
+    """Return 0 below ``low``, 1 above ``high`` and a smooth step between (same shape as ``x``)."""
     t = np.clip((np.asarray(x) - low) / (high - low), 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t)
 
 
 def angle_about(axis: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Signed angle about unit ``axis`` from ``start`` to ``end``, both seen along the axis."""
+    """Return the signed angle about unit ``axis`` from ``start`` to ``end``, both projected at right angles to it."""
     start = start - axis * np.sum(axis * start, -1, keepdims=True)
     end = end - axis * np.sum(axis * end, -1, keepdims=True)
     return np.arctan2(np.sum(axis * np.cross(start, end), -1), np.sum(start * end, -1))
 
 
 def rest_hinge(upper: np.ndarray, fore: np.ndarray, forward: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Axis (3,) about which the elbow bends at rest: that of its own bend, or of a forward bend where the arm is straight.
+    """Return the elbow's hinge axis (3,) at rest: that of the modelled bend, or of a forward bend if the arm is straight.
 
-    Where a modeller stretched an arm a little too far, its bend is the wrong way round: such a slight one counts the less,
-    and not at all against a forward bend.
+    A slight bend counts less, and not at all if it is backwards: then the modeller stretched the arm a little too far.
     """
-    own = np.cross(upper, fore)
-    bend = np.arctan2(np.linalg.norm(own), upper @ fore)
-    usual = np.cross(upper, forward)
-    if np.linalg.norm(usual) < 0.1:
-        usual = np.cross(upper, up)
-    usual = usual / np.linalg.norm(usual)
-    if bend < np.radians(3) or (own @ usual < 0 and bend < SLIGHT[1]):
-        return usual
-    share = fade(bend, *SLIGHT)
-    hinge = share * own / np.linalg.norm(own) + (1.0 - share) * usual
+    modelled = np.cross(upper, fore)
+    bend = np.arctan2(np.linalg.norm(modelled), upper @ fore)
+    forward_bend = np.cross(upper, forward)
+    if np.linalg.norm(forward_bend) < 0.1:
+        forward_bend = np.cross(upper, up)
+    forward_bend = forward_bend / np.linalg.norm(forward_bend)
+    if bend < np.radians(3) or (modelled @ forward_bend < 0 and bend < SLIGHT[1]):
+        return forward_bend
+    weight = fade(bend, *SLIGHT)
+    hinge = weight * modelled / np.linalg.norm(modelled) + (1.0 - weight) * forward_bend
     hinge = hinge - upper * (upper @ hinge)
     return hinge / np.linalg.norm(hinge)
 
 
 def upper_arm_turn(hinge: np.ndarray, upper: np.ndarray, fore: np.ndarray, inward: float, fps: float) -> np.ndarray:
-    """Angles (frames,) about ``upper`` that bring the elbow's ``hinge`` into the normal of the arm's plane.
+    """Return the twist angles (frames,) about ``upper`` that align the elbow's ``hinge`` with the normal of the arm's plane.
 
-    ``hinge``, ``upper``, ``fore`` (frames, 3): the hinge as the swung upper arm carries it, and both directions.
-    ``inward`` is +1 for a left and -1 for a right arm. A nearly straight arm keeps what the bent arm before and after it
-    had and slowly forgets it.
+    ``hinge``, ``upper``, ``fore`` (frames, 3): the hinge axis of the swung, untwisted upper arm, and both directions.
+    ``inward`` is +1 for a left and -1 for a right arm. While the arm is nearly straight, the angle is interpolated between
+    the bent frames before and after and decays slowly to zero.
     """
     normal = np.cross(upper, fore)
     bend = np.arctan2(np.linalg.norm(normal, axis=-1), np.sum(upper * fore, -1))
     weight = fade(bend, STRAIGHT, BENT)
     centre = inward * INWARD
     angle = np.mod(angle_about(upper, hinge, normal) - centre + np.pi, 2 * np.pi) - np.pi + centre
-    return _settle(_unwrap_spans(angle, weight > 0, centre), weight, (RESPONSE * fps) ** 2)
+    return _smooth_weighted(_unwrap_spans(angle, weight > 0, centre), weight, (RESPONSE * fps) ** 2)
 
 
-def _unwrap_spans(angle: np.ndarray, known: np.ndarray, centre: float) -> np.ndarray:
-    """Make each span of known angles continuous, and near ``centre`` as a whole."""
+def _unwrap_spans(angle: np.ndarray, valid: np.ndarray, centre: float) -> np.ndarray:
+    """Unwrap the angles of each span where ``valid``, and shift the span by whole turns so that its mean is near ``centre``."""
     angle = angle.copy()
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int)))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], valid, [False]]).astype(int)))
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
         span = np.unwrap(angle[start:stop])
         angle[start:stop] = span - 2 * np.pi * np.round((span.mean() - centre) / (2 * np.pi))
     return angle
 
 
-def _settle(angle: np.ndarray, weight: np.ndarray, stiffness: float) -> np.ndarray:
-    """The curve that minimises weight (x - angle)^2 + FORGET x^2 + stiffness (dx)^2, by one tridiagonal elimination."""
+def _smooth_weighted(angle: np.ndarray, weight: np.ndarray, stiffness: float) -> np.ndarray:
+    """Return the curve x that minimises weight (x - angle)^2 + FORGET x^2 + stiffness (dx)^2, by tridiagonal elimination."""
     frames = len(angle)
     neighbours = np.full(frames, 2.0)
     neighbours[[0, -1]] = 1.0 if frames > 1 else 0.0
@@ -95,9 +94,9 @@ def _settle(angle: np.ndarray, weight: np.ndarray, stiffness: float) -> np.ndarr
 
 
 def palm_turn(palm: np.ndarray, fore: np.ndarray, inward: np.ndarray, up: np.ndarray, strength: float) -> np.ndarray:
-    """Angles (frames,) about ``fore`` that turn the ``palm`` (frames, 3) inwards and down, as hands at ease do.
+    """Return angles (frames,) about ``fore`` that turn the ``palm`` (frames, 3) inwards and down, as in a relaxed arm.
 
-    At most about one radian times ``strength``; falls to zero where the forearm itself points there, so nothing jumps.
+    At most about one radian times ``strength``; falls to zero where the forearm itself points that way, to avoid jumps.
     """
     ease = inward - 0.8 * up
     ease = ease / np.linalg.norm(ease)
@@ -105,10 +104,10 @@ def palm_turn(palm: np.ndarray, fore: np.ndarray, inward: np.ndarray, up: np.nda
 
 
 def forward_elbows(upper: np.ndarray, fore: np.ndarray, outward: np.ndarray, forward: np.ndarray, inward: float) -> np.ndarray:
-    """Forearm directions (frames, 3) with elbows that would bend backwards brought back to the end of their range.
+    """Return forearm directions (frames, 3) in which elbows that would bend backwards are limited to their range.
 
     ``outward`` and ``forward`` (frames, 3): the chest's side and front. An arm held out sideways bends forwards; from
-    there the upper arm turns about 50 degrees outwards and 130 inwards.
+    there the upper arm twists by about 50 degrees outwards and 130 inwards.
     """
     carried = quaternion.rotate(quaternion.swing(outward, upper), np.cross(outward, forward))
     angle = angle_about(upper, carried, np.cross(upper, fore)) * inward

@@ -1,10 +1,10 @@
-"""The bones of an arm between its joints: those that carry the skin, in one chain, and how they share its twist.
+"""Completes arm chains with all bones between shoulder and hand that deform the skin, and finds their shares of the twist.
 
-Rigs split an arm's bone in two, and either half may come first, lie in the middle or stand at the joint's own place, as
-"twist" or under any name. What hangs on a bone tells its part; where no mesh tells it, only a bone that is called so joins.
+Many rigs split an upper arm or forearm into several bones, with or without "twist" in their names, at the joint or between
+two joints. The skin weights decide to which part such a bone belongs; without a mesh, a bone joins only by its name.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,63 +15,63 @@ from .names import words
 from .plain import Bones
 
 ROLLS = {"twist", "roll", "rol", "tw", "twst"}
-"""Words by which bones are called that carry an arm's twist."""
-NEAR = 0.05
-"""Share of a part's length within which a bone starts at its joint."""
-COLLAR = 0.25
-"""The same for a bone above the shoulder that may be an upper arm by its skin."""
-ASIDE = 0.4
-"""Share of an arm part's length from its line within which the middle of its skin lies."""
-SHORTEST = 0.5
-"""Of an upper arm's length, at least so far from the elbow is a wrist."""
-LEAST = 0.01
-"""Share of an arm's skin from which on a bone carries some."""
+"""Words in the names of bones that carry an arm's twist."""
+JOINT_TOLERANCE = 0.05
+"""Tolerance, as a share of a part's length, within which a bone starts at a joint."""
+CLAVICLE_TOLERANCE = 0.25
+"""The same for a bone above the shoulder, mapped as a clavicle, whose skin may be that of the upper arm."""
+MAX_SKIN_OFFSET = 0.4
+"""Largest distance of a bone's skin from the line of its arm part, as a share of the part's length."""
+MIN_FOREARM = 0.5
+"""Least distance from elbow to wrist, as a share of the upper arm's length."""
+MIN_SKIN_SHARE = 0.01
+"""Least share of an arm's skin weight at which a bone counts as deforming."""
 
 
 @dataclass(frozen=True)
 class Skin:
-    """What hangs on each bone: ``weights`` (n,) of skin and the middle of it, ``centres`` (n, 3), in armature space."""
+    """Skin of each bone: the sums of its vertex weights (n,) and their weighted ``centres`` (n, 3) in armature space."""
 
     weights: np.ndarray
     centres: np.ndarray
 
 
 Reader = Callable[[], Skin | None]
-"""Looks at the meshes, which takes its time; None where they tell nothing."""
+"""Reads the meshes, which is slow; returns None if no mesh is skinned to the armature."""
 
 
-def completed(bones: Bones, chains: dict[str, tuple[str, ...]], skin: Reader) -> dict[str, tuple[str, ...]]:
-    """``chains`` with all bones of the arms on the way from shoulder to hand that carry their skin.
+def completed(bones: Bones, chains: Mapping[str, tuple[str, ...]], skin: Reader) -> dict[str, tuple[str, ...]]:
+    """Return ``chains`` completed with all bones between shoulder and hand that deform the arms' skin.
 
-    What was taken for a clavicle goes to the upper arm if its skin lies there. ``skin`` is only asked where such bones are.
+    A bone mapped as a clavicle moves to the upper arm if its skin lies there. ``skin`` is called only where needed.
     """
     result = dict(chains)
     for side in SIDES:
-        way = _Way(bones, result, side)
-        if way.open:
-            result |= way.parts(skin())
+        path = _ArmPath(bones, result, side)
+        if path.is_incomplete:
+            result |= path.parts(skin())
     return {part: chain for part, chain in result.items() if chain}
 
 
-def twist_shares(bones: Bones, chains: dict[str, tuple[str, ...]], skin: Reader) -> dict[str, tuple[float, ...]]:
-    """Share (0..1) of its twist that an arm part of several bones has done after each of them: by the skin that hangs on it.
+def twist_shares(bones: Bones, chains: Mapping[str, tuple[str, ...]], skin: Reader) -> dict[str, tuple[float, ...]]:
+    """Return, for each arm part of several bones, the cumulative share (0..1) of its twist at each bone, by skin weights.
 
     Parts of one bone and parts without skin are left out.
     """
-    found = {}
+    shares = {}
     for part in (f"{side}_{name}" for side in SIDES for name in ("upper_arm", "forearm")):
-        if len(chains.get(part, ())) < 2 or (seen := skin()) is None:
+        if len(chains.get(part, ())) < 2 or (skinned := skin()) is None:
             continue
-        carried = np.cumsum(seen.weights[[bones.row(name) for name in chains[part]]])
+        carried = np.cumsum(skinned.weights[[bones.row(name) for name in chains[part]]])
         if carried[-1] > 0:
-            found[part] = tuple(float(share) for share in carried / carried[-1])
-    return found
+            shares[part] = tuple(float(share) for share in carried / carried[-1])
+    return shares
 
 
-def with_hands(bones: Bones, chains: dict[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
-    """``chains`` with a hand where a forearm ends nowhere: the joint that carries most, a part's length below the elbow.
+def with_hands(bones: Bones, chains: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+    """Return ``chains`` with missing hands added: the first bone of a forearm's main branch that is far enough from the elbow.
 
-    A last bone's tail tells nothing on rigs from other programs.
+    The tail of a last bone is no substitute: imported rigs often have arbitrary tails.
     """
     tree, result = Tree(bones), dict(chains)
     taken = {name for chain in chains.values() for name in chain}
@@ -82,16 +82,16 @@ def with_hands(bones: Bones, chains: dict[str, tuple[str, ...]]) -> dict[str, tu
         elbow = bones.heads[bones.row(fore[0])]
         length = np.linalg.norm(elbow - bones.heads[bones.row(upper[0])])
         below = [row for row in tree.path(bones.row(fore[-1]))[1:] if bones.names[row] not in taken]
-        far = [row for row in below if np.linalg.norm(bones.heads[row] - elbow) > SHORTEST * length]
+        far = [row for row in below if np.linalg.norm(bones.heads[row] - elbow) > MIN_FOREARM * length]
         if far:
             result[f"{side}_hand"] = (bones.names[far[0]],)
     return result
 
 
-class _Way:
-    """The bones from a side's collar down to its hand, and where its joints are."""
+class _ArmPath:
+    """The bones from the clavicle of ``side`` down to its hand, and the positions of its joints (3, 3)."""
 
-    def __init__(self, bones: Bones, chains: dict[str, tuple[str, ...]], side: str):
+    def __init__(self, bones: Bones, chains: Mapping[str, tuple[str, ...]], side: str):
         self.bones, self.side = bones, side
         self.clavicle, self.upper, self.fore, hand = (
             [bones.row(name) for name in chains.get(f"{side}_{part}", ())]
@@ -111,63 +111,65 @@ class _Way:
             self.rows = []
 
     @property
-    def open(self) -> bool:
-        """Whether there are bones that no part has and that may be the arm's, or that are only taken for a collar."""
+    def is_incomplete(self) -> bool:
+        """Whether some bone, unmapped or mapped as a clavicle, may belong to the arm."""
         return any(self._may_join(row) for row in self.rows)
 
     def parts(self, skin: Skin | None) -> dict[str, tuple[str, ...]]:
-        """The chains of this side."""
+        """Return the chains of this side's clavicle, upper arm and forearm."""
         upper, fore = list(self.upper), list(self.fore)
         for row in filter(self._may_join, self.rows):
-            part = self._named(row) if skin is None else self._skinned(row, skin)
+            part = self._part_by_name(row) if skin is None else self._part_by_skin(row, skin)
             if part:
                 (upper if part == "upper_arm" else fore).append(row)
         fore.sort()
         while len(fore) > 1 and skin is not None and self._ends_upper_arm(fore, skin):
             upper.append(fore.pop(0))
         clavicle = [row for row in self.clavicle if row not in upper]
-        found = {"clavicle": clavicle, "upper_arm": upper, "forearm": fore}
-        return {f"{self.side}_{part}": tuple(self.bones.names[row] for row in sorted(rows)) for part, rows in found.items()}
+        chains = {"clavicle": clavicle, "upper_arm": upper, "forearm": fore}
+        return {f"{self.side}_{part}": tuple(self.bones.names[row] for row in sorted(rows)) for part, rows in chains.items()}
 
     def _may_join(self, row: int) -> bool:
-        """Whether a bone is free, and starts on the arm or, above it, at the shoulder itself."""
+        """Return whether a bone is unmapped and undriven, and starts on the arm or, above it, near the shoulder."""
         if row in self.upper + self.fore or self.bones.driven[row]:
             return False
         at, aside = self._place(self.bones.heads[row])
         above = self.rows.index(row) < self.rows.index(self.upper[0])
-        return aside < 0.08 and (abs(at) < COLLAR if above else -NEAR < at < 2 + NEAR)
+        return aside < 0.08 and (abs(at) < CLAVICLE_TOLERANCE if above else -JOINT_TOLERANCE < at < 2 + JOINT_TOLERANCE)
 
-    def _named(self, row: int) -> str:
+    def _part_by_name(self, row: int) -> str:
+        """Return "upper_arm" or "forearm" for a bone that is called a twist bone, "" for others."""
         at, _ = self._place(self.bones.heads[row])
         above = self.rows.index(row) < self.rows.index(self.upper[0])
         rolls = words(self.bones.names[row]) | (words(self.bones.names[self.upper[0]]) if above else set())
-        if not rolls & ROLLS or at < -NEAR or row in self.clavicle:
+        if not rolls & ROLLS or at < -JOINT_TOLERANCE or row in self.clavicle:
             return ""
         before = self.rows.index(row) < self.rows.index(self.fore[0])
-        return "upper_arm" if before and at < 1 - NEAR else "forearm"
+        return "upper_arm" if before and at < 1 - JOINT_TOLERANCE else "forearm"
 
-    def _skinned(self, row: int, skin: Skin) -> str:
-        if skin.weights[row] < LEAST * skin.weights[self.rows].sum() or not skin.weights[row]:
+    def _part_by_skin(self, row: int, skin: Skin) -> str:
+        """Return "upper_arm" or "forearm" by where the bone's skin lies, "" if it has none or lies elsewhere."""
+        if skin.weights[row] < MIN_SKIN_SHARE * skin.weights[self.rows].sum() or not skin.weights[row]:
             return ""
         at, aside = self._place(skin.centres[row])
-        if aside > ASIDE or at < 0:
+        if aside > MAX_SKIN_OFFSET or at < 0:
             return ""
         return "upper_arm" if at < 1 and self.rows.index(row) < self.rows.index(self.fore[0]) else "forearm"
 
     def _ends_upper_arm(self, fore: list[int], skin: Skin) -> bool:
-        """Whether the first bone taken for the forearm stands at the elbow, as the next one does, but carries the upper arm."""
-        starts = all(abs(self._place(self.bones.heads[row])[0] - 1) < NEAR for row in fore[:2])
+        """Return whether the first two forearm bones both start at the elbow and the first deforms the upper arm's skin."""
+        starts = all(abs(self._place(self.bones.heads[row])[0] - 1) < JOINT_TOLERANCE for row in fore[:2])
         return starts and bool(skin.weights[fore[0]]) and self._place(skin.centres[fore[0]])[0] < 1
 
     def _place(self, point: np.ndarray) -> tuple[float, float]:
-        """Where along the arm a point lies, 0 at the shoulder, 1 at the elbow, 2 at the wrist, and how far beside it.
+        """Return where along the arm a point lies (0 shoulder, 1 elbow, 2 wrist) and its distance from the arm's line.
 
-        Both in lengths of the part. Before the shoulder it is below 0, beyond the wrist above 2.
+        Both are in lengths of the nearest part. Above the shoulder the first is below 0, beyond the wrist above 2.
         """
         best = (0.0, np.inf)
         for part in (0, 1):
             start, along = self.joints[part], self.joints[part + 1] - self.joints[part]
-            size = max(np.linalg.norm(along), 1e-9)
+            size = max(float(np.linalg.norm(along)), 1e-9)
             at = float((point - start) @ along) / size**2
             inside = np.clip(at, -np.inf if part == 0 else 0.0, np.inf if part else 1.0)
             aside = float(np.linalg.norm(point - start - inside * along)) / size

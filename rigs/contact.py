@@ -1,8 +1,8 @@
-"""Hands that lie on what they meet instead of within it: on each other, on the other arm, on trunk and head.
+"""Resolves interpenetration of hands with each other, the other arm, the trunk and the head.
 
-A motion knows directions and no flesh: hands that rest on each other on one body cross on the next. Here hands are balls
-along palm and fingers, arms are balls along their bones. Where some lie in others, wrists move apart as far as that asks
-and elbows follow; hands keep their directions. Where nothing meets, nothing changes. All is seen from the chest.
+A motion holds directions only, so hands that rest on each other on one body intersect on another. Hands are modelled as
+spheres along palm and fingers, arms as spheres along their bones. Where spheres intersect, wrists are shifted just far
+enough and elbows follow; hands keep their orientation. Other frames are unchanged. All coordinates are relative to the chest.
 """
 
 from collections.abc import Generator
@@ -16,29 +16,33 @@ from .proportions import SIDES, Girth, Placed, carried, envelope, from_chest, in
 from .skull import Nodding
 
 TOUCH = 0.01
-"""Hand lengths by which flesh gives way where it meets."""
+"""Depth of intersection that counts as contact, in hand lengths: skin is soft."""
 EASE = 0.45
-"""Seconds in which a correction comes and in which it goes."""
-_FOLLOWS = 0.4
-"""Share of a wrist's shift that its elbow makes."""
-_YIELDS = 0.25
-"""Least share of the wrists' shift that two balls must take on to be told apart by it."""
-_TURN = 0.5
-"""What another way out costs at right angles, in hand lengths times seconds."""
-_CLEAR = 0.6
-"""Length of a mean of unit vectors from which on they agree on a way."""
+"""Seconds over which a correction fades in and out."""
+_ELBOW_SHARE = 0.4
+"""Share of a wrist's shift that is applied to its elbow."""
+_MIN_MOBILITY = 0.25
+"""Least mean share of the wrists' shift by which two spheres move; pairs below cannot be separated and are ignored."""
+_TURN_COST = 0.5
+"""Cost of a change of the separation direction by a right angle, in hand lengths times seconds."""
+_MIN_AGREEMENT = 0.6
+"""Length of a mean of unit vectors from which on it is normalised; a shorter one is scaled by 1 over this."""
 _PASSES = 3
 _STRETCH = 0.999
-"""Share of its length to which an arm is stretched."""
-_BETWEEN = 0.25
-"""Hand lengths between an outer ball of a hand and the third after it, at most about."""
-_COARSE, _AROUND = (0.2, 0.6, 1.0), 0.36
-"""Balls around a hand: where along the knuckles' direction they are, and their radius, in hand lengths."""
+"""Largest distance from shoulder to wrist, as a share of the arm's length."""
+_SPHERE_GAP = 0.25
+"""Distance of an outer sphere of a hand from the third after it, at most, in hand lengths."""
+_COARSE_PLACES, _COARSE_RADIUS = (0.2, 0.6, 1.0), 0.36
+"""Bounding spheres of a hand: their centres along the direction of the knuckles and their radius, in hand lengths."""
+
+Frames = slice | np.ndarray
+"""Selects frames of an array: a slice, or row numbers."""
+_ALL = slice(None)
 
 
 @dataclass(frozen=True)
 class Held:
-    """A hand of a motion: its balls, its D (frames, 4) and its handshapes (frames, 12) in degrees."""
+    """A hand of a motion: its spheres, its rotation D (frames, 4) and its handshapes (frames, 12) in degrees."""
 
     balls: Hand
     turned: np.ndarray
@@ -56,130 +60,143 @@ def clearing(
     strength: float = 1.0,
     head: Nodding | None = None,
 ) -> Generator[None, None, np.ndarray]:
-    """``directions`` (frames, 9, 3) in armature space with arms so that hands meet nothing, in slices; the same array if they
-    do not.
+    """Return ``directions`` (frames, 9, 3) in armature space with arms moved so that hands intersect nothing, in slices.
 
-    ``torso``, ``clavicles`` and ``strength`` as for :func:`proportions.clear`. Frames far from a contact stay to the bit.
+    ``torso``, ``clavicles`` and ``strength`` as for :func:`proportions.clear`. Frames far from a contact stay equal to the
+    bit; if there is no contact, the same array is returned.
     """
     if strength <= 0 or not len(directions):
         return directions
     trunk = _Trunk(girth, carried(placed, torso))
-    sides = [_Arm(placed, directions, torso, clavicles[side], side, hands[side], trunk) for side in SIDES]
-    for arm in sides:
+    left, right = (_Arm(placed, directions, torso, clavicles[side], side, hands[side], trunk) for side in SIDES)
+    for arm in (left, right):
         for body in (trunk, head) if head is not None else (trunk,):
-            arm.leave(body, fps)
+            arm.move_out_of(body, fps)
         yield
-    yield from _part(*sides, fps)
-    for arm in sides:
+    yield from _separate(left, right, fps)
+    for arm in (left, right):
         moved = np.flatnonzero(np.abs(arm.shift).max(-1) > 0)
         if len(moved):
             directions = directions.copy()
-            for edge, new in zip(arm.edges, arm.bent(moved, strength), strict=True):
+            for edge, new in zip(arm.edges, arm.shifted_directions(moved, strength), strict=True):
                 directions[moved, edge] = quaternion.rotate(torso[moved], new @ placed.frame)
     return directions
 
 
 class _Trunk:
-    """A trunk that bends; all as for :class:`skull.Nodding`."""
+    """A trunk that bends, with the methods of :class:`skull.Nodding`."""
 
     def __init__(self, girth: Girth, carry: np.ndarray):
         self.girth, self.carry = girth, carry
 
-    def depth(self, points, radius, frames=slice(None)):
+    def depth(self, points: np.ndarray, radius: np.ndarray | float, frames: Frames = _ALL) -> np.ndarray:
+        """As :meth:`skull.Nodding.depth`."""
         return self.girth.depth(in_trunk(self.girth, points, self.carry[frames]), radius)
 
-    def outward(self, points, side):
+    def outward(self, points: np.ndarray, side: float) -> np.ndarray:
+        """As :meth:`skull.Nodding.outward`."""
         return self.girth.outward(in_trunk(self.girth, points[:, None], self.carry)[:, 0], side)
 
 
 class _Arm:
-    """An arm with its hand: ``shift`` (frames, 3) is how far its wrist goes."""
+    """An arm with its hand, relative to the chest; ``shift`` (frames, 3) is the correction of its wrist's position."""
 
-    def __init__(self, placed, directions, torso, clavicle, side, held: Held, trunk: _Trunk):
+    def __init__(
+        self,
+        placed: Placed,
+        directions: np.ndarray,
+        torso: np.ndarray,
+        clavicle: np.ndarray,
+        side: str,
+        held: Held,
+        trunk: _Trunk,
+    ):
         self.frame, self.held, self.sign, self.trunk = placed.frame, held, SIDES[side], trunk
-        self.edges, ways = from_chest(placed, directions, torso, side)
+        self.edges, (upper, fore) = from_chest(placed, directions, torso, side)
         self.upper, self.fore, _ = placed.lengths[side]
         root, shoulder = placed.roots[side], placed.shoulders[side]
         self.shoulder = root + quaternion.rotate(turn_in(placed.frame, clavicle), shoulder - root)
-        self.elbow = self.shoulder + self.upper * ways[0]
-        self.wrist = self.elbow + self.fore * ways[1]
+        self.elbow = self.shoulder + self.upper * upper
+        self.wrist = self.elbow + self.fore * fore
         self.hand = turn_in(placed.frame, quaternion.multiply(quaternion.conjugate(torso), held.turned))
         self.shift = np.zeros_like(self.wrist)
         self.size = held.balls.length
-        self.knuckles = self.size * self.way(held.balls.palm.knuckles)
-        self.known = np.zeros(len(self.wrist), bool)
-        self.flesh = np.zeros((len(self.wrist), len(held.balls.radii), 3))
+        self.knuckles = self.size * self.to_frames(held.balls.palm.knuckles)
+        self.is_cached = np.zeros(len(self.wrist), bool)
+        self.hand_spheres = np.zeros((len(self.wrist), len(held.balls.radii), 3))
         along = len(ALONG) - 2
         self.radii = np.concatenate(
-            [held.balls.radii, self.size * _between(FOREARM, ALONG), self.size * _between(UPPER, ALONG[-along:])]
+            [held.balls.radii, self.size * _interpolate(FOREARM, ALONG), self.size * _interpolate(UPPER, ALONG[-along:])]
         )
-        self.yields = np.concatenate(
-            [np.ones(len(held.balls.radii)), _FOLLOWS + (1 - _FOLLOWS) * ALONG, _FOLLOWS * ALONG[-along:]]
+        self.mobility = np.concatenate(
+            [np.ones(len(held.balls.radii)), _ELBOW_SHARE + (1 - _ELBOW_SHARE) * ALONG, _ELBOW_SHARE * ALONG[-along:]]
         )
 
-    def way(self, axis: np.ndarray, frames=slice(None)) -> np.ndarray:
-        """Where an axis (3,) of the hand at rest, in armature space, points (frames, 3)."""
+    def to_frames(self, axis: np.ndarray, frames: Frames = _ALL) -> np.ndarray:
+        """Return an axis (3,) of the hand at rest, in armature space, turned as the hand is (frames, 3)."""
         return quaternion.rotate(self.hand[frames], self.frame @ axis)
 
-    def palm(self, frames) -> np.ndarray:
-        """Middles (frames, n, 3) of the hand's balls."""
-        new = frames[~self.known[frames]]
+    def palm(self, frames: np.ndarray) -> np.ndarray:
+        """Return the centres (frames, n, 3) of the hand's spheres."""
+        new = frames[~self.is_cached[frames]]
         if len(new):
             places = self.held.balls.places(self.held.shape[new]) @ self.frame.T
-            self.flesh[new] = places @ np.swapaxes(quaternion.to_matrix(self.hand[new]), -1, -2)
-            self.known[new] = True
-        return self._at(frames)[:, None] + self.flesh[frames]
+            self.hand_spheres[new] = places @ np.swapaxes(quaternion.to_matrix(self.hand[new]), -1, -2)
+            self.is_cached[new] = True
+        return self._wrist(frames)[:, None] + self.hand_spheres[frames]
 
-    def balls(self, frames) -> np.ndarray:
-        """Middles (frames, n, 3) of all balls: of hand, forearm and upper arm."""
-        elbow, wrist, shoulder = self.elbow[frames] + _FOLLOWS * self.shift[frames], self._at(frames), self.shoulder[frames]
+    def spheres(self, frames: np.ndarray) -> np.ndarray:
+        """Return the centres (frames, n, 3) of all spheres: of hand, forearm and upper arm."""
+        elbow, wrist, shoulder = self._elbow(frames), self._wrist(frames), self.shoulder[frames]
         fore = elbow[:, None] + ALONG[:, None] * (wrist - elbow)[:, None]
         upper = shoulder[:, None] + ALONG[2:, None] * (elbow - shoulder)[:, None]
         return np.concatenate([self.palm(frames), fore, upper], 1)
 
     def coarse(self) -> tuple[np.ndarray, np.ndarray]:
-        """A few balls (frames, n, 3) and radii (n,) that hold all others: the first three hold the hand."""
-        elbow, wrist = self.elbow + _FOLLOWS * self.shift, self._at()
-        hand = [wrist + place * self.knuckles for place in _COARSE]
+        """Return centres (frames, n, 3) and radii (n,) of a few bounding spheres; the first three enclose the hand."""
+        elbow, wrist = self._elbow(), self._wrist()
+        hand = [wrist + place * self.knuckles for place in _COARSE_PLACES]
         fore = [elbow + share * (wrist - elbow) for share in (0.15, 0.5, 0.85)]
         upper = [self.shoulder + share * (elbow - self.shoulder) for share in (0.55, 0.85)]
         thick = [FOREARM[0] * self.size + 0.2 * self.fore] * 3 + [UPPER[0] * self.size + 0.2 * self.upper] * 2
-        return np.stack([*hand, *fore, *upper], 1), np.array([*[_AROUND * self.size] * 3, *thick])
+        return np.stack([*hand, *fore, *upper], 1), np.array([*[_COARSE_RADIUS * self.size] * 3, *thick])
 
-    def near(self, body: _Trunk | Nodding, frames=slice(None), further: np.ndarray | float = 0.0) -> np.ndarray:
-        """In which ``frames`` the hand, moved ``further`` (frames, 3), may lie in a ``body`` (frames,)."""
-        at = self._at(frames) + further
-        balls = np.stack([at + place * self.knuckles[frames] for place in _COARSE], 1)
-        return (body.depth(balls, _AROUND * self.size, frames) > 0).any(-1)
+    def near(self, body: _Trunk | Nodding, frames: Frames = _ALL, offset: np.ndarray | float = 0.0) -> np.ndarray:
+        """Return whether (frames,) the hand, moved by ``offset`` (frames, 3), may intersect ``body``."""
+        wrist = self._wrist(frames) + offset
+        spheres = np.stack([wrist + place * self.knuckles[frames] for place in _COARSE_PLACES], 1)
+        return (body.depth(spheres, _COARSE_RADIUS * self.size, frames) > 0).any(-1)
 
-    def depth(self, body: _Trunk | Nodding, frames, further: np.ndarray | float = 0.0, every: int = 1) -> np.ndarray:
-        """How deep the hand, moved ``further`` (frames, 3), lies in a ``body`` (frames,); all balls, or fewer for a guess."""
+    def depth(
+        self, body: _Trunk | Nodding, frames: np.ndarray, offset: np.ndarray | None = None, every: int = 1
+    ) -> np.ndarray:
+        """Return how deep (frames,) the hand, moved by ``offset`` (frames, 3), lies in ``body``; uses every n-th sphere."""
         outer = self.held.balls.outer[::every]
-        points = self.palm(frames)[:, outer] + (further[:, None] if np.ndim(further) else further)
+        points = self.palm(frames)[:, outer] + (0.0 if offset is None else offset[:, None])
         return body.depth(points, self.held.balls.radii[outer] - TOUCH * self.size, frames).max(-1)
 
-    def leave(self, body: _Trunk | Nodding, fps: float) -> None:
-        """Move the hand out of a ``body``."""
+    def move_out_of(self, body: _Trunk | Nodding, fps: float) -> None:
+        """Shift the wrist so that the hand leaves ``body``."""
         near = np.flatnonzero(self.near(body))
         if len(near):
-            near = near[self.depth(body, near, every=3) > -_BETWEEN * self.size]
+            near = near[self.depth(body, near, every=3) > -_SPHERE_GAP * self.size]
         deep = self.depth(body, near) if len(near) else np.zeros(0)
         bad, deep = near[deep > 0], deep[deep > 0]
         if not len(bad):
             return
-        way = body.outward(self._at() + _COARSE[1] * self.knuckles, self.sign)
-        way = _unit(smooth(way, _frames(fps)))
-        start, need = self.shift, np.zeros(len(way))
+        outward = body.outward(self._wrist() + _COARSE_PLACES[1] * self.knuckles, self.sign)
+        outward = _unit(smooth(outward, _frames(fps)))
+        start, need = self.shift, np.zeros(len(outward))
         for _ in range(_PASSES):
             need[bad] += deep
-            self.shift = start + envelope(need, _frames(0.5 * fps))[:, None] * way
+            self.shift = start + envelope(need, _frames(0.5 * fps))[:, None] * outward
             deep = self.depth(body, bad)
             bad, deep = bad[deep > 0.5 * TOUCH * self.size], deep[deep > 0.5 * TOUCH * self.size]
             if not len(bad):
                 break
 
-    def bent(self, frames, strength: float) -> tuple[np.ndarray, np.ndarray]:
-        """Directions (frames, 3) of upper arm and forearm whose wrist has made ``strength`` of its shift."""
+    def shifted_directions(self, frames: np.ndarray, strength: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the directions (frames, 3) of upper arm and forearm that shift the wrist by ``strength`` of its correction."""
         shoulder = self.shoulder[frames]
         reach = self.wrist[frames] + strength * self.shift[frames] - shoulder
         size = np.linalg.norm(reach, axis=-1, keepdims=True)
@@ -191,127 +208,130 @@ class _Arm:
         upper = cosine * along + np.sqrt(np.maximum(1 - cosine**2, 0)) * _unit(aside)
         return upper, _unit(size * along - self.upper * upper)
 
-    def _at(self, frames=slice(None)) -> np.ndarray:
+    def _wrist(self, frames: Frames = _ALL) -> np.ndarray:
         return self.wrist[frames] + self.shift[frames]
 
+    def _elbow(self, frames: Frames = _ALL) -> np.ndarray:
+        return self.elbow[frames] + _ELBOW_SHARE * self.shift[frames]
 
-def _part(left: _Arm, right: _Arm, fps: float) -> Generator[None, None, None]:
-    """Move both wrists so far apart that their arms and hands do not lie in each other, in slices."""
+
+def _separate(left: _Arm, right: _Arm, fps: float) -> Generator[None, None, None]:
+    """Shift both wrists apart until arms and hands do not intersect, in slices."""
     (a, first), (b, second) = left.coarse(), right.coarse()
-    near = np.flatnonzero((_squares(a, b) < (first[:, None] + second) ** 2).any((1, 2)))
+    near = np.flatnonzero((_squared_distances(a, b) < (first[:, None] + second) ** 2).any((1, 2)))
     starts, shifts, way = (left.shift, right.shift), np.zeros((2, len(a))), None
     for _ in range(_PASSES):
         yield
-        meeting = _Meeting(left, right, near)
-        if not len(meeting.frames):
+        contact = _Contact(left, right, near)
+        if not len(contact.frames):
             break
         if way is None:
             yield
-            way = _ways(left, right, meeting, fps)
+            way = _separation_directions(left, right, contact, fps)
             yield
-        met = meeting.frames
-        need = meeting.needed(_unit(way[met]))[0]
-        shifts[:, met] += _shared(left, right, met, way[met], np.maximum(need, 0))
+        frames = contact.frames
+        need = contact.required_shift(_unit(way[frames]))[0]
+        shifts[:, frames] += _divide_shift(left, right, frames, way[frames], np.maximum(need, 0))
         for arm, start, shift, sign in zip((left, right), starts, shifts, (-1, 1), strict=True):
             arm.shift = start + sign * envelope(shift, _frames(0.5 * fps))[:, None] * way
         near = near[(np.abs(left.shift[near]) + np.abs(right.shift[near])).max(-1) > 0]
 
 
-def _shared(left: _Arm, right: _Arm, frames, way, need) -> np.ndarray:
-    """How far each of two wrists goes (2, frames) of what both need: half of it, or as far as the trunk leaves room."""
+def _divide_shift(left: _Arm, right: _Arm, frames: np.ndarray, way: np.ndarray, need: np.ndarray) -> np.ndarray:
+    """Divide the shift ``need`` (frames,) along ``way`` between both wrists (2, frames): in halves, unless the trunk is hit."""
     shares = np.stack([0.5 * need, 0.5 * need])
     for index, (arm, sign) in enumerate(((left, -1.0), (right, 1.0))):
-        further = sign * (0.5 * need)[:, None] * way
-        near = np.flatnonzero(arm.near(arm.trunk, frames, further))
+        offset = sign * (0.5 * need)[:, None] * way
+        near = np.flatnonzero(arm.near(arm.trunk, frames, offset))
         if len(near):
-            barred = np.clip(arm.depth(arm.trunk, frames[near], further[near]), 0, 0.5 * need[near])
-            shares[index, near] -= barred
-            shares[1 - index, near] += barred
+            blocked = np.clip(arm.depth(arm.trunk, frames[near], offset[near]), 0, 0.5 * need[near])
+            shares[index, near] -= blocked
+            shares[1 - index, near] += blocked
     return shares
 
 
-class _Meeting:
-    """Two arms and all that lies in each other, in those of the ``frames`` where something does."""
+class _Contact:
+    """The spheres of two arms in those of the ``frames`` in which some of them intersect."""
 
-    def __init__(self, left: _Arm, right: _Arm, frames):
-        a, b = (arm.balls(frames).astype(np.float32) for arm in (left, right))
+    def __init__(self, left: _Arm, right: _Arm, frames: np.ndarray):
+        a, b = (arm.spheres(frames).astype(np.float32) for arm in (left, right))
         touch = TOUCH * 0.5 * (left.size + right.size)
-        self.yields = (0.5 * (left.yields[:, None] + right.yields)).astype(np.float32)
-        reach = np.where(self.yields < _YIELDS, 0, left.radii[:, None] + right.radii - touch).astype(np.float32)
-        self.reach, apart = reach**2, _squares(a, b)
+        self.mobility = (0.5 * (left.mobility[:, None] + right.mobility)).astype(np.float32)
+        reach = np.where(self.mobility < _MIN_MOBILITY, 0, left.radii[:, None] + right.radii - touch).astype(np.float32)
+        self.reach, apart = reach**2, _squared_distances(a, b)
         touching = (apart < self.reach).any((1, 2))
         self.a, self.b, self.apart, self.frames = a[touching], b[touching], apart[touching], frames[touching]
 
-    def needed(self, way: np.ndarray, every: int = 1) -> tuple[np.ndarray, np.ndarray]:
-        """How far (frames,) the wrists must part along ``way`` (frames, 3) from left to right, and how far against it.
+    def required_shift(self, way: np.ndarray, every: int = 1) -> tuple[np.ndarray, np.ndarray]:
+        """Return how far (frames,) the wrists must part along ``way`` (frames, 3) from left to right, and how far against it.
 
-        By every ball, or fewer for a guess.
+        ``every`` n-th sphere is used, which for n > 1 gives an estimate.
         """
         way, few = way.astype(np.float32)[..., None], slice(None, None, every)
-        a, b = ((balls[:, few] @ way)[..., 0] for balls in (self.a, self.b))
+        a, b = ((spheres[:, few] @ way)[..., 0] for spheres in (self.a, self.b))
         along = b[:, None] - a[:, :, None]
         room = along * along
         room += self.reach[few, few] - self.apart[:, few, few]
         apart = room <= 0
         np.sqrt(np.maximum(room, 0, out=room), out=room)
         room[apart] = -np.inf
-        eager = 1 / np.maximum(self.yields[few, few], _YIELDS)
-        ahead = ((room - along) * eager).max((1, 2))
-        return ahead.astype(float), ((room + along) * eager).max((1, 2)).astype(float)
+        scale = 1 / np.maximum(self.mobility[few, few], _MIN_MOBILITY)
+        ahead = ((room - along) * scale).max((1, 2))
+        return ahead.astype(float), ((room + along) * scale).max((1, 2)).astype(float)
 
 
-def _ways(left: _Arm, right: _Arm, meeting: _Meeting, fps: float) -> np.ndarray:
-    """Ways (all frames, 3) on which the right arm leaves the left one.
+def _separation_directions(left: _Arm, right: _Arm, contact: _Contact, fps: float) -> np.ndarray:
+    """Return the directions (all frames, 3) in which the right arm is moved away from the left one.
 
-    Out of a palm, or past the other arm, or straight on: what is shortest, without sudden turns. Unit vectors, shorter
-    only where one way becomes another.
+    Candidates are the palms' normals, the line between the hands and the normal of both forearms; the sequence with the
+    least shift and the fewest sudden changes is chosen and smoothed. Unit vectors, shorter only during a change.
     """
-    frames = meeting.frames
-    normals = [arm.way(arm.held.balls.palm.normal, frames) for arm in (left, right)]
+    frames = contact.frames
+    normals = [arm.to_frames(arm.held.balls.palm.normal, frames) for arm in (left, right)]
     hands = [arm.palm(frames).mean(1) for arm in (left, right)]
     bones = [arm.wrist[frames] - arm.elbow[frames] for arm in (left, right)]
     choices = np.stack([*normals, _unit(hands[1] - hands[0]), _unit(quaternion.cross(*bones))])
-    costs = np.concatenate([np.stack(side) for side in zip(*(meeting.needed(way, 2) for way in choices), strict=True)])
+    costs = np.concatenate([np.stack(side) for side in zip(*(contact.required_shift(way, 2) for way in choices), strict=True)])
     costs, choices = np.maximum(costs, 0) / (left.size * fps), np.concatenate([choices, -choices])
-    chosen = np.concatenate([_cheapest(costs[:, span], choices[:, span]) for span in _spans(frames, 2 * _frames(fps))])
-    picked = choices[chosen, np.arange(len(frames))]
-    whole = np.arange(len(left.wrist))
-    after = np.searchsorted(frames, whole).clip(0, len(frames) - 1)
+    path = np.concatenate([_cheapest_path(costs[:, span], choices[:, span]) for span in _spans(frames, 2 * _frames(fps))])
+    ways = choices[path, np.arange(len(frames))]
+    every = np.arange(len(left.wrist))
+    after = np.searchsorted(frames, every).clip(0, len(frames) - 1)
     before = np.maximum(after - 1, 0)
-    nearest = np.where(np.abs(frames[after] - whole) <= np.abs(whole - frames[before]), after, before)
-    way = smooth(picked[nearest], _frames(fps))
-    return way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), _CLEAR)
+    nearest = np.where(np.abs(frames[after] - every) <= np.abs(every - frames[before]), after, before)
+    way = smooth(ways[nearest], _frames(fps))
+    return way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), _MIN_AGREEMENT)
 
 
-def _squares(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Squared distances (frames, n, m) of points (frames, n, 3) and (frames, m, 3)."""
-    squares = (-2 * a) @ np.swapaxes(b, -1, -2)  # in place: fresh memory costs more than the sums
+def _squared_distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the squared distances (frames, n, m) of points (frames, n, 3) and (frames, m, 3)."""
+    squares = (-2 * a) @ np.swapaxes(b, -1, -2)  # in place, because allocating costs more than the sums
     squares += np.sum(a * a, -1)[:, :, None]
     squares += np.sum(b * b, -1)[:, None]
     return squares
 
 
 def _spans(frames: np.ndarray, apart: int) -> list[slice]:
-    """Parts of rising ``frames`` with gaps of more than ``apart`` between them."""
+    """Split rising ``frames`` into slices where they are more than ``apart`` frames apart."""
     ends = np.flatnonzero(np.diff(frames) > apart) + 1
     return [slice(start, end) for start, end in zip([0, *ends], [*ends, len(frames)], strict=True)]
 
 
-def _cheapest(costs: np.ndarray, ways: np.ndarray) -> np.ndarray:
-    """Places (frames,) of the ways (n, frames, 3) that cost (n, frames) least together with the turns between them."""
-    turns = _TURN * (1 - np.einsum("ifk,jfk->fij", ways[:, :-1], ways[:, 1:]))
-    total, came = costs[:, 0], []
+def _cheapest_path(costs: np.ndarray, ways: np.ndarray) -> np.ndarray:
+    """Return indices (frames,) into ``ways`` (n, frames, 3) of the least sum of ``costs`` (n, frames) and turns, by Viterbi."""
+    turns = _TURN_COST * (1 - np.einsum("ifk,jfk->fij", ways[:, :-1], ways[:, 1:]))
+    total, origins = costs[:, 0], []
     for frame, turn in enumerate(turns, 1):
-        offers = total[:, None] + turn
-        came.append(offers.argmin(0))
-        total = offers.min(0) + costs[:, frame]
+        sums = total[:, None] + turn
+        origins.append(sums.argmin(0))
+        total = sums.min(0) + costs[:, frame]
     path = [int(total.argmin())]
-    for back in reversed(came):
-        path.append(int(back[path[-1]]))
+    for origin in reversed(origins):
+        path.append(int(origin[path[-1]]))
     return np.array(path[::-1])
 
 
-def _between(ends: tuple[float, float], shares: np.ndarray) -> np.ndarray:
+def _interpolate(ends: tuple[float, float], shares: np.ndarray) -> np.ndarray:
     return ends[0] + shares * (ends[1] - ends[0])
 
 

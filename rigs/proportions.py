@@ -1,34 +1,37 @@
-"""Arms kept outside a body that is broader than the one whose motion it is given.
+"""Keeps arms outside the trunk of a character that is broader than the performer.
 
-The trunk is a stack of ellipses, wider or narrower by height, from a guess by its bones or from points of its surface.
-Upper arms swing out until the elbow is free, then forearms until hand and wrist are; where nothing would touch, nothing
-changes.
+The trunk is a stack of ellipses by height, estimated from the bones or measured from points of its surface. Upper arms are
+swung outwards until the elbow is free, then forearms until wrist and hand are; frames without a collision are unchanged.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..core.motion import quaternion, skeleton
 from .plain import Bones, Mapping, character_frame
 
+if TYPE_CHECKING:
+    from .skull import Skull
+
 SIDES = {"left": 1.0, "right": -1.0}
 WIDTH, DEPTH = 0.75, 0.55
-"""Half-axes of a trunk that nobody measured, in half distances between the shoulder joints."""
+"""Half-axes of an unmeasured trunk, in half distances between the shoulder joints."""
 RADII = {"elbow": 0.06, "wrist": 0.045, "hand": 0.03}
-"""Thickness of an arm in lengths of that arm."""
+"""Radii of an arm, in lengths of that arm."""
 TOUCH = 0.02
-"""How far, in arm lengths, a sleeve may sink into a coat before it counts."""
+"""Tolerated intersection in arm lengths, as of a sleeve with a coat."""
 EASE = 0.3
-"""Seconds in which a correction comes and in which it goes."""
+"""Seconds over which a correction fades in and out."""
 _SLICES = 12
-_FILLED = 10
-"""Points that a slice of a measured trunk needs before its size is believed."""
+_MIN_POINTS = 10
+"""Least number of points from which a slice of the trunk is measured."""
 MOST = np.radians(80.0)
-"""Largest correction of a direction."""
+"""Largest correction of a direction, in radians."""
 _HALVINGS = 8
 _UPPER = ((0.75, 0.8), (1.0, 1.0))
-"""Points of an upper arm that must be free: share of its length, and of the elbow's thickness."""
+"""Points of an upper arm that are tested: share of its length, and of the elbow's radius."""
 _PASSES = 3
 
 
@@ -37,80 +40,83 @@ class Girth:
     """A trunk at rest, in the character's own frame (left, back, up) with the middle of the shoulders as origin.
 
     ``heights`` (k,) increasing; ``middles`` (k, 2) of the ellipses as left and back; ``halves`` (k, 2) their half-axes.
-    ``waist`` is the height about which the chest leans. ``skull`` is the :class:`skull.Skull`, where it is known.
+    ``waist`` (negative) is the height from which on the trunk bends with the chest. ``skull`` is None where it is unknown.
     """
 
     heights: np.ndarray
     middles: np.ndarray
     halves: np.ndarray
     waist: float
-    skull: object = None
+    skull: "Skull | None" = None
 
     def depth(self, points: np.ndarray, radius: np.ndarray | float) -> np.ndarray:
-        """How deep balls of ``radius`` at ``points`` ``(..., 3)`` lie in the trunk ``(...)``, negative outside.
+        """Return how deep ``(...)`` spheres of ``radius`` at ``points`` ``(..., 3)`` lie in the trunk; negative outside.
 
-        Lengths are those along the line to the trunk's axis, which are never shorter than the shortest way out.
+        Depth is measured towards the trunk's axis: never less than the shortest way out.
         """
         middle, half = self._at(points[..., 2])
         offset = points[..., :2] - middle
         reach = np.linalg.norm(offset, axis=-1)
         share = np.linalg.norm(offset / (half + np.asarray(radius)[..., None]), axis=-1)
         depth = np.where(share > 1e-9, reach * (1.0 / np.maximum(share, 1e-9) - 1.0), half.min(-1))
-        # Above the shoulders and below the trunk nothing is in the way; the ends are rounded off.
+        # Above the shoulders and below the trunk there is no obstacle; the ends are rounded off.
         return depth - np.maximum(self.heights[0] - points[..., 2], 0.0) - np.maximum(points[..., 2] - self.heights[-1], 0.0)
 
     def outward(self, points: np.ndarray, side: float) -> np.ndarray:
-        """Unit vectors ``(..., 3)`` that lead level out of the trunk at ``points``, for an arm on ``side`` (+1 left)."""
+        """Return horizontal unit vectors ``(..., 3)`` out of the trunk at ``points``, for an arm on ``side`` (+1 left)."""
         middle, half = self._at(points[..., 2])
-        # From the axis itself, where every way out is as long, a hand goes forwards and to its own side.
+        # On the axis itself, where all ways out are equally long, prefer forwards and the arm's own side.
         way = (points[..., :2] - middle) / half**2 + np.array([0.35 * side, -0.5]) / half.min(-1, keepdims=True)
         way = way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
         return np.concatenate([way, np.zeros_like(way[..., :1])], -1)
 
-    def _at(self, height):
+    def _at(self, height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return middles and half-axes ``(..., 2)`` of the ellipses at ``height`` ``(...)``."""
         columns = [np.interp(height, self.heights, column) for column in np.hstack([self.middles, self.halves]).T]
         return np.stack(columns[:2], -1), np.stack(columns[2:], -1)
 
 
 def guess(bones: Bones, mapping: Mapping) -> Girth:
-    """The trunk that a body with such shoulders usually has."""
-    place = Placed(bones, mapping)
-    half = 0.5 * np.linalg.norm(place.shoulders["left"] - place.shoulders["right"])
-    heights = np.array([place.low - 0.35 * half, 0.35 * place.low, -0.15 * half])
+    """Estimate the trunk from the distance between the shoulders."""
+    placed = Placed(bones, mapping)
+    half = 0.5 * np.linalg.norm(placed.shoulders["left"] - placed.shoulders["right"])
+    heights = np.array([placed.low - 0.35 * half, 0.35 * placed.low, -0.15 * half])
     halves = np.array([[WIDTH, DEPTH], [WIDTH, DEPTH], [0.75 * WIDTH, 0.75 * DEPTH]]) * half
-    back = np.array([place.low_back, 0.5 * place.low_back, 0.0])
-    return Girth(heights, np.stack([np.zeros(3), back], -1), halves, place.low)
+    back = np.array([placed.low_back, 0.5 * placed.low_back, 0.0])
+    return Girth(heights, np.stack([np.zeros(3), back], -1), halves, placed.low)
 
 
 def measure(bones: Bones, mapping: Mapping, points: np.ndarray) -> Girth:
-    """The trunk whose surface ``points`` ``(n, 3)`` show, in armature space, and hips and thighs as far as hands hang.
+    """Measure the trunk, with hips and thighs as far down as hands reach, from surface ``points`` ``(n, 3)`` in armature space.
 
-    Slices without enough points are like their neighbours.
+    Slices with too few points are interpolated.
     """
-    place, usual = Placed(bones, mapping), guess(bones, mapping)
-    seen = (np.asarray(points, float).reshape(-1, 3) - place.origin) @ place.frame.T
-    edges = np.linspace(usual.heights[0], usual.heights[-1], _SLICES + 1)
+    placed, estimate = Placed(bones, mapping), guess(bones, mapping)
+    local = (np.asarray(points, float).reshape(-1, 3) - placed.origin) @ placed.frame.T
+    edges = np.linspace(estimate.heights[0], estimate.heights[-1], _SLICES + 1)
     step = edges[1] - edges[0]
-    deepest = max(seen[:, 2].min(initial=0.0), -sum(place.lengths["left"]))
+    deepest = max(local[:, 2].min(initial=0.0), -sum(placed.lengths["left"]))
     edges = np.concatenate([edges[0] - step * np.arange(int((edges[0] - deepest) / step), 0, -1), edges])
-    heights, found = 0.5 * (edges[1:] + edges[:-1]), {}
+    heights, ellipses = 0.5 * (edges[1:] + edges[:-1]), {}
     for row, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
-        here = seen[(seen[:, 2] >= low) & (seen[:, 2] < high), :2]
-        if len(here) >= _FILLED:
-            # A point or two may stand out: a buckle, a strap.
-            least, most = np.percentile(here, [2.0, 98.0], axis=0)
-            found[row] = *(0.5 * (least + most)), *(0.5 * (most - least))
-    if len(found) < 2:
-        return usual
-    rows = heights[list(found)]
-    columns = np.stack([np.interp(heights, rows, column) for column in zip(*found.values(), strict=True)], -1)
-    return Girth(heights, columns[:, :2], np.maximum(columns[:, 2:], 1e-6), usual.waist)
+        here = local[(local[:, 2] >= low) & (local[:, 2] < high), :2]
+        if len(here) >= _MIN_POINTS:
+            # Ignore outliers, such as a buckle or a strap.
+            low_corner, high_corner = np.percentile(here, [2.0, 98.0], axis=0)
+            ellipses[row] = *(0.5 * (low_corner + high_corner)), *(0.5 * (high_corner - low_corner))
+    if len(ellipses) < 2:
+        return estimate
+    rows = heights[list(ellipses)]
+    columns = np.stack([np.interp(heights, rows, column) for column in zip(*ellipses.values(), strict=True)], -1)
+    return Girth(heights, columns[:, :2], np.maximum(columns[:, 2:], 1e-6), estimate.waist)
 
 
 class Placed:
-    """Where a character's arms hang: ``origin`` (3,) the middle of the shoulders in armature space, ``frame`` its left, back
-    and up, ``shoulders`` and ``roots`` (of the clavicles) seen from there, ``lengths`` of upper arm, forearm and hand for
-    each side, ``low`` and ``low_back`` where the spine begins.
+    """Proportions of a character's upper body at rest.
+
+    ``origin`` (3,) is the middle of the shoulders in armature space, ``frame`` (3, 3) the character's left, back and up;
+    ``shoulders`` and ``roots`` (of the clavicles) by side, in that frame from that origin; ``lengths`` of upper arm, forearm
+    and hand by side; ``low`` and ``low_back`` are height and depth of the spine's start.
     """
 
     def __init__(self, bones: Bones, mapping: Mapping):
@@ -140,19 +146,19 @@ class Placed:
         self.low, self.low_back = float(low[2]), float(low[1])
 
     @staticmethod
-    def _rows(bones, mapping, part):
+    def _rows(bones: Bones, mapping: Mapping, part: str) -> list[int]:
         return [bones.row(name) for name in mapping.chains.get(part, ())]
 
-    def _low(self, bones, mapping):
-        """Where the lowest spine bone starts, seen from the shoulders; guessed where there is none."""
+    def _low(self, bones: Bones, mapping: Mapping) -> np.ndarray:
+        """Return where the lowest spine bone starts (3,), relative to the shoulders; estimated if there is none."""
         torso = self._rows(bones, mapping, "torso")
         low = self.frame @ (bones.heads[torso[0]] - self.origin) if torso else np.zeros(3)
         arm = sum(self.lengths["left"][:2])
         return low if low[2] < -0.3 * arm else np.array([0.0, 0.0, -0.75 * arm])
 
 
-def _hand_length(bones, hand, wrist, fore) -> float:
-    """From the wrist to about the fingertips of a loosely bent hand."""
+def _hand_length(bones: Bones, hand: list[int], wrist: np.ndarray, fore: float) -> float:
+    """Return the distance from the wrist to about the fingertips of a relaxed hand."""
     below = set(hand)
     for row in range(len(bones.names)):
         if int(bones.parents[row]) in below:
@@ -163,12 +169,12 @@ def _hand_length(bones, hand, wrist, fore) -> float:
 
 
 def carried(placed: Placed, torso: np.ndarray) -> np.ndarray:
-    """How the chest turned, as matrices (frames, 3, 3) for row vectors in the frame of ``placed``."""
+    """Return the chest's rotation as matrices (frames, 3, 3) for row vectors in the frame of ``placed``."""
     return np.swapaxes(quaternion.to_matrix(turn_in(placed.frame, torso)), -1, -2)
 
 
 def from_chest(placed: Placed, directions: np.ndarray, torso: np.ndarray, side: str) -> tuple[list[int], list[np.ndarray]]:
-    """Numbers of an arm's two edges, and where they point (frames, 3) seen from the chest."""
+    """Return the indices of an arm's two edges and their directions (frames, 3) relative to the chest."""
     edges = [skeleton.EDGE_NAMES.index(f"{side}_{part}") for part in ("upper_arm", "forearm")]
     inverse = quaternion.conjugate(torso)
     return edges, [quaternion.rotate(inverse, directions[:, edge]) @ placed.frame.T for edge in edges]
@@ -183,98 +189,122 @@ def clear(
     fps: float,
     strength: float = 1.0,
 ) -> np.ndarray:
-    """``directions`` (frames, 9, 3) in armature space with arms outside the trunk, smooth in time; the same array if all are.
+    """Return ``directions`` (frames, 9, 3) in armature space with arms outside the trunk, smooth in time.
 
-    ``torso`` (frames, 4) is how the chest turned away from rest in armature space, ``clavicles`` the shoulders' further
-    turns (frames, 4) by side, seen from the chest. ``strength`` (0..1) is the share of each correction that is made.
+    ``torso`` (frames, 4) is the chest's rotation away from rest in armature space, ``clavicles`` the clavicles' rotations
+    (frames, 4) by side, relative to the chest. ``strength`` (0..1) scales each correction. If no arm intersects the trunk,
+    the same array is returned.
     """
     if strength <= 0 or not len(directions):
         return directions
     result, carry = directions, carried(placed, torso)
     for side, sign in SIDES.items():
-        edges, seen = from_chest(placed, directions, torso, side)
+        edges, local = from_chest(placed, directions, torso, side)
         arm = _Arm(girth, placed, side, sign, carry, clavicles.get(side))
-        for edge, old, new in zip(edges, seen, arm.free(*seen, fps), strict=True):
+        for edge, old, new in zip(edges, local, arm.free(local[0], local[1], fps), strict=True):
             if new is not None:
                 result = result.copy() if result is directions else result
                 moved = np.flatnonzero((new != old).any(-1))
-                new = _towards(old[moved], new[moved], strength * _apart(old[moved], new[moved]))
+                new = _rotate_towards(old[moved], new[moved], strength * _angles_between(old[moved], new[moved]))
                 result[moved, edge] = quaternion.rotate(torso[moved], new @ placed.frame)
     return result
 
 
 class _Arm:
-    """One arm beside the trunk, everything seen from the chest."""
+    """One arm beside the trunk; all coordinates are relative to the chest."""
 
-    def __init__(self, girth, placed, side, sign, carry, clavicle):
+    def __init__(
+        self, girth: Girth, placed: Placed, side: str, sign: float, carry: np.ndarray, clavicle: np.ndarray | None
+    ):
         self.girth, self.sign, self.carry = girth, sign, carry
         self.upper, self.fore, self.hand = placed.lengths[side]
         self.size = self.upper + self.fore
         shoulder = placed.shoulders[side]
-        # A clavicle carries the shoulder about a point near the middle.
+        # A clavicle turns the shoulder about a point near the middle.
         root = np.array([0.15 * shoulder[0], shoulder[1], shoulder[2]])
         self.shoulder = shoulder
         if clavicle is not None:
             self.shoulder = root + quaternion.rotate(turn_in(placed.frame, clavicle), shoulder - root)
 
-    def free(self, upper, fore, fps):
-        """New unit directions (frames, 3) of upper arm and forearm, each None where it stays as it is."""
+    def free(self, upper: np.ndarray, fore: np.ndarray, fps: float) -> tuple[np.ndarray | None, np.ndarray | None]:
+        """Return new unit directions (frames, 3) of upper arm and forearm, None for one that is unchanged."""
         shoulder = np.broadcast_to(self.shoulder, upper.shape)
         points = [(share * self.upper, thick * RADII["elbow"]) for share, thick in _UPPER]
-        new_upper = self._swung(shoulder, upper, points, fps)
+        new_upper = self._swing_out(shoulder, upper, points, fps)
         elbow = shoulder + self.upper * (upper if new_upper is None else new_upper)
         middle = 0.5 * (RADII["elbow"] + RADII["wrist"])
         points = [(0.5 * self.fore, middle), (self.fore, RADII["wrist"])]
         points += [(self.fore + share * self.hand, RADII["hand"]) for share in (0.5, 1.0)]
-        return new_upper, self._swung(elbow, fore, points, fps)
+        return new_upper, self._swing_out(elbow, fore, points, fps)
 
-    def _swung(self, start, along, points, fps):
-        """``along`` (frames, 3) turned level outwards, just so far that all ``points`` on it are free; None if they are."""
+    def _swing_out(
+        self, start: np.ndarray, along: np.ndarray, points: list[tuple[float, float]], fps: float
+    ) -> np.ndarray | None:
+        """Turn ``along`` (frames, 3) horizontally outwards until all ``points`` on it are free; None if they already are.
+
+        Each point is its distance from ``start`` (frames, 3) and its radius in arm lengths.
+        """
         reach, radius = (np.array(column) for column in zip(*points, strict=True))
         radius = (radius - TOUCH) * self.size
         deep = self._depth(start, along, reach, radius)
         bad = np.flatnonzero(deep > 0)
         if not bad.size:
             return None
-        way = self._way(start, along, reach[-1] * 0.7, fps)
+        way = self._outward(start, along, reach[-1] * 0.7, fps)
         need = np.zeros(len(along))
-        turned = along
+        result = along
         for _ in range(_PASSES):
-            need[bad] = np.maximum(need[bad], self._needed(start[bad], along[bad], way[bad], reach, radius, bad))
-            turned = _towards(along, way, envelope(need, max(1, round(0.5 * EASE * fps))))
-            bad = np.flatnonzero(self._depth(start, turned, reach, radius) > 1e-3 * self.size)
+            need[bad] = np.maximum(need[bad], self._required_angle(start[bad], along[bad], way[bad], reach, radius, bad))
+            result = _rotate_towards(along, way, envelope(need, max(1, round(0.5 * EASE * fps))))
+            bad = np.flatnonzero(self._depth(start, result, reach, radius) > 1e-3 * self.size)
             if not bad.size:
                 break
             need[bad] += np.radians(3)
-        return turned
+        return result
 
-    def _way(self, start, along, reach, fps):
-        """Where outwards lies for each frame (frames, 3), without sudden turns."""
+    def _outward(self, start: np.ndarray, along: np.ndarray, reach: float, fps: float) -> np.ndarray:
+        """Return the direction out of the trunk (frames, 3), smoothed over time."""
         way = self.girth.outward(self._in_trunk((start + reach * along)[:, None])[:, 0], self.sign)
         way = smooth(way, max(1, round(EASE * fps)))
         return way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
 
-    def _needed(self, start, along, way, reach, radius, frames):
-        """Smallest angle (frames,) towards ``way`` after which all is free, by halving; the largest where nothing helps."""
+    def _required_angle(
+        self,
+        start: np.ndarray,
+        along: np.ndarray,
+        way: np.ndarray,
+        reach: np.ndarray,
+        radius: np.ndarray,
+        frames: np.ndarray,
+    ) -> np.ndarray:
+        """Return the least angle (frames,) towards ``way`` that frees all points, by bisection; ``MOST`` if none does."""
         low, high = np.zeros(len(along)), np.full(len(along), MOST)
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
-            inside = self._depth(start, _towards(along, way, middle), reach, radius, frames) > 0
+            inside = self._depth(start, _rotate_towards(along, way, middle), reach, radius, frames) > 0
             low, high = np.where(inside, middle, low), np.where(inside, high, middle)
         return high
 
-    def _depth(self, start, along, reach, radius, frames=slice(None)):
+    def _depth(
+        self,
+        start: np.ndarray,
+        along: np.ndarray,
+        reach: np.ndarray,
+        radius: np.ndarray,
+        frames: slice | np.ndarray = slice(None),
+    ) -> np.ndarray:
+        """Return the greatest depth (frames,) of the points at distances ``reach`` (n,) from ``start``, of ``radius`` (n,)."""
         points = start[:, None] + reach[:, None] * along[:, None]
         return self.girth.depth(self._in_trunk(points, frames), radius).max(-1)
 
-    def _in_trunk(self, points, frames=slice(None)):
+    def _in_trunk(self, points: np.ndarray, frames: slice | np.ndarray = slice(None)) -> np.ndarray:
         return in_trunk(self.girth, points, self.carry[frames])
 
 
 def in_trunk(girth: Girth, points: np.ndarray, carry: np.ndarray) -> np.ndarray:
-    """Points (frames, n, 3), seen from the chest, as a bending trunk carries them: from the waist down as at rest.
+    """Map points (frames, n, 3), relative to the chest, to the unbent trunk: only above the waist does it turn with the chest.
 
-    ``carry`` (frames, 3, 3) is the chest's turn as a matrix for row vectors, in the character's own frame.
+    ``carry`` (frames, 3, 3) is the chest's rotation as a matrix for row vectors, in the character's own frame.
     """
     pivot = np.array([0.0, 0.0, 0.5 * girth.waist])
     below = pivot + np.matmul(points - pivot, carry)
@@ -283,12 +313,12 @@ def in_trunk(girth: Girth, points: np.ndarray, carry: np.ndarray) -> np.ndarray:
 
 
 def turn_in(frame: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """A rotation in armature space (..., 4) as one among the character's left, back and up."""
+    """Express a rotation in armature space (..., 4) in the axes of ``frame``: the character's left, back and up."""
     return np.concatenate([rotation[..., :1], rotation[..., 1:] @ frame.T], -1)
 
 
-def _towards(along: np.ndarray, way: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Unit vectors turned by ``angle`` (frames,) towards unit ``way``, not beyond it."""
+def _rotate_towards(along: np.ndarray, way: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Return unit vectors ``along`` turned by ``angle`` (frames,) towards unit ``way``, not beyond it."""
     cosine = np.sum(along * way, -1, keepdims=True)
     side = way - cosine * along
     sine = np.sqrt(np.sum(side * side, -1, keepdims=True))
@@ -297,20 +327,20 @@ def _towards(along: np.ndarray, way: np.ndarray, angle: np.ndarray) -> np.ndarra
     return np.cos(angle) * along + np.sin(angle) * side
 
 
-def _apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Angles (frames,) between unit vectors."""
+def _angles_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the angles (frames,) between unit vectors."""
     return 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(a - b, axis=-1), 0.0, 1.0))
 
 
 def envelope(need: np.ndarray, reach: int) -> np.ndarray:
-    """A smooth curve (frames,) nowhere below ``need``: the largest of the neighbours, then their mean, twice."""
+    """Return a smooth curve (frames,) nowhere below ``need``: a running maximum over ``reach`` frames, then a running mean."""
     width = 2 * reach + 1
     held = np.lib.stride_tricks.sliding_window_view(np.pad(need, reach, mode="edge"), width).max(-1)
     return smooth(held[:, None], reach)[:, 0]
 
 
 def smooth(values: np.ndarray, reach: int) -> np.ndarray:
-    """Mean (frames, n) over ``reach`` neighbours to either side, near ones counting most."""
+    """Return the running mean (frames, n) over ``reach`` neighbours to either side, with a Hann window."""
     kernel = np.hanning(2 * reach + 3)[1:-1]
     padded = np.pad(values, ((reach, reach), (0, 0)), mode="edge")
     return np.stack([np.convolve(column, kernel / kernel.sum(), mode="valid") for column in padded.T], -1)

@@ -1,10 +1,13 @@
-"""Long work on Blender's own thread: generators that yield where Blender may draw, and what runs them in one go."""
+"""Long work on Blender's main thread: generators yield where Blender may redraw; ``whole`` runs one without pauses."""
 
 from collections.abc import Generator
+from typing import TypeVar
+
+Result = TypeVar("Result")
 
 
-def whole(slices: Generator):
-    """What a sliced function returns, without a stop."""
+def whole(slices: Generator[object, None, Result]) -> Result:
+    """Run a generator to its end and return its result."""
     while True:
         try:
             next(slices)
