@@ -5,15 +5,11 @@ swung outwards until the elbow is free, then forearms until wrist and hand are; 
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..core.motion import quaternion, skeleton
 from .plain import Bones, Mapping, character_frame
-
-if TYPE_CHECKING:
-    from .skull import Skull
 
 SIDES = {"left": 1.0, "right": -1.0}
 WIDTH, DEPTH = 0.75, 0.55
@@ -40,14 +36,15 @@ class Girth:
     """A trunk at rest, in the character's own frame (left, back, up) with the middle of the shoulders as origin.
 
     ``heights`` (k,) increasing; ``middles`` (k, 2) of the ellipses as left and back; ``halves`` (k, 2) their half-axes.
-    ``waist`` (negative) is the height from which on the trunk bends with the chest. ``skull`` is None where it is unknown.
+    ``waist`` (negative) is the height above which the trunk bends with the chest. ``skull`` is a :class:`.skull.Skull` or None.
+    Its type is not declared, because that module imports this one.
     """
 
     heights: np.ndarray
     middles: np.ndarray
     halves: np.ndarray
     waist: float
-    skull: "Skull | None" = None
+    skull: object = None
 
     def depth(self, points: np.ndarray, radius: np.ndarray | float) -> np.ndarray:
         """Return how deep ``(...)`` spheres of ``radius`` at ``points`` ``(..., 3)`` lie in the trunk; negative outside.

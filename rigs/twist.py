@@ -1,56 +1,58 @@
-"""Bones beside an arm's chain that carry a share of its twist, so that skin winds evenly instead of at one joint.
+"""Rotations of twist bones, which distribute an arm's twist along its skin instead of at one joint.
 
-Beside an upper arm they take back what is too much near the shoulder. Beside a forearm, where the elbow does not twist at
-all and the wrist does in full, the forearm's own bone stays untwisted and the hand turns instead.
+Twist bones of an upper arm undo part of the bone's twist near the shoulder. A forearm's own bone stays untwisted if it has
+twist bones: they and the hand carry the twist, which rises from 0 at the elbow to its full value at the wrist.
 """
 
 import numpy as np
 
 from ..core.motion import quaternion
-from .goals import Goals, Walk
+from .goals import Goals
+from .walk import Walk
 
 SIDES = ("left", "right")
 
 
 def rotations(goals: Goals, walk: Walk) -> dict[str, np.ndarray]:
-    """Rotations ``{bone: (frames, 4)}`` of twist bones and hands in their own rest spaces, once ``walk`` has the arms."""
+    """Return rotations ``{bone: (frames, 4)}`` of twist bones and hands in their rest spaces, after ``walk`` has done the arms."""
     result = {}
     for side in SIDES:
         for name in ("upper_arm", "forearm"):
             part = f"{side}_{name}"
-            if walk.twist.get(part) is None:
+            twist = walk.twist.get(part)
+            if twist is None:
                 continue
             for bone, share in _shares(goals, part):
-                result[bone] = _about(goals, part, bone, share * walk.twist[part])
+                result[bone] = _about(goals, part, bone, share * twist)
             if goals.winds(part):
                 hand = goals.mapping.chains[f"{side}_hand"][0]
-                result[hand] = _about(goals, part, hand, walk.twist[part])
+                result[hand] = _about(goals, part, hand, twist)
     return {bone: quaternion.continuous(values) for bone, values in result.items()}
 
 
 def places(goals: Goals, part: str) -> dict[str, float]:
-    """For each twist bone of an arm part, where along the part (0..1) the skin is that it carries: half-way to the next one."""
+    """Return the middle (0..1 along the part) of the skin of each twist bone of an arm part: half-way to the next one."""
     bones, mapping = goals.bones, goals.mapping
     start = bones.heads[bones.row(mapping.chains[part][0])]
     along = mapping.end(bones, part) - start
-    found = {
+    starts = {
         name: float(np.clip((bones.heads[bones.row(name)] - start) @ along / (along @ along), 0.0, 1.0))
         for name in mapping.chains.get(f"{part}_twist", ())
         if goals.may_turn(name)
     }
-    order = sorted(found, key=found.get)
-    ends = [*(found[name] for name in order), 1.0][1:]
-    return {name: 0.5 * (found[name] + end) for name, end in zip(order, ends, strict=True)}
+    order = sorted(starts, key=lambda name: starts[name])
+    ends = [*(starts[name] for name in order), 1.0][1:]
+    return {name: 0.5 * (starts[name] + end) for name, end in zip(order, ends, strict=True)}
 
 
 def _shares(goals: Goals, part: str) -> list[tuple[str, float]]:
-    """Each twist bone and the share of the part's twist that it adds to what the chain's bone above it does."""
+    """Return each twist bone with the share of the part's twist that it adds to that of the bone above it."""
     bones, chain = goals.bones, goals.mapping.chains[part]
     rows = [bones.row(name) for name in chain]
     result, done = [], {}
     for name, place in sorted(places(goals, part).items(), key=lambda item: bones.row(item[0])):
         row = bones.row(name)
-        above = [other for other in bones.ancestors(row) if other in rows or other in done]
+        above = [ancestor for ancestor in bones.ancestors(row) if ancestor in rows or ancestor in done]
         if not above or not bones.inherits[row]:
             continue
         first = above[0]
@@ -61,7 +63,7 @@ def _shares(goals: Goals, part: str) -> list[tuple[str, float]]:
 
 
 def _about(goals: Goals, part: str, bone: str, angle: np.ndarray) -> np.ndarray:
-    """The rotation (frames, 4) of a bone in its rest space that turns it by ``angle`` about a part's axis at rest."""
+    """Return the rotation (frames, 4), in a bone's rest space, by ``angle`` about a part's axis at rest."""
     rest = goals.bones.rest[goals.bones.row(bone)]
     turn = quaternion.about(goals.mapping.segment(goals.bones, part), angle)
     return quaternion.multiply(quaternion.conjugate(rest), quaternion.multiply(turn, rest))

@@ -17,8 +17,9 @@ from ...core.motion.hands import Hands
 from ...core.motion.pelvis import Pelvis
 from ...rigs import twist
 from ...rigs.family import LINES, SIDES
-from ...rigs.goals import Goals, Walk
+from ...rigs.goals import Goals
 from ...rigs.plain import Bones, Mapping, spoken
+from ...rigs.walk import Walk
 from . import locks
 from .standin import Returning, StandIn, upright
 
@@ -90,11 +91,11 @@ def solving(
         goals = yield from _cleared(ask(rest, motion, clear=False), place)
         solver = Solver(place, goals, hands)
         yield from place.pause(always=True)
-        predicted = solver.predict(goals.walk())
+        predicted = solver.predict(Walk(goals))
         yield from place.pause(always=True)
         solved = yield from solver.running(motion.frames)
         goals = yield from _cleared(ask(rest, keys, clear=False), place)
-        walk = goals.walk()
+        walk = Walk(goals)
         wanted = solver.predict(walk)
     yield
     for sentence in solver.shortfalls():
@@ -148,7 +149,7 @@ class Solver:
 
     def running(self, frames: np.ndarray) -> Generator[None, None, np.ndarray]:
         """Rotations (bones, frames, 4) measured to be right at scene ``frames``, or as near as the rig allows; in slices."""
-        basis = self.predict(self.goals.walk())
+        basis = self.predict(Walk(self.goals))
         turned, along = np.zeros_like(basis), np.zeros((*basis.shape[:2], 3))
         nearest, best = np.full(basis.shape[:2], np.inf), basis.copy()
         failed, active = np.zeros(basis.shape[:2], int), np.arange(self.frames)
@@ -166,7 +167,7 @@ class Solver:
             # A bone that does not answer as expected takes smaller steps, and in the end stays where it came nearest.
             ease = np.where(failed < TRIES, 0.5**failed, 0.0)
             segments = quaternion.rotate(quaternion.conjugate(turned), along)
-            wanted, left = self._step(self.goals.walk(), basis, turned, segments, tilt, ease)
+            wanted, left = self._step(Walk(self.goals), basis, turned, segments, tilt, ease)
             # What a bone does is its own only where nothing that may carry it moved at the same time.
             nearest = np.where(quiet, nearest, np.inf)
             failed += quiet & (left > SETTLED) & (left > 0.8 * nearest) & (failed < TRIES)

@@ -6,6 +6,7 @@ from s2ag.rigs import limits, spread
 from s2ag.rigs.goals import Goals, Options
 from s2ag.rigs.plain import Mapping
 from s2ag.rigs.retarget import rotations
+from s2ag.rigs.walk import Walk
 
 OPTIONS = {"clear_body": 0.0, "palms": 1.0}
 
@@ -73,7 +74,7 @@ def test_upper_arms_unwind_towards_the_shoulder():
     bones = whole.bones(1)
     goals = Goals(bones, whole.mapping, motion, options=Options(**OPTIONS))
     orientations = pose(bones, rotations(goals))[1]
-    walk = goals.walk()
+    walk = Walk(goals)
     walk.turn(bones.row("left_upper"), goals.still())  # from a still shoulder: only to see that it twists at all
     axis = whole.mapping.segment(bones, "left_upper_arm")
     near, far = (twist_of(bones, orientations, f"left_upper_arm_{n}", axis, "left_upper") for n in (0, 1))
