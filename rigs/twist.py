@@ -14,7 +14,7 @@ SIDES = ("left", "right")
 
 
 def rotations(goals: Goals, walk: Walk) -> dict[str, np.ndarray]:
-    """Return rotations ``{bone: (frames, 4)}`` of twist bones and hands in their rest spaces, after ``walk`` has done the arms."""
+    """Return rotations ``{bone: (frames, 4)}`` of twist bones and hands in their rest spaces; ``walk`` must be complete."""
     result = {}
     for side in SIDES:
         for name in ("upper_arm", "forearm"):
