@@ -93,7 +93,9 @@ class Filler:
         chance = replace(self.performers, request=replace(wanted, seed=seed))
         working = self.stages.within("generate"), self.stages.cancelled
         made = performing.perform(checkpoint, told, [chance], *working)
-        return finishing.finish(checkpoint, wanted, heard, replace(self.performers, request=wanted), made)[0]
+        performers = replace(self.performers, request=wanted)
+        refined = finishing.correct(checkpoint, heard, performers, made)
+        return finishing.express(checkpoint, heard, performers, refined)[0]
 
 
 def quiet(motion: Motion, place: spans.Span, held: np.ndarray, arms: Sequence[int] = ARMS, still: Sequence[int] = ()) -> Motion:

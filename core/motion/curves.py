@@ -36,3 +36,8 @@ def bends(values: np.ndarray, straight: float) -> np.ndarray:
             kept.add(middle)
             todo += [(low, middle), (middle, high)]
     return np.array(sorted(kept))
+
+
+def runs(mask: np.ndarray) -> np.ndarray:
+    """First frame and the one after the last ``(n, 2)`` of every stretch in which ``mask`` ``(frames,)`` holds."""
+    return np.flatnonzero(np.diff(np.concatenate([[0], mask, [0]]).astype(int))).reshape(-1, 2)

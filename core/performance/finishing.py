@@ -1,13 +1,15 @@
-"""What the network made becomes motions: at rest where nobody speaks, as large as asked, human, and told where from."""
+"""The last two stages of a performance: corrections of what the network drew, and all that is expressed beside it."""
 
 import hashlib
 import json
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ..face import making
 from ..meaning import choosing, showing
-from ..motion import limits, rest, skeleton
+from ..motion import rest, skeleton
 from ..motion.face import RATE, Face
 from ..motion.hands import Hands
 from ..motion.motion import Motion
@@ -15,10 +17,10 @@ from ..motion.pelvis import Pelvis
 from ..styles import AFFECTS
 from ..threads import each
 from ..words import hints
-from . import course, elbows, lingering, listening, living, sinking, stance, swift, thrown, veiling
+from . import course, listening, living, refine, stance
 from .casting import Performers
 from .hearing import Heard
-from .keeping import keep, wished
+from .keeping import wished
 from .performing import Made
 from .request import Request
 
@@ -27,68 +29,72 @@ _LEAST = 1e-3
 VERSION = 1  # of the provenance written into every motion
 
 
-def finish(checkpoint, request: Request, heard: Heard, performers: Performers, made: Made) -> list[Motion]:
-    """Motions of what was made for a request."""
-    meta, still = _meta(checkpoint, request, heard, performers), rest.Stillness.of(heard.activity, request.pose is None)
-    others = heard.others
-    pose, kept = performers.rest(heard.frames), wished(request, heard.frames)
-    size = course.over(request, "intensity", heard.frames)
-    ready = sinking.readiness(performers.hanging(heard.frames), heard.activity, pose)
+def correct(checkpoint, heard: Heard, performers: Performers, made: Made) -> list[refine.Refined]:
+    """The performances of a request after the corrections of their network's kind, before anything is added to them."""
+    request, rules = performers.request, refine.DRAWN if checkpoint.draws else refine.REGRESSED
+    pose, ready = performers.rest(heard.frames), None
+    if checkpoint.draws:
+        ready = refine.readiness(performers.hanging(heard.frames), heard.activity, pose)
+    given = wished(request, heard.frames).frames, performers.given(heard.frames).frames
+    common = refine.Take(*given, ready=ready, pose=pose, gain=checkpoint.gain)
+
+    def corrected(one: tuple) -> refine.Refined:
+        identity, drawn, numbers, idle = one
+        key = request.seed, identity, performers.who
+        return refine.refine(drawn, replace(common, idle=idle, key=key, drawn=drawn, numbers=numbers), rules)
+
+    return each(corrected, zip(request.identities, *made, strict=True))
+
+
+def express(checkpoint, heard: Heard, performers: Performers, refined: Sequence[refine.Refined]) -> list[Motion]:
+    """Finished motions of a request's performances: with gestures of what words mean, idle life, the size that is asked for,
+    hands, weight and face.
+    """
+    request, meta = performers.request, _meta(checkpoint, performers.request, heard, performers)
+    pose, size = performers.rest(heard.frames), course.over(request, "intensity", heard.frames)
+    still = rest.Stillness.of(heard.activity, request.pose is None)
+    last = refine.Take(kept=wished(request, heard.frames))
     # Gestures of their own are for networks that know meanings: others give what they were made to give.
     vocabulary = heard.shows if checkpoint.meanings else None
     found = choosing.occasions(vocabulary, heard.words) if vocabulary else {}
+    side = -request.toward if request.mirror else request.toward
 
-    def finished(one: tuple) -> Motion:
-        (take, near), drawn, own = one
-        about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
-        directions, sunk = rest.restore(rest.soften(drawn), checkpoint.gain, pose), np.zeros((heard.frames, 2))
-        if checkpoint.draws:
-            directions, sunk = _mended(directions, ready, (request.seed, (take, near), performers.who), kept.frames)
+    def expressed(one: tuple) -> Motion:
+        (take, near), drawn = one
+        told = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
         asked = heard.wishes.gestures, request.meaning * performers.readiness, (request.seed, take)
         shown = choosing.choose(vocabulary, heard.words, *asked, found) if vocabulary else []
-        if shown:
-            about["shows"] = [[one.gesture.name, round(one.lands, 3)] for one in shown]
-        which = showing.sides(directions, shown)
-        directions = hints.perform(showing.show(directions, shown, which), heard.wishes, pose)
+        which = showing.sides(drawn.directions, shown)
+        directions = hints.perform(showing.show(drawn.directions, shown, which), heard.wishes, pose)
         directions = still.live(directions, pose, request.seed + take)
-        if others is not None:
-            answered = listening.answers(others.phrases, others.share, request.seed + take)
-            directions = listening.perform(directions, answered, others.share)
-            about["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answered]
-        straight, side = directions, -request.toward if request.mirror else request.toward
-        directions = listening.facing(directions, side, others and others.share)
-        directions = keep(limits.keep_human(rest.scale(directions, size, pose)), kept)
-        hands = _hands(request, performers, take, (drawn, own, sunk), directions)
+        if shown:
+            told["shows"] = [[one.gesture.name, round(one.lands, 3)] for one in shown]
+        if heard.others is not None:
+            answers = listening.answers(heard.others.phrases, heard.others.share, request.seed + take)
+            directions = listening.perform(directions, answers, heard.others.share)
+            told["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answers]
+        straight = directions
+        directions = listening.facing(directions, side, heard.others and heard.others.share)
+        directions = refine.refine(rest.scale(directions, size, pose), last, refine.FINISHED).directions
+        hands = _hands(request, performers, take, drawn, directions)
         hands = hands and showing.hands(hands, shown, which)
         pelvis = _pelvis(request, heard, performers, take, directions)
         seen = directions.copy()  # eyes go with the head to whoever is there
         seen[:, listening.HEAD] = straight[:, listening.HEAD]
         face = faced(request, heard, take, seen)
-        motion = Motion(directions, skeleton.FPS, heard.words, about, hands, pelvis, face)
+        motion = Motion(directions, skeleton.FPS, heard.words, told, hands, pelvis, face)
         return motion.mirrored() if request.mirror else motion
 
-    return each(finished, zip(request.identities, *made, strict=True))
+    return each(expressed, zip(request.identities, refined, strict=True))
 
 
-def _mended(directions: np.ndarray, ready: np.ndarray, key: tuple, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Directions without what a network draws that people do not do, and how much each arm sank ``(frames, 2)``."""
-    possible = limits.keep_human(directions)  # a forearm that went through its limit goes round it at once
-    directions = veiling.passed_by(thrown.calmed(swift.slowed(possible, given), given), given)
-    directions, sunk = sinking.sunk(directions, ready, key, given)
-    return elbows.lowered(lingering.led_back(directions, given), given), sunk
-
-
-def _hands(request: Request, performers: Performers, take: int, made: tuple, directions) -> Hands | None:
-    """What the hands do on the finished arms, as much as is asked for: as they were drawn, else as such arms have them.
-
-    What was ``made`` are the arms that were drawn, the hands on them, and how much each arm sank since ``(frames, 2)``.
-    """
-    drawn, own, sunk = made
+def _hands(request: Request, performers: Performers, take: int, refined: refine.Refined, directions) -> Hands | None:
+    """What the hands do on the finished arms, as much as is asked for: as they were drawn, else as such arms have them."""
     if not request.hands:
         return None
-    if own is not None:
-        hands = own.carried(drawn, directions)
-        hands = hands.mixed(living.hanging(directions), sunk) if sunk.any() else hands
+    if refined.hands is not None:
+        hands = refined.hands.carried(refined.under, directions)
+        hands = hands.mixed(living.hanging(directions), refined.relaxed) if refined.relaxed.any() else hands
     else:
         hands = living.hands(directions, _name(performers), request.seed + take)
     calm = _calm(request, len(directions))

@@ -6,10 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..motion import hand_numbers, requested, skeleton
-from ..motion.hands import Hands
 from ..smoothing import gaussian
-from ..threads import each
-from . import across, answering, asking, course, drawing, stillness, tempo
+from . import answering, asking, course, drawing, tempo
 from .casting import Performers
 from .hearing import Heard
 
@@ -20,15 +18,19 @@ _NEAR, _OF_STROKE = 0.25, requested.CHANNELS.index("stroke")
 
 
 class Made(NamedTuple):
-    """``directions`` ``(takes, frames, 9, 3)`` float32, and each take's ``hands`` on them where the network draws any."""
+    """What a network made of each take: ``directions`` ``(takes, frames, 9, 3)`` float32 as it drew them, hands on them as
+    ``numbers`` ``(frames, SIZE)`` (:mod:`hand_numbers`; None where it draws none), and how far each frame is from the strokes
+    that were asked for, ``idle`` ``(frames,)`` in 0..1.
+    """
 
     directions: np.ndarray
-    hands: tuple[Hands | None, ...]
+    numbers: Sequence[np.ndarray | None]
+    idle: Sequence[np.ndarray | float]
 
     def split(self, counts: Sequence[int]) -> list["Made"]:
         """The first so many takes, the next so many, and so on."""
         ends = np.cumsum(counts)
-        return [Made(self.directions[end - n : end], self.hands[end - n : end]) for n, end in zip(counts, ends, strict=True)]
+        return [Made(*(part[end - n : end] for part in self)) for n, end in zip(counts, ends, strict=True)]
 
 
 def perform(
@@ -46,15 +48,13 @@ def perform(
         generator = checkpoint.network.generator
         latents, seeds = _latents(heard, cast), np.concatenate([one.seeds for one in cast])
         made = windows.generate(generator, heard.features.slice, latents, seeds, heard.frames, checkpoint.window[0], *told)
-        return Made(made, (None,) * len(made))
+        return Made(made, (None,) * len(made), (0.0,) * len(made))
     asked = [_asked(checkpoint, heard, one) for one in cast]
     manner = {"lively": _lively(heard.activity), "tempo": tempo.follow(heard.rhythm, heard.activity)}
     drawn, extras = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, **manner)
-    known = [one.given(heard.frames).frames for one in cast]
-    given = [frames for one, frames in zip(cast, known, strict=True) for _ in one.latents]
-    idle = [part for one, wishes, frames in zip(cast, asked, known, strict=True) for part in _idle(heard, one, wishes, frames)]
-    settled, hands = zip(*each(_settled, zip(drawn, extras, given, idle, strict=True)), strict=True)
-    return Made(np.stack(settled), hands)
+    idle = [part for one, wishes in zip(cast, asked, strict=True) for part in _idle(heard, one, wishes)]
+    hands = extras.shape[-1] == hand_numbers.SIZE
+    return Made(drawn, extras if hands else (None,) * len(drawn), idle)
 
 
 def _asked(checkpoint, heard: Heard, performers: Performers) -> np.ndarray | None:
@@ -80,24 +80,13 @@ def _tastes(heard: Heard, performers: Performers) -> np.ndarray | None:
     return performers.taste(heard.frames) if heard.rhythm is not None and heard.rhythm.accents else None
 
 
-def _idle(heard: Heard, performers: Performers, asked: np.ndarray | None, given: np.ndarray) -> list[np.ndarray | float]:
-    """How far each frame ``(frames,)`` of each take is from the strokes that it chose, in 0..1; none is where it chose none."""
+def _idle(heard: Heard, performers: Performers, asked: np.ndarray | None) -> list[np.ndarray | float]:
+    """How far each frame ``(frames,)`` of each take is from the strokes that it chose, in 0..1; 0 where it chose none."""
     if asked is None or _tastes(heard, performers) is None:
         return [0.0] * len(performers.latents)
     busy = asked[..., _OF_STROKE] > 0
-    busy[:, given] = True
+    busy[:, performers.given(heard.frames).frames] = True
     return [1 - np.clip(gaussian(take.astype(float), _NEAR * skeleton.FPS), 0, 1) for take in busy]
-
-
-def _settled(take: tuple) -> tuple[np.ndarray, Hands | None]:
-    """A take whose waiting arms are still and whose others do not reach across, and its hands on them; given frames stay."""
-    directions, extras, given, idle = take
-    settled = across.brought_back(stillness.settle(directions, idle=idle), given)
-    if extras.shape[1] != hand_numbers.SIZE:
-        return settled, None
-    calm = stillness.settle_hands(extras, directions)
-    calm[given] = extras[given]
-    return settled, hand_numbers.hands(calm, directions).carried(directions, settled)
 
 
 def _lively(activity: np.ndarray) -> np.ndarray:

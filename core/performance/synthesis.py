@@ -9,6 +9,7 @@ import numpy as np
 from .. import styles
 from ..errors import UsageError
 from ..meaning import vocabulary as meanings
+from ..motion.motion import Motion
 from ..words import language as languages
 from ..words import transcript
 from ..words.cache import Cache, default_folder
@@ -169,7 +170,11 @@ class Session:
         return made.split([len(one.latents) for one in cast])
 
     def _result(self, request: Request, performers: casting.Performers, made: performing.Made, heard, stages: Stages) -> Result:
-        motions = stages.run("finish", lambda: finishing.finish(self.checkpoint, request, heard, performers, made))
+        def finish() -> list[Motion]:
+            refined = finishing.correct(self.checkpoint, heard, performers, made)
+            return finishing.express(self.checkpoint, heard, performers, refined)
+
+        motions = stages.run("finish", finish)
         warnings = heard.warnings + _other_weights(self.checkpoint, request) + _passed_by(heard, request)
         return Result(motions, heard.words, warnings, dict(stages.seconds), performers.own)
 

@@ -7,9 +7,8 @@ import numpy as np
 from ...errors import UsageError
 from ...model import opening
 from ...model.timing import mfcc_slice, nearest_mfcc
-from ...motion import limits
 from ...motion.skeleton import FPS
-from ...performance import casting, keeping, performing
+from ...performance import casting, finishing, keeping, performing, refine
 from ...performance.hearing import Heard
 from ...performance.request import Request
 from ...sound import voice
@@ -91,8 +90,11 @@ class Drawer:
         features = Window(corpus, *listened, frames)
         rhythm = rhythm_of(corpus, *listened, activity)
         recording = Heard("", (), Wishes(), None, [], features, activity, frames, {}, rhythm=rhythm)
-        made = performing.perform(self.loaded, recording, [casting.cast(self.loaded, request)]).directions[0]
-        return keeping.keep(limits.keep_human(made), keeping.wished(request, frames))
+        performers = casting.cast(self.loaded, request)
+        drawn = performing.perform(self.loaded, recording, [performers])
+        refined = finishing.correct(self.loaded, recording, performers, drawn)[0]
+        last = refine.Take(kept=keeping.wished(request, frames))
+        return refine.refine(refined.directions, last, refine.FINISHED).directions
 
 
 def rhythm_of(corpus, talk: int, first: int, activity: np.ndarray) -> Prosody | None:

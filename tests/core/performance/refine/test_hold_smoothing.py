@@ -1,8 +1,9 @@
 """Arms that wait are still, arms that gesture are as they were drawn."""
 
 import numpy as np
+from refining import apply
 from s2ag.core.motion import rest, skeleton
-from s2ag.core.performance import stillness
+from s2ag.core.performance.refine.hold_smoothing import hold_smoothing
 
 ARMS = list(skeleton.ARM_EDGES)
 
@@ -21,7 +22,7 @@ def trembling(frames: int = 300) -> np.ndarray:
 
 def test_waiting_arms_hardly_move():
     drawn = trembling()
-    settled = stillness.settle(drawn)
+    settled = apply(hold_smoothing, drawn)
     assert np.median(speeds(drawn)[:, ARMS]) > 8
     assert np.median(speeds(settled)[:, ARMS]) < 0.25 * np.median(speeds(drawn)[:, ARMS])
     np.testing.assert_allclose(np.linalg.norm(settled, axis=-1), 1, atol=1e-5)
@@ -30,7 +31,7 @@ def test_waiting_arms_hardly_move():
 def test_head_and_trunk_stay_as_they_were_drawn():
     drawn = trembling()
     others = [edge for edge in range(9) if edge not in ARMS]
-    np.testing.assert_array_equal(stillness.settle(drawn)[:, others], drawn[:, others])
+    np.testing.assert_array_equal(apply(hold_smoothing, drawn)[:, others], drawn[:, others])
 
 
 def test_a_stroke_keeps_its_size_and_its_time():
@@ -39,7 +40,7 @@ def test_a_stroke_keeps_its_size_and_its_time():
     drawn = trembling()
     away = skeleton.normalize(rest.REST[8] + np.array([0.0, -0.5, 1.0]))
     drawn[:, 8] = rest.slerp(drawn[:, 8].astype(float), away, stroke)
-    settled = stillness.settle(drawn)
+    settled = apply(hold_smoothing, drawn)
     before, after = (speeds(motion)[:, 8] for motion in (drawn, settled))
     assert after.max() > 0.9 * before.max()
     farthest = [int((motion[:, 8] @ away).argmax()) for motion in (drawn, settled)]
@@ -49,9 +50,9 @@ def test_a_stroke_keeps_its_size_and_its_time():
 
 
 def test_short_motions_are_taken():
-    assert stillness.settle(trembling(2)).shape == (2, 9, 3)
+    assert apply(hold_smoothing, trembling(2)).shape == (2, 9, 3)
     one = trembling(1)
-    np.testing.assert_allclose(stillness.settle(one), one, atol=1e-6)
+    np.testing.assert_allclose(apply(hold_smoothing, one), one, atol=1e-6)
 
 
 def drifting(frames: int = 300) -> np.ndarray:
@@ -66,7 +67,7 @@ def drifting(frames: int = 300) -> np.ndarray:
 def test_where_a_take_answers_nothing_arms_wait_more_readily_and_elsewhere_as_ever():
     drawn, idle = drifting(), np.zeros(300)
     idle[150:] = 1
-    settled = stillness.settle(drawn, idle=idle)
-    often, rarely = speeds(stillness.settle(drawn))[:, 8], speeds(settled)[:, 8]
+    settled = apply(hold_smoothing, drawn, idle=idle)
+    often, rarely = speeds(apply(hold_smoothing, drawn))[:, 8], speeds(settled)[:, 8]
     np.testing.assert_allclose(rarely[:140], often[:140], atol=1e-6)
     assert rarely[160:290].mean() < 0.7 * often[160:290].mean()

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
+from refining import apply
 from s2ag.core.motion import limits, rest, skeleton
-from s2ag.core.performance import lingering
+from s2ag.core.performance.refine.midline_dwell import midline_dwell
 
 FPS = skeleton.FPS
 
@@ -38,7 +39,7 @@ def beyond(motion: np.ndarray, side: int) -> np.ndarray:
 @pytest.mark.parametrize("side", [0, 1])
 def test_a_forearm_that_stays_across_the_belly_comes_back(side):
     drawn = laying(plateau(1.5, 4.5), (side,))
-    made = lingering.led_back(drawn)
+    made = apply(midline_dwell, drawn)
     before, after = beyond(drawn, side), beyond(made, side)
     assert before[30:60].min() > 0.05
     np.testing.assert_allclose(after[22:27], before[22:27], atol=0.002)  # it may come there
@@ -57,7 +58,7 @@ def test_a_forearm_that_stays_across_the_belly_comes_back(side):
 def test_a_moment_across_stays_to_the_bit():
     drawn = laying(plateau(2.0, 2.2))
     assert beyond(drawn, 1).max() > 0.05
-    np.testing.assert_array_equal(lingering.led_back(drawn), drawn)
+    np.testing.assert_array_equal(apply(midline_dwell, drawn), drawn)
 
 
 def test_hands_on_their_own_side_and_hanging_ones_stay_to_the_bit():
@@ -67,12 +68,12 @@ def test_hands_on_their_own_side_and_hanging_ones_stay_to_the_bit():
     low[:, skeleton.ARMS[1]] = skeleton.normalize(np.array([[-0.3, 0.94, 0.15], [-0.4, 0.9, 0.1]]))
     assert beyond(low, 1).min() > 0
     for still in (ahead, low, np.tile(rest.REST, (90, 1, 1)).astype(np.float32)):
-        np.testing.assert_array_equal(lingering.led_back(still), still)
+        np.testing.assert_array_equal(apply(midline_dwell, still), still)
 
 
 def test_a_hug_opens_at_once():
     drawn = laying(plateau(2.0, 2.2), (0, 1))
-    made = lingering.led_back(drawn)
+    made = apply(midline_dwell, drawn)
     both = np.minimum(beyond(drawn, 0), beyond(drawn, 1))
     after = np.minimum(beyond(made, 0), beyond(made, 1))
     assert both.max() > 0.05 and after.max() < 0.02
@@ -82,6 +83,6 @@ def test_a_hug_opens_at_once():
 def test_given_frames_stay():
     drawn = laying(plateau(1.5, 4.5))
     given = np.arange(40, 50)
-    made = lingering.led_back(drawn, given)
+    made = apply(midline_dwell, drawn, given)
     np.testing.assert_array_equal(made[given], drawn[given])
     assert np.abs(np.diff(made, axis=0)).max() < 1.04 * np.abs(np.diff(drawn, axis=0)).max()

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from refining import apply
 from s2ag.core.motion import rest, skeleton
-from s2ag.core.performance import keeping, swift
+from s2ag.core.performance import keeping
+from s2ag.core.performance.refine.speed_limit import speed_limit
 
 FRAMES, AT = 90, 45
 TIME = (np.arange(FRAMES) - AT) / skeleton.FPS
@@ -26,7 +28,7 @@ def speeds(motion: np.ndarray) -> np.ndarray:
 
 def test_what_is_too_fast_is_slower_and_as_far():
     drawn = thrown(0.1)
-    made = swift.slowed(drawn)
+    made = apply(speed_limit, drawn, passes=3)
     assert speeds(drawn).max() > 4 and speeds(made).max() < 0.8 * speeds(drawn).max()
     assert abs(int(speeds(made).argmax()) - AT) <= 1
     assert np.linalg.norm(skeleton.wrists(made)[-1] - skeleton.wrists(drawn)[-1]) == 0
@@ -34,20 +36,20 @@ def test_what_is_too_fast_is_slower_and_as_far():
     np.testing.assert_array_equal(made[:, others], drawn[:, others])
     np.testing.assert_array_equal(made[[0, 20, 70]], drawn[[0, 20, 70]])
     np.testing.assert_allclose(np.linalg.norm(made, axis=-1), 1, atol=1e-5)
-    np.testing.assert_allclose(skeleton.mirror(swift.slowed(skeleton.mirror(drawn))), made, atol=1e-6)
+    np.testing.assert_allclose(skeleton.mirror(apply(speed_limit, skeleton.mirror(drawn), passes=3)), made, atol=1e-6)
 
 
 @pytest.mark.parametrize("seconds", [0.6, 2.0])
 def test_what_people_do_stays_to_the_bit(seconds):
     drawn = thrown(seconds)
     assert speeds(drawn).max() < 2.7
-    np.testing.assert_array_equal(swift.slowed(drawn), drawn)
-    np.testing.assert_array_equal(swift.slowed(drawn[:2]), drawn[:2])
+    np.testing.assert_array_equal(apply(speed_limit, drawn, passes=3), drawn)
+    np.testing.assert_array_equal(apply(speed_limit, drawn[:2], passes=3), drawn[:2])
 
 
 def test_given_frames_stay_and_those_beside_them_nearly():
     drawn, given = thrown(0.1), np.array([AT, AT + 1])
-    made = swift.slowed(drawn, given)
+    made = apply(speed_limit, drawn, given, passes=3)
     np.testing.assert_array_equal(made[given], drawn[given])
     moved = np.linalg.norm(made - drawn, axis=-1).max(axis=1)
     assert moved[AT - 1] < 0.2 * (1 - keeping.free(FRAMES, given)[AT - 1]) and moved.max() > 0

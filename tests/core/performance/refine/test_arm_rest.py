@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 from s2ag.core.motion import limits, rest, skeleton
-from s2ag.core.performance import casting, sinking
+from s2ag.core.performance import casting
+from s2ag.core.performance.refine import Take, refine
+from s2ag.core.performance.refine.arm_rest import arm_rest, readiness
 from s2ag.core.performance.request import Request
 from s2ag.core.performance.synthesis import Session
 
@@ -31,13 +33,18 @@ def above(motion: np.ndarray) -> np.ndarray:
     return skeleton.wrists(rest.REST)[:, 1] - skeleton.wrists(motion)[..., 1]
 
 
+def sink(directions: np.ndarray, ready: np.ndarray, key: tuple, given=()) -> tuple[np.ndarray, np.ndarray]:
+    """Directions after the rule, and how far each arm hangs ``(frames, 2)``."""
+    return refine(directions, Take(given=given, ready=ready, key=key), [arm_rest])[:2]
+
+
 def always(motion: np.ndarray) -> np.ndarray:
     return np.ones(len(motion))
 
 
 def test_an_arm_that_waits_hangs_meanwhile_and_is_back_when_it_moves_on():
     drawn = waiting(plateau(2.0, 10.0), (1,))
-    made, share = sinking.sunk(drawn, always(drawn), KEY)
+    made, share = sink(drawn, always(drawn), KEY)
     assert above(drawn)[60:120, 1].min() > 0.12
     assert above(made)[60:120, 1].max() < 0.06 and share[60:120, 1].min() > 0.75
     np.testing.assert_array_equal(made[:12], drawn[:12])
@@ -53,7 +60,7 @@ def test_an_arm_that_waits_hangs_meanwhile_and_is_back_when_it_moves_on():
 def test_arms_that_gesture_stay_to_the_bit():
     time = np.arange(180) / FPS
     drawn = waiting(0.5 + 0.5 * np.sin(2 * np.pi * 0.6 * time))
-    made, share = sinking.sunk(drawn, always(drawn), KEY)
+    made, share = sink(drawn, always(drawn), KEY)
     np.testing.assert_array_equal(made, drawn)
     assert not share.any()
 
@@ -62,7 +69,7 @@ def test_arms_that_gesture_stay_to_the_bit():
 def test_nobody_who_does_not_hang_and_nothing_short_is_changed(frames):
     for drawn in (waiting(plateau(2.0, 10.0)), waiting(plateau(0.2, 0.4))[:frames]):
         ready = always(drawn) * (len(drawn) <= frames)
-        np.testing.assert_array_equal(sinking.sunk(drawn, ready, KEY)[0], drawn)
+        np.testing.assert_array_equal(sink(drawn, ready, KEY)[0], drawn)
 
 
 def test_each_wait_has_a_chance_of_its_own_by_seed_and_readiness():
@@ -70,7 +77,7 @@ def test_each_wait_has_a_chance_of_its_own_by_seed_and_readiness():
     drawn = waiting(share)
 
     def sinks(ready: float, seed: int = 3) -> np.ndarray:
-        _, share = sinking.sunk(drawn, np.full(len(drawn), ready), (seed, *KEY[1:]))
+        _, share = sink(drawn, np.full(len(drawn), ready), (seed, *KEY[1:]))
         return share.reshape(60, -1, 2).max(axis=1) > 0.5
 
     often, seldom = sinks(0.6), sinks(0.25)
@@ -87,12 +94,12 @@ def test_a_wait_changes_no_other_one():
     other = drawn.copy()
     other[:75] = waiting(np.zeros(75))
     ready = np.full(len(drawn), 0.5)
-    np.testing.assert_array_equal(sinking.sunk(drawn, ready, KEY)[0][90:], sinking.sunk(other, ready, KEY)[0][90:])
+    np.testing.assert_array_equal(sink(drawn, ready, KEY)[0][90:], sink(other, ready, KEY)[0][90:])
 
 
 def test_given_frames_stay_and_lead_into_what_sinks():
     drawn = waiting(plateau(2.0, 10.0))
-    made, _ = sinking.sunk(drawn, always(drawn), KEY, np.array([90]))
+    made, _ = sink(drawn, always(drawn), KEY, np.array([90]))
     np.testing.assert_array_equal(made[90], drawn[90])
     assert above(made)[60].max() < 0.5 * above(drawn)[60].min()
     assert np.abs(np.diff(skeleton.wrists(made), axis=0)).max() * FPS < 2
@@ -102,7 +109,7 @@ def test_what_sank_comes_up_where_nobody_is_ready():
     drawn = waiting(plateau(2.0, 10.0))
     ready = always(drawn)
     ready[105:] = 0
-    made, _ = sinking.sunk(drawn, ready, (1, *KEY[1:]))
+    made, _ = sink(drawn, ready, (1, *KEY[1:]))
     assert above(made)[70:95].max() < 0.06
     np.testing.assert_array_equal(made[105:], drawn[105:])
 
@@ -112,10 +119,10 @@ def test_in_silence_arms_go_where_they_rest():
     front = rest.REST.copy()
     front[list(skeleton.ARMS[0])] = FRONT
     hangs = np.full(len(talking), 0.5)
-    by_side, before = (sinking.readiness(hangs, talking, pose) for pose in (rest.REST, front))
+    by_side, before = (readiness(hangs, talking, pose) for pose in (rest.REST, front))
     assert by_side[67] > 0.99 and before[67] < 0.01
     np.testing.assert_allclose([by_side[5], before[5]], 0.5, atol=1e-6)
-    assert not sinking.readiness(0 * hangs, talking, rest.REST).any()
+    assert not readiness(0 * hangs, talking, rest.REST).any()
 
 
 def test_styles_hang_as_their_speakers_do():

@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
+from refining import apply
 from s2ag.core.motion import rest, skeleton
-from s2ag.core.performance import keeping, thrown
+from s2ag.core.performance import keeping
+from s2ag.core.performance.refine.twin_beats import twin_beats
 
 FPS = skeleton.FPS
 FRAMES, AT = 90, 45
@@ -32,7 +34,7 @@ def heights(motion: np.ndarray, side: int) -> np.ndarray:
 def test_the_slower_of_two_arms_that_are_thrown_up_goes_not_so_far(side):
     shares = [0.7 * bump(0.3), bump(0.3, AT + 1)]
     drawn = raising(*shares[:: -1 if side else 1])
-    made = thrown.calmed(drawn)
+    made = apply(twin_beats, drawn)
     before, after = heights(drawn, side), heights(made, side)
     assert before.max() > 0.2 and 0.2 * before.max() < after.max() < 0.75 * before.max()
     for order in (1, 2):
@@ -41,20 +43,20 @@ def test_the_slower_of_two_arms_that_are_thrown_up_goes_not_so_far(side):
     np.testing.assert_array_equal(made[:, others], drawn[:, others])
     np.testing.assert_array_equal(made[[0, 20, 70, -1]], drawn[[0, 20, 70, -1]])
     np.testing.assert_allclose(np.linalg.norm(made, axis=-1), 1, atol=1e-5)
-    np.testing.assert_allclose(skeleton.mirror(thrown.calmed(skeleton.mirror(drawn))), made, atol=1e-6)
+    np.testing.assert_allclose(skeleton.mirror(apply(twin_beats, skeleton.mirror(drawn))), made, atol=1e-6)
 
 
 def test_arms_that_beat_one_after_the_other_or_alone_stay_to_the_bit():
     for shares in ((bump(0.3), np.zeros(FRAMES)), (bump(0.3), bump(0.3, AT + 8)), (np.zeros(FRAMES), np.zeros(FRAMES))):
         drawn = raising(*shares)
-        np.testing.assert_array_equal(thrown.calmed(drawn), drawn)
+        np.testing.assert_array_equal(apply(twin_beats, drawn), drawn)
 
 
 def test_what_takes_its_time_stays_up_or_is_small_stays_to_the_bit():
     held = np.clip(np.minimum(np.arange(FRAMES) - 20, 70 - np.arange(FRAMES)) / 4, 0, 1)
     for share in (bump(1.4), 0.12 * bump(0.3), held, np.linspace(0, 1, FRAMES)):
         drawn = raising(0.9 * share, share)
-        np.testing.assert_array_equal(thrown.calmed(drawn), drawn)
+        np.testing.assert_array_equal(apply(twin_beats, drawn), drawn)
 
 
 def test_it_sets_in_with_speed_size_and_how_much_together_arms_are():
@@ -62,14 +64,14 @@ def test_it_sets_in_with_speed_size_and_how_much_together_arms_are():
         [raising(0.9 * bump(seconds), bump(seconds)) for seconds in np.linspace(0.3, 1.0, 71)],
         [raising(0.9 * size * bump(0.3), size * bump(0.3)) for size in np.linspace(0, 1, 101)],
     ):
-        changed = [np.abs(thrown.calmed(one) - one).mean() for one in drawn]
+        changed = [np.abs(apply(twin_beats, one) - one).mean() for one in drawn]
         assert max(changed) > 0.0025 and np.abs(np.diff(changed)).max() < 0.0006
 
 
 def test_given_frames_stay():
     drawn = raising(0.7 * bump(0.3), bump(0.3))
     given = np.arange(AT, FRAMES)
-    made = thrown.calmed(drawn, given)
+    made = apply(twin_beats, drawn, given)
     np.testing.assert_array_equal(made[given], drawn[given])
     assert np.abs(np.diff(made, axis=0)).max() <= np.abs(np.diff(drawn, axis=0)).max() + 0.01
 
@@ -77,7 +79,7 @@ def test_given_frames_stay():
 def test_short_motions_stay():
     for frames in (1, 2, 3):
         drawn = raising(*2 * [np.linspace(0, 1, frames)])
-        np.testing.assert_array_equal(thrown.calmed(drawn), drawn)
+        np.testing.assert_array_equal(apply(twin_beats, drawn), drawn)
 
 
 def test_frames_may_be_mended_away_from_given_ones():

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from refining import apply
 from s2ag.core.motion import rest, skeleton
-from s2ag.core.performance import elbows
+from s2ag.core.performance.refine.elbow_wings import elbow_wings
 
 FRAMES = 60
 
@@ -36,7 +37,7 @@ def outwards() -> float:
 def test_elbows_like_wings_sink_and_hands_stay(side):
     assert outwards() == -1  # what posed() takes for the left arm's side
     drawn = posed(*WING, side)
-    made = elbows.lowered(drawn)
+    made = apply(elbow_wings, drawn)
     assert heights(drawn, side)[30] > 0 and heights(made, side)[30] < heights(drawn, side)[30] - 0.05
     np.testing.assert_allclose(skeleton.wrists(made), skeleton.wrists(drawn), atol=1e-5)
     np.testing.assert_allclose(np.linalg.norm(made, axis=-1), 1, atol=1e-5)
@@ -54,14 +55,14 @@ def test_elbows_like_wings_sink_and_hands_stay(side):
 )
 def test_other_arms_stay(arm):
     drawn = posed(*arm)
-    np.testing.assert_allclose(elbows.lowered(drawn), drawn, atol=1e-3)
+    np.testing.assert_allclose(apply(elbow_wings, drawn), drawn, atol=1e-3)
 
 
 def test_it_sets_in_smoothly():
     share = np.linspace(0, 1, FRAMES)[:, None, None]
     low = posed((0.2, -0.95, 0.1), (0.1, -0.2, 0.9))
     drawn = skeleton.normalize(low + share * (posed(*WING) - low)).astype(np.float32)
-    made = elbows.lowered(drawn)
+    made = apply(elbow_wings, drawn)
     step = np.linalg.norm(np.diff(drawn, axis=0), axis=-1).max()
     assert np.linalg.norm(np.diff(made, axis=0), axis=-1).max() < 3 * step
     assert heights(made).max() < -0.02 and heights(drawn).max() > 0
@@ -69,6 +70,6 @@ def test_it_sets_in_smoothly():
 
 def test_given_frames_stay():
     drawn, given = posed(*WING), np.array([0, 30])
-    made = elbows.lowered(drawn, given)
+    made = apply(elbow_wings, drawn, given)
     np.testing.assert_array_equal(made[given], drawn[given])
     assert heights(made)[45] < heights(drawn)[45] - 0.05

@@ -1,0 +1,42 @@
+"""Lowers elbows that are held up like wings over a low hand; people's elbows are so high where the hand is higher still."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ...motion import skeleton
+from ...smoothing import gaussian
+from .body import Body, Correction, Take, dot, knee
+
+_HIGH, _SOFT = 0.15, 0.06
+"""Metres below the shoulder above which an elbow is too high, and over which that sets in."""
+_HAND_BELOW, _FADE = -0.04, 0.1
+"""Metres of the hand below the elbow from which on the rule holds wholly, and over which it sets in."""
+_EASE = 0.13
+"""Standard deviation in seconds by which the rule comes and goes."""
+_MIN_LEVER = 0.02
+"""Metres from the line shoulder to wrist at which an elbow can be turned at all."""
+
+
+def elbow_wings(body: Body, take: Take) -> Iterator[Correction]:
+    """The arm is turned about the line from shoulder to wrist, so that the hand stays where it was."""
+    for arm in body.arms:
+        elbow = arm.elbow - arm.shoulder
+        below, hangs = (dot(way, arm.down)[0] for way in (elbow, arm.wrist - arm.elbow))
+        high = np.maximum(_HIGH - below, 0) * np.clip((hangs - _HAND_BELOW) / _FADE + 1, 0, 1)
+        if not high.any():
+            continue
+        axis = skeleton.normalize(arm.wrist - arm.shoulder)
+        angle = gaussian(_lowering(elbow, axis, arm.down, knee(high, _SOFT)), _EASE * skeleton.FPS)
+        yield arm.roll(axis, angle * take.free(len(angle)))
+
+
+def _lowering(elbow: np.ndarray, axis: np.ndarray, down: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Radians ``(frames,)`` about an ``axis`` by which elbows, seen from their shoulders, sink by the ``wanted`` metres, or as
+    far as they can.
+    """
+    aside, low = (vectors - dot(vectors, axis)[0][:, None] * axis for vectors in (elbow, down))
+    x, y = dot(aside, low, np.cross(axis, low))
+    now, steep = np.arctan2(y, x), np.linalg.norm(low, axis=-1)
+    there = np.arccos(np.clip(np.cos(now) + wanted / np.maximum(np.linalg.norm(aside, axis=-1) * steep, _MIN_LEVER), -1, 1))
+    return np.where(np.hypot(x, y) > _MIN_LEVER * steep, np.sign(now) * there - now, 0.0)
