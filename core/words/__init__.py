@@ -1,1 +1,1 @@
-"""What is said, and when."""
+"""Transcripts: reading, speech recognition and forced alignment of words with the recording."""

@@ -1,11 +1,12 @@
-"""When each word of a known text is said: forced alignment in a child process, and letter counts where that fails."""
+"""Aligns the words of a known text with the recording, in a child process; estimates times from letter counts if that fails."""
 
 import os
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -16,28 +17,30 @@ from .aligner import packed
 
 Span = tuple[float, float]
 Phone = tuple[str, float, float]
-"""CMU's name of a sound, start and end in seconds."""
+"""Name of a phone in the CMU alphabet, start and end in seconds."""
+_Placement = tuple[float, float, float, tuple[Phone, ...]]
+"""Start, end, confidence and phones of a word."""
 
 VERSION = 5
-"""Of the results: what was kept by another one is aligned again."""
+"""Version of the results: cached results of other versions are not used."""
 TIMEOUT = 60.0
-"""Seconds, beside the recording's own length, after which the child is killed; it usually needs 2 % of that length."""
+"""Seconds, in addition to the duration of the recording, after which the child is killed; it usually needs 2 % of that."""
 
 _PROGRAM = Path(__file__).with_name("aligner") / "start.py"
-_SLOWEST = 30.0
-"""Letters a voiced second: nobody speaks faster; ordinary speech has about fifteen."""
-_FEWEST = 1.5
-"""Letters a voiced second, less ten seconds of grace, below which a text can only be a part of what is said."""
-_ENOUGH = 0.3
-"""Share of the words that must be found; below, the text is taken for another one."""
-_LAST = 0.05
+_MAX_LETTERS_PER_SECOND = 30.0
+"""Per voiced second: nobody speaks faster; ordinary speech has about fifteen."""
+_MIN_LETTERS_PER_SECOND = 1.5
+"""Per voiced second beyond the first ten: with fewer letters the text can only be a part of the speech."""
+_MIN_FOUND_SHARE = 0.3
+"""If fewer of the words are found, the text is assumed to be that of another recording."""
+_MIN_LAST_WORD_SECONDS = 0.05
 
 _RESERVE = child.Reserve()
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Words, each the list of words said for it (:func:`spelling.spoken`), that are said between two moments (seconds)."""
+    """Words between two times in seconds; each word is the list of its spoken words (:func:`spelling.spoken`)."""
 
     words: list[list[str]]
     start: float = 0.0
@@ -46,9 +49,12 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Alignment:
-    """``spans`` ``(start, end)`` in seconds and ``confidence`` 0..1 of every word of all stretches; 0 marks a word that was not
-    found and stands where its neighbours leave room. ``complaint`` is a sentence if the aligner as a whole failed. ``phones``
-    of every word, none where they are unknown."""
+    """Result of :func:`place`, for the words of all stretches.
+
+    ``spans`` are ``(start, end)`` in seconds, ``confidence`` is 0..1; 0 marks a word that was not found and fills the time
+    between its neighbours. ``complaint`` is a sentence if the aligner as a whole failed. ``phones`` of every word are empty
+    where unknown.
+    """
 
     spans: list[Span]
     confidence: list[float]
@@ -56,46 +62,57 @@ class Alignment:
     phones: list[tuple[Phone, ...]] = field(default_factory=list)
 
 
-def align(audio: np.ndarray, words: list[list[str]], progress=None) -> tuple[list[Span], list[str]]:
-    """``(start, end)`` seconds for every word, and warnings for people; see :func:`place`."""
+def align(
+    audio: np.ndarray, words: list[list[str]], progress: Callable[[float], object] | None = None
+) -> tuple[list[Span], list[str]]:
+    """Return ``(start, end)`` in seconds for every word, and warnings for the user; see :func:`place`."""
     if not words:
         return [], []
-    found = place(audio, [Stretch(words)], progress)
-    return found.spans, complaints(found, [" ".join(parts) for parts in words])
+    alignment = place(audio, [Stretch(words)], progress)
+    return alignment.spans, complaints(alignment, [" ".join(parts) for parts in words])
 
 
-def place(audio: np.ndarray, stretches: Sequence[Stretch], progress=None, model: dict | None = None) -> Alignment:
-    """Place the words of stretches, which are in order of time and do not overlap.
+def place(
+    audio: np.ndarray,
+    stretches: Sequence[Stretch],
+    progress: Callable[[float], object] | None = None,
+    model: dict | None = None,
+) -> Alignment:
+    """Align the words of stretches, which are in order of time and do not overlap.
 
-    ``audio`` is ``(n,)`` float32 at 16 kHz; ``model`` another language's (:mod:`language`). ``progress`` is called with
-    0..1; what it raises stops the child and is passed on. Never fails on a text that does not fit, on a missing or dying
-    aligner: such words are spread over the voiced parts of their stretch by letters.
+    ``audio`` is ``(n,)`` float32 at 16 kHz; ``model`` is that of another language (:func:`language.load`). ``progress`` is
+    called with 0..1; an exception that it raises stops the child and is passed on. Never fails on a text that does not fit or
+    on a missing or crashing aligner: such words are spread over the voiced parts of their stretch by letter count.
     """
     duration = len(audio) / SAMPLE_RATE
     stretches = [Stretch(part.words, min(part.start, duration), min(part.end, duration)) for part in stretches]
     segments = voice.stretches(voice.probability(audio))
     words = [word for part in stretches for word in part.words]
-    found: list = [None] * len(words)
+    placements: list[_Placement | None] = [None] * len(words)
     complaint = _misfit(words, segments, model)
     if not complaint:
-        found, complaint = _run(audio, stretches, segments, progress or (lambda done: None), model)
-    if not complaint and sum(span is not None for span in found) < _ENOUGH * len(words):
+        placements, complaint = _run(audio, stretches, segments, progress or (lambda done: None), model)
+    if not complaint and sum(word is not None for word in placements) < _MIN_FOUND_SHARE * len(words):
         complaint = "The transcript does not fit the recording; its words are spread over the speech."
-        found = [None] * len(words)
+        placements = [None] * len(words)
     spans, first = [], 0
     for part in stretches:
-        here = [span and span[:2] for span in found[first : first + len(part.words)]]
+        here = [word and word[:2] for word in placements[first : first + len(part.words)]]
         spans += _fill(here, part.words, segments, part.start, part.end)
         first += len(part.words)
-    phones = [span[3] if span else () for span in found]
-    return Alignment(_trim(_ordered(spans), segments), [span[2] if span else 0.0 for span in found], complaint, phones)
+    phones = [word[3] if word else () for word in placements]
+    confidence = [word[2] if word else 0.0 for word in placements]
+    return Alignment(_trim(_monotonic(spans), segments), confidence, complaint, phones)
 
 
-def complaints(found: Alignment, shown: Sequence[str]) -> list[str]:
-    """Warnings for people: what failed, or which stretches of the text, by time and by words, do not fit what is said."""
-    if found.complaint:
-        return [found.complaint]
-    missing = [number for number, sure in enumerate(found.confidence) if not sure]
+def complaints(alignment: Alignment, shown: Sequence[str]) -> list[str]:
+    """Return warnings for the user: what failed, or which parts of the text (time and words) were not found in the speech.
+
+    ``shown`` are the words as they are written.
+    """
+    if alignment.complaint:
+        return [alignment.complaint]
+    missing = [number for number, sure in enumerate(alignment.confidence) if not sure]
     if not missing:
         return []
     runs: list[list[int]] = []
@@ -104,14 +121,18 @@ def complaints(found: Alignment, shown: Sequence[str]) -> list[str]:
             runs[-1].append(number)
         else:
             runs.append([number])
-    named = [_named(found.spans[run[0]][0], found.spans[run[-1]][1], shown[run[0] : run[-1] + 1]) for run in runs]
-    more = f" and {len(named) - 3} more stretches" if len(named) > 3 else ""
+    spans = alignment.spans
+    places = [_describe(spans[run[0]][0], spans[run[-1]][1], shown[run[0] : run[-1] + 1]) for run in runs]
+    more = f" and {len(places) - 3} more stretches" if len(places) > 3 else ""
     what = f"{len(missing)} of {len(shown)} words of the transcript were not found in the recording"
-    return [f"{what}: {', '.join(named[:3])}{more}."]
+    return [f"{what}: {', '.join(places[:3])}{more}."]
 
 
 def spread(words: list[list[str]], segments: list[Span]) -> list[Span]:
-    """Words over voiced stretches by letter count: each stretch begins with the start of a word and is filled by its words."""
+    """Distribute words over voiced segments by letter count; return their ``(start, end)`` in seconds.
+
+    Each segment begins with the start of a word and is filled completely by its words.
+    """
     letters = np.array([sum(len(part) for part in word) + 1.0 for word in words])
     lengths = np.array([end - start for start, end in segments])
     middle = (np.cumsum(letters) - letters / 2) / letters.sum() * lengths.sum()
@@ -125,35 +146,37 @@ def spread(words: list[list[str]], segments: list[Span]) -> list[Span]:
 
 
 def clock(seconds: float) -> str:
-    """``1:02:03`` or ``2:03``."""
+    """Format seconds as ``1:02:03`` or ``2:03``."""
     minutes, rest = divmod(int(seconds), 60)
     return f"{minutes // 60}:{minutes % 60:02}:{rest:02}" if minutes >= 60 else f"{minutes}:{rest:02}"
 
 
 def prepare() -> None:
-    """Start the child for the next words that are aligned, so that they need not wait for it."""
+    """Start the child process for the next alignment in advance."""
     _RESERVE.start(command())
 
 
 def command() -> list[str]:
-    """How the child is started: by path and without its folder on the search path, whatever name this package goes by."""
+    """Return the command that starts the child: by path, without its folder on the search path, as the name of this package
+    varies."""
     return [sys.executable, "-P", os.fspath(_PROGRAM)]
 
 
-def _named(start: float, end: float, words: Sequence[str]) -> str:
+def _describe(start: float, end: float, words: Sequence[str]) -> str:
+    """Describe a run of words by its times and its text, abbreviated."""
     text = " ".join(words) if len(words) <= 6 else f"{' '.join(words[:3])} … {' '.join(words[-2:])}"
     return f"{clock(start)}–{clock(end)} “{text[:80]}”"
 
 
 def _misfit(words: list[list[str]], segments: list[Span], model: dict | None) -> str:
-    """Why these words cannot be what is said, judged by their number alone; "" if they can."""
+    """Return why these words cannot be the text of the speech, judged by counts and alphabet alone; "" if they can."""
     voiced = sum(end - start for start, end in segments)
     letters = sum(len(part) for word in words for part in word)
     if not voiced:
         return "No speech was heard in the recording; the transcript's words are spread over all of it."
-    if letters > _SLOWEST * (voiced + 1):
+    if letters > _MAX_LETTERS_PER_SECOND * (voiced + 1):
         return f"The transcript is too long for {voiced:.0f} s of speech; its words are spread over the speech."
-    if letters < _FEWEST * (voiced - 10):
+    if letters < _MIN_LETTERS_PER_SECOND * (voiced - 10):
         return f"The transcript is too short for {voiced:.0f} s of speech; its words are spread over the speech."
     latin = sum(any("a" <= char <= "z" for part in word for char in part.lower()) for word in words)
     if model is None and 2 * latin < len(words):
@@ -161,23 +184,29 @@ def _misfit(words: list[list[str]], segments: list[Span], model: dict | None) ->
     return ""
 
 
-def _run(audio, stretches, segments, progress, model) -> tuple[list, str]:
-    """The child's spans, or nothing but a complaint when it is absent, dies, hangs or talks nonsense."""
+def _run(
+    audio: np.ndarray,
+    stretches: Sequence[Stretch],
+    segments: list[Span],
+    progress: Callable[[float], object],
+    model: dict | None,
+) -> tuple[list[_Placement | None], str]:
+    """Align in the child process; return a placement per word (None: not found) and, if the child failed, a complaint."""
     count = sum(len(part.words) for part in stretches)
-    nothing = [None] * count
+    nothing: list[_Placement | None] = [None] * count
     if not packed.ENGLISH.is_file():
         return nothing, f"{packed.ENGLISH.name}, the aligner's model of speech, is missing; words are spread over the speech."
     duration = len(audio) / SAMPLE_RATE
     edges = [0.0, *(edge for segment in segments for edge in segment), duration]
 
-    def hear(answer: dict):
+    def receive(answer: dict) -> list[_Placement | None] | None:
         if "spans" not in answer:
             progress(float(answer["progress"]))
             return None
         if len(answer["spans"]) != count:
             raise child.ChildFailed("answered for another text")
         try:
-            return [None if span is None else _span(*span) for span in answer["spans"]]
+            return [None if span is None else _placement(*span) for span in answer["spans"]]
         except (TypeError, ValueError):
             raise child.ChildFailed("answered nonsense") from None
 
@@ -190,61 +219,65 @@ def _run(audio, stretches, segments, progress, model) -> tuple[list, str]:
             "model": model,
         }
         try:
-            spans = child.ask(command(), request, pcm(audio), TIMEOUT + duration, hear, _RESERVE)
+            answer = child.ask(command(), request, pcm(audio), TIMEOUT + duration, receive, _RESERVE)
         except child.ChildFailed as error:
             return nothing, f"The aligner {error}; words are spread over the speech by their letters."
     progress(1.0)
-    return spans, ""
+    return cast(list[_Placement | None], answer), ""
 
 
-def _span(start, end, sure, phones) -> tuple:
+def _placement(start: float, end: float, sure: float, phones: Iterable) -> _Placement:
     return float(start), float(end), float(sure), sounds(phones)
 
 
-def sounds(phones) -> tuple[Phone, ...]:
-    """Phones as they are, of something that another process wrote; raises TypeError or ValueError where they are none."""
+def sounds(phones: Iterable) -> tuple[Phone, ...]:
+    """Convert phones from JSON to tuples; raise TypeError or ValueError if they are not name, start and end in seconds."""
     result = tuple((str(name), float(start), float(end)) for name, start, end in phones)
     if not all(0 <= start <= end < 1e9 for _, start, end in result):
         raise ValueError("no times")
     return result
 
 
-def pcm(audio: np.ndarray):
-    """The sound as little-endian int16 at twice the usual speech level, a minute at a time."""
+def pcm(audio: np.ndarray) -> Iterator[bytes]:
+    """Yield the sound as little-endian int16 at twice the normalised speech level, a minute at a time."""
     factor = 32767 * 2 * gain(audio)
     for begin in range(0, len(audio), 60 * SAMPLE_RATE):
         piece = audio[begin : begin + 60 * SAMPLE_RATE] * factor
         yield np.clip(piece, -32768, 32767).astype("<i2").tobytes()
 
 
-def _fill(found: list[Span | None], words: list, segments: list[Span], start: float, stop: float) -> list[Span]:
-    """Give words without a place the voiced time between their neighbours, or within the stretch ``start`` to ``stop``."""
-    spans, number = list(found), 0
-    while number < len(spans):
-        if spans[number] is not None:
-            number += 1
+def _fill(
+    spans: Sequence[Span | None], words: list[list[str]], segments: list[Span], start: float, stop: float
+) -> list[Span]:
+    """Spread words that were not found over the voiced time between their neighbours, or from ``start`` to ``stop``."""
+    filled: list[Span] = []
+    while len(filled) < len(spans):
+        first = len(filled)
+        span = spans[first]
+        if span is not None:
+            filled.append(span)
             continue
-        other = next((other for other in range(number, len(spans)) if spans[other] is not None), len(spans))
-        low = spans[number - 1][1] if number else start
-        high = max(spans[other][0] if other < len(spans) else stop, low)
+        last = next((number for number in range(first, len(spans)) if spans[number] is not None), len(spans))
+        following = spans[last] if last < len(spans) else None
+        low = filled[-1][1] if filled else start
+        high = max(following[0] if following else stop, low)
         inside = [(max(begin, low), min(end, high)) for begin, end in segments if min(end, high) - max(begin, low) > 0.02]
-        spans[number:other] = spread(words[number:other], inside or [(low, high)])
-        number = other
-    return spans
+        filled += spread(words[first:last], inside or [(low, high)])
+    return filled
 
 
-def _ordered(spans: list[Span]) -> list[Span]:
-    """The same with starts that never go back."""
+def _monotonic(spans: list[Span]) -> list[Span]:
+    """Make the starts non-decreasing."""
     starts = np.maximum.accumulate([start for start, _ in spans]) if spans else ()
     return [(float(start), max(float(start), end)) for start, (_, end) in zip(starts, spans, strict=True)]
 
 
 def _trim(spans: list[Span], segments: list[Span]) -> list[Span]:
-    """End the last word with the voice: the search lets it run to the end of the file."""
+    """End the last word with its voiced segment: the search extends it to the end of the file."""
     if not spans:
         return spans
     start, end = spans[-1]
-    heard = [stop for begin, stop in segments if begin < end and stop > start]
-    if heard:
-        spans[-1] = (start, min(end, max(min(heard), start + _LAST)))
+    ends = [stop for begin, stop in segments if begin < end and stop > start]
+    if ends:
+        spans[-1] = (start, min(end, max(min(ends), start + _MIN_LAST_WORD_SECONDS)))
     return spans

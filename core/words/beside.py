@@ -1,18 +1,21 @@
-"""The transcript that a recording brings along."""
+"""Finds the transcript that lies next to a recording."""
 
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 
 SUFFIXES = (".txt", ".srt", ".vtt", ".TextGrid")
-"""Of transcripts that are found by themselves, in this order."""
+"""Suffixes of transcripts that are found automatically, in this order."""
 
 
 def beside(recording: str | PathLike, there: Callable[[Path], bool] = Path.is_file) -> Path | None:
-    """The transcript of the recording's name in its folder, by the first of :data:`SUFFIXES` that is ``there``."""
+    """Return the file next to the recording that has its name and the first suffix of :data:`SUFFIXES` that exists, or None.
+
+    ``there`` tells whether a path exists.
+    """
     recording = Path(recording)
     try:
-        named = [recording.with_suffix(suffix) for suffix in SUFFIXES]
-        return next((path for path in named if path != recording and there(path)), None)
+        candidates = [recording.with_suffix(suffix) for suffix in SUFFIXES]
+        return next((path for path in candidates if path != recording and there(path)), None)
     except (OSError, ValueError):
-        return None  # a name that no file can have: whoever reads the recording will say so
+        return None  # an invalid file name: reading the recording will report it

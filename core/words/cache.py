@@ -1,4 +1,4 @@
-"""Results that cost seconds, kept by a hash of all they were made from: small JSON files in one folder of bounded size."""
+"""Caches slow results as small JSON files in a folder of bounded size; keys are hashes of all inputs."""
 
 import contextlib
 import hashlib
@@ -6,44 +6,45 @@ import json
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
 from .. import json_text
 from ..errors import OutputUnwritable
 from ..files import whole_file
 
 LIMIT = 64_000_000
-"""Bytes kept; the least recently used go first. An hour of speech takes half a megabyte."""
+"""Maximum bytes; the least recently used files are deleted first. An hour of speech takes half a megabyte."""
 VARIABLE = "S2AG_CACHE"
-"""Environment variable with another folder, or ``off``."""
+"""Environment variable that names another folder, or ``off``."""
 
 
 def default_folder() -> Path | None:
-    """Where the platform wants such files, or what :data:`VARIABLE` says; None for nowhere."""
-    named = os.environ.get(VARIABLE, "").strip()
-    if named.lower() == "off":
+    """Return the folder that :data:`VARIABLE` names, else the platform's cache folder; None to cache nothing."""
+    setting = os.environ.get(VARIABLE, "").strip()
+    if setting.lower() == "off":
         return None
-    if named:
-        return Path(named)
+    if setting:
+        return Path(setting)
     try:
-        return _users() / "words"
-    except RuntimeError:  # nobody's process: it has no home
+        return _platform_folder() / "words"
+    except RuntimeError:  # the user of this process has no home
         return None
 
 
-def _users() -> Path:
-    """The user's folder for what can be made again, where each platform wants it."""
+def _platform_folder() -> Path:
+    """Return the user's cache folder by the convention of the platform."""
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "s2ag" / "Cache"
     if sys.platform == "darwin":
         return Path.home() / "Library" / "Caches" / "s2ag"
-    named = os.environ.get("XDG_CACHE_HOME", "")
-    return (Path(named) if os.path.isabs(named) else Path.home() / ".cache") / "s2ag"
+    setting = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(setting) if os.path.isabs(setting) else Path.home() / ".cache") / "s2ag"
 
 
 class Cache:
-    """A folder of results, made when something is first kept; with ``folder`` None nothing is kept.
+    """Cache in a folder that is created on first use; with ``folder`` None nothing is stored.
 
-    :attr:`trouble` is a sentence once something could not be written; work goes on without it.
+    A write that fails raises nothing: :attr:`trouble` then holds a sentence for the user.
     """
 
     def __init__(self, folder: str | os.PathLike | None, limit: int = LIMIT):
@@ -51,21 +52,21 @@ class Cache:
         self._limit = limit
         self.trouble = ""
 
-    def get(self, key: str):
-        """What was kept under this key, or None."""
+    def get(self, key: str) -> Any:
+        """Return the JSON value of a key, or None."""
         if self.folder is None:
             return None
         path = self._path(key)
         try:
             value = json_text.read(path, self._limit)
-        except (OSError, ValueError):  # never kept, or damaged: it is made again
+        except (OSError, ValueError):  # missing or damaged: the caller computes it again
             return None
-        with contextlib.suppress(OSError):  # another process may just have cleared it
+        with contextlib.suppress(OSError):  # another process may just have deleted it
             os.utime(path)
         return value
 
-    def put(self, key: str, value) -> None:
-        """Keep something that is JSON, and forget what was used least recently if there is too much."""
+    def put(self, key: str, value: Any) -> None:
+        """Store a JSON value, and delete the least recently used ones if the cache exceeds its limit."""
         if self.folder is None:
             return
         try:
@@ -79,12 +80,12 @@ class Cache:
         self._trim()
 
     def size(self) -> tuple[int, int]:
-        """Files and bytes kept."""
+        """Return the number of files and of bytes."""
         files = self._files()
         return len(files), sum(size for _, size, _ in files)
 
     def clear(self) -> int:
-        """Forget everything; how many files that were."""
+        """Delete all files; return how many."""
         files = self._files()
         for _, _, path in files:
             path.unlink(missing_ok=True)
@@ -100,17 +101,19 @@ class Cache:
             total -= size
 
     def _files(self) -> list[tuple[float, int, Path]]:
-        found = []
+        """Return time of last use, bytes and path of all files."""
+        files = []
         for path in self.folder.glob("*.words.json") if self.folder and self.folder.is_dir() else ():
             with contextlib.suppress(FileNotFoundError):
                 state = path.stat()
-                found.append((state.st_mtime, state.st_size, path))
-        return found
+                files.append((state.st_mtime, state.st_size, path))
+        return files
 
     def _path(self, key: str) -> Path:
+        assert self.folder is not None
         return self.folder / f"{key}.words.json"
 
 
-def key(*parts) -> str:
-    """A name for what follows from these JSON values."""
+def key(*parts: Any) -> str:
+    """Return a file name, a hash of these JSON values."""
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:40]

@@ -1,9 +1,11 @@
-"""Another language for the aligner: its code, so that eSpeak NG pronounces words, or a folder with what pocketsphinx needs."""
+"""Loads another language for the aligner: by its code, with pronunciations from eSpeak NG, or from a folder of models."""
 
 import importlib.util
 import re
+from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from .. import json_text
 from ..errors import EngineMissing, TranscriptUnreadable
@@ -11,18 +13,18 @@ from .aligner import sphinx_model
 
 _REMEDY = "See docs/transcripts.md, Other languages."
 _PACKAGE = "espeakng_loader"
-_LARGEST, _LETTERS, _PHONES = 256_000_000, 1_000_000, 100
-"""Bytes of a dictionary and of letters.json, and signs that phones of a letter may take."""
+_MAX_DICTIONARY_BYTES, _MAX_LETTERS_BYTES, _MAX_RULE_LENGTH = 256_000_000, 1_000_000, 100
+"""The last limits the characters of the phones of one letter rule."""
 _CODE = re.compile(r"^language[ \t]+([\w-]+)", re.MULTILINE)
 
 
 def load(folder: str | PathLike | None = None, code: str | None = None) -> dict | None:
-    """What the aligner is told of a language (None: English): ``voice``, a code for eSpeak NG, and of the folder the paths
-    ``acoustic`` and ``dictionary``, and ``letters``; each may be None.
+    """Return the aligner's model of a language (None: English) as a dictionary that is sent to its process as JSON.
 
-    With a ``code`` (``de``, ``fr``, ``pt-br``) words that are not in the folder's dictionary are pronounced by eSpeak NG in the
-    phones of the English acoustic model. Raises :class:`EngineMissing` where that needs an extra, and
-    :class:`TranscriptUnreadable`.
+    Keys, each of which may be None: ``voice`` of eSpeak NG, the paths ``acoustic`` and ``dictionary`` in the folder, and
+    ``letters`` (see :func:`_folder`). With a ``code`` (``de``, ``fr``, ``pt-br``) words that are not in the folder's dictionary
+    are pronounced by eSpeak NG in the phones of the English acoustic model. Raises :class:`EngineMissing` if an extra is
+    missing, and :class:`TranscriptUnreadable`.
     """
     model, voice = _folder(folder), _voice(code)
     if voice is None:
@@ -34,37 +36,40 @@ def load(folder: str | PathLike | None = None, code: str | None = None) -> dict 
 
 
 def foreign(model: dict | None) -> bool:
-    """Whether numbers and signs are read as another language does."""
+    """Return whether numbers and signs are read in another language than English."""
     return model is not None and model["voice"] is not None
 
 
 def _voice(code: str | None) -> str | None:
-    """eSpeak NG's voice for a code, which is the name of a file; None for English, which has a dictionary."""
+    """Return eSpeak NG's voice for a language code, a file name; None for English, which has a dictionary.
+
+    Raises :class:`EngineMissing` and, for an unknown code, :class:`TranscriptUnreadable`.
+    """
     code = (code or "en").strip().lower().replace("_", "-")
     if code == "en" or code.startswith("en-"):
         return None
     spec = importlib.util.find_spec(_PACKAGE)
-    if spec is None:
+    if spec is None or spec.origin is None:
         message = "The pronunciation of other languages is not installed."
         raise EngineMissing(message, 'Add it with: pip install "s2ag[languages]"')
     voices: dict[str, str] = {}
     for path in sorted(Path(spec.origin).with_name("espeak-ng-data").joinpath("lang").rglob("*")):
         if path.is_file():
             text = path.read_text(encoding="utf-8", errors="replace")
-            voices |= {found.lower(): path.name for found in _CODE.findall(text) if found.lower() not in voices}
+            voices |= {name.lower(): path.name for name in _CODE.findall(text) if name.lower() not in voices}
             voices[path.name.lower()] = path.name
     if code not in voices:
-        known = ", ".join(sorted(found for found in voices if len(found) == 2))
-        raise TranscriptUnreadable(f"eSpeak NG does not know the language {code}.", f"It knows {known} and others.")
+        codes = ", ".join(sorted(name for name in voices if len(name) == 2))
+        raise TranscriptUnreadable(f"eSpeak NG does not know the language {code}.", f"It knows {codes} and others.")
     return voices[code]
 
 
-def _folder(folder: str | PathLike | None) -> dict | None:
-    """The folder's ``acoustic``, ``dictionary`` and ``letters``.
+def _folder(folder: str | PathLike | None) -> dict[str, Any] | None:
+    """Find ``acoustic``, ``dictionary`` and ``letters`` in a folder.
 
-    The acoustic model is the folder itself or one inside it that holds a file ``mdef``; the dictionary is its only ``.dict`` or
-    ``.dic``; ``letters.json`` maps spelling to phones for words that are in no dictionary. Without an acoustic model the
-    English one is used, and phones are its own: that serves accents and invented words, not another language. Raises
+    The acoustic model is the folder itself or a folder inside it that contains a file ``mdef``; the dictionary is the only
+    ``.dict`` or ``.dic`` file; ``letters.json`` maps letters to phones for words that are in no dictionary. Without an acoustic
+    model the English one is used with its phones, which suits accents and invented words but not another language. Raises
     :class:`TranscriptUnreadable`.
     """
     if folder is None:
@@ -79,12 +84,13 @@ def _folder(folder: str | PathLike | None) -> dict | None:
         raise TranscriptUnreadable(f"The aligner model {folder} holds {len(dictionaries)} dictionaries.", "Leave one there.")
     if not dictionaries and letters is None:
         raise TranscriptUnreadable(f"The aligner model {folder} holds neither a dictionary nor letters.json.", _REMEDY)
-    if any(path.stat().st_size > _LARGEST for path in dictionaries):
-        raise TranscriptUnreadable(f"{dictionaries[0]} is larger than {_LARGEST // 1_000_000} MB.", "Leave out rare words.")
+    if any(path.stat().st_size > _MAX_DICTIONARY_BYTES for path in dictionaries):
+        most = _MAX_DICTIONARY_BYTES // 1_000_000
+        raise TranscriptUnreadable(f"{dictionaries[0]} is larger than {most} MB.", "Leave out rare words.")
     if acoustic is not None:
         _check(acoustic)
     if acoustic is not None and letters is None:
-        letters = {}  # guesses by English rules would name phones that this model lacks
+        letters = {}  # English letter rules would give phones that this model lacks
     return {
         "acoustic": None if acoustic is None else str(acoustic),
         "dictionary": str(dictionaries[0]) if dictionaries else None,
@@ -94,7 +100,7 @@ def _folder(folder: str | PathLike | None) -> dict | None:
 
 
 def _check(acoustic: Path) -> None:
-    """Raise :class:`EngineMissing` for sounds that only pocketsphinx can read, where it is not installed."""
+    """Raise :class:`EngineMissing` if the acoustic model can only be read by pocketsphinx, which is not installed."""
     if importlib.util.find_spec("pocketsphinx") is None:
         try:
             sphinx_model.read(acoustic)
@@ -103,8 +109,8 @@ def _check(acoustic: Path) -> None:
             raise EngineMissing(message, 'Install it with: pip install "s2ag[full]"') from error
 
 
-def fingerprint(model: dict | None) -> list:
-    """What distinguishes a model in JSON: paths, sizes and times of its files, its letters and its language."""
+def fingerprint(model: Mapping[str, Any] | None) -> list:
+    """Return JSON that identifies a model in cache keys: paths, sizes and times of its files, letter rules and language."""
     if model is None:
         return []
     files = [Path(model["dictionary"])] if model["dictionary"] else []
@@ -115,8 +121,9 @@ def fingerprint(model: dict | None) -> list:
 
 
 def _letters(path: Path) -> dict[str, str]:
+    """Read the letter rules; raise :class:`TranscriptUnreadable` if they do not map letters to phones."""
     try:
-        letters = json_text.read(path, _LETTERS)
+        letters = json_text.read(path, _MAX_LETTERS_BYTES)
     except (OSError, json_text.NotJson) as error:
         raise TranscriptUnreadable(f"{path} is not valid JSON.", _REMEDY) from error
     if not isinstance(letters, dict) or not all(map(_is_rule, letters, letters.values())):
@@ -125,4 +132,4 @@ def _letters(path: Path) -> dict[str, str]:
 
 
 def _is_rule(letters: str, phones: object) -> bool:
-    return bool(letters) and isinstance(phones, str) and len(phones) <= _PHONES
+    return bool(letters) and isinstance(phones, str) and len(phones) <= _MAX_RULE_LENGTH

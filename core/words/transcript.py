@@ -1,5 +1,7 @@
-"""What is said and when: from a transcript in any form, aligned where it states no times of words, or from nothing."""
+"""Produces timed words of a recording: reads a transcript of any format and aligns words that have no times."""
 
+import contextlib
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -15,20 +17,23 @@ from .readers.items import LONGEST, Item
 
 Word = tuple[str, float, float]
 
-_LONGEST = 10_000_000
-"""Bytes: no transcript is longer, and a recording named by mistake usually is."""
-_TOGETHER = 0.5
-"""Seconds between phrases that are aligned as one."""
-_GROUP = 25.0
-"""Seconds of phrases that are aligned together."""
-_NOTHING = "The transcript holds no words; the gestures follow the sound alone."
+_MAX_BYTES = 10_000_000
+"""No transcript is longer, whereas a recording chosen by mistake usually is."""
+_MAX_GAP_SECONDS = 0.5
+"""Phrases that are closer are aligned together."""
+_MAX_GROUP_SECONDS = 25.0
+"""Maximum duration of phrases that are aligned together."""
+_NO_WORDS = "The transcript holds no words; the gestures follow the sound alone."
 
 
 @dataclass(frozen=True)
 class Heard:
-    """``words`` ``(word, start, end)`` in seconds in order of start; for each its ``confidence`` 0..1 (1 for times that a file
-    states); ``marks`` whose numbers count the words; ``warnings`` for people; ``form`` of the transcript; and for each word its
-    ``phones``, ``(name, start, end)`` in CMU's alphabet, none where the aligner did not hear them."""
+    """Timed words of a recording.
+
+    ``words`` are ``(word, start, end)`` in seconds, in order of start, each with a ``confidence`` 0..1 (1 for times stated in
+    the file) and ``phones`` ``(name, start, end)`` in the CMU alphabet, empty if the aligner did not find the word. ``marks``
+    refer to words by number. ``warnings`` are for the user, ``form`` is the format of the transcript.
+    """
 
     words: tuple[Word, ...] = ()
     confidence: tuple[float, ...] = ()
@@ -40,8 +45,8 @@ class Heard:
 
 @dataclass(frozen=True)
 class Ways:
-    """How words are found: ``cache``, an aligner ``model`` (:func:`language.load`), whether to ``recognise`` what no transcript
-    tells, and with which ``recogniser`` (a folder; None: the shipped one)."""
+    """Options of :func:`hear`: the ``cache``, an aligner ``model`` (:func:`language.load`), whether to ``recognise`` speech
+    that has no transcript, and the folder of a ``recogniser`` (None: the shipped one)."""
 
     cache: Cache = field(default_factory=lambda: Cache(None))
     model: dict | None = None
@@ -50,25 +55,28 @@ class Ways:
 
 
 def resolve(
-    sound: np.ndarray, transcript: str | PathLike | None = None, text: str | None = None, progress=None
+    sound: np.ndarray,
+    transcript: str | PathLike | None = None,
+    text: str | None = None,
+    progress: Callable[[float], object] | None = None,
 ) -> tuple[tuple[Word, ...], list[str]]:
-    """:attr:`Heard.words` and warnings of :func:`hear`, for callers that need no more."""
-    found = hear(sound, transcript, text, progress)
-    return found.words, found.warnings
+    """Return only :attr:`Heard.words` and :attr:`Heard.warnings` of :func:`hear`."""
+    heard = hear(sound, transcript, text, progress)
+    return heard.words, heard.warnings
 
 
 def hear(
     sound: np.ndarray,
     transcript: str | PathLike | None = None,
     text: str | None = None,
-    progress=None,
+    progress: Callable[[float], object] | None = None,
     ways: Ways | None = None,
 ) -> Heard:
-    """Words of a recording ``(n,)`` at 16 kHz.
+    """Return the timed words of a recording ``(n,)`` at 16 kHz.
 
-    ``transcript`` is a file in one of the forms of :mod:`readers`; ``text`` is plain text itself; with neither, or with an
-    empty one, the audio gestures alone, unless ``ways`` says to recognise it. ``progress`` is called with 0..1 during
-    alignment. Raises :class:`TranscriptUnreadable`, :class:`EngineMissing` and, when both are given, :class:`UsageError`.
+    ``transcript`` is a file in one of the formats of :mod:`readers`; ``text`` is plain text itself. With neither there are no
+    words, unless ``ways`` asks for speech recognition. ``progress`` is called with 0..1 during alignment. Raises
+    :class:`TranscriptUnreadable`, :class:`EngineMissing` and, if both are given, :class:`UsageError`.
     """
     ways = ways or Ways()
     if transcript is not None and text is not None:
@@ -78,32 +86,32 @@ def hear(
     elif text is not None:
         source = readers.Source("plain text", [Item(text)])
     elif ways.recognise:
-        source = readers.Source("recognised speech", _recognised(sound, progress, ways))
+        source = readers.Source("recognised speech", _recognise(sound, progress, ways))
     else:
         return Heard()
     script = _Script(source, len(sound) / audio.SAMPLE_RATE, ways.model)
     if not script.tokens:
-        return Heard(warnings=script.warnings or [_NOTHING], form=source.form)
-    found = _placed(sound, script, progress, ways)
-    spans, sure = script.times(found)
+        return Heard(warnings=script.warnings or [_NO_WORDS], form=source.form)
+    alignment = _align_script(sound, script, progress, ways)
+    spans, sure = script.times(alignment)
     order = sorted(range(len(spans)), key=lambda number: spans[number][0])
     words = tuple((script.tokens[number][0], *spans[number]) for number in order)
     shown = [script.tokens[number][0] for number in script.loose]
-    warnings = script.warnings + (align.complaints(found, shown) if found else [])
-    sounds = dict(zip(script.loose, found.phones, strict=True)) if found else {}
-    phones = tuple(sounds.get(number, ()) for number in order)
-    certain = tuple(sure[number] for number in order)
-    return Heard(words, certain, tuple(script.marks), warnings + _trouble(ways), source.form, phones)
+    warnings = script.warnings + (align.complaints(alignment, shown) if alignment else [])
+    phones_of = dict(zip(script.loose, alignment.phones, strict=True)) if alignment else {}
+    phones = tuple(phones_of.get(number, ()) for number in order)
+    confidence = tuple(sure[number] for number in order)
+    return Heard(words, confidence, tuple(script.marks), warnings + _cache_warnings(ways), source.form, phones)
 
 
 def read(path: str | PathLike) -> str:
-    """The text of a file: UTF-8, UTF-16 with its mark, else Windows-1252. Raises :class:`TranscriptUnreadable`."""
+    """Read a text file: UTF-8, UTF-16 with a byte order mark, else Windows-1252. Raises :class:`TranscriptUnreadable`."""
     path = Path(path)
     if path.is_dir():
         raise TranscriptUnreadable(f"{path} is a folder, not a transcript.", "Name a .txt or .json file inside it.")
     try:
         with open(path, "rb") as file:
-            data = file.read(_LONGEST + 1)
+            data = file.read(_MAX_BYTES + 1)
     except FileNotFoundError:
         raise TranscriptUnreadable(f"The transcript {path} does not exist.", "Check the name and the folder.") from None
     except OSError as error:
@@ -112,19 +120,18 @@ def read(path: str | PathLike) -> str:
         encodings = ("utf-16",)
     else:
         encodings = ("utf-8-sig", "cp1252", "latin-1")
+    text = "\0"
     for encoding in encodings:
-        try:
+        with contextlib.suppress(UnicodeDecodeError):
             text = data.decode(encoding)
             break
-        except UnicodeDecodeError:
-            text = "\0"
-    if "\0" in text or len(data) > _LONGEST:
+    if "\0" in text or len(data) > _MAX_BYTES:
         raise TranscriptUnreadable(f"{path} is not a text file.", "Give the words as plain text, subtitles or timed words.")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def tokenise(text: str, model: dict | None = None) -> list[markup.Token]:
-    """Words as ``(as written, [as spoken, ...])``: without punctuation, stage directions and other markup."""
+    """Return words as ``(as written, [as spoken, ...])``, without punctuation, stage directions and other markup."""
     return _marked(text, model).tokens
 
 
@@ -133,7 +140,7 @@ def _marked(text: str, model: dict | None) -> markup.Marked:
 
 
 class _Script:
-    """A source as tokens, the ``loose`` of which are to be placed in ``stretches``; all others have ``fixed`` times."""
+    """The tokens of a transcript: those with ``fixed`` times, and the ``loose`` ones, to be aligned within ``stretches``."""
 
     def __init__(self, source: readers.Source, duration: float, model: dict | None):
         self.tokens: list[markup.Token] = []
@@ -144,27 +151,32 @@ class _Script:
         self.warnings: list[str] = []
         self._duration, self._model, late = duration, model, 0
         items = source.items
-        ends, starts = _around(items)
+        previous_ends, next_starts = _neighbour_times(items)
         for number, item in enumerate(items):
             if item.start is not None and item.start >= duration:
                 late += len(tokenise(item.text, model))
             elif item.word:
                 self._fix(item)
             else:
-                self._loosen(item, ends[number], starts[number], len(items) == 1)
+                self._loosen(item, previous_ends[number], next_starts[number], len(items) == 1)
         if late:
             plural = "s" if late > 1 else ""
             what = f"{late} word{plural} of the transcript {'lie' if late > 1 else 'lies'} after the end of the recording"
             self.warnings.append(f"{what} and {'are' if late > 1 else 'is'} left out.")
 
     def _fix(self, item: Item) -> None:
-        said = tokenise(item.text, self._model)
-        if said:
+        """Add a word with the times that the file states."""
+        words = tokenise(item.text, self._model)
+        if words:
+            assert item.start is not None and item.end is not None
             self.fixed[len(self.tokens)] = (item.start, min(item.end, self._duration))
-            self.tokens.append((item.text.strip(), [part for _, parts in said for part in parts]))
+            self.tokens.append((item.text.strip(), [part for _, parts in words for part in parts]))
 
     def _loosen(self, item: Item, before: float, after: float, alone: bool) -> None:
-        """Put the words of a phrase where it says, or between what its neighbours say, together with the phrase before."""
+        """Add a phrase for alignment, within its own times or those of its neighbours, joined to the previous phrase if close.
+
+        Only if it is ``alone``, the whole transcript, do its marks count.
+        """
         marked = _marked(item.text, self._model)
         if not marked.tokens:
             return
@@ -174,6 +186,7 @@ class _Script:
             if alone:
                 self.marks += marked.marks
         else:
+            assert item.end is not None
             start, end = item.start, item.end
         start, words = min(start, self._duration), [said for _, said in marked.tokens]
         end = max(min(end, self._duration), start)
@@ -188,23 +201,23 @@ class _Script:
         self.tokens += marked.tokens
 
     def _joins(self, last: align.Stretch, start: float, end: float, here: int) -> bool:
-        """Whether a phrase follows the stretch before closely enough to be aligned with it."""
+        """Return whether a phrase follows the last stretch closely enough to be aligned with it."""
         if not self.loose or self.loose[-1] != here - 1:
             return False
         same = (start, end) == (last.start, last.end)
-        return same or start < last.end or start - last.end < _TOGETHER and end - last.start < _GROUP
+        return same or start < last.end or start - last.end < _MAX_GAP_SECONDS and end - last.start < _MAX_GROUP_SECONDS
 
-    def times(self, found: align.Alignment | None) -> tuple[list[tuple[float, float]], list[float]]:
-        """Times and confidence of all tokens."""
-        placed = zip(self.loose, found.spans, found.confidence, strict=True) if found else ()
-        every = {number: (span, 1.0) for number, span in self.fixed.items()}
-        every.update({number: (span, sure) for number, span, sure in placed})
-        ordered = [every[number] for number in range(len(self.tokens))]
-        return [span for span, _ in ordered], [sure for _, sure in ordered]
+    def times(self, alignment: align.Alignment | None) -> tuple[list[tuple[float, float]], list[float]]:
+        """Return the times in seconds and the confidence of all tokens."""
+        aligned = zip(self.loose, alignment.spans, alignment.confidence, strict=True) if alignment else ()
+        placed = {number: (span, 1.0) for number, span in self.fixed.items()}
+        placed.update({number: (span, sure) for number, span, sure in aligned})
+        in_order = [placed[number] for number in range(len(self.tokens))]
+        return [span for span, _ in in_order], [sure for _, sure in in_order]
 
 
-def _around(items: list[Item]) -> tuple[list[float], list[float]]:
-    """For every item the last end before it and the first start after it that are known: 0 and infinity where none is."""
+def _neighbour_times(items: list[Item]) -> tuple[list[float], list[float]]:
+    """Return for every item the last known end before it (else 0) and the first known start after it (else infinity)."""
     ends, starts, end, start = [], [], 0.0, float("inf")
     for item in items:
         ends.append(end)
@@ -215,56 +228,61 @@ def _around(items: list[Item]) -> tuple[list[float], list[float]]:
     return ends, starts[::-1]
 
 
-def _placed(sound: np.ndarray, script: _Script, progress, ways: Ways) -> align.Alignment | None:
-    """The alignment of a script's loose words, from the cache if it has been made before."""
+def _align_script(
+    sound: np.ndarray, script: _Script, progress: Callable[[float], object] | None, ways: Ways
+) -> align.Alignment | None:
+    """Align the loose words of a script, or take the alignment from the cache; None if there are no loose words."""
     if not script.loose:
         return None
-    asked = [(part.words, part.start, min(part.end, 1e9)) for part in script.stretches]
-    name = key("align", align.VERSION, engines.chosen(ways.model), audio.digest(sound), asked, language.fingerprint(ways.model))
-    kept = ways.cache.get(name)
+    stretches = [(part.words, part.start, min(part.end, 1e9)) for part in script.stretches]
+    engine = engines.chosen(ways.model)
+    name = key("align", align.VERSION, engine, audio.digest(sound), stretches, language.fingerprint(ways.model))
+    cached = ways.cache.get(name)
     try:
-        spans = [_span(start, end) for start, end in kept["spans"]]
-        sure = [float(one) for one in kept["confidence"]]
-        phones = [align.sounds(one) for one in kept["phones"]]
+        spans = [_span(start, end) for start, end in cached["spans"]]
+        sure = [float(value) for value in cached["confidence"]]
+        phones = [align.sounds(of_word) for of_word in cached["phones"]]
         if not len(spans) == len(sure) == len(phones) == sum(len(part.words) for part in script.stretches):
             raise ValueError("of other words")
-        return align.Alignment(spans, sure, str(kept["complaint"]), phones)
-    except (TypeError, KeyError, ValueError):  # nothing kept, or by a hand other than ours
+        return align.Alignment(spans, sure, str(cached["complaint"]), phones)
+    except (TypeError, KeyError, ValueError):  # not cached, or the file was damaged or edited
         pass
-    found = align.place(sound, script.stretches, progress, ways.model)
-    if not found.complaint.startswith("The aligner"):
-        ways.cache.put(name, asdict(found))
-    return found
+    alignment = align.place(sound, script.stretches, progress, ways.model)
+    if not alignment.complaint.startswith("The aligner"):
+        ways.cache.put(name, asdict(alignment))
+    return alignment
 
 
-def _recognised(sound: np.ndarray, progress, ways: Ways) -> list[Item]:
-    """Phrases by the recogniser, from the cache if they have been heard before."""
+def _recognise(sound: np.ndarray, progress: Callable[[float], object] | None, ways: Ways) -> list[Item]:
+    """Transcribe with the recogniser, or take the result from the cache."""
     from . import recognise
 
     code = (ways.model or {}).get("voice")
     name = key("recognise", recognise.VERSION, audio.digest(sound), str(ways.recogniser or ""), code or "")
-    kept = ways.cache.get(name)
+    cached = ways.cache.get(name)
     try:
-        return [_item(*one) for one in kept]
-    except (TypeError, ValueError):  # nothing kept, or by a hand other than ours
+        return [_item(*entry) for entry in cached]
+    except (TypeError, ValueError):  # not cached, or the file was damaged or edited
         pass
     items = recognise.recognise(sound, progress, ways.recogniser, code)
     ways.cache.put(name, [[item.text, item.start, item.end, item.word] for item in items])
     return items
 
 
-def _item(text, start, end, word) -> Item:
+def _item(text: object, start: float, end: float, word: object) -> Item:
+    """Make an item of a cache entry; raise TypeError or ValueError if it is invalid."""
     if not isinstance(text, str):
         raise TypeError("no text")
     return Item(text, *_span(start, end), bool(word))
 
 
-def _span(start, end) -> tuple[float, float]:
+def _span(start: float, end: float) -> tuple[float, float]:
+    """Return the times as floats; raise TypeError or ValueError if they are invalid."""
     start, end = float(start), float(end)
     if not 0 <= start <= end < LONGEST:
         raise ValueError("no times")
     return start, end
 
 
-def _trouble(ways: Ways) -> list[str]:
+def _cache_warnings(ways: Ways) -> list[str]:
     return [ways.cache.trouble] if ways.cache.trouble else []

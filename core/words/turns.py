@@ -1,5 +1,6 @@
-"""Who says what in a transcript with names at the beginnings of its lines, as in ``ANNA: That is what I mean.``"""
+"""Selects the turns of one speaker in a transcript with speaker labels, as in ``ANNA: That is what I mean.``"""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,14 +9,15 @@ from ..errors import UsageError
 from . import markup
 from .transcript import Heard
 
-_ROOM = 0.25
-"""Seconds around what somebody says that are theirs, where nobody else speaks."""
+_MARGIN_SECONDS = 0.25
+"""A turn extends this far beyond its words, unless somebody else speaks there."""
 
 
 def own(said: Heard, text: str, who: str) -> tuple[Heard, np.ndarray]:
-    """What ``who`` says of a plain ``text`` that was heard as ``said``, and the seconds of their turns ``(n, 2)``.
+    """Return the words of the speaker ``who``, and the turns ``(n, 2)`` of that speaker in seconds.
 
-    Raises :class:`UsageError` where the text names nobody of that name, or no words of it are known.
+    ``said`` are the aligned words of the plain ``text``. Raises :class:`UsageError` if the text has no such speaker or its
+    words do not match ``said``.
     """
     pieces = markup.lines(text)
     names = list(dict.fromkeys(name for name, _ in pieces if name))
@@ -29,26 +31,26 @@ def own(said: Heard, text: str, who: str) -> tuple[Heard, np.ndarray]:
         raise UsageError("Whose words are whose cannot be told.", "Give a plain text with names before its lines.")
     mine = np.array([name == who.casefold() for name in speaker])
     marks = tuple(
-        _counted(mark, np.cumsum(mine) - 1) for mark in said.marks if mine[mark.first : max(mark.last, mark.first + 1)].all()
+        _renumber(mark, np.cumsum(mine) - 1) for mark in said.marks if mine[mark.first : max(mark.last, mark.first + 1)].all()
     )
-    kept = {name: tuple(one for one, own in zip(getattr(said, name), mine, strict=False) if own)
-            for name in ("words", "confidence", "phones")}  # fmt: skip
-    return replace(said, **kept, marks=marks), _turns(said.words, mine)
+    own_values = {name: tuple(value for value, is_own in zip(getattr(said, name), mine, strict=False) if is_own)
+                  for name in ("words", "confidence", "phones")}  # fmt: skip
+    return replace(said, **own_values, marks=marks), _turns(said.words, mine)
 
 
-def _counted(mark: markup.Mark, number: np.ndarray) -> markup.Mark:
-    """A mark that counts the words of one speaker, ``number`` of all words ``(n,)``."""
+def _renumber(mark: markup.Mark, number: np.ndarray) -> markup.Mark:
+    """Return the mark with its word numbers replaced by those in ``number`` ``(n,)``."""
     first = int(number[mark.first])
     return replace(mark, first=first, last=first + mark.last - mark.first)
 
 
-def _turns(words, mine: np.ndarray) -> np.ndarray:
-    """Seconds ``(n, 2)`` from the first to the last word of each turn, and a little around as far as nobody else speaks."""
+def _turns(words: Sequence[tuple[str, float, float]], mine: np.ndarray) -> np.ndarray:
+    """Return turns ``(n, 2)`` in seconds: runs of words where ``mine`` is true, extended by a margin on both sides."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mine, [0]]).astype(int))).reshape(-1, 2)
     spans = []
     for first, last in edges.tolist():
         start, end = words[first][1], words[last - 1][2]
         before = 0.5 * (words[first - 1][2] + start) if first else 0.0
         after = 0.5 * (words[last][1] + end) if last < len(words) else np.inf
-        spans.append((max(start - _ROOM, before), min(end + _ROOM, after)))
+        spans.append((max(start - _MARGIN_SECONDS, before), min(end + _MARGIN_SECONDS, after)))
     return np.array(spans).reshape(-1, 2)

@@ -1,9 +1,9 @@
-"""Transcripts in the forms people have: recognised by their content, read into pieces of text with the times that they state.
+"""Reads transcript files into pieces of text with the times that the file states; the format is detected by content.
 
 Plain text; SRT, WebVTT, ASS subtitles; Praat TextGrids; JSON of Whisper, whisper.cpp, WhisperX, Google, GENEA, Gentle, the
 Montreal Forced Aligner, Vosk, Amazon, Deepgram and our own ``[word, start, end]``; NIST CTM; labels in columns
 (Audacity, GENEA, MFA, Whisper).
-Every reader raises :class:`TranscriptUnreadable` in one sentence for what it cannot read.
+Every reader raises :class:`TranscriptUnreadable` for files that it cannot read.
 """
 
 import re
@@ -14,7 +14,7 @@ from .items import Item, Source
 
 
 def parse(content: str, path: Path) -> Source:
-    """The items of a transcript; ``path`` is for messages and for what the content leaves open."""
+    """Parse a transcript; ``path`` is used in error messages, and its suffix where the content is ambiguous."""
     from . import columns, jsons, subtitles, textgrid
 
     head = content.lstrip("\ufeff \t\r\n")
@@ -30,12 +30,12 @@ def parse(content: str, path: Path) -> Source:
         raise TranscriptUnreadable(f"{path} is XML, which is not read.", "Export it as SRT, WebVTT or plain text.")
     else:
         return Source("plain text", [Item(content)])
-    return Source(source.form, _cleaned(source.items))
+    return Source(source.form, _sort(source.items))
 
 
-def _cleaned(items: list[Item]) -> list[Item]:
-    """Items with text, in order of time where all have one."""
-    kept = [item for item in items if item.text.strip()]
-    if all(item.start is not None for item in kept):
-        kept.sort(key=lambda item: item.start)
-    return kept
+def _sort(items: list[Item]) -> list[Item]:
+    """Drop items without text, and sort by time if all have one."""
+    texts = [item for item in items if item.text.strip()]
+    if all(item.start is not None for item in texts):
+        texts.sort(key=lambda item: item.start or 0.0)
+    return texts

@@ -1,8 +1,9 @@
-"""Words with times in columns: NIST CTM, and tab-separated labels as Audacity, GENEA, Whisper and the MFA write them."""
+"""Reads timed words in columns: NIST CTM, labels of Audacity, GENEA and Whisper (tab-separated) and of the MFA (CSV)."""
 
 import csv
 import io
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from ...errors import TranscriptUnreadable
@@ -15,7 +16,7 @@ _EMPTY = {"<eps>", "<sil>", "sil", "sp", "<unk>", "[noise]", "[laughter]", "!sil
 
 
 def form(content: str) -> str | None:
-    """``ctm``, ``labels``, ``whisper`` or ``mfa`` if every line that says something has that shape, else None."""
+    """Detect the format: ``ctm``, ``labels``, ``whisper`` or ``mfa``, or None for another text."""
     lines = _lines(content)
     if not lines:
         return None
@@ -30,7 +31,7 @@ def form(content: str) -> str | None:
 
 
 def parse(content: str, form: str, path: Path) -> Source:
-    """Items of a file of this :func:`form`."""
+    """Parse a file of this :func:`form`. Raises :class:`TranscriptUnreadable`."""
     if form == "mfa":
         return Source("labels of the Montreal Forced Aligner", _mfa(content, path))
     lines = _lines(content)
@@ -40,14 +41,15 @@ def parse(content: str, form: str, path: Path) -> Source:
     items = []
     for number, line in enumerate(lines[form == "whisper" :], 1):
         fields = line.split("\t", 2)
-        span = times(*(_scaled(part, scale) for part in fields[:2])) if len(fields) == 3 else None
+        span = times(*(_seconds(part, scale) for part in fields[:2])) if len(fields) == 3 else None
         if span is None:
             raise TranscriptUnreadable(f"Label {number} of {path} has no start, end and text.", "Separate them by tabs.")
         items.append(_item(fields[2].strip(), *span))
     return Source("labels", items)
 
 
-def _ctm(line: str, number: int, path: Path):
+def _ctm(line: str, number: int, path: Path) -> Iterator[Item]:
+    """Yield the word of a CTM line, or nothing for silence and noise."""
     match = _CTM.fullmatch(line)
     if match is None:
         raise TranscriptUnreadable(f"Line {number} of {path} is not CTM.", "Write: recording channel start duration word.")
@@ -59,6 +61,7 @@ def _ctm(line: str, number: int, path: Path):
 
 
 def _mfa(content: str, path: Path) -> list[Item]:
+    """Parse CSV of the Montreal Forced Aligner: begin, end, label and, in some files, the type of the row."""
     try:
         rows = list(csv.reader(io.StringIO(content.strip("\ufeff\r\n ").replace("\0", ""))))
     except csv.Error as error:
@@ -79,7 +82,8 @@ def _item(text: str, start: float, end: float) -> Item:
     return Item(text, start, end, word=len(text.split()) == 1)
 
 
-def _scaled(text: str, scale: float) -> float | None:
+def _seconds(text: str, scale: float) -> float | None:
+    """Parse a number and multiply it by ``scale``; None if it is none."""
     return float(text) * scale if re.fullmatch(_NUMBER, text, re.ASCII) else None
 
 

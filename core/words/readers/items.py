@@ -1,15 +1,15 @@
-"""What every reader gives: pieces of text with the times that they state."""
+"""The result of every reader: pieces of text with the times that the file states."""
 
 import re
 from dataclasses import dataclass, field
 
 LONGEST = 1e9
-"""Seconds; no time is later."""
+"""Seconds; later times are invalid."""
 
 
 @dataclass(frozen=True)
 class Item:
-    """Some text, its ``start`` and ``end`` in seconds (None: unknown), and whether it is one ``word`` with times of its own."""
+    """A piece of text, its ``start`` and ``end`` in seconds (None: unknown), and whether it is one ``word`` with own times."""
 
     text: str
     start: float | None = None
@@ -19,14 +19,17 @@ class Item:
 
 @dataclass(frozen=True)
 class Source:
-    """What a file holds: its ``form`` for people, and its items in the order of the text."""
+    """A parsed transcript: its ``form``, a readable name of the format, and its items in the order of the text."""
 
     form: str
     items: list[Item] = field(default_factory=list)
 
 
 def times(start: object, end: object) -> tuple[float, float] | None:
-    """Two moments in seconds from numbers, ``"1.5"``, ``"1.5s"`` or ``{"seconds": "1", "nanos": 5}``; None for others."""
+    """Convert start and end to seconds, from numbers, ``"1.5"``, ``"1.5s"`` or ``{"seconds": "1", "nanos": 5}``.
+
+    Returns None unless both are valid and in order.
+    """
     first, last = _seconds(start), _seconds(end)
     if first is None or last is None or not 0 <= first <= last < LONGEST:
         return None

@@ -1,6 +1,7 @@
-"""JSON of speech recognisers and aligners: told apart by their keys, read into items."""
+"""Reads JSON of speech recognisers and aligners, which are distinguished by their keys."""
 
 from pathlib import Path
+from typing import Any, TypeGuard
 
 from ... import json_text
 from ...errors import TranscriptUnreadable
@@ -13,7 +14,7 @@ _END = ("end", "endTime", "end_time", "endOffset", "end_offset")
 
 
 def parse(content: str, path: Path) -> Source:
-    """Items of a JSON text. Raises :class:`TranscriptUnreadable`."""
+    """Parse a JSON transcript. Raises :class:`TranscriptUnreadable`."""
     try:
         data = json_text.parse(content)
     except json_text.NotJson as error:
@@ -25,8 +26,8 @@ def parse(content: str, path: Path) -> Source:
     raise TranscriptUnreadable(f"{path} holds no list of words.", _REMEDY)
 
 
-def _gentle(data, path: Path) -> list[Item] | None:
-    """Gentle counts characters in ``startOffset``; words that it did not find have no times."""
+def _gentle(data: Any, path: Path) -> list[Item] | None:
+    """Read Gentle, whose ``startOffset`` counts characters; words that it did not find have no times."""
     if not isinstance(data, dict) or "transcript" not in data or not _objects(data.get("words")):
         return None
     items = []
@@ -37,8 +38,8 @@ def _gentle(data, path: Path) -> list[Item] | None:
     return items
 
 
-def _whisper(data, path: Path) -> list[Item] | None:
-    """Whisper, faster-whisper and WhisperX: segments, with or without words; numbers often lack times in WhisperX."""
+def _whisper(data: Any, path: Path) -> list[Item] | None:
+    """Read Whisper, faster-whisper, WhisperX: segments, with or without words; in WhisperX numbers often have no times."""
     if not isinstance(data, dict) or not _objects(data.get("segments")):
         return None
     items = []
@@ -50,22 +51,22 @@ def _whisper(data, path: Path) -> list[Item] | None:
     return items
 
 
-def _whisper_cpp(data, path: Path) -> list[Item] | None:
-    """whisper.cpp states milliseconds in ``offsets``."""
+def _whisper_cpp(data: Any, path: Path) -> list[Item] | None:
+    """Read whisper.cpp, whose ``offsets`` are milliseconds."""
     if not isinstance(data, dict) or not _objects(data.get("transcription")):
         return None
     items = []
     for number, segment in enumerate(data["transcription"], 1):
         offsets = segment.get("offsets")
-        limits = [offsets.get("from"), offsets.get("to")] if isinstance(offsets, dict) else [None, None]
+        limits: list[Any] = [offsets.get("from"), offsets.get("to")] if isinstance(offsets, dict) else [None, None]
         numbers = all(isinstance(limit, int | float) for limit in limits)
         span = times(*(limit / 1000 for limit in limits)) if numbers and max(map(abs, limits)) < 1e12 else None
         items.append(_phrase(segment.get("text"), span, f"Segment {number}", path))
     return items
 
 
-def _google(data, path: Path) -> list[Item] | None:
-    """Google Speech-to-Text and GENEA 2020: results with alternatives, of which the first counts; Deepgram in channels."""
+def _google(data: Any, path: Path) -> list[Item] | None:
+    """Read the first alternatives of results: Google Speech-to-Text, GENEA 2020 and, in channels, Deepgram."""
     results = data.get("results") if isinstance(data, dict) else data
     if isinstance(results, dict) and _objects(results.get("channels")):
         results = results["channels"][:1]
@@ -86,8 +87,8 @@ def _google(data, path: Path) -> list[Item] | None:
     return items
 
 
-def _amazon(data, path: Path) -> list[Item] | None:
-    """Amazon Transcribe: items, of which punctuation has no times."""
+def _amazon(data: Any, path: Path) -> list[Item] | None:
+    """Read Amazon Transcribe: items, of which punctuation has no times."""
     results = data.get("results") if isinstance(data, dict) else None
     if not isinstance(results, dict) or not _objects(results.get("items")):
         return None
@@ -100,18 +101,19 @@ def _amazon(data, path: Path) -> list[Item] | None:
     return items
 
 
-def _tiers(data, path: Path) -> list[Item] | None:
-    """The Montreal Forced Aligner and praatio: tiers of ``[start, end, label]``, by name or in a list."""
+def _tiers(data: Any, path: Path) -> list[Item] | None:
+    """Read the Montreal Forced Aligner and praatio: tiers of ``[start, end, label]``, by name or in a list."""
     tiers = data.get("tiers") if isinstance(data, dict) else None
     if _objects(tiers):
         tiers = {str(tier.get("name")): tier for tier in tiers}
     if not isinstance(tiers, dict) or not tiers:
         return None
-    named = [name for name in tiers if name.lower().endswith(("words", "word"))] or list(tiers)[:1]
+    word_tiers = [name for name in tiers if name.lower().endswith(("words", "word"))] or list(tiers)[:1]
     items = []
-    for name in named:
+    for name in word_tiers:
         entries = tiers[name].get("entries") if isinstance(tiers[name], dict) else None
-        for number, entry in enumerate(entries if isinstance(entries, list) else (), 1):
+        rows: list[Any] = entries if isinstance(entries, list) else []
+        for number, entry in enumerate(rows, 1):
             span = times(*entry[:2]) if isinstance(entry, list) and len(entry) == 3 else None
             if span is None or not isinstance(entry[2], str):
                 where = f"Entry {number} of tier {name[:40]!r} of {path}"
@@ -121,8 +123,8 @@ def _tiers(data, path: Path) -> list[Item] | None:
     return items
 
 
-def _own(data, path: Path) -> list[Item] | None:
-    """Lists of ``[word, start, end]`` or of objects, alone or as ``words`` or ``result`` (Vosk)."""
+def _own(data: Any, path: Path) -> list[Item] | None:
+    """Read lists of ``[word, start, end]`` or of objects, alone or as ``words`` or ``result`` (Vosk)."""
     entries = data
     if isinstance(data, dict):
         entries = data.get("words", data.get("result"))
@@ -143,7 +145,7 @@ def _own(data, path: Path) -> list[Item] | None:
 
 
 def _word(entry: dict, path: Path, must: bool = True) -> Item:
-    """A word with times; without ``must`` they may be missing."""
+    """Read a word from an object; with ``must`` the times are required, though Google leaves out zero."""
     text = next((entry[key] for key in _WORD if isinstance(entry.get(key), str)), None)
     start, end = (next((entry[key] for key in keys if key in entry), None) for keys in (_START, _END))
     if must and start is None and end is not None:
@@ -155,13 +157,14 @@ def _word(entry: dict, path: Path, must: bool = True) -> Item:
 
 
 def _phrase(text: object, span: tuple[float, float] | None, what: str, path: Path) -> Item:
+    """Make an item of a phrase, which needs text and times; ``what`` names it in the error."""
     if not isinstance(text, str) or span is None:
         raise TranscriptUnreadable(f"{what} of {path} lacks its text or a sensible time.", _REMEDY)
     return Item(text.strip(), *span)
 
 
-def _objects(value: object) -> bool:
-    """Whether it is a list of objects, and not empty."""
+def _objects(value: object) -> TypeGuard[list[dict]]:
+    """Return whether the value is a non-empty list of objects."""
     return isinstance(value, list) and bool(value) and all(isinstance(entry, dict) for entry in value)
 
 

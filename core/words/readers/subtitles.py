@@ -1,4 +1,4 @@
-"""Subtitles through pysubs2: SRT, WebVTT (with the word times that some of it carries) and ASS."""
+"""Reads subtitles with pysubs2: SRT, WebVTT (with word times, if any) and ASS."""
 
 import re
 import warnings
@@ -11,12 +11,12 @@ _CUE = re.compile(r"^\s*(?:\d+:)?\d+:\d\d[,.]\d+\s*-->\s*(?:\d+:)?\d+:\d\d[,.]\d
 _STAMP = re.compile(r"<((?:\d{1,3}:)?\d\d:\d\d\.\d{3})>")
 _TAG = re.compile(r"</?[a-zA-Z][^<>]{0,200}>|\{\\[^{}]{0,200}\}")
 _OVERRIDE = re.compile(r"\{[^{}]*\}")
-"""What ASS states of the looks of a text; pysubs2's own expression takes the square of the time."""
+"""Formatting in ASS; pysubs2's own expression for it takes quadratic time."""
 _NAMES = {"vtt": "WebVTT", "srt": "SRT", "ass": "ASS"}
 
 
 def form(head: str) -> str | None:
-    """``vtt``, ``srt`` or ``ass``, or None for another text."""
+    """Detect the format: ``vtt``, ``srt`` or ``ass``, or None for another text."""
     if head.startswith("WEBVTT"):
         return "vtt"
     if head.startswith("[Script Info]"):
@@ -25,52 +25,58 @@ def form(head: str) -> str | None:
 
 
 def parse(content: str, form: str, path: Path) -> Source:
-    """One item for every cue, or for every word of a cue that holds word times."""
+    """Parse subtitles: one item for every cue, or for every word of a cue that has word times.
+
+    Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`.
+    """
     try:
         import pysubs2
     except ModuleNotFoundError as error:
         raise EngineMissing.of(error) from error
-    if form == "vtt":  # notes and styles are no speech; pysubs2 takes them for text of the cue before
+    if form == "vtt":  # notes and styles are no speech, but pysubs2 adds them to the text of the previous cue
         content = re.sub(r"^(NOTE|STYLE|REGION)\b.*?(?=\n\s*\n|\Z)", "", content.replace("\r\n", "\n"), flags=re.M | re.S)
     options = {"keep_html_tags": True} if form in ("srt", "vtt") else {}
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of columns that nobody needs here
+            warnings.simplefilter("ignore")  # about columns that are not used here
             cues = [cue for cue in pysubs2.SSAFile.from_string(content, format_=form, **options) if not cue.is_comment]
-        spans = [(cue.start / 1000, cue.end / 1000, cue.text if options else _bare(cue.text)) for cue in cues]
-    except Exception as error:  # pysubs2 lets through what its own parsing runs into
+        spans = [(cue.start / 1000, cue.end / 1000, cue.text if options else _strip_overrides(cue.text)) for cue in cues]
+    except Exception as error:  # pysubs2 does not catch the errors of its own parsing
         raise TranscriptUnreadable(f"{path} is a damaged {_NAMES[form]} file.", "Export it again.") from error
     items: list[Item] = []
     said = ""
     for start, end, text in sorted(spans, key=lambda span: span[0]):
         if 0 <= start <= end < LONGEST:
             text = text.replace("\\N", "\n").replace("\\h", " ")
-            rolled, said = _unrolled(text, said)
-            items += _timed(rolled, start, end) if _STAMP.search(rolled) else [Item(_plain(rolled), start, end)]
+            rolled, said = _drop_repeated_lines(text, said)
+            items += _timed_words(rolled, start, end) if _STAMP.search(rolled) else [Item(_strip_tags(rolled), start, end)]
     return Source(_NAMES[form], items)
 
 
-def _bare(text: str) -> str:
+def _strip_overrides(text: str) -> str:
     return _OVERRIDE.sub("", text).replace("\\n", "\n")
 
 
-def _unrolled(text: str, before: str) -> tuple[str, str]:
-    """Roll-up captions repeat the line above: lines of the last cue are left out. The rest, and this cue's plain text."""
+def _drop_repeated_lines(text: str, before: str) -> tuple[str, str]:
+    """Remove lines at the start that repeat the last line of the previous cue ``before``, as in roll-up captions.
+
+    Returns the remaining text, and the full text of this cue without tags.
+    """
     lines = [line for line in text.split("\n") if line.strip()]
-    known = before.split("\n")
-    plain = "\n".join(_plain(line) for line in lines)
-    while lines and _plain(lines[0]) and _plain(lines[0]) == known[-1] and len(lines) > 1:
+    previous = before.split("\n")
+    plain = "\n".join(_strip_tags(line) for line in lines)
+    while lines and _strip_tags(lines[0]) and _strip_tags(lines[0]) == previous[-1] and len(lines) > 1:
         lines.pop(0)
     return "\n".join(lines), plain
 
 
-def _timed(text: str, start: float, end: float) -> list[Item]:
-    """Words of a cue in which every word but the first follows its own time."""
+def _timed_words(text: str, start: float, end: float) -> list[Item]:
+    """Split a cue in which every word but the first is preceded by its start time; return its words."""
     parts = _STAMP.split(text)
     stamps = [start, *(_seconds(part) for part in parts[1::2]), end]
     items = []
     for number, part in enumerate(parts[::2]):
-        text, low = _plain(part).strip(), min(max(stamps[number], start), end)
+        text, low = _strip_tags(part).strip(), min(max(stamps[number], start), end)
         high = min(max(stamps[number + 1], low), end)
         if text:
             items.append(Item(text, low, high, word=len(text.split()) == 1))
@@ -78,13 +84,15 @@ def _timed(text: str, start: float, end: float) -> list[Item]:
 
 
 def _seconds(stamp: str) -> float:
+    """Parse ``h:mm:ss.mmm`` or ``mm:ss.mmm``."""
     value = 0.0
     for part in stamp.split(":"):
         value = 60 * value + float(part)
     return value
 
 
-def _plain(text: str) -> str:
+def _strip_tags(text: str) -> str:
+    """Remove tags and time stamps, and decode entities."""
     text = _TAG.sub("", _STAMP.sub("", text))
     for entity, char in (("&nbsp;", " "), ("&lt;", "<"), ("&gt;", ">"), ("&lrm;", ""), ("&rlm;", ""), ("&amp;", "&")):
         text = text.replace(entity, char)

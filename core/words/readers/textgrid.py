@@ -1,4 +1,4 @@
-"""Praat's TextGrid, long and short, through praatio."""
+"""Reads Praat's TextGrid, in its long and short format, with praatio."""
 
 import re
 from pathlib import Path
@@ -12,22 +12,27 @@ _SILENT = {"", "sil", "sp", "spn", "<eps>", "<sil>", "#", "<p:>", "..."}
 
 
 def is_textgrid(head: str) -> bool:
-    """Whether a text begins as Praat's text files do."""
+    """Return whether a text begins like a TextGrid file."""
     return "ootextfile" in head[:200].lower() and "textgrid" in head[:400].lower()
 
 
 def parse(content: str, path: Path) -> Source:
-    """Items of the tier of words, else of the tier with the most text that does not look like phones."""
+    """Parse the tier of words, else the one with the most text that does not look like phones.
+
+    Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`.
+    """
     try:
         from praatio.utilities.textgrid_io import parseTextgridStr
     except ModuleNotFoundError as error:
         raise EngineMissing.of(error) from error
     try:
         tiers = parseTextgridStr(content.replace("\r\n", "\n").lstrip("\ufeff"), includeEmptyIntervals=False)["tiers"]
-        found = {tier["name"]: [tuple(entry) for entry in tier["entries"]] for tier in tiers if tier["class"] == "IntervalTier"}
-    except Exception as error:  # praatio parses by index and lets whatever follows from that through
+        intervals = {
+            tier["name"]: [tuple(entry) for entry in tier["entries"]] for tier in tiers if tier["class"] == "IntervalTier"
+        }
+    except Exception as error:  # praatio parses by index and does not catch the errors of that
         raise TranscriptUnreadable(f"{path} is a damaged TextGrid.", "Save it again in Praat.") from error
-    entries = found.get(_choose(found), [])
+    entries = intervals.get(_choose(intervals), [])
     items = []
     for number, entry in enumerate(entries, 1):
         span = times(*entry[:2]) if len(entry) == 3 else None
@@ -36,12 +41,13 @@ def parse(content: str, path: Path) -> Source:
         text = str(entry[2]).strip()
         if text.lower() not in _SILENT:
             items.append(Item(text, *span, word=len(text.split()) == 1))
-    if not found:
+    if not intervals:
         raise TranscriptUnreadable(f"{path} has no tier of intervals.", "Put the words into an interval tier named words.")
     return Source("TextGrid", items)
 
 
 def _choose(tiers: dict[str, list]) -> str:
+    """Return the name of the tier of words, "" if there are no tiers."""
     for name in tiers:
         if _WORDS.fullmatch(name):
             return name

@@ -57,10 +57,10 @@ def test_what_the_recogniser_heard_is_heard_again_if_it_is_damaged(sound, tmp_pa
     heard = [Item("so this is what it is", 0.5, 2.0)]
     monkeypatch.setattr(recognise, "recognise", lambda *arguments: list(heard))
     ways = transcript.Ways(Cache(tmp_path), recognise=True)
-    assert transcript._recognised(sound, None, ways) == heard
+    assert transcript._recognise(sound, None, ways) == heard
     (path,) = tmp_path.iterdir()
     path.write_text(damage)
-    assert transcript._recognised(sound, None, ways) == heard
+    assert transcript._recognise(sound, None, ways) == heard
     assert json.loads(path.read_text())
 
 
