@@ -1,4 +1,4 @@
-"""Motion as JSON, for anything that reads neither NumPy's files nor BVH."""
+"""JSON export of motions, for programs that read neither NumPy files nor BVH."""
 
 import json
 from os import PathLike
@@ -9,13 +9,12 @@ from .motion import Motion
 
 
 def save(motion: Motion, path: str | PathLike) -> None:
-    """Write ``{"fps", "joints", "edges", "directions", "words", "meta"}``: whole or not at all.
+    """Write ``{"fps", "joints", "edges", "directions", "words", "meta"}`` atomically.
 
     ``directions`` is a list of frames of nine unit vectors in the canonical frame, to five decimals; ``edges`` names them
-    and gives the indices of parent and child joint. Hands and the pelvis, where there are, follow by the names of ``.npz``, and
-    ``handshape`` names the columns. A face follows as ``face``: ``rate``, ``channels``, ``weights`` (a row a hundredth of a
-    second), ``phonemes`` ``[phone, start, end]``, and ``visemes`` ``[shape, start, end]``, the shape that is strongest
-    meanwhile.
+    and gives the indices of parent and child joint. Hands and pelvis, if any, follow under their names in ``.npz`` files, and
+    ``handshape`` names the columns. A face follows as ``face``: ``rate``, ``channels``, ``weights`` (one row per hundredth of
+    a second), ``phonemes`` ``[phone, start, end]``, and ``visemes`` ``[shape, start, end]``, the strongest shape of a span.
     """
     data = {
         "fps": motion.fps,
@@ -33,11 +32,11 @@ def save(motion: Motion, path: str | PathLike) -> None:
         file.write("\n")
 
 
-def _face(made: face.Face) -> dict:
+def _face(animation: face.Face) -> dict:
     return {
         "rate": face.RATE,
         "channels": face.CHANNELS,
-        "phonemes": made.sounds,
-        "visemes": made.cues(),
-        "weights": made.weights.astype(float).round(3).tolist(),
+        "phonemes": animation.sounds,
+        "visemes": animation.cues(),
+        "weights": animation.weights.astype(float).round(3).tolist(),
     }

@@ -1,4 +1,4 @@
-"""Hands over time, in the language of directions: where the knuckles are, where the palm looks, and what fingers do."""
+"""Hands over time: knuckle direction, palm normal and handshape."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -9,7 +9,7 @@ from . import handshape, skeleton
 from .curves import between
 
 FOREARMS = (5, 8)
-"""Edges of the forearms that carry the left and the right hand."""
+"""Forearm edges of the left and the right hand."""
 _MIRROR = np.array([-1, 1, 1], np.float32)
 
 
@@ -17,8 +17,8 @@ _MIRROR = np.array([-1, 1, 1], np.float32)
 class Hands:
     """``knuckles`` and ``palms`` ``(frames, 2, 3)``, ``shape`` ``(frames, 2, 12)``, all float32; left before right.
 
-    Knuckles: unit vector from the wrist to the middle of the four knuckles. Palms: unit normal out of the palm, at right
-    angles to it. Both in the canonical frame. Shape: degrees, :data:`handshape.COLUMNS`.
+    Knuckles: unit vector from the wrist to the centre of the four knuckles. Palms: unit normal out of the palm,
+    orthogonal to it. Both in the canonical frame. Shape: degrees, :data:`handshape.COLUMNS`.
     """
 
     knuckles: np.ndarray
@@ -27,7 +27,7 @@ class Hands:
 
     @classmethod
     def of(cls, knuckles: np.ndarray, palms: np.ndarray, shape: np.ndarray) -> "Hands":
-        """Hands of vectors of any length and angle: knuckles are kept, palms made square to them; shapes within joints."""
+        """Build hands from any vectors: normalise them, orthogonalise palms to knuckles, clip shapes to joint limits."""
         knuckles = skeleton.normalize(np.asarray(knuckles, float))
         palms = np.asarray(palms, float)
         palms = skeleton.normalize(palms - knuckles * np.sum(knuckles * palms, -1, keepdims=True))
@@ -37,56 +37,56 @@ class Hands:
     def __len__(self) -> int:
         return len(self.knuckles)
 
-    def __getitem__(self, rows) -> "Hands":
-        """The frames that a slice, a mask or numbers name."""
+    def __getitem__(self, rows: slice | np.ndarray) -> "Hands":
+        """Return the frames selected by a slice, a mask or indices."""
         return Hands(self.knuckles[rows], self.palms[rows], self.shape[rows])
 
     def at(self, places: np.ndarray) -> "Hands":
-        """Hands at fractional frames."""
+        """Return the hands at fractional frames."""
         return Hands.of(*(between(part, places) for part in (self.knuckles, self.palms, self.shape)))
 
     def mirrored(self) -> "Hands":
-        """Left and right exchanged."""
+        """Return the hands with left and right exchanged."""
         return Hands(self.knuckles[:, ::-1] * _MIRROR, self.palms[:, ::-1] * _MIRROR, self.shape[:, ::-1])
 
     def mixed(self, other: "Hands", share: np.ndarray | float) -> "Hands":
-        """This with a ``share`` (0..1, a number, ``(frames,)`` or of each hand ``(frames, 2)``) of ``other``."""
+        """Blend with ``other`` by ``share`` (0..1: a number, ``(frames,)``, or ``(frames, 2)`` for each hand)."""
         share = np.asarray(share, float)
         share = share[..., None] if share.ndim == 2 else share.reshape(-1, 1, 1)
-        pairs = ((getattr(self, one.name), getattr(other, one.name)) for one in fields(self))
+        pairs = ((getattr(self, field.name), getattr(other, field.name)) for field in fields(self))
         return Hands.of(*(mine + share * (theirs - mine) for mine, theirs in pairs))
 
     def carried(self, arms: np.ndarray, others: np.ndarray) -> "Hands":
-        """The same hands where arms ``(frames, 9, 3)`` are moved to ``others``: turned as forearms turn on the shortest way."""
+        """Rotate the hands with their forearms, from arms ``(frames, 9, 3)`` to ``others``, by the smallest rotation."""
         before, after = (skeleton.normalize(part[:, FOREARMS].astype(float)) for part in (arms, others))
         return Hands.of(turned(self.knuckles, before, after), turned(self.palms, before, after), self.shape)
 
     def calmed(self, directions: np.ndarray, strength: float) -> "Hands | None":
-        """With 1 as it is, nearer 0 straight wrists and hands at ease, on the same arms ``(frames, 9, 3)``; None with 0."""
+        """Blend towards straight wrists and relaxed hands on arms ``(frames, 9, 3)``; 1 changes nothing, 0 returns None."""
         if strength >= 1:
             return self
-        straight = Hands.of(directions[:, FOREARMS], self.palms, np.broadcast_to(handshape.RELAXED, self.shape.shape))
-        return straight.mixed(self, strength) if strength > 0 else None
+        relaxed = Hands.of(directions[:, FOREARMS], self.palms, np.broadcast_to(handshape.RELAXED, self.shape.shape))
+        return relaxed.mixed(self, strength) if strength > 0 else None
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """By the names that files use."""
+        """Return the arrays by their names in files."""
         return {"knuckles": self.knuckles, "palms": self.palms, "handshapes": self.shape}
 
     @classmethod
     def read(cls, data: Mapping[str, np.ndarray], frames: int) -> "Hands | None":
-        """What :meth:`arrays` gave, None where a file has none of it. ``ValueError`` for anything else."""
+        """Read the arrays of :meth:`arrays`; None if a file has no hands, ``ValueError`` if they are invalid."""
         if "knuckles" not in data:
             return None
-        found = [np.asarray(data[name], np.float32) for name in ("knuckles", "palms", "handshapes")]
-        for values, width in zip(found, (3, 3, len(handshape.COLUMNS)), strict=True):
+        arrays = [np.asarray(data[name], np.float32) for name in ("knuckles", "palms", "handshapes")]
+        for values, width in zip(arrays, (3, 3, len(handshape.COLUMNS)), strict=True):
             if values.shape != (frames, 2, width) or not np.isfinite(values).all():
                 raise ValueError(f"hands of shape {values.shape}, not {(frames, 2, width)}")
-        return cls(*found)
+        return cls(*arrays)
 
 
 def turned(vectors: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Vectors ``(..., 3)`` turned as the shortest way turns unit vectors ``before`` to ``after``."""
+    """Rotate vectors ``(..., 3)`` by the smallest rotation from unit vectors ``before`` to ``after``."""
     both = before + after
-    half = np.maximum(1 + np.sum(before * after, -1, keepdims=True), 1e-3)  # opposite ones have no shortest way
+    half = np.maximum(1 + np.sum(before * after, -1, keepdims=True), 1e-3)  # undefined for opposite vectors
     along = np.sum(before * vectors, -1, keepdims=True)
     return vectors - np.sum(both * vectors, -1, keepdims=True) / half * both + 2 * along * after

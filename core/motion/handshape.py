@@ -1,4 +1,4 @@
-"""What fingers do, in degrees and without any rig's bones: the columns of a handshape, and a hand at ease."""
+"""Handshapes: finger angles in degrees, independent of any rig; the relaxed hand and joint limits."""
 
 import numpy as np
 
@@ -10,24 +10,24 @@ COLUMNS = (
     "thumb_bend",
     "spread",
 )
-"""Of each finger how far its first bone is bent out of the palm's plane (``base``) and its other joints together (``rest``);
-of the thumb's first bone the angle to the knuckles' direction in the palm's plane (``out``) and out of it towards the palm's
-side (``opposition``), and the bend of its other joints together; ``spread`` is the angle between index and little finger,
-seen on the palm."""
+"""For each finger the flexion of its first bone out of the palm plane (``base``) and the total flexion of its other joints
+(``rest``). For the thumb's first bone the angle to the knuckle direction in the palm plane (``out``) and out of that plane
+towards the palm's side (``opposition``), and the total flexion of its other joints (``bend``). ``spread`` is the angle
+between index and little finger in the palm plane."""
 
 RELAXED = np.array([14, 22, 18, 28, 22, 32, 26, 36, 36, 18, 24, 4], np.float32)
-"""A hand at ease ``(12,)``: more bent from the index to the little finger, the thumb beside it."""
+"""A relaxed hand ``(12,)``: flexion grows from the index to the little finger, the thumb lies beside it."""
 
 LOW = np.array([-25, -5] * 4 + [-5, -15, -20, -8], np.float32)
 HIGH = np.array([90, 175] * 4 + [75, 75, 110, 45], np.float32)
-"""What joints allow, ``(12,)`` each."""
+"""Joint limits, ``(12,)`` each."""
 
 
 def columns(shape: np.ndarray, part: str) -> np.ndarray:
-    """Columns ``(..., 4)`` of all fingers' ``base`` or ``rest`` of handshapes ``(..., 12)``."""
+    """Return the ``base`` or ``rest`` columns ``(..., 4)`` of all fingers from handshapes ``(..., 12)``."""
     return shape[..., [COLUMNS.index(f"{finger}_{part}") for finger in FINGERS]]
 
 
 def column(shape: np.ndarray, name: str) -> np.ndarray:
-    """One column ``(...)`` of handshapes ``(..., 12)``."""
+    """Return one column ``(...)`` of handshapes ``(..., 12)``."""
     return shape[..., COLUMNS.index(name)]

@@ -1,6 +1,7 @@
-"""What no body can do: elbows that bend backwards, hands inside the trunk, arms out of their sockets, wrists in one place.
+"""Detects and corrects anatomically impossible poses: elbows bent backwards, hands inside the trunk, arms beyond the range
+of the shoulder, wrists that intersect.
 
-Everything is read from unit directions ``(..., 9, 3)`` in the canonical frame (x right, y down, z forward).
+All functions take unit directions ``(..., 9, 3)`` in the canonical frame (x right, y down, z forward).
 """
 
 from collections.abc import Callable
@@ -11,45 +12,45 @@ import numpy as np
 from . import rest, skeleton
 
 STRAIGHT = 12.0
-"""Degrees of bend below which the plane of an arm says nothing, so that the arm counts as straight."""
+"""Degrees of elbow flexion below which an arm counts as straight: its plane is not well-defined."""
 FOLDED = 155.0
-"""Degrees of bend at which the forearm meets the upper arm."""
+"""Degrees of elbow flexion at which the forearm touches the upper arm."""
 _RAISED = np.array([0.0, 90.0, 105.0, 140.0])
 _OUTWARD = np.array([75.0, 100.0, 100.0, 180.0])
 _INWARD = np.array([130.0, 130.0, 130.0, 180.0])
-"""Degrees that the plane of a bent arm turns outwards and inwards, by degrees of the upper arm from hanging."""
+"""Rotation limits of the plane of a bent arm, outwards and inwards in degrees, by elevation of the upper arm in degrees."""
 
 WIDTH, DEPTH = 0.15, 0.11
-"""Half-axes of the trunk in metres, below shoulders 0.2 m from the middle."""
+"""Half-axes of the trunk in metres; the shoulders are 0.2 m from its middle."""
 TOUCH = 0.02
-"""Largest penetration that still counts as touching."""
+"""Largest penetration that counts as touching."""
 APART = 0.05
-"""Metres between two wrists whose forearms do not pass through each other."""
+"""Least distance in metres between two wrists whose forearms do not intersect."""
 
-_SIDES = ((4, 5, -1.0), (7, 8, 1.0))  # upper arm, forearm, where outward lies on x
-_CONES = {0: 45.0, 3: 60.0, 6: 60.0, 4: 118.0, 7: 118.0}  # edges and the degrees that they can turn from their middles
+_SIDES = ((4, 5, -1.0), (7, 8, 1.0))  # upper arm, forearm, sign of outward on x
+_CONES = {0: 45.0, 3: 60.0, 6: 60.0, 4: 118.0, 7: 118.0}  # edge: largest angle in degrees from its middle direction
 _MIDDLES = skeleton.MEAN_UNIT.astype(float)
 _MIDDLES[[4, 7]] = skeleton.normalize(np.array([[-0.55, 0.3, 0.78], [0.55, 0.3, 0.78]]))
 _GRID = np.linspace(0, 1, 21)[1:] ** 1.5
 _ATTEMPTS = 4
 _REACH = 5
-"""Frames over which a correction is spread to either side, twice: once held, once eased."""
+"""Frames to either side over which a correction is first held and then eased out."""
 
 
 def backward_elbows(directions: np.ndarray) -> np.ndarray:
-    """Which elbows ``(..., 2)``, left and right, bend as no elbow bends.
+    """Return which elbows ``(..., 2)``, left and right, bend in an impossible direction.
 
-    The front of a hanging arm is carried along by the smallest rotation that raises the arm. Seen along the upper arm, a
-    bent forearm lies within what the humerus turns: 75 degrees outwards (100 with a raised arm) and 130 inwards. That is
-    about ten more than textbooks of anatomy allow, so what is flagged is wrong. Above 140 degrees, where the front means
-    little, and in arms that are straight within 12 degrees nothing is flagged. Of 34,000 arms in captured gestures 0.05 % are,
-    all of one performer who overstretches an elbow.
+    The front of a hanging arm is rotated with the upper arm by the smallest rotation. Seen along the upper arm, a bent
+    forearm must lie within the humerus's range of rotation: 75 degrees outwards (100 with a raised arm) and 130 inwards.
+    That is about ten more than anatomy textbooks allow, so flagged elbows are certainly wrong. Nothing is flagged above an
+    elevation of 140 degrees, where the front is ill-defined, nor in arms that are straight within 12 degrees. Of 34,000
+    arms in captured gestures 0.05 % are flagged, all of one performer who hyperextends an elbow.
     """
     return np.stack([_elbow_excess(directions, side) > 0 for side in (0, 1)], axis=-1)
 
 
 def penetration(directions: np.ndarray) -> np.ndarray:
-    """Deepest intrusion of wrists and mid-forearms into the trunk ``(...)``: 0 outside, 1 on the trunk's axis.
+    """Return the deepest penetration ``(...)`` of wrists and mid-forearms into the trunk: 0 outside, 1 on its axis.
 
     The trunk is an upright elliptic cylinder (half-axes 0.15 and 0.11 m) from 0.3 m under the spine joint to below the neck.
     """
@@ -57,17 +58,17 @@ def penetration(directions: np.ndarray) -> np.ndarray:
 
 
 def wrist_distance(directions: np.ndarray) -> np.ndarray:
-    """Metres ``(...)`` from wrist to wrist."""
+    """Return the distance ``(...)`` between the wrists in metres."""
     positions = skeleton.to_positions(directions)
     return np.linalg.norm(positions[..., 6, :] - positions[..., 9, :], axis=-1)
 
 
 def keep_human(directions: np.ndarray) -> np.ndarray:
-    """Directions ``(frames, 9, 3)`` at 15 fps without anything that no body can do, float32, smooth in time.
+    """Remove impossible poses from directions ``(frames, 9, 3)`` at 15 fps, smoothly in time; returns float32.
 
-    Where something is wrong, the edges concerned go part of the way to a pose that is possible, with a weight that rises
-    and falls within two thirds of a second. Afterwards no elbow bends backwards, penetration is below :data:`TOUCH` and
-    wrists are :data:`APART`. All other frames stay as they are, and so does the whole motion if nothing is wrong.
+    Where a rule is broken, the edges concerned are blended towards a possible pose, with a weight that rises and falls
+    within two thirds of a second. Afterwards no elbow bends backwards, penetration is below :data:`TOUCH` and wrists are
+    at least :data:`APART`. All other frames stay unchanged, to the bit.
     """
     kept = _unit(directions)
     for rule in _RULES:
@@ -77,10 +78,10 @@ def keep_human(directions: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Rule:
-    """``wrong(directions, slack)`` says which frames break it; ``edges`` then move to ``goal(directions)``.
+    """``wrong(directions, slack)`` returns which frames break the rule; their ``edges`` then move to ``goal(directions)``.
 
-    ``slack`` 0 asks for the limits as they are, 1 for a little more than they demand. ``goal`` gives ``(..., edges, 3)``
-    and must break no rule itself.
+    ``slack`` 0 tests the exact limits, 1 slightly stricter ones. ``goal`` returns ``(..., edges, 3)`` and must satisfy all
+    rules itself.
     """
 
     edges: tuple[int, ...]
@@ -89,7 +90,7 @@ class _Rule:
 
 
 def _obey(directions: np.ndarray, rule: _Rule) -> np.ndarray:
-    """Move the rule's edges towards its goal just so far, and for just so long, that no frame breaks it."""
+    """Move the rule's edges towards its goal by the smallest amount with which no frame breaks the rule."""
     result, need = directions, np.zeros(len(directions))
     bad = np.flatnonzero(rule.wrong(result, 0.0))
     if not bad.size:
@@ -97,7 +98,7 @@ def _obey(directions: np.ndarray, rule: _Rule) -> np.ndarray:
     goal = rule.goal(directions)
     attempt = 0
     while (need[bad] < 1).any():
-        # A grid does not see what lies between its points: frames that resist go all the way in the end.
+        # The grid can miss violations between its points: frames that still fail finally move all the way.
         share = _share_needed(directions[bad], goal[bad], rule) if attempt < _ATTEMPTS else 1.0
         need[bad] = np.clip(np.maximum(need[bad] + 1e-3, share), 0, 1)
         result = _moved(directions, goal, _envelope(need), rule.edges)
@@ -107,29 +108,30 @@ def _obey(directions: np.ndarray, rule: _Rule) -> np.ndarray:
 
 
 def _share_needed(directions: np.ndarray, goal: np.ndarray, rule: _Rule) -> np.ndarray:
-    """Smallest share ``(frames,)`` of the way to the goal after which the rule is kept all the way on."""
+    """Return the smallest share ``(frames,)`` of the way to the goal from which on the rule holds."""
     count = len(directions)
     tried = np.repeat(directions, len(_GRID), axis=0)
     tried = _moved(tried, np.repeat(goal, len(_GRID), axis=0), np.tile(_GRID, count), rule.edges)
     wrong = rule.wrong(tried, 1.0).reshape(count, len(_GRID))
     last = len(_GRID) - 1 - np.argmax(wrong[:, ::-1], axis=1)
     share = np.where(wrong.any(axis=1), _GRID[np.minimum(last + 1, len(_GRID) - 1)], _GRID[0])
-    # Opposite the goal the way there turns round from one frame to the next; those who go all the way do not show it.
+    # Nearly opposite the goal, the path there flips from frame to frame; moving all the way hides the flip.
     turn = np.degrees(rest.angle(directions[:, rule.edges], goal)).max(axis=1)
     return np.maximum(share, _ease((turn - 130) / 40))
 
 
 def _moved(directions: np.ndarray, goal: np.ndarray, share: np.ndarray, edges: tuple[int, ...]) -> np.ndarray:
-    """``directions`` with ``edges`` turned by ``share`` ``(frames,)`` towards ``goal``; where the share is 0, untouched."""
+    """Turn ``edges`` by ``share`` ``(frames,)`` towards ``goal``; frames of share 0 stay unchanged to the bit."""
     here = np.flatnonzero(share)
     result = directions.copy()
-    start = directions[np.ix_(here, edges)].astype(float)
-    result[np.ix_(here, edges)] = rest.slerp(start, goal[here], share[here, None])
+    block = np.ix_(here, np.asarray(edges))
+    start = directions[block].astype(float)
+    result[block] = rest.slerp(start, goal[here], share[here, None])
     return result
 
 
 def _envelope(need: np.ndarray) -> np.ndarray:
-    """A smooth curve ``(frames,)`` that is nowhere below ``need``: the largest of the neighbours, then their mean."""
+    """Return a smooth curve ``(frames,)`` nowhere below ``need``: a sliding maximum, then a weighted mean."""
     width = 2 * _REACH + 1
     held = np.lib.stride_tricks.sliding_window_view(np.pad(need, 2 * _REACH, mode="edge"), width).max(axis=-1)
     kernel = np.hanning(width + 2)[1:-1]
@@ -137,7 +139,7 @@ def _envelope(need: np.ndarray) -> np.ndarray:
 
 
 def _outside(edge: int) -> _Rule:
-    """An edge farther from its middle than its cone allows goes back towards the middle."""
+    """Rule that turns an edge outside its cone back towards the middle of the cone."""
 
     def wrong(directions: np.ndarray, slack: float) -> np.ndarray:
         return np.degrees(rest.angle(directions[..., edge, :], _MIDDLES[edge])) > _CONES[edge] - slack
@@ -146,15 +148,15 @@ def _outside(edge: int) -> _Rule:
 
 
 def _bends(side: int) -> _Rule:
-    """A forearm that bends backwards goes towards a comfortable bend of the same upper arm."""
+    """Rule that turns a backward-bent forearm towards a comfortable bend at the same upper arm."""
     upper, fore, _ = _SIDES[side]
 
     def wrong(directions: np.ndarray, slack: float) -> np.ndarray:
         return _elbow_wrong(directions, side, slack)
 
     def goal(directions: np.ndarray) -> np.ndarray:
-        # A hand before the chest, carried from the middle of the shoulder's range: unlike the front of a hanging arm, this
-        # changes slowly with the arm everywhere.
+        # A hand in front of the chest, rotated from the middle of the shoulder's range: unlike the front of a hanging arm,
+        # it changes slowly with the arm everywhere.
         along, front, inner = _arm_frame(directions, side)
         turn = _turn(_carried(_MIDDLES[upper], _before_chest(side), along), front, inner)
         inward, outward = _limits(along)
@@ -164,7 +166,7 @@ def _bends(side: int) -> _Rule:
 
 
 def _leaves_trunk(sides: tuple[int, ...]) -> _Rule:
-    """Arms that are in the trunk or in each other go forward and outward, at about the height where they are."""
+    """Rule that moves arms out of the trunk and out of each other: forward and outward at about the same height."""
     edges = tuple(edge for side in sides for edge in _SIDES[side][:2])
 
     def wrong(directions: np.ndarray, slack: float) -> np.ndarray:
@@ -182,7 +184,7 @@ def _leaves_trunk(sides: tuple[int, ...]) -> _Rule:
         for upper, fore, outward in (_SIDES[side] for side in sides):
             low = 0.8 * directions[..., upper, 1].astype(float)
             result.append(_level(low, 0.5 * outward))
-            # The forearm no lower than the upper arm: that is a bend every elbow can do.
+            # A forearm no lower than the upper arm is a possible bend for every elbow.
             result.append(_level(np.minimum(low, 0.8 * directions[..., fore, 1]), 0.25 * outward))
         return np.stack(result, axis=-2)
 
@@ -190,20 +192,20 @@ def _leaves_trunk(sides: tuple[int, ...]) -> _Rule:
 
 
 def _level(y: np.ndarray, x: float) -> np.ndarray:
-    """Unit directions ``(..., 3)`` of height ``y`` that look forward and ``x`` (-1..1) to the right."""
+    """Return forward unit directions ``(..., 3)`` with vertical part ``y``, turned right by ``x`` (-1..1)."""
     flat = np.sqrt(1 - y * y)
     return np.stack([flat * x, y, flat * np.sqrt(1 - x * x)], axis=-1)
 
 
 def _elbow_wrong(directions: np.ndarray, side: int, slack: float) -> np.ndarray:
-    """Whether an elbow ``(...)`` bends backwards or is folded into itself; slack makes both stricter by two degrees."""
+    """Return whether an elbow ``(...)`` bends backwards or too far; slack makes both limits stricter by two degrees."""
     upper, fore, _ = _SIDES[side]
     bend = np.degrees(rest.angle(directions[..., upper, :], directions[..., fore, :]))
     return (_elbow_excess(directions, side, 2 * slack) > 0) | (bend > FOLDED - 2 * slack)
 
 
 def _elbow_excess(directions: np.ndarray, side: int, slack: float = 0.0) -> np.ndarray:
-    """Degrees ``(...)`` by which an elbow bends outside its sector; 0 for one inside it or straight."""
+    """Return the degrees ``(...)`` by which an elbow bends outside its sector; 0 inside it and for straight arms."""
     upper, fore, _ = _SIDES[side]
     along, front, inner = _arm_frame(directions, side)
     lower = directions[..., fore, :].astype(float)
@@ -211,12 +213,12 @@ def _elbow_excess(directions: np.ndarray, side: int, slack: float = 0.0) -> np.n
     turn = _turn(lower, front, inner)
     inward, outward = _limits(along)
     excess = np.maximum(turn - inward + slack, -outward + slack - turn)
-    # where the sector is the whole circle there is nothing to exceed
+    # A sector of the whole circle cannot be exceeded.
     return np.where((bend > STRAIGHT - slack) & (inward + outward < 359), np.maximum(excess, 0), 0.0)
 
 
 def _arm_frame(directions: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Along the upper arm, its front and its inner side, unit and orthogonal, each ``(..., 3)``."""
+    """Return the upper arm's axis, front and inner side: orthonormal, each ``(..., 3)``."""
     upper, _, outward = _SIDES[side]
     along = directions[..., upper, :].astype(float)
     front = _carried(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]), along)
@@ -224,9 +226,9 @@ def _arm_frame(directions: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarra
 
 
 def _carried(start: np.ndarray, vector: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """``vector`` ``(3,)`` turned by the smallest rotation from unit ``start`` ``(3,)`` to ``end`` ``(..., 3)``.
+    """Rotate ``vector`` ``(3,)`` by the smallest rotation from unit ``start`` ``(3,)`` to ``end`` ``(..., 3)``.
 
-    Opposite vectors have none; any will do there.
+    The result is arbitrary for opposite vectors.
     """
     length = np.maximum(1 + (end @ start)[..., None], 1e-6)
     along = vector @ start
@@ -234,29 +236,29 @@ def _carried(start: np.ndarray, vector: np.ndarray, end: np.ndarray) -> np.ndarr
 
 
 def _before_chest(side: int) -> np.ndarray:
-    """The forearm ``(3,)`` of an arm in the middle of its range, comfortably bent."""
+    """Return the comfortably bent forearm ``(3,)`` of an arm in the middle of its range."""
     return _bent(*_arm_frame(_MIDDLES, side), np.array(30.0))
 
 
 def _bent(along: np.ndarray, front: np.ndarray, inner: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """Forearms ``(..., 3)`` bent by 60 degrees and turned inwards by ``turn`` ``(...)`` degrees."""
+    """Return forearms ``(..., 3)`` flexed by 60 degrees and turned inwards by ``turn`` ``(...)`` degrees."""
     turn = np.radians(turn)[..., None]
     return 0.5 * along + np.sqrt(0.75) * (np.cos(turn) * front + np.sin(turn) * inner)
 
 
 def _turn(fore: np.ndarray, front: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """Degrees ``(...)`` from an arm's front inwards to where its forearm bends."""
+    """Return the angle ``(...)`` in degrees from an arm's front to its forearm, positive inwards."""
     return np.degrees(np.arctan2((fore * inner).sum(-1), (fore * front).sum(-1)))
 
 
 def _limits(along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Degrees inwards and outwards ``(...)`` that the plane of an arm can turn."""
+    """Return the largest inward and outward rotation ``(...)`` of an arm's plane in degrees."""
     raised = np.degrees(np.arccos(np.clip(along[..., 1], -1, 1)))
     return np.interp(raised, _RAISED, _INWARD), np.interp(raised, _RAISED, _OUTWARD)
 
 
 def _depth(directions: np.ndarray) -> np.ndarray:
-    """Intrusion of each arm into the trunk ``(..., 2)``, as :func:`penetration`."""
+    """Return the penetration of each arm into the trunk ``(..., 2)``, as :func:`penetration`."""
     points = skeleton.to_positions(directions)
     wrists, elbows = points[..., [6, 9], :], points[..., [5, 8], :]
     probes = np.stack([wrists, 0.5 * (elbows + wrists)], axis=-2) - points[..., None, :1, :]
@@ -268,7 +270,7 @@ def _depth(directions: np.ndarray) -> np.ndarray:
 
 
 def _unit(directions: np.ndarray) -> np.ndarray:
-    """``directions`` in float32 and of unit length; those that have been so stay as they are to the bit."""
+    """Return ``directions`` as float32 unit vectors; those that already are stay unchanged to the bit."""
     directions = np.asarray(directions, np.float32)
     length = np.linalg.norm(directions, axis=-1, keepdims=True)
     if np.abs(length - 1).max(initial=0) < 1e-5:

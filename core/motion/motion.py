@@ -1,4 +1,4 @@
-"""A gesture performance: unit directions over time, and where they came from."""
+"""A gesture motion: unit directions over time, with provenance; reads and writes ``.npz``."""
 
 import io
 import json
@@ -17,21 +17,20 @@ from .hands import Hands
 from .pelvis import Pelvis
 
 FASTEST = 1000.0
-"""Frames a second of a motion file, at most."""
+"""Highest frame rate of a motion file."""
 LONGEST = 13 * 3600.0
-"""Seconds of a motion file, at most: recordings end after twelve hours."""
-_FARTHEST = 1000.0
-"""Of a direction that is no longer of unit length, in a file that another program wrote."""
+"""Longest motion file in seconds: recordings end after twelve hours."""
+_MAX_COORDINATE = 1000.0
+"""Largest absolute value in the directions of a file, which another program may have written without unit length."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Directions ``(frames, 9, 3)`` float32 in the canonical frame at ``fps`` frames a second.
+    """Directions ``(frames, 9, 3)`` float32 in the canonical frame at ``fps`` frames per second.
 
     ``words`` are ``(word, start, end)`` in seconds from the start of the audio. ``meta`` is the provenance (audio and
-    transcript hash, style, seed, checkpoint hash, version) and must be JSON. ``hands`` and ``pelvis`` have as many frames, and
-    are None where a performance has nothing to say of them: nine directions are a whole motion. So is ``face``, which has its
-    own times, from the first frame on.
+    transcript hash, style, seed, checkpoint hash, version) and must be JSON. ``hands`` and ``pelvis`` have as many frames
+    and are optional, as is ``face``, which has its own sampling rate and starts at the first frame.
     """
 
     directions: np.ndarray
@@ -44,34 +43,34 @@ class Motion:
 
     @property
     def duration(self) -> float:
-        """Seconds covered."""
+        """Duration in seconds."""
         return len(self.directions) / self.fps
 
     def mirrored(self) -> "Motion":
-        """The same performance with left and right exchanged."""
+        """Return the motion with left and right exchanged."""
         hands, pelvis, face = (part and part.mirrored() for part in (self.hands, self.pelvis, self.face))
         return replace(self, directions=skeleton.mirror(self.directions), hands=hands, pelvis=pelvis, face=face)
 
     def resampled(self, fps: float) -> "Motion":
-        """The same performance at another frame rate, through a cubic (Catmull-Rom) curve over the directions."""
+        """Return the motion at another frame rate, by cubic (Catmull-Rom) interpolation of the directions."""
         if fps == self.fps or len(self.directions) < 2:
             return replace(self, fps=float(fps))
         count = int(round((len(self.directions) - 1) * fps / self.fps)) + 1
         return self.at(np.arange(count) * (self.fps / fps), fps)
 
     def at(self, places: np.ndarray, fps: float) -> "Motion":
-        """The motion that has at ``fps`` frames a second what this has at fractional frames ``places`` ``(n,)``."""
+        """Sample the motion at fractional frames ``places`` ``(n,)``; the result has ``fps`` frames per second."""
         hands, pelvis = (part and part.at(places) for part in (self.hands, self.pelvis))
         return replace(self, directions=cubic(self.directions, places), fps=float(fps), hands=hands, pelvis=pelvis)
 
-    def frames(self, rows) -> "Motion":
-        """The frames that a slice, a mask or numbers name, at the same frame rate; the face, which has its own times, not."""
+    def frames(self, rows: slice | np.ndarray) -> "Motion":
+        """Return the frames selected by a slice, a mask or indices, at the same frame rate and without the face."""
         hands, pelvis = (part and part[rows] for part in (self.hands, self.pelvis))
         return replace(self, directions=self.directions[rows], hands=hands, pelvis=pelvis, face=None)
 
     def save(self, path: str | PathLike) -> None:
-        """Write an ``.npz``: directions, fps, words and meta as JSON text, hands, pelvis, face if any. Whole or not at all."""
-        buffer = io.BytesIO()  # a zip file that meets a full disk complains once more when it is collected
+        """Write an ``.npz`` atomically: directions, fps, words and meta as JSON text; hands, pelvis and face if any."""
+        buffer = io.BytesIO()  # a zip file on a full disk raises a second time when it is garbage-collected
         np.savez_compressed(
             buffer,
             directions=np.asarray(self.directions, np.float32),
@@ -85,16 +84,16 @@ class Motion:
             temporary.write_bytes(buffer.getbuffer())
 
     def extremities(self) -> dict[str, np.ndarray]:
-        """Arrays of hands and pelvis by the names that files use; none of what there is not."""
+        """Return the arrays of hands and pelvis, if any, by their names in files."""
         return {name: values for part in (self.hands, self.pelvis) if part for name, values in part.arrays().items()}
 
     @classmethod
     def load(cls, path: str | PathLike) -> "Motion":
-        """Read what :meth:`save` wrote; raises :class:`MotionUnreadable`."""
+        """Read a file of :meth:`save`; raises :class:`MotionUnreadable`."""
         try:
             with npz.opened(path) as data:
                 directions = np.asarray(data["directions"], float)
-                if (np.abs(directions) > _FARTHEST).any():
+                if (np.abs(directions) > _MAX_COORDINATE).any():
                     raise ValueError("its directions are out of range")
                 motion = cls(
                     directions.astype(np.float32),
@@ -119,5 +118,5 @@ class Motion:
 
 
 def cubic(directions: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Directions ``(frames, 9, 3)`` at fractional frames ``at`` by a Catmull-Rom curve, renormalised, float32."""
+    """Sample directions ``(frames, 9, 3)`` at fractional frames ``at`` on a Catmull-Rom curve; renormalised, float32."""
     return skeleton.normalize(between(directions, at)).astype(np.float32)

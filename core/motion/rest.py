@@ -1,4 +1,4 @@
-"""What a body does while it is not gesturing: it hangs its arms, breathes and sways, and is never frozen."""
+"""Motion outside gestures: arms return to rest in pauses, and the body breathes and sways throughout."""
 
 from dataclasses import dataclass
 
@@ -9,24 +9,24 @@ from . import skeleton
 from .skeleton import REST
 
 SETTLE_AFTER = 0.7  # seconds of silence before the hands start to sink
-SETTLE_TIME = 1.2  # seconds they take
-RAISE_TIME = 0.5  # seconds before speech in which they are handed back to the network
+SETTLE_TIME = 1.2  # seconds until they are at rest
+RAISE_TIME = 0.5  # seconds before speech in which control returns to the network
 
-_TREMBLE = 0.7  # frames; brings jerk at a given speed to that of captured gestures
-_FARTHEST = np.radians(170)  # from rest; beyond it the way back would flip
+_SOFTEN_SIGMA = 0.7  # frames; matches the jerk of captured gestures at equal speed
+_MAX_ANGLE = np.radians(170)  # from rest; beyond it interpolation to rest could flip direction
 
-# Per edge: how far (radians) breathing (front-back, up-down) and swaying (side, front) carry it.
+# Amplitudes by edge, in radians: breathing (front-back, up-down) and swaying (side, front).
 _BREATH = np.array([0.006, 0.004, 0.004, 0.012, 0.004, 0.005, 0.012, 0.004, 0.005])
-_SWAY = np.array([0.020, 0.030, 0.036, 0.009, 0.026, 0.030, 0.009, 0.026, 0.030])  # as captured people who wait
-# A talker's trunk and head move more and faster than those of one who waits; arms are the network's.
-_LIFE = np.array([0.026, 0.024, 0.028, 0.024, 0, 0, 0.024, 0, 0])
-_SWAY_RATES, _LIFE_RATES = (0.043, 0.071, 0.113, 0.19), (0.13, 0.21, 0.31)  # Hz
+_SWAY = np.array([0.020, 0.030, 0.036, 0.009, 0.026, 0.030, 0.009, 0.026, 0.030])  # measured on captured people who wait
+# Speakers move trunk and head more and faster than waiting people; the network moves the arms.
+_TALK_SWAY = np.array([0.026, 0.024, 0.028, 0.024, 0, 0, 0.024, 0, 0])
+_SWAY_RATES, _TALK_RATES = (0.043, 0.071, 0.113, 0.19), (0.13, 0.21, 0.31)  # Hz
 
 
 def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray | float) -> np.ndarray:
-    """Turn unit vectors ``start`` by ``share`` of the angle to ``end``; shares above one or below zero extrapolate.
+    """Rotate unit vectors ``start`` by ``share`` of the angle to ``end``; shares above one or below zero extrapolate.
 
-    Shapes broadcast; ``share`` lacks the last axis. Opposite vectors have no shortest way and give some turned vector.
+    Shapes broadcast; ``share`` lacks the last axis. For opposite vectors the result is arbitrary.
     """
     along = (start * end).sum(-1, keepdims=True)
     across = end - along * start
@@ -37,10 +37,10 @@ def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray | float) -> np.n
 
 
 def settle_weight(activity: np.ndarray, fps: float = skeleton.FPS, at_rest: bool = True) -> np.ndarray:
-    """How much of each frame belongs to rest, ``(frames,)`` in 0..1, from voice activity ``(frames,)`` in 0..1.
+    """Return the weight of the rest pose ``(frames,)`` in 0..1, from voice activity ``(frames,)`` in 0..1.
 
     Pauses shorter than :data:`SETTLE_AFTER` are left to the network. A silence at the very start is rest from its first
-    frame if ``at_rest``, else the hands sink into it as into any other. The weight has a continuous slope everywhere.
+    frame if ``at_rest``, otherwise the hands sink as in any other pause. The weight has a continuous slope everywhere.
     """
     frames = len(activity)
     weight = np.zeros(frames)
@@ -54,9 +54,9 @@ def settle_weight(activity: np.ndarray, fps: float = skeleton.FPS, at_rest: bool
 
 
 def idle(frames: int, fps: float = skeleton.FPS, seed: int = 0, talking: np.ndarray | float = 0.0) -> np.ndarray:
-    """Offsets ``(frames, 9, 3)`` in radians to add to unit directions: breathing, and a slow sway that never repeats.
+    """Return offsets ``(frames, 9, 3)`` in radians to add to unit directions: breathing and a slow, aperiodic sway.
 
-    ``talking``, ``(frames,)`` or a number in 0..1, adds the livelier trunk and head of somebody who speaks.
+    ``talking``, ``(frames,)`` or a number in 0..1, adds the livelier trunk and head of a speaker.
     """
     rng = np.random.default_rng((seed, 0x1D1E))
     time = np.arange(frames) / fps
@@ -66,23 +66,24 @@ def idle(frames: int, fps: float = skeleton.FPS, seed: int = 0, talking: np.ndar
     offsets[..., 2] = breath[:, None] * _BREATH
     talking = np.broadcast_to(talking, (frames,))[:, None]
     for axis in (0, 2):
-        offsets[..., axis] += 0.5 * _SWAY * _waves(time, _SWAY_RATES, rng) + talking * _LIFE * _waves(time, _LIFE_RATES, rng)
+        waiting = 0.5 * _SWAY * _waves(time, _SWAY_RATES, rng)
+        offsets[..., axis] += waiting + talking * _TALK_SWAY * _waves(time, _TALK_RATES, rng)
     return offsets
 
 
 def _waves(time: np.ndarray, rates: tuple[float, ...], rng: np.random.Generator) -> np.ndarray:
-    """A sum of slow sines for each of nine edges ``(frames, 9)``, the parts of one body nearly in step."""
-    rates = np.array(rates)[:, None]
-    phases = rng.random((len(rates), 9)) * 0.35 + rng.random((len(rates), 1))
-    waves = np.sin(2 * np.pi * (rates[..., None] * time[:, None] + phases[:, None, :]))
-    return (waves / np.sqrt(np.arange(1, len(rates) + 1))[:, None, None]).sum(0)
+    """Return a sum of slow sines for each of nine edges ``(frames, 9)``, with similar phases in all edges."""
+    hertz = np.array(rates)[:, None]
+    phases = rng.random((len(hertz), 9)) * 0.35 + rng.random((len(hertz), 1))
+    waves = np.sin(2 * np.pi * (hertz[..., None] * time[:, None] + phases[:, None, :]))
+    return (waves / np.sqrt(np.arange(1, len(hertz) + 1))[:, None, None]).sum(0)
 
 
 @dataclass(frozen=True)
 class Stillness:
-    """What all performances of a recording share: how much of each frame is rest, and how lively a talker's body is there.
+    """Weights of the rest pose and of a speaker's liveliness, shared by all takes of a recording.
 
-    Both ``(frames,)`` in 0..1 at ``fps``.
+    Both are ``(frames,)`` in 0..1 at ``fps``.
     """
 
     weight: np.ndarray
@@ -91,33 +92,33 @@ class Stillness:
 
     @classmethod
     def of(cls, activity: np.ndarray, at_rest: bool = True, fps: float = skeleton.FPS) -> "Stillness":
-        """Of voice activity ``(frames,)``; ``at_rest`` as for :func:`settle_weight`."""
+        """Compute the weights from voice activity ``(frames,)``; ``at_rest`` as for :func:`settle_weight`."""
         return cls(settle_weight(activity, fps, at_rest), gaussian(activity, 0.5 * fps), fps)
 
     def live(self, directions: np.ndarray, pose: np.ndarray = REST, seed: int = 0) -> np.ndarray:
-        """Blend a performance ``(frames, 9, 3)`` into ``pose`` where nobody speaks; let it breathe and sway throughout."""
+        """Blend a motion ``(frames, 9, 3)`` into ``pose`` where nobody speaks; add breathing and swaying throughout."""
         settled = slerp(directions, pose, self.weight[:, None])
         return skeleton.normalize(settled + idle(len(directions), self.fps, seed, self.talking)).astype(np.float32)
 
 
 def scale(directions: np.ndarray, intensity: float | np.ndarray, pose: np.ndarray = REST) -> np.ndarray:
-    """Scale how far a performance departs from ``pose``: 0 is rest, 1 leaves it, above 1 exaggerates, up to 170 degrees.
+    """Scale a motion's deviation from ``pose``: 0 is ``pose``, 1 changes nothing, above 1 exaggerates, up to 170 degrees.
 
     ``intensity`` is a number, or ``(frames,)`` with one for every frame.
     """
     intensity = np.asarray(intensity, float)[..., None]
     if (intensity == 1).all():
         return directions
-    share = np.minimum(intensity, _FARTHEST / np.maximum(angle(directions, pose), 1e-6))
+    share = np.minimum(intensity, _MAX_ANGLE / np.maximum(angle(directions, pose), 1e-6))
     return slerp(np.broadcast_to(pose, directions.shape), directions, share).astype(np.float32)
 
 
 def restore(directions: np.ndarray, gain: np.ndarray | float, pose: np.ndarray = REST) -> np.ndarray:
-    """Give a regressed performance its size back: small departures from ``pose`` grow by ``gain``, those above 95 degrees stay.
+    """Restore the amplitude of a regressor's motion: small deviations from ``pose`` grow by ``gain``, above 95 degrees none.
 
-    ``gain`` is a number, or ``(9,)`` with one for every edge. A network that minimises an error stays nearer to the middle
-    than people do; how much is measured on held-out speech. The gain sets in within the first second, so that the
-    performance starts in the pose it was given.
+    ``gain`` is a number, or ``(9,)`` with one for every edge. A network that minimises an error stays nearer to the mean
+    than people do; how much is measured on held-out speech. The gain rises over the first second, so that the motion
+    starts in its seed pose.
     """
     onset = _smooth(np.arange(len(directions)) / skeleton.FPS)[:, None]
     away = np.degrees(angle(directions, pose))
@@ -126,14 +127,14 @@ def restore(directions: np.ndarray, gain: np.ndarray | float, pose: np.ndarray =
 
 
 def soften(directions: np.ndarray) -> np.ndarray:
-    """Take the tremble out of ``(frames, 9, 3)``: a little of each frame's neighbours is mixed in."""
-    return skeleton.normalize(gaussian(directions, _TREMBLE)).astype(np.float32)
+    """Remove jitter from directions ``(frames, 9, 3)`` by light smoothing in time."""
+    return skeleton.normalize(gaussian(directions, _SOFTEN_SIGMA)).astype(np.float32)
 
 
 def angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Radians ``(...)`` between unit vectors ``(..., 3)``, as exact for near ones as for far ones.
+    """Return the angle ``(...)`` in radians between unit vectors ``(..., 3)``, accurate for small angles, too.
 
-    The arc cosine of a product in float32 knows no angle but 0 below 0.0003, so that a rounding turns a body by as much.
+    In float32, the arc cosine of the dot product is 0 for all angles below 0.0003.
     """
     return 2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
 

@@ -1,4 +1,4 @@
-"""Ten joints, nine edges, and every change of frame: the only module that writes a sign flip.
+"""The skeleton (ten joints, nine edges) and all conversions between coordinate systems.
 
 Canonical frame (that of the TED Gesture data, reference section B.3): right-handed, x towards the character's right,
 y down, z forward, so the left arm lies at -x. A *direction* is a unit vector from an edge's parent joint to its child
@@ -34,7 +34,7 @@ EDGE_NAMES = (
 ARM_EDGES = (4, 5, 7, 8)
 """Upper arm and forearm, left then right."""
 ARMS = (ARM_EDGES[:2], ARM_EDGES[2:])
-"""The same, an arm each."""
+"""The same, grouped by arm."""
 LENGTHS = np.array([0.26, 0.18, 0.14, 0.22, 0.36, 0.33, 0.22, 0.36, 0.33], np.float32)
 FPS = 15.0
 MEAN = np.array(
@@ -51,7 +51,7 @@ MEAN = np.array(
     ],
     np.float32,
 )
-"""Mean direction of the TED Gesture training set; its rows are shorter than one (reference section B.1)."""
+"""Mean directions of the TED Gesture training set; not unit vectors (reference section B.1)."""
 
 MIRRORED_EDGES = np.array([0, 1, 2, 6, 7, 8, 3, 4, 5])
 _PARENT, _CHILD = np.array(EDGES).T
@@ -68,26 +68,26 @@ def normalize(vectors: np.ndarray) -> np.ndarray:
 
 
 MEAN_UNIT = normalize(MEAN)
-"""Unit vectors along :data:`MEAN`."""
+""":data:`MEAN` as unit vectors."""
 
 
 REST = MEAN_UNIT.copy()
 REST[list(ARM_EDGES)] = normalize(
     np.array([[-0.23, 0.97, -0.02], [-0.08, 0.95, 0.30], [0.23, 0.97, -0.02], [0.08, 0.95, 0.30]], np.float32)
 )
-"""Standing at ease: the trunk as in the mean, the arms hanging with slightly bent elbows."""
+"""Rest pose: the trunk as in the mean, the arms hanging with slightly bent elbows."""
 
 
 def wrists(directions: np.ndarray) -> np.ndarray:
-    """Left and right wrist ``(..., 2, 3)`` in metres from their shoulders, from unit directions ``(..., 9, 3)``."""
+    """Return the wrists ``(..., 2, 3)``, left and right, in metres from their shoulders, of unit directions ``(..., 9, 3)``."""
     steps = np.asarray(directions, float) * LENGTHS[:, None]
     return np.stack([steps[..., upper, :] + steps[..., fore, :] for upper, fore in ARMS], -2)
 
 
 def to_positions(directions: np.ndarray, lengths: np.ndarray = LENGTHS) -> np.ndarray:
-    """Joint positions ``(..., 10, 3)`` from directions ``(..., 9, 3)``, spine at the origin (paper eq. 11).
+    """Return joint positions ``(..., 10, 3)`` of directions ``(..., 9, 3)``, with the spine at the origin (paper eq. 11).
 
-    Directions are normalised first, so bone lengths hold whatever comes in; ``lengths`` are metres.
+    Directions are normalised first, so bone lengths hold for any input; ``lengths`` are metres.
     """
     steps = normalize(directions) * np.asarray(lengths)[:, None]
     positions = np.zeros((*steps.shape[:-2], len(JOINTS), 3), steps.dtype)
@@ -97,18 +97,18 @@ def to_positions(directions: np.ndarray, lengths: np.ndarray = LENGTHS) -> np.nd
 
 
 def to_directions(positions: np.ndarray) -> np.ndarray:
-    """Unit directions ``(..., 9, 3)`` from joint positions ``(..., 10, 3)``."""
+    """Return unit directions ``(..., 9, 3)`` of joint positions ``(..., 10, 3)``."""
     positions = np.asarray(positions)
     return normalize(positions[..., _CHILD, :] - positions[..., _PARENT, :])
 
 
 def mirror(directions: np.ndarray) -> np.ndarray:
-    """The same performance by the character's mirror image: sides swapped and reflected. Its own inverse."""
+    """Mirror directions: reflect them and swap left and right. Its own inverse."""
     return np.asarray(directions)[..., MIRRORED_EDGES, :] * _MIRROR
 
 
 def canonical_to_blender(vectors: np.ndarray) -> np.ndarray:
-    """Canonical to Blender (z up, character facing -y, left at +x): a proper rotation."""
+    """Convert canonical vectors to Blender's frame (z up, character facing -y, left at +x), a proper rotation."""
     return np.asarray(vectors) @ _TO_BLENDER.T
 
 
@@ -118,7 +118,7 @@ def blender_to_canonical(vectors: np.ndarray) -> np.ndarray:
 
 
 def canonical_to_y_up(vectors: np.ndarray) -> np.ndarray:
-    """Canonical to y up, z forward, left at +x (BVH, SmartBody, Trinity): half a turn about z."""
+    """Convert canonical vectors to y up, z forward, left at +x (BVH, SmartBody, Trinity), a half turn about z."""
     return np.asarray(vectors) @ _TO_Y_UP.T
 
 
