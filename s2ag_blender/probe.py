@@ -1,4 +1,4 @@
-"""What this Blender can do: its version, and whether it renders without a display. Run by ``s2ag doctor``."""
+"""Reports Blender's version and whether it renders without a display. Run by ``s2ag doctor``."""
 
 import json
 import sys
@@ -7,12 +7,14 @@ from pathlib import Path
 
 
 def main(arguments: list[str]) -> int:
-    """Print one ``result`` event with ``blender`` (version) and ``renders`` (a small Workbench frame came out)."""
+    """Print one ``result`` event with ``blender`` (version) and ``renders`` (whether a small Workbench frame was written)."""
     import bpy
 
+    from .datablocks import current_context
+
     print(json.dumps({"event": "progress", "stage": "version", "value": 0, "blender": bpy.app.version_string}), flush=True)
-    render = bpy.context.scene.render
-    render.engine = "BLENDER_WORKBENCH"
+    render = current_context().scene.render
+    render.engine = "BLENDER_WORKBENCH"  # pyright: ignore[reportAttributeAccessIssue]
     render.resolution_x = render.resolution_y = 16
     with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
         render.filepath = str(Path(folder) / "probe.png")

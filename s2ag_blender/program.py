@@ -1,6 +1,7 @@
-"""A Blender that works for a starter: one JSON file says what to do, JSON lines on stdout tell how it goes.
+"""Runs a job inside Blender as a child process: one JSON file describes the job, JSON lines on stdout report on it.
 
-``progress`` (stage, value 0..1), then one ``result`` or ``error`` (kind, message, remedy); exit status 0, or 2 after an error.
+Events: ``progress`` (stage, value 0..1), then one ``result`` or ``error`` (kind, message, remedy). The exit status is 0, or
+2 after an error.
 """
 
 import contextlib
@@ -9,8 +10,10 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from types import FrameType
+from typing import Any
 
 from ..core import mistake
 from ..core.child import hold_on, leave
@@ -20,20 +23,20 @@ from ..core.files import abandon
 
 @dataclass
 class Voice:
-    """Tells the starter what happens, one JSON object a line."""
+    """Writes events for the parent process, one JSON object per line; ``seconds`` are durations by stage."""
 
-    write: object
-    seconds: dict = field(default_factory=dict)
+    write: Callable[[str], None]
+    seconds: dict[str, float] = field(default_factory=dict)
 
-    def say(self, event: str, **content) -> None:
+    def say(self, event: str, **content: Any) -> None:
         self.write(json.dumps({"event": event, **content}) + "\n")
 
     def progress(self, stage: str, value: float) -> None:
         self.say("progress", stage=stage, value=round(float(value), 4))
 
     @contextlib.contextmanager
-    def stage(self, name: str):
-        """A named part of the work: progress 0 before it, 1 after it, its time in the result."""
+    def stage(self, name: str) -> Iterator[None]:
+        """Report progress 0 before and 1 after the body of a ``with`` block, and add its duration to ``seconds``."""
         started = time.perf_counter()
         self.progress(name, 0)
         yield
@@ -42,7 +45,10 @@ class Voice:
 
 
 def run(arguments: list[str], work: Callable[[str, Voice], dict], what: str = "job") -> int:
-    """Let ``work(path, voice)`` do what the file says that is the only argument, and tell its result or error."""
+    """Call ``work(path, voice)`` with the only argument as the path of a job file; write its result or error as an event.
+
+    ``what`` names the kind of job in error sentences. Returns the exit status.
+    """
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _end)
     hold_on()
@@ -59,19 +65,20 @@ def run(arguments: list[str], work: Callable[[str, Voice], dict], what: str = "j
         except Exception as error:
             if os.environ.get("S2AG_DEBUG"):
                 raise
-            what = f"This is a mistake in s2ag ({type(error).__name__}: {error})."
-            voice.say("error", kind="Internal", message=readable(what), remedy=mistake.keep(error))
+            message = f"This is a mistake in s2ag ({type(error).__name__}: {error})."
+            voice.say("error", kind="Internal", message=readable(message), remedy=mistake.keep(error))
             return 2
     return 0
 
 
-def _end(number, _frame) -> None:
-    """Leave at once and no half file behind; an exception would be swallowed by Blender's handlers."""
+def _end(number: int, _frame: FrameType | None) -> None:
+    """Remove unfinished files and exit at once; Blender's handlers would swallow an exception."""
     abandon()
     os._exit(128 + number)
 
 
 def require_bpy() -> None:
+    """Raise :class:`BlenderUnavailable` if bpy cannot be imported."""
     try:
         import bpy  # noqa: F401
     except ImportError as error:
@@ -81,8 +88,8 @@ def require_bpy() -> None:
 
 
 @contextlib.contextmanager
-def own_stdout():
-    """Yield a function that writes to the real stdout; all else that is printed, Blender's own chatter too, goes to stderr."""
+def own_stdout() -> Iterator[Callable[[str], None]]:
+    """Yield a function that writes to the real stdout; everything else that is printed, also by Blender, goes to stderr."""
     sys.stdout.flush()
     real = os.dup(1)
     os.dup2(2, 1)

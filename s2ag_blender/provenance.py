@@ -1,6 +1,7 @@
-"""Where a motion came from, kept on its action as JSON text."""
+"""Stores how a motion was made (settings, seed, take, edits) on its action, as JSON text."""
 
 import json
+from typing import Any
 
 import bpy
 
@@ -16,12 +17,12 @@ _KINDS |= {"start": (int, float), "way": (list, type(None)), "follows": (dict, t
 _PLACE = {"result": str, "first": int, "last": int, "influence": (int, float), "blend_in": int, "blend_out": int}
 
 
-def stamp(action: bpy.types.Action, meta: dict) -> None:
-    """Store where a motion came from on its action, with this package's version."""
+def stamp(action: bpy.types.Action, meta: dict[str, Any]) -> None:
+    """Store ``meta`` and this package's version on an action."""
     action[PROPERTY] = json.dumps({**meta, "version": VERSION}, sort_keys=True)
 
 
-def of(action: bpy.types.Action) -> dict | None:
-    """What :func:`stamp` stored, or None if this package did not make the action, or somebody has changed that since."""
-    told = stored.read(action, PROPERTY)
-    return told if told and stored.fits(told, _KINDS) and stored.fits(told.get("place", {}), _PLACE) else None
+def of(action: bpy.types.Action | None) -> dict[str, Any] | None:
+    """Return what :func:`stamp` stored on an action; None if there is none or its values have wrong types."""
+    meta = stored.read(action, PROPERTY) if action is not None else None
+    return meta if meta and stored.fits(meta, _KINDS) and stored.fits(meta.get("place", {}), _PLACE) else None

@@ -1,13 +1,19 @@
-"""JSON that lies in properties of a .blend, which anybody may have written: it is what we store there, or it is nothing."""
+"""Reads JSON from custom properties of a .blend, which anybody may have written: invalid data reads as empty."""
+
+from collections.abc import Mapping
+from types import UnionType
+from typing import Any
+
+import bpy
 
 from ..core import json_text
 
 LARGEST = 16_000_000
-"""Letters of one property; a pose and all settings take some ten thousand."""
+"""Most characters of one property; a pose and all settings take about ten thousand."""
 
 
-def read(owner, name: str, kind: type = dict):
-    """The dict or list (``kind``) that the custom property ``name`` states; an empty one where it states none."""
+def read(owner: bpy.types.bpy_struct, name: str, kind: type = dict) -> Any:
+    """Return the dict or list (``kind``) that the custom property ``name`` holds, an empty one if it holds no such JSON."""
     text = owner.get(name)
     if not isinstance(text, str):
         return kind()
@@ -18,6 +24,6 @@ def read(owner, name: str, kind: type = dict):
     return value if isinstance(value, kind) else kind()
 
 
-def fits(value, kinds: dict[str, type | tuple]) -> bool:
-    """Whether everything that ``value`` holds of ``kinds`` is of its kind; a truth value is no number."""
+def fits(value: Mapping[str, Any], kinds: Mapping[str, type | tuple[type, ...] | UnionType]) -> bool:
+    """Return whether each entry of ``value`` that is named in ``kinds`` has the type given there; a bool is no number."""
     return all(isinstance(value[name], kind) and type(value[name]) is not bool for name, kind in kinds.items() if name in value)

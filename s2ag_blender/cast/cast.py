@@ -8,6 +8,7 @@ import bpy
 
 from ...core.errors import RigUnusable
 from ...rigs.plain import Mapping
+from ..datablocks import ArmatureObject
 from ..rig import reading
 from . import disarm, human, mannequin
 from .character import Character
@@ -145,11 +146,11 @@ def _forget_missing_images() -> None:
             shader.inputs["Alpha"].default_value, material.metallic, material.roughness = 1, 0, 0.6
 
 
-def _is_missing(image) -> bool:
+def _is_missing(image: bpy.types.Image) -> bool:
     return image.source == "FILE" and not image.packed_file and not Path(bpy.path.abspath(image.filepath)).is_file()
 
 
-def meshes(armature):
+def meshes(armature: ArmatureObject):
     """The meshes that follow an armature, by modifier or as its children."""
     for item in bpy.context.scene.objects:
         deformed = any(one.type == "ARMATURE" and one.object is armature for one in item.modifiers)

@@ -8,6 +8,7 @@ from ...core.errors import RigUnusable
 from ...rigs.faces import bones as face_bones
 from ...rigs.faces import shapes
 from ...rigs.plain import Mapping
+from ..datablocks import ArmatureObject
 from ..rig import facemaps, reading
 from . import cast
 
@@ -28,7 +29,7 @@ class Found:
         return self.shapes.missing(face_bones.shown(self.bones))
 
 
-def find(armature: bpy.types.Object, mapping: Mapping | None = None, look: bool = True) -> Found | None:
+def find(armature: ArmatureObject, mapping: Mapping | None = None, look: bool = True) -> Found | None:
     """The face of a character, by its own map or by the names of its shape keys and bones; None where nothing speaks.
 
     ``mapping`` is that of its body, if it is known. For drawing, without a ``look``, bones are those that were found last.
@@ -44,7 +45,7 @@ def find(armature: bpy.types.Object, mapping: Mapping | None = None, look: bool 
     return Found(known, speaking, used) if speaking or used else None
 
 
-def whole(armature: bpy.types.Object) -> shapes.Shapes | None:
+def whole(armature: ArmatureObject) -> shapes.Shapes | None:
     """The face of a character as a map that can be written: its keys and all its bones."""
     found = find(armature)
     if found is None:
@@ -53,7 +54,7 @@ def whole(armature: bpy.types.Object) -> shapes.Shapes | None:
     return shapes.Shapes(found.shapes.family, parts, found.shapes.rest, bones=_parts(armature, facemaps.chosen(armature)))
 
 
-def told_of(armature: bpy.types.Object) -> dict:
+def told_of(armature: ArmatureObject) -> dict:
     """``table``, what shows each part of the face as lines of text, and ``map``, the face as a map's JSON, or None."""
     found = find(armature)
     if found is None:
@@ -80,7 +81,7 @@ def _shows(ways: dict, names) -> bool:
     return bool({name.rstrip("+-") for name, weight in ways.items() if weight} & set(names))
 
 
-def _parts(armature, given, mapping: Mapping | None = None, look: bool = True) -> dict[str, str]:
+def _parts(armature: ArmatureObject, given, mapping: Mapping | None = None, look: bool = True) -> dict[str, str]:
     """Bones of the face by part."""
     if given is not None:
         return {part: name for part, name in given.bones.items() if name in armature.data.bones}
@@ -94,7 +95,7 @@ def _parts(armature, given, mapping: Mapping | None = None, look: bool = True) -
     return _BONES[key]
 
 
-def keys(armature: bpy.types.Object) -> list[bpy.types.Key]:
+def keys(armature: ArmatureObject) -> list[bpy.types.Key]:
     """The shape keys of all meshes of a character, by name."""
     found = {mesh.data.shape_keys for mesh in cast.meshes(armature) if mesh.data.shape_keys is not None}
     return sorted(found, key=lambda key: key.name)

@@ -50,7 +50,7 @@ _FINGERS = {
 """Sideways offset at the knuckles, length and radius in metres."""
 
 
-def build(collection=None) -> Character:
+def build(collection: bpy.types.Collection | None = None) -> Character:
     """Build the mannequin into a new collection of the current scene."""
     if collection is None:
         collection = bpy.data.collections.new("Mannequin")
@@ -83,7 +83,7 @@ def _bones() -> dict:
     return bones
 
 
-def _armature(bones: dict, collection):
+def _armature(bones: dict, collection: bpy.types.Collection):
     data = bpy.data.armatures.new("Mannequin")
     item = bpy.data.objects.new("Mannequin", data)
     collection.objects.link(item)
@@ -126,7 +126,7 @@ def _body(bones: dict) -> surface.Surface:
     return whole
 
 
-def _limb(head, tail, profile, roundness, weights, slot=_BODY, front=(0, -1, 0), fine=28) -> surface.Surface:
+def _limb(head, tail, profile, roundness, weights: np.ndarray, slot=_BODY, front=(0, -1, 0), fine=28) -> surface.Surface:
     """A tapered limb from ``head`` to ``tail``: elliptic rings of (share, half width, half depth), rounded at both ends."""
     along = tail - head
     share = (1 - np.cos(np.linspace(0.02, np.pi - 0.02, 6 + fine // 2))) / 2
@@ -148,12 +148,12 @@ def _soft(at, places, values):
     return np.polyval(np.polyfit(places, values, len(places) - 1), at)
 
 
-def _ball(centre, radius: float, weights, slot=_JOINT) -> surface.Surface:
+def _ball(centre, radius: float, weights: np.ndarray, slot=_JOINT) -> surface.Surface:
     reach = np.array([0, 0, radius])
     return _limb(centre - reach, centre + reach, [(0, radius, radius), (1, radius, radius)], 2, weights, slot)
 
 
-def _frame(wrist, tip, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _frame(wrist: np.ndarray, tip: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Unit vectors along a hand, out of its palm, and across it to the thumb."""
     along = (tip - wrist) / np.linalg.norm(tip - wrist)
     palm = np.array([-side * 0.9, 0.1, -0.2])
@@ -163,7 +163,7 @@ def _frame(wrist, tip, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return along, palm, across * np.sign(-across[1])
 
 
-def _digits(wrist, tip, side: int) -> dict[str, tuple[np.ndarray, tuple[float, float]]]:
+def _digits(wrist: np.ndarray, tip: np.ndarray, side: int) -> dict[str, tuple[np.ndarray, tuple[float, float]]]:
     """Knuckle, joint and tip (3, 3) of four fingers that curl a little and of a thumb, and the radii of both links."""
     along, palm, across = _frame(wrist, tip, side)
     found = {}
@@ -178,7 +178,7 @@ def _digits(wrist, tip, side: int) -> dict[str, tuple[np.ndarray, tuple[float, f
     return found | {"thumb": (np.array([root, bend, end]), (0.011, 0.0095))}
 
 
-def _hand(wrist, tip, suffix: str, weights: dict):
+def _hand(wrist: np.ndarray, tip: np.ndarray, suffix: str, weights: dict):
     """A palm on the hand's bone, four fingers and a thumb on bones of their own."""
     side = 1 if suffix == ".L" else -1
     along, palm, _ = _frame(wrist, tip, side)
@@ -189,12 +189,12 @@ def _hand(wrist, tip, suffix: str, weights: dict):
             yield _finger(points[link], points[link + 1], radii[link], weights[f"{finger}_{link + 1}{suffix}"])
 
 
-def _finger(start, end, radius, weights):
+def _finger(start, end, radius, weights: np.ndarray):
     reach = (end - start) / np.linalg.norm(end - start) * radius * 0.6
     return _limb(start - reach, end + reach, [(0, radius, radius), (1, 0.85 * radius, 0.85 * radius)], 3, weights, fine=12)
 
 
-def _face(neck, crown, weights):
+def _face(neck, crown, weights: np.ndarray):
     """A visor and the hint of a nose, so that one sees where the head looks."""
     height = crown[2] - neck[2]
     eyes = neck + [0, -0.058, 0.53 * height]

@@ -12,7 +12,7 @@ def plain(name: str, colour, roughness: float = 0.6, metallic: float = 0.0, spec
     return material
 
 
-def painted(name: str, image, colour, roughness: float = 0.55, specular: float = 0.4):
+def painted(name: str, image: bpy.types.Image, colour, roughness: float = 0.55, specular: float = 0.4):
     """An image as base colour; its node is active, which is where Workbench looks. ``colour`` stands in where none is shown."""
     material, shader = _principled(name, roughness, 0.0, specular)
     nodes, links = material.node_tree.nodes, material.node_tree.links

@@ -21,7 +21,7 @@ class Surface:
     uvs: np.ndarray | None = None
 
     @classmethod
-    def of(cls, points, faces, weights, slot=0, uvs=None) -> "Surface":
+    def of(cls, points: np.ndarray, faces, weights: np.ndarray, slot=0, uvs=None) -> "Surface":
         """A surface of one material from the rows of ``points`` that ``faces`` uses."""
         used, inverse = np.unique(faces, return_inverse=True)
         return cls(points[used], inverse.reshape(faces.shape), weights[used], np.full(len(faces), slot), uvs)
@@ -188,7 +188,7 @@ def grid(points: np.ndarray, weights: np.ndarray, slot: int = 0, repeat: float =
     return Surface(every, faces, skin, np.full(len(faces), slot), np.concatenate(uvs))
 
 
-def to_object(name: str, surface: Surface, bones, materials, collection, subdivisions: int = 0):
+def to_object(name: str, surface: Surface, bones, materials, collection: bpy.types.Collection, subdivisions: int = 0):
     """A smooth-shaded mesh object with vertex groups named after ``bones``; ``subdivisions`` are applied, not kept live."""
     corners = surface.faces.tolist()
     corners = [face[:3] if face[2] == face[3] else face for face in corners]

@@ -9,13 +9,14 @@ from ...core.errors import OutputUnwritable, UsageError
 from ...core.files import whole_file
 from .. import compat
 from ..cast.character import Character
+from ..datablocks import ArmatureObject
 
 SUFFIXES = (".blend", ".bvh", ".fbx", ".glb", ".usd", ".usda", ".usdc")
 _PACK = 64 * 2**20
 """Bytes up to which a recording travels inside the .blend."""
 
 
-def export(scene, character: Character, path: str | Path) -> None:
+def export(scene: bpy.types.Scene, character: Character, path: str | Path) -> None:
     """Write ``path`` by its suffix, whole or not at all: the scene as ``.blend``, else only the character with the scene's
     frame range.
 
@@ -36,7 +37,7 @@ def export(scene, character: Character, path: str | Path) -> None:
             raise OutputUnwritable(f"{path} could not be written.", "Free space or choose another folder.")
 
 
-def called(armature: bpy.types.Object) -> str:
+def called(armature: ArmatureObject) -> str:
     """What a character plays, by name: its action's, else that of the strip above all others, else its own."""
     data = armature.animation_data
     if data is None:
@@ -45,7 +46,7 @@ def called(armature: bpy.types.Object) -> str:
     return data.action.name if data.action is not None else (strips or [armature.name])[-1]
 
 
-def _blend(scene, character, path: Path) -> None:
+def _blend(scene: bpy.types.Scene, character, path: Path) -> None:
     path.unlink(missing_ok=True)  # Blender would keep the empty file beside it as a backup
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True, relative_remap=True, check_existing=False)
 
@@ -65,7 +66,7 @@ def portable(sound, folder: str | Path):
         sound.filepath = absolute
 
 
-def _bvh(scene, character, path: Path) -> None:
+def _bvh(scene: bpy.types.Scene, character, path: Path) -> None:
     bpy.ops.export_anim.bvh(
         filepath=str(path),
         check_existing=False,
@@ -76,7 +77,7 @@ def _bvh(scene, character, path: Path) -> None:
     )
 
 
-def _fbx(scene, character, path: Path) -> None:
+def _fbx(scene: bpy.types.Scene, character, path: Path) -> None:
     with _renamed(scene, called(character.armature)):
         bpy.ops.export_scene.fbx(
             filepath=str(path),
@@ -94,7 +95,7 @@ def _fbx(scene, character, path: Path) -> None:
 
 
 @contextlib.contextmanager
-def _renamed(scene, name: str):
+def _renamed(scene: bpy.types.Scene, name: str):
     """While an FBX is written: a scene of that name, for an FBX calls its animation as the scene."""
     before = scene.name
     if scene.library is None:
@@ -106,7 +107,7 @@ def _renamed(scene, name: str):
             scene.name = before
 
 
-def _glb(scene, character, path: Path) -> None:
+def _glb(scene: bpy.types.Scene, character, path: Path) -> None:
     bpy.ops.export_scene.gltf(
         filepath=str(path),
         check_existing=False,
@@ -121,7 +122,7 @@ def _glb(scene, character, path: Path) -> None:
     )
 
 
-def _usd(scene, character, path: Path) -> None:
+def _usd(scene: bpy.types.Scene, character, path: Path) -> None:
     """Skeleton and skinned meshes; pictures become files beside it, so they stay in the ``.blend``."""
     bpy.ops.wm.usd_export(
         filepath=str(path),

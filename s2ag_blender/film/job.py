@@ -10,6 +10,7 @@ import sys
 from dataclasses import dataclass, fields
 from pathlib import Path
 
+import bpy
 import numpy as np
 
 from ...core import json_text
@@ -151,7 +152,7 @@ def expressive_frame(motion: Motion) -> int:
     return int(np.argmax(lift + 0.6 * reach - 0.25 * speed))
 
 
-def _key(scene, character, motions, start: int, warnings: list) -> tuple[int, int]:
+def _key(scene: bpy.types.Scene, character, motions, start: int, warnings: list) -> tuple[int, int]:
     """Key every motion into an action of its own, the last one active; returns its first and last frame."""
     from ..keys.apply import apply_motion
 
@@ -161,7 +162,7 @@ def _key(scene, character, motions, start: int, warnings: list) -> tuple[int, in
     return start, start + max(int(np.ceil((len(motions[-1].directions) - 1) * fps / motions[-1].fps - 1e-6)), 1)
 
 
-def _write(job: Job, scene, character, path: Path, span, sounds, motion: Motion, voice: program.Voice) -> None:
+def _write(job: Job, scene: bpy.types.Scene, character, path: Path, span, sounds, motion: Motion, voice: program.Voice) -> None:
     from . import export, render
 
     kind, name = path.suffix.lower(), f"write {path.name}"
@@ -187,13 +188,13 @@ def _write(job: Job, scene, character, path: Path, span, sounds, motion: Motion,
                 export.export(scene, character, path)
 
 
-def _set_rate(scene, fps: float | None) -> None:
+def _set_rate(scene: bpy.types.Scene, fps: float | None) -> None:
     if fps:
         scene.render.fps = max(round(fps), 1)
         scene.render.fps_base = scene.render.fps / fps
 
 
-def _set_range(scene, span, theirs: bool) -> None:
+def _set_range(scene: bpy.types.Scene, span, theirs: bool) -> None:
     """Our scene lasts as long as the gesture; the user's is only made longer where the gesture would be cut off."""
     if not theirs:
         scene.frame_start = span[0]
@@ -202,7 +203,7 @@ def _set_range(scene, span, theirs: bool) -> None:
 
 
 @contextlib.contextmanager
-def _range(scene, span):
+def _range(scene: bpy.types.Scene, span):
     """Limit the scene to the gesture while it is written."""
     before = scene.frame_start, scene.frame_end
     scene.frame_start, scene.frame_end = span

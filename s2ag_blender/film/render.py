@@ -25,7 +25,7 @@ _LITTLE = 1_000_000
 _REMEDY = 'Render with the engine "cycles", which needs no OpenGL, or install a software one (Mesa: libegl1, libgl1-mesa-dri).'
 
 
-def require_engine(engine: str | None, scene) -> None:
+def require_engine(engine: str | None, scene: bpy.types.Scene) -> None:
     """Raise :class:`UsageError` or :class:`BlenderUnavailable` unless ``engine`` (the scene's, if None) can render here."""
     if engine is not None and engine not in ENGINES:
         raise UsageError(f"There is no render engine {engine}.", f"Choose one of: {', '.join(ENGINES)}.")
@@ -48,7 +48,7 @@ class Look:
 
 
 def film(
-    scene,
+    scene: bpy.types.Scene,
     path: str | Path,
     look: Look = Look(),  # noqa: B008 - frozen
     progress: Callable[[float], None] = lambda share: None,
@@ -80,7 +80,7 @@ def film(
 
 
 def images(
-    scene,
+    scene: bpy.types.Scene,
     path: str | Path,
     look: Look = Look(),  # noqa: B008 - frozen
     resume: bool = False,
@@ -126,7 +126,7 @@ def numbered(path: Path, frame: int) -> Path:
     return path.with_name(re.sub("#+", lambda found: f"{frame:0{len(found[0])}d}", path.name))
 
 
-def still(scene, path: str | Path, frame: int, look: Look = Look()) -> None:  # noqa: B008 - frozen
+def still(scene: bpy.types.Scene, path: str | Path, frame: int, look: Look = Look()) -> None:  # noqa: B008 - frozen
     """Render one frame to a ``.png``, whole or not at all; errors as for :func:`film`."""
     before = scene.frame_current
     with whole_file(path) as temporary, _kept(scene):
@@ -152,7 +152,7 @@ def _runs(frames: list[int]) -> list[tuple[int, int]]:
     return [(first, min(first + _STRETCH - 1, end)) for start, end in whole for first in range(start, end + 1, _STRETCH)]
 
 
-def _engine(scene, look: Look, samples: dict, antialias: str) -> None:
+def _engine(scene: bpy.types.Scene, look: Look, samples: dict, antialias: str) -> None:
     require_engine(look.engine, scene)
     scene.frame_step = 1
     if look.transparent:
@@ -209,7 +209,7 @@ def _handled(landed: Callable):
 
 
 @contextlib.contextmanager
-def _kept(scene):
+def _kept(scene: bpy.types.Scene):
     """Give every setting back that rendering needs to change, so that a saved scene is the user's own."""
     render = scene.render
     owners = [

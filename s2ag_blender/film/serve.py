@@ -1,6 +1,7 @@
 """One Blender kept alive for many clips: the task ``render`` of ``s2ag batch``, served to its crew."""
 
 import os
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,7 +20,7 @@ def main(_arguments: list[str]) -> int:
     return serving.serve({"render": render})
 
 
-def render(params: dict, tell) -> dict:
+def render(params: dict, tell: Callable[[str], None]) -> dict:
     """``job``, ``folder``, ``name``, ``key``: files and images land, then the record, whose facts are returned.
 
     The job is one of :class:`job.Job` whose outputs are bare names, with ``places`` where they go and ``sequences``, each a
@@ -50,7 +51,7 @@ def render(params: dict, tell) -> dict:
     return facts
 
 
-def _in(part: Path, names) -> tuple[str, ...]:
+def _in(part: Path, names: Collection[str]) -> tuple[str, ...]:
     return tuple(str(part / name) for name in names)
 
 
@@ -63,7 +64,7 @@ def _images(folder: Folder, sequences: list[dict]) -> str | None:
 class _Teller(program.Voice):
     """A job's voice that tells only how far it has come, most of which is rendering."""
 
-    def __init__(self, tell):
+    def __init__(self, tell: Callable[[str], None]):
         super().__init__(None)
         self._tell = tell
 

@@ -20,6 +20,7 @@ from ...core.files import check_output, whole_file
 from ...core.motion.motion import Motion
 from .. import program
 from ..cast import mannequin, materials
+from ..datablocks import ArmatureObject
 from ..keys.apply import apply_motion
 from . import render, stage
 from .sound import add_sound
@@ -82,7 +83,7 @@ def _read(path: str) -> dict:
         raise UsageError(f"{path} is not a sheet: {error!r}", "Let s2ag sample write it.") from error
 
 
-def _fill(scene, cells: list[dict], motions: list[Motion]) -> None:
+def _fill(scene: bpy.types.Scene, cells: list[dict], motions: list[Motion]) -> None:
     """Figures with their gestures, panels, labels, and the camera that sees them all."""
     first = _Figure(scene)
     figures = [first] + [first.again(scene) for _ in cells[1:]]
@@ -102,7 +103,7 @@ def _fill(scene, cells: list[dict], motions: list[Motion]) -> None:
 class _Figure:
     """The mannequin from the hips up, each bone with the part of the body that belongs to it: no skinning, so it is fast."""
 
-    def __init__(self, scene, parts: list | None = None):
+    def __init__(self, scene: bpy.types.Scene, parts: list | None = None):
         if parts is None:
             whole = mannequin.build()
             self.armature, (body,) = whole.armature, whole.meshes
@@ -117,7 +118,7 @@ class _Figure:
             scene.collection.objects.link(part)
             part.parent, part.parent_type, part.parent_bone = self.armature, "BONE", bone
 
-    def again(self, scene) -> "_Figure":
+    def again(self, scene: bpy.types.Scene) -> "_Figure":
         """Another figure of the same meshes and bones."""
         other = _Figure.__new__(_Figure)
         other._data = self.armature.data
@@ -129,7 +130,7 @@ class _Figure:
         self.armature.matrix_world = Matrix.Translation(spot) @ Matrix.Rotation(_TURN, 4, "Z")
 
 
-def _split(body, armature) -> list[tuple[str, bpy.types.Mesh]]:
+def _split(body, armature: ArmatureObject) -> list[tuple[str, bpy.types.Mesh]]:
     """The part of a rigidly weighted mesh that each bone above the hips moves, in the space of that bone's tail."""
     mesh = body.data
     points = np.empty(3 * len(mesh.vertices), np.float32)
@@ -159,7 +160,7 @@ def _split(body, armature) -> list[tuple[str, bpy.types.Mesh]]:
     return parts
 
 
-def _lighter(mesh) -> bpy.types.Mesh:
+def _lighter(mesh: bpy.types.Mesh) -> bpy.types.Mesh:
     """The same shape of fewer faces: drawn small, and often, in software."""
     item = bpy.data.objects.new("Part", mesh)
     bpy.context.scene.collection.objects.link(item)
@@ -172,7 +173,7 @@ def _lighter(mesh) -> bpy.types.Mesh:
     return light
 
 
-def _panel(scene, corner, material) -> None:
+def _panel(scene: bpy.types.Scene, corner, material: bpy.types.Material) -> None:
     """The wall behind a figure and the strip for its label before the figure's waist."""
     wall = [(0, 1, 0), (WIDTH, 1, 0), (WIDTH, 1, HEIGHT), (0, 1, HEIGHT)]
     _plane(scene, corner, wall, material)
@@ -180,14 +181,14 @@ def _panel(scene, corner, material) -> None:
     _plane(scene, corner, [(0, -1, 0), (WIDTH, -1, 0), (WIDTH, -1, LABEL), (0, -1, LABEL)], strip)
 
 
-def _plane(scene, corner, points, material) -> None:
+def _plane(scene: bpy.types.Scene, corner, points, material: bpy.types.Material) -> None:
     mesh = bpy.data.meshes.new("Panel")
     mesh.from_pydata((np.array(points) + corner).tolist(), [], [(0, 1, 2, 3)])
     mesh.materials.append(material)
     scene.collection.objects.link(bpy.data.objects.new("Panel", mesh))
 
 
-def _text(scene, text: str, spot, size: float, material) -> None:
+def _text(scene: bpy.types.Scene, text: str, spot, size: float, material: bpy.types.Material) -> None:
     """One line of text that faces the camera, made narrower where a cell is too small for it."""
     curve = bpy.data.curves.new("Label", "FONT")
     curve.body, curve.size = text, size
@@ -201,7 +202,7 @@ def _text(scene, text: str, spot, size: float, material) -> None:
     item.matrix_world = Matrix.Translation(np.array(spot) + [0, -1.1, 0]) @ upright
 
 
-def _camera(scene, columns: int, rows: int) -> None:
+def _camera(scene: bpy.types.Scene, columns: int, rows: int) -> None:
     camera = bpy.data.cameras.new("Camera")
     camera.type, camera.clip_end = "ORTHO", 100
     item = bpy.data.objects.new("Camera", camera)
@@ -216,7 +217,7 @@ def _camera(scene, columns: int, rows: int) -> None:
     stage.workbench(scene)
 
 
-def _contact_sheet(scene, path: Path, cells: list[dict], motions: list[Motion]) -> None:
+def _contact_sheet(scene: bpy.types.Scene, path: Path, cells: list[dict], motions: list[Motion]) -> None:
     """A row for every cell with its stills, :data:`MOMENTS` of them, at moments when most of the figures gesture."""
     pictures = []
     with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
@@ -239,7 +240,7 @@ def _contact_sheet(scene, path: Path, cells: list[dict], motions: list[Motion]) 
     bpy.data.images.remove(image)
 
 
-def _moments(scene, motions: list[Motion]) -> list[int]:
+def _moments(scene: bpy.types.Scene, motions: list[Motion]) -> list[int]:
     """Scene frames, one in each of :data:`MOMENTS` equal spans: where the figures' hands are farthest from hanging down."""
     fps = scene.render.fps / scene.render.fps_base
     rows = min(len(motion.directions) for motion in motions)

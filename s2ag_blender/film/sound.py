@@ -6,6 +6,7 @@ import bpy
 
 from ...core.errors import AudioUnreadable
 from .. import compat
+from ..datablocks import SoundStrip
 
 
 def add_sound(scene: bpy.types.Scene, path: str | Path, start_frame: int, name: str = "") -> "bpy.types.SoundStrip":
@@ -40,5 +41,5 @@ def of_file(scene: bpy.types.Scene, path: str | Path) -> list:
     return [strip for strip in compat.sound_strips(scene) if strip.sound is not None and _file(strip) == path]
 
 
-def _file(strip) -> Path:
+def _file(strip: SoundStrip) -> Path:
     return Path(bpy.path.abspath(strip.sound.filepath, library=strip.sound.library)).resolve()

@@ -68,7 +68,7 @@ class Place:
         return cls(np.array([middle[0], middle[1], low[2]]), float(high[2] - low[2]), facing)
 
 
-def dress(scene, characters: Sequence[Character], resolution=(960, 540), backdrop: bool = True) -> None:
+def dress(scene: bpy.types.Scene, characters: Sequence[Character], resolution=(960, 540), backdrop: bool = True) -> None:
     """Everything a scene of our own needs: camera, three lights, backdrop, world, colours and Workbench settings."""
     place = Place.of_all(characters)
     render = scene.render
@@ -85,7 +85,7 @@ def dress(scene, characters: Sequence[Character], resolution=(960, 540), backdro
     workbench(scene)
 
 
-def complete(scene, characters: Sequence[Character]) -> None:
+def complete(scene: bpy.types.Scene, characters: Sequence[Character]) -> None:
     """Add a camera, and light, to a scene of the user's that lacks them; change nothing that is there."""
     objects = scene.objects
     bare = not any(item.type == "LIGHT" for item in objects) and scene.world is None
@@ -101,7 +101,7 @@ def complete(scene, characters: Sequence[Character]) -> None:
         scene.world = _world()
 
 
-def _camera(scene, place: Place, collection) -> None:
+def _camera(scene: bpy.types.Scene, place: Place, collection: bpy.types.Collection) -> None:
     camera = bpy.data.cameras.new("Camera")
     camera.lens = LENS
     item = bpy.data.objects.new("Camera", camera)
@@ -120,7 +120,7 @@ def _camera(scene, place: Place, collection) -> None:
     camera.clip_end = max(100.0, 4 * distance)
 
 
-def _lights(place: Place, collection) -> None:
+def _lights(place: Place, collection: bpy.types.Collection) -> None:
     """Key from the front left, fill from the right, rim from behind: areas sized to the character."""
     chest = place.ground + [0, 0, 0.78 * place.height]
     size = place.height + 0.5 * place.breadth
@@ -137,7 +137,7 @@ def _lights(place: Place, collection) -> None:
         item.matrix_world = _looking(spot, chest)
 
 
-def _backdrop(place: Place, collection) -> None:
+def _backdrop(place: Place, collection: bpy.types.Collection) -> None:
     """A floor that bends up into a wall behind the character."""
     size = place.height + 0.5 * place.breadth
     angle = np.linspace(0, np.pi / 2, 13)
@@ -166,7 +166,7 @@ def _world():
     return world
 
 
-def workbench(scene) -> None:
+def workbench(scene: bpy.types.Scene) -> None:
     """A bright studio and textures; no cavity or shadow, which cost more time in software than all else."""
     shading = scene.display.shading
     shading.light, shading.color_type = "STUDIO", "TEXTURE"

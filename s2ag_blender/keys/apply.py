@@ -15,6 +15,7 @@ from ...rigs.plain import Mapping
 from ...rigs.proportions import Girth
 from ...rigs.slices import whole
 from .. import compat, provenance
+from ..datablocks import ArmatureObject, Slot
 from ..rig import girth, reading, solver
 from ..rig.controls import Take
 from . import faces, keyframes
@@ -23,7 +24,7 @@ _LOG = logging.getLogger(__name__)
 
 
 def apply_motion(
-    armature: bpy.types.Object,
+    armature: ArmatureObject,
     motion: Motion,
     start_frame: int | None = None,
     *,
@@ -74,7 +75,7 @@ def apply_motion(
     return action
 
 
-def take_off(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+def take_off(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """Take a keyed motion off ``armature`` again, and give the rig back the pose and the settings that it had before.
 
     Blender itself leaves everything at its last value when an action goes. The action stays in the file.
@@ -106,13 +107,13 @@ class Keys(NamedTuple):
     stood: tuple[str, ...] = ()
 
 
-def pose_keys(armature: bpy.types.Object, motion: Motion, start: float, **about) -> Keys:
+def pose_keys(armature: ArmatureObject, motion: Motion, start: float, **about) -> Keys:
     """:func:`posing` in one go."""
     return whole(posing(armature, motion, start, **about))
 
 
 def posing(
-    armature: bpy.types.Object,
+    armature: ArmatureObject,
     motion: Motion,
     start: float,
     *,
@@ -174,14 +175,14 @@ def _take(motion: Motion, frames: np.ndarray) -> Take:
     return Take(motion.directions, motion.fps, frames, motion.hands, motion.pelvis)
 
 
-def _activate(armature, action, slot) -> None:
+def _activate(armature: ArmatureObject, action: bpy.types.Action, slot: Slot | None) -> None:
     former = armature.animation_data.action if armature.animation_data else None
     if former is not None and former.library is None:
         former.use_fake_user = True
     compat.assign_action(armature, action, slot)
 
 
-def _push(armature, action, slot, start: int) -> None:
+def _push(armature: ArmatureObject, action: bpy.types.Action, slot: Slot | None, start: int) -> None:
     track = armature.animation_data_create().nla_tracks.new()
     track.name = action.name
     compat.strip_slot(track.strips.new(action.name, start, action), slot)

@@ -9,6 +9,7 @@ import numpy as np
 from ...core.motion import quaternion
 from ...rigs.plain import Bones, Mapping
 from .. import compat, stored
+from ..datablocks import ArmatureObject
 from ..rig import dependencies, reading
 from . import keyframes, layers, thinning
 
@@ -52,7 +53,7 @@ def most_keys(action: bpy.types.Action) -> int:
     return max(counts)
 
 
-def convert(armature: bpy.types.Object, action: bpy.types.Action, tolerance: float | None, fps: float) -> None:
+def convert(armature: ArmatureObject, action: bpy.types.Action, tolerance: float | None, fps: float) -> None:
     """Key what an action of ours shows on every frame, or, within ``tolerance`` (radians), on those that matter.
 
     What was edited by hand since stays; curves that gestures do not key, and frames outside, are left alone.
@@ -72,7 +73,7 @@ def convert(armature: bpy.types.Object, action: bpy.types.Action, tolerance: flo
     keyframes.write_channels(bag, keyed, frames, "LINEAR", thinner)
 
 
-def _thinner(armature, keyed: list[keyframes.Channels], frames, fps: float, tolerance: float, stood) -> thinning.Thinner:
+def _thinner(armature: ArmatureObject, keyed: list[keyframes.Channels], frames: np.ndarray, fps: float, tolerance: float, stood) -> thinning.Thinner:
     bones = reading.read(armature)
     turns = {one.bone: _rotations(armature.pose.bones[one.bone], one, len(frames)) for one in keyed if "rotation" in one.path}
     found, _ = reading.survey(armature)

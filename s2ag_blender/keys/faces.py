@@ -16,6 +16,7 @@ from ...rigs.faces import bones as face_bones
 from ...rigs.plain import Mapping
 from .. import compat, provenance, stored
 from ..cast import facial
+from ..datablocks import ArmatureObject
 from ..rig import reading
 from ..translations import told
 from . import keyframes
@@ -29,7 +30,7 @@ _SETTLE = 0.2
 """Seconds in which a face comes to rest where its motion ends and nothing else fades it out."""
 
 
-def bone_channels(armature, face: Face, start: float, frames: np.ndarray, fps: float, mapping: Mapping, seen=None) -> list:
+def bone_channels(armature: ArmatureObject, face: Face, start: float, frames: np.ndarray, fps: float, mapping: Mapping, seen=None) -> list:
     """Channels of the bones that show ``face``, which begins at frame ``start``; with ``seen`` (n,) only so much of it."""
     found = facial.find(armature, mapping)
     if found is None or not found.bones:
@@ -48,7 +49,7 @@ def settled(frames: np.ndarray, fps: float) -> np.ndarray:
 
 
 def lay(
-    armature: bpy.types.Object,
+    armature: ArmatureObject,
     action: bpy.types.Action,
     face: Face,
     start: float,
@@ -121,7 +122,7 @@ def ours(action: bpy.types.Action | None) -> bool:
     return action is not None and (FACES in action or provenance.of(action) is not None)
 
 
-def show(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+def show(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """Let the meshes of a character play the face of an action of ours; faces of others of ours go."""
     entries = {entry["key"]: (number, entry) for number, entry in enumerate(_entries(action))}
     for key in facial.keys(armature):
@@ -136,7 +137,7 @@ def show(armature: bpy.types.Object, action: bpy.types.Action) -> None:
             key.animation_data.action = None
 
 
-def hide(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+def hide(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """Take the face of an action of ours off again: keys play what they played before, or are as they were."""
     for number, entry in enumerate(_entries(action)):
         own, base = action.get(_ACTION.format(number)) or action, action.get(_BASE.format(number))

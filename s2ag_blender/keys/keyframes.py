@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core.motion import quaternion
 from .. import compat, stored
+from ..datablocks import ArmatureObject
 from ..rig import dependencies
 from ..rig.locks import held
 from .cutting import around, joined, split
@@ -68,7 +69,7 @@ def place_channels(bone: bpy.types.PoseBone, places: np.ndarray) -> Channels:
 
 def write_action(
     name: str,
-    armature: bpy.types.Object,
+    armature: ArmatureObject,
     rotations: dict[str, np.ndarray],
     frames: np.ndarray,
     interpolation: str = "LINEAR",
@@ -135,14 +136,14 @@ def set_range(action: bpy.types.Action, frames: np.ndarray) -> None:
     action.frame_start, action.frame_end = float(frames[0]), float(frames[-1])
 
 
-def remember(action: bpy.types.Action, armature: bpy.types.Object, paths=None, former: dict | None = None) -> None:
+def remember(action: bpy.types.Action, armature: ArmatureObject, paths=None, former: dict | None = None) -> None:
     """Store what ``armature`` has now of all that ``action`` keys, or of ``paths``; values of ``former`` go before that."""
     plain = values(armature, {curve.data_path for curve in compat.curves(action)} if paths is None else paths)
     known = {path: value for path, value in (former or {}).items() if path in plain}
     action[FORMER] = json.dumps({**plain, **known}, sort_keys=True)
 
 
-def values(armature: bpy.types.Object, paths) -> dict:
+def values(armature: ArmatureObject, paths) -> dict:
     """What is at data paths of ``armature`` now: numbers, and lists of them."""
     found = {path: armature.path_resolve(path) for path in paths}
     return {path: list(value) if hasattr(value, "__len__") else value for path, value in found.items()}
@@ -153,7 +154,7 @@ def former(action: bpy.types.Action | None) -> dict:
     return stored.read(action, FORMER) if action is not None else {}
 
 
-def give_back(armature: bpy.types.Object, action: bpy.types.Action, but: Collection[str] = ()) -> None:
+def give_back(armature: ArmatureObject, action: bpy.types.Action, but: Collection[str] = ()) -> None:
     """Set everything on ``armature`` but ``but`` to what :func:`remember` stored on an action that no longer plays.
 
     What is no longer there, as a bone that was renamed, is passed over.
@@ -200,7 +201,7 @@ def _fill(curve: bpy.types.FCurve, made: dict[str, np.ndarray], last: float, cut
     replace(curve, made)
 
 
-def columns(points) -> dict[str, np.ndarray]:
+def columns(points: np.ndarray) -> dict[str, np.ndarray]:
     """All that the keys of a curve are, as arrays."""
     kept = {}
     for key, kind in _KEY_PARTS.items():
@@ -244,7 +245,7 @@ def _codes() -> dict[str, int]:
     return codes | {"FREE": _number("handle_left_type", "FREE")}
 
 
-def _merged(points, made: dict[str, np.ndarray], last: float, cut: bool) -> dict[str, np.ndarray]:
+def _merged(points: np.ndarray, made: dict[str, np.ndarray], last: float, cut: bool) -> dict[str, np.ndarray]:
     """The keys that are there, without those from the first of ``made`` to ``last``, and ``made`` in their place."""
     kept = columns(points)
     filled = {key: made.get(key, _default(key, kind, made["co"])) for key, kind in _KEY_PARTS.items()}

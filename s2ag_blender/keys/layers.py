@@ -12,6 +12,7 @@ import numpy as np
 
 from ...core.motion import quaternion
 from .. import compat, provenance
+from ..datablocks import ArmatureObject, Slot
 from . import faces, keyframes, mixing
 
 TRACK = "Gestures"
@@ -58,7 +59,7 @@ class Place:
         return self.first <= first and last <= self.last and (first, last) != (self.first, self.last)
 
 
-def base_action(armature: bpy.types.Object, first: int, last: int, piece: bool = False) -> bpy.types.Action | None:
+def base_action(armature: ArmatureObject, first: int, last: int, piece: bool = False) -> bpy.types.Action | None:
     """The active action that gestures on these frames meet; one of ours on them gives way to what it was made from.
 
     Not where a ``piece`` of it is made anew: what is around that stays.
@@ -78,20 +79,20 @@ def is_draft(action: bpy.types.Action | None) -> bool:
     return bool(told and told.get(DRAFT))
 
 
-def draft_of(armature: bpy.types.Object) -> bpy.types.Action | None:
+def draft_of(armature: ArmatureObject) -> bpy.types.Action | None:
     """The draft that the character plays, if any."""
     action = armature.animation_data.action if armature.animation_data else None
     return action if is_draft(action) else None
 
 
-def remember(action: bpy.types.Action, slot, base: bpy.types.Action | None) -> None:
+def remember(action: bpy.types.Action, slot: Slot | None, base: bpy.types.Action | None) -> None:
     """Note on an action of ours its slot and the action that it was made from."""
     action[_SLOT] = compat.slot_name(slot)
     if base is not None:
         action[_BASE] = base
 
 
-def slot_of(armature: bpy.types.Object, action: bpy.types.Action):
+def slot_of(armature: ArmatureObject, action: bpy.types.Action):
     """The slot of an action that is for this character, or None where there are no slots."""
     data = armature.animation_data
     if data is not None and data.action == action and compat.active_slot(armature) is not None:
@@ -104,14 +105,14 @@ def own_curves(action: bpy.types.Action) -> list:
     return compat.curves(action, compat.find_slot(action, action.get(_SLOT, "")))
 
 
-def is_animated(armature: bpy.types.Object, base: bpy.types.Action | None) -> bool:
+def is_animated(armature: ArmatureObject, base: bpy.types.Action | None) -> bool:
     """Whether the character has animation that gestures could blend with: an FBX may bring an action of its place alone."""
     curves = compat.curves(base, slot_of(armature, base)) if base is not None else ()
     return any(curve.data_path.startswith("pose.") for curve in curves) or any(_foreign_strips(armature))
 
 
 def deltas(
-    armature: bpy.types.Object,
+    armature: ArmatureObject,
     rotations: dict[str, np.ndarray],
     neutral: dict[str, np.ndarray],
     share: np.ndarray | None = None,
@@ -141,12 +142,12 @@ def share(place: Place, frames: np.ndarray) -> np.ndarray:
     return place.influence * mixing.ramp(frames, place.blend_in) * mixing.ramp(frames, place.blend_out, at_end=True)
 
 
-def added_numbers(armature: bpy.types.Object, bones) -> list[str]:
+def added_numbers(armature: ArmatureObject, bones) -> list[str]:
     """Bones for which an additive layer is only near: those without quaternions."""
     return [name for name in bones if armature.pose.bones[name].rotation_mode != "QUATERNION"]
 
 
-def show(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+def show(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """Let the character play an action of ours in the place it was made for, instead of another take of it."""
     faces.show(armature, action)
     place = Place.of(action)
@@ -161,7 +162,7 @@ def show(armature: bpy.types.Object, action: bpy.types.Action) -> None:
 
 
 @contextlib.contextmanager
-def below(armature: bpy.types.Object, base: bpy.types.Action | None, span):
+def below(armature: ArmatureObject, base: bpy.types.Action | None, span):
     """While it lasts, the character shows only what gestures on these frames meet, not what they take the place of."""
     data = armature.animation_data_create()
     active, slot = data.action, compat.active_slot(armature)
@@ -178,14 +179,14 @@ def below(armature: bpy.types.Object, base: bpy.types.Action | None, span):
         compat.assign_action(armature, active, slot)
 
 
-def playing(armature: bpy.types.Object) -> list[bpy.types.Action]:
+def playing(armature: ArmatureObject) -> list[bpy.types.Action]:
     """Actions of ours that the character plays, the active one last."""
     data = armature.animation_data
     found = [strip.action for strip in strips(armature)] + [data.action if data else None]
     return [action for action in found if action is not None and Place.of(action) is not None]
 
 
-def formers(armature: bpy.types.Object) -> dict:
+def formers(armature: ArmatureObject) -> dict:
     """What stood in the place of all that actions of ours key now, by data path."""
     found = {}
     for action in playing(armature):
@@ -193,7 +194,7 @@ def formers(armature: bpy.types.Object) -> dict:
     return found
 
 
-def hide(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+def hide(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """Stop playing an action of ours: what it was made from is active again, its strip and an emptied track go."""
     data = armature.animation_data
     if data is None:
@@ -214,7 +215,7 @@ def _apart(neutral: np.ndarray, values: np.ndarray) -> np.ndarray:
     return quaternion.multiply(quaternion.conjugate(neutral), values)
 
 
-def _activate(armature, action) -> None:
+def _activate(armature: ArmatureObject, action: bpy.types.Action) -> None:
     former = armature.animation_data.action if armature.animation_data else None
     if former != action:
         _protect(former)
@@ -222,14 +223,14 @@ def _activate(armature, action) -> None:
     assign(armature, action)
 
 
-def _let_go(armature, former, action) -> None:
+def _let_go(armature: ArmatureObject, former, action: bpy.types.Action) -> None:
     """Give back what an action of ours has keyed and the one that plays from now on has not: it would stay as it is now."""
     if former is not None and Place.of(former) is not None:
         keyed = {curve.data_path for curve in compat.curves(action)} if action is not None else set()
         keyframes.give_back(armature, former, keyed)
 
 
-def assign(armature: bpy.types.Object, action: bpy.types.Action | None) -> None:
+def assign(armature: ArmatureObject, action: bpy.types.Action | None) -> None:
     """Make an action the active one, through its slot for this character."""
     compat.assign_action(armature, action, slot_of(armature, action) if action is not None else None)
 
@@ -240,7 +241,7 @@ def _protect(former) -> None:
         former.use_fake_user = True
 
 
-def _clear_way(armature, place: Place) -> None:
+def _clear_way(armature: ArmatureObject, place: Place) -> None:
     """Push the active action down, as Blender's own button does, so that strips above it are seen."""
     data = armature.animation_data_create()
     former, slot = data.action, compat.active_slot(armature)
@@ -255,7 +256,7 @@ def _clear_way(armature, place: Place) -> None:
     data.action = None
 
 
-def push_down(armature: bpy.types.Object, action: bpy.types.Action, slot) -> bpy.types.NlaTrack:
+def push_down(armature: ArmatureObject, action: bpy.types.Action, slot: Slot | None) -> bpy.types.NlaTrack:
     """A new track above all others with an action on it, as the active one plays; it stays active, too."""
     data = armature.animation_data
     track = data.nla_tracks.new()
@@ -268,7 +269,7 @@ def push_down(armature: bpy.types.Object, action: bpy.types.Action, slot) -> bpy
     return track
 
 
-def _new_strip(armature, action, place: Place) -> bpy.types.NlaStrip:
+def _new_strip(armature: ArmatureObject, action: bpy.types.Action, place: Place) -> bpy.types.NlaStrip:
     """A strip on the first track of ours that has room, else on a new one above all others."""
     data = armature.animation_data_create()
     for track in data.nla_tracks:
@@ -280,7 +281,7 @@ def _new_strip(armature, action, place: Place) -> bpy.types.NlaStrip:
     return track.strips.new(action.name, place.first, action)
 
 
-def _play(strip, action, armature, place: Place) -> None:
+def _play(strip: bpy.types.NlaStrip, action: bpy.types.Action, armature: ArmatureObject, place: Place) -> None:
     if strip.action != action:
         _let_go(armature, strip.action, action)
         strip.action = action
@@ -303,7 +304,7 @@ def _play(strip, action, armature, place: Place) -> None:
             strip.blend_in, strip.blend_out = place.blend_in, place.blend_out
 
 
-def _key_influence(strip, place: Place) -> None:
+def _key_influence(strip: bpy.types.NlaStrip, place: Place) -> None:
     """Influence over the strip's frames; Blender heeds only a keyed one (and then no blend in and out)."""
     strip.use_animated_influence = True
     curve = compat.strip_curve(strip, "influence")
@@ -319,11 +320,11 @@ def _key_influence(strip, place: Place) -> None:
         strip.keyframe_insert("influence", frame=frame)
 
 
-def strips(armature: bpy.types.Object) -> list:
+def strips(armature: ArmatureObject) -> list:
     """The NLA strips of a character on tracks that play."""
     data = armature.animation_data
     return [strip for track in (data.nla_tracks if data else ()) for strip in track.strips if not track.mute]
 
 
-def _foreign_strips(armature) -> list:
+def _foreign_strips(armature: ArmatureObject) -> list:
     return [strip for strip in strips(armature) if strip.action is not None and Place.of(strip.action) is None]

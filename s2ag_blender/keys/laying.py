@@ -1,6 +1,6 @@
 """Motions of one run onto a character: keys beside, over or added to the animation that is there, as actions of ours."""
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import replace
 
 import bpy
@@ -13,6 +13,7 @@ from ...core.performance import living
 from ...rigs.plain import Mapping
 from ...rigs.proportions import Girth
 from .. import compat, provenance
+from ..datablocks import ArmatureObject
 from ..rig import girth, readiness, reading
 from ..translations import told
 from . import apply, density, faces, keyframes, layers, mixing, pacing, posing, thinning
@@ -38,7 +39,7 @@ _NEUTRAL: dict[int, tuple] = {}  # a character's number in this session -> (what
 class Laying:
     """What all takes of a run share: the animation below, poses to start from and to reach, and the rig."""
 
-    def __init__(self, planned, armature: bpy.types.Object, scene: bpy.types.Scene, warn):
+    def __init__(self, planned, armature: ArmatureObject, scene: bpy.types.Scene, warn: Callable[[str], None]):
         """Lay out a ``generate.Plan``; ``warn`` hears every warning once."""
         self.planned, self.armature, self.scene, self.warn = planned, armature, scene, warn
         self.settings, self.span = planned.settings, planned.voice.span
@@ -94,7 +95,7 @@ class Laying:
             faces.lay(self.armature, action, motion.face, self.span.start, every, rate, self._tell, seen)
         return action
 
-    def _spoken(self, motion: Motion, frames, place) -> tuple[list, np.ndarray]:
+    def _spoken(self, motion: Motion, frames: np.ndarray, place) -> tuple[list, np.ndarray]:
         """Channels of the bones of a face, which has keys on every frame, and these."""
         every = np.arange(frames[0], frames[-1] + 1)
         if motion.face is None:
@@ -131,7 +132,7 @@ class Laying:
         """Keys a second."""
         return apply.scene_fps(self.scene) / self.step
 
-    def _thinner(self, frames, rotations, stood) -> thinning.Thinner | None:
+    def _thinner(self, frames: np.ndarray, rotations, stood) -> thinning.Thinner | None:
         if not self.few:
             return None
         limbs = density.limbs(reading.read(self.armature), self.mapping)
@@ -189,7 +190,7 @@ class Laying:
             self.told.add(warning)
             self.warn(warning)
 
-    def _place(self, frames) -> layers.Place:
+    def _place(self, frames: np.ndarray) -> layers.Place:
         kept = self.settings
         first, last = int(frames[0]), int(frames[-1])
         # Keys of a strip are those of a new action; for a draft the one is as good as the other, and quicker.
@@ -201,7 +202,7 @@ class Laying:
         influence = kept["influence"] if result != "ACTION" else 1.0
         return layers.Place(result, first, last, influence, *fades, self.planned.voice.span.piece)
 
-    def _channels(self, motion: Motion, frames, rotations, legs, place, base) -> list:
+    def _channels(self, motion: Motion, frames: np.ndarray, rotations, legs, place, base) -> list:
         if place.result == "LAYER":
             rotations = rotations | legs
             # What is the same on all frames is no departure from anything.
@@ -215,14 +216,14 @@ class Laying:
         mixed |= mixing.mix(legs, {}, self._standing(frames, place, base))
         return [keyframes.channels(self.armature.pose.bones[bone], values) for bone, values in mixed.items()]
 
-    def _places(self, frames, places: dict[str, np.ndarray], place, base) -> list:
+    def _places(self, frames: np.ndarray, places: dict[str, np.ndarray], place, base) -> list:
         """Channels of locations; what has them is moved by nobody else."""
         drafted = place.result == "LAYER" and self.planned.draft
         share = layers.share(place, frames) if drafted else self._standing(frames, place, base)
         pose = self.armature.pose.bones
         return [keyframes.place_channels(pose[bone], share[:, None] * values) for bone, values in places.items()]
 
-    def _standing(self, frames, place, base) -> np.ndarray:
+    def _standing(self, frames: np.ndarray, place, base) -> np.ndarray:
         """How much of a weight shift (keys,) is seen: poses and animation that are blended in have none."""
         kept, share = self.settings, np.ones(len(frames))
         if place.result == "LAYER":
@@ -258,7 +259,7 @@ class Laying:
             settings = {path: value - present[path] for path, value in settings.items() if value != present[path]}
         return keyframes.setting_channels(settings)
 
-    def _mixed(self, frames, rotations, place, base) -> dict:
+    def _mixed(self, frames: np.ndarray, rotations, place, base) -> dict:
         """Rotations with the start, the end, and in a new action the animation that is there, blended in."""
         kept = self.settings
         there = place.result == "ACTION" and layers.is_animated(self.armature, base)
@@ -276,7 +277,7 @@ class Laying:
             rotations = self._over(frames, rotations, base, place.blend_out, at_end=True)
         return rotations
 
-    def _over(self, frames, rotations, base, length, at_end) -> dict:
+    def _over(self, frames: np.ndarray, rotations, base, length, at_end) -> dict:
         share = mixing.ramp(frames, length, at_end)
         few = share < 1
         below = self._there(rotations, frames[few], base)
@@ -288,7 +289,7 @@ class Laying:
             mixed[bone][few] = values
         return mixed
 
-    def _there(self, bones, frames, base) -> dict:
+    def _there(self, bones, frames: np.ndarray, base) -> dict:
         """What the animation that is there has on these frames, read once for all takes."""
         key = tuple(int(frame) for frame in frames)
         if key not in self.there:
@@ -335,7 +336,7 @@ def near_playhead(span, seconds: float, scene: bpy.types.Scene):
     return replace(span, first=first, last=min(last, first + room))
 
 
-def _dials(armature, former: dict) -> tuple:
+def _dials(armature: ArmatureObject, former: dict) -> tuple:
     """The numbers that a rig's bones carry for its constraints and drivers, as they are without a draft."""
     found = []
     for bone in armature.pose.bones:

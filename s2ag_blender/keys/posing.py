@@ -8,9 +8,10 @@ import numpy as np
 from ...core.motion import quaternion, skeleton
 from ...rigs.goals import NEUTRAL, SIDES, Options
 from ...rigs.plain import Bones, Mapping, character_frame
+from ..datablocks import ArmatureObject
 
 
-def local_rotations(armature: bpy.types.Object, bones, frames, scene: bpy.types.Scene) -> dict[str, np.ndarray]:
+def local_rotations(armature: ArmatureObject, bones, frames: np.ndarray, scene: bpy.types.Scene) -> dict[str, np.ndarray]:
     """Rotations ``{bone: (frames, 4)}`` that the character's animation has on scene frames, as its keys would hold them."""
     found = {name: np.empty((len(frames), 4)) for name in bones}
     current = scene.frame_current, scene.frame_subframe
@@ -22,13 +23,13 @@ def local_rotations(armature: bpy.types.Object, bones, frames, scene: bpy.types.
     return {name: quaternion.continuous(values) for name, values in found.items()}
 
 
-def current_rotations(armature: bpy.types.Object, bones) -> dict[str, np.ndarray]:
+def current_rotations(armature: ArmatureObject, bones) -> dict[str, np.ndarray]:
     """Rotations ``{bone: (4,)}`` that the character has now, keyed or not."""
     pose = armature.pose.bones
     return {name: np.array(pose[name].matrix_basis.to_quaternion()) for name in bones}
 
 
-def directions(armature: bpy.types.Object, bones: Bones, mapping: Mapping, options: Options | None = None) -> np.ndarray:
+def directions(armature: ArmatureObject, bones: Bones, mapping: Mapping, options: Options | None = None) -> np.ndarray:
     """The pose that the character shows now as unit directions ``(9, 3)`` in the canonical frame.
 
     The inverse of laying a motion onto it: arms point where they point, seen from the hips; torso, neck, head and clavicles
@@ -63,18 +64,18 @@ def directions(armature: bpy.types.Object, bones: Bones, mapping: Mapping, optio
     return skeleton.normalize(_to_canonical(frame, pose)).astype(np.float32)
 
 
-def posed(armature: bpy.types.Object, bones: Bones) -> Bones:
+def posed(armature: ArmatureObject, bones: Bones) -> Bones:
     """The bones as they stand now."""
     return replace(bones, matrices=np.array([bone.matrix for bone in _in_order(armature, bones)], float))
 
 
-def canonical(armature: bpy.types.Object, bones: Bones, mapping: Mapping, vector: np.ndarray) -> np.ndarray:
+def canonical(armature: ArmatureObject, bones: Bones, mapping: Mapping, vector: np.ndarray) -> np.ndarray:
     """A vector (3,) of armature space as the network sees it in the pose that the character shows: from its hips."""
     hips = quaternion.conjugate(_turned(bones, posed(armature, bones), _below(bones, mapping)))
     return _to_canonical(character_frame(bones, mapping), quaternion.rotate(hips, np.asarray(vector, float)))
 
 
-def _in_order(armature, bones: Bones) -> list:
+def _in_order(armature: ArmatureObject, bones: Bones) -> list:
     return [armature.pose.bones[name] for name in bones.names]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from ...core.motion import skeleton
 from ...core.motion.motion import Motion
 from .. import stored
+from ..datablocks import ArmatureObject
 from ..rig import dependencies
 from . import apply, keyframes
 
@@ -31,12 +32,12 @@ def _directions() -> np.ndarray:
     return skeleton.normalize(pose).astype(np.float32)
 
 
-def is_shown(armature: bpy.types.Object) -> bool:
+def is_shown(armature: ArmatureObject) -> bool:
     """Whether the character stands in the test pose."""
     return BEFORE in armature
 
 
-def show(armature: bpy.types.Object, scene: bpy.types.Scene, mapping=None, options=None, report=None) -> None:
+def show(armature: ArmatureObject, scene: bpy.types.Scene, mapping=None, options=None, report=None) -> None:
     """Put the character into the test pose; :func:`end` gives back what it had. Raises :class:`RigUnusable`."""
     end(armature)
     motion = Motion(np.repeat(_directions()[None], 2, 0))
@@ -53,7 +54,7 @@ def show(armature: bpy.types.Object, scene: bpy.types.Scene, mapping=None, optio
     armature.update_tag()
 
 
-def end(armature: bpy.types.Object) -> None:
+def end(armature: ArmatureObject) -> None:
     """Give a character that stands in the test pose back what it had; nothing happens to others."""
     if not is_shown(armature):
         return

@@ -1,1 +1,1 @@
-"""Reading an armature, and solving a pose on it."""
+"""Reads an armature's rest pose and mapping, and solves poses on it."""

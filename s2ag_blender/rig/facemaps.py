@@ -1,27 +1,27 @@
-"""The map of a face that was chosen for a character, kept with it as the JSON that files have."""
+"""Stores the face map that the user chose for a character, as JSON in a custom property."""
 
-import bpy
 
 from ...core.errors import RigUnusable
 from ...rigs.faces import shapes
+from ..datablocks import ArmatureObject
 
 OWN = "s2ag_face_map"
-"""Custom property of an armature object: the JSON of a map."""
+"""Custom property of an armature object: the JSON of a face map."""
 
 
-def chosen(armature: bpy.types.Object) -> shapes.Shapes | None:
-    """The map that was chosen, or None where faces are found by name."""
+def chosen(armature: ArmatureObject) -> shapes.Shapes | None:
+    """Return the chosen face map, or None where shape keys are to be detected by name."""
     text = armature.get(OWN)
     if not isinstance(text, str):
         return None
     try:
         return shapes.parse(text)
     except RigUnusable:
-        return None  # whoever wrote the property: what makes no sense is nothing
+        return None  # anybody may have written the property
 
 
-def choose(armature: bpy.types.Object, face: shapes.Shapes | None) -> None:
-    """Let a character have this face, or, with None, the one that is found."""
+def choose(armature: ArmatureObject, face: shapes.Shapes | None) -> None:
+    """Set the face map of a character; None restores detection by name."""
     if face is not None:
         armature[OWN] = shapes.dump(face)
     elif OWN in armature:

@@ -1,16 +1,18 @@
-"""Bones that the animator chose, as a character's settings keep them: a field of text for each part."""
+"""Reads the bones that the animator chose for each part, stored in a character's settings as text."""
 
 import csv
+from collections.abc import Iterable
+from typing import Any
 
 from ...core import json_text
 from ...rigs import maps
 from ...rigs.plain import Mapping
 
 
-def chosen(settings) -> Mapping | dict[str, tuple[str, ...]] | None:
-    """The bones that were chosen by hand, ``{part: bones}``; those of a file as the mapping it says; None for the found ones.
+def chosen(settings: Any) -> Mapping | dict[str, tuple[str, ...]] | None:
+    """Return the bones chosen by hand as ``{part: bones}``, a bone map from a file as a mapping, or None for detection.
 
-    Raises :class:`RigUnusable` where a file's map was edited so that a bone is two parts.
+    Raises :class:`RigUnusable` where a file's map was edited so that a bone belongs to two parts.
     """
     if not settings.bone_map:
         return None
@@ -18,24 +20,24 @@ def chosen(settings) -> Mapping | dict[str, tuple[str, ...]] | None:
     notes = getattr(settings, "bone_map_notes", "")  # takes of earlier versions have none
     if not notes:
         return chains
-    return maps.parse({part: list(chain) for part, chain in chains.items()} | _noted(notes))
+    return maps.parse({part: list(chain) for part, chain in chains.items()} | _parse_notes(notes))
 
 
-def _noted(notes: str) -> dict:
-    """What a map says beside bones; a text that another has changed says nothing."""
+def _parse_notes(notes: str) -> dict[str, Any]:
+    """Return the entries of a map other than bones; {} for invalid JSON."""
     try:
-        found = json_text.parse(notes, maps.LARGEST)
+        entries = json_text.parse(notes, maps.LARGEST)
     except json_text.NotJson:
         return {}
-    return found if isinstance(found, dict) else {}
+    return entries if isinstance(entries, dict) else {}
 
 
 def split(text: str) -> tuple[str, ...]:
-    """The bones in a field, with commas between; a name that has commas or quotes itself stands in quotes."""
+    """Return the bones in a text field, separated by commas; names with commas or quotes are in double quotes."""
     names = next(csv.reader([text], skipinitialspace=True), [])
     return tuple(name.strip() for name in names if name.strip())
 
 
-def join(bones) -> str:
-    """Bones as a field that :func:`split` reads."""
+def join(bones: Iterable[str]) -> str:
+    """Return bones as a text field that :func:`split` reads."""
     return ", ".join(f'"{bone.replace(chr(34), chr(34) * 2)}"' if set(bone) & set(',"') else bone for bone in bones)

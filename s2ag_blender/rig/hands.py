@@ -1,23 +1,24 @@
-"""Which bones beside the gesture's own may be keyed without taking anything from the user: hands, fingers, twist bones."""
+"""Finds the bones beyond the mapped ones that may be keyed without overwriting the user's work: hands, fingers, twist bones."""
 
 import bpy
 import numpy as np
 from mathutils import Quaternion
 
 from .. import compat, provenance
+from ..datablocks import ArmatureObject
 from . import dependencies
 
-_REST = 1e-4
-"""Largest departure of a rotation from none that still counts as rest."""
+_AT_REST = 1e-4
+"""A rotation counts as rest up to this difference (radians, or units of its channels)."""
 EASE = "s2ag_ease"
-"""A posed bone's property: the rotation (4,) that its character came with, which is nobody's work to be kept."""
+"""Custom property of a pose bone: its relaxed rotation (4,) as the character came, which is no work of the user."""
 
 
-def free_bones(armature: bpy.types.Object, ruled: bool = False, eased: bool = False) -> set[str]:
-    """Names of bones that rest, or that only this package's actions have keyed or left so, and that nothing else turns.
+def free_bones(armature: ArmatureObject, ruled: bool = False, eased: bool = False) -> set[str]:
+    """Return the names of bones at rest, or posed only by this package's actions, that nothing else turns.
 
-    A bone that the user posed or keyed, that is locked, or that a constraint or a driver rules is left to them; the last
-    two are not, if ``ruled``. With ``eased``, hands at ease that a character came with are free as well.
+    Excludes bones that the user posed or keyed, that are locked, or that have an active constraint or a driver; ``ruled``
+    includes those with constraints and drivers. ``eased`` includes bones that still have the character's relaxed rotation.
     """
     ours, theirs = keyed(armature)
     if not ruled:
@@ -28,22 +29,22 @@ def free_bones(armature: bpy.types.Object, ruled: bool = False, eased: bool = Fa
         for bone in armature.pose.bones
         if bone.name not in theirs
         and not any(bone.lock_rotation)
-        and (ruled or not any(one.influence > 0 and not one.mute for one in bone.constraints))
+        and (ruled or not any(constraint.influence > 0 and not constraint.mute for constraint in bone.constraints))
     }
     return {name for name, free in bones.items() if free} | left_over(armature, [name for name in bones if not bones[name]])
 
 
-def eased(armature: bpy.types.Object) -> list[str]:
-    """Names of the bones that still have the rotation that their character came with."""
+def eased(armature: ArmatureObject) -> list[str]:
+    """Return the names of the bones that still have the relaxed rotation with which the character came."""
     return [bone.name for bone in armature.pose.bones if _at_ease(bone)]
 
 
-def left_over(armature: bpy.types.Object, names: list[str], what: str = "rotation") -> set[str]:
-    """Those of bones ``names`` whose rotation (or location) an action of this package gives at one of its frames.
+def left_over(armature: ArmatureObject, names: list[str], what: str = "rotation") -> set[str]:
+    """Return those of ``names`` whose current rotation (or location) equals a frame of an action of this package.
 
-    Blender leaves the pose standing when an action goes: that is nobody's work to be kept.
+    Blender keeps the last pose when an action is removed; such a pose is no work of the user.
     """
-    found = set()
+    bones = set()
     for action in bpy.data.actions if names else ():
         if provenance.of(action) is None:
             continue
@@ -51,35 +52,38 @@ def left_over(armature: bpy.types.Object, names: list[str], what: str = "rotatio
         for curve in compat.curves(action):
             curves.setdefault(curve.data_path, []).append(curve)
         frames = np.arange(np.floor(first), np.ceil(last) + 1)
-        found |= {name for name in names if name not in found and _given(armature.pose.bones[name], what, curves, frames)}
-    return found
+        remaining = [name for name in names if name not in bones]
+        bones |= {name for name in remaining if _matches_curves(armature.pose.bones[name], what, curves, frames)}
+    return bones
 
 
-def _given(bone: bpy.types.PoseBone, what: str, curves: dict[str, list[bpy.types.FCurve]], frames: np.ndarray) -> bool:
-    """Whether ``curves`` by data path put a bone where it is at one of the ``frames``."""
+def _matches_curves(bone: bpy.types.PoseBone, what: str, curves: dict[str, list[bpy.types.FCurve]], frames: np.ndarray) -> bool:
+    """Return whether the F-curves ``{data path: curves}`` evaluate to a bone's current values at one of the ``frames``."""
     kinds = {"QUATERNION": "rotation_quaternion", "AXIS_ANGLE": "rotation_axis_angle"}
     name = kinds.get(bone.rotation_mode, "rotation_euler") if what == "rotation" else what
     own, now = curves.get(bone.path_from_id(name), ()), getattr(bone, name)
-    for curve in own:  # of the first channel all frames are asked, of the next ones those that are left
-        frames = frames[np.abs(np.array([curve.evaluate(frame) for frame in frames]) - now[curve.array_index]) < _REST]
+    for curve in own:  # each channel narrows the frames that the next one has to evaluate
+        frames = frames[np.abs(np.array([curve.evaluate(frame) for frame in frames]) - now[curve.array_index]) < _AT_REST]
         if not len(frames):
             return False
     return bool(own)
 
 
 def _rests(bone: bpy.types.PoseBone) -> bool:
-    """Whether a bone's own rotation is none."""
-    return abs(bone.matrix_basis.to_quaternion().angle) < _REST
+    """Return whether a bone's own rotation is zero."""
+    return abs(bone.matrix_basis.to_quaternion().angle) < _AT_REST
 
 
 def _at_ease(bone: bpy.types.PoseBone) -> bool:
-    """Whether a bone still has the rotation that its character came with."""
-    came = bone.get(EASE)
-    return came is not None and bone.matrix_basis.to_quaternion().rotation_difference(Quaternion(came)).angle < _REST
+    """Return whether a bone still has the relaxed rotation with which the character came."""
+    ease = bone.get(EASE)
+    if ease is None:
+        return False
+    return bone.matrix_basis.to_quaternion().rotation_difference(Quaternion(ease)).angle < _AT_REST
 
 
-def keyed(armature: bpy.types.Object, what: str = "rotation") -> tuple[set[str], set[str]]:
-    """Names of the bones whose rotation (or location) actions of this package key, and of those that others key."""
+def keyed(armature: ArmatureObject, what: str = "rotation") -> tuple[set[str], set[str]]:
+    """Return the names of the bones whose rotation (or location) is keyed by this package's actions, and by other actions."""
     ours, theirs = set(), set()
     animation = armature.animation_data
     if animation is None:

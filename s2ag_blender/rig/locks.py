@@ -1,4 +1,4 @@
-"""What a bone keeps of a rotation where some of its channels are locked."""
+"""Applies a bone's locked rotation channels to rotations."""
 
 import bpy
 import numpy as np
@@ -7,7 +7,7 @@ from ...core.motion import quaternion
 
 
 def held(bone: bpy.types.PoseBone, rotations: np.ndarray) -> np.ndarray:
-    """Rotations ``(frames, 4)`` as a bone at rest takes them where some of its channels are locked."""
+    """Return rotations ``(frames, 4)`` with the locked channels of a bone set to rest."""
     if not any(bone.lock_rotation):
         return rotations
     order = bone.rotation_mode

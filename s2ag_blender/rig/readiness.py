@@ -1,6 +1,7 @@
-"""How ready a character is: what each part of the body maps to, worked out once for a rig and then only looked up."""
+"""Works out and caches how ready a character is to gesture: which bones each body part maps to, and what is missing."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import bpy
 import numpy as np
@@ -9,13 +10,14 @@ from ...core.errors import S2agError
 from ...core.motion.skeleton import EDGE_NAMES
 from ...rigs.family import families
 from ...rigs.plain import ARMS, Finding, Mapping
+from ..datablocks import ArmatureObject, current_context, is_armature
 from ..translations import told, told_error
 from . import handpicked, reading, vrm
 
 
 @dataclass(frozen=True)
 class Row:
-    """One part: its name for people, its bones, whether it is found, and what stands in the way."""
+    """One body part: its key, its bones, whether it has any, and a note about what prevents it."""
 
     part: str
     bones: tuple[str, ...]
@@ -25,7 +27,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Readiness:
-    """Rows in the body's order, the family of the rig, warnings, and the sentence that tells why it cannot gesture at all."""
+    """Rows in the body's order, the rig family, warnings, and a sentence saying why the rig cannot gesture at all, or ""."""
 
     rows: tuple[Row, ...] = ()
     family: str = ""
@@ -34,134 +36,135 @@ class Readiness:
 
     @property
     def ready(self) -> bool:
-        """Whether the character can gesture."""
+        """Return whether the character can gesture."""
         return not self.problem
 
     @property
     def found(self) -> int:
-        """How many parts have bones."""
+        """Return how many parts have bones."""
         return sum(row.found for row in self.rows)
 
 
 @dataclass(frozen=True)
 class _Look:
-    """What a look at a character found, what the rig was made of then, and the number of changes that it has seen."""
+    """A cached result with the rig's :func:`state` and the change count for which it was worked out."""
 
     ready: Readiness
     mapping: Mapping | None
-    made_of: tuple
+    made_of: tuple[Any, ...]
     seen: int
 
 
 PAUSE = 0.3
-"""Seconds for which changes gather before a character is looked at again."""
+"""Seconds to wait after a change before a readiness is worked out again."""
 
-_known: dict[tuple, _Look] = {}
-_wanted: set[str] = set()
-_changes = 0
+_cache: dict[tuple, _Look] = {}
+_pending: set[str] = set()
+_change_count = 0
 
 
 def changed(rigs: bool = False) -> None:
-    """Something that a readiness may hang on has changed; ``rigs`` if it was an armature itself.
+    """Note a change on which a readiness may depend; ``rigs`` if an armature itself changed.
 
-    Blender calls this with every change of an object, so it only notes it. Who asks next compares.
+    Called with every change of an object, so it only counts; the next lookup compares states.
     """
-    global _changes
-    _changes += 1
-    if rigs and _known and not bpy.app.background:
-        _wanted.update(name for name, *_ in _known)
+    global _change_count
+    _change_count += 1
+    if rigs and _cache and not bpy.app.background:
+        _pending.update(name for name, *_ in _cache)
         _look_soon(PAUSE)
 
 
-def of(armature: bpy.types.Object) -> Readiness:
-    """The readiness of a character; slow for a large rig the first time, and after it was changed."""
+def of(armature: ArmatureObject) -> Readiness:
+    """Return the readiness of a character; slow for a large rig the first time and after changes."""
     return _look_at(armature).ready
 
 
-def mapping(armature: bpy.types.Object) -> Mapping | None:
-    """The bones that :func:`of` found, without those that are locked; None where they are not enough."""
+def mapping(armature: ArmatureObject) -> Mapping | None:
+    """Return the mapping behind :func:`of`, without locked bones; None where it is unusable."""
     return _look_at(armature).mapping
 
 
-def made_of(armature: bpy.types.Object) -> tuple:
-    """What a rig is made of as far as its mapping hangs on it: equal while it stays the same."""
+def made_of(armature: ArmatureObject) -> tuple[Any, ...]:
+    """Return the cached :func:`state` of a rig: equal as long as nothing changes on which its mapping depends."""
     return _look_at(armature).made_of
 
 
-def known(armature: bpy.types.Object) -> Readiness | None:
-    """The readiness as far as it has been worked out, None where it has not. For drawing: never slow.
+def known(armature: ArmatureObject) -> Readiness | None:
+    """Return the cached readiness, None where there is none. For drawing: never slow.
 
-    What has changed since is looked at as soon as Blender is idle. Without a window nothing is ever idle, so that is now.
+    An outdated one is worked out again as soon as Blender is idle; in background mode, which has no idle time, at once.
     """
     if bpy.app.background:
         return of(armature)
-    found = _known.get(_key(armature))
-    if found is None or found.seen != _changes:
-        later(armature, 0.0 if found is None else PAUSE)
-    return found and found.ready
+    look = _cache.get(_cache_key(armature))
+    if look is None or look.seen != _change_count:
+        later(armature, 0.0 if look is None else PAUSE)
+    return look and look.ready
 
 
-def later(armature: bpy.types.Object, seconds: float = 0.0) -> None:
-    """Work out the readiness as soon as Blender is idle, but not before so many seconds."""
-    _wanted.add(armature.name)
+def later(armature: ArmatureObject, seconds: float = 0.0) -> None:
+    """Work out the readiness as soon as Blender is idle, but not before ``seconds`` have passed."""
+    _pending.add(armature.name)
     _look_soon(seconds)
 
 
 def stop() -> None:
-    """Forget everything and work out nothing more; a timer that outlives the extension would hang Blender's end."""
+    """Clear the cache and stop the timer; a timer that outlives the extension would hang Blender at exit."""
     forget()
     if bpy.app.timers.is_registered(catch_up):
         bpy.app.timers.unregister(catch_up)
 
 
-def forget(armature: bpy.types.Object | None = None) -> None:
-    """Look at a character (at all of them, if None) afresh the next time."""
-    for key in [key for key in _known if armature is None or key[0] == armature.name]:
-        del _known[key]
-    _wanted.clear()
+def forget(armature: ArmatureObject | None = None) -> None:
+    """Drop the cached readiness of a character (of all, if None)."""
+    for key in [key for key in _cache if armature is None or key[0] == armature.name]:
+        del _cache[key]
+    _pending.clear()
 
 
 def label(part: str) -> str:
-    """A part's name as a heading, as Blender names sides: "Upper Arm L"."""
+    """Return a part's name as a heading with Blender's side suffix: "Upper Arm L"."""
     side, _, rest = part.partition("_")
     named = f"{rest}_{side[0]}" if side in ("left", "right") else part
     return named.replace("_", " ").title()
 
 
-def _key(armature) -> tuple:
-    """What is cheap to see and may change without Blender telling: locks do."""
+def _cache_key(armature: ArmatureObject) -> tuple[Any, ...]:
+    """Return what is cheap to read and changes without a notification by Blender, such as locks."""
     data = armature.animation_data
     tweaked = data is not None and data.use_tweak_mode
     facts = len(armature.data.bones), len(armature.s2ag.bone_map), armature.mode == "EDIT", tweaked
     return armature.name, *facts, _locks(armature).tobytes()
 
 
-def _locks(armature) -> np.ndarray:
-    """Which rotations are locked (3 n,)."""
-    pose = armature.pose.bones if armature.pose else ()
+def _locks(armature: ArmatureObject) -> np.ndarray:
+    """Return which rotation channels are locked (3 n,)."""
+    pose: Any = armature.pose.bones if armature.pose else ()
     locks = np.zeros(3 * len(pose), bool)
     if len(pose):
         pose.foreach_get("lock_rotation", locks)
     return locks
 
 
-def _look_at(armature) -> _Look:
-    key = _key(armature)
-    found = _known.get(key)
-    if found is not None and found.seen == _changes:
-        return found
+def _look_at(armature: ArmatureObject) -> _Look:
+    """Return the cached result, worked out again if the rig has changed."""
+    key = _cache_key(armature)
+    look = _cache.get(key)
+    if look is not None and look.seen == _change_count:
+        return look
     made_of = state(armature)
-    if found is not None and found.made_of == made_of:
-        found = replace(found, seen=_changes)
+    if look is not None and look.made_of == made_of:
+        look = replace(look, seen=_change_count)
     else:
         forget(armature)
-        found = _Look(*_look(armature), made_of, _changes)
-    _known[key] = found
-    return found
+        look = _Look(*_work_out(armature), made_of, _change_count)
+    _cache[key] = look
+    return look
 
 
-def state(armature: bpy.types.Object) -> tuple:
-    """All of a rig that a readiness is worked out from, in a form that two looks can be compared by; quick."""
+def state(armature: ArmatureObject) -> tuple[Any, ...]:
+    """Return everything in a rig on which its readiness depends, as a tuple to compare; quick."""
     if armature.type != "ARMATURE":
         return ()
     bones = reading.read(armature)
@@ -171,40 +174,40 @@ def state(armature: bpy.types.Object) -> tuple:
     return bones.names, *(array.tobytes() for array in arrays), chosen, standing
 
 
-def _look(armature) -> tuple[Readiness, Mapping | None]:
+def _work_out(armature: ArmatureObject) -> tuple[Readiness, Mapping | None]:
     try:
         reading.require_armature(armature)
         mapping, refusal = reading.survey(armature, handpicked.chosen(armature.s2ag))
     except S2agError as error:
         return Readiness(problem=told_error(error)), None
-    found = {one.part: one for one in mapping.findings}
+    findings = {finding.part: finding for finding in mapping.findings}
     moved = {part: tuple(name for name in chain if name not in mapping.held) for part, chain in mapping.chains.items()}
-    rows = [_row(part, moved.get(part, ()), found.get(part)) for part in EDGE_NAMES]
+    rows = [_row(part, moved.get(part, ()), findings.get(part)) for part in EDGE_NAMES]
     names = {family.key: family.name for family in families()}
     family = names.get(mapping.family, mapping.family)
     problem = "" if refusal is None else told_error(refusal)
     return Readiness(tuple(rows), family, mapping.warnings, problem), None if problem else mapping
 
 
-def _row(part: str, bones: tuple[str, ...], found: Finding | None) -> Row:
+def _row(part: str, bones: tuple[str, ...], finding: Finding | None) -> Row:
     if bones:
         return Row(part, bones, True)
-    known = found.note if found is not None else ""
-    return Row(part, (), False, known or (told("needed") if part in ARMS else told("stays as it is")))
+    note = finding.note if finding is not None else ""
+    return Row(part, (), False, note or (told("needed") if part in ARMS else told("stays as it is")))
 
 
 def catch_up() -> None:
-    """Look at what is wanted, and draw what has become of it."""
-    names = list(_wanted)
-    _wanted.clear()
+    """Work out the pending readinesses, and redraw the 3D views if one of them changed."""
+    names = list(_pending)
+    _pending.clear()
     news = False
     for name in names:
         armature = bpy.data.objects.get(name)
-        if armature is not None and armature.type == "ARMATURE":
-            before = _known.get(_key(armature))
+        if is_armature(armature):
+            before = _cache.get(_cache_key(armature))
             now = of(armature)
             news |= before is None or before.ready is not now
-    for window in bpy.context.window_manager.windows if news else ():
+    for window in current_context().window_manager.windows if news else ():
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
                 area.tag_redraw()

@@ -1,4 +1,4 @@
-"""Reading an armature object into the numpy structures of ``rigs``, and what stands in the way of keying it."""
+"""Reads an armature object into the numpy structures of ``rigs``, and finds what prevents keying it."""
 
 import functools
 import re
@@ -12,32 +12,33 @@ from ...core.motion.skeleton import EDGE_NAMES
 from ...rigs import chains as arm_chains
 from ...rigs.detect import survey as detect_all
 from ...rigs.plain import ARMS, MARKS, TWISTS, Bones, Finding, Mapping, spoken
+from ..datablocks import ArmatureObject
 from . import skin, vrm
 
 _DRIVEN_BONE = re.compile(r'^pose\.bones\["((?:[^"\\]|\\.)*)"\]')
 
-_IDLE = ("LIMIT_", "COPY_LOCATION", "COPY_SCALE", "MAINTAIN_VOLUME", "FLOOR", "SHRINKWRAP", "FOLLOW_PATH")
-"""Beginnings of the types of constraints that do not turn a bone."""
+_NOT_TURNING = ("LIMIT_", "COPY_LOCATION", "COPY_SCALE", "MAINTAIN_VOLUME", "FLOOR", "SHRINKWRAP", "FOLLOW_PATH")
+"""Prefixes of the types of constraints that do not turn a bone."""
 
 
-def read(armature: bpy.types.Object) -> Bones:
-    """The bones of an armature object at rest, in armature space, in its own (parents first) order."""
+def read(armature: ArmatureObject) -> Bones:
+    """Return the bones of an armature object at rest, in armature space, in its own (parents first) order."""
     bones = list(armature.data.bones)
     rows = {bone.name: row for row, bone in enumerate(bones)}
     posed = armature.pose.bones if armature.pose else ()  # a new armature has no pose yet
-    ruled = _driven_bones(armature).union(bone.name for bone in posed if any(map(_turns, bone.constraints)))
+    controlled = _driven_bones(armature).union(bone.name for bone in posed if any(map(_turns, bone.constraints)))
     return Bones(
         tuple(rows),
         np.array([rows[bone.parent.name] if bone.parent else -1 for bone in bones], int),
         np.array([bone.matrix_local for bone in bones], float).reshape(-1, 4, 4),
         np.array([bone.length for bone in bones], float),
         np.array([bone.use_inherit_rotation for bone in bones], bool),
-        np.array([name in ruled for name in rows], bool),
+        np.array([name in controlled for name in rows], bool),
     )
 
 
-def require_armature(armature: bpy.types.Object) -> None:
-    """Raise :class:`RigUnusable` unless ``armature`` is an armature object whose action may be set now."""
+def require_armature(armature: bpy.types.Object | None) -> None:
+    """Raise :class:`RigUnusable` unless ``armature`` is an armature object whose action can be set now."""
     if armature is None or armature.type != "ARMATURE":
         name = "Nothing" if armature is None else f'"{armature.name}"'
         raise RigUnusable(f"{name} is not an armature.", "Choose the character's armature object.")
@@ -51,8 +52,8 @@ def require_armature(armature: bpy.types.Object) -> None:
         )
 
 
-def survey(armature: bpy.types.Object, mapping: Mapping | dict | None = None) -> tuple[Mapping, RigUnusable | None]:
-    """What is known of an armature, and why that is not enough, or None; changes and raises nothing."""
+def survey(armature: ArmatureObject, mapping: Mapping | dict | None = None) -> tuple[Mapping, RigUnusable | None]:
+    """Return the mapping of an armature and the error that makes it unusable, or None; changes and raises nothing."""
     bones = read(armature)
     if mapping is None:
         mapping, refusal = found(armature, bones)
@@ -63,31 +64,31 @@ def survey(armature: bpy.types.Object, mapping: Mapping | dict | None = None) ->
     try:
         return resolve_mapping(armature, bones, mapping), None
     except RigUnusable as error:
-        known = set(bones.names)
-        strange = [replace(one, how="", note="no such bone") for one in mapping.findings if not known.issuperset(one.bones)]
-        named = {one.part: one for one in strange}
-        return replace(mapping, findings=tuple(named.get(one.part, one) for one in mapping.findings)), error
+        names = set(bones.names)
+        missing = [replace(one, how="", note="no such bone") for one in mapping.findings if not names.issuperset(one.bones)]
+        by_part = {finding.part: finding for finding in missing}
+        return replace(mapping, findings=tuple(by_part.get(one.part, one) for one in mapping.findings)), error
 
 
 def found(
-    armature: bpy.types.Object, bones: Bones, seen: arm_chains.Reader | None = None
+    armature: ArmatureObject, bones: Bones, seen: arm_chains.Reader | None = None
 ) -> tuple[Mapping, RigUnusable | None]:
-    """What is found of an armature by itself, locked bones included, and why that is not enough, or None.
+    """Detect the mapping of an armature, locked bones included; return it and the error that makes it unusable, or None.
 
-    ``seen`` looks at its skin, and is the same for those that ask together: a look takes its time.
+    ``seen`` reads the skin weights; callers share one (see :func:`_skin`) because reading them is slow.
     """
     return detect_all(bones, f'Armature "{armature.name}"', vrm.humanoid(armature), seen or _skin(armature, bones))
 
 
-def _skin(armature, bones: Bones) -> arm_chains.Reader:
-    """What looks at the skin when it is first asked."""
+def _skin(armature: ArmatureObject, bones: Bones) -> arm_chains.Reader:
+    """Return a function that reads the skin weights at its first call."""
     return functools.cache(lambda: skin.read(armature, bones))
 
 
-def resolve_mapping(armature: bpy.types.Object, bones: Bones, mapping: Mapping | dict | None = None) -> Mapping:
-    """The mapping to use: the given one (``{part: bone or bones}``) or the detected one; locked bones stay as they are.
+def resolve_mapping(armature: ArmatureObject, bones: Bones, mapping: Mapping | dict | None = None) -> Mapping:
+    """Return the mapping to use: the given one (``{part: bone or bones}``) or the detected one, without locked bones.
 
-    Its ``warnings`` tell of everything that keeps a part from moving as asked. Raises :class:`RigUnusable`.
+    Its ``warnings`` name everything that keeps a part from moving freely. Raises :class:`RigUnusable`.
     """
     seen = _skin(armature, bones)
     if mapping is None:
@@ -96,17 +97,17 @@ def resolve_mapping(armature: bpy.types.Object, bones: Bones, mapping: Mapping |
             raise refusal
     elif not isinstance(mapping, Mapping):
         mapping = by_hand(armature, bones, mapping)
-    mapping = _without_locked(armature, mapping.check(bones))
+    mapping = _drop_locked(armature, mapping.check(bones))
     if not mapping.shares:
         mapping = replace(mapping, shares=arm_chains.twist_shares(bones, mapping.chains, seen))
     return replace(mapping, warnings=(*mapping.warnings, *_obstacles(armature, mapping)))
 
 
-def by_hand(armature: bpy.types.Object, bones: Bones, chosen: dict) -> Mapping:
-    """A mapping of ``{part: bone or bones}``, with the hips, hands and switches of the kind of rig whose arms it has.
+def by_hand(armature: ArmatureObject, bones: Bones, chosen: dict) -> Mapping:
+    """Return a mapping of ``{part: bone or bones}``, with hips, hands and switches of the detected mapping if its arms agree.
 
-    Where a forearm ends must be known: where the map does not say it and other arms are found, the bone that carries
-    most below the forearm is taken for the hand.
+    The end of each forearm must be known. If the map does not give it and detection finds other arms, the bone below the
+    forearm with the most descendants is taken as the hand.
     """
     chains = {part: (chain,) if isinstance(chain, str) else tuple(chain) for part, chain in chosen.items()}
     mapping = Mapping({part: chain for part, chain in chains.items() if chain})
@@ -119,29 +120,30 @@ def by_hand(armature: bpy.types.Object, bones: Bones, chosen: dict) -> Mapping:
 
 
 def is_locked(bone: bpy.types.PoseBone) -> bool:
-    """Whether no rotation of ``bone`` may be keyed; a free w alone, as new bones have it, turns nothing."""
+    """Return whether all rotation channels of ``bone`` are locked; an unlocked w alone, as new bones have it, is no use."""
     return all(bone.lock_rotation)
 
 
-def _without_locked(armature, mapping: Mapping) -> Mapping:
+def _drop_locked(armature: ArmatureObject, mapping: Mapping) -> Mapping:
+    """Return the mapping without locked bones, with a warning; an arm that is all locked stays mapped but is held."""
     pose, moved = armature.pose.bones, (*EDGE_NAMES, *TWISTS)
     locked = [name for part in moved for name in mapping.chains.get(part, ()) if is_locked(pose[name])]
     if not locked:
         return mapping
     free = {part: tuple(name for name in mapping.chains.get(part, ()) if name not in locked) for part in moved}
-    still = [part for part in ARMS if not free[part]]  # where the arms are tells where the character's left and front are
+    still = [part for part in ARMS if not free[part]]  # arms are needed to find the character's left and front
     chains = {
         part: kept for part, chain in mapping.chains.items() if (kept := chain if part in still else free.get(part, chain))
     }
     held = mapping.held.union(name for part in still for name in chains[part])
-    findings = tuple(_unlocked(one, free) if one.part in moved else one for one in mapping.findings)
+    findings = tuple(_drop_from_finding(one, free) if one.part in moved else one for one in mapping.findings)
     stays = "they stay as they are" if len(locked) > 1 else "it stays as it is"
     warnings = (*mapping.warnings, f"{_quoted(locked)}: rotation is locked, so {stays}.")
     return replace(mapping, chains=chains, warnings=warnings, findings=findings, held=held)
 
 
-def _unlocked(finding: Finding, chains: dict) -> Finding:
-    """The finding without bones that are not in ``chains``, which its note tells."""
+def _drop_from_finding(finding: Finding, chains: dict) -> Finding:
+    """Return the finding without bones that are not in ``chains``, with a note about them."""
     kept = chains.get(finding.part, ())
     if kept == finding.bones:
         return finding
@@ -149,7 +151,8 @@ def _unlocked(finding: Finding, chains: dict) -> Finding:
     return replace(finding, bones=kept, how=finding.how if kept else "", note=note)
 
 
-def _obstacles(armature, mapping: Mapping) -> list[str]:
+def _obstacles(armature: ArmatureObject, mapping: Mapping) -> list[str]:
+    """Return warnings about a shown rest position and about partly locked arms."""
     pose = armature.pose.bones
     warnings = []
     if armature.data.pose_position == "REST":
@@ -161,15 +164,16 @@ def _obstacles(armature, mapping: Mapping) -> list[str]:
     return warnings
 
 
-def _turns(constraint) -> bool:
-    """Whether a constraint rules how its bone turns; limits only bound it, and some only move it."""
-    return not constraint.mute and constraint.influence > 0 and not constraint.type.startswith(_IDLE)
+def _turns(constraint: bpy.types.Constraint) -> bool:
+    """Return whether a constraint sets its bone's rotation; some only limit it or only move the bone."""
+    return not constraint.mute and constraint.influence > 0 and not constraint.type.startswith(_NOT_TURNING)
 
 
-def _driven_bones(armature) -> set[str]:
+def _driven_bones(armature: ArmatureObject) -> set[str]:
+    """Return the names of the bones with a driver on their rotation."""
     drivers = armature.animation_data.drivers if armature.animation_data else ()
     paths = [driver.data_path for driver in drivers if "rotation" in driver.data_path]
-    return {bpy.utils.unescape_identifier(found[1]) for path in paths if (found := _DRIVEN_BONE.match(path))}
+    return {bpy.utils.unescape_identifier(match[1]) for path in paths if (match := _DRIVEN_BONE.match(path))}
 
 
 def _quoted(names: list[str]) -> str:

@@ -1,7 +1,8 @@
-"""One call for every rig: the formula for plain skeletons where it holds, measuring where constraints rule."""
+"""Solves a motion on any rig: in closed form for plain skeletons, by measuring where constraints or drivers act."""
 
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
+from typing import Any
 
 import bpy
 import numpy as np
@@ -12,19 +13,20 @@ from ...rigs import retarget
 from ...rigs.goals import Goals, Options
 from ...rigs.plain import ARMS, Bones, Mapping, character_frame
 from ...rigs.proportions import Girth
+from ..datablocks import ArmatureObject
 from . import controls, dependencies, hands, standing
 from .controls import Take
 
 _TRANSFORMS = ("location", "rotation_quaternion", "rotation_euler", "rotation_axis_angle", "scale")
-_RULED = "The feet of this control rig do not stay when its hips move, so the weight does not shift."
+_FEET_SLIP = "The feet of this control rig do not stay when its hips move, so the weight does not shift."
 
 
 @dataclass(frozen=True)
 class Solution:
-    """``rotations`` ``{bone: (keys, 4)}``, and the settings by data path (``values``) without which the rig would not follow.
+    """``rotations`` ``{bone: (keys, 4)}``, and ``values`` (by data path) that the rig needs to follow them.
 
-    ``why`` says in words why bones had to be measured; "" where the formula for plain skeletons held. ``places``
-    ``{bone: (keys, 3)}`` are locations of the pelvis where the weight shifts, ``stood`` are it and the bones of the legs.
+    ``why`` says in words why bones had to be measured; "" where the closed form held. ``places`` ``{bone: (keys, 3)}`` are
+    locations of the pelvis where the weight shifts, ``stood`` are the pelvis and the bones of the legs.
     """
 
     rotations: dict[str, np.ndarray]
@@ -35,7 +37,7 @@ class Solution:
 
 
 def solving(
-    armature: bpy.types.Object,
+    armature: ArmatureObject,
     bones: Bones,
     mapping: Mapping,
     motion: Take,
@@ -46,27 +48,26 @@ def solving(
     tell: Callable[[str], None],
     trunk: Girth | None,
 ) -> Generator[None, None, Solution]:
-    """Rotations of the mapped bones at ``keys``, by the solver that the rig needs, in slices; of a plain rig only the first
-    asks Blender anything.
+    """Solve the rotations of the mapped bones at ``keys``, by the solver that the rig needs; a generator that works in slices.
 
-    ``motion`` and ``keys`` are the same performance, as it came and at the frames to be keyed; hands and arms stay out of the
-    ``trunk`` (guessed, if None). What keeps a bone from its goal is told. Nothing in the file changes. Raises
-    :class:`RigUnusable` for an unusable mapping.
+    For a plain rig only the first slice reads from Blender. ``motion`` and ``keys`` are the same motion, at its own frames
+    and at those to be keyed; hands and arms stay out of the ``trunk`` (estimated, if None). Sentences about bones that cannot
+    reach their goals go to ``tell``. Nothing in the file changes. Raises :class:`RigUnusable` for an unusable mapping.
     """
     values = switches(armature, mapping, tell)
     why = entangled(armature, bones, mapping, values)
     free = hands.free_bones(armature, eased=motion.hands is not None)
 
     frame = character_frame(bones, mapping.check(bones))
-    legs, places = None, {}
+    legs, places, obstacle = None, {}, ""
     if keys.pelvis is not None:
-        legs, obstacle = (None, _RULED) if why else standing.find(armature, bones, mapping, frame[2], free)
+        legs, obstacle = (None, _FEET_SLIP) if why else standing.find(armature, bones, mapping, frame[2], free)
         if legs is None and (why or dependencies.pulled(armature)):
             places = standing.ride(armature, bones, mapping, frame, keys.pelvis, scene=scene, values=values)
         if legs is None and not places:
             tell(obstacle)
 
-    def ask(rest: Bones, take: Take, **about) -> Goals:
+    def ask(rest: Bones, take: Take, **about: Any) -> Goals:
         about |= {"girth": trunk, "free": free, "frame": frame, "hands": take.hands, "pelvis": take.pelvis, "legs": legs}
         return Goals(rest, mapping, take.directions, take.fps, options, **about)
 
@@ -83,17 +84,17 @@ def solving(
     else:
         rotations = yield from retarget.rotating(goals)
     yield
-    # What is neither a finger nor a wrist, such as a bone in the palm, rests.
+    # Relaxed bones that are neither fingers nor wrists, such as those of the palm, get rest rotations.
     rotations = {name: quaternion.IDENTITY[None] for name in resting} | goals.extras() | rotations
     if goals.stood is None:
         return Solution(rotations, values, why, places, tuple(places))
     return Solution(rotations, values, why, goals.stood.places, tuple(bones.names[row] for row in goals.stood.turned))
 
 
-def switches(armature: bpy.types.Object, mapping: Mapping, tell: Callable[[str], None]) -> dict[str, float]:
-    """What must be set for the rig to follow its mapped bones, by data path from the object.
+def switches(armature: ArmatureObject, mapping: Mapping, tell: Callable[[str], None]) -> dict[str, float]:
+    """Return the property values that make the rig follow its mapped bones, by data path from the object.
 
-    A switch that the rig lacks, or that a driver rules, is told.
+    A sentence for each switch that is missing or driven goes to ``tell``.
     """
     result, driven = {}, {curve.data_path for curve in dependencies.drivers(armature)}
     for switch in mapping.switches:
@@ -111,10 +112,10 @@ def switches(armature: bpy.types.Object, mapping: Mapping, tell: Callable[[str],
     return result
 
 
-def entangled(armature: bpy.types.Object, bones: Bones, mapping: Mapping, values: dict[str, float] | None = None) -> str:
-    """Why the formula for plain skeletons does not hold for a rig, in words; "" where it does.
+def entangled(armature: ArmatureObject, bones: Bones, mapping: Mapping, values: dict[str, float] | None = None) -> str:
+    """Return why the closed form for plain skeletons does not hold for a rig, in words; "" where it does.
 
-    ``values`` are settings to come, by data path from the object.
+    ``values`` are property values that will be set, by data path from the object.
     """
     moved = [name for part in EDGE_NAMES for name in mapping.chains.get(part, ())]
     marks = [tip for part in mapping.chains if (tip := mapping.tip(part))]
@@ -133,10 +134,11 @@ def entangled(armature: bpy.types.Object, bones: Bones, mapping: Mapping, values
     return _constrained(armature, lineage, values or {}) or _driven(armature, lineage)
 
 
-def _constrained(armature, lineage: set[str], values: dict[str, float]) -> str:
+def _constrained(armature: ArmatureObject, lineage: set[str], values: dict[str, float]) -> str:
+    """Return which constraint acts on one of the bones ``lineage``, in words; "" if none does."""
     driven = {curve.data_path for curve in dependencies.drivers(armature)}
 
-    def acts(constraint) -> bool:
+    def acts(constraint: bpy.types.Constraint) -> bool:
         path = constraint.path_from_id("influence")
         return path in driven or (not constraint.mute and values.get(path, constraint.influence) > 0)
 
@@ -151,7 +153,8 @@ def _constrained(armature, lineage: set[str], values: dict[str, float]) -> str:
     return ""
 
 
-def _driven(armature, lineage: set[str]) -> str:
+def _driven(armature: ArmatureObject, lineage: set[str]) -> str:
+    """Return which driver acts on a transform of one of the bones ``lineage``, in words; "" if none does."""
     for curve in dependencies.drivers(armature):
         name, setting = dependencies.bone_of(curve.data_path), curve.data_path.rpartition(".")[2]
         if name in lineage and setting in _TRANSFORMS:

@@ -1,86 +1,96 @@
-"""A private copy of a rig on which poses are tried and measured, so that the user's rig, scene and frame stay as they are.
+"""Makes a private copy of a rig for measuring poses, so that the user's rig, scene and frame stay unchanged.
 
-The copy stands alone in a scene of its own: nothing else is evaluated than what its bones depend on. Measuring on the
-rig itself would evaluate every mesh that it deforms, would need frame, pose and animation put back after each error, and
-would leave traces in library overrides.
+The copy is alone in a scene of its own, so Blender evaluates only what its bones depend on. Measuring on the rig itself
+would evaluate every mesh that it deforms, would need frame, pose and animation restored after each error, and would leave
+traces in library overrides.
 """
 
 import contextlib
 import time
 from collections.abc import Generator, Iterator, Sequence
+from typing import Any, TypeVar, cast
 
 import bpy
 import numpy as np
 from mathutils import Matrix, Quaternion
 
 from ...rigs.plain import Bones
+from ..datablocks import ArmatureObject
 from . import dependencies
 
+_ID = TypeVar("_ID", bound=bpy.types.ID)
+
 SLICE = 0.03
-"""Seconds for which a copy is measured before Blender may go on, or as long as making it took if that is more."""
+"""Seconds of measuring before control returns to Blender, or as long as making the copy took if that is more."""
 
 
 class StandIn:
-    """A copy of an armature object without animation, every bone at rest."""
+    """A copy of an armature object without animation, every bone at rest; ``timed`` if what it depends on changes with time."""
 
-    def __init__(self, item: bpy.types.Object, scene: bpy.types.Scene, timed: bool):
+    def __init__(self, item: ArmatureObject, scene: bpy.types.Scene, timed: bool) -> None:
         self.item, self.scene, self.timed = item, scene, timed
 
     def pose(self, rotations: dict[str, np.ndarray], frame: float | None = None) -> None:
-        """Give bones their rotations (w, x, y, z) and evaluate, at a scene frame where something moves by itself."""
+        """Set rotations (w, x, y, z) of bones and evaluate, at scene ``frame`` if the rig is ``timed``."""
         bones = self.item.pose.bones
         for name, rotation in rotations.items():
-            bones[name].matrix_basis = Quaternion(rotation).to_matrix().to_4x4()
+            bones[name].matrix_basis = Quaternion(rotation).to_matrix().to_4x4()  # pyright: ignore[reportArgumentType]
         if self.timed and frame is not None:
             self.scene.frame_set(int(frame // 1), subframe=frame % 1)
         else:
             self.scene.view_layers[0].update()
 
     def matrices(self, names: Sequence[str]) -> np.ndarray:
-        """Evaluated matrices (n, 4, 4) of bones in armature space, bone along its own y."""
+        """Return the evaluated matrices (n, 4, 4) of bones in armature space, each bone along its own y axis."""
         bones = self._evaluated()
         return np.array([bones[name].matrix for name in names], float).reshape(-1, 4, 4)
 
     def tails(self, names: Sequence[str]) -> np.ndarray:
-        """Where bones end (n, 3) in armature space."""
+        """Return the tails (n, 3) of bones in armature space."""
         bones = self._evaluated()
         return np.array([bones[name].tail for name in names], float).reshape(-1, 3)
 
     def as_bones(self, bones: Bones) -> Bones:
-        """``bones`` as they stand now, without scale, in place of how they were drawn."""
+        """Return ``bones`` with their current evaluated pose, without scale, as the rest pose."""
         matrices, tails = self.matrices(bones.names), self.tails(bones.names)
         matrices[:, :3, :3] = upright(matrices[:, :3, :3])
         lengths = np.linalg.norm(tails - matrices[:, :3, 3], axis=-1)
         return Bones(bones.names, bones.parents, matrices, lengths, bones.inherits)
 
-    def _evaluated(self):
-        # Every update may build the evaluated pose anew, so it is asked for each time.
-        return self.item.evaluated_get(self.scene.view_layers[0].depsgraph).pose.bones
+    def _evaluated(self) -> Any:
+        # Every update may rebuild the evaluated pose, so no reference to it is kept.
+        return cast(ArmatureObject, self.item.evaluated_get(_depsgraph(self.scene))).pose.bones
 
 
 class Returning:
-    """A :class:`StandIn` that is not there while Blender goes on: whatever is done or saved meanwhile knows nothing of it.
+    """A :class:`StandIn` that is removed whenever control returns to Blender, so that nothing done or saved then sees it.
 
-    ``rig`` is the one that is there; ``given`` are what :func:`stand_in` takes.
+    ``arguments`` are those of :func:`stand_in`.
     """
 
-    def __init__(self, *given):
-        self.rig: StandIn | None = None
-        self._given, self._stack, self._until = given, contextlib.ExitStack(), 0.0
+    def __init__(self, *arguments: Any) -> None:
+        self._rig: StandIn | None = None
+        self._arguments, self._stack, self._until = arguments, contextlib.ExitStack(), 0.0
+
+    @property
+    def rig(self) -> StandIn:
+        """The current copy; only inside the ``with`` block, and not while Blender runs."""
+        assert self._rig is not None
+        return self._rig
 
     def __enter__(self) -> "Returning":
-        began = time.perf_counter()
-        self.rig = self._stack.enter_context(stand_in(*self._given))
-        made = time.perf_counter()
-        self._until = made + max(SLICE, made - began)
+        start = time.perf_counter()
+        self._rig = self._stack.enter_context(stand_in(*self._arguments))
+        end = time.perf_counter()
+        self._until = end + max(SLICE, end - start)
         return self
 
-    def __exit__(self, *error) -> None:
-        self.rig = None
+    def __exit__(self, *error: object) -> None:
+        self._rig = None
         self._stack.close()
 
     def pause(self, always: bool = False) -> Generator[None, None, None]:
-        """Let Blender go on if it is time, or ``always``; afterwards every bone is at rest again."""
+        """Return control to Blender if the slice is over, or ``always``; afterwards every bone is at rest again."""
         if always or time.perf_counter() >= self._until:
             self.__exit__()
             yield
@@ -88,7 +98,7 @@ class Returning:
 
 
 def upright(matrices: np.ndarray) -> np.ndarray:
-    """The rotations (..., 3, 3) in matrices that may scale and mirror; y, along a bone, is kept."""
+    """Return the rotations (..., 3, 3) in matrices that may scale and mirror; y, along a bone, keeps its direction."""
     y = matrices[..., 1] / np.linalg.norm(matrices[..., 1], axis=-1, keepdims=True)
     x = matrices[..., 0] - y * np.sum(y * matrices[..., 0], -1, keepdims=True)
     x /= np.linalg.norm(x, axis=-1, keepdims=True)
@@ -97,23 +107,24 @@ def upright(matrices: np.ndarray) -> np.ndarray:
 
 @contextlib.contextmanager
 def stand_in(
-    armature: bpy.types.Object,
+    armature: ArmatureObject,
     scene: bpy.types.Scene,
     bones: Sequence[str],
     values: dict[str, float] | None = None,
     frame: float | None = None,
 ) -> Iterator[StandIn]:
-    """A :class:`StandIn` for ``armature``, of use for measuring ``bones``; gone with all that it needed afterwards.
+    """Yield a :class:`StandIn` for ``armature`` on which ``bones`` can be measured; remove it and its data afterwards.
 
-    ``values`` are settings of the copy, by data path from the object; ``frame`` is when it stands there (the scene's, if
-    None).
+    ``values`` are property values to set on the copy, by data path from the object; ``frame`` is the scene frame at which it
+    is evaluated (the current one, if None).
     """
     made = []
     with _silence():
         try:
             item = _copy(armature, made)
             others = dependencies.between(item, armature)
-            copies = {armature: item} | {other: _keep(other.copy(), made) for other in others}
+            copies: dict[bpy.types.ID, bpy.types.Object] = {armature: item}
+            copies |= {other: _keep(other.copy(), made) for other in others}
             for copy in copies.values():
                 dependencies.redirect(copy, copies)
             for path, value in (values or {}).items():
@@ -126,13 +137,18 @@ def stand_in(
                 stage.collection.objects.link(copy)
             frame = scene.frame_current_final if frame is None else frame
             stage.frame_set(int(frame // 1), subframe=frame % 1)
-            yield StandIn(item, stage, dependencies.moves_by_itself(stage.view_layers[0].depsgraph, item))
+            yield StandIn(item, stage, dependencies.moves_by_itself(_depsgraph(stage), item))
         finally:
             _remove(made)
 
 
-def _copy(armature, made: list) -> bpy.types.Object:
-    item = _keep(armature.copy(), made)
+def _depsgraph(scene: bpy.types.Scene) -> bpy.types.Depsgraph:
+    return cast(bpy.types.Depsgraph, scene.view_layers[0].depsgraph)
+
+
+def _copy(armature: ArmatureObject, made: list[bpy.types.ID]) -> ArmatureObject:
+    """Return a copy of an armature object at rest, without NLA, action and custom shapes; add it and its data to ``made``."""
+    item = cast(ArmatureObject, _keep(armature.copy(), made))
     item.data = _keep(armature.data.copy(), made)
     item.data.pose_position = "POSE"
     if item.animation_data is not None:
@@ -144,12 +160,12 @@ def _copy(armature, made: list) -> bpy.types.Object:
     return item
 
 
-def _keep(datablock, made: list):
+def _keep(datablock: _ID, made: list[bpy.types.ID]) -> _ID:
     made.append(datablock)
     return datablock
 
 
-def _remove(made: list) -> None:
+def _remove(made: list[bpy.types.ID]) -> None:
     # With its data an object would go as well, so objects go first.
     for kind, collection in (("SCENE", "scenes"), ("OBJECT", "objects"), ("ARMATURE", "armatures")):
         for datablock in [datablock for datablock in made if datablock.id_type == kind]:
@@ -158,8 +174,8 @@ def _remove(made: list) -> None:
 
 
 @contextlib.contextmanager
-def _silence():
-    """Without the handlers of other add-ons, which could hold on to data that is about to vanish."""
+def _silence() -> Iterator[None]:
+    """Disable the handlers of other add-ons, which could keep references to data that is about to be removed."""
     handlers = bpy.app.handlers
     lists = [
         handlers.depsgraph_update_pre,

@@ -1,11 +1,13 @@
-"""The humanoid map that the VRM add-on keeps on an armature, of VRM 0 or 1, whether the add-on is installed here or not."""
+"""Reads the humanoid bone map that the VRM add-on stores on an armature (VRM 0 or 1), even without the add-on installed."""
 
 import re
+from typing import Any
 
 import bpy
 
 from ...rigs.plain import ARMS, Finding, Mapping
 from .. import compat
+from ..datablocks import ArmatureObject
 
 EXTENSION = "vrm_addon_extension"
 FAMILY = "VRM humanoid map"
@@ -27,18 +29,18 @@ _PARTS = {
 }
 
 
-def humanoid(armature: bpy.types.Object) -> Mapping | None:
-    """The mapping that a VRM character brings along, or None. Bones that do not exist (any more) are left out."""
+def humanoid(armature: ArmatureObject) -> Mapping | None:
+    """Return the mapping that a VRM character defines, or None. Bones that do not exist (any more) are left out."""
     extension = compat.stored(armature.data, EXTENSION)
     if extension is None:
         return None
-    maps = [_newer(armature.data, extension), _older(armature.data, extension)]
+    maps = [_bones_of_vrm1(armature.data, extension), _bones_of_vrm0(armature.data, extension)]
     if str(_member(extension, "spec_version")) in ("0.0", "0"):
         maps.reverse()
     bones, chains = max(maps, key=len), {}
-    for one in maps:
-        if {bone for part in ARMS for bone in _PARTS[part]} <= set(one):
-            bones = one
+    for candidate in maps:
+        if {bone for part in ARMS for bone in _PARTS[part]} <= set(candidate):
+            bones = candidate
             break
     for part, humans in _PARTS.items():
         if chain := tuple(bones[human] for human in humans if human in bones):
@@ -50,45 +52,46 @@ def humanoid(armature: bpy.types.Object) -> Mapping | None:
     return Mapping(chains, FAMILY, hips, findings=findings)
 
 
-def _newer(data, extension) -> dict[str, str]:
-    """Bones by human bone, as VRM 1 keeps them: one member for each."""
+def _bones_of_vrm1(data: bpy.types.Armature, extension: Any) -> dict[str, str]:
+    """Return ``{human bone: bone}`` of VRM 1, which has one member for each human bone."""
     humans = _path(extension, "vrm1", "humanoid", "human_bones")
     names = {name for humans_of in _PARTS.values() for name in humans_of}
-    found = {name: _bone(data, _path(humans, name, "node")) for name in names}
-    return {name: bone for name, bone in found.items() if bone}
+    bones = {name: _bone(data, _path(humans, name, "node")) for name in names}
+    return {name: bone for name, bone in bones.items() if bone}
 
 
-def _older(data, extension) -> dict[str, str]:
-    """Bones by human bone, as VRM 0 keeps them: a list of pairs, in camel case."""
-    found = {}
+def _bones_of_vrm0(data: bpy.types.Armature, extension: Any) -> dict[str, str]:
+    """Return ``{human bone: bone}`` of VRM 0, which has a list of pairs with names in camel case."""
+    bones = {}
     for entry in _path(extension, "vrm0", "humanoid", "human_bones") or ():
         name = re.sub(r"(?<!^)([A-Z])", r"_\1", str(_member(entry, "bone") or "")).lower()
         if bone := _bone(data, _member(entry, "node")):
-            found.setdefault(name, bone)
-    return found
+            bones.setdefault(name, bone)
+    return bones
 
 
-def _bone(data, node) -> str:
-    """The name of an existing bone that a node of the map means, by its name or by its mark; "" for none."""
+def _bone(data: bpy.types.Armature, node: Any) -> str:
+    """Return the name of the existing bone that a node of the map refers to, by name or by UUID; "" for none."""
     for key in ("bone_name", "value"):
         name = _member(node, key)
         if isinstance(name, str) and name in data.bones:
             return name
-    mark = _member(node, "bone_uuid")
-    for bone in data.bones if mark else ():
-        if _member(compat.stored(bone, EXTENSION), "uuid") == mark:
+    uuid = _member(node, "bone_uuid")
+    for bone in data.bones if uuid else ():
+        if _member(compat.stored(bone, EXTENSION), "uuid") == uuid:
             return bone.name
     return ""
 
 
-def _path(holder, *keys):
+def _path(holder: Any, *keys: str) -> Any:
+    """Return the member at a path of ``keys``; None where there is none."""
     for key in keys:
         holder = _member(holder, key)
     return holder
 
 
-def _member(holder, key: str):
-    """A member of registered properties or of plain data; None where there is none."""
+def _member(holder: Any, key: str) -> Any:
+    """Return a member of registered properties or of raw data; None where there is none."""
     if holder is None:
         return None
     if isinstance(holder, bpy.types.bpy_struct):

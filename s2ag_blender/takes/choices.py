@@ -2,6 +2,7 @@
 
 import functools
 from pathlib import Path
+from typing import Any
 
 import blf
 import bpy
@@ -10,6 +11,7 @@ from ...core.errors import CheckpointUnreadable
 from ...core.model import catalogue
 from ...core.styles import RANDOM
 from .. import compat
+from ..datablocks import Context
 
 WRITTEN = "__written__"
 """Stands for a style that is neither a name nor random, such as a blend written by hand."""
@@ -43,13 +45,13 @@ def _described(path: Path, written: int) -> dict:
         return {"speakers": [], "controls": []}
 
 
-def description(settings) -> str:
+def description(settings: Any) -> str:
     """What the chosen style looks like, in a sentence; empty for a blend and for random."""
     name = settings.style or _default(settings.checkpoint)
     return next((one["description"] for one in known(settings.checkpoint)["speakers"] if one["name"] == name), "")
 
 
-def expression(settings) -> str:
+def expression(settings: Any) -> str:
     """The style to ask the engine for: what is written, with the second style blended in where there is one."""
     first, share = settings.style, round(settings.style_mix, 4)
     if not (settings.style_second and share and can_blend(settings)):
@@ -58,12 +60,12 @@ def expression(settings) -> str:
     return f"{first}:{1 - share:g}+{settings.style_second}:{share:g}"
 
 
-def is_written(settings) -> bool:
+def is_written(settings: Any) -> bool:
     """Whether the style is an expression rather than a name."""
     return bool(set(settings.style) & set(":+"))
 
 
-def can_blend(settings) -> bool:
+def can_blend(settings: Any) -> bool:
     """Whether a second style may be blended in: only a single named style can be."""
     return settings.style != RANDOM and not is_written(settings)
 
@@ -92,12 +94,12 @@ def wrapped(text: str, room: float = ROOM) -> list[str]:
     return lines
 
 
-def style_items(settings, context) -> list:
+def style_items(settings: Any, context: Context) -> list:
     """Items of the style menu: the checkpoint's speakers with their descriptions, random, and what is written by hand."""
     return _style_items(tuple((one["name"], one["description"]) for one in known(settings.checkpoint)["speakers"]))
 
 
-def second_items(settings, context) -> list:
+def second_items(settings: Any, context: Context) -> list:
     """Items of the menu of the style that is blended in."""
     return _second_items(tuple((one["name"], one["description"]) for one in known(settings.checkpoint)["speakers"]))
 
@@ -116,7 +118,7 @@ def _second_items(speakers: tuple) -> list:
     return items + [(name, name.capitalize(), text, number) for number, (name, text) in enumerate(speakers, 1)]
 
 
-def get_style(settings) -> int:
+def get_style(settings: Any) -> int:
     """Number of the style menu's item for what is stored."""
     names = style_names(settings.checkpoint)
     name = settings.style or _default(settings.checkpoint)
@@ -125,7 +127,7 @@ def get_style(settings) -> int:
     return len(names) + (name != RANDOM)
 
 
-def set_style(settings, number: int) -> None:
+def set_style(settings: Any, number: int) -> None:
     """Store the style menu's item."""
     names = [*style_names(settings.checkpoint), RANDOM]
     if number < len(names):
@@ -134,28 +136,28 @@ def set_style(settings, number: int) -> None:
         settings.style = f"{settings.style or _default(settings.checkpoint)}:1"
 
 
-def get_second(settings) -> int:
+def get_second(settings: Any) -> int:
     """Number of the second menu's item for what is stored."""
     names = style_names(settings.checkpoint)
     return names.index(settings.style_second) + 1 if settings.style_second in names else 0
 
 
-def set_second(settings, number: int) -> None:
+def set_second(settings: Any, number: int) -> None:
     """Store the second menu's item."""
     settings.style_second = style_names(settings.checkpoint)[number - 1] if number else ""
 
 
-def search_styles(settings, context, text: str) -> list[str]:
+def search_styles(settings: Any, context: Context, text: str) -> list[str]:
     """Names for the style field that contain ``text``."""
     return [name for name in [*style_names(settings.checkpoint), RANDOM] if text.lower() in name.lower()]
 
 
-def search_strips(settings, context, text: str) -> list[str]:
+def search_strips(settings: Any, context: Context, text: str) -> list[str]:
     """Names of the scene's sound strips that contain ``text``."""
     return [strip.name for strip in compat.sound_strips(context.scene) if text.lower() in strip.name.lower()]
 
 
-def search_bones(item, context, text: str) -> list[str]:
+def search_bones(item, context: Context, text: str) -> list[str]:
     """What the field of a part may become: what is written up to the last comma, and any bone's name after it."""
     before, comma, last = text.rpartition(",")
     names = [bone.name for bone in item.id_data.data.bones if last.strip().lower() in bone.name.lower()]

@@ -1,10 +1,13 @@
 """Whom a character talks with: where that one stands, and when it speaks."""
 
+from typing import Any
+
 import bpy
 import numpy as np
 
 from ...core.errors import S2agError
 from .. import compat
+from ..datablocks import ArmatureObject
 from ..keys import posing
 from ..keys.apply import scene_fps
 from . import retiming, sources, takes
@@ -13,7 +16,7 @@ _SIDE = 90.0
 """Degrees to either side within which the other one is looked at."""
 
 
-def asked(armature: bpy.types.Object, scene: bpy.types.Scene, voice: sources.Voice, settings, figure: tuple) -> dict:
+def asked(armature: ArmatureObject, scene: bpy.types.Scene, voice: sources.Voice, settings: Any, figure: tuple) -> dict:
     """The engine's parameters of whom ``armature`` talks with: ``toward``, and ``hears`` with ``later`` where it has a voice.
 
     ``figure`` is what :func:`posing.canonical` needs beside the character.
@@ -30,7 +33,7 @@ def asked(armature: bpy.types.Object, scene: bpy.types.Scene, voice: sources.Voi
     return found | {"hears": theirs[0], "later": round((theirs[1] - voice.span.start) / scene_fps(scene), 4)}
 
 
-def toward(armature: bpy.types.Object, other: bpy.types.Object, bones, mapping) -> float:
+def toward(armature: ArmatureObject, other: bpy.types.Object, bones, mapping) -> float:
     """Degrees to the left of straight ahead at which ``other`` stands."""
     way = armature.matrix_world.inverted() @ other.matrix_world.translation
     right, _, ahead = posing.canonical(armature, bones, mapping, np.array(way, float))

@@ -3,7 +3,7 @@
 import functools
 import json
 import re
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import bpy
 
@@ -12,6 +12,7 @@ from ...core.direction import gestures
 from ...core.errors import UsageError
 from ...core.motion.motion import Motion
 from .. import provenance, stored
+from ..datablocks import ArmatureObject
 from ..keys import restoring
 from ..keys.apply import scene_fps
 from . import choices, markers, takes, timing, versions
@@ -108,7 +109,7 @@ def nearest(action: bpy.types.Action, scene: bpy.types.Scene) -> Shown | None:
     return min(marked, key=lambda one: abs(there.get(one.name, one.frame) - scene.frame_current), default=None)
 
 
-def row(armature: bpy.types.Object | None, scene: bpy.types.Scene) -> int:
+def row(armature: ArmatureObject | None, scene: bpy.types.Scene) -> int:
     """The number of the pose marker of :func:`nearest` among all of the selected take; -1 for none."""
     take = takes.active(armature) if armature is not None else None
     one = nearest(take.action, scene) if take is not None else None
@@ -116,7 +117,7 @@ def row(armature: bpy.types.Object | None, scene: bpy.types.Scene) -> int:
     return names.index(one.name) if one is not None and one.name in names else -1
 
 
-def go_to(armature: bpy.types.Object | None, scene: bpy.types.Scene, number: int) -> None:
+def go_to(armature: ArmatureObject | None, scene: bpy.types.Scene, number: int) -> None:
     """Set the playhead to that pose marker of the selected take."""
     take = takes.active(armature) if armature is not None else None
     if take is not None and 0 <= number < len(take.action.pose_markers):
@@ -154,7 +155,7 @@ def by_markers(action: bpy.types.Action, scene: bpy.types.Scene) -> list[dict]:
     return edits
 
 
-def preview_range(action: bpy.types.Action, scene: bpy.types.Scene, settings) -> tuple[float, float]:
+def preview_range(action: bpy.types.Action, scene: bpy.types.Scene, settings: Any) -> tuple[float, float]:
     """Seconds of the preview range; raises :class:`UsageError` without one."""
     if not scene.use_preview_range:
         raise UsageError("No preview range is set.", "Set one in the timeline: it is made anew.")
@@ -162,7 +163,7 @@ def preview_range(action: bpy.types.Action, scene: bpy.types.Scene, settings) ->
     return first, last
 
 
-def selected_gestures(action: bpy.types.Action, scene: bpy.types.Scene, settings) -> tuple[float, float]:
+def selected_gestures(action: bpy.types.Action, scene: bpy.types.Scene, settings: Any) -> tuple[float, float]:
     """Seconds of the gestures whose markers are selected, from the first to the last; raises :class:`UsageError`."""
     names = {marker.name for marker in action.pose_markers if marker.select}
     chosen = [one for one in shown(action, scene) if one.name in names]
@@ -171,7 +172,7 @@ def selected_gestures(action: bpy.types.Action, scene: bpy.types.Scene, settings
     return _wide(min(one.begin for one in chosen), max(one.end for one in chosen))
 
 
-def selected_words(action: bpy.types.Action, scene: bpy.types.Scene, settings) -> tuple[float, float]:
+def selected_words(action: bpy.types.Action, scene: bpy.types.Scene, settings: Any) -> tuple[float, float]:
     """Seconds of the words whose markers are selected, from the first to the last; raises :class:`UsageError`."""
     clock = timing.clock(provenance.of(action), scene_fps(scene))
     frames = {mark.frame for mark in markers.ours(scene, settings.marker_prefix) if mark.select}
@@ -192,7 +193,7 @@ RANGES = {"PREVIEW": preview_range, "GESTURES": selected_gestures, "WORDS": sele
 """What may be made anew -> a function of action, scene and settings that tells between which seconds it is."""
 
 
-def anew(take, span: tuple[float, float]) -> tuple[list[dict], list[dict]]:
+def anew(take: Any, span: tuple[float, float]) -> tuple[list[dict], list[dict]]:
     """The edits of a take that stay, and the one that makes a span of seconds anew, with a seed that no version of it has."""
     edits, wanted = made(take.action), {"do": "reroll", "from": span[0], "to": span[1]}
     if edits and _of(edits[-1]) == wanted:

@@ -11,6 +11,7 @@ import json
 import bpy
 
 from .. import compat, stored
+from ..datablocks import ArmatureObject
 from ..keys import faces, keyframes, layers
 
 TRACK = "S2AG draft"
@@ -20,12 +21,12 @@ STAGED = "s2ag_draft"
 _BLENDING = {"action_blend_type": "COMBINE", "action_extrapolation": "NOTHING", "action_influence": 1.0}
 
 
-def is_staged(armature: bpy.types.Object) -> bool:
+def is_staged(armature: ArmatureObject) -> bool:
     """Whether the character plays the draft of a layer."""
     return STAGED in armature
 
 
-def show(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+def show(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """Let the character play a draft instead of the one it plays."""
     if layers.draft_of(armature) == action:
         if faces.FACES in action:
@@ -42,7 +43,7 @@ def show(armature: bpy.types.Object, action: bpy.types.Action) -> None:
         faces.show(armature, action)
 
 
-def drop(armature: bpy.types.Object) -> None:
+def drop(armature: ArmatureObject) -> None:
     """Remove the draft; the character plays again what it played before, and its bones and switches stand as they stood."""
     action = layers.draft_of(armature)
     if armature.get(STAGED) is not None:
@@ -54,7 +55,7 @@ def drop(armature: bpy.types.Object) -> None:
         bpy.data.actions.remove(action)
 
 
-def _face_back(armature, action) -> None:
+def _face_back(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """The face that a draft's took the place of, if it had one."""
     if faces.FACES not in action:
         return
@@ -70,7 +71,7 @@ def drop_all() -> None:
         drop(armature)
 
 
-def _stage(armature, place: layers.Place) -> None:
+def _stage(armature: ArmatureObject, place: layers.Place) -> None:
     data, former = armature.animation_data, armature.animation_data.action
     replaced = [strip for strip in layers.strips(armature) if not strip.mute and place.within(layers.Place.of(strip.action))]
     told = {name: getattr(data, name) for name in _BLENDING} | {"muted": [strip.name for strip in replaced]}
@@ -85,7 +86,7 @@ def _stage(armature, place: layers.Place) -> None:
     armature[STAGED] = json.dumps(told)
 
 
-def _unstage(armature, told: dict) -> None:
+def _unstage(armature: ArmatureObject, told: dict) -> None:
     data, muted = armature.animation_data, told.get("muted")
     muted = muted if isinstance(muted, list) else []
     for track in list(data.nla_tracks) if data else ():

@@ -9,6 +9,7 @@ from ...core.motion import skeleton
 from ...core.motion.curves import bends
 from ...core.performance import course
 from .. import compat
+from ..datablocks import ArmatureObject
 from ..keys import layers
 from ..keys.apply import scene_fps
 from ..translations import told
@@ -21,7 +22,7 @@ _STRAIGHT = 2e-3
 """How far a slider may be from the straight line between two of its points."""
 
 
-def curves(armature: bpy.types.Object) -> dict[str, bpy.types.FCurve]:
+def curves(armature: ArmatureObject) -> dict[str, bpy.types.FCurve]:
     """The keyed sliders: of what the character plays, and of what a draft of the preview hides."""
     found, action = {}, armature.animation_data.action if armature.animation_data else None
     while action is not None:
@@ -32,7 +33,7 @@ def curves(armature: bpy.types.Object) -> dict[str, bpy.types.FCurve]:
     return found
 
 
-def sampled(armature: bpy.types.Object, scene: bpy.types.Scene, span) -> dict[str, list[list[float]]]:
+def sampled(armature: ArmatureObject, scene: bpy.types.Scene, span) -> dict[str, list[list[float]]]:
     """The keyed sliders as the engine takes them, seconds of the recording and values; ``span`` is that of the voice."""
     rate, keyed = scene_fps(scene), {}
     for name, curve in curves(armature).items():
@@ -45,7 +46,7 @@ def sampled(armature: bpy.types.Object, scene: bpy.types.Scene, span) -> dict[st
     return keyed
 
 
-def begun(armature: bpy.types.Object, scene: bpy.types.Scene, span) -> tuple[list[list], tuple[str, ...]]:
+def begun(armature: ArmatureObject, scene: bpy.types.Scene, span) -> tuple[list[list], tuple[str, ...]]:
     """Styles that begin at markers ``as STYLE`` of the timeline, with seconds of the recording, and warnings."""
     names, found, strange = choices.style_names(armature.s2ag.checkpoint), [], []
     for marker in sorted(scene.timeline_markers, key=lambda one: one.frame):
@@ -64,7 +65,7 @@ def begun(armature: bpy.types.Object, scene: bpy.types.Scene, span) -> tuple[lis
     return [] if walks else found, tuple(strange)
 
 
-def carry(armature: bpy.types.Object, action: bpy.types.Action, bag) -> None:
+def carry(armature: ArmatureObject, action: bpy.types.Action, bag) -> None:
     """Give a new action the keyed sliders of what the character plays, so that it goes on feeling as it does."""
     for name, curve in curves(armature).items():
         path = f"s2ag.{name}"

@@ -6,6 +6,7 @@ renaming and loading another file cannot hurt. Scripts and ``-b`` use :func:`wai
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -17,6 +18,7 @@ from ...rigs.plain import PARTS as BODY_PARTS
 from ...rigs.plain import Mapping
 from ...rigs.slices import whole
 from .. import compat, provenance, stored
+from ..datablocks import ArmatureObject, Context
 from ..keys import layers, posing, trying
 from ..keys.laying import Laying
 from ..rig import handpicked, readiness, reading
@@ -57,7 +59,7 @@ class Handle:
     def of(cls, datablock: bpy.types.ID) -> "Handle":
         return cls(datablock.session_uid, datablock.name)
 
-    def find(self, collection):
+    def find(self, collection: bpy.types.Collection):
         """The datablock, or None if it is gone."""
         return next((item for item in collection if item.session_uid == self.uid), None) or collection.get(self.name)
 
@@ -106,8 +108,8 @@ class Outcome:
 
 
 def plan(
-    context,
-    armature: bpy.types.Object,
+    context: Context,
+    armature: ArmatureObject,
     draft: bool = False,
     kept: dict | None = None,
     keyed_pose: dict[str, list] | None = None,
@@ -172,7 +174,7 @@ def plan(
     )
 
 
-def following(context, armature: bpy.types.Object) -> Plan:
+def following(context: Context, armature: ArmatureObject) -> Plan:
     """What lets the selected take follow its sound where that says the words anew, or shows more of them than was made."""
     action, scene = takes.active(armature).action, context.scene
     what, strip = retiming.change(action, scene), retiming.strip_of(action, scene)
@@ -198,7 +200,7 @@ def _others(kept: dict | None, look) -> dict:
     return known if stored.fits(known, _COMPANY) else {}
 
 
-def _felt(armature, scene, span, kept: dict | None) -> tuple[dict, tuple[str, ...]]:
+def _felt(armature: ArmatureObject, scene: bpy.types.Scene, span, kept: dict | None) -> tuple[dict, tuple[str, ...]]:
     """The engine's parameters of what goes on in time, as it is keyed now or was for the take of these ``kept`` settings; and
     warnings.
     """
@@ -212,7 +214,7 @@ def _felt(armature, scene, span, kept: dict | None) -> tuple[dict, tuple[str, ..
     return {name: value for name, value in found.items() if value}, unknown
 
 
-def _posed_before(armature, settings, changes: dict) -> tuple[dict | None, dict]:
+def _posed_before(armature: ArmatureObject, settings: Any, changes: dict) -> tuple[dict | None, dict]:
     """``keyed_pose`` and ``changes`` with the pose that the draft which plays grew out of: its own pose is nobody's start.
 
     A draft that does not know it goes, so that the pose below it can be read.
@@ -228,7 +230,7 @@ def _posed_before(armature, settings, changes: dict) -> tuple[dict | None, dict]
     return told["keyed_pose"], ({"pose": told["pose"]} if told["pose"] else {}) | changes
 
 
-def _without_controls(params: dict, settings) -> tuple[str, ...]:
+def _without_controls(params: dict, settings: Any) -> tuple[str, ...]:
     """Take sliders that the checkpoint does not know from the engine's parameters; tells if any was set."""
     if choices.control_names(settings.checkpoint):
         return ()
@@ -238,7 +240,7 @@ def _without_controls(params: dict, settings) -> tuple[str, ...]:
     return (told("This gesture model has intensity only: the other sliders were left out."),) if any(asked) else ()
 
 
-def wait(context, planned: Plan, progress=None) -> Outcome:
+def wait(context: Context, planned: Plan, progress=None) -> Outcome:
     """Let the engine work and finish: the way without a window. ``progress(stage, value)`` hears of it."""
     return finish(planned, gesture.call(context, planned.params, progress))
 
@@ -346,7 +348,7 @@ def _finished(planned, made: list[int], motions: list[Motion], warnings):
     return Outcome(actions, motion.duration, warnings, notes)
 
 
-def _accompany(planned: Plan, scene, motion: Motion, warnings: list[str]) -> str:
+def _accompany(planned: Plan, scene: bpy.types.Scene, motion: Motion, warnings: list[str]) -> str:
     """The sound strip and the word markers, where they are wanted; returns the strip's tag."""
     span, kept, voice = planned.voice.span, planned.settings, planned.voice
     own = voice.tag

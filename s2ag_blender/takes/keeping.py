@@ -14,6 +14,7 @@ from ...core.direction.gestures import HANDS
 from ...core.errors import UsageError
 from ...core.motion import skeleton
 from .. import compat, provenance, stored
+from ..datablocks import ArmatureObject
 from ..keys import keyframes, pinning, posing
 from ..keys.apply import scene_fps
 from ..rig import handpicked, reading
@@ -38,7 +39,7 @@ def keyed_frames(action: bpy.types.Action, bones: list[str] | None) -> list[floa
     return sorted({point.co[0] for curve in curves for point in curve.keyframe_points if point.select_control_point})
 
 
-def poses(armature, action, scene, frames: list[float], bones: list[str] | None) -> tuple[list[dict], list[dict]]:
+def poses(armature: ArmatureObject, action: bpy.types.Action, scene: bpy.types.Scene, frames: list[float], bones: list[str] | None) -> tuple[list[dict], list[dict]]:
     """The edits that keep the poses on these frames, and what is to be remembered of them; raises :class:`UsageError`."""
     if not frames:
         raise UsageError("No key is selected.", "Select keys of the poses that are to be kept.")
@@ -58,7 +59,7 @@ def poses(armature, action, scene, frames: list[float], bones: list[str] | None)
     return edits, pins
 
 
-def place(armature, action, scene, span: tuple[int, int], hand: str, target, pointing: bool) -> tuple[list[dict], list[dict]]:
+def place(armature: ArmatureObject, action: bpy.types.Action, scene: bpy.types.Scene, span: tuple[int, int], hand: str, target: np.ndarray, pointing: bool) -> tuple[list[dict], list[dict]]:
     """The edit that keeps a hand at an object, or pointing at it, from the first to the last frame of ``span``.
 
     Raises :class:`UsageError` where no arm reaches it.
@@ -102,7 +103,7 @@ def carry(former: bpy.types.Action, action: bpy.types.Action, scene: bpy.types.S
     action[PINS] = json.dumps(pins)
 
 
-def reach(armature, action, scene, pin: dict) -> str:
+def reach(armature: ArmatureObject, action: bpy.types.Action, scene: bpy.types.Scene, pin: dict) -> str:
     """Bring a hand of a character that plays ``action`` to its object; a warning where it does not get there."""
     target = scene.objects.get(pin["object"])
     if target is None:
@@ -135,7 +136,7 @@ def _frames(told_: dict, pin: dict, fps: float) -> list[float]:
     return [float(frame) for frame in range(int(np.ceil(first - 0.02)), int(np.floor(last + 0.02)) + 1)]
 
 
-def figure(armature: bpy.types.Object, action: bpy.types.Action) -> tuple:
+def figure(armature: ArmatureObject, action: bpy.types.Action) -> tuple:
     """Bones, mapping and options of a character as a take of it was laid."""
     settings = recall.view(provenance.of(action)["settings"])
     bones = reading.read(armature)
@@ -143,14 +144,14 @@ def figure(armature: bpy.types.Object, action: bpy.types.Action) -> tuple:
     return bones, mapping, recall.options(settings)
 
 
-def _arm(armature, bones, mapping, hand: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _arm(armature: ArmatureObject, bones, mapping, hand: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Shoulder, elbow and wrist (3,) in armature space as they are now."""
     posed = posing.posed(armature, bones)
     heads = [posed.heads[posed.row(mapping.chains[f"{hand}_{part}"][0])] for part in ("upper_arm", "forearm")]
     return *heads, mapping.end(posed, f"{hand}_forearm")
 
 
-def _way(armature, shoulder, elbow, wrist, target, pointing: bool) -> tuple[np.ndarray, float]:
+def _way(armature: ArmatureObject, shoulder, elbow, wrist, target: np.ndarray, pointing: bool) -> tuple[np.ndarray, float]:
     """From the shoulder to where the wrist is to be, in armature space, and how far the arm reaches."""
     length = float(np.linalg.norm(elbow - shoulder) + np.linalg.norm(wrist - elbow))
     shown = target.evaluated_get(bpy.context.evaluated_depsgraph_get())
@@ -160,7 +161,7 @@ def _way(armature, shoulder, elbow, wrist, target, pointing: bool) -> tuple[np.n
     return way, _REACH * length
 
 
-def _solved(armature, bones, mapping, pin, target, scene, frame: float) -> tuple[float, dict]:
+def _solved(armature: ArmatureObject, bones, mapping, pin, target: np.ndarray, scene: bpy.types.Scene, frame: float) -> tuple[float, dict]:
     """How many metres a wrist is from its place on a frame, and how both bones are to turn, as their keys have it."""
     scene.frame_set(int(np.floor(frame)), subframe=frame % 1.0)
     shoulder, elbow, wrist = _arm(armature, bones, mapping, pin["hand"])
@@ -193,7 +194,7 @@ def _elbow(shoulder, elbow, wrist, way) -> np.ndarray:
     return foot * along + height * across / np.linalg.norm(across)
 
 
-def _local(armature, name: str, turn: Quaternion, about: np.ndarray) -> np.ndarray:
+def _local(armature: ArmatureObject, name: str, turn: Quaternion, about: np.ndarray) -> np.ndarray:
     """The rotation (4,) that a bone has of its own when it is turned about a point in armature space."""
     bone, pivot = armature.pose.bones[name], Vector(about)
     matrix = Matrix.Translation(pivot) @ turn.to_matrix().to_4x4() @ Matrix.Translation(-pivot) @ bone.matrix
@@ -204,7 +205,7 @@ def _local(armature, name: str, turn: Quaternion, about: np.ndarray) -> np.ndarr
 class _playhead:
     """Sets the playhead back where it was."""
 
-    def __init__(self, scene):
+    def __init__(self, scene: bpy.types.Scene):
         self.scene = scene
 
     def __enter__(self):

@@ -9,6 +9,7 @@ end takes its place.
 import bpy
 
 from ...core.errors import S2agError
+from ..datablocks import ArmatureObject, Context
 from . import drafts, generate, gesture, session
 from .running import character, redraw
 
@@ -19,12 +20,12 @@ _wanted: set[int] = set()  # numbers in this session of characters that have cha
 _working: dict[int, tuple] = {}  # the same -> (job, plan) on their way
 
 
-def is_on(context=None) -> bool:
+def is_on(context: Context | None = None) -> bool:
     """Whether drafts are wanted in this Blender."""
     return (context or bpy.context).window_manager.s2ag.live
 
 
-def touch(armature: bpy.types.Object) -> None:
+def touch(armature: ArmatureObject) -> None:
     """A setting of this character changed."""
     if not is_on() or armature.session_uid in session.RUNS:
         return
@@ -34,7 +35,7 @@ def touch(armature: bpy.types.Object) -> None:
         bpy.app.timers.register(tick, first_interval=TICK)
 
 
-def switched(context) -> None:
+def switched(context: Context) -> None:
     """The preview was switched on or off."""
     armature = character(context)
     if not is_on(context):

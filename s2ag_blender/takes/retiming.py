@@ -17,6 +17,7 @@ from ...core.direction.ways import Way
 from ...core.errors import UsageError
 from ...core.motion.motion import Motion
 from .. import compat, provenance, stored
+from ..datablocks import ArmatureObject, SoundStrip
 from ..keys import faces, keyframes, layers
 from ..keys.apply import scene_fps
 from ..translations import told
@@ -70,7 +71,7 @@ def carry(former: bpy.types.Action, action: bpy.types.Action) -> None:
         action[SOUND] = former[SOUND]
 
 
-def _state(strip) -> dict:
+def _state(strip: SoundStrip) -> dict:
     start = compat.strip_start(strip)
     sides = {"left": compat.visible_start(strip) - start, "right": compat.strip_end(strip) - start}
     path = sources.strip_path(strip)
@@ -105,7 +106,7 @@ def _cut(origin: dict, now: dict, by: float) -> bool:
     return place["first"] - start > now["left"] + 1 or place["last"] - start < now["right"] - 2
 
 
-def follow(armature: bpy.types.Object, scene: bpy.types.Scene, heard: Motion | None = None) -> Change:
+def follow(armature: ArmatureObject, scene: bpy.types.Scene, heard: Motion | None = None) -> Change:
     """Let the selected take, with all its versions, follow its sound; ``heard`` is any take of another recording that it is of.
 
     Raises :class:`UsageError` where nothing has changed, or the take lies within other animation, which stays.
@@ -140,7 +141,7 @@ def follow(armature: bpy.types.Object, scene: bpy.types.Scene, heard: Motion | N
     return what
 
 
-def _way(action, scene, strip, what: Change, heard: Motion | None) -> Way | None:
+def _way(action: bpy.types.Action, scene: bpy.types.Scene, strip: SoundStrip, what: Change, heard: Motion | None) -> Way | None:
     """The way that a take's own recording goes by now: through the words that both have, then as it is stretched."""
     stretched = tempo.way(scene, strip) if what.stretched or what.replaced else None
     if heard is None:
@@ -157,7 +158,7 @@ def _where(old: timing.Clock, start: float, fps: float, way: Way | None) -> Call
     return lambda frames: new.frame(old.seconds(frames))
 
 
-def _mark(armature, scene, place: layers.Place, where: Callable, span: tuple | None) -> None:
+def _mark(armature: ArmatureObject, scene: bpy.types.Scene, place: layers.Place, where: Callable, span: tuple | None) -> None:
     """Put the words' markers to where they are said, without those that are no longer heard."""
     for marker in markers.ours(scene, armature.s2ag.marker_prefix):
         if place.first <= marker.frame <= place.last:
@@ -166,7 +167,7 @@ def _mark(armature, scene, place: layers.Place, where: Callable, span: tuple | N
                 scene.timeline_markers.remove(marker)
 
 
-def _carry(action: bpy.types.Action, scene, where: Callable, way: Way | None, strip, span: tuple | None) -> None:
+def _carry(action: bpy.types.Action, scene: bpy.types.Scene, where: Callable, way: Way | None, strip: SoundStrip, span: tuple | None) -> None:
     origin = provenance.of(action)
     place = {name: round(float(where(origin["place"][name]))) for name in ("first", "last")}
     cut = span is not None and (place["first"] < span[0] or place["last"] > span[1])
@@ -206,7 +207,7 @@ def _marked(action: bpy.types.Action, name: str) -> int | None:
     return marker.frame if marker is not None else None
 
 
-def _speak(armature, action, heard: Motion, fps: float) -> None:
+def _speak(armature: ArmatureObject, action: bpy.types.Action, heard: Motion, fps: float) -> None:
     """Give a take the face of another recording in place of its own."""
     origin, place = provenance.of(action), layers.Place.of(action)
     every = np.arange(place.first, place.last + 1)

@@ -3,6 +3,7 @@
 import bpy
 
 from ...core.errors import S2agError
+from ..datablocks import ArmatureObject, Context
 from ..translations import told, told_error
 from . import generate, session
 
@@ -10,7 +11,7 @@ TICK = 0.01
 """Seconds between looks at the engine."""
 
 
-def character(context) -> bpy.types.Object | None:
+def character(context: Context) -> bpy.types.Object | None:
     """The armature that the active object is, is deformed by or hangs on; else the only one that is selected; or None.
 
     Importers leave whatever came last active, an empty below the armature, say.
@@ -43,11 +44,11 @@ class Generating:
     _timer = None
     _run = None
 
-    def planned(self, context, armature) -> generate.Plan:
+    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
         """What to make."""
         return generate.plan(context, armature)
 
-    def execute(self, context):
+    def execute(self, context: Context):
         """Run to completion."""
         armature = character(context)
         session.MESSAGES.pop(armature.session_uid, None)
@@ -57,7 +58,7 @@ class Generating:
             return self._fail(armature.session_uid, error)
         return self._done(armature.session_uid, armature.name, outcome)
 
-    def invoke(self, context, event):
+    def invoke(self, context: Context, event: bpy.types.Event):
         """Start and come back to the user; without a window, run to completion."""
         if bpy.app.background or context.window is None:
             return self.execute(context)
@@ -73,7 +74,7 @@ class Generating:
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
-    def modal(self, context, event):
+    def modal(self, context: Context, event: bpy.types.Event):
         """Look at the engine on every tick; ESC cancels."""
         if event.type == "ESC" and event.value == "PRESS":
             self._run.cancel()
@@ -96,13 +97,13 @@ class Generating:
         self._stop(context)
         return self._done(self._uid, self._name, outcome)
 
-    def cancel(self, context):
+    def cancel(self, context: Context):
         """Blender ends the operator: another file is opened, or the window closes."""
         if self._run is not None:
             self._run.cancel()
         self._stop(context)
 
-    def _stop(self, context) -> None:
+    def _stop(self, context: Context) -> None:
         if self._run is not None:
             self._run.end()
         announce(context, None)
@@ -127,14 +128,14 @@ class Generating:
         return {"CANCELLED"}
 
 
-def announce(context, run: session.Run | None) -> None:
+def announce(context: Context, run: session.Run | None) -> None:
     """Tell in the status bars of all windows what a run is at, wherever it was started; None gives them back."""
     text = run and told("{stage} ({share:.0%}), Esc cancels", stage=run.text, share=run.value)
     for window in context.window_manager.windows:
         window.workspace.status_text_set(text)
 
 
-def redraw(context) -> None:
+def redraw(context: Context) -> None:
     """Draw the sidebars of all 3D viewports anew, and not the viewports themselves."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:

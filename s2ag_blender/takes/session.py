@@ -2,9 +2,8 @@
 
 import time
 
-import bpy
-
 from ...core.errors import Cancelled, S2agError
+from ..datablocks import ArmatureObject, Context
 from ..engine import errors_log
 from ..translations import told, told_error
 from . import generate, gesture, stages
@@ -16,7 +15,7 @@ SLICE = 0.02
 class Run:
     """One press of the button on its way: asks the engine, and finishes when its answer is here."""
 
-    def __init__(self, context, armature: bpy.types.Object, planned: generate.Plan):
+    def __init__(self, context: Context, armature: ArmatureObject, planned: generate.Plan):
         self.planned = planned
         self.stage, self.value = "", 0.0
         self.cancelled = False
@@ -83,12 +82,12 @@ MESSAGES: dict[int, list[tuple[str, str]]] = {}
 """What a character's last run had to tell: texts and icons."""
 
 
-def run_of(armature: bpy.types.Object | None) -> Run | None:
+def run_of(armature: ArmatureObject | None) -> Run | None:
     """The run under way for a character, or None."""
     return RUNS.get(armature.session_uid) if armature is not None else None
 
 
-def messages(armature: bpy.types.Object) -> list[tuple[str, str]]:
+def messages(armature: ArmatureObject) -> list[tuple[str, str]]:
     """What the last run of a character had to tell."""
     return MESSAGES.get(armature.session_uid, [])
 

@@ -3,6 +3,7 @@
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -10,6 +11,7 @@ from ...core.direction.ways import Way
 from ...core.errors import AudioUnreadable, UsageError
 from ...core.words import beside as transcripts
 from .. import compat
+from ..datablocks import SoundStrip
 from ..translations import told
 from . import tempo, voices
 
@@ -52,7 +54,7 @@ class Voice:
     """Whether it is that of a take that followed its strip (:mod:`retiming`)."""
 
 
-def voice(settings, scene: bpy.types.Scene) -> Voice:
+def voice(settings: Any, scene: bpy.types.Scene) -> Voice:
     """The recording of a character and the frames it falls on; a mixdown is made here.
 
     Raises :class:`UsageError` for what is not chosen and :class:`AudioUnreadable` for what cannot be heard.
@@ -79,7 +81,7 @@ def voice(settings, scene: bpy.types.Scene) -> Voice:
     return Voice(path, Span(first, first, last), name=name)
 
 
-def missing(settings, scene: bpy.types.Scene) -> str:
+def missing(settings: Any, scene: bpy.types.Scene) -> str:
     """What must be chosen before gestures can be made, as a short phrase; empty if all is there. Cheap enough to draw."""
     if settings.audio_source == "FILE" and not settings.audio:
         return told("Choose a recording")
@@ -100,7 +102,7 @@ def missing(settings, scene: bpy.types.Scene) -> str:
     return ""
 
 
-def chosen_strip(settings, scene: bpy.types.Scene):
+def chosen_strip(settings: Any, scene: bpy.types.Scene):
     """The sound strip of a character: the named one, or the one that plays its file, or the only one; None if unclear."""
     if settings.audio_source == "FILE":
         return next(iter(_of_file(settings, scene)), None)
@@ -109,13 +111,13 @@ def chosen_strip(settings, scene: bpy.types.Scene):
     return named or (strips[0] if len(strips) == 1 and not settings.sound_strip else None)
 
 
-def _of_file(settings, scene) -> list:
+def _of_file(settings: Any, scene: bpy.types.Scene) -> list:
     """The strips that play a character's file."""
     path = bpy.path.abspath(settings.audio)
     return [strip for strip in compat.sound_strips(scene) if strip.sound and same(strip_path(strip), path)]
 
 
-def _heard(settings, scene):
+def _heard(settings: Any, scene: bpy.types.Scene):
     """The strip that plays a character's file within the limits, one that is heard before one that is silent; or None."""
     first, last = _limits(settings, scene)
     mine = _of_file(settings, scene)
@@ -123,12 +125,12 @@ def _heard(settings, scene):
     return min(there, key=lambda strip: strip.mute, default=None)
 
 
-def strip_path(strip) -> str:
+def strip_path(strip: SoundStrip) -> str:
     """The file that a sound strip plays."""
     return bpy.path.abspath(strip.sound.filepath, library=strip.sound.library)
 
 
-def strip_file(strip) -> str:
+def strip_file(strip: SoundStrip) -> str:
     """The file that a sound strip plays, unpacked into Blender's temporary folder where it only lives in the .blend."""
     if strip.sound is None:
         raise AudioUnreadable(f'The strip "{strip.name}" plays nothing.', "Choose another strip.")
@@ -140,7 +142,7 @@ def strip_file(strip) -> str:
     return str(unpacked)
 
 
-def strip_span(settings, scene, strip) -> Span:
+def strip_span(settings: Any, scene: bpy.types.Scene, strip: SoundStrip) -> Span:
     """Frames of a strip: all that is visible of it, within the chosen range."""
     first, last = round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1
     if settings.range in ("SCENE", "PREVIEW"):
@@ -172,7 +174,7 @@ def mixdown(scene: bpy.types.Scene, first: int, last: int) -> str:
     return str(path)
 
 
-def words(settings, audio: str) -> dict[str, str | bool]:
+def words(settings: Any, audio: str) -> dict[str, str | bool]:
     """The engine's parameters that bring the words: ``transcript``, ``text`` or ``recognise``, or nothing.
 
     Raises :class:`UsageError` where a text block was asked for and none is chosen.
@@ -208,7 +210,7 @@ def _is_there(path: str) -> bool:
     return found
 
 
-def _limits(settings, scene) -> tuple[int, int]:
+def _limits(settings: Any, scene: bpy.types.Scene) -> tuple[int, int]:
     if settings.range == "PREVIEW":
         return scene.frame_preview_start, scene.frame_preview_end
     if settings.range == "STRIP":

@@ -1,17 +1,20 @@
 """The poses before and after a piece of a recording that is made anew: the engine performs from the ones to the others."""
 
+from typing import Any
+
 import bpy
 import numpy as np
 
 from ...core.motion import skeleton
 from .. import provenance
+from ..datablocks import ArmatureObject
 from ..keys import apply, layers, posing
 
 SEEN = 1.0
 """Seconds on either side; a network that draws its way between given frames sees their speed as well as their place."""
 
 
-def poses(armature: bpy.types.Object, scene: bpy.types.Scene, span, settings, figure: tuple) -> list | None:
+def poses(armature: ArmatureObject, scene: bpy.types.Scene, span, settings: Any, figure: tuple) -> list | None:
     """Frames of the motion and their directions ``[[n], [n x 9 x 3]]`` as the engine keeps them, None where nothing is around.
 
     ``span`` is that of the voice, ``figure`` what :func:`posing.directions` needs beside the character. Where the start or
@@ -29,7 +32,7 @@ def poses(armature: bpy.types.Object, scene: bpy.types.Scene, span, settings, fi
     return [numbers.tolist(), _seen(armature, scene, at, figure)] if len(numbers) else None
 
 
-def _frames(span, fps: float, settings) -> tuple[np.ndarray, np.ndarray]:
+def _frames(span, fps: float, settings: Any) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of the motion's frames that are around the span, and where they lie in the scene."""
     one, room = fps / skeleton.FPS, SEEN * fps
     numbers = np.arange(max(int((span.length - 1) / one) - 1, 0))  # strips are as long as their sound or a frame longer
@@ -40,7 +43,7 @@ def _frames(span, fps: float, settings) -> tuple[np.ndarray, np.ndarray]:
     return numbers[near], at[near]
 
 
-def _seen(armature, scene, at: np.ndarray, figure: tuple) -> list:
+def _seen(armature: ArmatureObject, scene: bpy.types.Scene, at: np.ndarray, figure: tuple) -> list:
     """What the character shows at frames of the scene, as directions."""
     current, found = (scene.frame_current, scene.frame_subframe), []
     for frame in at.tolist():

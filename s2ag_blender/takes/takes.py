@@ -1,15 +1,18 @@
 """Takes of a character: actions to flip through, keep, name, delete, and to make more of."""
 
+from typing import Any
+
 import bpy
 
 from .. import provenance
+from ..datablocks import ArmatureObject
 from ..keys import layers
 from ..keys.apply import scene_fps
 from ..translations import named
 from . import drafts, recall, voices
 
 
-def add(armature: bpy.types.Object, actions: list[bpy.types.Action], recording: str = "", warnings=()) -> None:
+def add(armature: ArmatureObject, actions: list[bpy.types.Action], recording: str = "", warnings=()) -> None:
     """Put the actions of one run at the end of the list and show the first of them.
 
     Each remembers its ``recording``, by its name for people, and the ``warnings`` of the run.
@@ -28,13 +31,13 @@ def add(armature: bpy.types.Object, actions: list[bpy.types.Action], recording: 
     settings.active_take = first  # shows it
 
 
-def located(take) -> None:
+def located(take: Any) -> None:
     """Note on a take which frames its action is for."""
     place = layers.Place.of(take.action)
     take.first, take.last = place.first, place.last
 
 
-def title(armature: bpy.types.Object, action: bpy.types.Action) -> str:
+def title(armature: ArmatureObject, action: bpy.types.Action) -> str:
     """A take's first name: its style, with the lowest number that no other take of the character has."""
     style = provenance.of(action).get("style", "")
     style = " + ".join(named(one) for one in (style if isinstance(style, dict) else [style]))
@@ -42,7 +45,7 @@ def title(armature: bpy.types.Object, action: bpy.types.Action) -> str:
     return next(name for number in range(1, len(used) + 2) if (name := f"{style} {number}") not in used)
 
 
-def rename(armature: bpy.types.Object, take) -> None:
+def rename(armature: ArmatureObject, take: Any) -> None:
     """Name the action of a take, and the strip that plays it, after its character and title, and its version."""
     if take.action is None or take.action.library is not None:
         return
@@ -53,7 +56,7 @@ def rename(armature: bpy.types.Object, take) -> None:
             strip.name = take.action.name
 
 
-def beyond(armature: bpy.types.Object, scene: bpy.types.Scene) -> tuple[float, float] | None:
+def beyond(armature: ArmatureObject, scene: bpy.types.Scene) -> tuple[float, float] | None:
     """Seconds of the selected take and of the scene where the take goes on after the scene's end, else None."""
     take = active(armature)
     if take is None or take.last <= max(take.first, scene.frame_end):
@@ -62,13 +65,13 @@ def beyond(armature: bpy.types.Object, scene: bpy.types.Scene) -> tuple[float, f
     return (take.last - take.first) / rate, (scene.frame_end - scene.frame_start + 1) / rate
 
 
-def fit(armature: bpy.types.Object, scene: bpy.types.Scene) -> None:
+def fit(armature: ArmatureObject, scene: bpy.types.Scene) -> None:
     """Lengthen the scene so that it shows all of the selected take."""
     take = active(armature)
     scene.frame_start, scene.frame_end = min(scene.frame_start, take.first), max(scene.frame_end, take.last)
 
 
-def active(armature: bpy.types.Object):
+def active(armature: ArmatureObject):
     """The take that the list has selected and whose action is still there, or None."""
     settings = armature.s2ag
     if not 0 <= settings.active_take < len(settings.takes):
@@ -77,7 +80,7 @@ def active(armature: bpy.types.Object):
     return take if take.action is not None else None
 
 
-def show(armature: bpy.types.Object) -> None:
+def show(armature: ArmatureObject) -> None:
     """Let the character play the selected take; called whenever the selection changes."""
     take = active(armature)
     if take is not None and provenance.of(take.action):
@@ -86,7 +89,7 @@ def show(armature: bpy.types.Object) -> None:
         voices.hear(armature, take.action)
 
 
-def delete(armature: bpy.types.Object, indices) -> None:
+def delete(armature: ArmatureObject, indices) -> None:
     """Delete takes, and their actions unless something else uses them; where the one that plays goes, its neighbour plays,
     or what was there before.
     """
@@ -107,14 +110,14 @@ def delete(armature: bpy.types.Object, indices) -> None:
     settings.active_take = min(nearest, len(settings.takes) - 1) if survived is None else survived
 
 
-def discard(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+def discard(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """Stop playing an action of ours, and delete it unless something else uses it."""
     layers.hide(armature, action)
     if action.users - action.use_fake_user <= 0:
         bpy.data.actions.remove(action)
 
 
-def delete_others(armature: bpy.types.Object) -> int:
+def delete_others(armature: ArmatureObject) -> int:
     """Delete takes that are neither kept nor selected; returns how many."""
     settings = armature.s2ag
     doomed = [number for number, take in enumerate(settings.takes) if not take.keep and number != settings.active_take]
@@ -131,14 +134,14 @@ def again(action: bpy.types.Action, **changes) -> dict:
     return {**same, **identity, "seed": told["seed"], **changes}
 
 
-def recall_settings(armature: bpy.types.Object, action: bpy.types.Action) -> None:
+def recall_settings(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """Set the character's settings to those that a take was made with."""
     told = provenance.of(action)
     recall.restore(armature.s2ag, told["settings"])
     armature.s2ag.seed = told["seed"]
 
 
-def rerolled(armature: bpy.types.Object, action: bpy.types.Action) -> dict:
+def rerolled(armature: ArmatureObject, action: bpy.types.Action) -> dict:
     """Arguments for ``generate.plan``: the settings of a take, and the lowest seed above its own that no take has."""
     told = [provenance.of(take.action) or {} for take in armature.s2ag.takes if take.action is not None]
     used = {one.get("seed") for one in told}
@@ -148,7 +151,7 @@ def rerolled(armature: bpy.types.Object, action: bpy.types.Action) -> dict:
     return again(action, seed=seed, take=0, near=[])
 
 
-def varied(armature: bpy.types.Object, action: bpy.types.Action, spread: float, count: int) -> dict:
+def varied(armature: ArmatureObject, action: bpy.types.Action, spread: float, count: int) -> dict:
     """Arguments for ``generate.plan``: ``count`` variations of a take, ``spread`` (0..1) away from it, none made before."""
     told = provenance.of(action)
     here = told.get("take", 0), told.get("near") or []

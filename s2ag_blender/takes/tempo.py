@@ -13,6 +13,7 @@ from ...core.direction.ways import Way
 from ...core.errors import AudioUnreadable
 from ...core.motion.curves import bends
 from .. import compat
+from ..datablocks import SoundStrip
 from ..keys.apply import scene_fps
 
 _RATE, _MIXED = 1000, 8000
@@ -28,12 +29,12 @@ _STRAIGHT = 2e-3
 """Seconds that the way is told to."""
 
 
-def stretched(strip) -> bool:
+def stretched(strip: SoundStrip) -> bool:
     """Whether a strip plays its sound at other than its own speed anywhere."""
     return len(compat.retiming_frames(strip)) > 0
 
 
-def way(scene: bpy.types.Scene, strip) -> Way | None:
+def way(scene: bpy.types.Scene, strip: SoundStrip) -> Way | None:
     """The way that a strip's sound goes, seconds behind the strip's start by those of the sound; None where it plays as it is.
 
     Known of what is visible of the strip; what is cut off goes on evenly. Raises :class:`AudioUnreadable`.
@@ -50,7 +51,7 @@ def way(scene: bpy.types.Scene, strip) -> Way | None:
     return _KNOWN[key]
 
 
-def _measured(scene, strip, fps: float, start: float) -> Way:
+def _measured(scene: bpy.types.Scene, strip: SoundStrip, fps: float, start: float) -> Way:
     first, last = round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1
     longest = 4 * max(compat.strip_length(strip), last - start) / fps + 1  # played up to four times as fast
     frames = np.arange(first + _EDGE, last + 1 - _EDGE)
@@ -77,7 +78,7 @@ def _around(played: np.ndarray, seconds: np.ndarray) -> Way:
     return Way(new, np.concatenate([[seconds[0] - ends[0]], seconds, [seconds[-1] + ends[1]]]))
 
 
-def _heard(scene, strip, span: tuple[int, int], seconds: float) -> tuple[np.ndarray, float]:
+def _heard(scene: bpy.types.Scene, strip: SoundStrip, span: tuple[int, int], seconds: float) -> tuple[np.ndarray, float]:
     """Samples ``(n, 2)`` of what the strip plays of a ramp over so many seconds, and of an even sound beside it; their rate."""
     try:
         import aud

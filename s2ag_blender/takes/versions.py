@@ -1,12 +1,15 @@
 """What a take was and became under its edits: versions to flip through in place, each an action of its own."""
 
+from typing import Any
+
 import bpy
 
 from .. import provenance
+from ..datablocks import ArmatureObject
 from . import takes
 
 
-def put(armature: bpy.types.Object, former: bpy.types.Action, action: bpy.types.Action, warnings=()) -> bool:
+def put(armature: ArmatureObject, former: bpy.types.Action, action: bpy.types.Action, warnings=()) -> bool:
     """Let the take that plays ``former`` play ``action``, its newest version; False where no take plays that (any more)."""
     settings = armature.s2ag
     number = next((number for number, take in enumerate(settings.takes) if take.action == former), None)
@@ -20,13 +23,13 @@ def put(armature: bpy.types.Object, former: bpy.types.Action, action: bpy.types.
     return True
 
 
-def place(take) -> tuple[int, int]:
+def place(take: Any) -> tuple[int, int]:
     """Which of how many versions a take plays, from one on; (1, 1) for one that was never directed."""
     at = next((number for number, one in enumerate(take.versions, 1) if one.action == take.action), 1)
     return at, max(len(take.versions), 1)
 
 
-def flip(armature: bpy.types.Object, by: int) -> None:
+def flip(armature: ArmatureObject, by: int) -> None:
     """Let the selected take play the version that is ``by`` further on, the first one after the last; nothing is made."""
     take = takes.active(armature)
     count = len(take.versions)
@@ -38,7 +41,7 @@ def flip(armature: bpy.types.Object, by: int) -> None:
             return
 
 
-def drop_others(armature: bpy.types.Object) -> int:
+def drop_others(armature: ArmatureObject) -> int:
     """Delete all versions of the selected take but the one that it plays; returns how many."""
     take = takes.active(armature)
     others = [one.action for one in take.versions if one.action not in (None, take.action)]
@@ -48,23 +51,23 @@ def drop_others(armature: bpy.types.Object) -> int:
     return len(others)
 
 
-def actions(take) -> list[bpy.types.Action]:
+def actions(take: Any) -> list[bpy.types.Action]:
     """All actions of a take that are there."""
     found = [take.action, *(one.action for one in take.versions)]
     return list(dict.fromkeys(action for action in found if action is not None))
 
 
-def edits(take) -> list[list[dict]]:
+def edits(take: Any) -> list[list[dict]]:
     """What each version of a take came of."""
     return [list((provenance.of(action) or {}).get("edits", [])) for action in actions(take)]
 
 
-def _add(take, action: bpy.types.Action, warnings: str) -> None:
+def _add(take: Any, action: bpy.types.Action, warnings: str) -> None:
     one = take.versions.add()
     one.name, one.action, one.warnings = str(len(take.versions)), action, warnings
 
 
-def _play(armature: bpy.types.Object, number: int, version: int) -> None:
+def _play(armature: ArmatureObject, number: int, version: int) -> None:
     settings = armature.s2ag
     take, one = settings.takes[number], settings.takes[number].versions[version]
     take.action, take.warnings = one.action, one.warnings

@@ -8,6 +8,7 @@ import uuid
 import bpy
 
 from .. import compat
+from ..datablocks import ArmatureObject, SoundStrip
 from ..film import sound
 from ..keys.layers import Place
 from ..translations import told
@@ -44,7 +45,7 @@ def reload(sound: bpy.types.Sound) -> None:
         sound.filepath = sound.filepath  # Blender reads a file again when it is named
 
 
-def renewed(scene: bpy.types.Scene, strip):
+def renewed(scene: bpy.types.Scene, strip: SoundStrip):
     """A strip of ours anew, as long as the sound that it was given; a strip keeps its length whatever it is given."""
     if TAG not in strip:
         return strip
@@ -59,7 +60,7 @@ def renewed(scene: bpy.types.Scene, strip):
     return made
 
 
-def hear(armature: bpy.types.Object, action: bpy.types.Action) -> list[str]:
+def hear(armature: ArmatureObject, action: bpy.types.Action) -> list[str]:
     """Let the strip of the take that is shown be heard in place of those of the character's other takes on its frames.
 
     Returns the names of strips that are silent from now on. Strips of the user and of other characters' takes stay.
@@ -94,11 +95,11 @@ def _ours() -> list:
     return [strip for scene in bpy.data.scenes for strip in compat.sound_strips(scene) if TAG in strip]
 
 
-def _shown_elsewhere(armature) -> set[str]:
+def _shown_elsewhere(armature: ArmatureObject) -> set[str]:
     others = [item.s2ag for item in bpy.data.objects if item.type == "ARMATURE" and item != armature]
     shown = [one.takes[one.active_take].action for one in others if 0 <= one.active_take < len(one.takes)]
     return {action.get(TAG, "") for action in shown if action is not None}
 
 
-def _frames(strip) -> tuple[int, int]:
+def _frames(strip: SoundStrip) -> tuple[int, int]:
     return round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1

@@ -33,7 +33,7 @@ _EYES = ("helper-l-eye", "helper-r-eye")
 _LASHES = ("helper-l-eyelashes-2", "helper-r-eyelashes-2")
 
 
-def build(rig_name: str = "default", gender: str = "female", collection=None) -> Character:
+def build(rig_name: str = "default", gender: str = "female", collection: bpy.types.Collection | None = None) -> Character:
     """Build the human into a new collection of the current scene.
 
     ``rig_name`` is one of :data:`data.RIGS`, ``gender`` one of :data:`data.GENDERS`. Raises :class:`RigUnusable` for an
@@ -59,7 +59,7 @@ def build(rig_name: str = "default", gender: str = "female", collection=None) ->
     return Character(armature, tuple(parts), collection)
 
 
-def _parts(points, weights, gender):
+def _parts(points: np.ndarray, weights: np.ndarray, gender):
     """(name, surface, materials, subdivisions, rows of the points or None) of everything the person wears and is."""
     palette, wardrobe, mesh = _PALETTES[gender], _WARDROBE[gender], data.base_mesh()
     tailor = dress.Tailor(points, weights)
@@ -107,7 +107,7 @@ def _skin(tailor, palette, gender):
     return skin, [*looks, materials.plain("Mouth", (0.16, 0.03, 0.03), 0.7)], np.unique(faces[shown])
 
 
-def _mouth(points):
+def _mouth(points: np.ndarray):
     """(name, quads, texture coordinates or None, material) of teeth and tongue."""
     lower, upper = face.surface("helper-lower-teeth"), face.surface("helper-upper-teeth")
     uvs = np.concatenate([teeth.uvs(points, upper, True), teeth.uvs(points, lower, False)])
@@ -116,7 +116,7 @@ def _mouth(points):
     yield "Tongue", face.surface("helper-tongue"), None, materials.plain("Tongue", (0.34, 0.10, 0.095), 0.4)
 
 
-def _eyes(points, weights, palette):
+def _eyes(points: np.ndarray, weights: np.ndarray, palette):
     """Both eyeballs with the eye image laid on from the front."""
     mesh = data.base_mesh()
     both = []

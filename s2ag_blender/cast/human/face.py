@@ -75,7 +75,7 @@ def units() -> dict[str, tuple[np.ndarray, np.ndarray]]:
     return {name: (np.cumsum(kept[f"rows {name}"], dtype=int), _moves(kept[f"moves {name}"])) for name in names}
 
 
-def add_fine_keys(item, mesh: Surface, used: np.ndarray, subdivisions: int, collection) -> None:
+def add_fine_keys(item, mesh: Surface, used: np.ndarray, subdivisions: int, collection: bpy.types.Collection) -> None:
     """The same on an object that was made of ``mesh``, whose points are the rows ``used``, and subdivided."""
     for name, (rows, moves) in units().items():
         mine, where = np.isin(rows, used), {row: place for place, row in enumerate(used.tolist())}

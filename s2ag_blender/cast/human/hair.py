@@ -117,7 +117,7 @@ def tied_back(head: Head, weights: np.ndarray) -> Surface:
     """Combed back into a knot."""
     crown = np.array([0, 0.86, 0.36])
 
-    def thickness(directions, along):
+    def thickness(directions: np.ndarray, along):
         return 0.010 + 0.008 * np.clip(directions[..., 2], 0, 1) * np.clip(1.6 * (1 - along), 0, 1)
 
     return cap(head, crown, thickness, weights).joined(bun(head, crown, 0.036, weights))
@@ -126,7 +126,7 @@ def tied_back(head: Head, weights: np.ndarray) -> Surface:
 def short(head: Head, weights: np.ndarray) -> Surface:
     """Short back and sides, fuller on top."""
 
-    def thickness(directions, along):
+    def thickness(directions: np.ndarray, along):
         upward = np.clip((directions[..., 2] - 0.15) / 0.7, 0, 1)
         forward = np.clip(-directions[..., 1], 0, 1)
         return 0.006 + 0.014 * upward * upward * (3 - 2 * upward) + 0.008 * upward * forward

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import bpy
 import numpy as np
 
 from . import data
@@ -171,7 +172,7 @@ def _mix(colour, other, weight):
     return colour + weight[..., None] * (np.asarray(other) - colour)
 
 
-def _blurred(image, radius: int):
+def _blurred(image: bpy.types.Image, radius: int):
     """Box blur with wrap-around, twice: close to a Gaussian."""
     for _ in range(2):
         for axis in (0, 1):

@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Quaternion, Vector
 
+from ...datablocks import ArmatureObject
 from ...rig.hands import EASE
 from . import data
 
@@ -14,7 +15,7 @@ WRIST = 0.6
 """Share of the angle between forearm and hand, which the base mesh bends back, that a relaxed wrist takes out."""
 
 
-def armature(name: str, rig: str, points: np.ndarray, collection):
+def armature(name: str, rig: str, points: np.ndarray, collection: bpy.types.Collection):
     """The armature object of the rig called ``rig``, fitted to ``points`` (19158, 3)."""
     bones = data.rig(rig)
     skeleton = bpy.data.armatures.new(name)
@@ -41,7 +42,7 @@ def place(end: str | list[int], points: np.ndarray) -> np.ndarray:
     return data.base_mesh().joint(end, points) if isinstance(end, str) else points[end].mean(0)
 
 
-def relax_hands(armature, points: np.ndarray) -> None:
+def relax_hands(armature: ArmatureObject, points: np.ndarray) -> None:
     """Straighten the wrists and bend the fingers into hands at ease, as a pose that only motions with hands key."""
     mesh = data.base_mesh()
     for side in "lr":
@@ -64,7 +65,7 @@ def relax_hands(armature, points: np.ndarray) -> None:
                 _turn(bone, Quaternion(Vector(axis).normalized(), np.radians(CURL[finger][link - 1])))
 
 
-def _bone_at(armature, place: np.ndarray):
+def _bone_at(armature: ArmatureObject, place: np.ndarray):
     """The pose bone that starts at ``place`` (3,), within two millimetres, or None."""
     near = [bone for bone in armature.pose.bones if (bone.bone.head_local - Vector(place)).length < 0.002]
     return near[0] if near else None

@@ -285,7 +285,7 @@ def test_measuring_agrees_with_the_formula_on_a_plain_rig():
 
 def test_between_follows_the_shorter_way():
     turns = quaternion.about(np.array([0.0, 0, 1]), np.radians([0.0, 90, 90]))
-    from s2ag.s2ag_blender.rig.controls import between
+    from s2ag.s2ag_blender.rig.turns import between
 
     found = between(turns, np.array([1.0, 2, 3]), np.array([0.0, 1.5, 2.5, 9]))
     angles = np.degrees(2 * np.arctan2(found[:, 3], found[:, 0]))

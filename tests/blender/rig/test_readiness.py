@@ -109,7 +109,7 @@ def test_the_handler_only_takes_notes(figure, monkeypatch):
     assert readiness.known(figure).found == 9
     assert handlers._after_update in bpy.app.handlers.depsgraph_update_post
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    assert not readiness._known and handlers._after_update in bpy.app.handlers.depsgraph_update_post
+    assert not readiness._cache and handlers._after_update in bpy.app.handlers.depsgraph_update_post
 
 
 def test_when_blender_is_idle_again_what_was_wanted_is_looked_at(figure, bone):
@@ -119,11 +119,11 @@ def test_when_blender_is_idle_again_what_was_wanted_is_looked_at(figure, bone):
     readiness.later(figure, readiness.PAUSE)
     assert bpy.app.timers.is_registered(readiness.catch_up)
     readiness.catch_up()
-    (look,) = readiness._known.values()
+    (look,) = readiness._cache.values()
     assert "lower part" in [bone for row in look.ready.rows for bone in row.bones]
     readiness.stop()
     readiness.later(figure)
     readiness.catch_up()
-    assert len(readiness._known) == 1
+    assert len(readiness._cache) == 1
     readiness.stop()
-    assert not readiness._known and not bpy.app.timers.is_registered(readiness.catch_up)
+    assert not readiness._cache and not bpy.app.timers.is_registered(readiness.catch_up)
