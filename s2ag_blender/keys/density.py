@@ -73,7 +73,14 @@ def convert(armature: ArmatureObject, action: bpy.types.Action, tolerance: float
     keyframes.write_channels(bag, keyed, frames, "LINEAR", thinner)
 
 
-def _thinner(armature: ArmatureObject, keyed: list[keyframes.Channels], frames: np.ndarray, fps: float, tolerance: float, stood) -> thinning.Thinner:
+def _thinner(
+    armature: ArmatureObject,
+    keyed: list[keyframes.Channels],
+    frames: np.ndarray,
+    fps: float,
+    tolerance: float,
+    stood,
+) -> thinning.Thinner:
     bones = reading.read(armature)
     turns = {one.bone: _rotations(armature.pose.bones[one.bone], one, len(frames)) for one in keyed if "rotation" in one.path}
     found, _ = reading.survey(armature)

@@ -30,7 +30,15 @@ _SETTLE = 0.2
 """Seconds in which a face comes to rest where its motion ends and nothing else fades it out."""
 
 
-def bone_channels(armature: ArmatureObject, face: Face, start: float, frames: np.ndarray, fps: float, mapping: Mapping, seen=None) -> list:
+def bone_channels(
+    armature: ArmatureObject,
+    face: Face,
+    start: float,
+    frames: np.ndarray,
+    fps: float,
+    mapping: Mapping,
+    seen=None,
+) -> list:
     """Channels of the bones that show ``face``, which begins at frame ``start``; with ``seen`` (n,) only so much of it."""
     found = facial.find(armature, mapping)
     if found is None or not found.bones:

@@ -39,7 +39,13 @@ def keyed_frames(action: bpy.types.Action, bones: list[str] | None) -> list[floa
     return sorted({point.co[0] for curve in curves for point in curve.keyframe_points if point.select_control_point})
 
 
-def poses(armature: ArmatureObject, action: bpy.types.Action, scene: bpy.types.Scene, frames: list[float], bones: list[str] | None) -> tuple[list[dict], list[dict]]:
+def poses(
+    armature: ArmatureObject,
+    action: bpy.types.Action,
+    scene: bpy.types.Scene,
+    frames: list[float],
+    bones: list[str] | None,
+) -> tuple[list[dict], list[dict]]:
     """The edits that keep the poses on these frames, and what is to be remembered of them; raises :class:`UsageError`."""
     if not frames:
         raise UsageError("No key is selected.", "Select keys of the poses that are to be kept.")
@@ -59,7 +65,15 @@ def poses(armature: ArmatureObject, action: bpy.types.Action, scene: bpy.types.S
     return edits, pins
 
 
-def place(armature: ArmatureObject, action: bpy.types.Action, scene: bpy.types.Scene, span: tuple[int, int], hand: str, target: np.ndarray, pointing: bool) -> tuple[list[dict], list[dict]]:
+def place(
+    armature: ArmatureObject,
+    action: bpy.types.Action,
+    scene: bpy.types.Scene,
+    span: tuple[int, int],
+    hand: str,
+    target: np.ndarray,
+    pointing: bool,
+) -> tuple[list[dict], list[dict]]:
     """The edit that keeps a hand at an object, or pointing at it, from the first to the last frame of ``span``.
 
     Raises :class:`UsageError` where no arm reaches it.
@@ -161,7 +175,15 @@ def _way(armature: ArmatureObject, shoulder, elbow, wrist, target: np.ndarray, p
     return way, _REACH * length
 
 
-def _solved(armature: ArmatureObject, bones, mapping, pin, target: np.ndarray, scene: bpy.types.Scene, frame: float) -> tuple[float, dict]:
+def _solved(
+    armature: ArmatureObject,
+    bones,
+    mapping,
+    pin,
+    target: np.ndarray,
+    scene: bpy.types.Scene,
+    frame: float,
+) -> tuple[float, dict]:
     """How many metres a wrist is from its place on a frame, and how both bones are to turn, as their keys have it."""
     scene.frame_set(int(np.floor(frame)), subframe=frame % 1.0)
     shoulder, elbow, wrist = _arm(armature, bones, mapping, pin["hand"])

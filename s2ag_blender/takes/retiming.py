@@ -167,7 +167,14 @@ def _mark(armature: ArmatureObject, scene: bpy.types.Scene, place: layers.Place,
                 scene.timeline_markers.remove(marker)
 
 
-def _carry(action: bpy.types.Action, scene: bpy.types.Scene, where: Callable, way: Way | None, strip: SoundStrip, span: tuple | None) -> None:
+def _carry(
+    action: bpy.types.Action,
+    scene: bpy.types.Scene,
+    where: Callable,
+    way: Way | None,
+    strip: SoundStrip,
+    span: tuple | None,
+) -> None:
     origin = provenance.of(action)
     place = {name: round(float(where(origin["place"][name]))) for name in ("first", "last")}
     cut = span is not None and (place["first"] < span[0] or place["last"] > span[1])
