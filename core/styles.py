@@ -9,23 +9,13 @@ import re
 import numpy as np
 
 from .errors import UnknownStyle, UsageError
+from .settings import AFFECTS, CONTROLS, Settings, sliders
 
 RANDOM = "random"
 TAKE_SPREAD, TAKE_WISHES = 0.4, 0.6
 """Takes are there to choose from: how far they go, as a share of the way between speakers, and how much their controls vary."""
 _TURN = 9
 """Frames in which one style becomes another that begins at a moment."""
-CONTROLS = ("arousal", "valence", "dominance", "rate", "hand")
-"""What can be turned up and down beside the style, -1..1 each, 0 as the speaker would; the network's order."""
-AFFECTS = CONTROLS[:3]
-EXPLAINED = {
-    "arousal": "-1 sleepy: small, slow and low gestures; 1 excited: large, fast, frequent and high ones",
-    "valence": "-1 displeased: sluggish, arms low and closed; 1 pleased: livelier, hands lifted and open, chin up",
-    "dominance": "-1 timid: narrow, hasty and unsteady; 1 in command: wide elbows, slower and steadier, long holds, upright",
-    "rate": "-1 rests through most accents; 1 gestures on nearly every accent",
-    "hand": "-1 prefers the left hand; 1 the right; 0 is the performer's own habit",
-}
-"""One line on what the ends of each control mean."""
 
 
 def default(speakers: list[dict]) -> str:
@@ -104,7 +94,8 @@ def controls(affect: dict[str, float], rate: float = 0.0, hand: float = 0.0) -> 
 
 def described(count: int) -> list[dict]:
     """``{"name", "description"}`` of the first ``count`` controls: what a checkpoint with so many can do."""
-    return [{"name": name, "description": EXPLAINED[name]} for name in CONTROLS[:count]]
+    controls = [one for one in sliders(Settings) if one.control]
+    return [{"name": one.name, "description": one.tip} for one in controls[:count]]
 
 
 def identities(take: int, takes: int, near: tuple = (), spread: float = 0.0, step: int = 1) -> list[tuple]:

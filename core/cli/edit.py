@@ -2,12 +2,17 @@
 
 import argparse
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..errors import UsageError
+from ..settings import Settings, named, table
 from . import outputs, performance
 from .progress import Progress, note
+
+if TYPE_CHECKING:
+    from ..motion.motion import Motion
 
 SUMMARY = "list the gestures of a take, or change some of them and leave all else as it is"
 EXAMPLE = """examples:
@@ -25,10 +30,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     better = "another recording of the same words: gestures move with them (see docs/directing.md)"
     parser.add_argument("--recording", metavar="FILE", type=Path, help=better)
     heard = "the recording of another speaker, where the take listens to one"
-    parser.add_argument("--hears", metavar="FILE", type=Path, help=heard)
-    words = parser.add_mutually_exclusive_group()
-    words.add_argument("--transcript", metavar="FILE", type=Path, help="what is said, as the take was made with")
-    words.add_argument("--text", metavar="WORDS", help="what is said, on the command line")
+    performance.add_setting(parser, replace(table(Settings)["hears"], help=heard))
+    same = "what is said, as the take was made with"
+    performance.add_words(parser.add_mutually_exclusive_group(), transcript=same, recognise="")
     parser.add_argument("-o", "--output", dest="outputs", metavar="OUT", type=Path, action="append", default=[],
                         help=f"file to write ({', '.join(SUFFIXES)}); may come several times")  # fmt: skip
     parser.add_argument("--json", action="store_true", help="list the gestures as JSON")
@@ -49,7 +53,12 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _edited(options: argparse.Namespace, motion):
+def _heard(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the options that say what is heard beside the recording."""
+    return {name: getattr(options, name) for name in named(recording=True) if hasattr(options, name)}
+
+
+def _edited(options: argparse.Namespace, motion: "Motion") -> "Motion":
     from ..direction import directing, edits, remaking
     from ..performance.stages import Stages
 
@@ -57,18 +66,18 @@ def _edited(options: argparse.Namespace, motion):
         raise UsageError("Edits, the recording and an output belong together.", "Give --edits, --audio and -o.")
     inputs = [path for path in (options.take, *performance.inputs(options)) if path]
     files = outputs.plan(options.outputs, SUFFIXES, 1, inputs)[0]
-    asked = edits.load(options.edits)
-    wanted = remaking.request(motion.meta, options.audio, transcript=options.transcript, text=options.text, hears=options.hears)
+    changes = edits.load(options.edits)
+    wanted = remaking.request(motion.meta, options.audio, **_heard(options))
     director = directing.Director(performance.session(options))
     remaking.check_weights(motion.meta, director.session.checkpoint)
     with Progress() as progress:
         heard, _ = director.session.hear(wanted, Stages(progress, lambda: False))
         remaking.check_recording(motion.meta, heard.digest)
-        motion, warnings = director.apply(wanted, motion, asked, progress)
+        motion, warnings = director.apply(wanted, motion, changes, progress)
     return _saved(motion, warnings, files)
 
 
-def _retimed(options: argparse.Namespace, motion):
+def _retimed(options: argparse.Namespace, motion: "Motion") -> "Motion":
     from ..direction import retiming
 
     if options.edits is not None or options.audio is not None or not options.outputs:
@@ -77,12 +86,11 @@ def _retimed(options: argparse.Namespace, motion):
     files = outputs.plan(options.outputs, SUFFIXES, 1, inputs)[0]
     session = performance.session(options)
     with Progress() as progress:
-        words = {"transcript": options.transcript, "text": options.text, "hears": options.hears}
-        motion, warnings = retiming.carried(session, motion, options.recording, progress, **words)
+        motion, warnings = retiming.carried(session, motion, options.recording, progress, **_heard(options))
     return _saved(motion, warnings, files)
 
 
-def _saved(motion, warnings, files):
+def _saved(motion: "Motion", warnings: list[str], files: list[Path]) -> "Motion":
     from .synth import save
 
     for warning in warnings:
@@ -92,7 +100,7 @@ def _saved(motion, warnings, files):
     return motion
 
 
-def _list(motion, as_json: bool) -> None:
+def _list(motion: "Motion", as_json: bool) -> None:
     from ..direction import gestures
 
     found = gestures.find(motion)

@@ -3,7 +3,7 @@
 import argparse
 import json
 
-from ..styles import AFFECTS
+from ..settings import AFFECTS
 from . import performance
 
 SUMMARY = "list the styles and controls that a checkpoint knows"

@@ -83,7 +83,7 @@ class Filler:
         """Arms, trunk and hands of a performance that keeps what is wanted, its chance by ``seed``; without strokes in ``calm``
         spans.
         """
-        wanted = replace(wanted, face=0.0, stance=0.0)  # those of the take stay
+        wanted = wanted.of_arms()  # face and pelvis of the take stay
         checkpoint, heard, told = self.session.checkpoint, self.heard, self.heard
         if calm:
             quiet = tuple((start / skeleton.FPS, stop / skeleton.FPS) for start, stop in calm)

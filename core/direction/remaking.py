@@ -1,44 +1,25 @@
-"""The request that a take came of, as its provenance tells."""
+"""Rebuilds the request that a take came of from its provenance."""
 
 from collections.abc import Mapping
 from os import PathLike
 
 from ..errors import UsageError
 from ..performance.request import Request
-
-_SAME = (
-    "seed",
-    "intensity",
-    "affect",
-    "rate",
-    "hand",
-    "curves",
-    "changes",
-    "meaning",
-    "hands",
-    "stance",
-    "mirror",
-    "listen",
-    "turn",
-    "later",
-    "toward",
-    "take",
-)
+from ..settings import named
 
 
 def request(meta: Mapping, audio: str | PathLike, **words) -> Request:
-    """The request of a take with provenance ``meta``; ``words`` are its ``transcript``, ``text`` and ``recognise``.
+    """Return the request of a take with provenance ``meta``; ``words`` are its ``transcript``, ``text`` and ``recognise``.
 
-    Raises :class:`UsageError` where that is not told.
+    Raises :class:`UsageError` where the provenance is not that of a take.
     """
     try:
         style = meta["style"]
         walk = style if isinstance(style, list) else [style]
-        known = {name: meta[name] for name in _SAME if name in meta}
+        known = {name: meta[name] for name in named(restored="arms") if meta.get(name) is not None}
+        known |= {"style": _walk(walk) if len(walk) > 1 else walk[0]}
         near = tuple((int(number), float(spread)) for number, spread in meta.get("near", ()))
-        latent = {} if meta.get("latent") is None else {"latent": meta["latent"]}
-        told = {"style": _walk(walk) if len(walk) > 1 else walk[0], "near": near, **known, **latent}
-        return Request(audio, **words, **told)
+        return Request(audio, **words, **known, near=near)
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
         raise UsageError("Nothing is known of how this take was made.", "Direct an .npz of s2ag synth.") from error
 

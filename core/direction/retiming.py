@@ -14,6 +14,7 @@ from ..motion.motion import Motion
 from ..performance import finishing, listening
 from ..performance.request import Request
 from ..performance.stages import Stages
+from ..settings import named
 from .ways import Way, way
 
 _TIMES = ("at", "to", "from")
@@ -31,7 +32,7 @@ def carried(
     told = motion.meta
     if told.get("listen"):
         raise UsageError("The take listens, and follows no words of its own.", "Make a new one of the new recording.")
-    same = {name: told[name] for name in ("seed", "affect", "turn", "face", "mirror", "toward", "later") if name in told}
+    same = {name: told[name] for name in named(restored="face") if name in told}
     request = Request(audio, **same, **words)
     heard, _ = session.hear(request, Stages(progress, lambda: False))
     there = way(motion.words, heard.words)
@@ -39,8 +40,7 @@ def carried(
     made = motion.at(there.back(np.arange(count) / motion.fps) * motion.fps, motion.fps)
     meta = {**moved(told, there), "audio": heard.digest, "retimed": [*told.get("retimed", []), told.get("audio")]}
     meta["transcript"] = hashlib.sha256(json.dumps(heard.words).encode()).hexdigest()
-    if request.hears is not None:
-        meta["hears"] = heard.others.digest
+    meta |= finishing.other_recording(request, heard)
     made = replace(made, words=heard.words, meta=meta, face=None)
     return replace(made, face=_face(replace(request, curves=meta.get("curves", {})), heard, made)), heard.warnings
 

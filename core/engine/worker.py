@@ -1,4 +1,4 @@
-"""The process that holds the network warm for Blender: ``python -m s2ag.core.engine.worker`` (design, section 4).
+"""The process that holds the network warm for Blender: ``python -m s2ag.core.engine.worker``.
 
 Requests come as JSON lines on standard input, replies leave on standard output, standard error is the log. One request
 is served at a time, on the main thread; a second thread reads, so that a request can be cancelled while it runs and the
@@ -14,8 +14,10 @@ import threading
 import traceback
 from pathlib import Path
 
+from ..declaration import KINDS
 from ..errors import Cancelled, EngineMissing, OutputUnwritable, S2agError, UsageError
 from ..files import check_output
+from ..settings import Models, Settings, table
 from ..threads import share_cores
 from ..version import VERSION
 from . import protocol
@@ -23,44 +25,8 @@ from . import protocol
 GRACE = 5.0
 """Seconds that a running request gets to notice that the parent is gone."""
 
-_PARAMETERS = {
-    "audio": str,
-    "transcript": str,
-    "text": str,
-    "style": (str, dict),
-    "seed": int,
-    "takes": int,
-    "intensity": (int, float),
-    "affect": dict,
-    "rate": (int, float),
-    "hand": (int, float),
-    "curves": dict,
-    "changes": list,
-    "meaning": (int, float),
-    "hands": (int, float),
-    "stance": (int, float),
-    "face": (int, float),
-    "face_smoothness": (int, float),
-    "mirror": bool,
-    "pose": list,
-    "end_pose": list,
-    "kept": list,
-    "take": int,
-    "near": list,
-    "spread": (int, float),
-    "step": int,
-    "recognise": bool,
-    "listen": bool,
-    "turn": str,
-    "hears": str,
-    "later": (int, float),
-    "toward": (int, float),
-    "made_by": str,
-}
-_SETTINGS = (
-    *("checkpoint", "vectors", "backend", "device", "aligner_model"),
-    *("recogniser_model", "cache", "language", "vocabulary"),
-)
+_PARAMETERS = {"audio": str} | {name: KINDS[one.kind] for name, one in table(Settings).items() if one.parameter}
+_MODELS = tuple(table(Models))
 
 
 class Worker:
@@ -238,7 +204,7 @@ class Worker:
 
     def _open(self, params: dict):
         """The session for these settings; only one is kept, so that memory stays bounded."""
-        settings = {name: params[name] for name in _SETTINGS if params.get(name)}
+        settings = {name: params[name] for name in _MODELS if params.get(name)}
         if self._session is None or settings != self._settings:
             from ..performance.synthesis import Session
 
@@ -258,7 +224,7 @@ class Worker:
 
 def _checked(params: dict) -> dict:
     """The parameters of a synthesis request, without absent ones; raises :class:`UsageError` for anything odd."""
-    unknown = set(params) - set(_PARAMETERS) - set(_SETTINGS) - {"output_dir", "styles", "edits"}
+    unknown = set(params) - set(_PARAMETERS) - set(_MODELS) - {"output_dir", "styles", "edits"}
     if unknown:
         raise UsageError(f"There is no parameter {sorted(unknown)[0]!r}.", f"Parameters are {', '.join(_PARAMETERS)}.")
     options = {name: params[name] for name in _PARAMETERS if params.get(name) is not None}
@@ -272,7 +238,7 @@ def _checked(params: dict) -> dict:
 
 def _settle(params: dict) -> None:
     """Raise :class:`UsageError` unless settings are text: most are paths."""
-    for name in (*_SETTINGS, "output_dir"):
+    for name in (*_MODELS, "output_dir"):
         if not isinstance(params.get(name) or "", str):
             raise UsageError(f"The parameter {name} cannot be {params[name]!r}.", "Give text.")
 

@@ -8,6 +8,7 @@ import numpy as np
 from .. import styles
 from ..errors import UsageError
 from ..motion import rest, skeleton
+from ..settings import CONTROLS
 from . import answering, course, keeping
 from .request import Request
 
@@ -129,7 +130,7 @@ def cast(checkpoint, request: Request, told: Sequence[tuple] = ()) -> Performers
     else:
         latents = np.stack([draw(checkpoint, request, step) for step in weights], axis=1)
     start = rests[0] if request.pose is None else np.asarray(request.pose, float)
-    start = skeleton.mirror(start) if request.mirror and request.pose is not None else start
+    start = start if request.pose is None else request.as_performed(start)
     shape = request.takes, checkpoint.window[1], 9, 3
     seeds = np.broadcast_to(skeleton.normalize(start), shape).astype(np.float32)
     named = [{names[index]: weight for index, weight in (step or {}).items()} or styles.RANDOM for step in weights]
@@ -172,9 +173,8 @@ def _given(checkpoint, request: Request, steps: int) -> np.ndarray:
 
 
 def _check_controls(checkpoint, request: Request) -> None:
-    asked = {name for name, value in zip(styles.CONTROLS, request.controls, strict=True) if value} | set(request.curves)
-    if not checkpoint.config.controls and asked & set(styles.CONTROLS):
-        named = next(name for name in styles.CONTROLS if name in asked)
+    if not checkpoint.config.controls and request.steered & set(CONTROLS):
+        named = next(name for name in CONTROLS if name in request.steered)
         raise UsageError(f"This checkpoint has no control of {named}.", "Leave it at 0, or choose one with controls.")
 
 

@@ -1,7 +1,7 @@
-"""What a performance is asked for over time: curves of its controls, and styles that begin on the way."""
+"""Time-varying controls and style changes: checking them, sampling them at frames, and their JSON documents."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 
 import numpy as np
@@ -10,104 +10,111 @@ from .. import json_text, styles
 from ..errors import UsageError
 from ..files import whole_file
 from ..motion import skeleton
+from ..settings import AFFECTS, CONTROLS, CURVES, Settings, sliders
 from ..smoothing import gaussian
 
 FORMAT = 1
-NAMES = ("intensity", *styles.CONTROLS)
-"""What can have a curve."""
-_RANGES = {"intensity": (0.0, 3.0)}
-_MOST, _LONGEST = 100_000, 13 * 3600.0
+_CURVES = {one.name: one for one in sliders(Settings) if one.curve}
+_MAX_POINTS, _MAX_SECONDS, _MAX_BYTES = 100_000, 13 * 3600.0, 20_000_000
 _EASE = 0.2
-"""Seconds, as the width of a Gaussian, by which curves are eased: a body cannot change its mind at once."""
-_FILE = 20_000_000
-_SAYS = "docs/directing.md describes curves."
+"""Seconds, as the standard deviation of a Gaussian, by which curves are smoothed: a body cannot change its mind at once."""
+_REMEDY = "docs/directing.md describes curves."
 
 
-def checked(curves) -> dict[str, list[list[float]]]:
-    """Curves that anybody may have written, ``{name: [[seconds, value], ...]}`` of :data:`NAMES`.
+def checked(curves: object) -> dict[str, list[list[float]]]:
+    """Return valid curves ``{name: [[seconds, value], ...]}``, names of :data:`settings.CURVES`, from data of any origin.
 
     Raises :class:`UsageError`.
     """
     if not isinstance(curves, Mapping):
-        raise UsageError("Curves are no object of names.", _SAYS)
+        raise UsageError("Curves are no object of names.", _REMEDY)
     return {str(name): _curve(name, points) for name, points in curves.items()}
 
 
-def changed(changes) -> tuple[tuple[float, str | dict], ...]:
-    """Changes of style that anybody may have written, ``[[seconds, style], ...]``, in order of time.
+def changed(changes: Iterable) -> tuple[tuple[float, str | dict], ...]:
+    """Return valid changes of style ``((seconds, style), ...)`` in order of time, from data of any origin.
 
     Raises :class:`UsageError`.
     """
+    turns: list[tuple[float, str | dict]] = []
     try:
-        found = [(float(at), style) for at, style in changes]
-        usable = len(found) <= _MOST and all(0 <= at <= _LONGEST and isinstance(style, (str, dict)) for at, style in found)
+        turns = [(float(at), style) for at, style in changes]
+        usable = len(turns) <= _MAX_POINTS
+        usable = usable and all(0 <= at <= _MAX_SECONDS and isinstance(style, (str, dict)) for at, style in turns)
     except (TypeError, ValueError):
         usable = False
     if not usable:
-        raise UsageError("The changes of style are not seconds and styles.", _SAYS)
-    if any(len(styles.steps(style)) > 1 for _, style in found):
+        raise UsageError("The changes of style are not seconds and styles.", _REMEDY)
+    if any(len(styles.steps(style)) > 1 for _, style in turns):
         raise UsageError("A style that begins on the way cannot walk itself.", "Name one style, or a blend.")
-    return tuple(sorted(found, key=lambda one: one[0]))
+    return tuple(sorted(turns, key=lambda turn: turn[0]))
 
 
-def _curve(name, points) -> list[list[float]]:
-    if name not in NAMES:
-        raise UsageError(f"There is no curve {name!r}.", f"Curves are {', '.join(NAMES)}.")
-    low, high = _RANGES.get(name, (-1.0, 1.0))
+def _curve(name: object, points: object) -> list[list[float]]:
+    if name not in _CURVES:
+        raise UsageError(f"There is no curve {name!r}.", f"Curves are {', '.join(CURVES)}.")
+    low, high = _CURVES[name].low, _CURVES[name].high
     try:
-        found = np.array(points, float)
+        rows = np.array(points, float)
     except (TypeError, ValueError):
-        found = np.zeros(0)
-    if found.ndim != 2 or found.shape[1] != 2 or not 0 < len(found) <= _MOST or not np.isfinite(found).all():
-        raise UsageError(f"The curve of {name} is not pairs of seconds and value.", _SAYS)
-    if (np.diff(found[:, 0]) < 0).any() or not (found[:, 0] >= 0).all() or found[-1, 0] > _LONGEST:
+        rows = np.zeros(0)
+    if rows.ndim != 2 or rows.shape[1] != 2 or not 0 < len(rows) <= _MAX_POINTS or not np.isfinite(rows).all():
+        raise UsageError(f"The curve of {name} is not pairs of seconds and value.", _REMEDY)
+    if (np.diff(rows[:, 0]) < 0).any() or not (rows[:, 0] >= 0).all() or rows[-1, 0] > _MAX_SECONDS:
         raise UsageError(f"The curve of {name} does not go on in time.", "Give seconds in rising order, from 0 on.")
-    if not (low <= found[:, 1]).all() or not (found[:, 1] <= high).all():
+    if not (low <= rows[:, 1]).all() or not (rows[:, 1] <= high).all():
         raise UsageError(f"The curve of {name} is out of range.", f"Give values from {low:g} to {high:g}.")
-    return found.tolist()
+    return rows.tolist()
 
 
 def constants(curves: Mapping[str, list]) -> dict[str, float]:
-    """Values of the curves that do not change."""
+    """Return the values of the curves that never change."""
     return {name: points[0][1] for name, points in curves.items() if len({value for _, value in points}) == 1}
 
 
-def over(request, name: str, frames: int, rate: float = skeleton.FPS) -> np.ndarray | float:
-    """What ``request`` asks for ``name`` at every frame ``(frames,)``, eased; a number where that is the same all the time."""
+def over(request: Settings, name: str, frames: int, rate: float = skeleton.FPS) -> np.ndarray | float:
+    """Return the smoothed values ``(frames,)`` of a control or of intensity, or a number where it is constant."""
     points = request.curves.get(name)
     if points is None:
-        return request.affect.get(name, 0.0) if name in styles.AFFECTS else getattr(request, name)
+        return request.affect.get(name, 0.0) if name in AFFECTS else getattr(request, name)
     seconds, values = np.array(points).T
     return gaussian(np.interp(np.arange(frames) / rate, seconds, values), _EASE * rate)
 
 
-def steers(request) -> bool:
-    """Whether curves of a request steer its style."""
-    return any(name in request.curves for name in styles.CONTROLS)
+def affects(request: Settings, frames: int, rate: float) -> dict[str, np.ndarray | float]:
+    """Return the affects of a request at every frame, as :func:`over` has them, by name; those that it does not mention are
+    left out.
+    """
+    return {name: over(request, name, frames, rate) for name in (*request.affect, *request.curves) if name in AFFECTS}
 
 
-def controls(request, frames: int) -> np.ndarray:
-    """The controls at every frame ``(frames, 5)`` float32, in the order of :data:`styles.CONTROLS`."""
-    columns = [np.broadcast_to(over(request, name, frames), (frames,)) for name in styles.CONTROLS]
+def steers(request: Settings) -> bool:
+    """Return whether curves of a request steer its style."""
+    return any(name in request.curves for name in CONTROLS)
+
+
+def controls(request: Settings, frames: int) -> np.ndarray:
+    """Return the controls at every frame ``(frames, 5)`` float32, in the order of :data:`settings.CONTROLS`."""
+    columns = [np.broadcast_to(over(request, name, frames), (frames,)) for name in CONTROLS]
     return np.stack(columns, 1).astype(np.float32)
 
 
 def load(path: str | PathLike) -> dict:
-    """The curves of a file as fields of a request, ``curves`` and ``changes``; raises :class:`UsageError`."""
+    """Read a document of curves; return ``{"curves": ..., "changes": ...}`` of a request. Raises :class:`UsageError`."""
     try:
-        content = json_text.read(path, _FILE, once=True)
+        content = json_text.read(path, _MAX_BYTES, once=True)
     except OSError as error:
         raise UsageError(f"The curves {path} cannot be read: {error.strerror}.", "Name a JSON file of curves.") from error
     except json_text.NotJson as error:
-        raise UsageError(f"The curves {path} are no JSON: {error}.", _SAYS) from error
+        raise UsageError(f"The curves {path} are no JSON: {error}.", _REMEDY) from error
     known = isinstance(content, dict) and content.get("format") == FORMAT
     if not known or not content.keys() <= {"format", "curves", "styles"}:
-        raise UsageError(f"{path} holds no curves of format {FORMAT}.", _SAYS)
+        raise UsageError(f"{path} holds no curves of format {FORMAT}.", _REMEDY)
     return {"curves": checked(content.get("curves", {})), "changes": changed(content.get("styles", ()))}
 
 
 def save(path: str | PathLike, curves: Mapping, changes: Sequence = ()) -> None:
-    """Write a document, whole or not at all."""
-    content = {"format": FORMAT, "curves": checked(curves), "styles": [list(one) for one in changed(changes)]}
+    """Write a document of curves, atomically."""
+    content = {"format": FORMAT, "curves": checked(curves), "styles": [list(turn) for turn in changed(changes)]}
     with whole_file(path) as temporary:
         temporary.write_text(json.dumps(content) + "\n", "utf-8")

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..declaration import NUMBERS
 from ..face import making
 from ..meaning import choosing, showing
 from ..motion import rest, skeleton
@@ -14,7 +15,7 @@ from ..motion.face import RATE, Face
 from ..motion.hands import Hands
 from ..motion.motion import Motion
 from ..motion.pelvis import Pelvis
-from ..styles import AFFECTS
+from ..settings import Settings, named, table
 from ..threads import each
 from ..words import hints
 from . import course, listening, living, refine, stance
@@ -116,8 +117,7 @@ def faced(request: Request, heard: Heard, take: int, directions) -> Face | None:
     if not request.face:
         return None
     count = len(heard.spoken.loudness)
-    affect = {name: course.over(request, name, count, RATE) for name in (*request.affect, *request.curves) if name in AFFECTS}
-    about = affect, request.face, request.face_smoothness
+    about = course.affects(request, count, RATE), request.face, request.face_smoothness
     return making.make(heard.spoken, directions, request.seed + take, *about)
 
 
@@ -133,29 +133,37 @@ def _name(performers: Performers) -> str:
 
 
 def _meta(checkpoint, request: Request, heard: Heard, performers: Performers) -> dict:
+    """Return the provenance of a motion, without what tells its take apart."""
     words, style = heard.words, performers.style
     return {
         "version": VERSION,
         "audio": heard.digest,
         "transcript": hashlib.sha256(json.dumps(words).encode()).hexdigest() if words else None,
         "style": style if len(style) > 1 and performers.begins is None else style[0],
-        "seed": request.seed,
-        "intensity": request.intensity,
-        "affect": {name: float(value) for name, value in request.affect.items()},
-        "rate": float(request.rate),
-        "hand": float(request.hand),
-        **({"curves": request.curves} if request.curves else {}),
-        **({"changes": [list(one) for one in request.changes]} if request.changes else {}),
-        "meaning": float(request.meaning),
-        "hands": float(request.hands),
-        "stance": float(request.stance),
-        "mirror": request.mirror,
-        **({"listen": True} if request.listen else {}),
-        **({"turn": request.turn} if request.turn else {}),
-        **({"hears": heard.others.digest} if request.hears is not None else {}),
-        **({"later": float(request.later)} if request.later else {}),
-        **({"toward": float(request.toward)} if request.toward else {}),
-        **({"face": float(request.face)} if request.face else {}),
+        **_settings_told(request),
+        **other_recording(request, heard),
         "checkpoint": checkpoint.hash,
         **({} if request.latent is None else {"latent": performers.own[0].tolist()}),
     }
+
+
+def _settings_told(request: Request) -> dict:
+    """Return the settings that provenance tells, as JSON has them."""
+    values = {one: getattr(request, name) for name, one in table(Settings).items()}
+    return {one.name: _plain(one.kind, value) for one, value in values.items()
+            if one.meta == "always" or (one.meta == "set" and value)}  # fmt: skip
+
+
+def _plain(kind: str, value):
+    """Return the value of a setting of this kind as JSON has it."""
+    if kind in NUMBERS:
+        return float(value)
+    if kind == "affects":
+        return {name: float(share) for name, share in value.items()}
+    return [list(row) for row in value] if kind == "list" else value
+
+
+def other_recording(request: Request, heard: Heard) -> dict[str, str]:
+    """Return the provenance of the recording of another speaker: its digest, under the name of the setting that names it."""
+    paths = [name for name in named(kind="path", partner=True) if getattr(request, name) is not None]
+    return {name: heard.others.digest for name in paths if heard.others}

@@ -47,7 +47,7 @@ def wished(request: Request, frames: int) -> Kept:
     if len(numbers) and numbers[-1] >= frames:
         raise UsageError(f"Frame {numbers[-1]} cannot be kept: the recording has {frames}.", "Keep frames that it has.")
     directions = _unit(np.array([found[frame] for frame in numbers.tolist()]).reshape(-1, 9, 3))
-    return Kept(numbers, skeleton.mirror(directions) if request.mirror else directions)
+    return Kept(numbers, request.as_performed(directions))
 
 
 def keep(directions: np.ndarray, kept: Kept) -> np.ndarray:

@@ -2,20 +2,25 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from .. import json_text, styles
+from ..declaration import KINDS
 from ..errors import SampleUnreadable, UsageError
 from ..files import whole_file
 from ..model.catalogue import describe
+from ..settings import Settings, named, table
 
 FORMAT = 1
 MOST = 10_000
 """Cells of a sheet."""
+SHARED = {name: table(Settings)[name] for name in named(cell="sheet")}
+"""Settings that are the same in all cells of a sheet."""
 _REMEDY = "Make one with: s2ag sample AUDIO -o SHEET.mp4"
 
 
@@ -40,28 +45,30 @@ class Cell:
 
 @dataclass(frozen=True)
 class Sheet:
-    """What a sample is of, and its cells; ``audio`` and ``transcript`` are absolute paths."""
+    """A sample's recording (an absolute path), hash of its checkpoint and cells, and the ``settings`` that all its cells share
+    (:data:`SHARED`), which have their defaults where they are not mentioned.
+    """
 
     audio: str
     checkpoint: str
     cells: list[Cell]
-    transcript: str | None = None
-    text: str | None = None
-    intensity: float = 1.0
-    mirror: bool = False
-    recognise: bool = False
-    hand: float = 0.0
-    meaning: float = 1.0
+    settings: dict[str, Any] = field(default_factory=dict)
 
     @property
     def columns(self) -> int:
         """Cells in a row."""
         return 1 + max(cell.column for cell in self.cells)
 
+    @property
+    def defaulted(self) -> dict[str, Any]:
+        """All settings that the cells share."""
+        return {name: self.settings.get(name, one.default) for name, one in SHARED.items()}
+
     def save(self, path: str | PathLike, **more) -> None:
         """Write the sheet as JSON, whole or not at all; cells are numbered from 1."""
-        content = {"format": FORMAT, **asdict(self), **more}
-        content["cells"] = [{"cell": number, **cell} for number, cell in enumerate(content["cells"], 1)]
+        cells = [{"cell": number, **asdict(one)} for number, one in enumerate(self.cells, 1)]
+        about = {"audio": self.audio, "checkpoint": self.checkpoint, "cells": cells}
+        content = {"format": FORMAT, **about, **self.defaulted, **more}
         with whole_file(path) as temporary:
             temporary.write_text(json.dumps(content, indent=1) + "\n", "utf-8")
 
@@ -73,8 +80,8 @@ class Sheet:
             if content["format"] != FORMAT:
                 raise ValueError("another format")
             cells = [Cell(**{name: one[name] for name in Cell.__dataclass_fields__}) for one in content["cells"]]
-            known = {name: content[name] for name in cls.__dataclass_fields__ if name in content}
-            sheet = cls(**{**known, "cells": cells})
+            settings = {name: content[name] for name in SHARED if name in content}
+            sheet = cls(content["audio"], content["checkpoint"], cells, settings)
             sheet.check()
             return sheet
         except (OSError, ValueError, KeyError, TypeError) as error:
@@ -82,11 +89,11 @@ class Sheet:
 
     def check(self) -> None:
         """Raise ValueError or TypeError for what no sample holds."""
-        texts = (self.audio, self.checkpoint, self.transcript or "", self.text or "", *(one.style for one in self.cells))
+        texts = (self.audio, self.checkpoint, *(one.style for one in self.cells))
         wholes = [number for one in self.cells for number in (one.row, one.column, one.seed, one.take)]
-        flags = self.mirror, self.recognise
-        kinds = ((texts, str), (wholes, int), (flags, bool), ((self.intensity, self.hand), int | float))
-        if not all(type(value) in getattr(kind, "__args__", (kind,)) for values, kind in kinds for value in values):
+        kinds = [(value, str) for value in texts] + [(value, int) for value in wholes]
+        kinds += [(value, KINDS[SHARED[name].kind]) for name, value in self.settings.items() if value is not None]
+        if not all(type(value) in (kind if isinstance(kind, tuple) else (kind,)) for value, kind in kinds):
             raise TypeError("a value of another kind")
         if not self.cells or len(self.cells) > MOST or min(wholes) < 0:
             raise ValueError("no cells, or too many")
@@ -113,9 +120,9 @@ def perform(session, request, every_style: Sequence[str], takes: int, progress=l
             points = [[float(value) for value in point] for point in latent]
             cells.append(Cell(row, column, style or styles.default(known), request.seed, take, points))
             motions.append(motion)
-    audio, transcript = (path and str(Path(path).absolute()) for path in (request.audio, request.transcript))
-    about = (transcript, request.text, request.intensity, request.mirror, request.recognise, request.hand, request.meaning)
-    return Sheet(audio, session.checkpoint.hash, cells, *about), motions, results[0]
+    settings = {name: getattr(request, name) for name in SHARED}
+    paths = {name: str(Path(settings[name]).absolute()) for name in named(cell="sheet", kind="path") if settings[name]}
+    return Sheet(str(Path(request.audio).absolute()), session.checkpoint.hash, cells, settings | paths), motions, results[0]
 
 
 def cell(reference: str) -> tuple[Sheet, Cell]:
@@ -136,10 +143,8 @@ def again(reference: str, checkpoint: str | PathLike | None = None) -> dict:
     sheet, one = cell(reference)
     if describe(checkpoint)["hash"] not in ("", sheet.checkpoint):
         raise UsageError(f"{reference} was sampled with another checkpoint.", "Name that one with --checkpoint.")
-    words = {"transcript": sheet.transcript, "text": sheet.text, "recognise": sheet.recognise}
-    asked = {"intensity": sheet.intensity, "mirror": sheet.mirror, "style": one.style, "latent": one.latent}
-    asked |= {"hand": sheet.hand, "meaning": sheet.meaning}
-    return {"audio": sheet.audio, **words, **asked, "seed": one.seed, "take": one.take}
+    own = {name: getattr(one, name) for name in ("style", "seed", "take", "latent")}
+    return {"audio": sheet.audio, **sheet.defaulted, **own}
 
 
 def style_map(checkpoint, sheet: Sheet | None = None) -> dict:

@@ -15,6 +15,7 @@ from ..words import transcript
 from ..words.cache import Cache, default_folder
 from . import casting, finishing, hearing, performing
 from .memory import Memory, signature
+from .memory import recording as recording_of
 from .request import Request, Result
 from .stages import Stages
 
@@ -113,24 +114,7 @@ class Session:
 
         Raises what :meth:`synthesize` raises, and :class:`UsageError` where the recordings or transcripts differ.
         """
-        if (
-            len(
-                {
-                    (
-                        str(one.audio),
-                        str(one.transcript),
-                        one.text,
-                        one.recognise,
-                        one.listen,
-                        one.turn,
-                        str(one.hears),
-                        one.later,
-                    )
-                    for one in requests
-                }
-            )
-            != 1
-        ):
+        if len(set(map(recording_of, requests))) != 1:
             raise UsageError("The requests are not about one recording.", "Make those of other recordings one by one.")
         stages, memory = Stages(progress, cancelled), self._memory or Memory()
         recording = signature(requests[0])

@@ -7,7 +7,7 @@ from ...core import styles
 from ...core.errors import UnknownStyle
 from ...core.motion import skeleton
 from ...core.motion.curves import bends
-from ...core.performance import course
+from ...core.settings import CURVES
 from .. import compat
 from ..datablocks import ArmatureObject
 from ..keys import layers
@@ -15,7 +15,7 @@ from ..keys.apply import scene_fps
 from ..translations import told
 from . import choices
 
-_PATHS = {f"s2ag.{name}": name for name in course.NAMES}
+_PATHS = {f"s2ag.{name}": name for name in CURVES}
 _AS = "as "
 """What the name of a marker begins with at which a style begins."""
 _STRAIGHT = 2e-3

@@ -4,7 +4,7 @@ import bpy
 
 from ...core.errors import UsageError
 from ...core.motion.motion import Motion
-from ...core.styles import AFFECTS
+from ...core.settings import AFFECTS
 from ..engine import asking, errors_log
 from ..engine.client import WorkerClient
 from ..engine.known import interpreter

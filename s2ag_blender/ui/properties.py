@@ -2,7 +2,7 @@
 
 import bpy
 
-from ...core.styles import EXPLAINED
+from ...core.settings import Settings, sliders
 from .. import compat
 from ..rig import readiness
 from ..takes import choices, directing, preview, takes
@@ -50,9 +50,12 @@ def _remapped(item, context) -> None:
     readiness.forget(item.id_data)
 
 
+_SLIDERS = {one.name: one for one in sliders(Settings)}
+
+
 def _control(name: str, label: str):
     return bpy.props.FloatProperty(
-        name=label, description=EXPLAINED[name], min=-1.0, max=1.0, step=5, precision=2, override=EDITABLE, update=changed
+        name=label, description=_SLIDERS[name].tip, min=-1.0, max=1.0, step=5, precision=2, override=EDITABLE, update=changed
     )
 
 

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ...core.styles import AFFECTS
+from ...core.settings import AFFECTS
 from ..cast import facial
 from ..keys import density, trying
 from ..rig import facemaps, handpicked, readiness

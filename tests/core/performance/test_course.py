@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from s2ag.core import settings
 from s2ag.core.cli import main
 from s2ag.core.direction import remaking
 from s2ag.core.errors import UsageError
@@ -53,7 +54,7 @@ def speeds(motion):
     return np.array([way[: middle - room].mean(0), way[middle + room :].mean(0)])
 
 
-@pytest.mark.parametrize("name", course.NAMES)
+@pytest.mark.parametrize("name", settings.CURVES)
 def test_a_constant_curve_is_the_plain_setting_to_the_bit(perform, name):
     value = 0.7
     curved, set_ = perform(curves={name: [[0, value], [7, value]]}), perform(**plain(name, value))

@@ -280,7 +280,7 @@ def test_what_is_said_is_shown_and_meaning_turns_it_down(examples, tmp_path):
     transcript = tmp_path / "said.json"
     transcript.write_text(json.dumps({"words": words}), "utf-8")
     shipped = Session(cache="off")
-    asked = [Request(examples / "hello.flac", transcript, seed=3, meaning=meaning) for meaning in (0.0, 1.0)]
+    asked = [Request(examples / "hello.flac", transcript=transcript, seed=3, meaning=meaning) for meaning in (0.0, 1.0)]
     results = [shipped.synthesize(request).motions[0] for request in asked]
     points = [skeleton.to_positions(motion.directions)[round(5.3 * skeleton.FPS)] for motion in results]
     apart = [float(np.linalg.norm(each[6] - each[9])) for each in points]
