@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..motion import requested, skeleton
-from ..sound import prosody
-from . import keeping, stirring
+from ..sound import arousal_estimate, prosody
+from . import keeping
 from .noise import noise, uniform
 
 FACTS = ("rate", "size", "spread", "left", "right", "both", "ready", "end")
@@ -106,7 +106,7 @@ def channels(
     time, strength, main = np.array([(a.time, a.strength, a.main) for a in accents], float).T
     at = np.clip((time * skeleton.FPS).astype(int), 0, min(frames, len(rhythm.features)) - 1)
     level = rhythm.features[at, _OF_LEVEL]
-    own = _stirred(tastes[np.minimum(at, len(tastes) - 1)], stirring.arousal(rhythm, at), level)
+    own = _stirred(tastes[np.minimum(at, len(tastes) - 1)], arousal_estimate.arousal(rhythm, at), level)
     of = _wished(own, {name: _there(value, at) for name, value in wishes.items()})
     numbers = noise(key[0], key[1], 0, len(time), 6, key[2], _SALT)
     chance = uniform(numbers)

@@ -43,7 +43,7 @@ def perform(
     """All takes of all performers, those of a request after those before it."""
     told = progress, cancelled
     if not checkpoint.draws:
-        from . import windows
+        from ..model import windows
 
         generator = checkpoint.network.generator
         latents, seeds = _latents(heard, cast), np.concatenate([one.seeds for one in cast])
@@ -109,7 +109,7 @@ def joins(checkpoint, frames: int) -> list[int]:
     """Frames at which windows of a performance of so many ``frames`` meet; none where all frames are drawn as one."""
     if checkpoint.draws:
         return []
-    from . import windows
+    from ..model import windows
 
     return windows.starts(frames, *checkpoint.window)[1:]
 

@@ -31,7 +31,7 @@ def statements(name, nested=True, known=ALL):
 
     ``nested`` includes imports inside functions, which happen when they are called and not at import time.
     """
-    nodes = ast.walk(tree(known[name])) if nested else _top_level(tree(known[name]))
+    nodes = _executed(tree(known[name]), nested)
     package = name.split(".") if known[name].name == "__init__.py" else name.split(".")[:-1]
     for node in nodes:
         if isinstance(node, ast.Import):
@@ -45,11 +45,15 @@ def statements(name, nested=True, known=ALL):
                 yield (inner if inner in known else ".".join(base)), node.lineno
 
 
-def _top_level(node):
+def _executed(node, nested):
+    """All statements below ``node`` but those for type checkers alone and, without ``nested``, those inside functions."""
     for child in ast.iter_child_nodes(node):
-        if not isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
-            yield child
-            yield from _top_level(child)
+        if isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)) and not nested:
+            continue
+        if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
+            continue
+        yield child
+        yield from _executed(child, nested)
 
 
 def imports(name, nested=True):

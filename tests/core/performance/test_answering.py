@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from s2ag.core.motion import requested
-from s2ag.core.performance import answering, stirring
+from s2ag.core.performance import answering
+from s2ag.core.sound import arousal_estimate
 from s2ag.core.sound.prosody import FEATURES, NAMES, Accent, Prosody
 
 FRAMES = 120 * 15
@@ -161,8 +162,8 @@ def test_most_pauses_are_told_to_be_without_strokes(ask, monkeypatch):
 def test_arousal_is_a_rank_that_dense_and_wide_speech_raises(accents):
     at = np.array([int(one.time * 15) for one in accents])
     unworded, worded = accents, [Accent(a.time, a.strength, a.main, a.phrase, number) for number, a in enumerate(accents)]
-    middle = stirring.arousal(rhythm(unworded), at)
+    middle = arousal_estimate.arousal(rhythm(unworded), at)
     np.testing.assert_allclose(middle, 0.5, atol=0.01)
-    assert stirring.arousal(rhythm(unworded, **{"pitch range": 1.0}), at).min() > middle.max()
+    assert arousal_estimate.arousal(rhythm(unworded, **{"pitch range": 1.0}), at).min() > middle.max()
     few, times = worded[::2], at[::2]
-    assert stirring.arousal(rhythm(few), times).mean() < stirring.arousal(rhythm(worded), at).mean() - 0.2
+    assert arousal_estimate.arousal(rhythm(few), times).mean() < arousal_estimate.arousal(rhythm(worded), at).mean() - 0.2

@@ -129,10 +129,10 @@ def test_a_remembered_walk_is_the_same(session, examples, random_checkpoint):
 
 def test_a_walk_of_whole_windows_passes_the_end():
     torch = pytest.importorskip("torch")
+    from s2ag.core.model import windows
     from s2ag.core.model.config import ModelConfig
     from s2ag.core.model.generator import Generator
     from s2ag.core.motion import rest
-    from s2ag.core.performance import windows
 
     torch.manual_seed(0)
     network = Generator(ModelConfig.published(words=5, speakers=2)).eval()

@@ -107,7 +107,7 @@ def test_audio_alone_still_gestures(session, examples):
 
 def test_seams_cannot_be_seen(session, long_speech):
     """At the joins of windows the fastest edge is no faster than elsewhere, and acceleration is in the clip's range."""
-    from s2ag.core.performance import windows
+    from s2ag.core.model import windows
 
     directions = session.synthesize(Request(long_speech)).motions[0].directions
     window, seeds = session.checkpoint.window

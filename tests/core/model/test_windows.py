@@ -5,11 +5,11 @@ torch = pytest.importorskip("torch")
 
 from rounding import bound_of  # noqa: E402
 from s2ag.core.errors import Cancelled  # noqa: E402
+from s2ag.core.model import windows  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
 from s2ag.core.model.timing import mfcc_slice  # noqa: E402
 from s2ag.core.motion import rest, skeleton  # noqa: E402
-from s2ag.core.performance import windows  # noqa: E402
 from s2ag.core.sound.prosody import FEATURES  # noqa: E402
 
 SEEDS, WINDOW = 10, 96

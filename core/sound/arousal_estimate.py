@@ -7,7 +7,7 @@ acted is 0.85. Register would add to that (0.93), but is a person's as much as a
 
 import numpy as np
 
-from ..sound import prosody
+from . import prosody
 
 _DENSITY, _RANGE, _BRIGHT, _NONE = 0.292, 0.069, 0.068, -0.446
 """What an accent a second, and the features of pitch range and brightness add to an arousal rank, and what there is without."""

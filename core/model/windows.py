@@ -6,8 +6,8 @@ import numpy as np
 import torch
 
 from ..errors import Cancelled
-from ..model.seeds import seed_input
 from ..motion import skeleton
+from .seeds import seed_input
 
 LOOKAHEAD = 12
 """Frames at a window's end that are thrown away, because the backward GRU has seen too little of what follows."""
