@@ -1,12 +1,12 @@
-"""Sphinx's acoustic model of phones, scored by numpy.
+"""Scores Sphinx's acoustic model of phones with numpy.
 
-The model is phonetically tied: a Gaussian codebook for every base phone and each of three streams (cepstra, their slopes, and
-the slopes of those), and for every senone, a state of a phone between two others, weights of its codebook's Gaussians.
-:mod:`packed` reads the one that comes with us, :mod:`sphinx_model` those of Sphinx's own files.
+The model is phonetically tied: there is a Gaussian codebook for every base phone and each of three streams (cepstra, their
+slopes, and the slopes of those), and every senone (a state of a triphone) has weights of the Gaussians of its codebook.
+:mod:`packed` reads the shipped model, :mod:`sphinx_model` Sphinx's own files.
 """
 
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -15,25 +15,27 @@ from ...threads import each
 from .sphinx_model import STATES, Parts
 
 INSIDE, BEGINS, ENDS, WHOLE = range(4)
-"""Where in its word a phone stands."""
+"""Position of a phone in its word."""
 STEP = np.float32(np.log(1.0001) * 1024)
-"""Nats of one step of the 8-bit weights."""
-_FLOOR = 1e-4
-_DEEPEST = 96 * STEP
-"""Nats below a frame's best codebook at which a stream's density ends, as in Sphinx: one bad frame does not decide a path."""
+"""Nats per step of the 8-bit weights."""
+_VARIANCE_FLOOR = 1e-4
+_DENSITY_RANGE = 96 * STEP
+"""Nats below a frame's best codebook at which a stream's density is clipped, as in Sphinx, so that one bad frame does not
+decide a path."""
 _BLOCK = 400
 """Frames scored at a time: 9 MB."""
 
 
 class Heard(NamedTuple):
-    """The best Gaussians of every codebook: ``which`` ``(frames, books, streams, n)`` and their log ``density``."""
+    """The best ``n`` Gaussians of every codebook: numbers ``which`` ``(frames, books, streams, n)`` and log ``density``."""
 
     which: np.ndarray
     density: np.ndarray
 
 
 class AcousticModel:
-    """``phones`` by name, ``silence``, and ``stay`` and ``leave``: ``(phones, 3)`` log probabilities of their states."""
+    """An acoustic model: numbers of ``phones`` by name, that of ``silence``, and log probabilities to ``stay`` in and to
+    ``leave`` the states of phones, ``(phones, 3)`` each."""
 
     def __init__(self, parts: Parts):
         self.phones, self.silence = {name: number for number, name in enumerate(parts.phones)}, parts.silence
@@ -43,7 +45,7 @@ class AcousticModel:
         self._book[self._sequences[self._alone]] = np.arange(len(self.phones))[:, None]
         self._book[self._sequences[self._found]] = parts.triphones[:, 1:2]
         self._weights = parts.weights
-        variances = np.maximum(parts.variances, _FLOOR)
+        variances = np.maximum(parts.variances, _VARIANCE_FLOOR)
         constant = -0.5 * (parts.means**2 / variances + np.log(2 * np.pi * variances)).sum(axis=-1, keepdims=True)
         self._books, self._streams, self._size = parts.means.shape[:3]
         terms = np.concatenate([-0.5 / variances, parts.means / variances, constant], axis=-1).astype(np.float32)
@@ -55,21 +57,24 @@ class AcousticModel:
 
     @property
     def alone(self) -> np.ndarray:
-        """Senones of all phones without context, ``(phones, 3)``."""
+        """Senones of the context-independent phones, ``(phones, 3)``."""
         return self._sequences[self._alone]
 
     @lru_cache(maxsize=65536)  # noqa: B019 (one model lives as long as its program)
     def triphone(self, phone: int, left: int, right: int, place: int) -> tuple[int, int, int]:
-        """Senones of a phone between two others; where the model has never met it so, as elsewhere in a word or alone."""
-        for where in (place, INSIDE, BEGINS, ENDS, WHOLE):
-            key = _key(where, phone, left, right)
+        """Return the senones of a phone between two others, at a ``place`` in the word.
+
+        A triphone that the model lacks is replaced by that of another place, else by the context-independent phone.
+        """
+        for position in (place, INSIDE, BEGINS, ENDS, WHOLE):
+            key = _key(position, phone, left, right)
             at = int(np.searchsorted(self._keys, key))
             if at < len(self._keys) and self._keys[at] == key:
-                return tuple(self._sequences[self._found[at]].tolist())
-        return tuple(self.alone[phone].tolist())
+                return cast(tuple[int, int, int], tuple(self._sequences[self._found[at]].tolist()))
+        return cast(tuple[int, int, int], tuple(self.alone[phone].tolist()))
 
     def hear(self, features: np.ndarray, best: int) -> Heard:
-        """The ``best`` Gaussians a codebook of features ``(frames, 39)``."""
+        """Find the ``best`` Gaussians of every codebook for features ``(frames, 39)``."""
         which = np.empty((len(features), self._books, self._streams, best), np.uint8)
         density = np.empty(which.shape, np.float32)
 
@@ -80,31 +85,31 @@ class AcousticModel:
                 scores = rows_by_rows(terms, self._gaussians[stream]).reshape(-1, self._size)
                 every = np.arange(len(scores))
                 for rank in range(best):
-                    found = scores.argmax(axis=1)
-                    which[rows, :, stream, rank] = found.reshape(-1, self._books)
-                    density[rows, :, stream, rank] = scores[every, found].reshape(-1, self._books)
-                    scores[every, found] = -np.inf
+                    gaussian = scores.argmax(axis=1)
+                    which[rows, :, stream, rank] = gaussian.reshape(-1, self._books)
+                    density[rows, :, stream, rank] = scores[every, gaussian].reshape(-1, self._books)
+                    scores[every, gaussian] = -np.inf
 
         each(block, range(0, len(features), _BLOCK))
-        np.maximum(density, density[..., :1].max(axis=1, keepdims=True) - _DEEPEST, out=density)
+        np.maximum(density, density[..., :1].max(axis=1, keepdims=True) - _DENSITY_RANGE, out=density)
         return Heard(which, density)
 
     def together(self, senones: np.ndarray) -> np.ndarray:
-        """The same senones, those of a codebook side by side, as :meth:`scores` wants them."""
+        """Sort senones by codebook, as :meth:`scores` needs them."""
         return senones[np.argsort(self._book[senones], kind="stable")]
 
     def scores(self, heard: Heard, senones: np.ndarray) -> np.ndarray:
-        """``(frames, n)`` float32 log likelihoods of some senones, which are numbers ``(n,)`` put :meth:`together`."""
+        """Return log likelihoods ``(frames, n)`` float32 of senones ``(n,)``, which are sorted by :meth:`together`."""
         result = np.empty((len(heard.which), len(senones)), np.float32)
         books, begins = np.unique(self._book[senones], return_index=True)
         each(
-            lambda one: self._book_scores(heard, senones, result, *one),
+            lambda part: self._score_book(heard, senones, result, *part),
             zip(books, begins, [*begins[1:], len(senones)], strict=True),
         )
         return result
 
-    def _book_scores(self, heard: Heard, senones: np.ndarray, result: np.ndarray, book: int, begin: int, end: int) -> None:
-        """Scores of the senones of one codebook, from ``begin`` to ``end`` of all."""
+    def _score_book(self, heard: Heard, senones: np.ndarray, result: np.ndarray, book: int, begin: int, end: int) -> None:
+        """Write the scores of the senones of one codebook, those from ``begin`` to ``end``, into ``result``."""
         scores = np.zeros((len(result), end - begin), np.float32)
         for stream in range(self._streams):
             which, density = heard.which[:, book, stream], heard.density[:, book, stream]
@@ -112,14 +117,15 @@ class AcousticModel:
             if which.shape[1] == 1:
                 scores += logs[which[:, 0]]
             else:
-                shares, under = np.exp(logs), np.exp(density[:, 1:] - density[:, :1])
-                total = shares[which[:, 0]]  # of the best one, which the others are under
+                shares, relative = np.exp(logs), np.exp(density[:, 1:] - density[:, :1])
+                total = shares[which[:, 0]]  # relative to the density of the best Gaussian
                 for rank in range(1, which.shape[1]):
-                    total += shares[which[:, rank]] * under[:, rank - 1, None]
+                    total += shares[which[:, rank]] * relative[:, rank - 1, None]
                 scores += np.log(total, out=total)
             scores += density[:, :1]
         result[:, begin:end] = scores
 
 
-def _key(place, phone, left, right):
+def _key(place: Any, phone: Any, left: Any, right: Any) -> Any:
+    """Combine position, phone and neighbours, integers or arrays, into one sortable integer."""
     return ((place * 256 + phone) * 256 + left) * 256 + right

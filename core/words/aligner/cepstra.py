@@ -1,7 +1,7 @@
-"""Sphinx's features of speech: noise-reduced mel cepstra of 13 coefficients with their slopes, less their mean.
+"""Computes Sphinx's features: 13 noise-reduced mel cepstra with mean subtraction, their slopes, and the slopes of those.
 
 Settings are those of the ``en-us`` model's ``feat.params``: 25 mel filters from 130 to 6800 Hz, DCT-II, lifter 22, noise
-removal, mean of the piece; frames of 410 samples every 160 under a Hamming window, pre-emphasis 0.97.
+removal, subtraction of the mean of the piece; Hamming windows of 410 samples every 160, pre-emphasis 0.97.
 """
 
 from functools import lru_cache
@@ -12,41 +12,41 @@ _WINDOW, _HOP, _FFT, _RATE = 410, 160, 512, 16000
 _FILTERS, _LOW, _HIGH = 25, 130.0, 6800.0
 _COUNT, _LIFTER = 13, 22
 _BLOCK = 4096
-_SMOOTH, _RISE, _FALL, _DECAY, _MASKED, _MOST, _REACH = 0.7, 0.995, 0.5, 0.85, 0.2, 20.0, 4
-"""Noise removal: smoothing of power, how slowly an envelope rises and how quickly it falls, decay and share of what a
-louder moment masks, the greatest gain either way, and filters on either side over which gains are averaged."""
+_SMOOTH, _RISE, _FALL, _DECAY, _MASKED, _MAX_GAIN, _REACH = 0.7, 0.995, 0.5, 0.85, 0.2, 20.0, 4
+"""Noise removal: smoothing of power; smoothing of the lower envelope when it rises and when it falls; decay and level of the
+masking by louder frames before; maximum gain up or down; and filters on either side over which gains are averaged."""
 
 
 def features(sound: np.ndarray) -> np.ndarray:
-    """``(frames, 39)`` float64 of ``(n,)`` int16 samples at 16 kHz: 13 cepstra, 13 slopes and 13 slopes of those."""
+    """Return ``(frames, 39)`` float64 of ``(n,)`` int16 samples at 16 kHz: 13 cepstra, 13 slopes, 13 slopes of those."""
     power = mel_power(sound)
     if not len(power):
         return np.zeros((0, 3 * _COUNT))
-    cepstra = coefficients(_cleaned(power))
+    cepstra = coefficients(_remove_noise(power))
     return with_slopes(cepstra - usual(cepstra))
 
 
 def coefficients(power: np.ndarray) -> np.ndarray:
-    """Cepstra ``(frames, 13)`` of mel power ``(frames, 25)``."""
+    """Return cepstra ``(frames, 13)`` of mel power ``(frames, 25)``."""
     return np.log(np.maximum(power, 1e-4)) @ _cosines().T
 
 
 def usual(cepstra: np.ndarray) -> np.ndarray:
-    """Their mean ``(13,)``, of a voice and its room; digital silence says nothing of either."""
-    heard = cepstra[cepstra[:, 0] >= 0]
-    return (heard if len(heard) else cepstra).mean(axis=0)
+    """Return the mean ``(13,)`` of cepstra, which describes voice and room; digital silence is ignored."""
+    audible = cepstra[cepstra[:, 0] >= 0]
+    return (audible if len(audible) else cepstra).mean(axis=0)
 
 
 def with_slopes(cepstra: np.ndarray) -> np.ndarray:
-    """``(frames, 39)``: cepstra ``(frames, 13)``, their slopes and the slopes of those."""
+    """Append to cepstra ``(frames, 13)`` their slopes and the slopes of those: ``(frames, 39)``."""
     padded = np.pad(cepstra, ((3, 3), (0, 0)), mode="edge")
-    ahead = [padded[shift : shift + len(cepstra)] for shift in range(7)]  # the middle one is now
-    return np.concatenate([cepstra, ahead[5] - ahead[1], ahead[6] - ahead[2] - ahead[4] + ahead[0]], axis=1)
+    shifted = [padded[shift : shift + len(cepstra)] for shift in range(7)]  # the fourth is not shifted
+    return np.concatenate([cepstra, shifted[5] - shifted[1], shifted[6] - shifted[2] - shifted[4] + shifted[0]], axis=1)
 
 
 def mel_power(sound: np.ndarray) -> np.ndarray:
-    """``(frames, 25)`` float64 of ``(n,)`` int16 samples at 16 kHz."""
-    # a fourth of the samples one step higher, as Sphinx dithers: digital silence is like no silence the model has met
+    """Return mel power ``(frames, 25)`` float64 of ``(n,)`` int16 samples at 16 kHz."""
+    # Sphinx's dither, +1 on a quarter of the samples: the model was not trained with digital silence
     sound = sound.astype(np.float32) + (np.random.default_rng(1).random(len(sound), np.float32) < 0.25)
     sound[1:] -= np.float32(0.97) * sound[:-1].copy()
     if len(sound) < _WINDOW:
@@ -60,20 +60,20 @@ def mel_power(sound: np.ndarray) -> np.ndarray:
     return power
 
 
-def _cleaned(power: np.ndarray) -> np.ndarray:
-    """Mel power without steady noise, which is followed as the lower envelope of each filter's smoothed power."""
+def _remove_noise(power: np.ndarray) -> np.ndarray:
+    """Remove steady noise from mel power, estimated as the lower envelope of each filter's smoothed power."""
     smooth = (1 - _SMOOTH) * power
     smooth[0] += _SMOOTH * power[0]
     share = np.empty(power.shape[1])
     for before, now in zip(smooth[:-1], smooth[1:], strict=True):
         now += np.multiply(before, _SMOOTH, out=share)
-    signal = np.maximum(smooth - _envelope(smooth, power[0] / _MOST), 1.0)
-    masked = np.zeros_like(power)  # a louder moment before, as far as it has decayed
+    signal = np.maximum(smooth - _envelope(smooth, power[0] / _MAX_GAIN), 1.0)
+    masked = np.zeros_like(power)  # decaying maximum of the frames before
     for loud, before, now in zip(signal[:-1], masked[:-1], masked[1:], strict=True):
         np.multiply(np.maximum(before, loud, out=share), _DECAY, out=now)
-    heard = np.where(signal < _DECAY * masked, _MASKED * masked, signal)
-    gains = np.maximum(heard, _envelope(signal, power[0] / _MOST)) / np.maximum(smooth, 1e-10)
-    gains = np.clip(gains, 1 / _MOST, _MOST)
+    audible = np.where(signal < _DECAY * masked, _MASKED * masked, signal)
+    gains = np.maximum(audible, _envelope(signal, power[0] / _MAX_GAIN)) / np.maximum(smooth, 1e-10)
+    gains = np.clip(gains, 1 / _MAX_GAIN, _MAX_GAIN)
     total = np.cumsum(np.pad(gains, ((0, 0), (1, 0))), axis=1)
     place = np.arange(power.shape[1])
     low, high = np.maximum(place - _REACH, 0), np.minimum(place + _REACH + 1, len(place))
@@ -81,22 +81,23 @@ def _cleaned(power: np.ndarray) -> np.ndarray:
 
 
 def _envelope(values: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """What lies below ``values`` ``(frames, n)``, from ``start`` ``(n,)`` on: it rises slowly and falls quickly."""
+    """Return the lower envelope of ``values`` ``(frames, n)``, from ``start`` ``(n,)`` on: it rises slowly, falls quickly."""
     result, below = np.empty_like(values), start
     above, fall = np.empty_like(start), np.empty_like(start)
     for now, row in zip(values, result, strict=True):
         np.subtract(now, below, out=above)
         np.multiply(above, 1 - _FALL, out=fall)
         above *= 1 - _RISE
-        # of both the lower one: where it rises that is the slow way, where it falls the quick one
+        # the smaller change: the slow one where it rises, the quick one where it falls
         below = np.add(below, np.minimum(above, fall, out=above), out=row)
     return result
 
 
 @lru_cache(maxsize=1)
 def _mel_filters() -> np.ndarray:
-    """``(257, 25)`` triangles of unit area, their corners on bins of the spectrum."""
-    mel = np.linspace(*(2595 * np.log10(1 + hertz / 700) for hertz in (_LOW, _HIGH)), _FILTERS + 2)
+    """Return ``(257, 25)`` triangular filters of unit area, their corners on bins of the spectrum."""
+    low, high = (2595 * np.log10(1 + hertz / 700) for hertz in (_LOW, _HIGH))
+    mel = np.linspace(low, high, _FILTERS + 2)
     step = _RATE / _FFT
     corners = np.floor(700 * (10 ** (mel / 2595) - 1) / step + 0.5) * step
     bins = np.arange(_FFT // 2 + 1)[:, None] * step
@@ -107,7 +108,7 @@ def _mel_filters() -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _cosines() -> np.ndarray:
-    """``(13, 25)`` rows of the orthonormal DCT-II, liftered."""
+    """Return the first 13 rows ``(13, 25)`` of the orthonormal DCT-II, liftered."""
     rows = np.arange(_COUNT)[:, None]
     matrix = np.cos(np.pi * rows * (np.arange(_FILTERS) + 0.5) / _FILTERS) * np.sqrt(2 / _FILTERS)
     matrix[0] /= np.sqrt(2)

@@ -1,83 +1,90 @@
-"""Words found in a piece of sound by numpy: along a chain of given words, or freely with the text as the only grammar."""
+"""The numpy engine: aligns a chain of known words with a piece of sound, or recognises words with the text as grammar."""
+
+from typing import Any
 
 import numpy as np
 
 from . import cepstra, graph, viterbi
-from .acoustic import AcousticModel
+from .acoustic import AcousticModel, Heard
 from .lexicon import Lexicon
 from .sphinx_model import Parts
 
 _JUMP = -30.0
-"""Log probability of going on with any other word of the text than the next one, where what is said is searched for."""
-_LATER = 0.006
-"""Seconds from where a frame begins to where, on average, its word does; the middle of a frame is 13 ms in."""
-_GAUSSIANS, _FOREIGN = 2, 4
-"""A mixture, for English and for strange sounds: with one, half as many words again lie 60 ms off where a room is loud."""
+"""Log probability, in recognition, of jumping to another word of the text than the next one."""
+_FRAME_OFFSET = 0.006
+"""Seconds added to the start of a frame, the mean error of word starts; the centre of a frame is at 13 ms."""
+_GAUSSIANS, _FOREIGN_GAUSSIANS = 2, 4
+"""Per mixture, for English and for sounds of other languages: with one, 50 % more words are 60 ms off in a noisy room."""
 
 
 class Ear:
-    """The English acoustic model with a lexicon. Scores are log10 likelihoods over those of the best phone of each frame."""
+    """An acoustic model with a lexicon. Scores are log10 likelihoods relative to the best phone of each frame."""
 
     spread = 2.2
-    """How far below what is usual a score says nothing any more."""
+    """Difference from the usual score at which the confidence reaches its minimum."""
     worst, drop, slack = -2.6, 1.3, 0.4
-    """Mean score a frame of eight words below which they are not what is said, as such and under the best of a recording, and
-    how much less is asked of three. With its own text clean speech stays above -0.9 and speech at 5 dB of signal to noise above
-    -2.0; with another text three of four runs are below -2.5, and some in every recording below -3.4."""
-    attempts = (("plain", False), ("hiss", False))
-    """Treatments of the sound, tried in this order until one fits: hiss helps where digital silence or a robotic voice fits no
-    model. Features are free of noise already, and there are no beams that could be wide."""
-    strange = ()
+    """Thresholds of the mean score per frame of eight words in a row: absolute, and relative to the best of the recording; the
+    mean of three words may be lower by ``slack``. With the right text, clean speech stays above -0.9 and speech at 5 dB
+    signal-to-noise ratio above -2.0; with a wrong one, three of four runs are below -2.5, and some in every recording below
+    -3.4."""
+    attempts: tuple[tuple[str, bool], ...] = (("plain", False), ("hiss", False))
+    """Treatments of the sound, tried in this order until one fits; hiss helps with digital silence and robotic voices. The
+    second item asks for wide beams, which this engine does not have."""
+    strange: tuple[tuple[str, bool], ...] = ()
+    """Further treatments that are tried in other languages if the first ones fail."""
 
     def __init__(self, parts: Parts, lexicon: Lexicon, foreign: bool = False):
         self._model = AcousticModel(parts)
         self._names = list(self._model.phones)
-        self._lexicon, self._best = lexicon, _FOREIGN if foreign else _GAUSSIANS
+        self._lexicon, self._best = lexicon, _FOREIGN_GAUSSIANS if foreign else _GAUSSIANS
         self._ways: dict[str, list[graph.Way]] = {}
         self._alone = self._model.together(np.unique(self._model.alone))
-        self._heard: tuple = (None,)
+        self._scored: tuple[Any, Any, Any] = (None, None, None)
 
     def learn(self, words: set[str]) -> set[str]:
-        """Those of the words that can be said: with a pronunciation in phones of the model."""
+        """Return the words that have a pronunciation in phones of the model."""
         phones = self._model.phones
         for word in words - self._ways.keys():
-            spelt = [way.split() for way in self._lexicon.ways(word)]
-            self._ways[word] = [tuple(phones[one] for one in way) for way in spelt if way and phones.keys() >= set(way)]
+            ways = [way.split() for way in self._lexicon.ways(word)]
+            self._ways[word] = [tuple(phones[name] for name in way) for way in ways if way and phones.keys() >= set(way)]
         return {word for word in words if self._ways[word]}
 
     def chain(self, sound: np.ndarray, words: list[str], open_end: bool, wide: bool) -> list[tuple] | None:
-        """``(start, end, summed score, phones)`` of all words, or with ``open_end`` of the first few; times in seconds.
+        """Return ``(start, end, summed score, phones)`` of all words, or with ``open_end`` of the first few; times in seconds.
 
-        Phones are ``(name, start, end)``.
+        Phones are ``(name, start, end)``. None if there is no path. ``wide`` has no effect.
         """
-        found = self._path(sound, words, open_end=open_end)
-        if not found or not (open_end or len(found) == len(words)):
+        path = self._path(sound, words, open_end=open_end)
+        if not path or not (open_end or len(path) == len(words)):
             return None
-        return [(_seconds(part.begin), _seconds(part.end), part.total / np.log(10), self._phones(part)) for part in found]
+        return [(_seconds(part.begin), _seconds(part.end), part.total / np.log(10), self._phones(part)) for part in path]
 
     def recognise(self, sound: np.ndarray, words: list[str]) -> list[tuple[str, float]]:
-        """What seems to be said, ``(word, start)`` in seconds, in words of the text and mostly in its order."""
+        """Recognise ``(word, start)`` in seconds, with the words of the text and mostly in their order."""
         return [(words[part.word], _seconds(part.begin)) for part in self._path(sound, words, jump=_JUMP)]
 
-    def _path(self, sound: np.ndarray, words: list[str], **manner) -> list[viterbi.Said]:
-        heard, background = self._hear(sound)
+    def _path(self, sound: np.ndarray, words: list[str], **options: Any) -> list[viterbi.Said]:
+        """Find the best path through a graph of the words; ``options`` are those of :func:`graph.build`."""
+        gaussians, background = self._score(sound)
         if not len(background):
             return []
         ways = [self._ways[word] for word in words]
-        return viterbi.path(self._model, graph.build(self._model, ways, **manner), heard, background)
+        return viterbi.path(self._model, graph.build(self._model, ways, **options), gaussians, background)
 
     def _phones(self, part: viterbi.Said) -> list[tuple[str, float, float]]:
+        """Return the phones of a word as ``(name, start, end)`` in seconds."""
         ends = [*(begin for _, begin in part.phones[1:]), part.end]
         pairs = zip(part.phones, ends, strict=True)
         return [(self._names[phone], _seconds(begin), _seconds(end)) for (phone, begin), end in pairs]
 
-    def _hear(self, sound: np.ndarray):
-        """Gaussians of a sound and the best phone's score a frame; those of the last sound are kept."""
-        if self._heard[0] is not sound:
-            heard = self._model.hear(cepstra.features(sound), self._best)
-            self._heard = sound, heard, self._model.scores(heard, self._alone).max(axis=1)
-        return self._heard[1:]
+    def _score(self, sound: np.ndarray) -> tuple[Heard, np.ndarray]:
+        """Return the best Gaussians of a sound and the best phone's score per frame; those of the last sound are cached."""
+        if self._scored[0] is not sound:
+            gaussians = self._model.hear(cepstra.features(sound), self._best)
+            self._scored = sound, gaussians, self._model.scores(gaussians, self._alone).max(axis=1)
+        return self._scored[1:]
 
 
 def _seconds(frame: int) -> float:
-    return frame / 100 + _LATER
+    """Return the time of the start of a frame in seconds."""
+    return frame / 100 + _FRAME_OFFSET

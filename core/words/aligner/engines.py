@@ -1,6 +1,7 @@
-"""Which engine finds words: our own in numpy, or pocketsphinx where it is installed and asked for or better.
+"""Chooses the alignment engine: numpy, or pocketsphinx if it is installed and either requested or better.
 
-It is better at other languages whose text has sentences that nobody says: after one, our search loses more of the rest.
+Pocketsphinx is better in other languages if the text has sentences that are not spoken: the numpy search loses more words
+after such a sentence.
 """
 
 import contextlib
@@ -15,26 +16,26 @@ from .lexicon import Lexicon
 from .sphinx import Sphinx
 
 SWITCH = "S2AG_ALIGNER"
-"""Environment variable: ``pocketsphinx`` has that package find the words, where it is installed, ``numpy`` our own search."""
+"""Environment variable that selects the engine: ``pocketsphinx`` (if installed) or ``numpy``."""
 
 
 def chosen(model: dict | None = None) -> str:
-    """``pocketsphinx`` where that finds the words of a language (None: English), "" where our own search does."""
-    wanted = os.environ.get(SWITCH, "").strip().lower()
-    wanted = wanted or ("pocketsphinx" if (model or {}).get("voice") else "numpy")
-    return "pocketsphinx" if wanted == "pocketsphinx" and importlib.util.find_spec("pocketsphinx") else ""
+    """Return the name of the engine for a language model (None: English): ``pocketsphinx``, or "" for numpy."""
+    name = os.environ.get(SWITCH, "").strip().lower()
+    name = name or ("pocketsphinx" if (model or {}).get("voice") else "numpy")
+    return "pocketsphinx" if name == "pocketsphinx" and importlib.util.find_spec("pocketsphinx") else ""
 
 
 def make_ready() -> None:
-    """Read what nearly every engine needs, before it is known which is wanted; one that needs it says what is wrong with it."""
+    """Load the English model in advance, as nearly every request needs it; errors are reported when it is used."""
     with contextlib.suppress(sphinx_model.UnreadableModel):
         _english()
 
 
 def engine(vocabulary: set[str], folder: str, model: dict | None = None) -> Ear | Sphinx:
-    """An engine for these words; ``folder`` is for temporary files, ``model`` another language's (:mod:`..language`).
+    """Create an engine for these words; ``folder`` is for temporary files, ``model`` another language (:mod:`..language`).
 
-    Raises :class:`UnreadableModel` for a model of another kind where there is no pocketsphinx.
+    Raises :class:`UnreadableModel` for an acoustic model that needs pocketsphinx if that is not installed.
     """
     lexicon, acoustic = Lexicon(vocabulary, model), (model or {}).get("acoustic")
     if not chosen(model):

@@ -1,7 +1,7 @@
-"""All ways in which words can be said one after the other, as a graph of phones between their neighbours.
+"""Builds the search graph: all ways to speak the words one after the other, as a graph of triphones.
 
-Between words there may be silence or noise or nothing: then the last phone of one and the first of the next sound as their
-neighbour across the border makes them. Of a word with several pronunciations any may be said.
+Between two words there may be silence, noise or nothing; without a gap, the phones at the border take each other as context.
+A word may have several pronunciations.
 """
 
 from collections.abc import Sequence
@@ -14,15 +14,19 @@ from .acoustic import BEGINS, ENDS, INSIDE, WHOLE, AcousticModel
 Way = tuple[int, ...]
 """A pronunciation as numbers of phones."""
 GAP = -1
+"""Word number of silence and noise between words."""
 _SILENCE, _NOISE = -34.0, -120.0
-"""Log probabilities of a pause, and of a noise in it, between two words."""
+"""Log probabilities of a pause between two words, and of a noise in it."""
 _NOISES = ("+NSN+",)
 
 
 class Graph(NamedTuple):
-    """``senones`` ``(phones, 3)``; ``phone`` of the model and ``word`` of each, :data:`GAP` for none; arcs sorted by their
-    target ``to``: ``source`` (a phone, or -1 for any word's end, where the text may be jumped) and ``cost`` (log); ``begins``
-    and ``ends`` ``(phones,)``, whether a path may; ``closes``: whether a phone ends a word before a gap."""
+    """A search graph whose nodes are phones.
+
+    Per node: ``senones`` ``(nodes, 3)``, ``phone`` (number in the model), ``word`` (number, or :data:`GAP`), whether a path
+    ``begins`` or ``ends`` there, and whether it ``closes`` a word before a gap. Per arc, sorted by the target node ``to``:
+    ``source`` (a node, or -1 for the end of any word, where jumps are allowed) and ``cost`` (a log probability).
+    """
 
     senones: np.ndarray
     phone: np.ndarray
@@ -36,24 +40,28 @@ class Graph(NamedTuple):
 
 
 class _Builder:
+    """Collects nodes and arcs of a graph."""
+
     def __init__(self, model: AcousticModel):
         self.model = model
-        self.senones: list = []
+        self.senones: list[Sequence[int]] = []
         self.phone: list[int] = []
         self.word: list[int] = []
         self.arcs: list[tuple[int, int, float]] = []
 
-    def add(self, phone: int, senones, word: int) -> int:
+    def add(self, phone: int, senones: Sequence[int], word: int) -> int:
+        """Add a node; return its number."""
         self.phone.append(phone)
         self.senones.append(senones)
         self.word.append(word)
         return len(self.phone) - 1
 
-    def join(self, sources, targets, cost: float = 0.0) -> None:
+    def join(self, sources: Sequence[int], targets: Sequence[int], cost: float = 0.0) -> None:
+        """Add arcs from all sources to all targets."""
         self.arcs += [(source, target, cost) for target in targets for source in sources]
 
-    def gap(self, sources) -> list[int]:
-        """Silence or noise, in any order, after some phones."""
+    def gap(self, sources: Sequence[int]) -> list[int]:
+        """Add silence and noise, in any order, after some nodes; return their nodes."""
         model = self.model
         kinds = [model.silence, *(model.phones[name] for name in _NOISES if name in model.phones)]
         nodes = [self.add(kind, model.alone[kind].tolist(), GAP) for kind in kinds]
@@ -61,26 +69,31 @@ class _Builder:
             self.join([*sources, *(other for other in nodes if other != node)], [node], cost)
         return nodes
 
-    def word_between(self, number: int, ways: Sequence[Way], lefts: set[int], rights: set[int]):
-        """Phones of a word: its first ones by ``(phone, left)`` and its last ones by ``(phone, right)``."""
+    def word_between(
+        self, number: int, ways: Sequence[Way], lefts: set[int], rights: set[int]
+    ) -> tuple[dict[tuple[int, int], list[int]], dict[tuple[int, int], list[int]]]:
+        """Add a word with its pronunciations between possible neighbours ``lefts`` and ``rights`` (phones).
+
+        Returns its first nodes by ``(phone, left)`` and its last nodes by ``(phone, right)``.
+        """
         first: dict[tuple[int, int], list[int]] = {}
         last: dict[tuple[int, int], list[int]] = {}
-        spell = self.model.triphone
+        senones = self.model.triphone
         for way in ways:
             if len(way) == 1:
                 for left in lefts:
                     for right in rights:
-                        node = self.add(way[0], spell(way[0], left, right, WHOLE), number)
+                        node = self.add(way[0], senones(way[0], left, right, WHOLE), number)
                         first.setdefault((way[0], left), []).append(node)
                         last.setdefault((way[0], right), []).append(node)
                 continue
-            heads = [(left, self.add(way[0], spell(way[0], left, way[1], BEGINS), number)) for left in lefts]
+            heads = [(left, self.add(way[0], senones(way[0], left, way[1], BEGINS), number)) for left in lefts]
             before = [node for _, node in heads]
             for place in range(1, len(way) - 1):
-                node = self.add(way[place], spell(way[place], way[place - 1], way[place + 1], INSIDE), number)
+                node = self.add(way[place], senones(way[place], way[place - 1], way[place + 1], INSIDE), number)
                 self.join(before, [node])
                 before = [node]
-            tails = [(right, self.add(way[-1], spell(way[-1], way[-2], right, ENDS), number)) for right in rights]
+            tails = [(right, self.add(way[-1], senones(way[-1], way[-2], right, ENDS), number)) for right in rights]
             self.join(before, [node for _, node in tails])
             for left, node in heads:
                 first.setdefault((way[0], left), []).append(node)
@@ -90,9 +103,9 @@ class _Builder:
 
 
 def build(model: AcousticModel, words: Sequence[Sequence[Way]], open_end: bool = False, jump: float | None = None) -> Graph:
-    """The graph of words in this order, each with its pronunciations.
+    """Build the graph of words in this order, each with its pronunciations.
 
-    With ``open_end`` any word may be the last. With ``jump`` (a log probability) any word may also follow any other, and be
+    With ``open_end`` any word may be the last. With ``jump`` (a log probability) any word may also follow any other one, and be
     the first or the last.
     """
     builder, silence = _Builder(model), model.silence
@@ -117,6 +130,7 @@ def build(model: AcousticModel, words: Sequence[Sequence[Way]], open_end: bool =
 
 
 def _graph(builder: _Builder, begins: list[int], ends: list[int], closes: list[int]) -> Graph:
+    """Convert to arrays."""
     arcs = sorted(builder.arcs, key=lambda arc: arc[1])
     source, to, cost = (np.array(column) for column in zip(*arcs, strict=True))
     marks = np.zeros((3, len(builder.phone)), bool)

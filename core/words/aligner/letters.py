@@ -1,4 +1,4 @@
-"""How a word that no dictionary knows might sound: CMU phones guessed from its spelling."""
+"""Guesses the pronunciation of words that are in no dictionary: letter rules to CMU phones."""
 
 import unicodedata
 
@@ -24,10 +24,10 @@ _NAMES = {
 
 
 def phones(word: str, letters: dict[str, str] | None = None) -> str:
-    """CMU phones guessed from the spelling, "" for a word without Latin letters.
+    """Guess the CMU phones of a word from its spelling; "" for a word without Latin letters.
 
-    Clusters without vowels and words in capitals are spelt out. ``letters`` replaces the English rules by those of another
-    language: from letters, in lower case, to phones (none: ""); the longest that fits is taken, unknown letters are left out.
+    Words in capitals and words without vowels are spelt out. ``letters`` replaces the English rules by those of another
+    language: from lower-case letters to phones (which may be ""); the longest match wins and unknown letters are skipped.
     """
     if letters is not None:
         return _by_rules("".join(char for char in unicodedata.normalize("NFC", word.lower()) if char.isalpha()), letters)
@@ -41,6 +41,7 @@ def phones(word: str, letters: dict[str, str] | None = None) -> str:
 
 
 def _by_rules(text: str, rules: dict[str, str]) -> str:
+    """Apply letter rules from left to right, the longest match first."""
     longest, result = max(map(len, rules), default=0), []
     while text:
         size = next((size for size in range(min(longest, len(text)), 0, -1) if text[:size] in rules), 0)

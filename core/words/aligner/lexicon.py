@@ -1,61 +1,63 @@
-"""How words are pronounced: by a dictionary, by eSpeak NG for other languages, and else by their letters."""
+"""Looks up pronunciations: in a dictionary, from eSpeak NG for other languages, otherwise by letter rules."""
 
 from collections.abc import Iterator
+from os import PathLike
 from typing import TextIO
 
 from . import packed
 from .letters import phones
 from .pronounce import Espeak
 
-_WAYS, _LINE = 16, 1000
-"""Ways to say a word, and letters of a line with one, that count."""
+_MAX_PRONUNCIATIONS, _MAX_LINE_LENGTH = 16, 1000
+"""Per word, and in characters; what is beyond is ignored."""
 
 
 class Lexicon:
-    """Pronunciations, each phones divided by spaces, of a ``vocabulary``; other words are not looked up.
+    """Pronunciations, phones separated by spaces, of the words in a ``vocabulary``; other words are not looked up.
 
-    English words are those of :mod:`packed`. A ``model`` of another language (:mod:`..language`) names its own, the
-    voice of eSpeak NG, and rules for letters; English words are none of it.
+    English words come from :mod:`packed`. A ``model`` of another language (:mod:`..language`) has its own dictionary, voice of
+    eSpeak NG and letter rules, and uses no English words.
     """
 
     def __init__(self, vocabulary: set[str], model: dict | None = None):
         self._model = model or {}
         self._ways: dict[str, list[str]] = {}
-        wanted = vocabulary | {word.lower() for word in vocabulary}
+        words = vocabulary | {word.lower() for word in vocabulary}
         if not self._model:
-            self._ways = packed.pronunciations(wanted)
+            self._ways = packed.pronunciations(words)
         elif self._model.get("dictionary"):
-            self._look_up(self._model["dictionary"], wanted)
+            self._look_up(self._model["dictionary"], words)
         if self._model.get("voice"):
             espeak = Espeak(self._model["voice"])
             self._ways.update(
-                {word: ways for word in sorted(wanted - self._ways.keys()) if (ways := espeak.pronunciations(word))}
+                {word: ways for word in sorted(words - self._ways.keys()) if (ways := espeak.pronunciations(word))}
             )
 
-    def _look_up(self, dictionary, wanted: set[str]) -> None:
+    def _look_up(self, dictionary: str | PathLike, words: set[str]) -> None:
+        """Read the pronunciations of these words from a dictionary file."""
         with open(dictionary, encoding="utf-8", errors="replace") as lines:
             for line in _beginnings(lines):
                 parts = line.split(None, 1)
-                if len(parts) == 2 and (word := parts[0].partition("(")[0]) in wanted:
+                if len(parts) == 2 and (word := parts[0].partition("(")[0]) in words:
                     ways = self._ways.setdefault(word, [])
-                    if len(ways) < _WAYS:
+                    if len(ways) < _MAX_PRONUNCIATIONS:
                         ways.append(parts[1].strip())
 
     def known(self) -> dict[str, list[str]]:
-        """All words that were found."""
+        """Return the pronunciations of all words that were found."""
         return self._ways
 
     def ways(self, word: str) -> list[str]:
-        """Pronunciations of a word, at best those it has as it is written; none where nothing can be guessed either."""
-        found = self._ways.get(word) or self._ways.get(word.lower(), [])[:1]
-        guess = "" if found else phones(word, self._model.get("letters"))
-        return found or ([guess] if guess.strip() else [])
+        """Return the pronunciations of a word as written, else the first one in lower case, else a guess, if possible."""
+        entries = self._ways.get(word) or self._ways.get(word.lower(), [])[:1]
+        guess = "" if entries else phones(word, self._model.get("letters"))
+        return entries or ([guess] if guess.strip() else [])
 
 
 def _beginnings(file: TextIO) -> Iterator[str]:
-    """The lines of a file, of long ones the first letters."""
+    """Yield the lines of a file, long ones truncated."""
     whole = True
-    while piece := file.readline(_LINE):
+    while piece := file.readline(_MAX_LINE_LENGTH):
         if whole:
             yield piece
         whole = piece.endswith("\n")

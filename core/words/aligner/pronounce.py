@@ -1,8 +1,8 @@
-"""How words of another language might sound to the English acoustic model: eSpeak NG's IPA, each sound as the nearest of CMU's.
+"""Pronounces words of other languages with the phones of the English acoustic model: eSpeak NG's IPA mapped to CMU phones.
 
-The package ``espeakng-loader`` (extra ``languages``) brings eSpeak NG as a library, with rules for more than a hundred
-languages; it reads numbers and signs as well. Sounds that English lacks get what is nearest in place and manner of
-articulation, and where two are equally near both: the search takes what fits the speaker.
+The package ``espeakng-loader`` (extra ``languages``) provides eSpeak NG as a library, with rules for over a hundred languages
+that cover numbers and signs, too. A sound that English lacks becomes the phone nearest in place and manner of articulation; if
+two are equally near, both are alternatives and the search takes the one that fits the speaker.
 """
 
 import ctypes
@@ -11,7 +11,7 @@ import re
 import unicodedata
 
 MOST = 8
-"""Pronunciations of a word."""
+"""Maximum number of pronunciations of a word."""
 _SOUNDS = {
     "i": "IY", "y": "UW|IY", "ɨ": "IH", "ʉ": "UW", "ɯ": "UW", "u": "UW", "ɪ": "IH", "ʏ": "UH|IH", "ʊ": "UH", "ᵻ": "IH",
     "e": "EY|EH", "ø": "ER|EH", "ɘ": "AH", "ɵ": "UH", "ɤ": "AH", "o": "OW", "ə": "AH", "ɛ": "EH", "œ": "ER|EH",
@@ -27,23 +27,27 @@ _SOUNDS = {
     "oi": "OY", "eɪ": "EY", "ei": "EY", "ɛɪ": "EY", "oʊ": "OW", "ou": "OW", "əʊ": "OW", "tʃ": "CH", "dʒ": "JH", "tɕ": "CH",
     "dʑ": "JH",
 }  # fmt: skip
-"""IPA to CMU's phones, alternatives divided by ``|``; marks of stress, length and tone are in none of them."""
+"""IPA to CMU phones, alternatives separated by ``|``; marks of stress, length and tone are ignored."""
 _NASAL = "\N{COMBINING TILDE}"
 _SWITCH = re.compile(r"\([a-z-]+\)")
 _PURPOSE, _UTF8, _IPA, _KEEP_ALIVE = 2, 1, 0x02, 0x8000
-"""eSpeak NG's own numbers: no sound is wanted, text is UTF-8, IPA is, and its library must not end the process."""
+"""eSpeak NG's constants: no audio output, text in UTF-8, phonemes in IPA, and errors must not end the process."""
 
 
 def phones(ipa: str) -> list[str]:
-    """CMU phones of a word in IPA, its sounds divided by ``_`` or spaces: the likeliest, then those with one sound changed."""
+    """Convert a word in IPA, its sounds separated by ``_`` or spaces, to pronunciations in CMU phones.
+
+    The most likely comes first, then those in which one sound has another alternative.
+    """
     sounds = [choices for piece in re.split(r"[_\s]+", _SWITCH.sub("", ipa)) for choices in _sounds(piece)]
-    ways = [[choices[0] for choices in sounds]]
+    variants = [[choices[0] for choices in sounds]]
     for place, choices in enumerate(sounds):
-        ways += [[*ways[0][:place], other, *ways[0][place + 1 :]] for other in choices[1:]]
-    return list(dict.fromkeys(" ".join(way) for way in ways if way))[:MOST]
+        variants += [[*variants[0][:place], other, *variants[0][place + 1 :]] for other in choices[1:]]
+    return list(dict.fromkeys(" ".join(variant) for variant in variants if variant))[:MOST]
 
 
 def _sounds(piece: str) -> list[list[str]]:
+    """Return the alternatives of every sound of a piece of IPA; unknown signs are skipped."""
     piece = unicodedata.normalize("NFC", piece)
     if piece not in _SOUNDS and "ç" not in piece:
         piece = unicodedata.normalize("NFD", piece)
@@ -59,7 +63,7 @@ def _sounds(piece: str) -> list[list[str]]:
 
 
 class Espeak:
-    """eSpeak NG with the voice of a language, as in ``de``; raises :class:`ValueError` where it has none."""
+    """eSpeak NG with the voice of a language, as in ``de``; raises :class:`ValueError` if it has none."""
 
     def __init__(self, language: str):
         import espeakng_loader as package
@@ -73,12 +77,12 @@ class Espeak:
             raise ValueError(f"eSpeak NG does not speak {language!r}")
 
     def pronunciations(self, word: str) -> list[str]:
-        """CMU phones of a word, likeliest first; words in capitals may be spelt out."""
-        spelt = [word, " ".join(word)] if len(word) > 1 and word.isupper() else [word]
-        return [way for text in spelt for way in phones(self.ipa(text))]
+        """Return pronunciations of a word in CMU phones, most likely first; words in capitals are also spelt out."""
+        texts = [word, " ".join(word)] if len(word) > 1 and word.isupper() else [word]
+        return [variant for text in texts for variant in phones(self.ipa(text))]
 
     def ipa(self, text: str) -> str:
-        """Sounds of a text, divided by ``_`` and spaces."""
+        """Return the IPA of a text, sounds separated by ``_`` and spaces."""
         buffer = ctypes.create_string_buffer(text.encode())
         rest, clauses = ctypes.c_void_p(ctypes.addressof(buffer)), []
         while rest.value:

@@ -1,18 +1,19 @@
-"""The recording as the search hears it: read as it comes, forgotten as it goes, and treated where it is hard to hear."""
+"""The recording for the search: read as a stream with bounded memory, and treated if it is hard to align."""
 
+from collections.abc import Sequence
 from typing import BinaryIO
 
 import numpy as np
 
 RATE = 16000
 _BLOCK = 10 * RATE
-_MEMORY = 240.0
-"""Seconds that can be gone back."""
+_MEMORY_SECONDS = 240.0
+"""Seconds that are kept."""
 _WINDOW = 512
 
 
 class Sound:
-    """int16 samples at 16 kHz from a stream of ``samples`` of them; only the last minutes are kept."""
+    """A stream of ``samples`` int16 samples at 16 kHz, of which only the last minutes are kept."""
 
     def __init__(self, stream: BinaryIO, samples: int):
         self._stream, self._samples = stream, samples
@@ -21,15 +22,15 @@ class Sound:
 
     @property
     def duration(self) -> float:
-        """Seconds."""
+        """Duration in seconds."""
         return self._samples / RATE
 
     def count(self, start: float, end: float) -> int:
-        """Samples between two moments."""
+        """Return the number of samples between two times in seconds."""
         return max(min(int(end * RATE), self._samples) - max(int(start * RATE), 0), 0)
 
     def cut(self, start: float, end: float) -> np.ndarray:
-        """``(n,)`` int16 between two moments. What lies more than four minutes before the last moment asked for is silence."""
+        """Return the samples ``(n,)`` int16 between two times in seconds; those no longer kept are silence."""
         first, last = max(int(start * RATE), 0), min(int(end * RATE), self._samples)
         if last <= first:
             return np.zeros(0, np.int16)
@@ -40,20 +41,21 @@ class Sound:
         return joined[first - numbers[0] * _BLOCK : last - numbers[0] * _BLOCK]
 
     def _next(self) -> None:
+        """Read the next block and discard the oldest."""
         size = min(_BLOCK, self._samples - self._read * _BLOCK)
         data = self._stream.read(2 * size)
         if len(data) < 2 * size:
             raise EOFError("the sound ended early")
         self._blocks[self._read] = np.frombuffer(data, "<i2")
-        self._blocks.pop(self._read - int(_MEMORY * RATE / _BLOCK), None)
+        self._blocks.pop(self._read - int(_MEMORY_SECONDS * RATE / _BLOCK), None)
         self._read += 1
 
 
 _SILENCE = np.zeros(_BLOCK, np.int16)
 
 
-def treated(sound: np.ndarray, treatment: str, pauses: list) -> np.ndarray:
-    """``(n,)`` int16 ``plain``, with ``hiss`` or ``denoised``; ``pauses`` in seconds of this sound."""
+def treated(sound: np.ndarray, treatment: str, pauses: Sequence[tuple[float, float]]) -> np.ndarray:
+    """Return the sound ``(n,)`` int16 ``plain``, with ``hiss`` or ``denoised``; ``pauses`` are in seconds of this sound."""
     if treatment == "hiss":
         sound = sound + np.random.default_rng(0).normal(0, 60, len(sound))
     elif treatment == "denoised":
@@ -61,8 +63,11 @@ def treated(sound: np.ndarray, treatment: str, pauses: list) -> np.ndarray:
     return np.clip(sound, -32768, 32767).astype("<i2")
 
 
-def denoise(sound: np.ndarray, pauses: list) -> np.ndarray:
-    """``(n,)`` float with a Wiener filter for the mean spectrum of the pauses (seconds), if there are any."""
+def denoise(sound: np.ndarray, pauses: Sequence[tuple[float, float]]) -> np.ndarray:
+    """Apply a Wiener filter against the mean spectrum of the pauses (in seconds); return ``(n,)`` float.
+
+    The sound is returned unchanged if the pauses are too short.
+    """
     hop = _WINDOW // 4
     padded = np.pad(sound.astype(np.float32), (_WINDOW, _WINDOW + -len(sound) % hop))
     window = np.sqrt(np.hanning(_WINDOW + 1)[:-1]).astype(np.float32)

@@ -1,39 +1,42 @@
-"""The same by the package pocketsphinx: for acoustic models of other kinds, and to compare with."""
+"""The alignment engine with the package pocketsphinx: for acoustic models of other kinds, and for comparison."""
 
 import math
 import os
 import tempfile
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from .lexicon import Lexicon
 
-_LATER = 0.006
-"""Seconds from where a frame begins to where, on average, its word does: words of a neural voice are 12 ms later than that,
-words that people labelled in a clip of CMU Arctic are not."""
+_FRAME_OFFSET = 0.006
+"""Seconds added to the start of a frame, the mean error of word starts: 12 ms for a synthetic voice, none for the hand labels
+of a clip of CMU Arctic."""
 _NARROW = {"beam": 1e-36, "wbeam": 1e-24, "pbeam": 1e-36}
 _COMMON = {"lm": None, "loglevel": "FATAL", "dither": True, "seed": 1, "topn": 1, **_NARROW}
-"""One Gaussian a mixture instead of four is a quarter faster and places words as well. Scoring every other frame (``ds``) is
-faster still, but then words swallow the silence in front of them."""
+"""One Gaussian per mixture instead of four is a quarter faster and places words as well. Scoring every other frame (``ds``) is
+faster still, but then words include the silence before them."""
 _WIDE = {"beam": 1e-60, "wbeam": 1e-40, "pbeam": 1e-60}
 _FOREIGN = {"topn": 4}
-"""Strange sounds need all Gaussians: with one every second word of Spanish prompts by people was lost, with four 1 %."""
+"""Sounds of other languages need all Gaussians: in recorded Spanish prompts half of the words were lost with one, 1 % with
+four."""
 _QUICK = {"fwdflat": False, "bestpath": False}
 
 
 class Sphinx:
-    """Pocketsphinx with a lexicon; what it is asked and what it answers is as with :class:`ear.Ear`.
+    """Pocketsphinx with a lexicon; the interface is that of :class:`ear.Ear`.
 
-    Scores are log10 likelihoods over those of the best senone of each frame. With its own text clean speech stays above -1.4
-    and speech at 10 dB of signal to noise above -1.7, with another text it falls below -2.1 somewhere. It varies by 0.6 within
-    a recording, so what fell by more than ``drop`` from the best is wrong too.
+    Scores are log10 likelihoods relative to the best senone of each frame. With the right text, clean speech stays above -1.4
+    and speech at 10 dB signal-to-noise ratio above -1.7; with a wrong text, the score falls below -2.1 somewhere. It varies by
+    0.6 within a recording, so words that are more than ``drop`` below the best are wrong, too.
     """
 
     worst, drop, slack, spread = -1.9, 0.9, 0.0, 1.2
     attempts = (("plain", False), ("plain", True), ("hiss", False), ("denoised", True))
-    """Treatment of the sound and whether beams are wide; beams beyond 1e-100 lose words."""
+    """Treatment of the sound and whether to use wide beams; beams beyond 1e-100 lose words."""
 
     def __init__(self, folder: str, lexicon: Lexicon, acoustic: str | None = None, foreign: bool = False):
         self._folder, self._lexicon = folder, lexicon
@@ -41,60 +44,61 @@ class Sphinx:
         self._mixture = _FOREIGN if foreign else {}
         self.strange = (("plain", False), ("hiss", False)) if foreign else ()
         self._dictionary = Path(folder) / "dictionary"
-        self._decoders: dict[bool, object] = {}
+        self._decoders: dict[bool, Any] = {}
         with open(self._dictionary, "w", encoding="utf-8") as lines:
             for word, ways in lexicon.known().items():
                 lines.writelines(f"{word}{f'({number})' if number > 1 else ''} {way}\n" for number, way in enumerate(ways, 1))
 
     def learn(self, words: set[str]) -> set[str]:
-        """Those of the words that can be said, after guesses for all that no dictionary holds."""
-        decoder, able = self._decoder(False), set()
+        """Return the words that have a pronunciation; those in no dictionary get a guessed one."""
+        decoder, pronounceable = self._decoder(False), set()
         for word in words:
             if decoder.lookup_word(word) is None:
                 ways = self._lexicon.ways(word)
-                if not ways or not _added(decoder, word, ways[0]):
+                if not ways or not _add_word(decoder, word, ways[0]):
                     continue
-            able.add(word)
-        return able
+            pronounceable.add(word)
+        return pronounceable
 
     def chain(self, sound: np.ndarray, words: list[str], open_end: bool, wide: bool) -> list[tuple] | None:
-        """``(start, end, summed score, [])`` of all words, or with ``open_end`` of the first few; times in seconds.
+        """Return ``(start, end, summed score, [])`` of all words, or with ``open_end`` of the first few; times in seconds.
 
-        Its phones are not asked for: nothing to give in their place.
+        The last item would be the phones, which pocketsphinx is not asked for. None if there is no path.
         """
         known, decoder = self._decoder(False), self._decoder(wide)
         for word in words if decoder is not known else ():
             if decoder.lookup_word(word) is None:
-                _added(decoder, word, known.lookup_word(word))
+                _add_word(decoder, word, known.lookup_word(word))
         count = len(words)
         arcs = [(place, place + 1, 1.0, word) for place, word in enumerate(words)]
         arcs += [(place, count, 1.0) for place in (range(1, count) if open_end else ())]
         decoder.add_fsg("chain", decoder.create_fsg("chain", 0, count, arcs))
         decoder.activate_search("chain")
-        heard = _heard(decoder, sound)
-        if not heard or not (open_end or len(heard) == count):
+        decoded = _decode(decoder, sound)
+        if not decoded or not (open_end or len(decoded) == count):
             return None
-        return [(begin + _LATER, stop + _LATER, total, []) for _, begin, stop, total in heard]
+        return [(begin + _FRAME_OFFSET, stop + _FRAME_OFFSET, total, []) for _, begin, stop, total in decoded]
 
     def recognise(self, sound: np.ndarray, words: list[str]) -> list[tuple[str, float]]:
-        """What seems to be said, ``(word, start)`` in seconds, in words of the text and mostly in its order.
+        """Recognise ``(word, start)`` in seconds, with the words of the text and mostly in their order.
 
-        A dictionary and a trigram of just these words make this as fast as following a chain.
+        A dictionary and a trigram of just these words make this as fast as :meth:`chain`.
         """
         from pocketsphinx import Decoder
 
         known = self._decoder(False)
         with tempfile.TemporaryDirectory(dir=self._folder) as folder:
             dictionary, grammar = Path(folder) / "words", Path(folder) / "grammar"
-            dictionary.write_text("".join(_entries(known, sorted(set(words)))), encoding="utf-8")
+            dictionary.write_text("".join(_dictionary_lines(known, sorted(set(words)))), encoding="utf-8")
             grammar.write_text(trigrams(words), encoding="utf-8")
             decoder = Decoder(**{**self._settings(), **_QUICK, "dict": os.fspath(dictionary), "lm": os.fspath(grammar)})
-        return [(word, begin + _LATER) for word, begin, _, _ in _heard(decoder, sound)]
+        return [(word, begin + _FRAME_OFFSET) for word, begin, _, _ in _decode(decoder, sound)]
 
     def _settings(self) -> dict:
         return {**_COMMON, **self._mixture, **self._acoustic, "dict": os.fspath(self._dictionary)}
 
-    def _decoder(self, wide: bool):
+    def _decoder(self, wide: bool) -> Any:
+        """Return the decoder with narrow or wide beams, created on first use."""
         if wide not in self._decoders:
             from pocketsphinx import Decoder
 
@@ -103,7 +107,7 @@ class Sphinx:
 
 
 def trigrams(words: list[str]) -> str:
-    """An ARPA language model that says what the text says, and backs off to any of its words."""
+    """Return an ARPA trigram language model of the text that backs off to any of its words."""
     one, two = Counter(words), Counter(zip(words, words[1:], strict=False))
     three = Counter(zip(words, words[1:], words[2:], strict=False))
     log = math.log10
@@ -117,8 +121,8 @@ def trigrams(words: list[str]) -> str:
     return "\n".join([*lines, "", "\\end\\", ""])
 
 
-def _heard(decoder, sound: np.ndarray) -> list[tuple[str, float, float, float]]:
-    """``(word, start, end, summed log10 score)`` of the best path, without silence and noises; times in seconds."""
+def _decode(decoder: Any, sound: np.ndarray) -> list[tuple[str, float, float, float]]:
+    """Return ``(word, start, end, summed log10 score)`` of the best path, without silence and noises; times in seconds."""
     decoder.start_utt()
     decoder.process_raw(sound.tobytes(), full_utt=True)
     decoder.end_utt()
@@ -129,8 +133,8 @@ def _heard(decoder, sound: np.ndarray) -> list[tuple[str, float, float, float]]:
     ]
 
 
-def _entries(decoder, words: list[str]):
-    """Lines of a dictionary with every pronunciation of these words."""
+def _dictionary_lines(decoder: Any, words: list[str]) -> Iterator[str]:
+    """Yield dictionary lines with every pronunciation of these words."""
     for word in words:
         yield f"{word} {decoder.lookup_word(word)}\n"
         number = 2
@@ -139,8 +143,8 @@ def _entries(decoder, words: list[str]):
             number += 1
 
 
-def _added(decoder, word: str, sounds: str) -> bool:
-    """Whether the decoder took the word: it refuses phones that its model does not know."""
+def _add_word(decoder: Any, word: str, sounds: str) -> bool:
+    """Add a word to the decoder; return False if its model lacks one of the phones."""
     try:
         decoder.add_word(word, sounds, True)
     except RuntimeError:

@@ -1,36 +1,34 @@
-"""Sphinx's own files of an acoustic model: ``mdef`` (binary), ``means``, ``variances``, ``transition_matrices`` (Sphinx-3) and
+"""Reads Sphinx's acoustic model files: ``mdef`` (binary), ``means``, ``variances``, ``transition_matrices`` (Sphinx-3) and
 ``sendump`` (8-bit weights)."""
 
 import struct
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 STATES = 3
 _FEATURES = """-lowerf 130 -upperf 6800 -nfilt 25 -transform dct -lifter 22 -feat 1s_c_d_dd -svspec 0-12/13-25/26-38 -agc none
 -cmn batch -varnorm no -model ptm -remove_noise yes"""
-"""What ``feat.params`` says of a model whose features are those of :mod:`cepstra`."""
-
+"""Content of ``feat.params`` of a model whose features are those of :mod:`cepstra`."""
 
 LARGEST = 256_000_000
-"""Bytes of a file; those of English have 6 million."""
-_SENONES, _HUGE = 65536, 1e9
-"""States that a model may tell apart, and the size below which its numbers lie."""
+"""Maximum bytes of a file; the English ones have 6 million."""
+_MAX_SENONES, _MAX_VALUE = 65536, 1e9
 
 
 class UnreadableModel(ValueError):
-    """The folder holds another kind of model, or a damaged one."""
+    """The folder contains another kind of model, or a damaged one."""
 
 
 class Parts(NamedTuple):
-    """What an acoustic model is made of.
+    """The arrays of an acoustic model.
 
-    ``phones``: names, one of which has the number ``silence``. ``sequences`` ``(n, 3)``: senones of the states of a phone.
-    ``alone`` and ``matrix`` ``(phones,)``: the sequence of a phone without context, and its matrix of ``transitions``
-    ``(m, 3, 4)``. ``triphones`` ``(t, 4)`` uint8: place in the word, phone, left and right neighbour, in rising order, and
-    ``found`` ``(t,)`` their sequences. ``means`` and ``variances`` ``(phones, 3, gaussians, 13)`` of three streams; ``weights``
-    ``(3, gaussians, senones)`` uint8, in steps of :data:`acoustic.STEP` below 0.
+    ``phones``: names, and ``silence``, the number of one of them. ``sequences`` ``(n, 3)``: senones of the states of a phone.
+    ``alone`` and ``matrix`` ``(phones,)``: the sequence of the context-independent phone, and the number of its matrix of
+    ``transitions`` ``(m, 3, 4)``. ``triphones`` ``(t, 4)`` uint8: position in the word, phone, left and right neighbour, in
+    ascending order, and ``found`` ``(t,)`` their sequences. ``means`` and ``variances`` ``(phones, 3, gaussians, 13)`` of three
+    streams; ``weights`` ``(3, gaussians, senones)`` uint8, log probabilities in steps of minus :data:`acoustic.STEP`.
     """
 
     phones: list[str]
@@ -47,7 +45,7 @@ class Parts(NamedTuple):
 
 
 def read(folder: Path) -> Parts:
-    """The parts of the model in a folder; raises :class:`UnreadableModel`."""
+    """Read the model in a folder; raises :class:`UnreadableModel`."""
     try:
         if sorted(_content(folder / "feat.params").decode().split()) != sorted(_FEATURES.split()):
             raise UnreadableModel("other features")
@@ -62,7 +60,7 @@ def read(folder: Path) -> Parts:
 
 
 def checked(parts: Parts) -> Parts:
-    """The same parts if they fit each other and are numbers; raises :class:`UnreadableModel`."""
+    """Return the parts if they are consistent and finite; otherwise raise :class:`UnreadableModel`."""
     count, rows = len(parts.phones), len(parts.sequences)
     numbers = parts.means, parts.variances, parts.transitions
     if not (
@@ -79,7 +77,7 @@ def checked(parts: Parts) -> Parts:
         and _within(parts.found, rows)
         and _within(parts.matrix, len(parts.transitions))
         and _within(parts.triphones[:, 1:], count)
-        and all(np.isfinite(each).all() and np.abs(each).max() < _HUGE for each in numbers)
+        and all(np.isfinite(each).all() and np.abs(each).max() < _MAX_VALUE for each in numbers)
         and (parts.transitions >= 0).all()
         and (parts.transitions.sum(axis=-1) > 0).all()
     ):
@@ -88,6 +86,7 @@ def checked(parts: Parts) -> Parts:
 
 
 def _within(rows: np.ndarray, count: int) -> bool:
+    """Return whether all numbers are from 0 to ``count`` - 1."""
     return not rows.size or 0 <= int(rows.min()) <= int(rows.max()) < count
 
 
@@ -99,8 +98,8 @@ def _content(path: Path) -> bytes:
     return data
 
 
-def _phones(data: bytes) -> dict:
-    """Names, triphones and the senones of their states, from a binary ``mdef``."""
+def _phones(data: bytes) -> dict[str, Any]:
+    """Read names, triphones and the senones of their states from a binary ``mdef``."""
     if data[:4] != b"BMDF":
         raise UnreadableModel("mdef is not a binary one")
     at = 12 + struct.unpack_from("<i", data, 8)[0]
@@ -116,8 +115,8 @@ def _phones(data: bytes) -> dict:
     at = first + -(-(at - first) // 4) * 4 + 8 * tree
     kind = np.dtype([("sequence", "<i4"), ("matrix", "<i4"), ("place", "u1"), ("phones", "u1", 3)])
     table = np.frombuffer(data, kind, total, at)
-    others = table[count:]
-    triphones = np.concatenate([others["place"][:, None], others["phones"]], axis=1)
+    contexts = table[count:]
+    triphones = np.concatenate([contexts["place"][:, None], contexts["phones"]], axis=1)
     order = np.lexsort(triphones.T[::-1])
     return {
         "phones": names,
@@ -126,11 +125,12 @@ def _phones(data: bytes) -> dict:
         "alone": table["sequence"][:count],
         "matrix": table["matrix"][:count],
         "triphones": triphones[order],
-        "found": others["sequence"][order],
+        "found": contexts["sequence"][order],
     }
 
 
 def _weights(data: bytes, streams: int, size: int, senones: int) -> np.ndarray:
+    """Read mixture weights ``(streams, size, senones)`` uint8 from a ``sendump``."""
     at, lines = 0, []
     while not lines or (length := struct.unpack_from("<i", data, at)[0]):
         length = struct.unpack_from("<i", data, at)[0]
@@ -141,12 +141,13 @@ def _weights(data: bytes, streams: int, size: int, senones: int) -> np.ndarray:
     if any(line.startswith(b"cluster_count") and line.split()[1] != b"0\0" for line in lines):
         raise UnreadableModel("clustered weights")
     rows, columns = struct.unpack_from("<2i", data, at + 4)
-    if rows != size or not senones <= columns <= _SENONES:
+    if rows != size or not senones <= columns <= _MAX_SENONES:
         raise UnreadableModel("weights of other Gaussians")
     return np.frombuffer(data, "u1", streams * rows * columns, at + 12).reshape(streams, rows, columns)[:, :, :senones]
 
 
 def _payload(path: Path) -> tuple[bytes, int]:
+    """Read a Sphinx-3 file; return its bytes and the offset of its data."""
     data = _content(path)
     at = data.index(b"endhdr\n") + 7
     if struct.unpack_from("<I", data, at)[0] != 0x11223344:
@@ -155,7 +156,7 @@ def _payload(path: Path) -> tuple[bytes, int]:
 
 
 def _gaussians(path: Path) -> np.ndarray:
-    """``(books, streams, size, dimensions)`` of means or variances; all streams are equally wide."""
+    """Read means or variances ``(books, streams, size, dimensions)``; all streams have 13 dimensions."""
     data, at = _payload(path)
     books, streams, size = struct.unpack_from("<3i", data, at)
     widths = struct.unpack_from(f"<{streams}i", data, at + 12)
@@ -166,6 +167,7 @@ def _gaussians(path: Path) -> np.ndarray:
 
 
 def _array(path: Path, axes: int) -> np.ndarray:
+    """Read a float32 array with this number of axes."""
     data, at = _payload(path)
     shape = struct.unpack_from(f"<{axes}i", data, at)
     return np.frombuffer(data, "<f4", int(np.prod(shape)), at + 4 * axes + 4).reshape(shape)

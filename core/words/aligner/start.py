@@ -1,4 +1,4 @@
-"""Run :mod:`serve` by path: the package it lies in goes by another name and is not imported itself, only what serving needs."""
+"""Runs :mod:`serve` by path: the package gets another name and is not imported as a whole, only the modules that are needed."""
 
 import importlib
 import os
@@ -11,7 +11,7 @@ if __name__ == "__main__":
     sys.modules[name] = types.ModuleType(name)
     sys.modules[name].__path__ = [str(Path(__file__).parents[2])]
     threads = importlib.import_module(f"{name}.threads")
-    threads.cores()  # is asked first: work is shared out here, while products this small gain nothing from a second thread
+    threads.cores()  # before the limits below: this code uses all cores itself, while numpy's small products need one thread
     for key, one in threads.ONE_EACH.items():
         os.environ.setdefault(key, one)
     importlib.import_module(f"{name}.words.aligner.serve").main()

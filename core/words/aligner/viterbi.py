@@ -1,4 +1,4 @@
-"""The best path of a sound through a graph of phones, and how well every word on it sounds."""
+"""Finds the best path of a sound through a graph of phones (Viterbi), with the score of every word on it."""
 
 from typing import NamedTuple
 
@@ -11,8 +11,8 @@ _NEVER = np.float32(-1e30)
 
 
 class Said(NamedTuple):
-    """A word on the path: its number, first frame, frame after its last, summed log likelihood over the background's, and its
-    ``phones``, each with its first frame."""
+    """A word on the path: its number, first frame, frame after its last, summed log likelihood relative to the background, and
+    its ``phones``, each with its first frame."""
 
     word: int
     begin: int
@@ -22,23 +22,24 @@ class Said(NamedTuple):
 
 
 def path(model: AcousticModel, graph: Graph, heard: Heard, background: np.ndarray) -> list[Said]:
-    """Words of the best path, which is exact: no beam forgets anything. Empty where the sound is too short for any.
+    """Return the words of the best path; the search is exact, without beams. Empty if the sound is too short for any path.
 
-    ``background`` ``(frames,)`` is what a score is compared with.
+    ``background`` ``(frames,)`` is subtracted from all scores.
     """
     senones = model.together(np.unique(graph.senones))
     place = np.empty(senones.max() + 1, int)
     place[senones] = np.arange(len(senones))
     scores = model.scores(heard, senones) - background[:, None].astype(np.float32)
     walk = _Walk(model, graph, scores, place)
-    return _read(graph, walk) if walk.last is not None else []
+    return _backtrace(graph, walk, walk.last) if walk.last is not None else []
 
 
 class _Walk:
-    """The way through all frames, with its phones put so that those which most arcs lead to come first.
+    """The forward pass through all frames; phones are sorted so that those with most incoming arcs come first.
 
-    ``order`` ``(phones,)`` are the graph's numbers of phones. The best of the arcs into a phone is found in rounds: its second
-    arc against its first, its third against the better of both. ``last``: where the best path ends, None without one.
+    ``order`` ``(phones,)`` are the graph's numbers of the sorted phones. The best of the arcs into a phone is found in rounds:
+    its second arc against its first, its third against the better of both. ``last`` is the phone where the best path ends,
+    None without a path.
     """
 
     def __init__(self, model: AcousticModel, graph: Graph, scores: np.ndarray, place: np.ndarray):
@@ -47,34 +48,34 @@ class _Walk:
         self.order = np.argsort(-degree, kind="stable")
         self.position = np.argsort(self.order)
         self.column = place[graph.senones.T[:, self.order]]
-        self._lay_out(graph, degree)
+        self._order_arcs(graph, degree)
         self._bits = np.zeros(STATES * self._phones + len(self._sources) - self._widths[0], bool)
         self._marks = np.empty((self.frames, (len(self._bits) + 7) // 8), np.uint8)
         self._hub = np.zeros(self.frames, np.int32)
         self.last = self._walk(model, graph)
 
     def entered(self, frame: int, state: int, phone: int) -> bool:
-        """Whether the best way to a state was to come from elsewhere."""
-        return self._marked(frame, state * self._phones + phone)
+        """Return whether the best path into a state at a frame comes from another state."""
+        return self._is_set(frame, state * self._phones + phone)
 
     def source(self, frame: int, phone: int) -> tuple[int, bool]:
-        """Where a phone was entered from, and whether that was a jump."""
+        """Return the phone from which another one was entered at a frame, and whether that was a jump."""
         bit, arc = STATES * self._phones + phone, phone
         best = arc
         for before, width in zip(self._widths, self._widths[1:], strict=False):
             if phone >= width:
                 break
             arc += before
-            best = arc if self._marked(frame, bit) else best
+            best = arc if self._is_set(frame, bit) else best
             bit += width
         source = int(self._sources[best])
         return (int(self._hub[frame]), True) if source == self._phones else (source, False)
 
-    def _marked(self, frame: int, bit: int) -> bool:
+    def _is_set(self, frame: int, bit: int) -> bool:
         return bool(self._marks[frame, bit >> 3] >> (7 - (bit & 7)) & 1)
 
-    def _lay_out(self, graph: Graph, degree: np.ndarray) -> None:
-        """First arcs into all phones, then second ones into those that have them, and so on: sources and costs."""
+    def _order_arcs(self, graph: Graph, degree: np.ndarray) -> None:
+        """Sort sources and costs of arcs: the first arc into every phone, then the second one of those that have two, ..."""
         starts = np.searchsorted(graph.to, self.order)
         self._widths = [int((degree > rank).sum()) for rank in range(int(degree.max()))]
         arcs = np.concatenate([starts[:width] + rank for rank, width in enumerate(self._widths)])
@@ -83,51 +84,52 @@ class _Walk:
         self._costs = graph.cost[arcs]
 
     def _walk(self, model: AcousticModel, graph: Graph) -> int | None:
+        """Run the forward pass, storing for every frame which states were entered; return :attr:`last`."""
         count, jumps = self._phones, bool((graph.source < 0).any())
         closing = self.position[np.flatnonzero(graph.closes)]
         stay, leave = (part[graph.phone[self.order]].T.copy() for part in (model.stay, model.leave))
         state = np.full((STATES, count), _NEVER)
         state[0, self.position[np.flatnonzero(graph.begins)]] = 0
         state += self.scores[0][self.column]
-        enter, heard = np.full((STATES, count), _NEVER), np.empty((STATES, count), np.float32)
-        out = np.full(count + 1, _NEVER)  # all ends of phones, and the end of any word
-        ways, first = np.empty(len(self._sources), np.float32), enter[0, : self._widths[0]]
-        rounds, new = self._rounds(ways, first), self._bits[: STATES * count].reshape(STATES, count)
+        enter, emitted = np.full((STATES, count), _NEVER), np.empty((STATES, count), np.float32)
+        out = np.full(count + 1, _NEVER)  # all ends of phones, and the best end of any word
+        arcs, first = np.empty(len(self._sources), np.float32), enter[0, : self._widths[0]]
+        rounds, new = self._rounds(arcs, first), self._bits[: STATES * count].reshape(STATES, count)
         for frame in range(1, self.frames):
             np.add(state[:-1], leave[:-1], out=enter[1:])
             np.add(state[-1], leave[-1], out=out[:count])
             if jumps:
                 self._hub[frame] = hub = closing[out[closing].argmax()]
                 out[count] = out[hub]
-            out.take(self._sources, out=ways, mode="clip")
-            ways += self._costs
-            first[:] = ways[: len(first)]
+            out.take(self._sources, out=arcs, mode="clip")
+            arcs += self._costs
+            first[:] = arcs[: len(first)]
             for best, other, better in rounds:
                 np.greater(other, best, out=better)
                 np.maximum(best, other, out=best)
             state += stay
             np.greater(enter, state, out=new)
             np.maximum(state, enter, out=state)
-            state += self.scores[frame].take(self.column, out=heard, mode="clip")
+            state += self.scores[frame].take(self.column, out=emitted, mode="clip")
             self._marks[frame] = np.packbits(self._bits)
         final = np.where(graph.ends, state[-1, self.position], _NEVER)
         last = int(final.argmax())
         return None if final[last] < _NEVER / 2 else int(self.position[last])
 
-    def _rounds(self, ways: np.ndarray, first: np.ndarray) -> list[tuple[np.ndarray, ...]]:
-        """What is compared in every frame: the best so far, another arc, and where to mark which of them is better."""
+    def _rounds(self, arcs: np.ndarray, first: np.ndarray) -> list[tuple[np.ndarray, ...]]:
+        """Return the comparisons of every frame as views: best arcs so far, next arcs, and bits for which is better."""
         rounds, arc, bit = [], len(first), STATES * self._phones
         for width in self._widths[1:]:
-            rounds.append((first[:width], ways[arc : arc + width], self._bits[bit : bit + width]))
+            rounds.append((first[:width], arcs[arc : arc + width], self._bits[bit : bit + width]))
             arc, bit = arc + width, bit + width
         return rounds
 
 
-def _read(graph: Graph, walk: _Walk) -> list[Said]:
-    """Words from the marks of the walk, backwards."""
+def _backtrace(graph: Graph, walk: _Walk, last: int) -> list[Said]:
+    """Follow the best path backwards from its ``last`` phone; return its words in order of time."""
     words, names = graph.word[walk.order], graph.phone[walk.order]
-    said: list[Said] = []
-    phone, state, end, total, phones = walk.last, STATES - 1, walk.frames, 0.0, []
+    path: list[Said] = []
+    phone, state, end, total, phones = last, STATES - 1, walk.frames, 0.0, []
     for frame in range(walk.frames - 1, -1, -1):
         total += float(walk.scores[frame, walk.column[state, phone]])
         if not frame or not walk.entered(frame, state, phone):
@@ -139,10 +141,10 @@ def _read(graph: Graph, walk: _Walk) -> list[Said]:
         phones.append((int(names[phone]), frame))
         if jumped or words[source] != words[phone]:
             if words[phone] != GAP:
-                said.append(Said(int(words[phone]), frame, end, total, tuple(phones[::-1])))
+                path.append(Said(int(words[phone]), frame, end, total, tuple(phones[::-1])))
             end, total, phones = frame, 0.0, []
         phone, state = source, STATES - 1
     if words[phone] != GAP:
         phones.append((int(names[phone]), 0))
-        said.append(Said(int(words[phone]), 0, end, total, tuple(phones[::-1])))
-    return said[::-1]
+        path.append(Said(int(words[phone]), 0, end, total, tuple(phones[::-1])))
+    return path[::-1]
