@@ -1,1 +1,1 @@
-"""The gesture model and all it needs; never imports Blender."""
+"""The gesture model, synthesis and tools; never imports Blender."""

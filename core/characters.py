@@ -1,4 +1,4 @@
-"""What a character may be called: human, human:RIG, mannequin, or a file. Blender's side of it is :mod:`s2ag_blender.cast`."""
+"""Names of characters: human, human:RIG, mannequin, or a file. :mod:`s2ag_blender.cast` builds them in Blender."""
 
 from pathlib import Path
 
@@ -8,17 +8,20 @@ SUFFIXES = (".blend", ".fbx", ".glb", ".gltf")
 
 
 def is_own(name: str) -> bool:
-    """Whether a character is one of ours, no file."""
+    """Return whether a character is built in, not a file."""
     return name in ("human", "mannequin") or (name.startswith("human:") and not Path(name).suffix)
 
 
 def speaks(name: str) -> bool:
-    """Whether a character is one of ours with a face that can speak."""
+    """Return whether a character is built in and has a face that can speak."""
     return is_own(name) and name != "mannequin"
 
 
 def checked(name: str) -> str:
-    """The character as Blender's side wants it; raises for a file that is missing or of an unknown kind."""
+    """Return a built-in name or the absolute path of a file.
+
+    Raises :class:`UsageError` for unknown names and kinds of files, and :class:`RigUnusable` for missing files.
+    """
     if is_own(name):
         return name
     path = Path(name).absolute()

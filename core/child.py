@@ -1,4 +1,4 @@
-"""A program of our own in a process of its own: what can crash or hang does so there, and here it is one sentence."""
+"""Runs helper programs in child processes, so that their crashes and hangs become error messages here."""
 
 import contextlib
 import json
@@ -8,34 +8,35 @@ import signal
 import subprocess
 import threading
 from collections.abc import Callable, Iterable
+from typing import IO, Any
 
 from .files import abandon
 
 HELD = "S2AG_HELD"
-"""Environment variable of a child whose parent holds its standard input open: a folder that goes with the parent, or ""."""
+"""Environment variable of a child whose parent keeps its standard input open: a folder to delete with the parent, or ""."""
 
 
-_folder = ""
+_temporary_folder = ""
 
 
 def hold_on() -> None:
-    """In a child: end at once when the parent is gone, wherever the main thread is, and leave nothing unfinished behind."""
-    global _folder
+    """In a child: exit as soon as the parent is gone, even while the main thread is busy; deletes unfinished files."""
+    global _temporary_folder
     folder = os.environ.pop(HELD, None)
     if folder is not None:
-        _folder = folder
-        threading.Thread(target=_listen, daemon=True).start()
+        _temporary_folder = folder
+        threading.Thread(target=_wait_for_end_of_input, daemon=True).start()
 
 
 def leave() -> None:
-    """End this process at once, because nobody waits for its work, and leave nothing unfinished behind."""
+    """Exit this process at once, as nobody needs its result; deletes unfinished files."""
     abandon()
-    if _folder:
-        shutil.rmtree(_folder, ignore_errors=True)
+    if _temporary_folder:
+        shutil.rmtree(_temporary_folder, ignore_errors=True)
     os._exit(1)
 
 
-def _listen() -> None:
+def _wait_for_end_of_input() -> None:
     with contextlib.suppress(OSError):
         while os.read(0, 4096):
             pass
@@ -43,20 +44,20 @@ def _listen() -> None:
 
 
 class ChildFailed(Exception):
-    """The child gave no usable answer; the text completes "It ..."."""
+    """The child gave no usable answer; the message completes "It ..."."""
 
 
-def apart() -> dict:
-    """Arguments of :class:`subprocess.Popen` for a child in a group of its own, which a terminal's Ctrl-C does not reach."""
+def apart() -> dict[str, Any]:
+    """Return arguments of :class:`subprocess.Popen` for a child in its own process group, which Ctrl-C does not reach."""
     if os.name == "nt":
         return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
     return {"start_new_session": True}
 
 
 def end(process: subprocess.Popen) -> None:
-    """Kill a child that was started :func:`apart`, and what it has started itself."""
+    """Kill a child that was started with :func:`apart`, and all its descendants."""
     if process.returncode is not None:
-        return  # it was waited for, so its number may be another's by now
+        return  # the process was reaped: its id may belong to another one by now
     if os.name == "nt":
         command = ["taskkill", "/F", "/T", "/PID", str(process.pid)]
         subprocess.run(command, capture_output=True, creationflags=subprocess.CREATE_NO_WINDOW)
@@ -67,9 +68,9 @@ def end(process: subprocess.Popen) -> None:
 
 
 class Reserve:
-    """At most one child that is started before it is asked, since a Python with numpy takes some tenths of a second to start.
+    """Keeps one child on standby, since starting a Python with numpy takes some tenths of a second.
 
-    It waits for its request; it has to end by itself where that never comes, for its input ends when this process does.
+    The child waits for its request and must exit when its input ends, which happens at the latest when this process does.
     """
 
     def __init__(self):
@@ -78,23 +79,26 @@ class Reserve:
         self._child: subprocess.Popen | None = None
 
     def start(self, command: list[str]) -> None:
-        """Have a child of this command wait, if none does yet; one that cannot be started is missed when it is asked."""
+        """Start a standby child of this command unless one is waiting; errors are reported by :meth:`take`."""
         with self._lock, contextlib.suppress(OSError):
-            if not self._waits(command):
+            if self._waiting(command) is None:
                 self._drop()
-                self._command, self._child = command, _started(command)
+                self._command, self._child = command, _start(command)
 
     def take(self, command: list[str]) -> subprocess.Popen:
-        """The child that waits, or a new one; raises OSError."""
+        """Return the standby child, or a new one; raises OSError."""
         with self._lock:
-            if not self._waits(command):
+            child = self._waiting(command)
+            if child is None:
                 self._drop()
-                return _started(command)
-            child, self._child = self._child, None
+                return _start(command)
+            self._child = None
             return child
 
-    def _waits(self, command: list[str]) -> bool:
-        return self._child is not None and self._command == command and self._child.poll() is None
+    def _waiting(self, command: list[str]) -> subprocess.Popen | None:
+        if self._child is not None and self._command == command and self._child.poll() is None:
+            return self._child
+        return None
 
     def _drop(self) -> None:
         child, self._child = self._child, None
@@ -102,7 +106,8 @@ class Reserve:
             child.kill()
             child.wait()
             for pipe in (child.stdin, child.stdout):
-                pipe.close()
+                if pipe is not None:
+                    pipe.close()
 
 
 def ask(
@@ -112,38 +117,40 @@ def ask(
     limit: float,
     hear: Callable[[dict], object | None],
     reserve: Reserve | None = None,
-):
-    """Send a line of JSON and then ``data``; hand every answering line to ``hear`` until it returns something; return that.
+) -> Any:
+    """Send a request as a line of JSON, followed by ``data``, and return the child's result.
 
-    ``hear`` may raise anything: the child is stopped and the exception passed on; ValueError, KeyError, TypeError and
-    IndexError mean nonsense. The child is killed after ``limit`` seconds. Where a ``reserve`` has one waiting, that is asked.
+    Every line of the response goes to ``hear`` until it returns something other than None: the result. ``hear`` may raise:
+    the child is stopped and the exception propagates, but ValueError, KeyError, TypeError and IndexError count as an
+    invalid response. The child is killed after ``limit`` seconds. Uses the standby child of ``reserve``, if there is one.
     Raises :class:`ChildFailed`.
     """
     try:
         child = (reserve or Reserve()).take(command)
     except OSError as error:
         raise ChildFailed("could not be started") from error
-    late = threading.Event()
-    alarm = threading.Timer(limit, lambda: (late.set(), child.kill()))
-    alarm.daemon = True
-    alarm.start()
+    assert child.stdin is not None and child.stdout is not None
+    timed_out = threading.Event()
+    timer = threading.Timer(limit, lambda: (timed_out.set(), child.kill()))
+    timer.daemon = True
+    timer.start()
     feeder = threading.Thread(target=_feed, args=(child.stdin, request, data), daemon=True)
     feeder.start()
     try:
         for line in child.stdout:
-            result = _heard(line, hear)
+            result = _handle(line, hear)
             if result is not None:
                 return result
     finally:
-        alarm.cancel()
+        timer.cancel()
         child.kill()
         child.wait()
         feeder.join()
         child.stdout.close()
-    raise ChildFailed("took too long" if late.is_set() else "died")
+    raise ChildFailed("took too long" if timed_out.is_set() else "died")
 
 
-def _started(command: list[str]) -> subprocess.Popen:
+def _start(command: list[str]) -> subprocess.Popen:
     return subprocess.Popen(
         command,
         stdin=subprocess.PIPE,
@@ -153,18 +160,18 @@ def _started(command: list[str]) -> subprocess.Popen:
     )
 
 
-def _heard(line: bytes, hear):
+def _handle(line: bytes, hear: Callable[[dict], object | None]) -> object | None:
     try:
         return hear(json.loads(line))
     except (ValueError, KeyError, TypeError, IndexError) as error:
         raise ChildFailed("answered nonsense") from error
 
 
-def _feed(pipe, request: dict, data: Iterable[bytes]) -> None:
+def _feed(pipe: IO[bytes], request: dict, data: Iterable[bytes]) -> None:
     try:
         with pipe:
             pipe.write(json.dumps(request).encode() + b"\n")
             for piece in data:
                 pipe.write(piece)
     except OSError:
-        return  # the child is gone; its reader notices
+        return  # the child is gone; the reading thread reports it

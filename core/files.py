@@ -1,4 +1,4 @@
-"""Files appear whole or not at all."""
+"""Atomic file output, clean-up of temporary files, and logs."""
 
 import contextlib
 import hashlib
@@ -8,13 +8,14 @@ import platform
 import shutil
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 from .errors import OutputUnwritable
 
 
 def check_output(path: str | os.PathLike) -> Path:
-    """Return ``path`` if something can be written there, else raise :class:`OutputUnwritable` before any work is done."""
+    """Return ``path`` if it can be written, otherwise raise :class:`OutputUnwritable`; call it before any work is done."""
     path = Path(path)
     if not path.parent.is_dir():
         raise OutputUnwritable(f"The folder {path.parent} does not exist.", "Create it, or name another output.")
@@ -26,30 +27,30 @@ def check_output(path: str | os.PathLike) -> Path:
 
 
 def sha256(path: str | os.PathLike) -> str:
-    """SHA-256 (hexadecimal) of what a file holds; raises OSError."""
+    """Return the SHA-256 (hexadecimal) of a file's content; raises OSError."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 LOGS = 10
-"""Logs of a kind that are kept."""
+"""Number of logs of a kind that are kept."""
 
 
 _PENDING: set[Path] = set()
 
 
 _SWEPT: set[Path] = set()
-_TRIES = 50
+_MAX_TRIES = 50
 MARK = ".s2ag@"
-"""How names of unfinished files begin; host, process and a random part follow, each after an ``@``."""
+"""Prefix of temporary files; host, process id and a random part follow, separated by ``@``."""
 
 
 def abandon() -> None:
-    """Delete everything that is not finished: the last act of a process that is told to end.
+    """Delete all temporary files of this process before it exits.
 
-    Other threads may still write while it goes on, so that what they put there is deleted, too.
+    Repeats while files exist, because other threads may still be writing.
     """
-    for _ in range(_TRIES):
+    for _ in range(_MAX_TRIES):
         for temporary in list(_PENDING):
             remove(temporary)
         if not any(temporary.exists() for temporary in list(_PENDING)):
@@ -57,8 +58,8 @@ def abandon() -> None:
 
 
 @contextlib.contextmanager
-def part_folder(parent: str | os.PathLike):
-    """Yield a hidden folder in ``parent`` for files that are not finished; it is gone in the end. Raises OSError."""
+def part_folder(parent: str | os.PathLike) -> Iterator[Path]:
+    """Yield a hidden temporary folder in ``parent`` and delete it at the end. Raises OSError."""
     sweep(Path(parent))
     folder = Path(tempfile.mkdtemp(dir=parent, prefix=_prefix()))
     _PENDING.add(folder)
@@ -70,23 +71,23 @@ def part_folder(parent: str | os.PathLike):
 
 
 def sweep(folder: Path) -> None:
-    """Delete what processes of this machine that are gone have left unfinished in ``folder``; looks there once a process."""
+    """Delete temporary files of dead processes of this machine from ``folder``, once per folder and process."""
     if folder in _SWEPT:
         return
     _SWEPT.add(folder)
-    for left in folder.glob(f"{MARK}{host()}@*@*"):
-        number = left.name.split("@")[2]
-        if number.isdecimal() and not is_running(int(number)):
-            remove(left)
+    for leftover in folder.glob(f"{MARK}{host()}@*@*"):
+        pid = leftover.name.split("@")[2]
+        if pid.isdecimal() and not is_running(int(pid)):
+            remove(leftover)
 
 
 def host() -> str:
-    """This machine's name in letters and digits."""
+    """Return this machine's name in letters, digits and hyphens."""
     return "".join(letter if letter.isalnum() else "-" for letter in platform.node()) or "host"
 
 
 def is_running(pid: int) -> bool:
-    """Whether a process of that number runs here; always on Windows, which has no way of asking that harms nobody."""
+    """Return whether a process with this id runs; always True on Windows, which has no harmless way to ask."""
     if os.name == "nt":
         return True
     try:
@@ -99,7 +100,7 @@ def is_running(pid: int) -> bool:
 
 
 def _has_ended(pid: int) -> bool:
-    """Whether a process has ended and only waits for its parent to hear of it, where Linux tells."""
+    """Return whether a process is a zombie, on Linux."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] in "ZX"
     except (OSError, IndexError):
@@ -107,10 +108,10 @@ def _has_ended(pid: int) -> bool:
 
 
 @contextlib.contextmanager
-def whole_file(path: str | os.PathLike):
+def whole_file(path: str | os.PathLike) -> Iterator[Path]:
     """Yield a temporary path beside ``path`` with the same suffix; move it into place on success, delete it on failure.
 
-    Raises :class:`OutputUnwritable` where the file system refuses (no folder, no permission, full disk).
+    Raises :class:`OutputUnwritable` on file system errors (no folder, no permission, full disk).
     """
     path = check_output(path)
     try:
@@ -118,7 +119,7 @@ def whole_file(path: str | os.PathLike):
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=_prefix(), suffix=path.suffix)
         os.close(handle)
     except OSError as error:
-        raise _refused(path, error) from error
+        raise _unwritable(path, error) from error
     temporary = Path(name)
     _PENDING.add(temporary)
     try:
@@ -126,7 +127,7 @@ def whole_file(path: str | os.PathLike):
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
     except OSError as error:
-        raise _refused(path, error) from error
+        raise _unwritable(path, error) from error
     finally:
         _PENDING.discard(temporary)
         remove(temporary)
@@ -137,14 +138,14 @@ def _prefix() -> str:
 
 
 def remove(path: Path) -> None:
-    """Delete a file or a folder that may be gone already."""
+    """Delete a file or a folder, if it exists."""
     if path.is_dir():
         shutil.rmtree(path, ignore_errors=True)
     else:
         path.unlink(missing_ok=True)
 
 
-def _refused(path: Path, error: OSError) -> OutputUnwritable:
+def _unwritable(path: Path, error: OSError) -> OutputUnwritable:
     return OutputUnwritable(f"{path} cannot be written: {error.strerror or error}.", "Free space or choose another folder.")
 
 
@@ -155,7 +156,7 @@ def _umask() -> int:
 
 
 def new_log(folder: Path, kind: str) -> Path:
-    """A name for a new log in ``folder``, whose oldest logs of that kind are deleted."""
+    """Return the path of a new log in ``folder``; deletes the oldest logs of that kind beyond :data:`LOGS`."""
     for old in sorted(folder.glob(f"{kind}-*.log"))[: 1 - LOGS]:
         old.unlink(missing_ok=True)
     stem = f"{kind}-{time.strftime('%Y%m%d-%H%M%S')}"

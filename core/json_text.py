@@ -1,43 +1,44 @@
-"""JSON that somebody else may have written: one reader for every door, which any text ends in a value or a sentence."""
+"""Safe reader of untrusted JSON: every text gives a value or one kind of error."""
 
 import json
 from os import PathLike
+from typing import Any
 
 LARGEST = 64_000_000
-"""Bytes; the largest files of ours are sheets and recognisers' transcripts of hours, a few megabytes."""
+"""Largest text in bytes; sample sheets and transcripts of hours have a few megabytes."""
 DEEPEST = 64
-"""Levels of lists and objects; those that are read here have ten at most."""
-_EXACT = 18
-"""Digits of a whole number that fits 64 bits; what is longer becomes a float, as in most other languages."""
+"""Deepest nesting; this project's formats have ten levels at most."""
+_MAX_DIGITS = 18
+"""Digits of integers that fit 64 bits; longer ones become floats, as in most other languages."""
 
 
 class NotJson(ValueError):
-    """The text is no JSON that is read here; the message completes "It is no JSON: ..." in words for people."""
+    """The text is not accepted as JSON; the message, for users, completes "It is no JSON: ..."."""
 
 
-def read(path: str | PathLike, largest: int = LARGEST, once: bool = False):
-    """The value in a file, of at most ``largest`` bytes in UTF-8; raises OSError and :class:`NotJson`."""
+def read(path: str | PathLike, largest: int = LARGEST, once: bool = False) -> Any:
+    """Read a JSON file of at most ``largest`` bytes in UTF-8; raises OSError and :class:`NotJson`."""
     with open(path, "rb") as file:
         return parse(file.read(largest + 1), largest, once)
 
 
-def parse(text: str | bytes, largest: int = LARGEST, once: bool = False):
-    """The value that ``text`` states, of at most ``largest`` letters or bytes; with ``once`` no key twice in one object.
+def parse(text: str | bytes, largest: int = LARGEST, once: bool = False) -> Any:
+    """Parse JSON of at most ``largest`` characters or bytes; with ``once`` duplicate keys are errors.
 
-    Raises :class:`NotJson`, also for half letters of UTF-16, which no file could hold.
+    Raises :class:`NotJson`, also for unpaired UTF-16 surrogates, which cannot be encoded.
     """
     if len(text) > largest:
         raise NotJson(f"it is larger than {largest // 1_000_000 or 1} MB")
     try:
         text = text.decode("utf-8-sig") if isinstance(text, bytes) else text.removeprefix("\ufeff")
-        value = json.loads(text, parse_int=_whole, object_pairs_hook=_once if once else None)
+        value = json.loads(text, parse_int=_parse_integer, object_pairs_hook=_unique_keys if once else None)
     except UnicodeDecodeError as error:
         raise NotJson("it is no text in UTF-8") from error
     except json.JSONDecodeError as error:
         raise NotJson(f"{error.msg} at line {error.lineno}, column {error.colno}") from error
     except RecursionError as error:
-        raise NotJson(_DEEP) from error
-    _measure(value)
+        raise NotJson(_TOO_DEEP) from error
+    _check_depth(value)
     if "\\ud" in text or "\\uD" in text:
         try:
             json.dumps(value, ensure_ascii=False).encode()
@@ -46,28 +47,28 @@ def parse(text: str | bytes, largest: int = LARGEST, once: bool = False):
     return value
 
 
-_DEEP = f"its lists and objects lie more than {DEEPEST} deep in each other"
+_TOO_DEEP = f"its lists and objects lie more than {DEEPEST} deep in each other"
 
 
-def _measure(value) -> None:
-    """Raise :class:`NotJson` for what would break whoever walks through it by recursion."""
+def _check_depth(value: Any) -> None:
+    """Raise :class:`NotJson` for nesting so deep that recursion over the value could fail."""
     level, depth = [value], 0
-    while level := [one for one in level if isinstance(one, list | dict)]:
+    while level := [item for item in level if isinstance(item, list | dict)]:
         depth += 1
         if depth > DEEPEST:
-            raise NotJson(_DEEP)
-        level = [inner for one in level for inner in (one.values() if isinstance(one, dict) else one)]
+            raise NotJson(_TOO_DEEP)
+        level = [inner for item in level for inner in (item.values() if isinstance(item, dict) else item)]
 
 
-def _whole(digits: str) -> int | float:
-    return int(digits) if len(digits) <= _EXACT else float(digits)
+def _parse_integer(digits: str) -> int | float:
+    return int(digits) if len(digits) <= _MAX_DIGITS else float(digits)
 
 
-def _once(pairs: list[tuple[str, object]]) -> dict:
-    """An object; of two equal keys Python would silently keep the last."""
-    found: dict = {}
+def _unique_keys(pairs: list[tuple[str, object]]) -> dict:
+    """Build an object; raises :class:`NotJson` for duplicate keys, of which Python would silently keep the last."""
+    result: dict = {}
     for key, value in pairs:
-        if key in found:
+        if key in result:
             raise NotJson(f"it names {json.dumps(key[:80], ensure_ascii=False)} twice")
-        found[key] = value
-    return found
+        result[key] = value
+    return result

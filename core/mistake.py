@@ -1,4 +1,4 @@
-"""Mistakes of our own: what there is to know about one goes to a file that can be attached to a report."""
+"""Logs of unexpected errors (bugs), for attaching to a report."""
 
 import os
 import platform
@@ -10,18 +10,18 @@ from .version import VERSION
 
 
 def keep(error: BaseException) -> str:
-    """Write the log of ``error`` and return the sentence that says where it is and what it is for."""
+    """Write a log of ``error`` and return a sentence for the user that names it."""
     try:
         handle, path = tempfile.mkstemp(prefix="s2ag-mistake-", suffix=".log")
         with open(handle, "w", encoding="utf-8", errors="backslashreplace") as file:
-            file.write("\n".join(_facts()) + "\n\n")
+            file.write("\n".join(_environment()) + "\n\n")
             file.writelines(traceback.format_exception(error))
-    except OSError as refused:
-        return f"Please report it; its log could not be written ({refused.strerror or refused}), S2AG_DEBUG=1 shows it."
+    except OSError as failure:
+        return f"Please report it; its log could not be written ({failure.strerror or failure}), S2AG_DEBUG=1 shows it."
     return f"Please report it with the log {path}."
 
 
-def _facts() -> list[str]:
+def _environment() -> list[str]:
     numpy = sys.modules.get("numpy")
     return [
         f"s2ag {VERSION}, Python {platform.python_version()}, numpy {getattr(numpy, '__version__', 'not loaded')}",

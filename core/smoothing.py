@@ -1,10 +1,10 @@
-"""Smoothing of tracks along time with numpy alone; what lies beyond an end counts as the value at that end."""
+"""Smoothing of curves along time with numpy alone; values beyond the ends count as equal to those at the ends."""
 
 import numpy as np
 
 
 def gaussian(track: np.ndarray, sigma: float) -> np.ndarray:
-    """``(n, ...)`` float64: smoothed along the first axis by a Gaussian of ``sigma`` samples, cut off at four of them."""
+    """Smooth ``(n, ...)`` along the first axis by a Gaussian of ``sigma`` samples, truncated at 4 sigma; float64."""
     track = np.asarray(track, float)
     if not track.size:
         return track
@@ -15,7 +15,7 @@ def gaussian(track: np.ndarray, sigma: float) -> np.ndarray:
 
 
 def running_mean(track: np.ndarray, size: int) -> np.ndarray:
-    """``(n,)`` float64: mean of ``size`` samples around each; of an even number one more lies before it than behind."""
+    """Return the mean of ``size`` samples around each of ``(n,)``, float64; an even window has one more sample before."""
     track = np.asarray(track, float)
     if not len(track):
         return track
@@ -25,9 +25,9 @@ def running_mean(track: np.ndarray, size: int) -> np.ndarray:
 
 
 def running_maximum(track: np.ndarray, before: int, after: int) -> np.ndarray:
-    """``(n,)``: the highest of the samples that reach here, each ``before`` samples ahead of it and ``after`` samples on.
+    """Dilate ``(n,)``: each sample extends ``before`` samples earlier and ``after`` samples later, overlaps take the maximum.
 
-    Beyond the ends lies nothing above 0.
+    Samples beyond the ends count as 0.
     """
     if not len(track):
         return track

@@ -1,10 +1,9 @@
-"""Starts a module of this package by the path of this file: ``python start.py -- MODULE ARGUMENTS``, or the same with
-``blender -b --python``.
+"""Runs a module of this package by file path: ``python start.py -- MODULE ARGUMENTS``, or with ``blender -b --python``.
 
-``MODULE`` is named from the package's root: ``core.engine.worker``, ``core.cli.main``, ``s2ag_blender.film.job``.
+``MODULE`` is relative to the package: ``core.engine.worker``, ``core.cli.main``, ``s2ag_blender.film.job``.
 
-Blender's own Python has no package called s2ag, and where Blender starts helpers with it, it is isolated from paths and the
-working folder; so the tree around this file is made a package, without touching ``sys.path``.
+Blender's own Python has no package called s2ag, and runs isolated from environment variables and the working folder; so
+the tree around this file is imported as a package, without changing ``sys.path``.
 """
 
 import importlib
@@ -12,12 +11,14 @@ import importlib.util
 import os
 import sys
 from pathlib import Path
+from types import ModuleType
 
 
-def package(name: str = "s2ag"):
+def package(name: str = "s2ag") -> ModuleType:
     """Import the tree around this file as the package ``name``."""
     root = Path(__file__).resolve().parent.parent
     spec = importlib.util.spec_from_file_location(name, root / "__init__.py", submodule_search_locations=[str(root)])
+    assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     spec.loader.exec_module(module)
@@ -25,15 +26,15 @@ def package(name: str = "s2ag"):
 
 
 def module_command(python: str, module: str) -> list[str]:
-    """The command that runs ``module`` of this package in ``python``, where it need not be installed.
+    """Return the command that runs ``module`` of this package in ``python``, which need not have it installed.
 
-    The Python that runs this is isolated from what the user's variables say of another one.
+    The running Python is isolated from environment variables, which may be meant for another one.
     """
     return [python, "-I" if python == sys.executable else "-P", os.path.abspath(__file__), "--", module]
 
 
 if __name__ == "__main__":
     module, *arguments = sys.argv[sys.argv.index("--") + 1 :]
-    started = importlib.import_module(f"{package().__name__}.{module}")
-    if status := started.main(arguments):
+    program = importlib.import_module(f"{package().__name__}.{module}")
+    if status := program.main(arguments):
         sys.exit(status)

@@ -1,10 +1,11 @@
 """Styles: a named speaker, a blend of speakers, or a random point of the speakers' latent space (paper section 3.1.3).
 
-Controls move the style along directions of that space that the network has learned.
+Controls move the style along learned directions of that space.
 """
 
 import difflib
 import re
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -13,35 +14,35 @@ from .settings import AFFECTS, CONTROLS, Settings, sliders
 
 RANDOM = "random"
 TAKE_SPREAD, TAKE_WISHES = 0.4, 0.6
-"""Takes are there to choose from: how far they go, as a share of the way between speakers, and how much their controls vary."""
-_TURN = 9
-"""Frames in which one style becomes another that begins at a moment."""
+"""Variation between takes: of styles, as a share of the spread between speakers, and of controls (standard deviations)."""
+_TRANSITION_FRAMES = 9
+"""Frames of the transition from one style to the next."""
 
 
 def default(speakers: list[dict]) -> str:
-    """Name of the speaker that performs when no style is asked for: the one marked as default, else the first."""
+    """Return the name of the default speaker: the one marked as default, else the first."""
     return next((speaker["name"] for speaker in speakers if speaker.get("default")), speakers[0]["name"])
 
 
 def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
-    """Turn a style into ``{speaker index: weight}`` with weights that sum to one, or None for a random style.
+    """Convert a style into ``{speaker index: weight}`` with weights that sum to one, or None for a random style.
 
-    ``expression`` is ``NAME``, ``NAME:0.6+NAME:0.4``, ``random``, or a mapping of names to weights; a walk has one for each
-    of its :func:`steps`. Case, hyphens and underscores do not matter. Raises :class:`UnknownStyle`, which lists the nearest
-    names.
+    ``expression`` is ``NAME``, ``NAME:0.6+NAME:0.4``, ``random``, or a mapping of names to weights; for a sequence of
+    styles parse each of its :func:`steps`. Case, hyphens and underscores do not matter. Raises :class:`UnknownStyle`,
+    which lists the nearest names.
     """
     pairs = _split(expression)
     if len(pairs) == 1 and _key(pairs[0][0]) == RANDOM:
         return None
-    known = {_key(name): index for index, name in enumerate(names)}
+    indices = {_key(name): index for index, name in enumerate(names)}
     weights: dict[int, float] = {}
     for name, weight in pairs:
-        if _key(name) not in known:
+        if _key(name) not in indices:
             raise UnknownStyle(f"There is no style {name!r}.", _suggest(name, names))
         if not (np.isfinite(weight) and weight >= 0):
             message = f"The weight of style {name!r} is {weight:g}."
             raise UnknownStyle(message, "Give weights of zero or more, as in A:0.6+B:0.4.")
-        index = known[_key(name)]
+        index = indices[_key(name)]
         weights[index] = weights.get(index, 0.0) + weight
     total = sum(weights.values())
     if not total:
@@ -50,35 +51,36 @@ def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
 
 
 def steps(expression: str | dict) -> list[str | dict]:
-    """The styles that a walk ``A > B > C`` comes by at even intervals, from the recording's start to its end; one otherwise."""
+    """Split a style sequence ``A > B > C``, evenly spaced from the recording's start to its end, into its styles."""
     return [part.strip() for part in expression.split(">")] if isinstance(expression, str) else [expression]
 
 
 def along(points: np.ndarray, frames: int) -> np.ndarray:
-    """A walk ``(..., points, size)`` at every frame, ``(..., frames, size)`` float32: straight from point to point."""
+    """Interpolate evenly spaced styles ``(..., points, size)`` linearly: ``(..., frames, size)`` float32."""
     count = points.shape[-2]
-    at = np.linspace(0, count - 1, frames)
-    here = np.minimum(at.astype(int), count - 2)
-    share = (at - here)[:, None].astype(np.float32)
-    return ((1 - share) * points[..., here, :] + share * points[..., here + 1, :]).astype(np.float32)
+    position = np.linspace(0, count - 1, frames)
+    low = np.minimum(position.astype(int), count - 2)
+    share = (position - low)[:, None].astype(np.float32)
+    return ((1 - share) * points[..., low, :] + share * points[..., low + 1, :]).astype(np.float32)
 
 
 def turning(points: np.ndarray, frames: int, begins: np.ndarray) -> np.ndarray:
-    """Points ``(..., points, size)`` of which each holds from its frame of ``begins`` ``(points - 1,)`` on, the first before;
-    at every frame, ``(..., frames, size)`` float32.
+    """Switch smoothly to the next of the styles ``(..., points, size)`` at each frame of ``begins`` ``(points - 1,)``.
+
+    Returns the style of every frame, ``(..., frames, size)`` float32.
     """
-    found = np.repeat(points[..., :1, :], frames, axis=-2).astype(np.float32)
+    result = np.repeat(points[..., :1, :], frames, axis=-2).astype(np.float32)
     for row, begin in enumerate(begins, 1):
-        share = np.clip((np.arange(frames) - begin) / _TURN + 0.5, 0, 1)
+        share = np.clip((np.arange(frames) - begin) / _TRANSITION_FRAMES + 0.5, 0, 1)
         share = (share * share * (3 - 2 * share))[:, None].astype(np.float32)
-        found = found + share * (points[..., row : row + 1, :] - found)
-    return found.astype(np.float32)
+        result = result + share * (points[..., row : row + 1, :] - result)
+    return result.astype(np.float32)
 
 
-def controls(affect: dict[str, float], rate: float = 0.0, hand: float = 0.0) -> np.ndarray:
-    """Control values ``(5,)`` float32 in the order of :data:`CONTROLS`; ``affect`` may name any of :data:`AFFECTS`.
+def controls(affect: Mapping[str, float], rate: float = 0.0, hand: float = 0.0) -> np.ndarray:
+    """Return control values ``(5,)`` float32 in the order of :data:`CONTROLS`; ``affect`` may have any of :data:`AFFECTS`.
 
-    Raises :class:`UsageError` for an unknown name and for what is no number from -1 to 1.
+    Raises :class:`UsageError` for unknown names and for values that are not numbers from -1 to 1.
     """
     unknown = [name for name in affect if name not in AFFECTS]
     if unknown:
@@ -93,32 +95,33 @@ def controls(affect: dict[str, float], rate: float = 0.0, hand: float = 0.0) -> 
 
 
 def described(count: int) -> list[dict]:
-    """``{"name", "description"}`` of the first ``count`` controls: what a checkpoint with so many can do."""
-    controls = [one for one in sliders(Settings) if one.control]
-    return [{"name": one.name, "description": one.tip} for one in controls[:count]]
+    """Return ``{"name", "description"}`` of the first ``count`` controls, those of a checkpoint with that many."""
+    controls = [slider for slider in sliders(Settings) if slider.control]
+    return [{"name": control.name, "description": control.tip} for control in controls[:count]]
 
 
-def identities(take: int, takes: int, near: tuple = (), spread: float = 0.0, step: int = 1) -> list[tuple]:
-    """What tells takes apart, ``(take, steps)`` each: numbers from ``take`` on, all with the steps ``near``.
+def identities(
+    take: int, takes: int, near: Sequence[Sequence[float]] = (), spread: float = 0.0, step: int = 1
+) -> list[tuple]:
+    """Return the identities ``(take, steps)`` of takes: numbers from ``take`` on, all with the steps ``near``.
 
-    With a ``spread`` all are variations of that one take, a step away from it each; steps are numbered from ``step`` on. A
-    step is ``(number, spread)``; a take reached by several steps is a variation of a variation.
+    With a ``spread`` all are variations of take number ``take``, each one step away from it; steps are numbered from
+    ``step`` on. A step is ``(number, spread)``; several steps make a variation of a variation.
     """
-    near = tuple((int(number), float(size)) for number, size in near)
+    path = tuple((int(number), float(size)) for number, size in near)
     if not spread:
-        return [(take + number, near) for number in range(takes)]
-    return [(take, (*near, (step + number, float(spread)))) for number in range(takes)]
+        return [(take + number, path) for number in range(takes)]
+    return [(take, (*path, (step + number, float(spread)))) for number in range(takes)]
 
 
 def latent(
     weights: dict[int, float] | None, mean: np.ndarray, deviation: np.ndarray, seed: int, takes: int | list[tuple]
 ) -> np.ndarray:
-    """Latent styles ``(takes, size)`` float32 from the speakers' ``mean`` and ``deviation``, both ``(speakers, size)``.
+    """Sample latent styles ``(takes, size)`` float32 from the speakers' ``mean`` and ``deviation`` ``(speakers, size)``.
 
-    The first take of a named style is the style itself; every further take is drawn from the speaker's distribution,
-    which is widened, because it tells how sure the network is of a speaker rather than how far one may vary.
-    A random style is a draw from the normal distribution that covers all speakers. Same seed, same styles.
-    ``takes`` is how many, or :func:`identities`.
+    The first take of a named style is the style itself; further takes are sampled from the speaker's distribution, widened
+    because it expresses the network's uncertainty rather than a speaker's variation. A random style is sampled from the
+    normal distribution over all speakers. Equal seeds give equal styles. ``takes`` is a number, or :func:`identities`.
     """
     which = identities(0, takes) if isinstance(takes, int) else takes
     if weights is None:
@@ -131,17 +134,17 @@ def latent(
 
 
 def vary(controls: np.ndarray, seed: int, takes: int | list[tuple]) -> np.ndarray:
-    """Controls ``(..., takes, 5)`` float32 of every take, of ``(..., 5)``: the first as asked, the others a little different
-    but for the hand.
+    """Return the controls ``(..., takes, 5)`` float32 of every take from ``(..., 5)``: unchanged in the first take, varied
+    in the others except for the hand.
     """
     which = identities(0, takes) if isinstance(takes, int) else takes
-    wishes = _draws(seed, which, len(CONTROLS), 5)
-    wishes[:, CONTROLS.index("hand")] = 0
-    return np.clip(controls[..., None, :] + TAKE_WISHES * wishes, -1, 1).astype(np.float32)
+    variation = _draws(seed, which, len(CONTROLS), 5)
+    variation[:, CONTROLS.index("hand")] = 0
+    return np.clip(controls[..., None, :] + TAKE_WISHES * variation, -1, 1).astype(np.float32)
 
 
 def _draws(seed: int, which: list[tuple], size: int, *salt: int, first: bool = False) -> np.ndarray:
-    """Normal numbers ``(takes, size)``: nothing for take 0 unless ``first``, and a step's share of as much for each step."""
+    """Return normal noise ``(takes, size)``: zeros for take 0 unless ``first``, plus noise scaled by spread for each step."""
     draws = np.zeros((len(which), size))
     for row, (take, steps) in zip(draws, which, strict=True):
         if take or first:
@@ -171,6 +174,6 @@ def _key(name: str) -> str:
 
 
 def _suggest(name: str, names: list[str]) -> str:
-    near = difflib.get_close_matches(_key(name), [_key(known) for known in names], n=3, cutoff=0.4)
-    listed = [known for known in names if _key(known) in near] or names
-    return f"Styles {'like it ' if near else ''}are: {', '.join(listed)}, or {RANDOM}."
+    matches = difflib.get_close_matches(_key(name), [_key(candidate) for candidate in names], n=3, cutoff=0.4)
+    listed = [candidate for candidate in names if _key(candidate) in matches] or names
+    return f"Styles {'like it ' if matches else ''}are: {', '.join(listed)}, or {RANDOM}."

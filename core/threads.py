@@ -1,4 +1,4 @@
-"""Manners on a machine that others use too: Blender renders on all cores while the network thinks."""
+"""Threading: number of threads, parallel maps, and settings for sharing cores with Blender's rendering."""
 
 import contextlib
 import os
@@ -8,65 +8,66 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
 from typing import TypeVar
 
-T, R = TypeVar("T"), TypeVar("R")
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 def share_cores() -> None:
     """Let torch's idle threads sleep instead of spinning; call it before torch is imported.
 
-    Beside other busy processes, spinning makes a network as small as this ten times slower and alone it gains nothing.
-    A policy that the user has set stays.
+    Spinning makes a network as small as this one ten times slower beside other busy processes, and no faster alone.
+    A policy set by the user stays.
     """
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 
 ONE_EACH = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
-"""Environment of a process beside others of its kind, one a core: how many they are does not change the bytes it makes."""
-_MOST = 8
-"""Threads beyond which parts as small as ours gain nothing."""
+"""Environment of single-threaded processes, one per core: the result does not depend on the number of cores."""
+_MAX_THREADS = 8
+"""Number of threads beyond which this project's small tasks gain nothing."""
 
 
 @cache
 def cores() -> int:
-    """Threads that may work at once: one a core that this process may use, fewer where the environment allows fewer."""
-    there = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    told = [os.environ.get(name, "") for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")]
-    return max(1, min([there, _MOST, *(int(number) for number in told if number.isdecimal())]))
+    """Return the number of threads to use: one per available core, fewer if environment variables say so."""
+    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    limits = [os.environ.get(name, "") for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")]
+    return max(1, min([available, _MAX_THREADS, *(int(number) for number in limits if number.isdecimal())]))
 
 
-def each(work: Callable[[T], R], parts: Iterable[T], most: int = _MOST) -> list[R]:
-    """What ``work(part)`` gives for every part, up to ``most`` at once on all cores, this thread among them.
+def each(work: Callable[[T], R], parts: Iterable[T], most: int = _MAX_THREADS) -> list[R]:
+    """Return ``work(part)`` for all parts, computed by up to ``most`` threads, this one included.
 
-    Meant for array work, during which numpy lets other threads run; work may share out parts of its own in the same way.
-    Where one fails the rest is left undone, and what it raised is raised.
+    Meant for array work, during which numpy releases the interpreter lock; ``work`` may call :func:`each` itself. If a
+    call fails, the remaining parts are skipped and its exception is raised.
     """
     parts = list(parts)
-    made: list = [None] * len(parts)
-    left = iter(range(len(parts)))
+    results: list = [None] * len(parts)
+    remaining = iter(range(len(parts)))
 
-    def some() -> None:
+    def run_some() -> None:
         try:
-            for number in left:  # taking the next is one step of the interpreter, so no two threads take the same
-                made[number] = work(parts[number])
+            for number in remaining:  # next() on a range iterator is atomic, so no two threads take the same part
+                results[number] = work(parts[number])
         finally:
-            for _ in left:
+            for _ in remaining:
                 pass
 
-    others = [_pool().submit(some) for _ in range(min(cores(), most, len(parts)) - 1)]
+    futures = [_pool().submit(run_some) for _ in range(min(cores(), most, len(parts)) - 1)]
     try:
-        some()
-    finally:  # those that have not begun yet have nothing to do any more: nobody waits for a thread that is waiting
-        failed = [error for other in others if not other.cancel() and (error := other.exception())]
-    if failed:
-        raise failed[0]
-    return made
+        run_some()
+    finally:  # cancel futures that have not begun: waiting for them could deadlock nested calls
+        errors = [error for future in futures if not future.cancel() and (error := future.exception())]
+    if errors:
+        raise errors[0]
+    return results
 
 
 @contextlib.contextmanager
 def ahead(*parts: Callable[[], T]) -> Iterator[list[Future]]:
-    """Do ``parts`` one after the other in a thread beside this one, which meanwhile waits for another process; their futures.
+    """Run ``parts`` one after the other in a background thread and yield their futures.
 
-    What has not begun when this ends is left undone.
+    For use while this thread waits for another process. Parts that have not begun at the end are cancelled.
     """
     futures: list[Future] = [Future() for _ in parts]
 
@@ -75,7 +76,7 @@ def ahead(*parts: Callable[[], T]) -> Iterator[list[Future]]:
             if future.set_running_or_notify_cancel():
                 try:
                     future.set_result(part())
-                except BaseException as error:  # whoever asks for the result gets it
+                except BaseException as error:  # raised by future.result()
                     future.set_exception(error)
 
     if parts:

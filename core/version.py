@@ -1,3 +1,3 @@
-"""The one version of the package, the extension and the provenance on actions."""
+"""The version of the package, of the extension and in the provenance on actions."""
 
 VERSION = "0.1.0"

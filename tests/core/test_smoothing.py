@@ -63,5 +63,5 @@ def test_the_reference_blas_is_no_fast_one(monkeypatch, name, found, replaced, f
     """A distribution's numpy says "blas": the reference at 1.6 GFLOP/s, unless its user has put another in its place."""
     built = {"Build Dependencies": {"blas": {"name": name, "found": found}}}
     monkeypatch.setattr(products.np, "show_config", lambda mode: built)
-    monkeypatch.setattr(products, "_replaced", lambda: replaced)
+    monkeypatch.setattr(products, "_has_fast_symbols", lambda: replaced)
     assert products.has_fast_blas.__wrapped__() is fast
