@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 import random
 import shutil
 import signal
@@ -15,6 +14,7 @@ import pytest
 for needed in ("torch", "bpy", "piper"):
     pytest.importorskip(needed)
 
+from load import resident_of_children  # noqa: E402
 from s2ag.core.batch import crew, folder, manifest, stages  # noqa: E402
 from s2ag.core.performance.synthesis import Request, Session  # noqa: E402
 from short_clips import make  # noqa: E402
@@ -171,17 +171,3 @@ def steps_done(out):
 def digests(out):
     files = [path for kind in ("npz", "bvh", "mp4") for path in (out / kind).iterdir()]
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
-
-
-def resident_of_children():
-    """The largest child's resident megabytes."""
-    found = 0.0
-    for entry in filter(str.isdigit, os.listdir("/proc")):
-        try:
-            with open(f"/proc/{entry}/status") as file:
-                status = dict(line.split(":", 1) for line in file if ":" in line)
-        except OSError:
-            continue
-        if int(status["PPid"]) == os.getpid() and "VmRSS" in status:
-            found = max(found, int(status["VmRSS"].split()[0]) / 1024)
-    return found

@@ -59,12 +59,12 @@ def test_hands_cost_at_most_as_much_as_the_rest():
 def test_control_rig_solver(benchmark, tmp_path):
     """A frame of Rigify's human: everything from reading the rig to its keys, beside one evaluation of the rig as it is."""
     bpy = pytest.importorskip("bpy")
+    import found_rigs
     import rigify_files
     from s2ag.s2ag_blender.keys.apply import apply_motion
     from s2ag.s2ag_blender.rig import controls
 
-    bpy.ops.wm.open_mainfile(filepath=str(rigify_files.build(tmp_path)[1]))
-    item = next(thing for thing in bpy.data.objects if thing.type == "ARMATURE")
+    item = found_rigs.opened(rigify_files.build(tmp_path)[1])
     bone, layer, updates = item.pose.bones["upper_arm_fk.L"], bpy.context.view_layer, []
     for turn in range(60):
         started = time.perf_counter()

@@ -73,6 +73,14 @@ def engine():
         pytest.skip(str(error))
 
 
+@pytest.fixture(scope="session")
+def rigify_saved(tmp_path_factory):
+    """Files with Rigify's metarig and control rig, made by this Blender."""
+    import rigify_files
+
+    return rigify_files.build(tmp_path_factory.mktemp("rigify"))
+
+
 @pytest.fixture
 def figure(extension):
     """A mannequin, active and selected."""

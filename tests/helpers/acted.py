@@ -1,10 +1,12 @@
 """What a user does and sees: undo steps, curves of an action, poses, and a sheet to draw panels on."""
 
+import time
+
 import bpy
 import numpy as np
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.keys import keyframes
-from s2ag.s2ag_blender.takes import generate
+from s2ag.s2ag_blender.takes import generate, preview, takes
 
 
 def press(operator, **options):
@@ -17,6 +19,28 @@ def lay(armature, *motions, **settings):
     for name, value in settings.items():
         setattr(armature.s2ag, name, value)
     return generate.finish(generate.plan(bpy.context, armature), {"motions": list(motions)}).actions
+
+
+def take_of(armature, audio, **settings):
+    """Press Generate for a recording, after these settings are made; returns the take's action."""
+    for name, value in {"audio": str(audio), **settings}.items():
+        setattr(armature.s2ag, name, value)
+    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
+    return now(armature)
+
+
+def now(armature=None):
+    """The action of the take that a character shows; of the file's mannequin if none is named."""
+    return takes.active(armature or bpy.data.objects["Mannequin"]).action
+
+
+def settle(seconds=60.0):
+    """Run the preview's timer until it has nothing left to do; returns the seconds it took."""
+    began = time.monotonic()
+    while preview.tick() is not None:
+        assert time.monotonic() - began < seconds, "no draft"
+        time.sleep(0.002)
+    return time.monotonic() - began
 
 
 def curves(action):

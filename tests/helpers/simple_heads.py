@@ -48,6 +48,18 @@ def build(armature, mixed: dict | None = None, size: float = 0.1):
     return item
 
 
+def named_keys(armature, names):
+    """Shape keys of these names, which move nothing, on a triangle of the character; returns them all, the basis first."""
+    mesh = bpy.data.meshes.new("Box")
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    item = bpy.data.objects.new("Box", mesh)
+    bpy.context.scene.collection.objects.link(item)
+    item.parent = armature
+    for name in ("Basis", *names):
+        item.shape_key_add(name=name, from_mix=False).value = 0.0
+    return mesh.shape_keys
+
+
 def gap(item) -> float:
     """How far the lips of a head are apart in the middle, in units of its size."""
     evaluated = item.evaluated_get(bpy.context.evaluated_depsgraph_get())

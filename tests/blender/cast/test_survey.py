@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 import pytest
 import rigging
+import simple_heads
 import skeletons
 from bodies import Body, body
 from s2ag.core.cli.main import main
@@ -98,20 +99,9 @@ def test_an_unknown_rig_is_told_saved_filled_in_and_then_gestures(tmp_path, wave
     assert result["outputs"] == [str(tmp_path / "out.blend")]
 
 
-def give_face(armature, *names):
-    """A triangle on an armature with shape keys of these names."""
-    mesh = bpy.data.meshes.new("Head")
-    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
-    item = bpy.data.objects.new("Head", mesh)
-    bpy.context.scene.collection.objects.link(item)
-    item.parent = armature
-    for name in ("Basis", *names):
-        item.shape_key_add(name=name, from_mix=False).value = 0.0
-
-
 def test_a_face_is_saved_edited_and_then_speaks(tmp_path, capsys, quiet):
     armature = rigging.make_armature(scaled(skeletons.person(MIXAMO, "A")))
-    give_face(armature, "jawOpen", "mouthPucker", "mouthFunnel", "mouthPressLeft", "Wink")
+    simple_heads.named_keys(armature, ("jawOpen", "mouthPucker", "mouthFunnel", "mouthPressLeft", "Wink"))
     path = saved(tmp_path)
     file = tmp_path / "face.json"
     quiet()

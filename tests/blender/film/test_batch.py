@@ -10,6 +10,7 @@ import time
 import bpy
 import numpy as np
 import pytest
+from load import resident_of_children
 from s2ag.core.batch import clip, crew, encode, folder, stages
 from s2ag.core.cli import blender
 from s2ag.core.errors import OutputUnwritable
@@ -262,22 +263,8 @@ def test_many_clips_do_not_grow_blender(batch):
     running = crew.Crew(blender.command("film.serve"), 1).run([crew.Task("render", step.task.params, n) for n in range(60)])
     for task, outcome, _ in running:
         if isinstance(outcome, dict) and task.label in (19, 59):
-            sizes.append(_resident_of_children())
+            sizes.append(resident_of_children())
     assert len(sizes) == 2 and sizes[1] < 1.15 * sizes[0]
-
-
-def _resident_of_children():
-    found = 0
-    for entry in os.listdir("/proc"):
-        if entry.isdigit():
-            try:
-                with open(f"/proc/{entry}/status") as file:
-                    status = dict(line.split(":", 1) for line in file if ":" in line)
-            except OSError:
-                continue
-            if int(status["PPid"]) == os.getpid() and "VmRSS" in status:
-                found = max(found, int(status["VmRSS"].split()[0]))
-    return found
 
 
 @needs_opengl

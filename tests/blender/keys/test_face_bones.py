@@ -1,6 +1,7 @@
 """Faces made of bones: jaw, eyes and lids, by name, by place and by Rigify's controls."""
 
 import bpy
+import found_rigs
 import numpy as np
 import pytest
 from s2ag.core.motion import skeleton
@@ -84,12 +85,8 @@ def test_a_face_of_bones_goes_with_its_gesture(figure, motion):
     assert armature.pose.bones[names["jaw"]].matrix_basis.is_identity
 
 
-def test_rigify_s_face_controls_move_what_is_seen(tmp_path, empty_file, motion):
-    from rigify_files import build
-
-    _, control = build(tmp_path)
-    bpy.ops.wm.open_mainfile(filepath=str(control))
-    armature = next(item for item in bpy.data.objects if item.type == "ARMATURE")
+def test_rigify_s_face_controls_move_what_is_seen(rigify_saved, empty_file, motion):
+    armature = found_rigs.opened(rigify_saved[1])
     found = facial.find(armature)
     assert found.bones["jaw"] == "jaw_master" and found.bones["gaze"] == "eyes" and found.bones["left_lip_corner"] == "lips.L"
     apply.apply_motion(armature, motion, 1)

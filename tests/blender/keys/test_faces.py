@@ -29,18 +29,6 @@ def figure(empty_file):
     return mannequin.build()
 
 
-def give_face(armature, names):
-    """A box on the character with shape keys of these names."""
-    mesh = bpy.data.meshes.new("Box")
-    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
-    item = bpy.data.objects.new("Box", mesh)
-    bpy.context.scene.collection.objects.link(item)
-    item.parent = armature
-    for name in ("Basis", *names):
-        item.shape_key_add(name=name, from_mix=False)
-    return mesh.shape_keys
-
-
 def at(key, name, frame):
     bpy.context.scene.frame_set(frame)
     return key.evaluated_get(bpy.context.evaluated_depsgraph_get()).key_blocks[name].value
@@ -50,7 +38,7 @@ def at(key, name, frame):
 @pytest.mark.parametrize(("names", "opening", "blink"), [(ARKIT, "jawOpen", "eyeBlinkLeft"), (VRM, "A", "Blink")])
 def test_lips_close_on_their_frame_and_open_around_it(figure, motion, names, opening, blink, fps):
     bpy.context.scene.render.fps = fps
-    key, told = give_face(figure.armature, names), []
+    key, told = simple_heads.named_keys(figure.armature, names), []
     action = apply.apply_motion(figure.armature, motion, 1, report=told.append)
     assert at(key, opening, 1 + fps) < 0.03 and at(key, opening, 1 + fps // 2) > 0.4
     assert at(key, blink, 1 + round(1.55 * fps)) == pytest.approx(1) and at(key, blink, 1 + fps) == 0
@@ -71,7 +59,7 @@ def test_lips_of_a_head_are_seen_to_meet_and_part(figure, motion, names):
 
 
 def test_taken_off_the_face_is_as_it_was(figure, motion):
-    key = give_face(figure.armature, ARKIT)
+    key = simple_heads.named_keys(figure.armature, ARKIT)
     key.key_blocks["jawOpen"].value = 0.25
     action = apply.apply_motion(figure.armature, motion, 1)
     assert at(key, "jawOpen", 13) > 0.4
@@ -80,7 +68,7 @@ def test_taken_off_the_face_is_as_it_was(figure, motion):
 
 
 def test_animation_that_is_there_is_played_again_and_never_changed(figure, motion):
-    key = give_face(figure.armature, ARKIT)
+    key = simple_heads.named_keys(figure.armature, ARKIT)
     key.key_blocks["jawOpen"].value = 0.1
     key.keyframe_insert('key_blocks["jawOpen"].value', frame=1)
     own = key.animation_data.action
@@ -93,7 +81,7 @@ def test_animation_that_is_there_is_played_again_and_never_changed(figure, motio
 
 
 def test_another_motion_s_face_takes_the_place_of_the_first(figure, motion):
-    key = give_face(figure.armature, ARKIT)
+    key = simple_heads.named_keys(figure.armature, ARKIT)
     first = apply.apply_motion(figure.armature, motion, 1)
     second = apply.apply_motion(figure.armature, motion, 50)
     assert at(key, "jawOpen", 13) == 0 and at(key, "jawOpen", 62) > 0.4

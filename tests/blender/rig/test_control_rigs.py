@@ -3,10 +3,10 @@
 import math
 
 import bpy
+import found_rigs
 import numpy as np
 import pytest
 import rigging
-import rigify_files
 from bodies import body, performance
 from exactness import EXACT, arm_error, relative_errors
 from s2ag.core.motion import quaternion
@@ -24,16 +24,6 @@ DEFORM = {
 }
 
 
-@pytest.fixture(scope="session")
-def rigify_saved(tmp_path_factory):
-    """Files with Rigify's metarig and control rig, made by this Blender."""
-    return rigify_files.build(tmp_path_factory.mktemp("rigify"))
-
-
-def armature():
-    return next(item for item in bpy.data.objects if item.type == "ARMATURE")
-
-
 def at_rest(item) -> dict:
     """The evaluated pose {bone: (4, 4)} without animation."""
     assert item.animation_data is None or item.animation_data.action is None
@@ -47,8 +37,7 @@ def why(item, mapping) -> str:
 
 
 def test_rigify_control_rig(rigify_saved, record_property):
-    bpy.ops.wm.open_mainfile(filepath=str(rigify_saved[1]))
-    item, motion, told = armature(), Motion(performance(40, size=1.2)), []
+    item, motion, told = found_rigs.opened(rigify_saved[1]), Motion(performance(40, size=1.2)), []
     mapping, rest = reading.resolve_mapping(item, reading.read(item)), at_rest(item)
     assert len(item.data.bones) > 650 and mapping.family == "rigify_controls" and why(item, mapping)
     apply_motion(item, motion, 1, options=EXACT, report=told.append)
@@ -66,8 +55,7 @@ def test_rigify_control_rig(rigify_saved, record_property):
 
 
 def test_rigify_switches_are_keyed_and_given_back(rigify_saved):
-    bpy.ops.wm.open_mainfile(filepath=str(rigify_saved[1]))
-    item = armature()
+    item = found_rigs.opened(rigify_saved[1])
     parent = item.pose.bones["upper_arm_parent.L"]
     parent["IK_FK"] = 0.0
     action = apply_motion(item, Motion(performance(5)), 7, options=EXACT)
@@ -87,8 +75,7 @@ def test_rigify_switches_are_keyed_and_given_back(rigify_saved):
 
 def test_rigify_neck_that_follows_fully_or_not_at_all(rigify_saved):
     for follow in (0.0, 1.0):
-        bpy.ops.wm.open_mainfile(filepath=str(rigify_saved[1]))
-        item, motion = armature(), Motion(performance(12))
+        item, motion = found_rigs.opened(rigify_saved[1]), Motion(performance(12))
         item.pose.bones["torso"]["neck_follow"] = item.pose.bones["torso"]["head_follow"] = follow
         item.update_tag()
         mapping, rest = reading.resolve_mapping(item, reading.read(item)), at_rest(item)
@@ -97,24 +84,15 @@ def test_rigify_neck_that_follows_fully_or_not_at_all(rigify_saved):
 
 
 def test_rigify_metarig_is_plain(rigify_saved):
-    bpy.ops.wm.open_mainfile(filepath=str(rigify_saved[0]))
-    item, motion = armature(), Motion(performance(20, size=1.2))
+    item, motion = found_rigs.opened(rigify_saved[0]), Motion(performance(20, size=1.2))
     mapping = reading.resolve_mapping(item, reading.read(item))
     apply_motion(item, motion, 1, options=EXACT)
     assert mapping.family == "rigify_metarig" and not why(item, mapping)
     assert arm_error(item, motion, mapping) < 0.01
 
 
-@pytest.mark.skipif(bpy.app.version < (4, 5), reason="the file was saved by a newer Blender")
 def test_mesh2motion_control_rig(shared, record_property):
-    path = shared / "mesh2motion" / "rig-human.blend"
-    if not path.is_file():
-        pytest.skip(f"{path.name} is absent")
-    with bpy.data.libraries.load(str(path)) as (source, target):
-        target.objects = source.objects
-    for thing in target.objects:
-        bpy.context.collection.objects.link(thing)
-    item, motion = armature(), Motion(performance(40, size=1.2))
+    item, motion = found_rigs.mesh2motion(shared), Motion(performance(40, size=1.2))
     mapping, rest = reading.resolve_mapping(item, reading.read(item)), at_rest(item)
     action = apply_motion(item, motion, 1, options=EXACT)
     seen = {"torso": "spine_03", "head": "head", "left_clavicle": "clavicle_l"}

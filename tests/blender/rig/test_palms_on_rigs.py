@@ -7,11 +7,11 @@ the base of the fingers, and millimetres that feet move where the weight shifts.
 from dataclasses import replace
 
 import bpy
+import found_rigs
 import handed
 import numpy as np
 import pytest
 import rigging
-import rigify_files
 import skeletons
 from bodies import degrees, performance
 from s2ag.core.motion import handshape, skeleton
@@ -130,30 +130,16 @@ def test_a_hand_without_fingers_has_them():
 
 @pytest.mark.parametrize("name", ["Male_Adult_01", "Female_Adult_01"])
 def test_rocketbox_has_the_motions_hands(shared, name):
-    path = shared / "rocketbox" / f"{name}.fbx"
-    if not path.is_file():
-        pytest.skip(f"{path.name} is absent")
-    bpy.ops.import_scene.fbx(filepath=str(path))
-    item = next(item for item in bpy.data.objects if item.type == "ARMATURE")
+    item = found_rigs.rocketbox(shared, name)
     for bone in item.pose.bones:  # the file comes posed, and what is posed stays
         bone.matrix_basis.identity()
     check(f"Rocketbox: {name}", item)
 
 
 @pytest.mark.slow
-def test_rigifys_controls_have_the_motions_hands(tmp_path):
-    bpy.ops.wm.open_mainfile(filepath=str(rigify_files.build(tmp_path)[1]))
-    check("Rigify's control rig", next(item for item in bpy.data.objects if item.type == "ARMATURE"), stands=False)
+def test_rigifys_controls_have_the_motions_hands(rigify_saved):
+    check("Rigify's control rig", found_rigs.opened(rigify_saved[1]), stands=False)
 
 
-@pytest.mark.skipif(bpy.app.version < (4, 5), reason="the file was saved by a newer Blender")
 def test_mesh2motions_controls_have_the_motions_hands(shared):
-    path = shared / "mesh2motion" / "rig-human.blend"
-    if not path.is_file():
-        pytest.skip(f"{path.name} is absent")
-    with bpy.data.libraries.load(str(path)) as (source, target):
-        target.objects = source.objects
-    for thing in target.objects:
-        bpy.context.collection.objects.link(thing)
-    item = next(item for item in bpy.data.objects if item.type == "ARMATURE")
-    check("Mesh2Motion's control rig", item, stands=False)
+    check("Mesh2Motion's control rig", found_rigs.mesh2motion(shared), stands=False)

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import bpy
+import found_rigs
 import numpy as np
 import pytest
 import rigging
@@ -48,28 +49,17 @@ def world_front_and_up(item):
     return (skeleton.normalize(axis @ world.T) for axis in (-frame[1], frame[2]))
 
 
-def only_armature():
-    return next(item for item in bpy.data.objects if item.type == "ARMATURE")
-
-
-@pytest.mark.skipif(bpy.app.version < (5, 0), reason="Blender's module before 5.0 hangs or crashes at exit once Rigify was on")
-def test_rigify_metarig():
-    bpy.ops.preferences.addon_enable(module="rigify")
-    bpy.ops.object.armature_human_metarig_add()
-    mapping, worst = gesture(bpy.context.object)
+@pytest.mark.slow
+def test_rigify_metarig(rigify_saved):
+    mapping, worst = gesture(found_rigs.opened(rigify_saved[0]))
     assert mapping.family == "rigify_metarig" and mapping.warnings == ()
     assert mapping.chains["torso"] == ("spine.001", "spine.002", "spine.003")
     assert worst < 0.01
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(bpy.app.version < (5, 0), reason="Blender's module before 5.0 hangs or crashes at exit once Rigify was on")
-def test_rigify_control_rig():
-    bpy.ops.preferences.addon_enable(module="rigify")
-    bpy.ops.object.armature_human_metarig_add()
-    metarig = bpy.context.object
-    bpy.ops.pose.rigify_generate()
-    item = next(item for item in bpy.data.objects if item.type == "ARMATURE" and item != metarig)
+def test_rigify_control_rig(rigify_saved):
+    item = found_rigs.opened(rigify_saved[1])
     bones = reading.read(item)
     found = reading.resolve_mapping(item, bones)
     assert found.family == "rigify_controls" and found.hips == "torso"
@@ -93,11 +83,7 @@ def test_rigify_control_rig():
 
 @pytest.mark.parametrize("name", ["Male_Adult_01", "Female_Adult_01"])
 def test_rocketbox(shared, name):
-    path = shared / "rocketbox" / f"{name}.fbx"
-    if not path.is_file():
-        pytest.skip(f"{path.name} is absent")
-    bpy.ops.import_scene.fbx(filepath=str(path))
-    item = only_armature()
+    item = found_rigs.rocketbox(shared, name)
     mapping, worst = gesture(item)
     assert mapping.family == "biped" and mapping.chains["left_upper_arm"] == ("Bip01 L UpperArm",)
     assert worst < 0.01
@@ -106,16 +92,8 @@ def test_rocketbox(shared, name):
     np.testing.assert_allclose(front, [0, -1, 0], atol=0.05)
 
 
-@pytest.mark.skipif(bpy.app.version < (4, 5), reason="the file was saved by a newer Blender")
 def test_mesh2motion_human(shared):
-    path = shared / "mesh2motion" / "rig-human.blend"
-    if not path.is_file():
-        pytest.skip(f"{path.name} is absent")
-    with bpy.data.libraries.load(str(path)) as (source, target):
-        target.objects = source.objects
-    for thing in target.objects:
-        bpy.context.collection.objects.link(thing)
-    item = only_armature()
+    item = found_rigs.mesh2motion(shared)
     found = reading.resolve_mapping(item, reading.read(item))
     assert found.family == "mesh2motion_controls"
     for switch in next(family for family in families() if family.key == found.family).switches:
@@ -148,11 +126,7 @@ def nameless(bones):
 
 @pytest.mark.parametrize("name", ["Male_Adult_01", "Female_Adult_01"])
 def test_rocketbox_by_position(shared, name):
-    path = shared / "rocketbox" / f"{name}.fbx"
-    if not path.is_file():
-        pytest.skip(f"{path.name} is absent")
-    bpy.ops.import_scene.fbx(filepath=str(path))
-    bones = reading.read(only_armature())
+    bones = reading.read(found_rigs.rocketbox(shared, name))
     named, placed = detect(bones), nameless(bones)
     assert placed.chains == named.chains
     told = {one.part: one.note for one in named.findings}

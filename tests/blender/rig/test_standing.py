@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import bpy
+import found_rigs
 import handed
 import numpy as np
 import pytest
 import rigging
-import rigify_files
 import skeletons
 from bodies import performance, turned_degrees
 from s2ag.core.motion.motion import Motion
@@ -133,9 +133,8 @@ def test_a_second_take_moves_what_the_first_one_has_keyed():
     assert not told
 
 
-def test_a_control_rig_whose_feet_hold_moves_its_hips(tmp_path):
-    bpy.ops.wm.open_mainfile(filepath=str(rigify_files.build(tmp_path)[1]))
-    item = next(item for item in bpy.data.objects if item.type == "ARMATURE")
+def test_a_control_rig_whose_feet_hold_moves_its_hips(rigify_saved):
+    item = found_rigs.opened(rigify_saved[1])
     told, rest = [], rigging.evaluated(item, 1)
     apply_motion(item, replace(motion(), hands=None), 1, report=told.append)
     poses = shown(item)
@@ -146,9 +145,8 @@ def test_a_control_rig_whose_feet_hold_moves_its_hips(tmp_path):
     assert not [one for one in told if "weight" in one]
 
 
-def test_a_control_rig_whose_feet_go_along_says_so(tmp_path):
-    bpy.ops.wm.open_mainfile(filepath=str(rigify_files.build(tmp_path)[1]))
-    item, told = next(item for item in bpy.data.objects if item.type == "ARMATURE"), []
+def test_a_control_rig_whose_feet_go_along_says_so(rigify_saved):
+    item, told = found_rigs.opened(rigify_saved[1]), []
     for side in "LR":
         item.pose.bones[f"thigh_parent.{side}"]["IK_FK"] = 1.0
     action = apply_motion(item, replace(motion(), hands=None), 1, report=told.append)

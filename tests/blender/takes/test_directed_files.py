@@ -4,23 +4,17 @@ import json
 
 import bpy
 import pytest
-from acted import curves, cut_off, overridden, press, same_curves
+from acted import curves, cut_off, now, overridden, press, same_curves
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.takes import directing, retiming, takes
 
 
 @pytest.fixture
-def directed(speaker, examples):
+def directed(speaker, take):
     """A mannequin with a take of the shipped recording, ready for an undo step."""
-    speaker.s2ag.audio, speaker.s2ag.curves = str(examples / "hello.flac"), "FRAMES"
-    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
     bpy.context.scene.frame_set(180)
     bpy.ops.ed.undo_push(message="ready")
     return speaker
-
-
-def now():
-    return takes.active(bpy.data.objects["Mannequin"]).action
 
 
 def state(action):

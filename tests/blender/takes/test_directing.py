@@ -3,23 +3,11 @@
 import bpy
 import numpy as np
 import pytest
-from acted import curves, drawn, press
+from acted import curves, drawn, now, press
 from s2ag.core.meaning import vocabulary
 from s2ag.s2ag_blender import compat, provenance
-from s2ag.s2ag_blender.takes import directing, gesture, takes, versions
+from s2ag.s2ag_blender.takes import directing, gesture, versions
 from s2ag.s2ag_blender.ui import gesture_panel as ui
-
-
-@pytest.fixture
-def take(speaker, examples):
-    """A mannequin with a take of the shipped recording, keyed on every frame."""
-    speaker.s2ag.audio, speaker.s2ag.curves = str(examples / "hello.flac"), "FRAMES"
-    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
-    return takes.active(speaker).action
-
-
-def now(armature):
-    return takes.active(armature).action
 
 
 def differing(one, other):

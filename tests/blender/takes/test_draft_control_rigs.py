@@ -3,39 +3,24 @@
 import time
 
 import bpy
+import found_rigs
 import pytest
-import rigify_files
-from acted import apart, pose
+from acted import apart, pose, settle
 from load import slowdown
 from s2ag.s2ag_blender.rig import readiness, reading
-from s2ag.s2ag_blender.takes import drafts, generate, gesture, preview
-
-
-@pytest.fixture(scope="module")
-def control_rig(tmp_path_factory):
-    """A file with the control rig that Rigify generates of its human."""
-    return rigify_files.build(tmp_path_factory.mktemp("rigify"))[1]
+from s2ag.s2ag_blender.takes import drafts, generate, gesture
 
 
 @pytest.fixture
-def actor(extension, control_rig, engine, examples):
+def actor(extension, rigify_saved, engine, examples):
     """The control rig with ten seconds of speech, and a warm engine."""
-    bpy.ops.wm.open_mainfile(filepath=str(control_rig))
-    item = next(item for item in bpy.data.objects if item.type == "ARMATURE")
+    item = found_rigs.opened(rigify_saved[1])
     bpy.context.view_layer.objects.active = item
     item.s2ag.audio, item.s2ag.range, item.s2ag.curves = str(examples / "hello.flac"), "SCENE", "FRAMES"
     bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 240
     gesture.engine(bpy.context).call("hello", {"warm": True})
     yield item
     bpy.context.window_manager.s2ag.live = False
-
-
-def settle():
-    began = time.monotonic()
-    while preview.tick() is not None:
-        assert time.monotonic() - began < 60, "no draft"
-        time.sleep(0.002)
-    return time.monotonic() - began
 
 
 def test_a_draft_comes_within_a_second(actor, record_property):

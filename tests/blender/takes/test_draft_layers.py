@@ -1,25 +1,16 @@
 """The draft of a layer looks as the layer will, and when it goes nothing has changed."""
 
-import time
 
 import bpy
 import numpy as np
 import pytest
-from acted import animate, apart, curves, overridden, pose, press, same_curves
+from acted import animate, apart, curves, overridden, pose, press, same_curves, settle
 from s2ag.s2ag_blender.keys import layers
 from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.takes import drafts, generate, gesture, preview
 
 FRAMES = (3, 10, 12, 30, 55, 79, 82, 100)
 """Before, while it fades in, in the middle, while it fades out, and after."""
-
-
-def settle(seconds=30.0):
-    """Run the preview's timer until it has nothing left to do."""
-    began = time.monotonic()
-    while preview.tick() is not None:
-        assert time.monotonic() - began < seconds, "no draft"
-        time.sleep(0.005)
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from acted import apart, curves, pose, press, same_curves
+from acted import apart, curves, now, pose, press, same_curves
 from mathutils import Quaternion, Vector
 from s2ag.s2ag_blender import provenance
 from s2ag.s2ag_blender.keys.apply import scene_fps
@@ -16,10 +16,6 @@ LANDS, SIZE = 0.08, 0.15
 
 def figure():
     return bpy.data.objects["Mannequin"]
-
-
-def now():
-    return takes.active(figure()).action
 
 
 def state():

@@ -5,6 +5,7 @@ import json
 import bpy
 import numpy as np
 import pytest
+import simple_heads
 from s2ag.s2ag_blender.cast import facial
 from s2ag.s2ag_blender.keys import faces
 from s2ag.s2ag_blender.takes import drafts, generate, takes
@@ -15,14 +16,7 @@ NAMES = ("jawOpen", "mouthPucker", "mouthFunnel", "mouthPressLeft", "mouthRollLo
 @pytest.fixture
 def key(speaker):
     """Shape keys of a mesh on the speaker."""
-    mesh = bpy.data.meshes.new("Box")
-    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
-    item = bpy.data.objects.new("Box", mesh)
-    bpy.context.scene.collection.objects.link(item)
-    item.parent = speaker
-    for name in ("Basis", *NAMES):
-        item.shape_key_add(name=name, from_mix=False).value = 0.0
-    return mesh.shape_keys
+    return simple_heads.named_keys(speaker, NAMES)
 
 
 def track(key, name):

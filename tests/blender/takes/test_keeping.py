@@ -3,9 +3,9 @@
 import bpy
 import numpy as np
 import pytest
-from acted import apart, curves, drawn, pose, press
+from acted import apart, curves, drawn, now, pose, press, take_of
 from mathutils import Quaternion, Vector
-from s2ag.s2ag_blender.takes import directing, keeping, takes
+from s2ag.s2ag_blender.takes import directing, keeping
 from s2ag.s2ag_blender.ui import gesture_panel as ui
 
 ARM = ("left_upper_arm", "left_forearm")
@@ -14,13 +14,7 @@ ARM = ("left_upper_arm", "left_forearm")
 @pytest.fixture
 def take(speaker, examples):
     """A mannequin with a take of the shipped recording."""
-    speaker.s2ag.audio = str(examples / "hello.flac")
-    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
-    return takes.active(speaker).action
-
-
-def now(armature):
-    return takes.active(armature).action
+    return take_of(speaker, examples / "hello.flac")
 
 
 def bones_of(armature, part):

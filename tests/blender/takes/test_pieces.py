@@ -5,7 +5,7 @@ import wave
 import bpy
 import numpy as np
 import pytest
-from acted import animate, curves, press
+from acted import animate, curves, press, take_of
 from s2ag.core.motion import skeleton
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.keys import layers, posing
@@ -32,8 +32,7 @@ def longer(voice, tmp_path_factory):
 def take(speaker, longer):
     """The take of a whole recording that a mannequin plays, keyed on every frame; it is asked for a part of it anew."""
     settings, scene = speaker.s2ag, bpy.context.scene
-    settings.audio, settings.curves, settings.start_frame = str(longer), "FRAMES", START
-    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
+    take_of(speaker, longer, curves="FRAMES", start_frame=START)
     if not compat.sound_strips(scene):
         pytest.skip("this Blender has no sound strips")
     settings.audio_source, settings.range, settings.seed = "STRIP", "PREVIEW", 11

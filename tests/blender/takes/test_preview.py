@@ -4,7 +4,7 @@ import time
 
 import bpy
 import pytest
-from acted import curves, press, same_curves
+from acted import curves, press, same_curves, settle
 from s2ag.s2ag_blender import provenance
 from s2ag.s2ag_blender.keys import layers
 from s2ag.s2ag_blender.takes import generate, gesture, preview, session
@@ -17,15 +17,6 @@ def live(speaker):
     bpy.context.window_manager.s2ag.live = True
     yield speaker
     bpy.context.window_manager.s2ag.live = False
-
-
-def settle(seconds=30.0):
-    """Run the preview's timer until it has nothing left to do; returns the seconds it took."""
-    began = time.monotonic()
-    while preview.tick() is not None:
-        assert time.monotonic() - began < seconds, "no draft"
-        time.sleep(0.005)
-    return time.monotonic() - began
 
 
 def test_off_unless_asked_for(speaker):

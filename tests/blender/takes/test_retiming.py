@@ -7,7 +7,7 @@ import time
 import bpy
 import numpy as np
 import pytest
-from acted import curves, cut_off, drawn, press
+from acted import curves, cut_off, drawn, now, press
 from s2ag.core.sound import audio
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.takes import directing, retiming, takes
@@ -15,17 +15,6 @@ from s2ag.s2ag_blender.ui import gesture_panel as ui
 from sounds import write_wav
 
 pytestmark = pytest.mark.usefixtures("sound_system")
-
-
-@pytest.fixture
-def take(speaker, examples):
-    speaker.s2ag.audio, speaker.s2ag.curves = str(examples / "hello.flac"), "FRAMES"
-    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
-    return takes.active(speaker).action
-
-
-def now(armature):
-    return takes.active(armature).action
 
 
 def given_as(armature, result):
@@ -81,7 +70,7 @@ def test_a_move_is_one_step_back(speaker, take):
     bpy.ops.ed.undo_push(message="moved")
     assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
     bpy.ops.ed.undo()
-    again = curves(now(bpy.data.objects["Mannequin"]))
+    again = curves(now())
     assert all(np.array_equal(keys, again[key]) for key, keys in before.items())
 
 
