@@ -1,15 +1,15 @@
-"""Kinds of rig as data: each file in ``families`` gives the bone names that one kind uses.
+"""Rig families as data: each JSON file in ``families`` lists the bone names of one kind of rig.
 
 =========== ======================================================================================================
-name        what people call it
-sides       how left and right are spelt; ``{side}`` in a bone's name stands for it
-hips        the bone that carries spine and legs, "" where the rig has none
-torso       bones from the hips to the chest, lowest first; so ``neck`` and ``head``; [] where the rig has none
-arm         ``clavicle``, ``upper_arm``, ``forearm``, ``hand``: the same for an arm; optional ``twist``: for ``upper_arm``
-            and ``forearm`` the bones beside the chain that carry only a share of its twist, from the body outwards
-controls    optional: true where these are the bones an animator keys, so they are preferred to those that deform
-loose       optional: parts whose bones hang below something else than the part before them
-switches    optional: what makes the rig follow these bones: ``bone``, data ``path`` from its pose bone, and ``value``
+name        display name
+sides       spelling of left and right, which replaces ``{side}`` in bone names
+hips        parent bone of spine and legs, "" if the rig has none
+torso       bones from the hips to the chest, lowest first; likewise ``neck`` and ``head``; [] if the rig has none
+arm         ``clavicle``, ``upper_arm``, ``forearm``, ``hand``: likewise for an arm; optional ``twist``: the twist bones of
+            ``upper_arm`` and ``forearm``, from the body outwards
+controls    optional: true if these are control bones, which are preferred to deform bones
+loose       optional: parts whose bones are not descendants of the part before them
+switches    optional: settings that make the rig follow these bones: ``bone``, data ``path`` from its pose bone, ``value``
 =========== ======================================================================================================
 """
 
@@ -25,12 +25,12 @@ KEYS = frozenset({"name", "sides", "hips", *TRUNK_PARTS, "arm"})
 EXTRAS = frozenset({"controls", "loose", "switches"})
 TWISTING = ("upper_arm", "forearm")
 LINES = (TRUNK_PARTS, *(tuple(f"{side}_{part}" for part in ARM_PARTS) for side in SIDES))
-"""The parts in the order in which one hangs below the other: trunk, left arm, right arm."""
+"""Parts by hierarchy, parents first: trunk, left arm, right arm."""
 
 
 @dataclass(frozen=True)
 class Switch:
-    """A setting that lets a rig follow its mapped bones: ``path`` is a data path from the pose bone ``bone``."""
+    """A setting that makes a rig follow its mapped bones: ``path`` is a data path from the pose bone ``bone``."""
 
     bone: str
     path: str
@@ -39,9 +39,9 @@ class Switch:
 
 @dataclass(frozen=True)
 class Family:
-    """The bone names of one kind of rig: ``chains`` as in :class:`.plain.Mapping`, in the rig's own spelling.
+    """The bone names of one rig family: ``chains`` as in :class:`.plain.Mapping`, with the rig's spelling.
 
-    ``twists`` has the names of its twist bones by part (``left_forearm_twist``), which many a rig of the kind lacks.
+    ``twists`` lists its twist bones by part (``left_forearm_twist``); a particular rig may lack them.
     """
 
     key: str
@@ -55,12 +55,12 @@ class Family:
 
     @property
     def size(self) -> int:
-        """How many bones it names."""
+        """Number of bones, without twist bones."""
         return bool(self.hips) + sum(map(len, self.chains.values()))
 
     @classmethod
     def parse(cls, key: str, data: dict) -> "Family":
-        """Build one from its JSON, whose keys the module describes. Raises :class:`ValueError` for other keys or names."""
+        """Create a family from its parsed JSON (see the module). Raises :class:`ValueError` if it is invalid."""
         _check(key, data)
         chains = {part: tuple(data[part]) for part in TRUNK_PARTS}
         loose, switches, twists = {part for part in data.get("loose", ()) if part in TRUNK_PARTS}, {}, {}
@@ -79,14 +79,14 @@ class Family:
 
 @functools.cache
 def families() -> tuple[Family, ...]:
-    """All known families, by file name."""
-    folder = resources.files(__package__) / "families"
+    """Return all known families, sorted by file name."""
+    folder = resources.files(str(__package__)) / "families"
     files = sorted((entry for entry in folder.iterdir() if entry.name.endswith(".json")), key=lambda entry: entry.name)
     return tuple(Family.parse(entry.name[:-5], json.loads(entry.read_text("utf-8"))) for entry in files)
 
 
 def _check(key: str, data: dict) -> None:
-    """Raise :class:`ValueError` with one sentence for the first thing in a family's JSON that is not as described above."""
+    """Raise :class:`ValueError` for the first violation of the format above."""
     unknown, missing = sorted(set(data) - KEYS - EXTRAS), sorted(KEYS - set(data))
     if unknown or missing:
         raise ValueError(f"Rig family {key}: unknown keys {unknown}, missing keys {missing}.")

@@ -1,4 +1,4 @@
-"""Hands and arms as balls: where the flesh is that may meet something, from a rig's joints and a motion's handshapes."""
+"""Collision spheres of hands and arms, from a rig's joints and a motion's handshapes."""
 
 import numpy as np
 
@@ -9,28 +9,29 @@ from .plain import Bones
 
 PALM, FINGER, THUMB = (0.11, 0.1), (0.065, 0.062, 0.055, 0.048), (0.085, 0.07, 0.055)
 HEEL = 0.14
-"""Radii in hand lengths: of a palm from the wrist to the knuckles, along a finger and along the thumb."""
+"""Radii in hand lengths: of a palm from the wrist to the knuckles, along a finger and along the thumb; of the palm's heel."""
 FOREARM, UPPER = (0.28, 0.2), (0.34, 0.3)
-"""The same of an arm's parts at their two ends."""
+"""Radii of an arm's parts at their two ends, in hand lengths."""
 ALONG = np.array([0.1, 0.35, 0.55, 0.75, 0.93])
-"""Where along an arm's part its balls are."""
+"""Positions (0..1) of the spheres along an arm's part."""
 _CARPAL = (0.55, 1.0)
-_BALL = 0.35
-"""How far the flesh of a palm stands out from the bones, in hand lengths: a quarter of this half-way to the knuckles."""
+"""Positions of a palm's spheres between wrist and knuckle."""
+_BULGE = 0.35
+"""How far the palm bulges out from the bones, in hand lengths: by a quarter of this half-way to the knuckles."""
 _LAST = 0.8
-"""Length of a last link, by the one before, where a finger's tip is no joint."""
+"""Length of a finger's last link, relative to the one before, where its tip is no joint."""
 _FLAT = (0.2, 0.07, -0.07, -0.2)
-"""Knuckles of a hand without fingers, thumbwards, in hand lengths."""
+"""Positions of the knuckles of a hand without fingers, towards the thumb, in hand lengths."""
 
 
 class Hand:
-    """A hand's balls: ``length`` from its wrist to the farthest joint, ``radii`` (n,) and their :meth:`places`.
+    """The collision spheres of a hand: their ``radii`` (n,) and their centres, :meth:`places`.
 
-    ``outer`` are the rows of those that a large body meets first.
+    ``length`` runs from the wrist to the farthest joint; ``outer`` are the rows of spheres that a large body touches first.
     """
 
     def __init__(self, bones: Bones, palm: Palm, reach: float):
-        """``reach`` is about how long the hand is, for one without fingers."""
+        """``reach`` is the estimated length of the hand, used if it has no fingers."""
         hand, heads = palm.fingers, bones.heads
         self.palm, self.length = palm, hand.length if hand else 0.85 * reach
         wrist = heads[hand.row] if hand else np.zeros(3)
@@ -38,7 +39,7 @@ class Hand:
         ends = [finger.knuckle for finger in self._links] or [
             self.length * (0.65 * palm.knuckles + aside * palm.thumbwards) for aside in _FLAT
         ]
-        out = _BALL * self.length * palm.normal
+        out = _BULGE * self.length * palm.normal
         fixed = [share * end + share * (1 - share) * out for end in ends for share in _CARPAL] + [0.15 * sum(ends) / len(ends)]
         radii = [thick for _ in ends for thick in PALM] + [HEEL]
         if hand and len(hand.thumb) >= 2:
@@ -56,7 +57,7 @@ class Hand:
         self.radii = self.length * np.array(radii + [thick for _ in self._links for thick in FINGER])
 
     def places(self, shape: np.ndarray) -> np.ndarray:
-        """Middles (frames, n, 3) of the balls from the wrist, in armature space before the hand turns.
+        """Return the spheres' centres (frames, n, 3) relative to the wrist of the unrotated hand, in armature space.
 
         ``shape`` (frames, 12) are handshapes in degrees.
         """
@@ -69,7 +70,7 @@ class Hand:
 
 
 class _Finger:
-    """A finger that bends out of the palm's plane, as :mod:`.handshapes` lays it."""
+    """A finger that bends out of the palm's plane by the angles of :mod:`.handshapes`."""
 
     def __init__(self, heads: np.ndarray, palm: Palm, chain: tuple[int, ...], wrist: np.ndarray):
         joints = heads[list(chain[:4])]
@@ -80,7 +81,7 @@ class _Finger:
         self.along = along / max(np.linalg.norm(along), 1e-12)
 
     def places(self, base: np.ndarray, rest: np.ndarray) -> np.ndarray:
-        """Middles (frames, 4, 3) of half the first link and of its joints, bent by ``base`` and ``rest`` (frames,) radians."""
+        """Return centres (frames, 4, 3): half the first link, then the joints; ``base`` and ``rest`` (frames,) are radians."""
         shares = (handshapes.MIDDLE, 1.0) if len(self.steps) > 2 else (handshapes.STUMP,)
         angles = np.stack([base, *(base + share * rest for share in shares)], -1)
         ways = np.cos(angles)[..., None] * self.along + np.sin(angles)[..., None] * self.out

@@ -1,7 +1,8 @@
-"""Mirrored limbs of an armature and the joints of an arm, from positions alone."""
+"""Finds mirrored limbs of an armature, and the joints of arms among them, from bone positions alone."""
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -10,24 +11,24 @@ import numpy as np
 from .plain import Bones
 
 MIRRORED = 0.08
-"""How far, in limb lengths, a joint may be from the mirror image of its partner."""
+"""Largest distance of a joint from the mirror image of its partner, in limb lengths."""
 TINY = 0.2
-"""Limbs shorter than this share of the longest are fingers and faces, not arms and legs."""
+"""Least length of an arm or leg, as a share of the longest limb; shorter ones are fingers or parts of a face."""
 CROWD = 60
-"""Of more children than these only those with the longest reach are held against one another."""
+"""Maximum number of children of a bone, those with the longest reach, that are compared in pairs."""
 MEAN_SHOULDER = 0.33
-"""Half the distance between the shoulders of a person, in arm lengths."""
+"""A person's half distance between the shoulders, in arm lengths."""
 MEAN_RATIO = 1.08
-"""Upper arm to forearm of a person."""
+"""A person's ratio of upper arm to forearm."""
 ON_LINE = 0.08
-"""How far from the line between two joints, in its lengths, a bone may start and still lie on it."""
+"""Largest distance of a bone's start from the line between two joints on which it lies, in lengths of that line."""
 
 
 @dataclass(frozen=True)
 class Limbs:
     """Two mirrored limbs below the bone ``root``: rows ``paths`` (2, joints), parents first, and unit ``normal`` (3,).
 
-    ``normal`` points from the second to the first. ``length`` is measured along the joints.
+    ``normal`` points from the second limb to the first. ``length`` is measured along the joints.
     """
 
     root: int
@@ -39,13 +40,13 @@ class Limbs:
 class Tree:
     """Children, reach and mirrored limbs of an armature.
 
-    ``reach`` (n,) is the longest way down along heads, ``mass`` (n,) all ways down together: a hand has more of it than
-    a sleeve.
+    ``reach`` (n,) is the length of the longest path down along heads, ``mass`` (n,) the total length of all bones below: a
+    hand has more than a sleeve.
     """
 
     def __init__(self, bones: Bones):
         self.bones, self.heads = bones, bones.heads
-        self.children = [[] for _ in bones.names]
+        self.children: list[list[int]] = [[] for _ in bones.names]
         for row, parent in enumerate(bones.parents):
             if parent >= 0:
                 self.children[parent].append(row)
@@ -56,27 +57,27 @@ class Tree:
             self.mass[row] = sum(step + self.mass[child] for step, child in steps)
 
     def step(self, above: int, below: int) -> float:
-        """Distance between two heads."""
+        """Return the distance between two heads."""
         return float(np.linalg.norm(self.heads[below] - self.heads[above]))
 
     def below(self, row: int) -> set[int]:
-        """All rows below one."""
-        found, todo = set(), [*self.children[row]]
-        while todo:
-            child = todo.pop()
-            found.add(child)
-            todo += self.children[child]
-        return found
+        """Return the rows of all descendants."""
+        rows, stack = set(), [*self.children[row]]
+        while stack:
+            child = stack.pop()
+            rows.add(child)
+            stack += self.children[child]
+        return rows
 
-    def points_along(self, path) -> bool:
-        """Whether the bones of a limb point at one another, so that the last one's tail tells something, too."""
+    def points_along(self, path: Sequence[int]) -> bool:
+        """Return whether each bone of a limb points at the next one, so that the last one's tail is meaningful, too."""
         steps = np.diff(self.heads[list(path)], axis=0)
         along = (self.bones.tails - self.heads)[list(path[:-1])]
         sizes = np.linalg.norm(steps, axis=1) * np.linalg.norm(along, axis=1)
         return bool(len(steps) and np.all(np.sum(steps * along, -1) > 0.8 * sizes))
 
     def path(self, row: int) -> list[int]:
-        """The way down from a bone that has most below it, itself first."""
+        """Return the rows of the main branch down from a bone, itself first: at each step the child with the most below it."""
         rows = [row]
         while self.children[row]:
             row = max(self.children[row], key=lambda child: self.step(rows[-1], child) + self.mass[child])
@@ -85,22 +86,22 @@ class Tree:
 
     @functools.cached_property
     def limbs(self) -> list[Limbs]:
-        """All mirrored limbs of at least two joints below one bone, the longest first; no tiny ones."""
-        tries = []
+        """All mirrored limbs of at least two joints below one bone, longest first, without tiny ones."""
+        candidates = []
         for root, children in enumerate(self.children):
-            able = sorted((child for child in children if self.reach[child] > 0), key=lambda child: -self.reach[child])
-            tries += [(min(self.reach[a], self.reach[b]), root, a, b) for a, b in combinations(able[:CROWD], 2)]
-        found, longest = [], 0.0
-        for reach, root, a, b in sorted(tries, reverse=True):
+            parents = sorted((child for child in children if self.reach[child] > 0), key=lambda child: -self.reach[child])
+            candidates += [(min(self.reach[a], self.reach[b]), root, a, b) for a, b in combinations(parents[:CROWD], 2)]
+        pairs, longest = [], 0.0
+        for reach, root, a, b in sorted(candidates, reverse=True):
             if reach <= TINY * longest:
                 break
             if (pair := self._pair(root, self.path(a), self.path(b))) is not None:
-                found.append(pair)
+                pairs.append(pair)
                 longest = max(longest, pair.length)
-        return sorted((pair for pair in found if pair.length > TINY * longest), key=lambda pair: -pair.length)
+        return sorted((pair for pair in pairs if pair.length > TINY * longest), key=lambda pair: -pair.length)
 
     def _pair(self, root: int, a: list[int], b: list[int]) -> Limbs | None:
-        """The longest mirrored beginning of two ways down: what one hand holds does not hide the arm."""
+        """Return the longest mirrored start of two branches, so that an object held in one hand does no harm; None if none."""
         for count in range(min(len(a), len(b)), 1, -1):
             first, second = self.heads[a[:count]], self.heads[b[:count]]
             length = float(np.linalg.norm(np.diff(first, axis=0), axis=1).sum())
@@ -119,10 +120,10 @@ class Tree:
 
 @dataclass(frozen=True)
 class Limb:
-    """An arm: ``rows`` of its bones from the collar to the hand or finger, ``places`` of shoulder, elbow and wrist in them.
+    """An arm: ``rows`` of its bones from the clavicle on, and ``places``, the indices of shoulder, elbow and wrist in them.
 
-    ``points`` (3, 3) are those joints; the wrist may be the tail of the last row. ``strangeness`` is 0 for the proportions
-    of a person.
+    ``points`` (3, 3) are the positions of those joints; the wrist may be the tail of the last bone. ``strangeness`` is the
+    cost of the proportions, 0 for a person's. ``inline`` are rows of bones on the lines of upper arm and forearm.
     """
 
     rows: tuple[int, ...]
@@ -134,11 +135,11 @@ class Limb:
 
     @property
     def length(self) -> float:
-        """From shoulder over elbow to wrist."""
+        """Length from shoulder over elbow to wrist."""
         return float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
 
     def parts(self) -> dict[str, list[int]]:
-        """Rows by arm part. Bones on the line within a part belong to it, so that it can twist along its length."""
+        """Return the rows of each arm part. Bones on a part's line belong to it, so that it can twist along its length."""
         shoulder, elbow, wrist = self.places
         return {
             "clavicle": list(self.rows[:shoulder]),
@@ -149,12 +150,12 @@ class Limb:
 
 
 def arms_of(tree: Tree, pair: Limbs) -> tuple[Limb, Limb] | None:
-    """The two limbs with the joints that are most like those of arms, the same places on both sides; None without any."""
+    """Choose shoulder, elbow and wrist, at the same places of both limbs, by the least strangeness; None if impossible."""
     tails = all(not tree.children[path[-1]] and (len(path) < 3 or tree.points_along(path)) for path in pair.paths)
     points = [tree.heads[list(path)] for path in pair.paths]
     if tails:
         points = [np.append(heads, tree.bones.tails[[path[-1]]], 0) for heads, path in zip(points, pair.paths, strict=True)]
-    hands = {place for place in range(len(pair.paths[0])) if min(branches(tree, path, place) for path in pair.paths) >= 3}
+    branching = {place for place in range(len(pair.paths[0])) if min(branches(tree, path, place) for path in pair.paths) >= 3}
     middle = 0.5 * (points[0][0] + points[1][0])
     best = np.inf, (0, 0, 0)
     for wrist in range(2, len(points[0])):
@@ -164,29 +165,29 @@ def arms_of(tree: Tree, pair: Limbs) -> tuple[Limb, Limb] | None:
                 outward = [abs(float((side[shoulder] - middle) @ pair.normal)) for side in points]
                 first = strangeness(points[0], outward[0], places)
                 if 0.5 * first - 0.4 < best[0]:
-                    cost = 0.5 * (first + strangeness(points[1], outward[1], places)) - 0.4 * (wrist in hands)
+                    cost = 0.5 * (first + strangeness(points[1], outward[1], places)) - 0.4 * (wrist in branching)
                     best = min(best, (cost, places))
     cost, places = best
     if not np.isfinite(cost):
         return None
-    fingered = places[2] in hands
-    if not fingered and is_strand(tree.heads[list(pair.paths[0])]):
+    has_fingers = places[2] in branching
+    if not has_fingers and is_strand(tree.heads[list(pair.paths[0])]):
         return None
-    # Feathers and sleeves branch off at one joint after the other, fingers at the hand alone.
-    clearly = fingered and len(hands) == 1
+    # Feathers and sleeves branch off at several joints, fingers only at the hand.
+    clearly = has_fingers and len(branching) == 1
     limbs = []
     for path, side in zip(pair.paths, points, strict=True):
         spans = zip(places, places[1:], strict=False)
-        inline = tuple(
+        upper, fore = (
             tuple(row for row in path[start + 1 : end] if 0.03 < share(tree, row, side[start], side[end]) < 0.97)
             for start, end in spans
         )
-        limbs.append(Limb(path, places, side[list(places)], cost + 0.4 * fingered, clearly, inline))
+        limbs.append(Limb(path, places, side[list(places)], cost + 0.4 * has_fingers, clearly, (upper, fore)))
     return limbs[0], limbs[1]
 
 
 def branches(tree: Tree, path: tuple[int, ...], place: int) -> int:
-    """Into how many ways a bone of a limb branches, not counting helpers along the limb."""
+    """Return the number of children of a limb's bone, not counting helpers along the limb."""
     row = path[place]
     count = 0
     for child in tree.children[row]:
@@ -197,15 +198,15 @@ def branches(tree: Tree, path: tuple[int, ...], place: int) -> int:
 
 
 def is_strand(points: np.ndarray) -> bool:
-    """Whether joints (n, 3) follow each other as evenly as those of hair, tails and cloth, and no arm's."""
+    """Return whether joints (n, 3) are spaced as evenly as those of hair, tails and cloth, unlike an arm's."""
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return len(steps) > 5 and steps.std() < 0.1 * steps.mean()
 
 
 def share(tree: Tree, row: int, start: np.ndarray, end: np.ndarray) -> float:
-    """Where on the way from ``start`` to ``end`` (0..1) a bone starts; nan where it does not start on that line."""
+    """Return where between ``start`` and ``end`` (0..1) a bone starts, nan if not on that line."""
     along = end - start
-    length = np.linalg.norm(along)
+    length = float(np.linalg.norm(along))
     if length < 1e-12:
         return np.nan
     offset = tree.heads[row] - start
@@ -214,9 +215,9 @@ def share(tree: Tree, row: int, start: np.ndarray, end: np.ndarray) -> float:
 
 
 def strangeness(points: np.ndarray, out: float, places: tuple[int, int, int]) -> float:
-    """How far an arm with joints at ``places`` of ``points`` (n, 3) is from a person's; 0 is perfect.
+    """Return a cost (0 is perfect) of an arm with joints at ``places`` of ``points`` (n, 3), compared with a person's.
 
-    ``out`` is how far the shoulder lies from the body's middle.
+    ``out`` is the distance of the shoulder from the body's middle.
     """
     shoulder, elbow, wrist = places
     upper, fore = points[elbow] - points[shoulder], points[wrist] - points[elbow]

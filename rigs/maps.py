@@ -1,6 +1,6 @@
-"""Bone maps as JSON files that people read, edit and share, and findings as a table.
+"""Bone maps: JSON files that users read, edit and share. Also prints the result of a detection as a table.
 
-A map names the bones of each part, lowest first; ``[]`` leaves a part at rest::
+A map lists the bones of each part, lowest first; ``[]`` leaves a part at rest::
 
     {
       "map": 1,
@@ -12,11 +12,12 @@ A map names the bones of each part, lowest first; ``[]`` leaves a part at rest::
       "switches": [{"bone": "Hand_IK.L", "path": "[\"ik_fk\"]", "value": 1.0}]
     }
 
-``armature``, ``family`` and ``comment`` are for people; ``switches`` are set while the rig gestures.
+``armature``, ``family`` and ``comment`` are notes; ``switches`` are set while the rig is animated.
 """
 
 import json
 import unicodedata
+from collections.abc import Iterable
 from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
@@ -30,13 +31,13 @@ from .plain import Finding, Mapping, spoken
 
 VERSION = 1
 LARGEST = 1_000_000
-"""Bytes of a map."""
+"""Maximum size of a map file in bytes."""
 NOTES = ("armature", "family", "comment")
 REMEDY = "s2ag rig CHARACTER --save map.json writes a map to start from."
 
 
 def load(path: str | PathLike) -> Mapping:
-    """Read a map. Raises :class:`RigUnusable` with the first thing that is wrong with the file."""
+    """Read a map. Raises :class:`RigUnusable` for the first error in the file."""
     path = Path(path)
     try:
         data = json_text.read(path, LARGEST, once=True)
@@ -50,7 +51,7 @@ def load(path: str | PathLike) -> Mapping:
 
 
 def save(path: str | PathLike, mapping: Mapping, armature: str = "") -> None:
-    """Write a map that :func:`load` reads again, whole or not at all; parts without bones are ``[]``.
+    """Write a map for :func:`load`, atomically; parts without bones are ``[]``.
 
     Raises :class:`OutputUnwritable`.
     """
@@ -59,12 +60,12 @@ def save(path: str | PathLike, mapping: Mapping, armature: str = "") -> None:
 
 
 def dump(mapping: Mapping, armature: str = "") -> str:
-    """A map as JSON text, one part a line."""
+    """Return a map as JSON text, one part per line."""
     chains = {"hips": (mapping.hips,) if mapping.hips else ()} | mapping.chains
-    shown = [row for row in (*ROWS, "crown") if row in chains or row in _ALWAYS]
-    switches = [{"bone": one.bone, "path": one.path, "value": one.value} for one in mapping.switches]
-    entries = {"map": VERSION, "armature": armature, "family": mapping.family}
-    entries |= {row: list(chains.get(row, ())) for row in shown}
+    parts = [row for row in (*ROWS, "crown") if row in chains or row in _ALWAYS]
+    switches = [{"bone": switch.bone, "path": switch.path, "value": switch.value} for switch in mapping.switches]
+    entries: dict[str, object] = {"map": VERSION, "armature": armature, "family": mapping.family}
+    entries |= {row: list(chains.get(row, ())) for row in parts}
     lines = [f"  {json.dumps(key)}: {json.dumps(value, ensure_ascii=False)}" for key, value in entries.items()]
     if switches:
         rows = ",\n".join(f"    {json.dumps(switch, ensure_ascii=False)}" for switch in switches)
@@ -73,7 +74,7 @@ def dump(mapping: Mapping, armature: str = "") -> str:
 
 
 def parse(data: object, where: str = "The bone map") -> Mapping:
-    """The mapping that a map's JSON describes. Raises :class:`RigUnusable` with the first thing that is wrong."""
+    """Convert a map's parsed JSON to a mapping. Raises :class:`RigUnusable` for the first error."""
     if not isinstance(data, dict):
         raise RigUnusable(f"{where} is no JSON object of parts and bones.", REMEDY)
     if data.get("map", VERSION) != VERSION:
@@ -95,8 +96,8 @@ def parse(data: object, where: str = "The bone map") -> Mapping:
     if len(hips) > 1:
         raise RigUnusable(f"{where} names {len(hips)} bones for the hips.", "Name one.")
     findings = [Finding(row, chains.get(row, hips if row == "hips" else ()), "map") for row in ROWS]
-    findings = [one if one.bones else Finding(one.part, note="left out by the map") for one in findings]
-    findings = tuple(one for one in findings if one.bones or one.part in _ALWAYS)
+    findings = [item if item.bones else Finding(item.part, note="left out by the map") for item in findings]
+    findings = tuple(item for item in findings if item.bones or item.part in _ALWAYS)
     switches = _switches(data.get("switches", []), where)
     family = data.get("family") or "own mapping"
     if not isinstance(family, str):
@@ -105,10 +106,10 @@ def parse(data: object, where: str = "The bone map") -> Mapping:
 
 
 def table(mapping: Mapping) -> str:
-    """What was found for every part as lines of text: part, bones, how, and a note."""
+    """Return the findings as a text table: part, bones, how they were found, and a note."""
     rows = [("PART", "BONES", "FOUND BY", "")]
-    for one in mapping.findings:
-        rows.append((one.part.replace("_", " "), ", ".join(one.bones) or "-", one.how or "missing", one.note))
+    for item in mapping.findings:
+        rows.append((item.part.replace("_", " "), ", ".join(item.bones) or "-", item.how or "missing", item.note))
     widths = [max(_width(row[column]) for row in rows) for column in range(3)]
     return "\n".join(
         "  ".join(cell + " " * (wide - _width(cell)) for cell, wide in zip(row, [*widths, 0], strict=True)).rstrip()
@@ -117,10 +118,11 @@ def table(mapping: Mapping) -> str:
 
 
 _ALWAYS = frozenset(row for row in ROWS if not row.endswith("_twist"))
+"""Parts that are listed even without bones."""
 
 
 def _chain(value: object, row: str, where: str) -> tuple[str, ...]:
-    """A bone or a list of bones; nothing for null, "" and []."""
+    """Return the bones of a part, which may be one name or a list; () for null, "" and []."""
     chain = [value] if isinstance(value, str) else value
     if chain is None:
         return ()
@@ -131,6 +133,8 @@ def _chain(value: object, row: str, where: str) -> tuple[str, ...]:
 
 def _switches(value: object, where: str) -> tuple[Switch, ...]:
     try:
+        if not isinstance(value, Iterable):
+            raise TypeError
         return tuple(Switch(str(entry["bone"]), str(entry["path"]), float(entry["value"])) for entry in value)
     except (TypeError, KeyError, ValueError):
         remedy = 'Write them as [{"bone": "Hand_IK", "path": "[\\"ik_fk\\"]", "value": 1.0}].'
@@ -138,5 +142,5 @@ def _switches(value: object, where: str) -> tuple[Switch, ...]:
 
 
 def _width(text: str) -> int:
-    """Columns that a text takes on a terminal: two for Chinese, Japanese and Korean letters."""
+    """Return the width of a text on a terminal in columns; Chinese, Japanese and Korean letters take two."""
     return sum(1 + (unicodedata.east_asian_width(letter) in "WF") for letter in text)

@@ -1,13 +1,14 @@
-"""Which bones of an armature go by the names of a known kind of rig.
+"""Matches the bone names of an armature with those of known rig families.
 
-Names are compared without case and separators, below any common prefix (``mixamorig:``, ``Bip01 ``, ``Armature_``) and
-before any common number of a copy (``.001``). A bone counts only if it hangs below the part before it, so a control or a
-helper that happens to share a name does not.
+Names are compared without case and separators, after any common prefix (``mixamorig:``, ``Bip01 ``, ``Armature_``) and
+before any common copy number (``.001``). A bone must also be a descendant of the part before it, which excludes controls
+and helpers that happen to share a name.
 """
 
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 from .family import LINES, Family
 from .plain import ARMS, Bones, spoken
@@ -15,7 +16,7 @@ from .plain import ARMS, Bones, spoken
 _SEPARATORS = re.compile(r"[\s_.\-:|]+")
 _COPY = re.compile(r"(.+)\.(\d{3})")
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^\W\d_a-zA-Z]")
-_MARKS = {
+_PREFIX_WEIGHTS = {
     2: {"ctrl", "ctl", "control", "controls", "ctr", "anim", "fk", "c"},
     -1: {"def", "deform", "bind", "jnt", "skin", "drv", "ik"},
     -2: {"org", "orig", "original", "tgt", "target", "ref", "twk", "tweak"},
@@ -26,95 +27,96 @@ _LEFT |= {"esq", "esquerda", "esquerdo", "лев", "левая", "левый"}
 _RIGHT = {"r", "right", "rgt", "rt", "右", "der", "derecho", "derecha", "droite", "droit", "rechts", "dx", "destra", "destro"}
 _RIGHT |= {"dir", "direita", "direito", "прав", "правая", "правый"}
 TIPS = {"tip", "end", "leaf", "nub", "top", "site", "endsite", "headtop"}
-"""Words that mark a bone without a joint of its own."""
+"""Words in names of end bones, which only mark the tip of a chain."""
 
 
 def plain_name(name: str) -> str:
-    """A bone name without case and separators."""
+    """Return a bone name in lower case without separators."""
     return _SEPARATORS.sub("", name).casefold()
 
 
 def words(name: str) -> set[str]:
-    """The words of a bone name in lower case, cut at separators, capitals and digits: ``lShldrBend`` is l, shldr, bend."""
+    """Return the lower-case words of a bone name, split at separators, capitals, digits: l, shldr, bend of ``lShldrBend``."""
     return {word.casefold() for word in _WORDS.findall(name)}
 
 
 def side(name: str, other: str) -> int:
-    """1 where ``name`` is spelt left and ``other``, its partner, right; -1 the other way round; 0 where neither is plain."""
-    ours, theirs = words(name) - words(other), words(other) - words(name)
-    return int(bool(ours & _LEFT and theirs & _RIGHT)) - int(bool(ours & _RIGHT and theirs & _LEFT))
+    """Return 1 if ``name`` says left and its mirror image ``other`` says right, -1 if the reverse, 0 if unclear."""
+    first, second = words(name) - words(other), words(other) - words(name)
+    return int(bool(first & _LEFT and second & _RIGHT)) - int(bool(first & _RIGHT and second & _LEFT))
 
 
 @dataclass(frozen=True)
 class Match:
-    """What was found of a family below one prefix and before one copy's number.
+    """The bones of an armature that match a family's names with one prefix and one copy number.
 
-    ``chains`` as in :class:`.plain.Mapping`, twist bones among them; ``reasons`` tell why a part was not found.
-    ``driven`` counts arm bones that constraints or drivers rule.
+    ``chains`` as in :class:`.plain.Mapping`, with twist bones; ``reasons`` say why a part was not found. ``strays`` counts
+    bones with a matching name in the wrong place of the hierarchy, ``driven`` arm bones that constraints or drivers control.
     """
 
     family: Family
     prefix: str
     copy: str
     hips: str
-    chains: dict
-    reasons: dict
+    chains: dict[str, tuple[str, ...]]
+    reasons: dict[str, str]
     strays: int
     driven: int
 
     @property
     def arms(self) -> int:
-        """How many of the four arm parts it has."""
+        """Number of arm parts found, 0 to 4."""
         return sum(part in self.chains for part in ARMS)
 
     @property
     def count(self) -> int:
-        """How many of the family's bones it explains."""
+        """Number of the family's bones that were found."""
         return bool(self.hips) + sum(len(chain) for part, chain in self.chains.items() if part in self.family.chains)
 
     @property
-    def merit(self) -> tuple:
-        """Complete arms first, then controls, the number of bones explained, and how little of the family is missing."""
-        whole = self.arms == len(ARMS)
-        return whole, whole and self.family.controls, self.count - 2 * self.strays, self.arms, self.count / self.family.size
+    def merit(self) -> tuple[bool, bool, int, int, float]:
+        """Sort key: complete arms, then control rigs, number of bones found, arms, and share of the family found."""
+        complete = self.arms == len(ARMS)
+        count = self.count
+        return complete, complete and self.family.controls, count - 2 * self.strays, self.arms, count / self.family.size
 
     @property
-    def choice(self) -> tuple:
-        """Between sets of bones of equal merit: those that nothing drives, controls by their prefix, originals."""
-        mark = sum(value for value, marks in _MARKS.items() if self.prefix in marks)
-        return -self.driven, mark, not self.copy
+    def choice(self) -> tuple[int, int, bool]:
+        """Sort key among equal merits: undriven bones first, then controls by prefix, then originals before copies."""
+        weight = sum(value for value, prefixes in _PREFIX_WEIGHTS.items() if self.prefix in prefixes)
+        return -self.driven, weight, not self.copy
 
     @property
-    def rank(self) -> tuple:
-        """By merit, then by choice; the shortest prefix of what is left, so that the order of families does not matter."""
+    def rank(self) -> tuple[Any, ...]:
+        """Sort key: merit, choice, then the shortest prefix, so that the order of families does not matter."""
         return *self.merit, *self.choice, -len(self.prefix), self.prefix, self.copy
 
 
 @dataclass
 class _Search:
-    """A match in the making."""
+    """Intermediate state of a match."""
 
-    chains: dict = field(default_factory=dict)
-    reasons: dict = field(default_factory=dict)
+    chains: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    reasons: dict[str, str] = field(default_factory=dict)
     strays: int = 0
 
 
 class Names:
-    """An armature's names, ready for look-up."""
+    """Index of an armature's bone names."""
 
     def __init__(self, bones: Bones):
         self.bones = bones
-        self.rows = {}
+        self.rows: dict[tuple[str, str], list[int]] = {}  # (plain name, copy number) -> rows
         for row, name in enumerate(bones.names):
             self.rows.setdefault((plain_name(name), ""), []).append(row)
-            if copied := _COPY.fullmatch(name):
-                self.rows.setdefault((plain_name(copied[1]), copied[2]), []).append(row)
+            if match := _COPY.fullmatch(name):
+                self.rows.setdefault((plain_name(match[1]), match[2]), []).append(row)
 
     def matches(self, family: Family, parts: tuple[str, ...] = ARMS) -> Iterator[Match]:
-        """A match for every prefix and copy's number by which the rig has the family's first bone for one of ``parts``."""
+        """Yield a match for every prefix and copy number with which the first bone of one of ``parts`` exists."""
         anchors = [plain_name(family.chains[part][0]) for part in parts if family.chains[part]]
-        found = {(name[: -len(end)], copy) for name, copy in self.rows for end in anchors if name.endswith(end)}
-        for prefix, copy in sorted(found):
+        affixes = {(name[: -len(end)], copy) for name, copy in self.rows for end in anchors if name.endswith(end)}
+        for prefix, copy in sorted(affixes):
             yield self._match(family, prefix, copy)
 
     def _match(self, family: Family, prefix: str, copy: str) -> Match:
@@ -137,16 +139,16 @@ class Names:
         return Match(family, prefix, copy, name, search.chains, search.reasons, search.strays, driven)
 
     def _part(self, search: _Search, family: Family, part: str, prefix: str, copy: str, above: int | None) -> int | None:
-        """Find a part's chain below the row ``above``; returns the row that the next part must hang below."""
-        chain = []
+        """Find a part's chain below the row ``above``; return the row below which the next part must be."""
+        chain: list[str] = []
         for name in family.chains[part]:
-            free = above is None or (part in family.loose and not chain)
-            row = self._row(prefix, name, copy, None if free else above)
+            ancestor = None if part in family.loose and not chain else above
+            row = self._row(prefix, name, copy, ancestor)
             if row is None:
                 continue
-            if not free and above not in self.bones.ancestors(row):
+            if ancestor is not None and ancestor not in self.bones.ancestors(row):
                 search.strays += 1
-                search.reasons[part] = f'"{self.bones.names[row]}" does not hang below "{self.bones.names[above]}"'
+                search.reasons[part] = f'"{self.bones.names[row]}" does not hang below "{self.bones.names[ancestor]}"'
                 continue
             chain.append(self.bones.names[row])
             above = row
@@ -158,14 +160,14 @@ class Names:
         return above
 
     def _row(self, prefix: str, name: str, copy: str, above: int | None) -> int | None:
-        """The row called ``name``; of several that differ by separators or case alone, one below ``above`` if there is."""
+        """Return the row called ``name`` or None; of several that differ in separators or case, prefer one below ``above``."""
         rows = self.rows.get((prefix + plain_name(name), copy), ())
         below = [row for row in rows if above is not None and above in self.bones.ancestors(row)]
         return next(iter([*below, *rows]), None)
 
 
 def rival(best: Match, others: list[Match]) -> tuple[str, Match] | None:
-    """An arm part for which ``others`` hold a bone as good as that of ``best``, and which; None where the choice is clear."""
+    """Return an arm part with a bone equally good as that of ``best``, and its match; None if the choice is unambiguous."""
     for other in others:
         if other.merit[:4] < best.merit[:4] or other.choice != best.choice or other.arms < len(ARMS):
             continue
@@ -176,7 +178,7 @@ def rival(best: Match, others: list[Match]) -> tuple[str, Match] | None:
 
 
 def missing_reason(bones: Bones, match: Match, part: str) -> str:
-    """Why a family's part was not found, for people."""
+    """Return a message for the user that says why a part was not found, or ""."""
     side_name, _, rest = part.partition("_")
     arm = f"{side_name}_upper_arm"
     if rest == "clavicle" and arm in match.chains:

@@ -1,4 +1,4 @@
-"""Hands as wholes: from knuckles and palms to the turn of forearm and wrist, within what wrists can do."""
+"""Hand orientation: from directions of knuckles and palms to the rotations of forearm and wrist, within human limits."""
 
 from dataclasses import dataclass
 
@@ -11,19 +11,22 @@ from .fingers import SIDES
 from .plain import Bones, Mapping
 
 PRONATION = np.radians([-115.0, 115.0])
-"""A forearm about its own axis, from a palm that looks along the elbow's hinge (thumbs forward in a T)."""
+"""Twist of a forearm in radians, from a palm that faces along the elbow's hinge (thumbs forward in a T pose)."""
 FLEXION = np.radians([-85.0, 85.0])
 DEVIATION = np.radians([-42.0, 42.0])
-"""A wrist towards palm and back of the hand, and towards thumb and little finger."""
+"""Bend of a wrist in radians: towards the palm and the back of the hand, towards the thumb and the little finger."""
 ALONE = 0.6
-"""Share of its twist that a forearm takes on where no bone beside it does; the wrist takes the rest."""
+"""Share of the twist that goes to a forearm without twist bones; the wrist takes the rest."""
 
 
 @dataclass(frozen=True)
 class Palm:
-    """A hand at rest in armature space: unit ``knuckles`` (3,) from the wrist, ``normal`` (3,) out of the palm, ``thumbwards``
-    (3,) square to both; ``fingers`` is None where they are not known. ``neutral`` (radians) is how far the palm is turned
-    about the forearm from where its range has its middle."""
+    """A hand at rest in armature space.
+
+    Unit vectors (3,): ``knuckles`` from the wrist, ``normal`` out of the palm, ``thumbwards`` at right angles to both.
+    ``fingers`` is None where they are unknown. ``neutral`` (radians) is the palm's twist about the forearm, measured from
+    the middle of its range.
+    """
 
     knuckles: np.ndarray
     normal: np.ndarray
@@ -33,16 +36,16 @@ class Palm:
 
     @property
     def frame(self) -> np.ndarray:
-        """Columns knuckles, normal, thumbwards (3, 3)."""
+        """The columns ``knuckles``, ``normal``, ``thumbwards`` (3, 3)."""
         return np.stack([self.knuckles, self.normal, self.thumbwards], -1)
 
 
 def at_rest(
     bones: Bones, mapping: Mapping, side: str, hand: fingers.Hand | None, guess: np.ndarray, middle: np.ndarray
 ) -> Palm:
-    """The palm on ``side``: by the knuckles of its ``hand``, else along the hand or the forearm with the ``guess`` (3,).
+    """Return the palm on ``side``: by its knuckles, or without a ``hand`` by its bone and the estimated normal ``guess`` (3,).
 
-    ``middle`` (3,) is where a palm looks that is turned neither way.
+    ``middle`` (3,) is the normal of a palm in the middle of the forearm's range.
     """
     fore = mapping.segment(bones, f"{side}_forearm")
     if hand is not None:
@@ -52,24 +55,24 @@ def at_rest(
         along, normal = _unit(roots.mean(0) - wrist), np.cross(roots[0] - roots[-1], roots.mean(0) - wrist)
         normal = _unit(normal) * np.sign(normal @ hand.palm or 1.0)
     else:
-        along = _along(bones, mapping, side, fore)
+        along = _hand_direction(bones, mapping, side, fore)
         normal = _unit(guess - along * (along @ guess))
     neutral = float(angle_about(fore, middle, normal))
     return Palm(along, normal, -SIDES[side] * np.cross(along, normal), hand, neutral)
 
 
 def towards(palm: Palm, knuckles: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """D (frames, 4) of a hand that brings its knuckles and palm to the directions (frames, 3), which are square."""
+    """Return D (frames, 4) of a hand with these directions of knuckles and palm (frames, 3), which are at right angles."""
     goal = np.stack([knuckles, normals, np.cross(knuckles, normals)], -1)
     rest = np.stack([palm.knuckles, palm.normal, np.cross(palm.knuckles, palm.normal)], -1)
     return quaternion.from_matrix(goal @ rest.T)
 
 
 def human(palm: Palm, wanted: np.ndarray, fore: np.ndarray, aimed: np.ndarray, free: bool) -> tuple[np.ndarray, np.ndarray]:
-    """D (frames, 4) of a hand within a wrist's range, and the twist (frames,) of its forearm in radians.
+    """Return D (frames, 4) of a hand within the wrist's range, and the twist (frames,) of its forearm in radians.
 
-    ``wanted`` is D as asked for, ``fore`` (frames, 3) the forearm's direction and ``aimed`` its D without twist; without
-    ``free`` nothing is limited.
+    ``wanted`` is the target D, ``fore`` (frames, 3) the forearm's direction and ``aimed`` its D without twist; if ``free``,
+    nothing is limited.
     """
     if not free:
         axes = quaternion.rotate(wanted[:, None], palm.frame.T)
@@ -77,8 +80,8 @@ def human(palm: Palm, wanted: np.ndarray, fore: np.ndarray, aimed: np.ndarray, f
         bent = limits.soft(np.arctan2(out, along), FLEXION)
         sideways = limits.soft(np.arcsin(np.clip(aside, -1, 1)), DEVIATION)
         reached = np.stack([np.cos(sideways) * np.cos(bent), np.cos(sideways) * np.sin(bent), np.sin(sideways)], -1)
-        seen = np.sum(axes * reached[..., None], 1)
-        wanted = quaternion.multiply(quaternion.swing(seen, fore), wanted)
+        limited = np.sum(axes * reached[..., None], 1)
+        wanted = quaternion.multiply(quaternion.swing(limited, fore), wanted)
     twist = twist_about(fore, quaternion.multiply(wanted, quaternion.conjugate(aimed)))
     if free:
         return wanted, twist
@@ -87,14 +90,14 @@ def human(palm: Palm, wanted: np.ndarray, fore: np.ndarray, aimed: np.ndarray, f
 
 
 def twist_about(axis: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """How far rotations (frames, 4) turn about their ``axis`` (frames, 3), radians, without jumps."""
+    """Return the twist (frames,) of rotations (frames, 4) about ``axis`` (frames, 3) in radians, unwrapped over time."""
     angle = 2.0 * np.arctan2(np.sum(turn[..., 1:] * axis, -1), turn[..., 0])
     angle = np.unwrap(angle)
     return angle - 2 * np.pi * np.round(np.median(angle) / (2 * np.pi))
 
 
-def _along(bones: Bones, mapping: Mapping, side: str, fore: np.ndarray) -> np.ndarray:
-    """Where a hand without fingers points at rest: its own way, if that is about the forearm's."""
+def _hand_direction(bones: Bones, mapping: Mapping, side: str, fore: np.ndarray) -> np.ndarray:
+    """Return the direction (3,) of a hand without fingers at rest: its bone's, if near the forearm's, else the forearm's."""
     chain = mapping.chains.get(f"{side}_hand")
     if not chain:
         return fore

@@ -1,5 +1,6 @@
-"""What retargeting knows of an armature: bones at rest, which bone moves which edge, and where its front is."""
+"""Data model of an armature for retargeting: bones at rest, the mapping from body parts to bones, and the character's frame."""
 
+from collections import abc
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property
@@ -15,8 +16,7 @@ ARMS = ("left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")
 MARKS = ("left_hand", "right_hand", "crown")
 TWISTS = tuple(f"{part}_twist" for part in ARMS)
 PARTS = (*EDGE_NAMES, *MARKS, *TWISTS)
-"""What a bone can be mapped to: the nine edges, bones that only mark where an edge ends and follow it, and bones beside an
-arm's chain that carry nothing but a share of its twist."""
+"""Parts to which bones can be mapped: the nine edges, bones that only mark the end of an edge, and twist bones."""
 REMEDY = "Fill in a bone map: s2ag rig CHARACTER --save map.json writes what was found, --map map.json uses it."
 
 _NEXT = {
@@ -37,19 +37,19 @@ _SNAP = np.cos(np.radians(20))
 class Bones:
     """Bones at rest, parents before children.
 
-    ``names`` unique; ``parents`` (n,) row of the parent or -1; ``matrices`` (n, 4, 4) rest matrices in armature space
-    (bone along its own y); ``lengths`` (n,); ``inherits`` (n,) whether the bone turns with its parent; ``driven`` (n,)
-    whether a constraint or a driver rules how it turns.
+    ``names`` are unique; ``parents`` (n,) rows of the parents or -1; ``matrices`` (n, 4, 4) rest matrices in armature space
+    (a bone points along its y axis); ``lengths`` (n,); ``inherits`` (n,) whether a bone rotates with its parent (default:
+    all do); ``driven`` (n,) whether a constraint or driver controls its rotation (default: none).
     """
 
     names: tuple[str, ...]
     parents: np.ndarray
     matrices: np.ndarray
     lengths: np.ndarray
-    inherits: np.ndarray = None
-    driven: np.ndarray = None
+    inherits: np.ndarray = None  # pyright: ignore[reportAssignmentType] - set below
+    driven: np.ndarray = None  # pyright: ignore[reportAssignmentType] - set below
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if any(parent >= row for row, parent in enumerate(self.parents)):
             raise ValueError("parents must come before their children")
         if self.inherits is None:
@@ -59,12 +59,12 @@ class Bones:
 
     @property
     def heads(self) -> np.ndarray:
-        """Where the bones start (n, 3)."""
+        """Start points (n, 3) in armature space."""
         return self.matrices[:, :3, 3]
 
     @property
     def tails(self) -> np.ndarray:
-        """Where the bones end (n, 3)."""
+        """End points (n, 3) in armature space."""
         return self.heads + self.matrices[:, :3, 1] * self.lengths[:, None]
 
     @cached_property
@@ -73,22 +73,22 @@ class Bones:
         return quaternion.from_matrix(self.matrices[:, :3, :3])
 
     def row(self, name: str) -> int:
-        """Row of the bone called ``name``."""
+        """Return the row of the bone called ``name``; raises :class:`ValueError` if there is none."""
         return self.names.index(name)
 
     def ancestors(self, row: int) -> list[int]:
-        """Rows from the parent up to the root."""
-        found = []
+        """Return the rows from the parent up to the root."""
+        rows = []
         while (row := int(self.parents[row])) >= 0:
-            found.append(row)
-        return found
+            rows.append(row)
+        return rows
 
 
 @dataclass(frozen=True)
 class Finding:
-    """Which bones were found for a part of the body and how: by ``name``, ``position`` or ``map``; "" where none was.
+    """The bones detected for a body part, and ``how``: by ``name``, ``position`` or ``map``, "" if there are none.
 
-    ``note`` is a remark for people: why there is none, or what is unusual.
+    ``note`` is a remark for the user: why there are none, or what is unusual.
     """
 
     part: str
@@ -99,12 +99,12 @@ class Finding:
 
 @dataclass(frozen=True)
 class Mapping:
-    """Bones for the parts of a body: ``chains[part]`` are the bones that share its motion, lowest first.
+    """Bones of the body parts: ``chains[part]`` are the bones that share a part's rotation, lowest first.
 
-    An edge ends at the head of the next part's first bone; where that is not mapped, at the tail of its own last bone.
-    ``hips`` is only read, for where up is. ``switches`` let the rig follow these bones; ``findings`` tell how they were
-    found. ``shares[part]`` is the share of an arm part's twist that is done after each of its bones (even, where it is not
-    given). Bones in ``held`` are only read: they stay as they are.
+    An edge ends at the head of the next part's first bone or, if that is not mapped, at the tail of its own last bone.
+    ``hips`` is only read, to determine up. ``switches`` are settings that let the rig follow these bones; ``findings``
+    describe the detection. ``shares[part]`` is the cumulative share of an arm part's twist after each of its bones (even if
+    absent). Bones in ``held`` are read but never rotated.
     """
 
     chains: dict[str, tuple[str, ...]]
@@ -117,7 +117,7 @@ class Mapping:
     held: frozenset[str] = frozenset()
 
     def check(self, bones: Bones) -> "Mapping":
-        """Return self, or raise :class:`RigUnusable` where a bone is unknown or named twice, or an arm is missing."""
+        """Return self; raise :class:`RigUnusable` if a bone is unknown or used twice, or an arm part is missing."""
         owners: dict[str, str] = {}
         for part, chain in {**self.chains, "hips": (self.hips,) if self.hips else ()}.items():
             if part not in (*PARTS, "hips"):
@@ -135,18 +135,18 @@ class Mapping:
         return self
 
     def tip(self, part: str) -> str:
-        """The bone at whose head a part ends, or "" where it ends with its own last bone."""
-        return next((self.chains[other][0] for other in _NEXT.get(part, ()) if self.chains.get(other)), "")
+        """Return the bone at whose head a part ends, or "" if it ends with its own last bone."""
+        return next((self.chains[following][0] for following in _NEXT.get(part, ()) if self.chains.get(following)), "")
 
     def end(self, bones: Bones, part: str) -> np.ndarray:
-        """Where a part ends at rest (3,), in armature space."""
+        """Return the end point (3,) of a part at rest, in armature space."""
         tip = self.tip(part)
         return bones.heads[bones.row(tip)] if tip else bones.tails[bones.row(self.chains[part][-1])]
 
     def segment(self, bones: Bones, part: str, place: int = 0) -> np.ndarray:
-        """Direction (3,) at rest from the head of a chain's bone to the end of its part, in armature space, a unit vector.
+        """Return the unit vector (3,) at rest from the head of a chain's bone to the end of its part, in armature space.
 
-        A bone at the end itself has that of the chain. Raises :class:`RigUnusable` where the chain has no length.
+        For a bone at the end itself it is the chain's direction. Raises :class:`RigUnusable` if the chain has no length.
         """
         chain = self.chains[part]
         end = self.end(bones, part)
@@ -160,44 +160,44 @@ class Mapping:
         return along / length
 
 
-def require_arms(chains: dict[str, tuple[str, ...]], where: str = "The armature") -> None:
-    """Raise :class:`RigUnusable` naming the arm parts that ``chains`` lacks."""
+def require_arms(chains: abc.Mapping[str, object], where: str = "The armature") -> None:
+    """Raise :class:`RigUnusable` that names the arm parts for which ``chains`` has nothing."""
     missing = [spoken(part) for part in ARMS if not chains.get(part)]
     if missing:
         raise RigUnusable(f"{where} has no bone for {listed(missing)}.", REMEDY)
 
 
 def spoken(part: str) -> str:
-    """A part's name in a sentence: "the left upper arm"."""
+    """Return a part's name for a sentence: "the left upper arm"."""
     return "the " + part.replace("_", " ")
 
 
 def listed(items: list[str]) -> str:
-    """Items in a sentence: "a, b and c"."""
+    """Join items for a sentence: "a, b and c"."""
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
 
 
 def character_frame(bones: Bones, mapping: Mapping) -> np.ndarray:
-    """Rows left, back, up (3, 3) of the character at rest, in armature space: a proper rotation.
+    """Return the rows left, back, up (3, 3) of the character at rest, in armature space: a proper rotation.
 
-    Left runs from the right arm to the left arm, up from the hips to the shoulders. Both are snapped to an axis of the
-    armature that they nearly follow, because a spine leans even where the floor is level.
+    Left points from the right to the left arm, up from the hips to the shoulders. Each is snapped to an axis of the
+    armature within 20 degrees, because a spine usually leans a little. Raises :class:`RigUnusable`.
     """
     left_arm, right_arm = (bones.heads[bones.row(mapping.chains[f"{side}_upper_arm"][0])] for side in ("left", "right"))
     chest = 0.5 * (left_arm + right_arm)
-    up = _snapped(chest - _low_point(bones, mapping))
+    up = _snap(chest - _low_point(bones, mapping))
     left = left_arm - right_arm
     left = left - up * (left @ up)
     if np.linalg.norm(left) < 1e-9:
         raise RigUnusable("The left and the right arm start at the same point.", "Correct the bone mapping.")
-    left = _snapped(left)
+    left = _snap(left)
     left = left - up * (left @ up)
     left /= np.linalg.norm(left)
     return np.stack([left, np.cross(up, left), up])
 
 
 def _low_point(bones: Bones, mapping: Mapping) -> np.ndarray:
-    """Where the trunk starts: the hips, else the lowest spine bone, else the outermost ancestor that lies elsewhere."""
+    """Return the trunk's lowest point (3,): hips, else lowest spine bone, else the arms' topmost ancestor off the chest."""
     arm = bones.row(mapping.chains["left_upper_arm"][0])
     rows = bones.ancestors(arm)[::-1]
     named = [mapping.hips, *mapping.chains.get("torso", ())]
@@ -211,7 +211,8 @@ def _low_point(bones: Bones, mapping: Mapping) -> np.ndarray:
     raise RigUnusable("The armature has no spine below its arms.", "Map the hips or a spine bone.")
 
 
-def _snapped(vector: np.ndarray) -> np.ndarray:
+def _snap(vector: np.ndarray) -> np.ndarray:
+    """Return the unit vector of the armature's axis within 20 degrees of ``vector``, else ``vector`` normalised."""
     vector = vector / np.linalg.norm(vector)
     axis = np.argmax(np.abs(vector))
     if abs(vector[axis]) < _SNAP:

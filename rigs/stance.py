@@ -1,7 +1,7 @@
-"""A pelvis that moves above feet that stay: where the pelvis goes, and how thighs, shins and feet make up for it.
+"""Inverse kinematics of the legs: the pelvis moves, the feet stay.
 
-Each leg is two bones between a hip that moves and an ankle that does not: the law of cosines gives the knee, which bends
-forwards. A leg cannot be longer than it is, so the pelvis sinks as far as the farther foot asks.
+Each leg has two bones between a moving hip and a fixed ankle; the law of cosines gives the knee, which bends forwards. The
+pelvis is lowered as far as needed for both feet to be in reach.
 """
 
 from dataclasses import dataclass
@@ -15,19 +15,21 @@ from .legs import Leg, Legs
 from .plain import Bones
 
 STRAIGHT = 0.9975
-"""Share of its length that a leg reaches at most while the pelvis moves: a knee eight degrees from straight never snaps."""
-_FULLY = 0.01
-"""Departure of the pelvis, in heights of the hips and radians, from which on :data:`STRAIGHT` holds; none changes nothing."""
+"""Largest reach of a leg while the pelvis moves, as a share of its length: the knee keeps eight degrees, so it never snaps."""
+_ONSET = 0.01
+"""Scale of the pelvis's displacement, in hip heights plus radians, over which :data:`STRAIGHT` takes effect."""
 _SOFT = 0.002
-"""In heights of the hips: how gently the pelvis begins to sink."""
-_BENT = 0.01
-"""Share of a leg's length by which its knee lies off the line at rest, if that tells where it bends."""
+"""Softness of the pelvis's lowering (softplus), in hip heights."""
+_MIN_BEND = 0.01
+"""Least distance of the knee from the leg's line at rest, as a share of the leg's length, that gives a bending direction."""
 
 
 @dataclass(frozen=True)
 class Stood:
-    """``turned`` ``{row: D (frames, 4)}`` of pelvis, thighs, shins and feet; ``places`` ``{bone: (frames, 3)}`` of the pelvis
-    in its own rest space, as Blender's pose location has it.
+    """Result of :func:`stand`.
+
+    ``turned`` ``{row: D (frames, 4)}`` of pelvis, thighs, shins and feet; ``places`` ``{bone: (frames, 3)}`` is the pelvis's
+    translation in its own rest space (Blender's pose location).
     """
 
     turned: dict[int, np.ndarray]
@@ -35,7 +37,7 @@ class Stood:
 
 
 def stand(bones: Bones, legs: Legs, pelvis: Pelvis, frame: np.ndarray) -> Stood:
-    """What bones do when the pelvis moves as ``pelvis`` says and the feet stay; ``frame`` the character's left, back and up."""
+    """Solve pelvis and legs for a ``pelvis`` motion above fixed feet; ``frame`` (3, 3) is the character's left, back and up."""
     up = frame[2]
     joints = [[bones.heads[row] for row in (leg.thigh, leg.shin, leg.foot)] for leg in legs.pair]
     centre = 0.5 * (joints[0][0] + joints[1][0])
@@ -44,10 +46,10 @@ def stand(bones: Bones, legs: Legs, pelvis: Pelvis, frame: np.ndarray) -> Stood:
     angle = np.linalg.norm(pelvis.turn, axis=-1)
     axis = normalize(canonical_to_blender(pelvis.turn.astype(float)) @ frame)
     turn = quaternion.about(axis, angle)
-    much = np.linalg.norm(pelvis.place, axis=-1) + angle
-    share = 1.0 - np.exp(-((much / _FULLY) ** 2))
+    displacement = np.linalg.norm(pelvis.place, axis=-1) + angle
+    share = 1.0 - np.exp(-((displacement / _ONSET) ** 2))
 
-    def moved(point):
+    def moved(point: np.ndarray) -> np.ndarray:
         return centre + place + quaternion.rotate(turn, point - centre)
 
     place = place - up * _sink(joints, [moved(joint[0]) for joint in joints], up, share, tall)[:, None]
@@ -60,7 +62,7 @@ def stand(bones: Bones, legs: Legs, pelvis: Pelvis, frame: np.ndarray) -> Stood:
 
 
 def height(bones: Bones, legs: Legs, up: np.ndarray) -> float:
-    """Of the hips above the floor at rest: where the soles or the lowest bones of the feet are."""
+    """Return the height of the hips at rest above the floor: above the lowest bones of the feet."""
     hips = np.mean([bones.heads[leg.thigh] for leg in legs.pair], 0) @ up
     ankles = np.mean([bones.heads[leg.foot] for leg in legs.pair], 0) @ up
     below = [row for leg in legs.pair for row in range(len(bones.names)) if leg.foot in bones.ancestors(row)]
@@ -68,8 +70,10 @@ def height(bones: Bones, legs: Legs, up: np.ndarray) -> float:
     return float(hips - np.clip(floor, ankles - 0.2 * (hips - ankles), ankles - 0.04 * (hips - ankles)))
 
 
-def _sink(joints, hips, up, share, tall) -> np.ndarray:
-    """How much lower (frames,) the pelvis must be for both feet to be in reach."""
+def _sink(
+    joints: list[list[np.ndarray]], hips: list[np.ndarray], up: np.ndarray, share: np.ndarray, tall: float
+) -> np.ndarray:
+    """Return how far (frames,) the pelvis must be lowered for both feet to be in reach."""
     missing = []
     for (hip, knee, ankle), moved in zip(joints, hips, strict=True):
         length = np.linalg.norm(knee - hip) + np.linalg.norm(ankle - knee)
@@ -83,11 +87,13 @@ def _sink(joints, hips, up, share, tall) -> np.ndarray:
     return soft * np.logaddexp(np.logaddexp(0.0, missing[0] / soft), missing[1] / soft)
 
 
-def _follow(leg: Leg, joint, hip: np.ndarray, turn: np.ndarray, frame: np.ndarray) -> dict[int, np.ndarray]:
-    """D of a leg's bones when its hip has moved to ``hip`` (frames, 3)."""
-    rest_hip, rest_knee, ankle = joint
+def _follow(
+    leg: Leg, joints: list[np.ndarray], hip: np.ndarray, turn: np.ndarray, frame: np.ndarray
+) -> dict[int, np.ndarray]:
+    """Return D (frames, 4) of a leg's bones by row, for its hip at ``hip`` (frames, 3) and the pelvis's rotation ``turn``."""
+    rest_hip, rest_knee, ankle = joints
     thigh, shin = np.linalg.norm(rest_knee - rest_hip), np.linalg.norm(ankle - rest_knee)
-    forward = _bend(joint, frame)
+    forward = _bend_direction(joints, frame)
     ahead = 0.5 * (forward + quaternion.rotate(turn, forward))  # knees turn half-way with the pelvis
     apart = ankle - hip
     size = np.linalg.norm(apart, axis=-1)
@@ -100,28 +106,30 @@ def _follow(leg: Leg, joint, hip: np.ndarray, turn: np.ndarray, frame: np.ndarra
     rest_hinge = np.cross(rest_along, forward - rest_along * (rest_along @ forward))
     still = np.tile(quaternion.IDENTITY, (len(hip), 1))
     return {
-        leg.thigh: _turned(rest_knee - rest_hip, rest_hinge, knee - hip, hinge),
-        leg.shin: _turned(ankle - rest_knee, rest_hinge, ankle - knee, hinge),
+        leg.thigh: _align(rest_knee - rest_hip, rest_hinge, knee - hip, hinge),
+        leg.shin: _align(ankle - rest_knee, rest_hinge, ankle - knee, hinge),
         leg.foot: still,
     }
 
 
-def _bend(joint, frame: np.ndarray) -> np.ndarray:
-    """Unit direction (3,) in which a knee bends: as it does at rest, if that is seen and forwards, else straight forwards."""
-    hip, knee, ankle = joint
+def _bend_direction(joints: list[np.ndarray], frame: np.ndarray) -> np.ndarray:
+    """Return the unit direction (3,) in which a knee bends: as at rest, if visible and about forwards, else forwards."""
+    hip, knee, ankle = joints
     along = normalize(ankle - hip)
     aside = (knee - hip) - along * ((knee - hip) @ along)
     ahead = -frame[1] - along * (along @ -frame[1])
     size = np.linalg.norm(aside)
-    if size > _BENT * np.linalg.norm(ankle - hip) and aside @ normalize(ahead) > 0.5 * size:
+    if size > _MIN_BEND * np.linalg.norm(ankle - hip) and aside @ normalize(ahead) > 0.5 * size:
         return aside / size
     return normalize(ahead)
 
 
-def _turned(primary, secondary, to_primary: np.ndarray, to_secondary: np.ndarray) -> np.ndarray:
-    """Rotations (frames, 4) that carry ``primary`` (3,) onto ``to_primary`` (frames, 3) and ``secondary`` towards its own."""
+def _align(
+    primary: np.ndarray, secondary: np.ndarray, to_primary: np.ndarray, to_secondary: np.ndarray
+) -> np.ndarray:
+    """Return rotations (frames, 4) that map ``primary`` (3,) onto ``to_primary`` (frames, 3); ``secondary`` follows."""
 
-    def axes(first, second):
+    def axes(first: np.ndarray, second: np.ndarray) -> np.ndarray:
         first = normalize(first)
         second = normalize(second - first * np.sum(first * second, -1, keepdims=True))
         return np.stack([first, second, quaternion.cross(first, second)], -1)

@@ -1,1 +1,1 @@
-"""From a face's channels to the shape keys and bones of any face: families as data in ``families``, maps that can be edited."""
+"""Maps face channels to the shape keys and bones of any face, by naming families (JSON in ``families``) and editable maps."""
