@@ -5,7 +5,7 @@
 """
 
 from collections.abc import Callable
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields, make_dataclass
 from functools import cache
 from types import MappingProxyType
 from typing import Any, Literal
@@ -150,6 +150,24 @@ def table(cls: type) -> dict[str, Setting]:
             default = one.default if one.default_factory is MISSING else one.default_factory()
             found[one.name] = Setting(name=one.name, default=default, **about)
     return found
+
+
+def columns(*classes: type) -> dict[str, Setting]:
+    """Return the settings of classes that are columns of a manifest, by name."""
+    return {name: one for cls in classes for name, one in table(cls).items() if one.column}
+
+
+def row_of(*classes: type) -> type:
+    """Return a dataclass whose fields are the :func:`columns` of classes, with what an empty cell stands for as defaults.
+
+    Documents are named by their paths.
+    """
+    rows = []
+    for name, one in columns(*classes).items():
+        start = one.usually if one.empty is SAME else one.empty
+        start = None if one.kind == "document" else start
+        rows.append((name, Any, field(default_factory=dict) if isinstance(start, dict) else field(default=start)))
+    return make_dataclass("Row", rows, frozen=True, kw_only=True)
 
 
 def sliders(cls: type) -> list[Setting]:

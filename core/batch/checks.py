@@ -1,24 +1,30 @@
-"""Whether every clip of a manifest can be made: files, styles, numbers, scenes and names. Looks, and changes nothing."""
+"""Checks whether every clip of a manifest can be made: files, styles, numbers, scenes and names. Changes nothing."""
 
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ...rigs import maps
 from ...rigs.faces import shapes
 from .. import characters, styles
+from ..declaration import columns
 from ..direction import edits
 from ..errors import S2agError, UsageError
 from ..meaning import vocabulary
 from ..model.catalogue import describe
 from ..motion import rhubarb
 from ..performance import course
+from ..settings import CONTROLS, Settings
 from ..sound import audio
 from ..vectors import table
 from ..words import language, readers, recognise, transcript
-from .clip import ASKED, CHARACTER_OUTPUTS, SCENE_OUTPUTS, Clip, Unit, units
+from .clip import CHARACTER_OUTPUTS, REQUESTED, SCENE_OUTPUTS, Clip, Unit, units
 from .manifest import Problem
+
+if TYPE_CHECKING:
+    from ..performance.request import Request
 
 _SHARED = ("takes", "preset", "engine", "resolution", "fps", "start_frame")
 _AGREE = "Rows of one scene must agree on it."
@@ -29,29 +35,30 @@ _FILES = (
 
 
 def check(clips: list[Clip], looked_at: set[int] | None = None) -> list[Problem]:
-    """Everything wrong with ``clips``, in the order of their lines.
+    """Return everything wrong with ``clips``, in the order of their lines.
 
     Files and values are looked at in the lines ``looked_at`` only (all if None): a task of a farm does its own clips.
     """
-    found, known = {}, cache(describe)
+    refusals: dict[tuple, str] = {}
+    described = cache(describe)
     problems = [
         Problem(clip.line, sentence)
         for clip in clips
         if looked_at is None or clip.line in looked_at
-        for sentence in filter(None, _wrong(clip, found, known))
+        for sentence in filter(None, _wrong(clip, refusals, described))
     ]
     problems += _names(clips)
     problems += _scenes(clips)
     return sorted(problems, key=lambda problem: problem.line)
 
 
-def _wrong(clip: Clip, found: dict[tuple, str], known) -> Iterator[str]:
-    """Sentences on one row alone; ``found`` remembers what is wrong with each file, ``known`` describes checkpoints."""
+def _wrong(clip: Clip, refusals: dict[tuple, str], described: Callable[..., dict]) -> Iterator[str]:
+    """Yield sentences on one row alone; ``refusals`` remembers those on files, ``described`` reads checkpoints."""
 
-    def refusal(look, *arguments) -> str:
-        if (look, *arguments) not in found:
-            found[look, *arguments] = _refusal(look, *arguments)
-        return found[look, *arguments]
+    def refusal(look: Callable, *arguments: object) -> str:
+        if (look, *arguments) not in refusals:
+            refusals[look, *arguments] = _refusal(look, *arguments)
+        return refusals[look, *arguments]
 
     for name, look in _FILES:
         if getattr(clip, name) is not None:
@@ -62,7 +69,7 @@ def _wrong(clip: Clip, found: dict[tuple, str], known) -> Iterator[str]:
         yield refusal(_read_words, clip.transcript)
     if clip.recognise:
         yield refusal(recognise.locate, clip.recogniser_model)
-    yield refusal(known, clip.checkpoint) or _refusal(_ask, clip, known(clip.checkpoint))
+    yield refusal(described, clip.checkpoint) or _refusal(_check_request, clip, described(clip.checkpoint))
     if clip.is_filmed:
         yield refusal(characters.checked, clip.character)
     if clip.rhubarb is not None and not clip.face:
@@ -77,7 +84,8 @@ def _wrong(clip: Clip, found: dict[tuple, str], known) -> Iterator[str]:
         yield f"A first frame of {clip.start_frame} is out of range (0 to 1000000)."
 
 
-def _refusal(look, *arguments) -> str:
+def _refusal(look: Callable, *arguments: object) -> str:
+    """Return what is wrong by the error that ``look(*arguments)`` raises, or nothing."""
     try:
         look(*arguments)
     except S2agError as error:
@@ -91,27 +99,30 @@ def _read_words(path: str) -> None:
     readers.parse(transcript.read(path), Path(path))
 
 
-def _ask(clip: Clip, known: dict) -> None:
-    """Values out of range, unknown styles, controls that the checkpoint lacks."""
+def _check_request(clip: Clip, known: dict) -> None:
+    """Raise :class:`UsageError` for values out of range, unknown styles and controls that the checkpoint lacks."""
     wanted = request(clip)
     later = [style for _, style in wanted.changes if style]
     for step in [*styles.steps(clip.style or styles.default(known["speakers"])), *later]:
         styles.parse(step, [one["name"] for one in known["speakers"]])
-    if (wanted.controls.any() or course.steers(wanted)) and not known["controls"]:
+    if wanted.steered & set(CONTROLS) and not known["controls"]:
         raise UsageError("This checkpoint has no controls.", "Leave affect, rate and hand at 0.")
 
 
-def request(clip: Clip):
-    """The :class:`synthesis.Request` of a clip; raises :class:`UsageError`."""
-    from ..performance.synthesis import Request
+def request(clip: Clip) -> "Request":
+    """Return the :class:`Request` of a clip; raises :class:`UsageError`."""
+    from ..performance.request import Request
 
-    asked = {name: getattr(clip, name) for name in ("audio", "transcript", *ASKED)}
-    asked |= {} if clip.curves is None else course.load(clip.curves)
-    return Request(**asked | ({"stance": float(characters.is_own(clip.character))} if clip.stance is None else {}))
+    asked = {name: getattr(clip, name) for name in REQUESTED}
+    for name, one in columns(Settings).items():
+        if one.by_character and asked[name] is None:
+            asked[name] = one.by_character(clip.character)
+    curves = {} if clip.curves is None else course.load(clip.curves)
+    return Request(clip.audio, **asked, **curves)
 
 
 def _names(clips: list[Clip]) -> Iterator[Problem]:
-    """Names that are taken already, by files or records; file systems may not tell upper from lower case."""
+    """Find names that are taken already, by files or records; file systems may not tell upper from lower case."""
     owners: dict[str, Unit] = {}
     for unit in units(clips):
         for line, name in _taken(unit):
@@ -124,7 +135,7 @@ def _names(clips: list[Clip]) -> Iterator[Problem]:
 
 
 def _taken(unit: Unit) -> Iterator[tuple[int, str]]:
-    """What a unit calls itself, its clips and its takes, with the lines that say so."""
+    """Yield the names of a unit, its clips and its takes, with the lines that give them."""
     for clip in unit.clips:
         takes = range(clip.takes if 1 <= clip.takes <= 64 else 0)
         yield from ((clip.line, name) for name in (clip.name, *map(clip.take_name, takes)))
@@ -132,7 +143,7 @@ def _taken(unit: Unit) -> Iterator[tuple[int, str]]:
 
 
 def _scenes(clips: list[Clip]) -> Iterator[Problem]:
-    """Rows of one scene must agree on what concerns the scene, and on the file that holds it."""
+    """Check that rows of one scene agree on what concerns the scene, and on the file that holds it."""
     for unit in units(clips):
         first, *others = unit.clips
         for clip in others:

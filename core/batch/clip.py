@@ -2,10 +2,14 @@
 
 import re
 import unicodedata
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Collection
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from ..declaration import columns, row_of
 from ..errors import UsageError
+from ..settings import Documents, Models, Settings
 
 MOTION_OUTPUTS = ("npz", "bvh", "json", "dataset")
 """Made from the motion alone, without Blender."""
@@ -15,15 +19,17 @@ SCENE_OUTPUTS = {"mp4": ".mp4", "png": ".png", "blend": ".blend", "frames": ".pn
 """One file, or one folder of numbered images, for the whole scene."""
 SEQUENCES = ("frames", "exr")
 OUTPUTS = (*MOTION_OUTPUTS, *CHARACTER_OUTPUTS, *SCENE_OUTPUTS)
-ASKED = (
-    *("text", "recognise", "style", "seed", "take", "takes", "intensity"),
-    *("affect", "rate", "hand", "hands", "stance", "meaning", "mirror", "latent"),
-    *("face", "face_smoothness"),
-    *("listen", "turn", "hears", "later", "toward"),
-)
-"""What of a row is a field of :class:`synthesis.Request`, beside the files."""
-MODELS = ("checkpoint", "vectors", "aligner_model", "recogniser_model", "language", "vocabulary", "backend", "device")
-"""What of a row is an argument of :class:`synthesis.Session`: paths, the code of a language, what computes."""
+REQUESTED = tuple(name for name, one in columns(Settings).items() if one.kind != "document")
+"""Columns that are settings of a request as they stand."""
+MODELS = tuple(columns(Models))
+"""Columns that are arguments of :class:`synthesis.Session`."""
+
+if TYPE_CHECKING:
+
+    class _Row(Documents, Settings, Models):
+        curves: Any  # the path of a document
+else:
+    _Row = row_of(Settings, Documents, Models)
 
 
 @dataclass(frozen=True)
@@ -46,14 +52,12 @@ PRESETS = {
 
 
 @dataclass(frozen=True)
-class Clip:
+class Clip(_Row):
     """A row; ``line`` is where it stands in its manifest, ``name`` that of its files, paths are absolute.
 
-    Words come from ``transcript``, ``text`` or ``recognise``, or are none (``no_transcript``). ``checkpoint``,
-    ``vectors``, ``aligner_model``, ``recogniser_model`` and ``vocabulary`` are paths, or None for the shipped ones;
-    ``hears`` is the recording of another speaker, ``rhubarb`` mouth cues, ``edits`` what an animator changed, ``curves`` what
-    goes on in time; ``language`` is a code such as ``de``; ``latent`` is the point of the latent space of a chosen cell;
-    ``take`` is the number of the first take; ``stance`` None is 1 on a character of ours and 0 on others. ``scene`` names what
+    Words come from ``transcript``, ``text`` or ``recognise``, or are none (``no_transcript``). The settings are those of
+    :class:`settings.Settings`, :class:`settings.Models` and :class:`settings.Documents` that are columns; ``curves`` is the
+    path of a document; a setting that follows the character is None where the row leaves that to it. ``scene`` names what
     several rows are rendered into together, each with its own recording, which begins ``delay`` seconds into the film, whose
     first frame is ``start_frame``. ``engine``, ``resolution`` and ``fps`` override the preset; without any of them a
     ``.blend`` keeps its own.
@@ -62,41 +66,7 @@ class Clip:
     line: int
     name: str
     audio: str
-    transcript: str | None = None
-    text: str | None = None
-    recognise: bool = False
     no_transcript: bool = False
-    style: str = ""
-    seed: int = 0
-    take: int = 0
-    takes: int = 1
-    intensity: float = 1.0
-    affect: dict[str, float] = field(default_factory=dict)
-    rate: float = 0.0
-    hand: float = 0.0
-    meaning: float = 1.0
-    hands: float = 1.0
-    stance: float | None = None
-    face: float = 0.0
-    face_smoothness: float = 0.5
-    mirror: bool = False
-    latent: list[list[float]] | None = None
-    listen: bool = False
-    turn: str = ""
-    hears: str | None = None
-    later: float = 0.0
-    toward: float = 0.0
-    rhubarb: str | None = None
-    edits: str | None = None
-    curves: str | None = None
-    checkpoint: str | None = None
-    vectors: str | None = None
-    aligner_model: str | None = None
-    recogniser_model: str | None = None
-    language: str | None = None
-    vocabulary: str | None = None
-    backend: str | None = None
-    device: str = "cpu"
     outputs: tuple[str, ...] = ("bvh",)
     character: str = "mannequin"
     gender: str = "female"
@@ -111,8 +81,8 @@ class Clip:
     fps: float | None = None
     start_frame: int = 1
 
-    def wanted(self, kinds) -> tuple[str, ...]:
-        """Those of the outputs that are of these ``kinds``."""
+    def wanted(self, kinds: Collection[str]) -> tuple[str, ...]:
+        """Return those of the outputs that are of these ``kinds``."""
         return tuple(kind for kind in self.outputs if kind in kinds)
 
     @property
@@ -121,22 +91,22 @@ class Clip:
         return bool(self.wanted((*CHARACTER_OUTPUTS, *SCENE_OUTPUTS)))
 
     def take_name(self, take: int) -> str:
-        """``NAME`` of a single take, else ``NAME-1``, ``NAME-2`` ..., as wide as the last number so that names sort."""
+        """Return ``NAME`` of a single take, else ``NAME-1``, ``NAME-2`` ..., as wide as the last number so that names sort."""
         return take_name(self.name, take, self.takes)
 
     @property
     def look(self) -> Preset | None:
-        """How pictures of it are made; None for the settings of its ``.blend``."""
+        """How its pictures are made; None for the settings of its ``.blend``."""
         own = Path(self.character).suffix.lower() == ".blend"
         return PRESETS[self.preset] if self.preset else None if own else PRESETS["preview"]
 
     def plain(self) -> dict:
-        """The row as JSON."""
+        """Return the row as JSON."""
         return asdict(self)
 
     @classmethod
     def of(cls, plain: dict) -> "Clip":
-        """What :meth:`plain` gave."""
+        """Return the clip of what :meth:`plain` gave."""
         pairs = {name: tuple(plain[name]) for name in ("outputs", "resolution") if plain.get(name)}
         return replace(cls(**plain), **pairs)
 
@@ -151,7 +121,7 @@ class Unit:
 
     @property
     def takes(self) -> int:
-        """How many times it is performed."""
+        """How many takes it has."""
         return self.clips[0].takes
 
     @property
@@ -161,7 +131,7 @@ class Unit:
 
     @property
     def scene_outputs(self) -> tuple[str, ...]:
-        """What is made of the scene as a whole, by any of its rows."""
+        """Kinds of output of the scene as a whole that any of its rows asks for."""
         return tuple(kind for kind in SCENE_OUTPUTS if any(kind in clip.outputs for clip in self.clips))
 
     def take_name(self, take: int) -> str:
@@ -170,19 +140,22 @@ class Unit:
 
 
 def units(clips: list[Clip]) -> list[Unit]:
-    """The clips grouped by scene, in the order of their first row."""
+    """Group clips by scene, in the order of their first row."""
     groups: dict[str | int, list[Clip]] = {}
     for clip in clips:
         groups.setdefault(clip.scene or clip.line, []).append(clip)
-    found = enumerate(groups.values(), 1)
-    return [Unit(number, group[0].scene or group[0].name, tuple(group)) for number, group in found]
+    numbered = enumerate(groups.values(), 1)
+    return [Unit(number, group[0].scene or group[0].name, tuple(group)) for number, group in numbered]
 
 
 def sliced(every: list[Unit], part: str | None = None, numbers: str | None = None) -> list[Unit]:
-    """The units of one slice: ``part`` is ``K/N``, ``numbers`` are like ``1-8`` or ``1,3,5-7``. Raises :class:`UsageError`."""
+    """Return the units of a slice: ``part`` is ``K/N``, ``numbers`` are like ``1-8`` or ``1,3,5-7``.
+
+    Raises :class:`UsageError`.
+    """
     if part:
-        found = re.fullmatch(r"(\d+)/(\d+)", part.strip())
-        k, n = (int(number) for number in found.groups()) if found else (0, 0)
+        match = re.fullmatch(r"(\d+)/(\d+)", part.strip())
+        k, n = (int(number) for number in match.groups()) if match else (0, 0)
         if not 1 <= k <= n:
             raise UsageError(f"{part!r} is not a slice.", "Write it as 3/10, the third of ten.")
         every = every[len(every) * (k - 1) // n : len(every) * k // n]
@@ -193,20 +166,23 @@ def sliced(every: list[Unit], part: str | None = None, numbers: str | None = Non
 
 
 def ranges(text: str) -> list[tuple[int, int]]:
-    """First and last of every range in ``1,3,5-7``; raises :class:`UsageError`."""
-    found = [re.fullmatch(r"\s*(\d+)\s*(?:-\s*(\d+)\s*)?", part) for part in text.split(",")]
-    if not all(found):
-        raise UsageError(f"{text!r} are not numbers of clips.", "Write them as 1-8 or 1,3,5-7.")
-    return [(int(one[1]), int(one[2] or one[1])) for one in found]
+    """Return first and last of every range in ``1,3,5-7``; raises :class:`UsageError`."""
+    limits = []
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*(\d+)\s*(?:-\s*(\d+)\s*)?", part)
+        if match is None:
+            raise UsageError(f"{text!r} are not numbers of clips.", "Write them as 1-8 or 1,3,5-7.")
+        limits.append((int(match[1]), int(match[2] or match[1])))
+    return limits
 
 
 def take_name(name: str, take: int, takes: int) -> str:
-    """``NAME`` of a single take, else ``NAME-1`` and so on with as many digits as the last has."""
+    """Return ``NAME`` of a single take, else ``NAME-1`` and so on with as many digits as the last has."""
     return name if takes == 1 else f"{name}-{take + 1:0{len(str(takes))}d}"
 
 
 def safe_name(text: str) -> str:
-    """``text`` as a file name that every system takes: letters, digits, dots, hyphens and underscores, 150 bytes at most."""
+    """Return ``text`` as a file name for every system: letters, digits, dots, hyphens and underscores, 150 bytes at most."""
     short = unicodedata.normalize("NFC", Path(text).name).encode("utf-8", "ignore")[:150].decode("utf-8", "ignore")
     name = re.sub(r"[^\w.-]+", "_", short).strip("._") or "clip"
     return f"{name}_" if re.fullmatch(r"(con|prn|aux|nul|(com|lpt)[\d¹²³])(\..*)?", name, re.IGNORECASE) else name

@@ -6,20 +6,23 @@ import json
 import math
 import re
 import unicodedata
-from dataclasses import dataclass, fields
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from .. import json_text
+from ..declaration import Setting, columns
 from ..errors import ManifestUnusable, S2agError
 from ..performance import sampling
+from ..settings import Documents, Models, Settings, named
 from ..words.beside import beside
 from .clip import OUTPUTS, PRESETS, Clip, safe_name
 
 SUFFIXES = (".csv", ".jsonl", ".ndjson")
-_LONGEST = 200_000_000
-_WORDS = ("transcript", "text", "recognise", "no_transcript")
+_MAX_BYTES = 200_000_000
+_WORDS = (*named(words=True), "no_transcript")
 """Where the words of a recording come from: at most one of them."""
-_OF_CELL = ("style", "seed", "take", "takes", "intensity", "affect", "rate", "hand", "curves", "meaning", "mirror", "latent")
 _YES, _NO = ("1", "true", "yes", "on"), ("0", "false", "no", "off")
 
 
@@ -32,7 +35,7 @@ class Problem:
 
 
 def read(path: str | Path, defaults: dict | None = None) -> tuple[list[Clip], list[Problem]]:
-    """The clips of a manifest and what is wrong with its rows, which are then left out.
+    """Return the clips of a manifest and what is wrong with its rows, which are then left out.
 
     ``defaults`` are values for columns that a row leaves empty. Paths in the manifest are relative to its folder. Raises
     :class:`ManifestUnusable` where it cannot be read at all.
@@ -57,7 +60,8 @@ def write(clips: list[Clip], path: str | Path) -> None:
     """Write clips as a manifest of JSON lines in which nothing is left to defaults."""
     from ..files import whole_file
 
-    rows = [{name: value for name, value in clip.plain().items() if name != "line" and value is not None} for clip in clips]
+    plain = [clip.plain() for clip in clips]
+    rows = [{name: row[name] for name in COLUMNS if row.get(name) is not None} for row in plain]
     with whole_file(path) as temporary:
         temporary.write_text("".join(json.dumps(row, ensure_ascii=False) + "\n" for row in rows), "utf-8")
 
@@ -66,7 +70,7 @@ def _rows(path: Path) -> tuple[list[tuple[int, dict]], list[Problem]]:
     if path.suffix.lower() not in SUFFIXES:
         raise ManifestUnusable(f"{path} is not a manifest.", f"Give a file of {', '.join(SUFFIXES)}.")
     try:
-        data = path.read_bytes()[:_LONGEST]
+        data = path.read_bytes()[:_MAX_BYTES]
         text = data.decode("utf-8-sig")
     except OSError as error:
         raise ManifestUnusable(f"The manifest {path} cannot be read: {error.strerror}.", "Check its path.") from error
@@ -121,6 +125,7 @@ def _json_rows(text: str) -> tuple[list[tuple[int, dict]], list[Problem]]:
 
 
 def _clip(line: int, row: dict, defaults: dict, folder: Path, number: str) -> Clip:
+    """Return the clip of a row; raises ValueError with a sentence, or :class:`S2agError`."""
     values = _values({name: value for name, value in row.items() if value not in ("", None)}, folder)
     chosen, fallback = values.pop("cell", None), dict(defaults)
     recognise = bool(fallback.pop("recognise", False))
@@ -129,18 +134,18 @@ def _clip(line: int, row: dict, defaults: dict, folder: Path, number: str) -> Cl
     values |= {name: value for name, value in fallback.items() if value is not None and name not in values}
     if "audio" not in values:
         raise ValueError("There is no audio.")
-    named = [name for name in _WORDS if values.get(name)]
-    if len(named) > 1:
-        raise ValueError(f"The row has {named[0]} and {named[1]}; its words come from one of {', '.join(_WORDS)}.")
-    if not named:
-        found = beside(values["audio"])
-        values |= {"transcript": str(found)} if found else {"recognise" if recognise else "no_transcript": True}
+    given = [name for name in _WORDS if values.get(name)]
+    if len(given) > 1:
+        raise ValueError(f"The row has {given[0]} and {given[1]}; its words come from one of {', '.join(_WORDS)}.")
+    if not given:
+        file = beside(values["audio"])
+        values |= {"transcript": str(file)} if file else {"recognise" if recognise else "no_transcript": True}
     values.setdefault("name", safe_name(f"{number}_{Path(values['audio']).stem}"))
     return Clip(line=line, **values)
 
 
-def _values(given: dict, folder: Path) -> dict:
-    """What the cells mean; raises ValueError with a sentence on each that means nothing."""
+def _values(given: dict, folder: Path) -> dict[str, Any]:
+    """Return the values of cells; raises ValueError with a sentence on each that means nothing."""
     values, wrong = {}, []
     for name, value in given.items():
         try:
@@ -153,8 +158,8 @@ def _values(given: dict, folder: Path) -> dict:
 
 
 def _choose(values: dict, chosen: str, checkpoint: str | None) -> None:
-    """Fill a row with what makes a cell of a sample again; its own recording or words win."""
-    own = [name for name in _OF_CELL if name in values]
+    """Fill a row with what makes a cell of a sample again; the row's own recording or words win."""
+    own = [name for name in named(cell="own") if name in values]
     if own:
         raise ValueError(f"A cell has its own {own[0]}; leave that empty.")
     made = {name: value for name, value in sampling.again(chosen, checkpoint).items() if value not in (None, "")}
@@ -170,7 +175,7 @@ def _unknown(name: str) -> str:
     return f"There is no column {name!r}; columns are {', '.join(COLUMNS)}."
 
 
-def _text(value, _folder) -> str:
+def _text(value: Any, _folder: Path) -> str:
     if not isinstance(value, str):
         raise ValueError(f"{value!r} is not text.")
     if any("\ud800" <= letter <= "\udfff" for letter in value):
@@ -178,7 +183,7 @@ def _text(value, _folder) -> str:
     return value
 
 
-def _name(value, _folder) -> str:
+def _name(value: Any, _folder: Path) -> str:
     name = unicodedata.normalize("NFC", value) if isinstance(value, str) else None
     if name is None or name != safe_name(name):
         what = "letters, digits, dots, hyphens and underscores, 150 bytes at most"
@@ -186,14 +191,14 @@ def _name(value, _folder) -> str:
     return name
 
 
-def _path(value, folder: Path) -> str:
+def _path(value: Any, folder: Path) -> str:
     if "\0" in _text(value, folder):
         raise ValueError(f"{value!r} is no path.")
     return str(folder / value)
 
 
-def _number(kind, what: str):
-    def parse(value, _folder):
+def _number(kind: type, what: str) -> Callable[[Any, Path], Any]:
+    def parse(value: Any, _folder: Path) -> Any:
         try:
             if isinstance(value, bool):
                 raise ValueError
@@ -207,7 +212,7 @@ def _number(kind, what: str):
     return parse
 
 
-def _flag(value, _folder) -> bool:
+def _flag(value: Any, _folder: Path) -> bool:
     if isinstance(value, bool):
         return value
     if str(value).lower() not in _YES + _NO:
@@ -215,7 +220,7 @@ def _flag(value, _folder) -> bool:
     return str(value).lower() in _YES
 
 
-def _affect(value, _folder) -> dict[str, float]:
+def _affect(value: Any, _folder: Path) -> dict[str, float]:
     if isinstance(value, dict):
         return value
     pairs = (part.partition("=") for part in re.split(r"[\s,;]+", str(value).strip()))
@@ -225,13 +230,13 @@ def _affect(value, _folder) -> dict[str, float]:
         raise ValueError(f"{value!r} is not like arousal=0.8 valence=0.2.") from None
 
 
-def _hand(value, folder) -> float:
+def _side(value: Any, folder: Path) -> float:
     sides = {"left": -1.0, "right": 1.0}
     return sides.get(str(value).lower()) or _number(float, "side: left, right or -1 to 1")(value, folder)
 
 
-def _points(value, _folder) -> list[list[float]]:
-    """What ``cell`` becomes in a plan."""
+def _points(value: Any, _folder: Path) -> list[list[float]]:
+    """Read points of the latent space, which stand in a plan for a ``cell``."""
     try:
         points = [[float(number) for number in point] for point in value]
     except (TypeError, ValueError):
@@ -241,8 +246,8 @@ def _points(value, _folder) -> list[list[float]]:
     return points
 
 
-def outputs(value, _folder=None) -> tuple[str, ...]:
-    """Kinds of output from ``"bvh mp4"`` (or with commas) or a list; raises :class:`ValueError`."""
+def outputs(value: Any, _folder: Path | None = None) -> tuple[str, ...]:
+    """Read kinds of output from ``"bvh mp4"`` (or with commas) or a list; raises :class:`ValueError`."""
     kinds = value if isinstance(value, list | tuple) else re.split(r"[\s,;+]+", str(value).strip().lower())
     for kind in kinds:
         if kind not in OUTPUTS:
@@ -250,15 +255,15 @@ def outputs(value, _folder=None) -> tuple[str, ...]:
     return tuple(dict.fromkeys(kinds))
 
 
-def _character(value, folder: Path) -> str:
+def _character(value: Any, folder: Path) -> str:
     name = _text(value, folder)
     if name in ("human", "mannequin") or (name.startswith("human:") and not Path(name).suffix):
         return name
     return _path(value, folder)
 
 
-def _choice(*choices: str):
-    def parse(value, _folder):
+def _choice(*choices: str) -> Callable[[Any, Path], Any]:
+    def parse(value: Any, _folder: Path) -> Any:
         if value not in choices:
             raise ValueError(f"{value!r} is none of {', '.join(choices)}.")
         return value
@@ -266,7 +271,7 @@ def _choice(*choices: str):
     return parse
 
 
-def _resolution(value, _folder) -> tuple[int, int]:
+def _resolution(value: Any, _folder: Path) -> tuple[int, int]:
     sides = value if isinstance(value, list | tuple) else str(value).lower().split("x")
     try:
         width, height = (_number(int, "whole number")(side, _folder) for side in sides)
@@ -277,45 +282,26 @@ def _resolution(value, _folder) -> tuple[int, int]:
     return width, height
 
 
-COLUMNS = {
+def _reader(one: Setting) -> Callable[[Any, Path], Any]:
+    """Return what makes a cell the value of a setting."""
+    if one.choices:
+        return _choice(*one.choices)
+    if one.kind == "number":
+        return _number(float, f"number of {one.unit}" if one.unit else "number")
+    return _READERS[one.kind]
+
+
+_READERS: dict[str, Callable[[Any, Path], Any]] = {
+    "whole": _number(int, "whole number"), "flag": _flag, "text": _text, "style": _text, "path": _path, "document": _path,
+    "affects": _affect, "side": _side, "points": _points,
+}  # fmt: skip
+"""Kind of a setting -> what makes a cell its value."""
+COLUMNS: dict[str, Callable[[Any, Path], Any]] = {
     "name": _name,
     "audio": _path,
-    "transcript": _path,
-    "text": _text,
-    "recognise": _flag,
-    "no_transcript": _flag,
-    "style": _text,
-    "seed": _number(int, "whole number"),
-    "take": _number(int, "whole number"),
-    "takes": _number(int, "whole number"),
-    "intensity": _number(float, "number"),
-    "affect": _affect,
-    "rate": _number(float, "number"),
-    "hand": _hand,
-    "meaning": _number(float, "number"),
-    "hands": _number(float, "number"),
-    "stance": _number(float, "number"),
-    "face": _number(float, "number"),
-    "face_smoothness": _number(float, "number"),
-    "mirror": _flag,
     "cell": _path,
-    "latent": _points,
-    "listen": _flag,
-    "turn": _text,
-    "hears": _path,
-    "later": _number(float, "number of seconds"),
-    "toward": _number(float, "number of degrees"),
-    "rhubarb": _path,
-    "edits": _path,
-    "curves": _path,
-    "checkpoint": _path,
-    "vectors": _path,
-    "aligner_model": _path,
-    "recogniser_model": _path,
-    "language": _text,
-    "vocabulary": _path,
-    "backend": _choice("numpy", "torch"),
-    "device": _text,
+    "no_transcript": _flag,
+    **{name: _reader(one) for name, one in columns(Settings, Documents, Models).items()},
     "outputs": outputs,
     "character": _character,
     "gender": _choice("female", "male"),
@@ -330,6 +316,4 @@ COLUMNS = {
     "fps": _number(float, "number"),
     "start_frame": _number(int, "whole number"),
 }
-"""How the cell of a column becomes a value: functions of the cell and the manifest's folder, which raise ValueError."""
-
-assert set(COLUMNS) - {"cell"} == {one.name for one in fields(Clip)} - {"line"}
+"""What makes a cell of a column a value: functions of the cell and the manifest's folder, which raise ValueError."""

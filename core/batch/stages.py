@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..errors import S2agError
 from ..model.catalogue import DEFAULT, facts_path
-from .clip import ASKED, CHARACTER_OUTPUTS, MODELS, MOTION_OUTPUTS, SCENE_OUTPUTS, SEQUENCES, Clip, Unit, units
+from .clip import CHARACTER_OUTPUTS, MODELS, MOTION_OUTPUTS, REQUESTED, SCENE_OUTPUTS, SEQUENCES, Clip, Unit, units
 from .crew import PATIENCE, Crew, Task
 from .folder import Folder, Record, digest, key
 from .work import motion_paths
@@ -68,7 +68,7 @@ class Batch:
 
     def _synth(self, clip: Clip) -> Step:
         record = self.folder.record("synth", clip.name)
-        asked = {name: getattr(clip, name) for name in ASKED}
+        asked = {name: getattr(clip, name) for name in REQUESTED if name != "transcript"}  # which counts by its content
         kinds = sorted({"npz", *clip.wanted(MOTION_OUTPUTS)})
         models = tuple(getattr(clip, name) for name in MODELS)
         engine = self._engine(models, not clip.no_transcript, clip.recognise)
