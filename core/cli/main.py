@@ -9,15 +9,12 @@ FAILED = 2
 INTERRUPTED = 130
 
 
-def main(argv: list[str] | None = None, parser=None) -> int:
-    """Run the command line and return its exit status: 0, 2 after an error that was told on stderr, 130 after Ctrl-C.
-
-    ``parser`` replaces that of all commands.
-    """
+def main(argv: list[str] | None = None) -> int:
+    """Run the command line and return its exit status: 0, 2 after an error (told on stderr), 130 after Ctrl-C."""
     try:
         if argv is None:
             settle()
-        return _run(argv, parser)
+        return _run(argv)
     except KeyboardInterrupt:
         print("s2ag: interrupted.", file=sys.stderr)
         return INTERRUPTED
@@ -40,8 +37,8 @@ def settle() -> None:
         warnings.simplefilter("ignore")  # of Python and packages: they are for those who write programs
 
 
-def _run(argv: list[str] | None, made) -> int:
-    """Parse and do what was asked; everything but Ctrl-C becomes a sentence."""
+def _run(argv: list[str] | None) -> int:
+    """Parse the command line and run the command; every exception but Ctrl-C becomes one sentence."""
     import contextlib
     import os
 
@@ -49,11 +46,9 @@ def _run(argv: list[str] | None, made) -> int:
     from .progress import say
 
     try:
-        if made is None:
-            from .parser import parser
+        from .parser import parser
 
-            made = parser()
-        options = made.parse_args(argv)
+        options = parser().parse_args(argv)
         return options.run(options)
     except SystemExit as leaving:  # --help and --version
         return int(leaving.code or 0)

@@ -1,6 +1,6 @@
-"""What the engine has to run with: ``python -m s2ag.core.engine.inventory`` loads it all and prints one JSON object.
+"""Lists what a Python has for the engine: ``python -m s2ag.core.engine.inventory`` prints one JSON object.
 
-With ``--try`` a clip is gestured, too. Blender runs this with the interpreter it found and shows the answer in the preferences.
+With ``--try`` it also gestures a clip. :mod:`interpreter` runs this in a Python that is to be checked.
 """
 
 import importlib

@@ -1,8 +1,7 @@
-"""Recordings decoded by Blender's sound system, for an engine that reads nothing but WAV.
+"""Decodes recordings by Blender's sound system, for an engine that reads nothing but WAV.
 
-Blender's ``aud`` holds Python while it decodes, so it is asked for seconds at a time, in a thread. After each seek some formats
-continue a little beside the place that was asked for; pieces therefore overlap and are joined where they are the same.
-Where there is no ``aud``, Blender's mixer does it (:mod:`mixing`).
+Blender's ``aud`` holds Python while it decodes, so a thread requests a few seconds at a time. After a seek some formats
+continue a little beside the requested place; pieces therefore overlap and are joined where they are the same.
 """
 
 import importlib.util
@@ -18,26 +17,25 @@ import numpy as np
 from ...core.errors import AudioUnreadable, Cancelled, OutputUnwritable, S2agError
 from ...core.sound import wavefile
 from ...core.sound.resample import resampled
-from . import mixing
 
 RATE = 16000
 PIECE, OVERLAP, SEAM = 6.0, 1.0, 0.25
-"""Seconds that are asked for at a time, that pieces share, and that are compared to join them."""
-_SAME = 0.7
-"""Correlation from which on two seams are the same sound."""
-_BREATH = 0.001
+"""Seconds of a piece, of the overlap of two pieces, and of what is compared to join them."""
+_MIN_SEAM_CORRELATION = 0.7
+"""Correlation from which on two seams count as the same sound."""
+_PAUSE = 0.001
 """Seconds between pieces in which Blender's own thread may go on."""
 _DECLARES_LENGTH = {".flac", ".aif", ".aiff", ".m4a", ".mp4", ".mov", ".3gp"}
 """Files whose header states the length; elsewhere it is guessed from the bit rate, which proves nothing."""
-_KEPT = 4
+_MAX_CACHED = 4
 
-_kept: dict[tuple, Path] = {}
+_cache: dict[tuple, Path] = {}
 
 
 def needed(path: str) -> bool:
-    """Whether a recording is of a kind that Blender has to decode.
+    """Return whether Blender has to decode a recording, because it is no WAV file.
 
-    Raises :class:`AudioUnreadable` where it is, and neither this Blender nor its Python can.
+    Raises :class:`AudioUnreadable` where it is none and neither this Blender nor its Python can decode it.
     """
     try:
         head = wavefile.header(Path(path))
@@ -45,16 +43,16 @@ def needed(path: str) -> bool:
         return False  # the engine says what is wrong with it
     if head is not None and head.kind is not None:
         return False
-    if _has_aud() or mixing.command():
+    if _has_aud():
         return True
     if importlib.util.find_spec("av") is not None:
         return False  # the engine decodes by itself
-    what = "This build of Blender has no sound system, so WAV files are the only recordings that it can read."
-    raise AudioUnreadable(what, "Save the recording as WAV, or use the Blender of blender.org.")
+    what = "This build of Blender has no sound system for add-ons, so WAV files are the only recordings that it can read."
+    raise AudioUnreadable(what, "Convert the recording to WAV, or choose a Python with the full engine in the preferences.")
 
 
 def _has_aud() -> bool:
-    """Whether Python reaches the sound system; some distributions build Blender without, and so are some of its modules."""
+    """Return whether Python reaches the sound system; builds of some distributions and the ``bpy`` 4.2 package lack it."""
     try:
         import aud  # noqa: F401
     except ImportError:
@@ -63,7 +61,7 @@ def _has_aud() -> bool:
 
 
 class Decoding:
-    """A recording on its way to a WAV file of 16 kHz; ``value`` is how far it is, 0..1."""
+    """Decodes a recording to a WAV file of 16 kHz in a thread; ``value`` is its progress, 0..1."""
 
     stage = "decode audio"
 
@@ -72,21 +70,20 @@ class Decoding:
         self.result: str | None = None
         self.error: S2agError | None = None
         self._path = Path(path)
-        self._mixer = [] if _has_aud() else mixing.command()
         self._cancelled = threading.Event()
         self._thread = threading.Thread(target=self._work, name="s2ag decode", daemon=True)
         self._thread.start()
 
     def poll(self) -> bool:
-        """Whether it ended, with ``result`` or ``error``."""
+        """Return whether it ended, with ``result`` or ``error``."""
         return not self._thread.is_alive()
 
     def cancel(self) -> None:
-        """Give up after the piece it is at."""
+        """Stop after the current piece."""
         self._cancelled.set()
 
     def outcome(self) -> str:
-        """The file once it ended; raises the :class:`S2agError` that it ended with."""
+        """Wait for the end and return the WAV file; raises the :class:`S2agError` that it ended with."""
         self._thread.join()
         if self.error is not None:
             raise self.error
@@ -107,20 +104,17 @@ class Decoding:
     def _decoded(self) -> Path:
         status = self._path.stat()
         key = str(self._path), status.st_size, status.st_mtime_ns
-        found = _kept.get(key)
-        if found is None or not found.is_file():
-            while len(_kept) >= _KEPT:
-                _kept.pop(next(iter(_kept))).unlink(missing_ok=True)
-            found = _kept[key] = self._write()
-        return found
+        wav = _cache.get(key)
+        if wav is None or not wav.is_file():
+            while len(_cache) >= _MAX_CACHED:
+                _cache.pop(next(iter(_cache))).unlink(missing_ok=True)
+            wav = _cache[key] = self._write()
+        return wav
 
     def _write(self) -> Path:
         with tempfile.NamedTemporaryFile(dir=bpy.app.tempdir, prefix="s2ag-", suffix=".wav", delete=False) as file:
             try:
-                if self._mixer:
-                    count, declared = self._mix(file), 0.0
-                else:
-                    count, declared = self._read(file)
+                count, declared = self._read(file)
                 seconds = count / RATE
                 if not count:
                     raise AudioUnreadable(f"{self._path} holds no sound at all (zero length).", "Choose another recording.")
@@ -136,24 +130,15 @@ class Decoding:
         return Path(file.name)
 
     def _read(self, file) -> tuple[int, float]:
-        """Samples written of what ``aud`` decodes, and the seconds that the file declares."""
+        """Write what ``aud`` decodes; return the number of samples and the seconds that the file declares."""
         import aud
 
         sound = aud.Sound(str(self._path))
         rate, declared = int(sound.specs[0]), sound.length / sound.specs[0]
         return write_wave(file, resampled(joined(self._pieces(sound, declared), rate), rate, RATE)), declared
 
-    def _mix(self, file) -> int:
-        """Samples written of what Blender's mixer decodes."""
-        with tempfile.TemporaryDirectory(dir=bpy.app.tempdir, prefix="s2ag-") as folder:
-            whole = Path(folder, "mixed.wav")
-            mixing.mixed(self._mixer, self._path.absolute(), whole, self._cancelled.is_set)
-            head = wavefile.header(whole)
-            pieces = (piece.mean(axis=0, dtype=np.float32) for piece in wavefile.samples(whole, head))
-            return write_wave(file, resampled(pieces, head.rate, RATE))
-
     def _pieces(self, sound, declared: float):
-        """Mono pieces ``(n,)`` float32, each beginning :data:`OVERLAP` seconds before the end of the one before."""
+        """Yield mono pieces ``(n,)`` float32, each beginning :data:`OVERLAP` seconds before the end of the one before."""
         begin = 0.0
         while True:
             if self._cancelled.is_set():
@@ -164,15 +149,15 @@ class Decoding:
             yield np.nan_to_num(data.mean(axis=1, dtype=np.float32), nan=0.0, posinf=0.0, neginf=0.0)
             begin += PIECE
             self.value = min(begin / declared, 1.0) if declared > 0 else 0.0
-            time.sleep(_BREATH)
+            time.sleep(_PAUSE)
 
 
 def joined(pieces, rate: int):
-    """The sound ``(n,)`` by and by of overlapping ``pieces`` at ``rate`` Hz."""
+    """Yield the sound ``(n,)`` piece by piece of overlapping ``pieces`` at ``rate`` Hz."""
     overlap, seam = int(OVERLAP * rate), int(SEAM * rate)
     before = None
     for piece in pieces:
-        fresh = piece if before is None else piece[_continues(before[-overlap:], piece[: 2 * overlap], seam) :]
+        fresh = piece if before is None else piece[_seam(before[-overlap:], piece[: 2 * overlap], seam) :]
         if len(fresh):
             yield fresh
         before = fresh if before is None or len(fresh) >= overlap else np.concatenate([before[-overlap:], fresh])
@@ -193,16 +178,16 @@ def write_wave(file, pieces) -> int:
     return count
 
 
-def _continues(before: np.ndarray, piece: np.ndarray, seam: int) -> int:
-    """Where ``piece`` goes on after the end of ``before``: at the seam that is most like its end, else where it should."""
-    supposed = min(len(before), len(piece))
+def _seam(before: np.ndarray, piece: np.ndarray, seam: int) -> int:
+    """Return the index in ``piece`` where it continues ``before``: where the sound correlates best, else where it should."""
+    expected = min(len(before), len(piece))
     end = before[-seam:]
     if len(end) < seam or len(piece) <= seam:
-        return supposed
+        return expected
     size = 1 << (len(piece) + seam).bit_length()
     product = np.fft.irfft(np.fft.rfft(piece, size) * np.conj(np.fft.rfft(end, size)), size)[: len(piece) - seam + 1]
     power = np.cumsum(np.concatenate([[0.0], piece.astype(float) ** 2]))
     loudness = np.sqrt(np.maximum(power[seam:] - power[:-seam], 1e-12) * max(float(end.astype(float) @ end), 1e-12))
-    likeness = product / loudness
-    best = int(np.argmax(likeness))
-    return best + seam if likeness[best] >= _SAME else supposed
+    correlation = product / loudness
+    best = int(np.argmax(correlation))
+    return best + seam if correlation[best] >= _MIN_SEAM_CORRELATION else expected

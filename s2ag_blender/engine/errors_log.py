@@ -11,7 +11,7 @@ from ...core.errors import S2agError
 from ...core.files import new_log
 from . import known
 
-KINDS = ("WorkerFailed", "EngineMissing", "Internal", "SetupFailed")
+KINDS = ("WorkerFailed", "EngineMissing", "Internal")
 """Errors whose cause is in the log rather than in what the user gave."""
 
 _lines: deque[str] = deque(maxlen=2000)

@@ -12,7 +12,7 @@ import sys
 
 import bpy
 
-from ...core.errors import Cancelled, S2agError, UsageError
+from ...core.errors import Cancelled, S2agError
 from ...core.start import module_command
 from ..engine import client, known
 
@@ -24,7 +24,7 @@ def main(arguments: list[str]) -> int:
     try:
         # Blender's own handler would set a flag that nobody here looks at.
         with _handling(signal.SIGINT, signal.default_int_handler):
-            return _run(arguments)
+            return _verb(arguments or ["--help"])
     except S2agError as error:
         _say(str(error) if not isinstance(error, Cancelled) else "cancelled.")
         return FAILED
@@ -33,13 +33,6 @@ def main(arguments: list[str]) -> int:
         return INTERRUPTED
     except SystemExit as leaving:  # --help and wrong options
         return int(leaving.code or 0)
-
-
-def _run(arguments: list[str]) -> int:
-    if arguments[:2] == ["engine", "setup"]:  # nothing that Blender runs of us may fetch or install
-        command = known.set_up_command(bpy.context)
-        raise UsageError("Engines are set up outside Blender.", f"Run this in a terminal: {command}")
-    return _verb(arguments or ["--help"])
 
 
 @contextlib.contextmanager

@@ -1,11 +1,12 @@
-"""Operators of the engine: the command that makes a full one outside Blender, choosing one, and trying it."""
+"""Operators of the engine: choose the Python of a full one, check it, return to the one that ships."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import bpy
 
+from ...core.engine import interpreter
 from ...core.errors import S2agError
-from ...core.setup import environment, trial
 from ..engine import errors_log, known
 from ..engine.client import find_interpreter
 from ..engine.known import STATE
@@ -14,14 +15,14 @@ from ..takes.running import redraw
 from ..translations import told, told_error
 
 
-def begin(context, path: str = "") -> trial.Check:
-    """Start trying the engine at ``path``, which is used from then on if it works, else that in use; returns at once.
+def begin(context, path: str = "") -> interpreter.Check:
+    """Start checking the engine at ``path``, which is used from then on if it works, or the one in use; return at once.
 
     :func:`tick` follows it. Raises :class:`S2agError` where there is none.
     """
-    python = environment.chosen(path) if path else find_interpreter(known.interpreter(context))
+    python = interpreter.python_in(path) if path else find_interpreter(known.interpreter(context))
     STATE.error = None
-    STATE.work, STATE.chosen = trial.Check(python), path
+    STATE.work, STATE.chosen = interpreter.Check(python, full=bool(path)), path
     return STATE.work
 
 
@@ -35,7 +36,7 @@ def check(context, path: str = "") -> dict:
 
 
 def tick() -> bool:
-    """Follow the work under way; True while there is more to do."""
+    """Poll the check under way; return True while it goes on."""
     work = STATE.work
     if work is None:
         return False
@@ -51,7 +52,7 @@ def tick() -> bool:
 
 
 def stop() -> None:
-    """End what is under way."""
+    """Cancel the check under way."""
     if STATE.work is not None:
         STATE.work.cancel()
         tick()
@@ -66,18 +67,19 @@ def _finish(context) -> None:
         STATE.facts = work.result
         gesture.stop_engine()  # the next request starts the new one
     elif work.error.kind != "Cancelled":
-        _note(work.error, work.said)
+        _note(work.error, work.lines)
 
 
-def _note(error: S2agError, said=()) -> None:
+def _note(error: S2agError, lines: Sequence[str] = ()) -> None:
+    """Show ``error`` in the preferences, and save the log with what the check printed."""
     STATE.error = error
-    for line in said:
+    for line in lines:
         errors_log.note(line)
     errors_log.save(error)
 
 
 def _carry_on() -> float | None:
-    """Follow the work without an operator."""
+    """Poll the check by a timer of Blender."""
     return 0.1 if tick() else None
 
 
@@ -88,8 +90,8 @@ def _idle(cls) -> bool:
     return True
 
 
-def _tried(operator, context, path: str = ""):
-    """Try an engine: in a window followed by a timer, so that nothing is held; without one waiting."""
+def _check(operator, context, path: str = ""):
+    """Check an engine: with a window by a timer, so that nothing blocks; without one, wait."""
     try:
         if bpy.app.background:
             check(context, path)
@@ -106,13 +108,13 @@ def _tried(operator, context, path: str = ""):
 
 
 class S2AG_OT_engine_choose(bpy.types.Operator):
-    """Use a full engine that was made outside Blender: it gestures a clip first, and is kept if it can"""
+    """Use a full engine in a Python of your own: it gestures a clip first, and is kept if it can"""
 
     bl_idname = "s2ag.engine_choose"
     bl_label = "Choose Engine"
 
     filepath: bpy.props.StringProperty(
-        subtype="FILE_PATH", description="The folder that the set-up command was given, or a Python with the engine's packages"
+        subtype="FILE_PATH", description="A Python with the package s2ag[full], or the folder of its environment"
     )
 
     @classmethod
@@ -121,8 +123,7 @@ class S2AG_OT_engine_choose(bpy.types.Operator):
 
     def invoke(self, context, event):
         if not self.filepath:
-            place = known.set_up_folder(context)
-            self.filepath = str(place if place.is_dir() else Path.home()) + "/"
+            self.filepath = str(Path.home()) + "/"
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
@@ -131,7 +132,7 @@ class S2AG_OT_engine_choose(bpy.types.Operator):
         if not path:
             self.report({"ERROR"}, told("Choose a folder or a Python"))
             return {"CANCELLED"}
-        return _tried(self, context, path)
+        return _check(self, context, path)
 
 
 class S2AG_OT_engine_check(bpy.types.Operator):
@@ -145,7 +146,7 @@ class S2AG_OT_engine_check(bpy.types.Operator):
         return _idle(cls)
 
     def execute(self, context):
-        return _tried(self, context)
+        return _check(self, context)
 
 
 class S2AG_OT_engine_cancel(bpy.types.Operator):
@@ -182,22 +183,6 @@ class S2AG_OT_engine_leave(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class S2AG_OT_copy_command(bpy.types.Operator):
-    """Copy the command that makes a full engine, to be run in a terminal; Blender itself fetches and installs nothing"""
-
-    bl_idname = "s2ag.copy_command"
-    bl_label = "Copy Set-Up Command"
-
-    recognise: bpy.props.BoolProperty(
-        name="Also Recognise Speech", description="With the speech recogniser", options={"SKIP_SAVE"}
-    )
-
-    def execute(self, context):
-        context.window_manager.clipboard = known.set_up_command(context, self.recognise)
-        self.report({"INFO"}, told("Copied: run it in a terminal, then press Choose Engine"))
-        return {"FINISHED"}
-
-
 class S2AG_OT_open_log(bpy.types.Operator):
     """Show the log of what failed, in a text editor"""
 
@@ -228,7 +213,6 @@ CLASSES = (
     S2AG_OT_engine_check,
     S2AG_OT_engine_cancel,
     S2AG_OT_engine_leave,
-    S2AG_OT_copy_command,
     S2AG_OT_open_log,
 )
 

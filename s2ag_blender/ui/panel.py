@@ -111,10 +111,8 @@ def draw_recogniser(layout, context) -> None:
         layout.label(text="English speech only", icon="INFO")
         return
     sentence(layout, told("The engine has no speech recogniser yet"), "INFO")
-    if known.ships(context) or known.engine(context):
-        sentence(layout, told("Copy the command, run it in a terminal, then choose the engine"), "BLANK1")
-        sentence(layout, known.cost(context), "BLANK1")
-        layout.operator("s2ag.copy_command", icon="COPYDOWN").recognise = True
+    if known.ships(context):
+        sentence(layout, told('In a Python of your own: pip install "s2ag[full,recognise]", then choose it'), "BLANK1")
         layout.operator("s2ag.engine_choose", icon="FILE_FOLDER")
     else:
         sentence(layout, told('Add it to the engine\'s Python: pip install "s2ag[recognise]"'), "BLANK1")
@@ -205,5 +203,5 @@ def draw_button(layout, context) -> None:
 def draw_engine_work(layout, work) -> None:
     """That an engine is being tried, with the button that stops it."""
     row = layout.row(align=True)
-    row.progress(factor=work.value, text=told(work.stage, **work.names))
+    row.progress(factor=work.value, text=told(work.stage))
     row.operator("s2ag.engine_cancel", text="", icon="X")

@@ -1,7 +1,6 @@
-"""Where the engine runs, what is known of it, and how a full one is made and chosen."""
+"""The extension's preferences: where the engine runs, what the last check of it found, and how to choose a full one."""
 
 import os
-import sys
 import textwrap
 
 import bpy
@@ -14,8 +13,8 @@ from . import menus
 _WIDTH = 96
 
 
-def _look_again(self, context):
-    known.look(context)
+def _forget(self, context):
+    known.forget()
 
 
 class S2AG_Preferences(bpy.types.AddonPreferences):
@@ -23,35 +22,12 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
 
     engine: bpy.props.StringProperty(
         name="Full Engine",
-        description="Folder that the set-up command was given, or a Python with the engine's packages; leave empty for the "
-        "engine that comes with the extension",
+        description="Python with the package s2ag[full], or the folder of its environment; leave empty for the engine that "
+        "comes with the extension",
         subtype="FILE_PATH",
         options=compat.RELATIVE,
-        update=_look_again,
+        update=_forget,
     )
-    folder: bpy.props.StringProperty(
-        name="Make It In",
-        description="Folder in which the set-up command makes the engine; leave empty for s2ag-engine in your home",
-        subtype="DIR_PATH",
-        options=compat.RELATIVE,
-    )
-    wheels: bpy.props.StringProperty(
-        name="Packages",
-        description="Folder with the .whl files of all packages that the engine needs; leave empty for the package registry",
-        subtype="DIR_PATH",
-        options=compat.RELATIVE,
-    )
-    cpu_only: bpy.props.BoolProperty(
-        name="Small PyTorch",
-        description="On Linux, fetch PyTorch's build without CUDA, from PyTorch's own index: a tenth of the size, and all that "
-        "the engine uses",
-        default=True,
-    )
-    recognise: bpy.props.BoolProperty(
-        name="Also Recognise Speech",
-        description="Install the speech recogniser, too, which writes down English recordings that have no transcript",
-    )
-
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
@@ -73,21 +49,14 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         if body is None:
             return
         about = told(
-            "A Python environment of its own with PyTorch, for gesture models of other kinds, and with the speech recogniser "
-            "if wanted. Gestures do not need it. It is made outside Blender: copy the command, run it in a terminal, then "
-            "choose the engine."
+            "A Python of your own with PyTorch, for gesture models of other kinds and other devices, and with the speech "
+            "recogniser if wanted. Gestures do not need it. It is 3.11 or newer, and made outside Blender: install the package "
+            "there, then choose that Python."
         )
         _wrapped(body.column(align=True), about)
-        body.prop(self, "folder")
-        if sys.platform == "linux" and not self.wheels:
-            body.prop(self, "cpu_only")
-        body.prop(self, "recognise")
-        body.prop(self, "wheels")
-        body.label(text=known.cost(context), translate=False, icon="DISK_DRIVE")
-        _wrapped(body.box().column(align=True), known.set_up_command(context))
+        _wrapped(body.box().column(align=True), 'python -m pip install "s2ag[full]"')
         row = body.row()
         row.scale_y = 1.3
-        row.operator("s2ag.copy_command", icon="COPYDOWN")
         row.operator("s2ag.engine_choose", icon="FILE_FOLDER")
         row = body.row()
         row.operator("s2ag.engine_check", icon="VIEWZOOM")
@@ -96,9 +65,9 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
 
 
 def _draw_found(column) -> None:
-    """What is known of the engine, a line each."""
+    """Draw what is known of the engine, one line each."""
     context = bpy.context
-    facts = known.facts(context)
+    facts = known.facts()
     if not facts:
         if known.ships(context):
             column.label(text="The engine that comes with the extension is used", icon="CHECKMARK")
@@ -106,13 +75,7 @@ def _draw_found(column) -> None:
             column.label(text="An engine is there that has not been tried yet", icon="QUESTION")
             _row(column, "Full Engine", known.chosen(context) or os.environ["S2AG_PYTHON"])
         return
-    made = known.engine(context)
-    if made and made.broken:
-        column.label(text="The Python that the engine was made with is gone: run the set-up command again", icon="ERROR")
-    elif made and made.outdated:
-        column.label(text="This version needs other packages: run the set-up command again", icon="ERROR")
-    else:
-        column.label(text="The engine works", icon="CHECKMARK")
+    column.label(text="The engine works", icon="CHECKMARK")
     _row(column, "Python", facts.get("interpreter", ""))
     _row(column, "Version", facts.get("python", ""))
     _row(column, "PyTorch", facts.get("packages", {}).get("torch", ""))
@@ -120,8 +83,6 @@ def _draw_found(column) -> None:
     _row(column, "Gesture Model", f"{facts.get('checkpoint', '')}  {facts.get('hash', '')[:12]}")
     _row(column, "Runs On", facts.get("device", ""))
     _row(column, "Recogniser", told("installed") if facts.get("recogniser") else told("not installed"))
-    if made:
-        _row(column, "Made", f"{made.facts.get('made', '')}, {made.facts.get('source', '')}")
 
 
 def _row(column, name: str, value: str) -> None:
@@ -132,7 +93,7 @@ def _row(column, name: str, value: str) -> None:
 
 def _draw_work(layout) -> None:
     row = layout.row(align=True)
-    row.progress(factor=known.STATE.work.value, text=told(known.STATE.work.stage, **known.STATE.work.names))
+    row.progress(factor=known.STATE.work.value, text=told(known.STATE.work.stage))
     row.operator("s2ag.engine_cancel", text="", icon="X")
 
 

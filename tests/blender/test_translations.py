@@ -10,8 +10,8 @@ import bpy
 import pytest
 import s2ag
 from s2ag.core import errors
+from s2ag.core.engine.interpreter import Check
 from s2ag.core.motion import skeleton
-from s2ag.core.setup import trial
 from s2ag.rigs.faces import shapes
 from s2ag.s2ag_blender import registration, translations
 from s2ag.s2ag_blender.rig import readiness
@@ -149,7 +149,7 @@ def test_every_stage_is_shown_in_words_for_people(extension):
 def wanted():
     found = {*texts_of_calls(), *texts_of_classes(), *texts_of_choices(), *texts_of_reasons()}
     found |= {readiness.label(part) for part in (*bone_maps.ORDER, *skeleton.EDGE_NAMES)}
-    found |= {*shapes.PARTS, trial.STAGE, *stages.SHOWN.values()}
+    found |= {*shapes.PARTS, Check.stage, *stages.SHOWN.values()}
     found -= stages.SHOWN.keys()
     found |= {bpy.path.display_name(path.name, title_case=False) for path in PRESETS.rglob("*.py")}
     return {text for text in found if any(letter.isalpha() for letter in text)}
@@ -245,13 +245,10 @@ def template(node):
 
 ELSEWHERE = (
     *("core/cli", "core/batch", "core/study", "core/learning", "core/performance/sampling.py", "core/vectors/build.py"),
-    *("core/setup/planning.py", "core/setup/making.py", "core/setup/pip.py"),
     *("core/model/config.py", "core/model/foreign.py", "core/model/pickles.py"),
     *("s2ag_blender/film/job.py", "s2ag_blender/film/sheet.py", "s2ag_blender/program.py", "s2ag_blender/ui/command.py"),
 )
 """What runs in other processes, for other people."""
-READERS = tuple(f"core/learning/datasets/{name}.py" for name in ("reading", "bvh", "smplx", "ten"))
-"""What reads motion files for the panel, too."""
 
 
 def texts_of_errors():
@@ -259,7 +256,7 @@ def texts_of_errors():
     kinds = {name for name, value in vars(errors).items() if isinstance(value, type) and issubclass(value, errors.S2agError)}
     for path in (path for folder in ("core", "rigs", "s2ag_blender") for path in (FOLDER.parent / folder).rglob("*.py")):
         place = path.relative_to(FOLDER.parent).as_posix()
-        if place.startswith(ELSEWHERE) and place not in READERS:
+        if place.startswith(ELSEWHERE):
             continue
         tree = ast.parse(path.read_text("utf-8"))
         named = {}
@@ -267,11 +264,7 @@ def texts_of_errors():
             if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
                 named.setdefault(node.targets[0].id, []).extend(template(node.value))
         for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in kinds | {
-                "SetupFailed",
-                "cls",
-                "_lose",
-            }:
+            if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in kinds | {"cls", "_lose"}:
                 for argument in node.args[:2]:
                     yield from named.get(argument.id, []) if isinstance(argument, ast.Name) else template(argument)
             if isinstance(node, ast.Call) and ast.unparse(node.func).endswith(WARNING) and len(node.args) == 1:
@@ -292,12 +285,12 @@ def test_errors_are_told_in_german_with_their_names():
     told = translations.sentence("de_DE", "The recording /a {b} c.wav does not exist.")
     assert told == "Die Aufnahme /a {b} c.wav gibt es nicht."
     assert translations.sentence("de_DE", "Nobody thought of this.") == "Nobody thought of this."
-    assert translations.sentence("de_DE", "No engine is in /a/b.") == "In /a/b ist keine Engine."
+    assert translations.sentence("de_DE", "There is no Python in /a/b.") == "In /a/b ist kein Python."
 
 
 def test_the_scan_sees_what_is_there(extension):
     found = wanted()
-    assert {"Recording", "Choose Engine", "The engine works", "Cancel", "Generate Gestures", "Packages"} <= found
+    assert {"Recording", "Choose Engine", "The engine works", "Cancel", "Generate Gestures"} <= found
 
 
 def test_descriptions_are_one_line_without_a_full_stop(extension):

@@ -1,6 +1,5 @@
-"""Doors that are folders, one file of which is damaged: models of the aligner, data sets, the engine's environments."""
+"""Doors that are folders, one file of which is damaged: models of the aligner and data sets."""
 
-import json
 import random
 import shutil
 import tarfile
@@ -154,23 +153,6 @@ def read_challenge(path: Path) -> None:
         assert one.split == "train" and all(np.isfinite((start, end)).all() for _, start, end in one.words)
 
 
-def _environment(folder: Path) -> None:
-    facts = {"python": "3.11.5", "requirements": ["numpy"], "recognise": True, "packages": {"numpy": "1.26.4"}, "bytes": 1}
-    (folder / "engine.json").write_text(json.dumps(facts))
-    for name in ("engine-1", "engine-²", "engine-02"):
-        (folder / name).mkdir()
-        (folder / name / "engine.json").write_text(json.dumps(facts))
-
-
-def read_environment(path: Path) -> None:
-    from s2ag.core.setup import environment as made
-
-    folder = beside(_environment, path)
-    found = made.environment(folder)
-    assert found is not None and found.broken and found.outdated in (True, False) and found.recognises in (True, False)
-    made.chosen(folder)
-
-
 def damage_file(data: bytes, chance: random.Random, others: list[bytes]) -> bytes:
     """As suits what the file holds."""
     if data[:2] == b"PK":
@@ -186,5 +168,4 @@ DOORS = (
     Door("serialised", ted_records, read_record, mutations.of_bytes),
     Door("table", partial(files, _beat, "train_test_split.csv"), read_beat, mutations.of_text),
     Door("challenge", challenge_files, read_challenge, mutations.of_text),
-    Door("environment", partial(files, _environment, "engine.json"), read_environment, mutations.of_json),
 )

@@ -1,7 +1,6 @@
-"""The full engine from Blender: its command is shown and copied, one that works is chosen, and nothing fetches or installs."""
+"""The full engine from Blender: a Python that works is chosen, one that does not is not, and nothing fetches or installs."""
 
 import os
-import shlex
 import subprocess
 import sys
 import time
@@ -10,30 +9,14 @@ from pathlib import Path
 
 import bpy
 import pytest
-import wheels
 from acted import drawn
-from imports import modules, reachable
+from s2ag.core import extras
 from s2ag.core.errors import Cancelled, WorkerFailed
-from s2ag.core.setup import making, planning, trial
 from s2ag.core.start import module_command
 from s2ag.s2ag_blender.engine import client, errors_log, known
 from s2ag.s2ag_blender.ui import engine_ops
 
 ROOT = Path(__file__).resolve().parents[3]
-needs_venv = pytest.mark.skipif(
-    not planning.PYTHONS[0] <= sys.version_info[:2] < planning.PYTHONS[1], reason="this Python is not for the engine"
-)
-
-
-@pytest.fixture
-def made(monkeypatch, tmp_path):
-    """An environment of fakes, which import but cannot gesture, with the recogniser, as the set-up command leaves it."""
-    monkeypatch.setattr(trial, "command", lambda python: module_command(str(python), "core.engine.inventory"))
-    packages = wheels.write_wheels(tmp_path / "wheels")
-    making.Setup(planning.plan(tmp_path / "engine", wheels=str(packages), recognise=True)).wait()
-    return tmp_path / "engine"
-
-
 @pytest.fixture
 def bare(tmp_path):
     """A Python that has nothing."""
@@ -59,19 +42,32 @@ def panel_with_recogniser():
     return drawn()
 
 
-@needs_venv
-def test_an_engine_that_works_is_chosen_and_left_again(extension, made):
+@pytest.fixture
+def old_set_up(tmp_path):
+    """The folder of an earlier version's set-up command: environments of which the newest is in use."""
+    for name, python in (("engine-9", "gone"), ("engine-10", sys.executable)):
+        (tmp_path / "old" / name / "bin").mkdir(parents=True)
+        (tmp_path / "old" / name / "bin" / "python").symlink_to(python)
+    return tmp_path / "old"
+
+
+def test_a_python_that_works_is_chosen_and_left_again(extension, monkeypatch):
+    pytest.importorskip("torch", reason="a full engine has PyTorch")
     assert known.ships(bpy.context)
-    assert bpy.ops.s2ag.engine_choose(filepath=str(made)) == {"FINISHED"}
-    python = known.interpreter(bpy.context)
-    assert Path(python).is_relative_to(made) and client.find_interpreter(python) == python
-    assert not known.ships(bpy.context) and known.facts()["checkpoint"] == "default.safetensors"
-    assert known.engine().recognises and known.recogniser(bpy.context)
-    assert "English speech only" in panel_with_recogniser() and bpy.ops.s2ag.generate.poll()
-    known.look(bpy.context)  # as after a start of Blender
-    assert known.facts()["interpreter"] == python
+    assert bpy.ops.s2ag.engine_choose(filepath=sys.executable) == {"FINISHED"}
+    assert known.interpreter(bpy.context) == client.find_interpreter(sys.executable) and not known.ships(bpy.context)
+    assert known.facts()["checkpoint"] == "default.safetensors" and known.facts()["packages"]["torch"]
+    assert known.recogniser(bpy.context) == extras.recogniser()
+    known.forget()  # as after a start of Blender
+    assert known.recogniser(bpy.context) is None and bpy.ops.s2ag.engine_check() == {"FINISHED"} and known.facts()
     assert bpy.ops.s2ag.engine_leave() == {"FINISHED"}
-    assert known.ships(bpy.context) and made.exists() and not bpy.ops.s2ag.engine_leave.poll()
+    assert known.ships(bpy.context) and not bpy.ops.s2ag.engine_leave.poll()
+
+
+def test_a_stored_choice_of_an_earlier_version_still_works(extension, old_set_up):
+    known.keep(bpy.context, str(old_set_up))
+    python = known.interpreter(bpy.context)
+    assert Path(python) == old_set_up / "engine-10" / "bin" / "python" and client.find_interpreter(python) == python
 
 
 def test_an_engine_that_does_not_work_is_not_kept(extension, bare):
@@ -79,7 +75,7 @@ def test_an_engine_that_does_not_work_is_not_kept(extension, bare):
         bpy.ops.s2ag.engine_choose(filepath=str(bare))
     assert known.ships(bpy.context) and known.STATE.error is not None
     assert "numpy" in errors_log.latest().read_text() and bpy.ops.s2ag.open_log() == {"FINISHED"}
-    with pytest.raises(RuntimeError, match="No engine is in"):
+    with pytest.raises(RuntimeError, match="There is no Python in"):
         bpy.ops.s2ag.engine_choose(filepath=str(bare.parent))
 
 
@@ -89,7 +85,7 @@ def test_check_says_what_is_missing(extension, monkeypatch, bare):
         bpy.ops.s2ag.engine_check()
 
 
-def test_trying_holds_nothing_and_can_be_stopped(extension, slow):
+def test_a_check_blocks_nothing_and_can_be_stopped(extension, slow):
     """What the operators do in a window: begin, follow by a timer, stop."""
     started = time.monotonic()
     work = engine_ops.begin(bpy.context, slow)
@@ -102,21 +98,10 @@ def test_trying_holds_nothing_and_can_be_stopped(extension, slow):
     assert "s2ag.engine_cancel" not in drawn()
 
 
-def test_unregistering_ends_the_trial(extension, slow):
+def test_unregistering_ends_the_check(extension, slow):
     work = engine_ops.begin(bpy.context, slow)
     engine_ops.stop()
     assert work.done and known.STATE.work is None
-
-
-def test_the_command_runs_outside_blender(extension):
-    """What is copied says by itself, in a Python that needs nothing, what it would do."""
-    command = shlex.split(known.set_up_command(bpy.context, recognise=True))
-    assert command[-2:] == [str(Path.home() / known.FOLDER), "--recognise"]
-    done = subprocess.run([*command, "--show"], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    torch = "torch==2.13.0+cpu" if sys.platform == "linux" else "torch>=2.4,<2.14"
-    assert torch in done.stdout and "faster-whisper" in done.stdout and "GB" in done.stdout
-    assert bpy.ops.s2ag.copy_command() == {"FINISHED"}
 
 
 def test_the_panel_leads_to_the_recogniser(extension):
@@ -124,18 +109,15 @@ def test_the_panel_leads_to_the_recogniser(extension):
         pytest.skip("this Python has the recogniser")
     shown = panel_with_recogniser()
     assert "The engine has no speech recogniser yet" in " ".join(shown)
-    assert shown["s2ag.copy_command"] and shown["s2ag.engine_choose"]
+    assert shown["s2ag.engine_choose"]
     with pytest.raises(RuntimeError, match="no speech recogniser"):
         bpy.ops.s2ag.generate()
 
 
 def test_offline(extension):
-    """Row "Offline": no permission for the network, and nothing in Blender's process reaches what makes environments."""
+    """No permission for the network, and no module that could open a connection is imported."""
     manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text("utf-8"))
-    assert set(manifest["permissions"]) == {"files", "clipboard"} and "wheels" not in manifest
-    makers = {"core.setup.making", "core.setup.planning", "core.setup.pip", "core.cli.engine"}
-    assert makers <= set(modules("core"))
-    assert "core.setup.trial" in reachable("s2ag_blender.registration") and not reachable("s2ag_blender.registration") & makers
+    assert set(manifest["permissions"]) == {"files"} and "wheels" not in manifest
     reaching = ("import socket", "import urllib", "import http", "requests", "import ssl", "import ftplib")
     sources = [path for folder in ("core", "rigs", "s2ag_blender") for path in (ROOT / folder).rglob("*.py")]
     found = [path.name for path in sources for word in reaching if f"\n{word}" in path.read_text("utf-8")]

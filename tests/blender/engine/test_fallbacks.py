@@ -34,7 +34,7 @@ def test_a_blender_without_sound_reads_wav_and_says_that_it_reads_nothing_else(v
     shutil.copy(decoding.__file__, tmp_path / "voice.mp3")
     with pytest.raises(AudioUnreadable, match="no sound system") as caught:
         decoding.needed(str(tmp_path / "voice.mp3"))
-    assert "as WAV" in caught.value.remedy and "pip" not in str(caught.value)
+    assert "to WAV" in caught.value.remedy and "pip" not in str(caught.value)
 
 
 def test_the_panel_says_that_the_engine_runs_inside_blender(tone, tmp_path, monkeypatch):

@@ -59,10 +59,7 @@ def test_the_other_verbs_and_their_errors(command, engine):
     assert wrong.returncode == 2 and wrong.stderr.count("\n") == 1 and "missing.wav" in wrong.stderr
 
 
-def test_the_set_up_is_refused_with_the_command_to_run_elsewhere(command, engine):
-    """Nothing that Blender runs of us fetches or installs."""
-    done = command("engine", "setup", "anywhere", S2AG_PYTHON=None)
-    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "core.cli.engine_alone setup" in done.stderr
+def test_help_names_the_verbs(command, engine):
     assert "animate" in command("--help", S2AG_PYTHON=engine).stdout
 
 
