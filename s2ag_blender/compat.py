@@ -110,8 +110,8 @@ def active_slot(datablock: bpy.types.ID) -> Slot | None:
     return getattr(datablock.animation_data, "action_slot", None)
 
 
-def assign_action(datablock: bpy.types.ID, action: bpy.types.Action, slot: Slot | None = None) -> None:
-    """Make ``action`` the active action of ``datablock``, through ``slot`` where there are slots."""
+def assign_action(datablock: bpy.types.ID, action: bpy.types.Action | None, slot: Slot | None = None) -> None:
+    """Make ``action`` (None for none) the active action of ``datablock``, through ``slot`` where there are slots."""
     animation = datablock.animation_data_create()
     animation.action = action
     if slot is not None:

@@ -1,1 +1,1 @@
-"""Motion onto the timeline."""
+"""Writes motions to the timeline, as keyframes of actions and as NLA strips."""

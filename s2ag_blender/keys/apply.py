@@ -1,9 +1,9 @@
-"""A motion onto a character: frame rate, retargeting, one new action."""
+"""Keys a motion on a character: conversion of the frame rate, retargeting, and one new action."""
 
 import logging
 from collections.abc import Callable, Generator
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
@@ -15,7 +15,7 @@ from ...rigs.plain import Mapping
 from ...rigs.proportions import Girth
 from ...rigs.slices import whole
 from .. import compat, provenance
-from ..datablocks import ArmatureObject, Slot
+from ..datablocks import ArmatureObject, Slot, current_context
 from ..rig import girth, reading, solver
 from ..rig.controls import Take
 from . import faces, keyframes
@@ -40,17 +40,17 @@ def apply_motion(
 
     The first key is at ``start_frame`` (the scene's first frame), one every ``step`` frames at the scene's frame rate.
     The action becomes the active one, the former gets a fake user; with ``strip`` it goes onto a new NLA track instead
-    and the active action stays. ``mapping`` is ``{part: bone or bones}``, detected if None. Everything that keeps a
-    part from moving as asked is told to ``report``, one sentence each (the log, if None).
+    and the active action stays. ``mapping`` is ``{part: bone or bones}``, detected if None. ``report`` gets one sentence
+    for everything that keeps a part from its motion (the log, if None).
 
-    Only adds data: other actions, the rest pose, transforms and rotation modes stay as they are. A setting that the rig
-    needs to follow its bones, such as a switch from IK to FK, is keyed in the action; :func:`take_off` puts it back.
+    Only adds data: other actions, the rest pose, transforms and rotation modes stay as they are. A property that the rig
+    needs to follow its bones, such as a switch from IK to FK, is keyed in the action; :func:`take_off` restores it.
     Raises :class:`RigUnusable` or :class:`UsageError` before anything is changed.
     """
     if step < 1 or int(step) != step:
         raise UsageError(f"A key every {step} frames is not possible.", "Use a whole number of at least 1.")
     reading.require_armature(armature)
-    scene = scene or bpy.context.scene
+    scene = scene or current_context().scene
     start = scene.frame_start if start_frame is None else start_frame
     keys = pose_keys(armature, motion, start, scene=scene, mapping=mapping, options=options, step=int(step), report=report)
     interpolation = "LINEAR" if step == 1 else "BEZIER"
@@ -69,16 +69,16 @@ def apply_motion(
         faces.lay(armature, action, motion.face, start, every, fps, report or _LOG.warning, seen)
         faces.show(armature, action)
     if strip:
-        _push(armature, action, slot, int(start))
+        _push_strip(armature, action, slot, int(start))
     else:
-        _activate(armature, action, slot)
+        _make_active(armature, action, slot)
     return action
 
 
 def take_off(armature: ArmatureObject, action: bpy.types.Action) -> None:
-    """Take a keyed motion off ``armature`` again, and give the rig back the pose and the settings that it had before.
+    """Remove a keyed motion from ``armature`` and restore the pose and property values that the rig had before.
 
-    Blender itself leaves everything at its last value when an action goes. The action stays in the file.
+    Blender itself leaves everything at its last value when an action is unassigned. The action stays in the file.
     """
     animation = armature.animation_data
     if animation is not None:
@@ -94,10 +94,10 @@ def take_off(armature: ArmatureObject, action: bpy.types.Action) -> None:
 
 
 class Keys(NamedTuple):
-    """Scene ``frames`` (keys,), ``rotations`` ``{bone: (keys, 4)}``, or (1, 4) for all frames, ``settings`` by data path.
+    """Scene ``frames`` (keys,), ``rotations`` ``{bone: (keys, 4)}``, or (1, 4) if constant, and ``settings`` by data path.
 
-    ``places`` ``{bone: (keys, 3)}`` are locations of the pelvis where the weight shifts; ``stood`` are it and the bones of
-    the legs.
+    ``places`` ``{bone: (keys, 3)}`` are locations of the pelvis where the weight shifts; ``stood`` are the pelvis and the
+    bones of the legs.
     """
 
     frames: np.ndarray
@@ -107,8 +107,8 @@ class Keys(NamedTuple):
     stood: tuple[str, ...] = ()
 
 
-def pose_keys(armature: ArmatureObject, motion: Motion, start: float, **about) -> Keys:
-    """:func:`posing` in one go."""
+def pose_keys(armature: ArmatureObject, motion: Motion, start: float, **about: Any) -> Keys:
+    """Run :func:`posing` in one go."""
     return whole(posing(armature, motion, start, **about))
 
 
@@ -127,12 +127,12 @@ def posing(
     report: Callable[[str], None] | None = None,
     trunk: Callable[[], Girth | None] | None = None,
 ) -> Generator[None, None, Keys]:
-    """What to key for ``motion`` starting at frame ``start``, in slices; a rig's ``settings`` let it follow these keys.
+    """Compute the keys for ``motion`` starting at frame ``start``, in slices; a rig's ``settings`` let it follow these keys.
 
-    Only frames from ``first`` to ``last`` are made. A control rig is measured at every ``measured``-th frame of the motion:
-    between them its answer is taken to change evenly, which is quick and near. ``trunk`` tells the shape of the trunk where
-    that was read before, because it takes its time. Changes nothing. Raises :class:`RigUnusable`
-    for an unusable rig and :class:`UsageError` where the motion has no frame in that range.
+    Only frames from ``first`` to ``last`` are computed. A control rig is measured at every ``measured``-th frame of the
+    motion and interpolated between them, which is quick and approximate. ``trunk`` returns the shape of the trunk, for
+    callers that have read it before, which is slow. Changes nothing. Raises :class:`RigUnusable` for an unusable rig and
+    :class:`UsageError` where the motion has no frame in that range.
     """
     tell = report or _LOG.warning
     bones = reading.read(armature)
@@ -145,44 +145,44 @@ def posing(
     inside = (frames >= first) & (frames <= last)
     if not inside.any():
         raise UsageError("The recording has no frame in the chosen range.", "Choose another range or start frame.")
-    keys = _take(shown.frames(inside), frames[inside])
-    given = start + np.arange(len(motion.directions)) * (fps / motion.fps)
-    near = np.flatnonzero(np.abs(given - np.clip(given, keys.frames[0], keys.frames[-1])) <= 2 * fps / motion.fps)
+    keys = _to_take(shown.frames(inside), frames[inside])
+    own = start + np.arange(len(motion.directions)) * (fps / motion.fps)
+    near = np.flatnonzero(np.abs(own - np.clip(own, keys.frames[0], keys.frames[-1])) <= 2 * fps / motion.fps)
     near = np.union1d(near[::measured], near[-1:])
-    motion = _take(replace(motion.frames(near), fps=motion.fps / measured), given[near])
+    source = _to_take(replace(motion.frames(near), fps=motion.fps / measured), own[near])
     body = trunk() if trunk else girth.read(armature, bones, mapping)
     about = {"scene": scene, "options": options, "tell": tell, "trunk": body}
-    found = yield from solver.solving(armature, bones, mapping, motion, keys, **about)
-    return Keys(keys.frames, found.rotations, found.values, found.places, found.stood)
+    solution = yield from solver.solving(armature, bones, mapping, source, keys, **about)
+    return Keys(keys.frames, solution.rotations, solution.values, solution.places, solution.stood)
 
 
 def scene_fps(scene: bpy.types.Scene) -> float:
-    """Frames a second of a scene, such as 24 / 1.001."""
+    """Return the frames per second of a scene, such as 24 / 1.001."""
     return scene.render.fps / scene.render.fps_base
 
 
 def at_scene_frames(motion: Motion, fps: float, step: int = 1) -> tuple[np.ndarray, Motion]:
-    """Frame offsets ``(keys,)``, and the motion at them, for keys every ``step`` frames.
+    """Return frame offsets ``(keys,)`` for keys every ``step`` frames, and the motion resampled to them.
 
-    The last key is at or after the motion's end, so that nothing of it is lost.
+    The last key is at or after the motion's end, so that nothing of it is cut off.
     """
     last = int(np.ceil((len(motion.directions) - 1) * fps / motion.fps / step - 1e-6))
     offsets = np.arange(last + 1) * step
     return offsets, motion.at(offsets * (motion.fps / fps), fps / step)
 
 
-def _take(motion: Motion, frames: np.ndarray) -> Take:
+def _to_take(motion: Motion, frames: np.ndarray) -> Take:
     return Take(motion.directions, motion.fps, frames, motion.hands, motion.pelvis)
 
 
-def _activate(armature: ArmatureObject, action: bpy.types.Action, slot: Slot | None) -> None:
+def _make_active(armature: ArmatureObject, action: bpy.types.Action, slot: Slot | None) -> None:
     former = armature.animation_data.action if armature.animation_data else None
     if former is not None and former.library is None:
         former.use_fake_user = True
     compat.assign_action(armature, action, slot)
 
 
-def _push(armature: ArmatureObject, action: bpy.types.Action, slot: Slot | None, start: int) -> None:
+def _push_strip(armature: ArmatureObject, action: bpy.types.Action, slot: Slot | None, start: int) -> None:
     track = armature.animation_data_create().nla_tracks.new()
     track.name = action.name
     compat.strip_slot(track.strips.new(action.name, start, action), slot)

@@ -1,20 +1,22 @@
-"""Cutting a curve at a frame so that what lies outside stays exactly as it is, whatever is keyed inside.
+"""Splits F-curves at a frame so that the curve outside stays exactly the same, whatever is keyed inside.
 
-Points are the columns of a curve's keys, as :mod:`.keyframes` reads them: ``co`` and handles (n, 2), the rest (n,).
+``points`` are the columns of a curve's keys, as :mod:`.keyframes` reads them: ``co`` and handles (n, 2), the rest (n,).
 """
 
 import numpy as np
 
+Points = dict[str, np.ndarray]
+
 SAME = 1e-4
-"""Values nearer than this are the same: there the new keys continue the curve without a step."""
-_STEPS = 60
+"""Values closer than this count as equal: there the new keys continue the curve without a step."""
+_BISECTIONS = 60
 
 
-def around(points: dict, made: dict, last: float, codes: dict[str, int]) -> dict:
-    """``points`` with ``made`` (ascending, the first key's frame to ``last``) in place of what was there.
+def around(points: Points, made: Points, last: float, codes: dict[str, int]) -> Points:
+    """Replace the keys of ``points`` from the first frame of ``made`` (ascending) to ``last`` by ``made``.
 
-    Where the new keys do not start or end on the curve itself, one more key a frame outside holds its value. ``codes`` are
-    the numbers of the interpolations ``CONSTANT``, ``LINEAR``, ``BEZIER`` and of the handle type ``FREE``.
+    Where the new keys do not start or end on the curve itself, an additional key one frame outside holds its value.
+    ``codes`` are the numbers of the interpolations ``CONSTANT``, ``LINEAR``, ``BEZIER`` and of the handle type ``FREE``.
     """
     made = {name: np.array(values) for name, values in made.items()}
     first = float(made["co"][0, 0])
@@ -40,10 +42,10 @@ def around(points: dict, made: dict, last: float, codes: dict[str, int]) -> dict
     return joined(before, made, after)
 
 
-def split(points: dict, at: float, codes: dict[str, int]) -> tuple[dict, dict, dict]:
-    """The keys before frame ``at``, a key on the curve at it, and the keys after it: together the same curve.
+def split(points: Points, at: float, codes: dict[str, int]) -> tuple[Points, Points, Points]:
+    """Return the keys before frame ``at``, a key on the curve at it, and the keys after it: together the same curve.
 
-    Beyond its ends a curve goes on level. Of the kinds of interpolation that are no Bezier, line or step only the value holds.
+    Beyond its ends a curve is constant. Interpolations other than Bezier, linear and constant keep only the value at ``at``.
     """
     x = points["co"][:, 0]
     count = len(x)
@@ -65,15 +67,16 @@ def split(points: dict, at: float, codes: dict[str, int]) -> tuple[dict, dict, d
     return before, key, after
 
 
-def _between(before: dict, key: dict, after: dict, codes: dict[str, int]) -> None:
+def _between(before: Points, key: Points, after: Points, codes: dict[str, int]) -> None:
     """Put ``key`` onto the curve from the last of ``before`` to the first of ``after``."""
     start, end, at = before["co"][-1], after["co"][0], key["co"][0, 0]
     kind = before["interpolation"][-1]
     if kind == codes["CONSTANT"]:
         value = start[1]
     elif kind == codes["BEZIER"]:
-        corners = np.array([start, *_corrected(start, before["handle_right"][-1], after["handle_left"][0], end), end], float)
-        share = _where(corners[:, 0], at)
+        inner_corners = _clamp_handles(start, before["handle_right"][-1], after["handle_left"][0], end)
+        corners = np.array([start, *inner_corners, end], float)
+        share = _parameter_at(corners[:, 0], at)
         outer = corners[:-1] + share * np.diff(corners, axis=0)
         inner = outer[:-1] + share * np.diff(outer, axis=0)
         point = inner[0] + share * (inner[1] - inner[0])
@@ -87,8 +90,8 @@ def _between(before: dict, key: dict, after: dict, codes: dict[str, int]) -> Non
     key["co"][0] = at, value
 
 
-def _corrected(start, out, into, end) -> tuple[np.ndarray, np.ndarray]:
-    """Handles as Blender uses them: shortened together where they overlap in time."""
+def _clamp_handles(start: np.ndarray, out: np.ndarray, into: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Shorten the handles (2,) of two neighbouring keys where they overlap in time, as Blender does."""
     out, into, room = np.array(out, float), np.array(into, float), end[0] - start[0]
     reach = abs(start[0] - out[0]) + abs(end[0] - into[0])
     if reach > room:
@@ -96,10 +99,10 @@ def _corrected(start, out, into, end) -> tuple[np.ndarray, np.ndarray]:
     return out, into
 
 
-def _where(x: np.ndarray, at: float) -> float:
-    """The parameter (0..1) at which a Bezier curve with corners at times ``x`` (4,) reaches ``at``."""
+def _parameter_at(x: np.ndarray, at: float) -> float:
+    """Return the parameter (0..1) at which a Bezier curve with control points at times ``x`` (4,) reaches time ``at``."""
     low, high = 0.0, 1.0
-    for _ in range(_STEPS):
+    for _ in range(_BISECTIONS):
         t = 0.5 * (low + high)
         rest = 1.0 - t
         reached = rest**3 * x[0] + 3 * rest**2 * t * x[1] + 3 * rest * t**2 * x[2] + t**3 * x[3]
@@ -107,16 +110,16 @@ def _where(x: np.ndarray, at: float) -> float:
     return 0.5 * (low + high)
 
 
-def _free(points: dict, row: int, codes: dict[str, int]) -> None:
-    """Let a key's handles stay where they are, whatever comes to lie beside it."""
+def _free(points: Points, row: int, codes: dict[str, int]) -> None:
+    """Make a key's handles free, so that they do not depend on its neighbours."""
     if len(points["co"]):
         points["handle_left_type"][row] = points["handle_right_type"][row] = codes["FREE"]
 
 
-def _rows(points: dict, rows: slice) -> dict:
+def _rows(points: Points, rows: slice) -> Points:
     return {name: np.array(values[rows]) for name, values in points.items()}
 
 
-def joined(*parts: dict) -> dict:
-    """Keys one behind the other."""
+def joined(*parts: Points) -> Points:
+    """Concatenate keys."""
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

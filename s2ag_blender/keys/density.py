@@ -1,4 +1,4 @@
-"""An action of ours with a key on every frame, or with those alone that matter, as the animator likes it."""
+"""Converts actions of this package between a key on every frame and only the keys that matter."""
 
 import json
 from collections.abc import Collection
@@ -17,34 +17,37 @@ KEYED = "s2ag_keyed"
 """Name of an action's custom property that holds, as JSON text, the data paths that gestures keyed."""
 
 _STOOD = "s2ag_stood"
+"""Custom property: the bones, as a JSON list, that together keep the feet in place."""
 
 
 def note(action: bpy.types.Action, keyed: list[keyframes.Channels], stood: Collection[str] = ()) -> None:
-    """Remember on an action what gestures key on every frame, and which bones ``stood`` keep feet in place."""
+    """Store on an action the data paths that gestures key and the bones ``stood`` that keep the feet in place."""
     action[KEYED] = json.dumps(sorted(one.path for one in keyed if one.bone))
     action[_STOOD] = json.dumps(sorted(stood))
 
 
 def limbs(bones: Bones, mapping: Mapping) -> dict[str, str]:
-    """Which limb each bone moves with: ``left`` or ``right`` for arms and what hangs on them, "" for all else."""
-    found = {}
+    """Return ``{bone: "left" or "right"}`` for the bones of the arms and all their descendants."""
+    sides = {}
     for side in ("left", "right"):
         arm = {name for part, chain in mapping.chains.items() if part.startswith(side) for name in chain}
         for row, name in enumerate(bones.names):
-            if name in arm or found.get(bones.names[bones.parents[row]] if bones.parents[row] >= 0 else "") == side:
-                found[name] = side
-    return found
+            if name in arm or sides.get(bones.names[bones.parents[row]] if bones.parents[row] >= 0 else "") == side:
+                sides[name] = side
+    return sides
 
 
 def is_dense(action: bpy.types.Action) -> bool:
-    """Whether gestures are keyed on every frame; not where nothing is known of them."""
+    """Return whether gestures are keyed on every frame; False for actions without provenance."""
     place = layers.Place.of(action)
     return place is not None and most_keys(action) >= place.last - place.first
 
 
 def most_keys(action: bpy.types.Action) -> int:
-    """How many keys of gestures the curve has that has most."""
+    """Return the largest number of keys that a gesture curve has within the action's place."""
     paths, place = stored.read(action, KEYED, list), layers.Place.of(action)
+    if place is None:
+        return 0
     counts = [0]
     for curve in (curve for curve in compat.curves(action) if curve.data_path in paths):
         keys = np.empty(2 * len(curve.keyframe_points), np.float32)
@@ -54,11 +57,12 @@ def most_keys(action: bpy.types.Action) -> int:
 
 
 def convert(armature: ArmatureObject, action: bpy.types.Action, tolerance: float | None, fps: float) -> None:
-    """Key what an action of ours shows on every frame, or, within ``tolerance`` (radians), on those that matter.
+    """Key the curves of an action of this package on every frame, or, within ``tolerance`` (radians), with few keys.
 
-    What was edited by hand since stays; curves that gestures do not key, and frames outside, are left alone.
+    Edits by hand are kept; curves that gestures do not key, and frames outside, stay unchanged.
     """
     paths, place = stored.read(action, KEYED, list), layers.Place.of(action)
+    assert place is not None
     slot = layers.slot_of(armature, action)
     bag = compat.bag(action, slot)
     frames = np.arange(place.first, place.last + 1)
@@ -79,16 +83,16 @@ def _thinner(
     frames: np.ndarray,
     fps: float,
     tolerance: float,
-    stood,
+    stood: Collection[str],
 ) -> thinning.Thinner:
     bones = reading.read(armature)
     turns = {one.bone: _rotations(armature.pose.bones[one.bone], one, len(frames)) for one in keyed if "rotation" in one.path}
-    found, _ = reading.survey(armature)
-    return thinning.Thinner(turns, limbs(bones, found), frames, fps, tolerance, stood)
+    mapping, _ = reading.survey(armature)
+    return thinning.Thinner(turns, limbs(bones, mapping), frames, fps, tolerance, stood)
 
 
 def _rotations(bone: bpy.types.PoseBone, one: keyframes.Channels, count: int) -> np.ndarray:
-    """Rotations (keys, 4) that channels of a bone make; what has no channel is none."""
+    """Return the rotations (keys, 4) of a bone's channels; missing channels are at rest."""
     mode = bone.rotation_mode
     if mode in quaternion.EULER_ORDERS:
         angles = np.stack([one.values.get(index, np.zeros(count)) for index in range(3)], -1)

@@ -1,12 +1,13 @@
-"""A face onto the shape keys of a character's meshes, in the action of its body where Blender has slots, else beside it.
+"""Keys a face on the shape keys of a character's meshes, in the body's action where Blender has slots, else in another one.
 
-Which key shows what is found by name (:mod:`rigs.faces.shapes`); what no key shows, bones of the armature may
-(:mod:`rigs.faces.bones`), which are keyed like those of the body. An action of ours remembers the keys it drives and what they
-had before, so that faces come and go with the take that they belong to.
+Shape keys are detected by name (:mod:`rigs.faces.shapes`); what no shape key can show, facial bones may
+(:mod:`rigs.faces.bones`), which are keyed like those of the body. The body's action stores which shape keys it drives and
+their former values, so that faces are shown and hidden with their take.
 """
 
 import json
 from collections.abc import Callable
+from typing import Any
 
 import bpy
 import numpy as np
@@ -16,18 +17,18 @@ from ...rigs.faces import bones as face_bones
 from ...rigs.plain import Mapping
 from .. import compat, provenance, stored
 from ..cast import facial
-from ..datablocks import ArmatureObject
+from ..datablocks import ArmatureObject, Bag, Slot
 from ..rig import reading
 from ..translations import told
 from . import keyframes
 
 FACES = "s2ag_faces"
-"""Name of an action's custom property: JSON of the face that it drives, a list with an entry for every mesh."""
+"""Name of an action's custom property: JSON of the face that it drives, a list with one entry per mesh."""
 _ACTION, _BASE = "s2ag_face_action_{}", "s2ag_face_base_{}"  # pointers to actions, which survive renaming
 
 
-_SETTLE = 0.2
-"""Seconds in which a face comes to rest where its motion ends and nothing else fades it out."""
+_FADE_SECONDS = 0.2
+"""Seconds in which a face fades to rest at the end of its motion if nothing else fades it out."""
 
 
 def bone_channels(
@@ -37,23 +38,23 @@ def bone_channels(
     frames: np.ndarray,
     fps: float,
     mapping: Mapping,
-    seen=None,
-) -> list:
-    """Channels of the bones that show ``face``, which begins at frame ``start``; with ``seen`` (n,) only so much of it."""
-    found = facial.find(armature, mapping)
-    if found is None or not found.bones:
+    seen: np.ndarray | None = None,
+) -> list[keyframes.Channels]:
+    """Return the channels of the facial bones for ``face``, which begins at frame ``start``, weighted by ``seen`` (n,)."""
+    parts = facial.find(armature, mapping)
+    if parts is None or not parts.bones:
         return []
     weights = _weights(face, start, frames, fps, seen)
-    rotations, places = face_bones.moved(reading.read(armature), mapping, found.bones, weights)
+    rotations, places = face_bones.moved(reading.read(armature), mapping, parts.bones, weights)
     pose = armature.pose.bones
     keyed = [keyframes.channels(pose[name], values) for name, values in rotations.items()]
     keyed += [keyframes.place_channels(pose[name], values) for name, values in places.items()]
-    return [keyframes.Channels("", one.path, one.values) for one in keyed]  # of no limb: none of their keys is left out
+    return [keyframes.Channels("", one.path, one.values) for one in keyed]  # without a bone name all their keys are kept
 
 
 def settled(frames: np.ndarray, fps: float) -> np.ndarray:
-    """How much of a face (n,) is seen that comes to rest as it ends."""
-    return np.clip((frames[-1] - np.asarray(frames, float)) / max(_SETTLE * fps, 1.0), 0, 1)
+    """Return the weight (n,) of a face that fades to rest at its end."""
+    return np.clip((frames[-1] - np.asarray(frames, float)) / max(_FADE_SECONDS * fps, 1.0), 0, 1)
 
 
 def lay(
@@ -66,24 +67,24 @@ def lay(
     tell: Callable[[str], None],
     seen: np.ndarray | None = None,
 ) -> bool:
-    """Key ``face``, which begins at frame ``start``, on every one of the scene's ``frames`` (n,); whether there was one to key.
+    """Key ``face``, which begins at frame ``start``, at the scene's ``frames`` (n,); return whether there are shape keys.
 
-    ``action`` is the body's; nothing is assigned yet (:func:`show`). ``tell`` hears what the face cannot show. With ``seen``
-    (n,) only so much of it is shown.
+    ``action`` is the body's; nothing is assigned yet (:func:`show`). A sentence about parts that the face cannot show goes to
+    ``tell``. ``seen`` (n,) are weights of the face.
     """
-    found = facial.find(armature, look=False)
-    if found is None:
+    parts = facial.find(armature, look=False)
+    if parts is None:
         tell(told("No shape keys that speak were found on {name}, so the face stays as it is.", name=armature.name))
         return False
-    if found.missing:
-        parts = ", ".join(told(part) for part in found.missing)
-        tell(told("The face of {name} has nothing for: {parts}", name=armature.name, parts=parts))
+    if parts.missing:
+        missing = ", ".join(told(part) for part in parts.missing)
+        tell(told("The face of {name} has nothing for: {parts}", name=armature.name, parts=missing))
     frames = np.asarray(frames, float)
-    values = found.shapes.values(_weights(face, start, frames, fps, seen))
+    values = parts.shapes.values(_weights(face, start, frames, fps, seen))
     entries = []
-    for number, key in enumerate(found.keys):
+    for number, key in enumerate(parts.keys):
         playing = key.animation_data.action if key.animation_data else None
-        own, slot, bag = _copied(action, key) or compat.key_bag(action, key)
+        own, slot, bag = _copied_bag(action, key) or compat.key_bag(action, key)
         if own != action:
             own.name = f"{action.name} face"
             provenance.stamp(own, face.meta)
@@ -91,7 +92,7 @@ def lay(
         if playing is not None and not ours(playing):
             action[_BASE.format(number)] = playing
         channels = [
-            keyframes.Channels("", f'key_blocks["{bpy.utils.escape_identifier(name)}"].value', {0: _within(key, name, column)})
+            keyframes.Channels("", f'key_blocks["{bpy.utils.escape_identifier(name)}"].value', {0: _clip(key, name, column)})
             for name, column in values.items()
             if name in key.key_blocks
         ]
@@ -103,18 +104,19 @@ def lay(
 
 
 def _weights(face: Face, start: float, frames: np.ndarray, fps: float, seen: np.ndarray | None) -> np.ndarray:
+    """Return the face's weights (n, channels) at scene frames."""
     weights = face.at((np.asarray(frames, float) - start) / fps, fps)
     return weights if seen is None else weights * np.asarray(seen)[:, None]
 
 
-def _former(playing: bpy.types.Action | None, key: bpy.types.Key) -> dict:
-    """What an action of ours that plays remembers of a mesh's keys: its own values are nobody's rest."""
+def _former(playing: bpy.types.Action | None, key: bpy.types.Key) -> dict[str, float]:
+    """Return the former values of a mesh's shape keys as stored by the action that plays on them; {} if none is stored."""
     entries = _entries(playing) if playing is not None else []
     return next((entry["before"] for entry in entries if entry["key"] == key.name), {})
 
 
-def _copied(action: bpy.types.Action, key: bpy.types.Key):
-    """What the curves of a mesh's keys are in already, where the action is a copy of one with a face; else None."""
+def _copied_bag(action: bpy.types.Action, key: bpy.types.Key) -> tuple[bpy.types.Action, Slot | None, Bag] | None:
+    """Return ``(action, slot, bag)`` of a mesh's shape keys if the action is a copy of one with a face, else None."""
     for number, entry in enumerate(_entries(action)):
         slot, own = compat.find_slot(action, entry["slot"]), action.get(_ACTION.format(number))
         if entry["key"] == key.name and slot is not None:
@@ -126,12 +128,12 @@ def _copied(action: bpy.types.Action, key: bpy.types.Key):
 
 
 def ours(action: bpy.types.Action | None) -> bool:
-    """Whether an action that a mesh's keys play is one of a face of ours."""
+    """Return whether an action of a mesh's shape keys was made by this package."""
     return action is not None and (FACES in action or provenance.of(action) is not None)
 
 
 def show(armature: ArmatureObject, action: bpy.types.Action) -> None:
-    """Let the meshes of a character play the face of an action of ours; faces of others of ours go."""
+    """Assign the face of an action to a character's meshes; other faces made by this package are unassigned."""
     entries = {entry["key"]: (number, entry) for number, entry in enumerate(_entries(action))}
     for key in facial.keys(armature):
         playing = key.animation_data.action if key.animation_data else None
@@ -142,11 +144,11 @@ def show(armature: ArmatureObject, action: bpy.types.Action) -> None:
                 playing.use_fake_user = True
             compat.assign_action(key, own, compat.find_slot(own, entry["slot"]))
         elif ours(playing):
-            key.animation_data.action = None
+            compat.assign_action(key, None)
 
 
 def hide(armature: ArmatureObject, action: bpy.types.Action) -> None:
-    """Take the face of an action of ours off again: keys play what they played before, or are as they were."""
+    """Unassign the face of an action: shape keys get back their former action, or their former values."""
     for number, entry in enumerate(_entries(action)):
         own, base = action.get(_ACTION.format(number)) or action, action.get(_BASE.format(number))
         for key in facial.keys(armature):
@@ -159,18 +161,19 @@ def hide(armature: ArmatureObject, action: bpy.types.Action) -> None:
 
 
 def apart(action: bpy.types.Action) -> list[bpy.types.Action]:
-    """The actions in which the face of an action of ours is, where it is not in that one: before 4.4."""
-    found = [action.get(_ACTION.format(number)) for number in range(len(_entries(action)))]
-    return [own for own in found if own is not None]
+    """Return the separate actions of an action's face, as before Blender 4.4; none where it is in slots of the action."""
+    actions = [action.get(_ACTION.format(number)) for number in range(len(_entries(action)))]
+    return [own for own in actions if own is not None]
 
 
-def _entries(action: bpy.types.Action) -> list[dict]:
+def _entries(action: bpy.types.Action) -> list[dict[str, Any]]:
+    """Return the valid entries of the property :data:`FACES`."""
     kinds = {"key": str, "slot": str, "before": dict}
-    found = stored.read(action, FACES, list)
-    return [one for one in found if isinstance(one, dict) and kinds.keys() <= one.keys() and stored.fits(one, kinds)]
+    entries = stored.read(action, FACES, list)
+    return [one for one in entries if isinstance(one, dict) and kinds.keys() <= one.keys() and stored.fits(one, kinds)]
 
 
-def _within(key: bpy.types.Key, name: str, column: np.ndarray) -> np.ndarray:
-    """Values within what the key's slider lets it have."""
+def _clip(key: bpy.types.Key, name: str, column: np.ndarray) -> np.ndarray:
+    """Clip values to the range of a shape key's slider."""
     block = key.key_blocks[name]
     return np.clip(column, block.slider_min, block.slider_max)

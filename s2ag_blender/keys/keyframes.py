@@ -1,24 +1,25 @@
-"""Rotations to keyframes in bulk: a new action, one curve at a time, whole arrays at once."""
+"""Writes rotations as keyframes in bulk: one F-curve at a time, whole arrays at once."""
 
 import contextlib
 import functools
 import json
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
+from typing import Any, cast
 
 import bpy
 import numpy as np
 
 from ...core.motion import quaternion
 from .. import compat, stored
-from ..datablocks import ArmatureObject
+from ..datablocks import ArmatureObject, Bag, Slot
 from ..rig import dependencies
 from ..rig.locks import held
 from .cutting import around, joined, split
 from .thinning import Thin, Thinner, handles
 
 FORMER = "s2ag_former"
-"""Name of an action's custom property that holds, as JSON text, what its keys replaced."""
+"""Name of an action's custom property that holds, as JSON text, the values that its keys replaced."""
 
 
 _SIDES = "left", "right"
@@ -28,12 +29,12 @@ _KEY_PARTS = {
     **dict.fromkeys(("interpolation", "type", "easing", "handle_left_type", "handle_right_type"), np.int32),
     **dict.fromkeys(("back", "amplitude", "period"), np.float32),
 }
-"""Everything that makes up a key."""
+"""All properties of a key, with their types."""
 
 
 @dataclass(frozen=True)
 class Channels:
-    """What to key on one bone: a property's path below the object, and values (frames,) for each free index."""
+    """Values to key for one bone: the property's data path from the object, and values (frames,) for each unlocked index."""
 
     bone: str
     path: str
@@ -41,10 +42,10 @@ class Channels:
 
 
 def channels(bone: bpy.types.PoseBone, rotations: np.ndarray) -> Channels:
-    """Rotations ``(frames, 4)`` of a bone in the rotation mode it has, without its locked channels.
+    """Return rotations ``(frames, 4)`` of a bone as channels in its rotation mode, without its locked channels.
 
-    Euler angles and quaternion signs do not jump. Where a quaternion bone has single axes locked, those Euler axes are
-    held at rest, as Blender's own tools do.
+    Euler angles and quaternion signs are continuous. Where a quaternion bone has single axes locked, those Euler axes stay
+    at rest, as with Blender's own tools.
     """
     mode = bone.rotation_mode
     if mode in quaternion.EULER_ORDERS:
@@ -62,7 +63,7 @@ def channels(bone: bpy.types.PoseBone, rotations: np.ndarray) -> Channels:
 
 
 def place_channels(bone: bpy.types.PoseBone, places: np.ndarray) -> Channels:
-    """Locations ``(frames, 3)`` of a bone."""
+    """Return locations ``(frames, 3)`` of a bone as channels."""
     path = f'pose.bones["{bpy.utils.escape_identifier(bone.name)}"].location'
     return Channels(bone.name, path, {index: places[:, index] for index in range(3)})
 
@@ -75,13 +76,12 @@ def write_action(
     interpolation: str = "LINEAR",
     settings: dict[str, float] | None = None,
     places: dict[str, np.ndarray] | None = None,
-) -> tuple[bpy.types.Action, object]:
-    """A new action (and its slot) with ``rotations`` ``{bone: (frames, 4)}`` keyed at scene ``frames`` ``(frames,)``.
+) -> tuple[bpy.types.Action, Slot | None]:
+    """Create an action (and its slot) with ``rotations`` ``{bone: (frames, 4)}`` keyed at scene ``frames`` ``(frames,)``.
 
-    ``places`` ``{bone: (frames, 3)}`` are locations besides.
-
-    A bone with a single rotation, and the ``settings`` by data path, get one constant key at the first frame. Curves are
-    grouped by bone and marked as generated; nothing is assigned yet.
+    ``places`` ``{bone: (frames, 3)}`` are locations to key as well. A bone with a single rotation, and the ``settings`` by
+    data path, get one constant key at the first frame. Curves are grouped by bone and keys marked as generated; nothing is
+    assigned yet.
     """
     action, slot, bag = compat.new_action(name, armature)
     keyed = [channels(armature.pose.bones[bone], values) for bone, values in rotations.items()]
@@ -92,28 +92,29 @@ def write_action(
 
 
 def setting_channels(settings: dict[str, float]) -> list[Channels]:
-    """Numbers by data path as channels with a single key each."""
+    """Return numbers by data path as channels with a single key each."""
     return [Channels("", path, {0: np.array([value])}) for path, value in settings.items()]
 
 
 def write_channels(
-    bag,
+    bag: Bag,
     keyed: list[Channels],
     frames: np.ndarray,
     interpolation: str = "LINEAR",
     thinner: Thinner | None = None,
     cut: Collection[tuple[str, int]] = (),
 ) -> None:
-    """Key ``keyed`` at scene ``frames``; where a curve is there already, its keys from the first to the last of them go.
+    """Write channels at scene ``frames``, replacing the keys of existing curves from the first to the last of them.
 
-    Values of one row are keyed on the first frame only. ``thinner`` says which keys are enough. Curves of ``cut`` (path and
-    index) keep their values outside the frames exactly.
+    Values of one row are keyed on the first frame only. ``thinner`` chooses which keys to keep. Curves in ``cut`` (path,
+    index) keep their exact values outside the frames.
     """
     present = {(curve.data_path, curve.array_index): curve for curve in bag.fcurves}
     groups = {group.name: group for group in bag.groups}
     for one in keyed:
-        whole = thinner is not None and one.bone and all(len(column) == len(frames) for column in one.values.values())
-        few = thinner(one.bone, one.path, np.stack(list(one.values.values()), -1)) if whole and one.values else None
+        few, dense = None, all(len(column) == len(frames) for column in one.values.values())
+        if thinner is not None and one.bone and one.values and dense:
+            few = thinner(one.bone, one.path, np.stack(list(one.values.values()), -1))
         for place, (index, column) in enumerate(one.values.items()):
             curve = present.get((one.path, index))
             if curve is None:
@@ -123,11 +124,11 @@ def write_channels(
                 if one.bone:
                     curve.group = groups[one.bone]
             if few is not None:
-                made = _few(frames, column, few, place)
+                keys = _thin_keys(frames, column, few, place)
             else:
                 still = len(column) < len(frames)
-                made = _all(frames[: len(column)], column, "CONSTANT" if still else interpolation)
-            _fill(curve, made, frames[-1], (one.path, index) in cut)
+                keys = _dense_keys(frames[: len(column)], column, "CONSTANT" if still else interpolation)
+            _write_keys(curve, keys, frames[-1], (one.path, index) in cut)
 
 
 def set_range(action: bpy.types.Action, frames: np.ndarray) -> None:
@@ -136,28 +137,33 @@ def set_range(action: bpy.types.Action, frames: np.ndarray) -> None:
     action.frame_start, action.frame_end = float(frames[0]), float(frames[-1])
 
 
-def remember(action: bpy.types.Action, armature: ArmatureObject, paths=None, former: dict | None = None) -> None:
-    """Store what ``armature`` has now of all that ``action`` keys, or of ``paths``; values of ``former`` go before that."""
-    plain = values(armature, {curve.data_path for curve in compat.curves(action)} if paths is None else paths)
-    known = {path: value for path, value in (former or {}).items() if path in plain}
-    action[FORMER] = json.dumps({**plain, **known}, sort_keys=True)
+def remember(
+    action: bpy.types.Action,
+    armature: ArmatureObject,
+    paths: Iterable[str] | None = None,
+    former: dict[str, Any] | None = None,
+) -> None:
+    """Store on ``action`` the current values of all data paths that it keys (or ``paths``); ``former`` ones take precedence."""
+    current = values(armature, {curve.data_path for curve in compat.curves(action)} if paths is None else paths)
+    stored_before = {path: value for path, value in (former or {}).items() if path in current}
+    action[FORMER] = json.dumps({**current, **stored_before}, sort_keys=True)
 
 
-def values(armature: ArmatureObject, paths) -> dict:
-    """What is at data paths of ``armature`` now: numbers, and lists of them."""
-    found = {path: armature.path_resolve(path) for path in paths}
-    return {path: list(value) if hasattr(value, "__len__") else value for path, value in found.items()}
+def values(armature: ArmatureObject, paths: Iterable[str]) -> dict[str, Any]:
+    """Return the current values at data paths of ``armature``: numbers, and lists of them."""
+    resolved: dict[str, Any] = {path: armature.path_resolve(path) for path in paths}
+    return {path: list(value) if hasattr(value, "__len__") else value for path, value in resolved.items()}
 
 
-def former(action: bpy.types.Action | None) -> dict:
-    """What :func:`remember` stored: values by data path."""
+def former(action: bpy.types.Action | None) -> dict[str, Any]:
+    """Return the values by data path that :func:`remember` stored."""
     return stored.read(action, FORMER) if action is not None else {}
 
 
 def give_back(armature: ArmatureObject, action: bpy.types.Action, but: Collection[str] = ()) -> None:
-    """Set everything on ``armature`` but ``but`` to what :func:`remember` stored on an action that no longer plays.
+    """Restore the values that :func:`remember` stored on an action that no longer plays, except the paths ``but``.
 
-    What is no longer there, as a bone that was renamed, is passed over.
+    Paths that no longer exist, as of renamed bones, are skipped.
     """
     for path, value in former(action).items():
         if path not in but:
@@ -166,13 +172,13 @@ def give_back(armature: ArmatureObject, action: bpy.types.Action, but: Collectio
     armature.update_tag()
 
 
-def _all(frames: np.ndarray, values: np.ndarray, interpolation: str) -> dict[str, np.ndarray]:
-    """A key for every value."""
+def _dense_keys(frames: np.ndarray, values: np.ndarray, interpolation: str) -> dict[str, np.ndarray]:
+    """Return one key for every value."""
     return {"co": np.stack([frames, values], -1).astype(np.float32), **_key_style(len(frames), interpolation)}
 
 
-def _few(frames: np.ndarray, values: np.ndarray, thin: Thin, place: int) -> dict[str, np.ndarray]:
-    """The keys that are left of a channel, with the handles that make up for the others."""
+def _thin_keys(frames: np.ndarray, values: np.ndarray, thin: Thin, place: int) -> dict[str, np.ndarray]:
+    """Return the reduced keys of a channel (column ``place`` of ``thin``), with handles that follow its slopes."""
     at, value = frames[thin.rows].astype(float), values[thin.rows]
     left, right = handles(at, value, thin.slopes[:, place])
     style = _key_style(len(at), "BEZIER") | {"type": np.array([_number("type", kind) for kind in thin.kinds], np.int32)}
@@ -182,7 +188,7 @@ def _few(frames: np.ndarray, values: np.ndarray, thin: Thin, place: int) -> dict
 
 
 def _key_style(count: int, interpolation: str) -> dict[str, np.ndarray]:
-    """Key properties that hold for every key, as arrays that Blender takes in one go."""
+    """Return the properties that are equal for all keys, as arrays."""
     chosen = {"interpolation": interpolation, "type": "GENERATED"}
     if interpolation == "BEZIER":
         chosen |= {"handle_left_type": "AUTO_CLAMPED", "handle_right_type": "AUTO_CLAMPED"}
@@ -191,18 +197,20 @@ def _key_style(count: int, interpolation: str) -> dict[str, np.ndarray]:
 
 @functools.cache
 def _number(key: str, value: str) -> int:
-    return bpy.types.Keyframe.bl_rna.properties[key].enum_items[value].value
+    """Return the number of an enum item of a key's property, as ``foreach_set`` takes it."""
+    return cast(bpy.types.EnumProperty, bpy.types.Keyframe.bl_rna.properties[key]).enum_items[value].value
 
 
-def _fill(curve: bpy.types.FCurve, made: dict[str, np.ndarray], last: float, cut: bool = False) -> None:
+def _write_keys(curve: bpy.types.FCurve, made: dict[str, np.ndarray], last: float, cut: bool = False) -> None:
+    """Write keys to a curve in place of those from the first of ``made`` to ``last``."""
     points = curve.keyframe_points
     if len(points):
-        made = _merged(points, made, last, cut)
+        made = _merge(points, made, last, cut)
     replace(curve, made)
 
 
-def columns(points: np.ndarray) -> dict[str, np.ndarray]:
-    """All that the keys of a curve are, as arrays."""
+def columns(points: bpy.types.FCurveKeyframePoints) -> dict[str, np.ndarray]:
+    """Return all properties of a curve's keys, as arrays."""
     kept = {}
     for key, kind in _KEY_PARTS.items():
         width = 2 if key in _PAIRS else 1
@@ -213,7 +221,7 @@ def columns(points: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def replace(curve: bpy.types.FCurve, made: dict[str, np.ndarray]) -> None:
-    """Give a curve the keys of arrays like those of :func:`columns` instead of its own."""
+    """Replace all keys of a curve by arrays like those of :func:`columns`."""
     points = curve.keyframe_points
     points.clear()
     points.add(len(made["co"]))
@@ -223,7 +231,7 @@ def replace(curve: bpy.types.FCurve, made: dict[str, np.ndarray]) -> None:
 
 
 def moved(curve: bpy.types.FCurve, where: Callable[[np.ndarray], np.ndarray]) -> None:
-    """Put the keys of a curve, and their handles, to the frames that ``where`` gives for theirs."""
+    """Move the keys of a curve, and their handles, to the frames that ``where`` returns for their frames."""
     keys = columns(curve.keyframe_points)
     for name in _PAIRS:
         keys[name][:, 0] = where(keys[name][:, 0].astype(float)).astype(np.float32)
@@ -231,7 +239,7 @@ def moved(curve: bpy.types.FCurve, where: Callable[[np.ndarray], np.ndarray]) ->
 
 
 def cut(curve: bpy.types.FCurve, first: float, last: float) -> None:
-    """Leave a curve only what it has from the first to the last of these frames, where it stays as it is."""
+    """Trim a curve to the frames from ``first`` to ``last``, where its shape stays the same."""
     keys = columns(curve.keyframe_points)
     if len(keys["co"]) and keys["co"][0, 0] < first:
         keys = joined(*split(keys, first, _codes())[1:])
@@ -245,8 +253,10 @@ def _codes() -> dict[str, int]:
     return codes | {"FREE": _number("handle_left_type", "FREE")}
 
 
-def _merged(points: np.ndarray, made: dict[str, np.ndarray], last: float, cut: bool) -> dict[str, np.ndarray]:
-    """The keys that are there, without those from the first of ``made`` to ``last``, and ``made`` in their place."""
+def _merge(
+    points: bpy.types.FCurveKeyframePoints, made: dict[str, np.ndarray], last: float, cut: bool
+) -> dict[str, np.ndarray]:
+    """Return the keys of a curve with ``made`` in place of those from the first of ``made`` to ``last``."""
     kept = columns(points)
     filled = {key: made.get(key, _default(key, kind, made["co"])) for key, kind in _KEY_PARTS.items()}
     if cut:
@@ -259,6 +269,7 @@ def _merged(points: np.ndarray, made: dict[str, np.ndarray], last: float, cut: b
 def _default(key: str, kind: type, at: np.ndarray) -> np.ndarray:
     if key in _PAIRS:
         return at
-    standing = bpy.types.Keyframe.bl_rna.properties[key]
-    value = _number(key, standing.default) if standing.type == "ENUM" else standing.default
+    """Return the default of a key's property for the keys at ``at`` (n, 2)."""
+    definition: Any = bpy.types.Keyframe.bl_rna.properties[key]
+    value = _number(key, definition.default) if definition.type == "ENUM" else definition.default
     return np.full(len(at), value, kind)

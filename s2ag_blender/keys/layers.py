@@ -1,11 +1,13 @@
-"""Gestures and the animation that is there: replaced in a copy, covered by a strip, or added to as a layer.
+"""Combines gestures with existing animation: merged into a copy of its action, on an NLA strip above it, or added as a layer.
 
-No action that is there is ever changed. What this package makes is known by its provenance, so that a second try on the
-same frames takes the first one's place and leaves what was below it as it was.
+Existing actions are never changed. Actions of this package ("of ours") are recognised by their provenance, so that a second
+try on the same frames replaces the first one and leaves what is below unchanged.
 """
 
 import contextlib
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -16,15 +18,15 @@ from ..datablocks import ArmatureObject, Slot
 from . import faces, keyframes, mixing
 
 TRACK = "Gestures"
-"""What names of tracks made here start with."""
+"""Prefix of the names of NLA tracks made here."""
 DRAFT = "draft"
-"""In the provenance of a draft of the live preview."""
+"""Key in the provenance of a draft of the live preview."""
 _SLOT, _BASE, BEFORE = "s2ag_slot", "s2ag_base", "s2ag_before"  # properties of actions of ours; pointers survive renaming
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where an action of ours belongs: how it meets the animation below, and the frames it is for."""
+    """Where an action of ours belongs: how it combines with the animation below, and its frames."""
 
     result: str
     first: int
@@ -32,81 +34,85 @@ class Place:
     influence: float = 1.0
     blend_in: int = 0
     blend_out: int = 0
-    piece: bool = False  # of a recording: what is around it stays
+    piece: bool = False  # of a recording: animation around it stays
 
     @classmethod
     def of(cls, action: bpy.types.Action | None) -> "Place | None":
-        """The place that an action was made for, or None if it is not ours."""
-        told = provenance.of(action) if action is not None else None
-        place = told.get("place") if told else None
-        known = place and {"result", "first", "last"} <= place.keys() <= cls.__dataclass_fields__.keys()
-        return cls(**place) if known else None
+        """Return the place for which an action was made, or None if it is not ours."""
+        meta = provenance.of(action)
+        place: dict[str, Any] | None = meta.get("place") if meta else None
+        if not place or not {"result", "first", "last"} <= place.keys() <= cls.__dataclass_fields__.keys():
+            return None
+        return cls(**place)
 
     def same(self, other: "Place | None") -> bool:
-        """Whether two actions are takes of one another."""
+        """Return whether two places are those of takes of the same run."""
         return other is not None and (self.result, self.first, self.last) == (other.result, other.first, other.last)
 
     def within(self, other: "Place | None") -> bool:
-        """Whether this is another place of the same kind or a piece of it, as a draft around the playhead is."""
+        """Return whether this place is equal to ``other`` or a part of it, as a draft around the playhead is."""
         return other is not None and self.result == other.result and other.first <= self.first <= self.last <= other.last
 
     def overlaps(self, first: int, last: int) -> bool:
-        """Whether any of these frames is this place's, too."""
+        """Return whether any of these frames belongs to this place."""
         return self.first <= last and first <= self.last
 
     def beyond(self, first: int, last: int) -> bool:
-        """Whether these frames are only a part of this place."""
+        """Return whether these frames are only a part of this place."""
         return self.first <= first and last <= self.last and (first, last) != (self.first, self.last)
 
 
 def base_action(armature: ArmatureObject, first: int, last: int, piece: bool = False) -> bpy.types.Action | None:
-    """The active action that gestures on these frames meet; one of ours on them gives way to what it was made from.
+    """Return the action with which gestures on these frames combine: the active one, or what it was made from if it is ours.
 
-    Not where a ``piece`` of it is made anew: what is around that stays.
+    An action of ours of which only a ``piece`` is made anew is itself the base, since the rest of it stays.
     """
     data = armature.animation_data
     action = data.action if data else None
-    while is_draft(action) or (
-        (place := Place.of(action)) is not None and place.overlaps(first, last) and not (piece and place.beyond(first, last))
-    ):
+
+    def is_replaced(action: bpy.types.Action) -> bool:
+        place = Place.of(action)
+        return place is not None and place.overlaps(first, last) and not (piece and place.beyond(first, last))
+
+    while action is not None and (is_draft(action) or is_replaced(action)):
         action = action.get(BEFORE if is_draft(action) else _BASE)
     return action
 
 
 def is_draft(action: bpy.types.Action | None) -> bool:
-    """Whether an action is a draft of the live preview."""
-    told = provenance.of(action) if action is not None else None
-    return bool(told and told.get(DRAFT))
+    """Return whether an action is a draft of the live preview."""
+    meta = provenance.of(action)
+    return bool(meta and meta.get(DRAFT))
 
 
 def draft_of(armature: ArmatureObject) -> bpy.types.Action | None:
-    """The draft that the character plays, if any."""
+    """Return the draft that the character plays, or None."""
     action = armature.animation_data.action if armature.animation_data else None
     return action if is_draft(action) else None
 
 
 def remember(action: bpy.types.Action, slot: Slot | None, base: bpy.types.Action | None) -> None:
-    """Note on an action of ours its slot and the action that it was made from."""
+    """Store on an action of ours its slot and the action that it was made from."""
     action[_SLOT] = compat.slot_name(slot)
     if base is not None:
         action[_BASE] = base
 
 
-def slot_of(armature: ArmatureObject, action: bpy.types.Action):
-    """The slot of an action that is for this character, or None where there are no slots."""
+def slot_of(armature: ArmatureObject, action: bpy.types.Action) -> Slot | None:
+    """Return the slot of an action for this character, or None where there are no slots."""
     data = armature.animation_data
     if data is not None and data.action == action and compat.active_slot(armature) is not None:
         return compat.active_slot(armature)
     return compat.find_slot(action, action.get(_SLOT, "")) or compat.first_slot(action, armature.name)
 
 
-def own_curves(action: bpy.types.Action) -> list:
-    """The curves of an action that are its character's: a copy of an imported one has other objects' of the same paths, too."""
+def own_curves(action: bpy.types.Action) -> list[bpy.types.FCurve]:
+    """Return the curves in the character's own slot; copies of imported actions have slots of other objects as well."""
     return compat.curves(action, compat.find_slot(action, action.get(_SLOT, "")))
 
 
 def is_animated(armature: ArmatureObject, base: bpy.types.Action | None) -> bool:
-    """Whether the character has animation that gestures could blend with: an FBX may bring an action of its place alone."""
+    """Return whether the character has pose animation to blend with; imported FBX actions may move only the object."""
     curves = compat.curves(base, slot_of(armature, base)) if base is not None else ()
     return any(curve.data_path.startswith("pose.") for curve in curves) or any(_foreign_strips(armature))
 
@@ -116,39 +122,38 @@ def deltas(
     rotations: dict[str, np.ndarray],
     neutral: dict[str, np.ndarray],
     share: np.ndarray | None = None,
-) -> list:
-    """Channels of an additive layer: by how much ``rotations`` (keys, 4) depart from ``neutral`` (4,).
+) -> list[keyframes.Channels]:
+    """Return the channels of an additive layer: the difference of ``rotations`` (keys, 4) from ``neutral`` (4,).
 
-    With ``share`` (keys,) only so much of it.
-    Blender combines quaternions as rotations, but adds Euler angles and axis angles number by number; so those are
-    differences of numbers, which are exact over a base in the neutral pose and near it elsewhere.
+    ``share`` (keys,) scales it. Blender combines quaternions as rotations, but adds Euler angles and axis angles number by
+    number; so those are differences of numbers, exact over a base in the neutral pose and approximate elsewhere.
     """
-    found = []
+    result = []
     for name, values in rotations.items():
         bone = armature.pose.bones[name]
         if bone.rotation_mode == "QUATERNION":
-            apart = _apart(neutral[name], values)
+            apart = _difference(neutral[name], values)
             apart = apart if share is None else quaternion.power(apart, share)
-            found.append(keyframes.channels(bone, quaternion.continuous(apart)))
+            result.append(keyframes.channels(bone, quaternion.continuous(apart)))
             continue
         both = keyframes.channels(bone, quaternion.continuous(np.concatenate([neutral[name][None], values])))
         parts = {i: (column[1:] - column[0]) * (1 if share is None else share) for i, column in both.values.items()}
-        found.append(keyframes.Channels(both.bone, both.path, parts))
-    return found
+        result.append(keyframes.Channels(both.bone, both.path, parts))
+    return result
 
 
 def share(place: Place, frames: np.ndarray) -> np.ndarray:
-    """How much of a layer is seen on its frames (keys,), as its strip's keyed influence has it."""
+    """Return the influence of a layer on its frames (keys,), equal to the keyed influence of its strip."""
     return place.influence * mixing.ramp(frames, place.blend_in) * mixing.ramp(frames, place.blend_out, at_end=True)
 
 
-def added_numbers(armature: ArmatureObject, bones) -> list[str]:
-    """Bones for which an additive layer is only near: those without quaternions."""
+def added_numbers(armature: ArmatureObject, bones: Iterable[str]) -> list[str]:
+    """Return the bones for which an additive layer is only approximate: those without quaternions."""
     return [name for name in bones if armature.pose.bones[name].rotation_mode != "QUATERNION"]
 
 
 def show(armature: ArmatureObject, action: bpy.types.Action) -> None:
-    """Let the character play an action of ours in the place it was made for, instead of another take of it."""
+    """Play an action of ours in the place it was made for, instead of another take there."""
     faces.show(armature, action)
     place = Place.of(action)
     if place is None or place.result == "ACTION":
@@ -156,14 +161,17 @@ def show(armature: ArmatureObject, action: bpy.types.Action) -> None:
         return
     strip = next((strip for strip in strips(armature) if place.same(Place.of(strip.action))), None)
     if strip is None:
-        _clear_way(armature, place)
+        _clear_active(armature, place)
         strip = _new_strip(armature, action, place)
     _play(strip, action, armature, place)
 
 
 @contextlib.contextmanager
-def below(armature: ArmatureObject, base: bpy.types.Action | None, span):
-    """While it lasts, the character shows only what gestures on these frames meet, not what they take the place of."""
+def below(armature: ArmatureObject, base: bpy.types.Action | None, span: Any) -> Iterator[None]:
+    """Show only the animation below the gestures within a ``with`` block: ``base``, without our strips on these frames.
+
+    ``span`` is a ``takes.sources.Span``.
+    """
     data = armature.animation_data_create()
     active, slot = data.action, compat.active_slot(armature)
     last = span.first if span.last is None else span.last
@@ -180,22 +188,22 @@ def below(armature: ArmatureObject, base: bpy.types.Action | None, span):
 
 
 def playing(armature: ArmatureObject) -> list[bpy.types.Action]:
-    """Actions of ours that the character plays, the active one last."""
+    """Return the actions of ours that the character plays, the active one last."""
     data = armature.animation_data
-    found = [strip.action for strip in strips(armature)] + [data.action if data else None]
-    return [action for action in found if action is not None and Place.of(action) is not None]
+    actions = [strip.action for strip in strips(armature)] + [data.action if data else None]
+    return [action for action in actions if action is not None and Place.of(action) is not None]
 
 
-def formers(armature: ArmatureObject) -> dict:
-    """What stood in the place of all that actions of ours key now, by data path."""
-    found = {}
+def formers(armature: ArmatureObject) -> dict[str, Any]:
+    """Return the former values, by data path, of everything that the playing actions of ours key."""
+    values = {}
     for action in playing(armature):
-        found |= keyframes.former(action)
-    return found
+        values |= keyframes.former(action)
+    return values
 
 
 def hide(armature: ArmatureObject, action: bpy.types.Action) -> None:
-    """Stop playing an action of ours: what it was made from is active again, its strip and an emptied track go."""
+    """Stop playing an action of ours: its base becomes active again, its strip and an emptied track are removed."""
     data = armature.animation_data
     if data is None:
         return
@@ -211,38 +219,39 @@ def hide(armature: ArmatureObject, action: bpy.types.Action) -> None:
     faces.hide(armature, action)
 
 
-def _apart(neutral: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _difference(neutral: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the rotations that take ``neutral`` (4,) to ``values`` (keys, 4)."""
     return quaternion.multiply(quaternion.conjugate(neutral), values)
 
 
-def _activate(armature: ArmatureObject, action: bpy.types.Action) -> None:
+def _activate(armature: ArmatureObject, action: bpy.types.Action | None) -> None:
     former = armature.animation_data.action if armature.animation_data else None
     if former != action:
-        _protect(former)
-        _let_go(armature, former, action)
+        _keep_in_file(former)
+        _restore_unkeyed(armature, former, action)
     assign(armature, action)
 
 
-def _let_go(armature: ArmatureObject, former, action: bpy.types.Action) -> None:
-    """Give back what an action of ours has keyed and the one that plays from now on has not: it would stay as it is now."""
+def _restore_unkeyed(armature: ArmatureObject, former: bpy.types.Action | None, action: bpy.types.Action | None) -> None:
+    """Restore the values that an action of ours keyed and the next one does not, which would keep their last value."""
     if former is not None and Place.of(former) is not None:
         keyed = {curve.data_path for curve in compat.curves(action)} if action is not None else set()
         keyframes.give_back(armature, former, keyed)
 
 
 def assign(armature: ArmatureObject, action: bpy.types.Action | None) -> None:
-    """Make an action the active one, through its slot for this character."""
+    """Make an action the active one, with its slot for this character."""
     compat.assign_action(armature, action, slot_of(armature, action) if action is not None else None)
 
 
-def _protect(former) -> None:
-    """Let an action that is no longer played stay in the file; takes of ours stay by being in the list."""
+def _keep_in_file(former: bpy.types.Action | None) -> None:
+    """Give an action that is no longer played a fake user; takes of ours are kept by the list of takes."""
     if former is not None and former.library is None and Place.of(former) is None:
         former.use_fake_user = True
 
 
-def _clear_way(armature: ArmatureObject, place: Place) -> None:
-    """Push the active action down, as Blender's own button does, so that strips above it are seen."""
+def _clear_active(armature: ArmatureObject, place: Place) -> None:
+    """Push the active action down to an NLA track, as Blender's own button does, so that strips above it take effect."""
     data = armature.animation_data_create()
     former, slot = data.action, compat.active_slot(armature)
     if former is None:
@@ -252,13 +261,13 @@ def _clear_way(armature: ArmatureObject, place: Place) -> None:
         slot = slot_of(armature, base) if base is not None else None
     if base is not None:
         push_down(armature, base, slot).name = base.name
-    _protect(former)
+    _keep_in_file(former)
     data.action = None
 
 
 def push_down(armature: ArmatureObject, action: bpy.types.Action, slot: Slot | None) -> bpy.types.NlaTrack:
-    """A new track above all others with an action on it, as the active one plays; it stays active, too."""
-    data = armature.animation_data
+    """Add a track above all others with an action on it, with the blending of the active one; the active one stays."""
+    data = armature.animation_data_create()
     track = data.nla_tracks.new()
     start = float(action.frame_range[0])
     strip = track.strips.new(action.name, int(start), action)
@@ -270,7 +279,7 @@ def push_down(armature: ArmatureObject, action: bpy.types.Action, slot: Slot | N
 
 
 def _new_strip(armature: ArmatureObject, action: bpy.types.Action, place: Place) -> bpy.types.NlaStrip:
-    """A strip on the first track of ours that has room, else on a new one above all others."""
+    """Add a strip on the first track of ours that has room, else on a new track above all others."""
     data = armature.animation_data_create()
     for track in data.nla_tracks:
         free = all(strip.frame_end <= place.first or strip.frame_start >= place.last for strip in track.strips)
@@ -282,8 +291,9 @@ def _new_strip(armature: ArmatureObject, action: bpy.types.Action, place: Place)
 
 
 def _play(strip: bpy.types.NlaStrip, action: bpy.types.Action, armature: ArmatureObject, place: Place) -> None:
+    """Make a strip play an action of ours, with the range, blending and influence of its place."""
     if strip.action != action:
-        _let_go(armature, strip.action, action)
+        _restore_unkeyed(armature, strip.action, action)
         strip.action = action
     compat.strip_slot(strip, slot_of(armature, action))
     strip.name = action.name
@@ -305,7 +315,7 @@ def _play(strip: bpy.types.NlaStrip, action: bpy.types.Action, armature: Armatur
 
 
 def _key_influence(strip: bpy.types.NlaStrip, place: Place) -> None:
-    """Influence over the strip's frames; Blender heeds only a keyed one (and then no blend in and out)."""
+    """Key the influence over the strip's frames; Blender uses only a keyed one, and then no blend in and out."""
     strip.use_animated_influence = True
     curve = compat.strip_curve(strip, "influence")
     if curve is not None:
@@ -320,11 +330,12 @@ def _key_influence(strip: bpy.types.NlaStrip, place: Place) -> None:
         strip.keyframe_insert("influence", frame=frame)
 
 
-def strips(armature: ArmatureObject) -> list:
-    """The NLA strips of a character on tracks that play."""
+def strips(armature: ArmatureObject) -> list[bpy.types.NlaStrip]:
+    """Return the NLA strips of a character on tracks that are not muted."""
     data = armature.animation_data
     return [strip for track in (data.nla_tracks if data else ()) for strip in track.strips if not track.mute]
 
 
-def _foreign_strips(armature: ArmatureObject) -> list:
+def _foreign_strips(armature: ArmatureObject) -> list[bpy.types.NlaStrip]:
+    """Return the strips with actions that are not ours."""
     return [strip for strip in strips(armature) if strip.action is not None and Place.of(strip.action) is None]

@@ -1,4 +1,4 @@
-"""Rotations of two performances blended over time, bone by bone."""
+"""Blends the bone rotations of two motions over time."""
 
 import numpy as np
 
@@ -6,16 +6,16 @@ from ...core.motion import quaternion
 
 
 def ramp(frames: np.ndarray, length: int, at_end: bool = False) -> np.ndarray:
-    """How much of the gestures each key has (keys,): from 0 on the first frame to 1 after ``length`` frames, or the reverse."""
+    """Return a smooth weight (keys,) from 0 on the first frame to 1 after ``length`` frames, or mirrored to the end."""
     distance = frames[-1] - frames if at_end else frames - frames[0]
     share = np.clip(distance / length, 0.0, 1.0) if length else np.ones(len(frames))
     return share * share * (3 - 2 * share)
 
 
 def mix(rotations: dict[str, np.ndarray], others: dict[str, np.ndarray], share: np.ndarray) -> dict[str, np.ndarray]:
-    """``rotations`` ``{bone: (keys, 4)}`` where ``share`` (keys,) is 1, ``others`` where it is 0; (4,) is a pose that stays.
+    """Interpolate ``{bone: (keys, 4)}`` from ``others`` (``share`` 0) to ``rotations`` (``share`` (keys,) 1).
 
-    Rotations of a single key are spread over all.
+    ``others`` may be (4,) for a constant pose; bones that it lacks are at rest. Rotations of a single key are repeated.
     """
     mixed = {}
     for bone, values in rotations.items():
@@ -26,5 +26,5 @@ def mix(rotations: dict[str, np.ndarray], others: dict[str, np.ndarray], share: 
 
 
 def window(frames: np.ndarray, length: int, at_end: bool = False) -> np.ndarray:
-    """The frames on which :func:`ramp` is below one."""
+    """Return the frames on which :func:`ramp` is below one."""
     return frames[ramp(frames, length, at_end) < 1]

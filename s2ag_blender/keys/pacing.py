@@ -1,4 +1,4 @@
-"""Speed and smoothness of a performance, without taking it out of step with the voice."""
+"""Adjusts the speed of strokes and the smoothness of a motion, in sync with the voice."""
 
 import numpy as np
 
@@ -7,17 +7,17 @@ from ...core.motion.motion import Motion
 from ...core.smoothing import gaussian
 
 APART = 0.16
-"""Seconds between two turning points, at least."""
+"""Least seconds between two turning points."""
 
 
 def paced(motion: Motion, speed: float) -> Motion:
-    """The same performance with strokes ``speed`` times as fast half-way, and as much longer holds where they turn.
+    """Return the motion with strokes ``speed`` times as fast half-way, and slower where they turn.
 
-    The moments at which the hands turn, which meet the words, stay where they are.
+    The turning points of the hands, which are in sync with the words, keep their times.
     """
     if speed == 1.0 or len(motion.directions) < 4:
         return motion
-    turns = np.concatenate([[0], _turns(motion), [len(motion.directions) - 1]])
+    turns = np.concatenate([[0], _turning_points(motion), [len(motion.directions) - 1]])
     row = np.arange(len(motion.directions))
     span = np.clip(np.searchsorted(turns, row, side="right") - 1, 0, len(turns) - 2)
     length = turns[span + 1] - turns[span]
@@ -27,7 +27,7 @@ def paced(motion: Motion, speed: float) -> Motion:
 
 
 def smoothed(rotations: dict[str, np.ndarray], fps: float, seconds: float) -> dict[str, np.ndarray]:
-    """Rotations ``{bone: (keys, 4)}`` at ``fps`` keys a second, each the mean of those within about ``seconds``."""
+    """Smooth rotations ``{bone: (keys, 4)}`` at ``fps`` keys per second over about ``seconds`` with a Gaussian."""
     if seconds <= 0:
         return rotations
     sigma = 0.5 * seconds * fps
@@ -41,13 +41,13 @@ def smoothed(rotations: dict[str, np.ndarray], fps: float, seconds: float) -> di
     return result
 
 
-def _turns(motion: Motion) -> np.ndarray:
-    """Frames between the first and the last at which the hands together are slowest."""
+def _turning_points(motion: Motion) -> np.ndarray:
+    """Return the inner frames at which the arms together are slowest, :data:`APART` seconds or more apart."""
     arms = motion.directions[:, list(skeleton.ARM_EDGES)].astype(float)
     speed = gaussian(np.linalg.norm(np.gradient(arms, axis=0), axis=(1, 2)), 1.0)
     lows = np.flatnonzero((speed[1:-1] <= speed[:-2]) & (speed[1:-1] < speed[2:])) + 1
     kept: list[int] = []
     for row in sorted(lows, key=lambda row: speed[row]):
-        if all(abs(row - other) >= APART * motion.fps for other in (0, len(speed) - 1, *kept)):
+        if all(abs(row - neighbour) >= APART * motion.fps for neighbour in (0, len(speed) - 1, *kept)):
             kept.append(int(row))
     return np.array(sorted(kept), int)

@@ -1,5 +1,6 @@
-"""Poses of a character: what its bones have on given frames, and the pose as the network sees it."""
+"""Reads poses of a character: local rotations at given frames, and edge directions as the network uses them."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import bpy
@@ -11,40 +12,42 @@ from ...rigs.plain import Bones, Mapping, character_frame
 from ..datablocks import ArmatureObject
 
 
-def local_rotations(armature: ArmatureObject, bones, frames: np.ndarray, scene: bpy.types.Scene) -> dict[str, np.ndarray]:
-    """Rotations ``{bone: (frames, 4)}`` that the character's animation has on scene frames, as its keys would hold them."""
-    found = {name: np.empty((len(frames), 4)) for name in bones}
+def local_rotations(
+    armature: ArmatureObject, bones: Sequence[str], frames: Sequence[float] | np.ndarray, scene: bpy.types.Scene
+) -> dict[str, np.ndarray]:
+    """Return local rotations ``{bone: (frames, 4)}`` of the character's animation at scene frames, as keys would hold them."""
+    rotations = {name: np.empty((len(frames), 4)) for name in bones}
     current = scene.frame_current, scene.frame_subframe
     for row, frame in enumerate(frames):
         scene.frame_set(int(frame))
         for name, values in current_rotations(armature, bones).items():
-            found[name][row] = values
+            rotations[name][row] = values
     scene.frame_set(current[0], subframe=current[1])
-    return {name: quaternion.continuous(values) for name, values in found.items()}
+    return {name: quaternion.continuous(values) for name, values in rotations.items()}
 
 
-def current_rotations(armature: ArmatureObject, bones) -> dict[str, np.ndarray]:
-    """Rotations ``{bone: (4,)}`` that the character has now, keyed or not."""
+def current_rotations(armature: ArmatureObject, bones: Iterable[str]) -> dict[str, np.ndarray]:
+    """Return the current local rotations ``{bone: (4,)}``, keyed or not."""
     pose = armature.pose.bones
     return {name: np.array(pose[name].matrix_basis.to_quaternion()) for name in bones}
 
 
 def directions(armature: ArmatureObject, bones: Bones, mapping: Mapping, options: Options | None = None) -> np.ndarray:
-    """The pose that the character shows now as unit directions ``(9, 3)`` in the canonical frame.
+    """Return the character's current pose as unit edge directions ``(9, 3)`` in the canonical frame.
 
-    The inverse of laying a motion onto it: arms point where they point, seen from the hips; torso, neck, head and clavicles
-    are the data's mean with the character's departure from its own rest added. Parts without bones have the mean.
+    The inverse of retargeting: arms have their actual directions relative to the hips; torso, neck, head and clavicles are
+    the mean of the training data, rotated by the bones' rotations from rest. Parts without bones have the mean.
     """
     options = options or Options()
     frame = character_frame(bones, mapping)
     shown = posed(armature, bones)
-    hips = quaternion.conjugate(_turned(bones, shown, _below(bones, mapping)))
+    hips = quaternion.conjugate(_rotation_from_rest(bones, shown, _base_row(bones, mapping)))
     mean = skeleton.normalize(_to_armature(frame, NEUTRAL))
     pose = mean.copy()
 
-    def turned(part):
+    def turned(part: str) -> np.ndarray | None:
         chain = mapping.chains.get(part)
-        return quaternion.multiply(hips, _turned(bones, shown, bones.row(chain[-1]))) if chain else None
+        return quaternion.multiply(hips, _rotation_from_rest(bones, shown, bones.row(chain[-1]))) if chain else None
 
     torso = turned("torso")
     torso = np.array(quaternion.IDENTITY, float) if torso is None else torso
@@ -65,22 +68,22 @@ def directions(armature: ArmatureObject, bones: Bones, mapping: Mapping, options
 
 
 def posed(armature: ArmatureObject, bones: Bones) -> Bones:
-    """The bones as they stand now."""
+    """Return the bones with their current pose as matrices."""
     return replace(bones, matrices=np.array([bone.matrix for bone in _in_order(armature, bones)], float))
 
 
 def canonical(armature: ArmatureObject, bones: Bones, mapping: Mapping, vector: np.ndarray) -> np.ndarray:
-    """A vector (3,) of armature space as the network sees it in the pose that the character shows: from its hips."""
-    hips = quaternion.conjugate(_turned(bones, posed(armature, bones), _below(bones, mapping)))
+    """Return a vector (3,) of armature space in the canonical frame, relative to the hips of the current pose."""
+    hips = quaternion.conjugate(_rotation_from_rest(bones, posed(armature, bones), _base_row(bones, mapping)))
     return _to_canonical(character_frame(bones, mapping), quaternion.rotate(hips, np.asarray(vector, float)))
 
 
-def _in_order(armature: ArmatureObject, bones: Bones) -> list:
+def _in_order(armature: ArmatureObject, bones: Bones) -> list[bpy.types.PoseBone]:
     return [armature.pose.bones[name] for name in bones.names]
 
 
-def _turned(bones: Bones, posed: Bones, row: int) -> np.ndarray:
-    """How a bone is turned away from rest in armature space (4,)."""
+def _rotation_from_rest(bones: Bones, posed: Bones, row: int) -> np.ndarray:
+    """Return a bone's rotation from rest in armature space (4,); none for row -1."""
     if row < 0:
         return np.array(quaternion.IDENTITY, float)
     turn = posed.matrices[row, :3, :3] @ np.linalg.inv(bones.matrices[row, :3, :3])
@@ -88,8 +91,8 @@ def _turned(bones: Bones, posed: Bones, row: int) -> np.ndarray:
     return quaternion.from_matrix(left @ right)
 
 
-def _below(bones: Bones, mapping: Mapping) -> int:
-    """Row of the bone that all of the body hangs on: the parent of the spine, else none."""
+def _base_row(bones: Bones, mapping: Mapping) -> int:
+    """Return the row of the parent of the spine, or -1."""
     chain = mapping.chains.get("torso")
     return int(bones.parents[bones.row(chain[0])]) if chain else -1
 

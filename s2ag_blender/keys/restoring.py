@@ -1,4 +1,4 @@
-"""Keys of an action as another one has them, outside of what was meant to change."""
+"""Restores the keys of a former action outside the frames that an edit was meant to change."""
 
 from collections.abc import Sequence
 
@@ -9,10 +9,10 @@ from . import keyframes, layers
 
 
 def outside(former: bpy.types.Action, action: bpy.types.Action, spans: Sequence[tuple[float, float]]) -> None:
-    """Give curves of ``action`` the keys of ``former`` outside of ``spans`` of frames; curves that only one has stay."""
-    there = {(curve.data_path, curve.array_index): curve for curve in layers.own_curves(former)}
+    """Give the curves of ``action`` the keys of ``former`` outside of ``spans`` of frames; curves that only one has stay."""
+    former_curves = {(curve.data_path, curve.array_index): curve for curve in layers.own_curves(former)}
     for curve in layers.own_curves(action):
-        old = there.get((curve.data_path, curve.array_index))
+        old = former_curves.get((curve.data_path, curve.array_index))
         if old is None:
             continue
         kept, new = keyframes.columns(old.keyframe_points), keyframes.columns(curve.keyframe_points)

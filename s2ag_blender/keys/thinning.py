@@ -1,7 +1,7 @@
-"""Few keys in place of one a frame: where strokes, holds and rests begin and end, and as many more as a tolerance asks for.
+"""Reduces dense keys to few: at strokes and at both ends of holds, and as many more as a tolerance requires.
 
-Between two keys a Bezier curve whose handles reach a third of the way is a cubic with given values and slopes, so what
-Blender will draw is known before it is written.
+Between two keys a Bezier curve whose handles reach a third of the way is a cubic with given values and slopes, so the
+resulting curve is known before it is written.
 """
 
 from collections.abc import Collection
@@ -9,36 +9,36 @@ from dataclasses import dataclass
 
 import numpy as np
 
-STILL = 0.12
-"""Share of its usual high speed below which a limb holds."""
-HOLD = 0.2
-"""Seconds from which on stillness is a hold."""
+STILL_SHARE = 0.12
+"""A limb is still below this share of its speed's 90th percentile."""
+HOLD_SECONDS = 0.2
+"""Least seconds of stillness that count as a hold."""
 APART = 0.16
-"""Seconds between two beats, at least."""
-LEAST = np.radians(3.0)
-"""Speed a second below which a limb does not move at all."""
+"""Least seconds between two strokes."""
+MIN_SPEED = np.radians(3.0)
+"""Radians per second below which a limb counts as not moving at all."""
 STANDING, SHIFTING = np.radians(0.1), 0.01
-"""Tolerance of legs, and of the pelvis's place as a share of its range: so much moves a foot by three thousandths of a leg."""
+"""Tolerances of leg rotations (radians) and the pelvis's location (share of its range); they move a foot by 0.3 % of a leg."""
 
 _NONE = np.zeros(0, int)
 
 
 @dataclass(frozen=True)
 class Beats:
-    """Rows of a performance that matter: where ``strokes`` turn, and where ``holds`` begin and end."""
+    """Rows of a motion that need keys: where ``strokes`` turn, and where ``holds`` begin and end."""
 
     strokes: np.ndarray
     holds: np.ndarray
 
     @property
     def rows(self) -> np.ndarray:
-        """All of them, ascending."""
+        """Return all of them, ascending."""
         return np.union1d(self.strokes, self.holds).astype(int)
 
 
 @dataclass(frozen=True)
 class Thin:
-    """Keys that are left: ``rows`` (k,) of the dense ones, ``slopes`` (k, columns) a frame, ``kinds`` (k,) of key."""
+    """Reduced keys: ``rows`` (k,) of the dense ones, ``slopes`` (k, columns) per frame, and key types ``kinds`` (k,)."""
 
     rows: np.ndarray
     slopes: np.ndarray
@@ -46,18 +46,19 @@ class Thin:
 
 
 def beats(speed: np.ndarray, fps: float) -> Beats:
-    """What matters in a limb's ``speed`` (keys,), in radians a second, at ``fps`` keys a second."""
+    """Find strokes and holds in a limb's ``speed`` (keys,), in radians per second, at ``fps`` keys per second."""
     high = float(np.quantile(speed, 0.9)) if len(speed) else 0.0
-    if len(speed) < 3 or high < LEAST:
+    if len(speed) < 3 or high < MIN_SPEED:
         return Beats(_NONE, _NONE)
-    still = np.concatenate([[False], speed < STILL * high, [False]])
+    still = np.concatenate([[False], speed < STILL_SHARE * high, [False]])
     edges = np.flatnonzero(np.diff(still.astype(int)))
-    holds = [(start, stop - 1) for start, stop in zip(edges[::2], edges[1::2], strict=True) if stop - start >= HOLD * fps]
+    pairs = zip(edges[::2], edges[1::2], strict=True)
+    holds = [(start, stop - 1) for start, stop in pairs if stop - start >= HOLD_SECONDS * fps]
     lows = np.flatnonzero((speed[1:-1] <= speed[:-2]) & (speed[1:-1] < speed[2:])) + 1
     lows = [row for row in lows if not any(start <= row <= stop for start, stop in holds)]
     kept, free = [], np.ones(len(speed), bool)
     apart = int(np.ceil(APART * fps)) - 1
-    for row in sorted(lows, key=lambda row: speed[row]):  # the slowest of those that lie close together
+    for row in sorted(lows, key=lambda row: speed[row]):  # keeps the slowest of those close together
         if free[row]:
             kept.append(row)
             free[max(row - apart, 0) : row + apart + 1] = False
@@ -65,13 +66,13 @@ def beats(speed: np.ndarray, fps: float) -> Beats:
 
 
 def speed(columns: list[np.ndarray], fps: float) -> np.ndarray:
-    """How fast a limb turns (keys,), in radians a second, by the rotations (keys, 4) of its bones."""
+    """Return a limb's angular speed (keys,), in radians per second, from the rotations (keys, 4) of its bones."""
     turns = [2.0 * np.linalg.norm(np.gradient(values, axis=0), axis=-1) for values in columns]
     return fps * np.linalg.norm(turns, axis=0)
 
 
 class Thinner:
-    """Keys that are enough for a performance: beats of whole limbs, so that their bones are keyed together."""
+    """Chooses keys for a motion by the beats of whole limbs, so that the bones of a limb are keyed together."""
 
     def __init__(
         self,
@@ -81,8 +82,8 @@ class Thinner:
         fps: float,
         tolerance: float,
         stood: Collection[str] = (),
-    ):
-        """Take the ``rotations`` ``{bone: (keys, 4)}`` at ``frames`` (keys,), ``fps`` a second, and each bone's limb.
+    ) -> None:
+        """Find the beats of ``rotations`` ``{bone: (keys, 4)}`` at ``frames`` (keys,), ``fps`` per second; ``limbs`` by bone.
 
         ``tolerance`` is in radians; bones ``stood``, which together keep feet in place, have :data:`STANDING` at most.
         """
@@ -94,22 +95,22 @@ class Thinner:
         self.beats = {limb: beats(speed(group, fps), fps) for limb, group in groups.items()}
 
     def __call__(self, bone: str, path: str, values: np.ndarray) -> Thin:
-        """The keys of one bone's channels ``values`` (keys, columns) at the data path ``path``."""
+        """Reduce the keys of one bone's channels ``values`` (keys, columns) at the data path ``path``."""
         turns = "rotation" in path.rpartition(".")[2]
         tolerance = self.tolerance
         if bone in self.stood:
             tolerance = min(tolerance, STANDING if turns else SHIFTING)
         if path.endswith(("rotation_quaternion", "rotation_axis_angle")):
-            tolerance = 0.5 * tolerance  # half the angle, as quaternions have it
+            tolerance = 0.5 * tolerance  # quaternions have half the angle
         elif not turns:
-            tolerance = max(float(np.ptp(values, axis=0).max()) * tolerance, 1e-9)  # a place: of its own range
+            tolerance = max(float(np.ptp(values, axis=0).max()) * tolerance, 1e-9)  # locations: a share of their range
         return thin(self.frames, values, tolerance, self.beats.get(self.limbs.get(bone, ""), Beats(_NONE, _NONE)))
 
 
 def thin(frames: np.ndarray, values: np.ndarray, tolerance: float, seeds: Beats) -> Thin:
-    """The keys of a bone's ``values`` (keys, columns) at ``frames`` (keys,) that keep it within ``tolerance`` everywhere.
+    """Reduce a bone's ``values`` (keys, columns) at ``frames`` (keys,) to keys that deviate less than ``tolerance``.
 
-    Its own units; the departure of all columns together counts.
+    ``tolerance`` has the units of the values and bounds the Euclidean deviation of all columns.
     """
     slopes = np.gradient(values, frames, axis=0) if len(frames) > 1 else np.zeros_like(values)
     slopes[seeds.holds] = 0.0
@@ -130,7 +131,7 @@ def thin(frames: np.ndarray, values: np.ndarray, tolerance: float, seeds: Beats)
 
 
 def curve(frames: np.ndarray, rows: np.ndarray, values: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-    """What keys at ``rows`` with ``values`` and ``slopes`` (k, columns) show on all ``frames`` (keys, columns)."""
+    """Evaluate keys at ``rows`` with ``values`` and ``slopes`` (k, columns) on all ``frames``: (keys, columns)."""
     if len(rows) == 1:
         return np.repeat(values, len(frames), 0)
     span = np.clip(np.searchsorted(rows, np.arange(len(frames)), side="right") - 1, 0, len(rows) - 2)
@@ -148,7 +149,7 @@ def curve(frames: np.ndarray, rows: np.ndarray, values: np.ndarray, slopes: np.n
 
 
 def handles(frames: np.ndarray, values: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Left and right handles (k, 2) of one curve's keys at ``frames`` (k,) with ``values`` and ``slopes`` (k,)."""
+    """Return the left and right handles (k, 2) of a curve's keys at ``frames`` (k,) with ``values`` and ``slopes`` (k,)."""
     gaps = np.diff(frames) / 3.0
     before = np.concatenate([gaps[:1], gaps]) if len(gaps) else np.ones(1)
     after = np.concatenate([gaps, gaps[-1:]]) if len(gaps) else np.ones(1)

@@ -1,12 +1,15 @@
-"""A pose that shows at a glance whether a bone map is right, and the way back from it."""
+"""Shows a test pose by which a user can check a bone map, and restores the pose before it."""
 
 import json
+from collections.abc import Callable
 
 import bpy
 import numpy as np
 
 from ...core.motion import skeleton
 from ...core.motion.motion import Motion
+from ...rigs.goals import Options
+from ...rigs.plain import Mapping
 from .. import stored
 from ..datablocks import ArmatureObject
 from ..rig import dependencies
@@ -17,7 +20,7 @@ BEFORE = "s2ag_before_trying"
 
 
 def _directions() -> np.ndarray:
-    """Left hand up beside the head, right forearm forwards, head turned to the left: unit directions (9, 3)."""
+    """Return the test pose (9, 3): left hand up beside the head, right forearm forwards, head turned to the left."""
     pose = skeleton.REST.copy()
     for edge, along in (
         ("left_upper_arm", (-0.95, 0.15, 0.25)),
@@ -33,12 +36,18 @@ def _directions() -> np.ndarray:
 
 
 def is_shown(armature: ArmatureObject) -> bool:
-    """Whether the character stands in the test pose."""
+    """Return whether the character is in the test pose."""
     return BEFORE in armature
 
 
-def show(armature: ArmatureObject, scene: bpy.types.Scene, mapping=None, options=None, report=None) -> None:
-    """Put the character into the test pose; :func:`end` gives back what it had. Raises :class:`RigUnusable`."""
+def show(
+    armature: ArmatureObject,
+    scene: bpy.types.Scene,
+    mapping: Mapping | dict | None = None,
+    options: Options | None = None,
+    report: Callable[[str], None] | None = None,
+) -> None:
+    """Put the character into the test pose, until :func:`end`. Raises :class:`RigUnusable`."""
     end(armature)
     motion = Motion(np.repeat(_directions()[None], 2, 0))
     keys = apply.pose_keys(armature, motion, 0, scene=scene, mapping=mapping, options=options, report=report)
@@ -55,7 +64,7 @@ def show(armature: ArmatureObject, scene: bpy.types.Scene, mapping=None, options
 
 
 def end(armature: ArmatureObject) -> None:
-    """Give a character that stands in the test pose back what it had; nothing happens to others."""
+    """Restore the pose before the test pose; does nothing for other characters."""
     if not is_shown(armature):
         return
     for path, value in stored.read(armature, BEFORE).items():

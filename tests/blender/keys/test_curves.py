@@ -166,7 +166,7 @@ def test_speed_makes_strokes_faster_and_leaves_the_beats():
         paced = pacing.paced(motion, factor)
         assert len(paced.directions) == len(motion.directions) and paced.fps == motion.fps
         speed[factor] = np.quantile(np.linalg.norm(np.diff(paced.directions[:, 8], axis=0), axis=-1), 0.95)
-        turns = np.concatenate([[0], pacing._turns(motion), [45]])
+        turns = np.concatenate([[0], pacing._turning_points(motion), [45]])
         np.testing.assert_allclose(paced.directions[turns], motion.directions[turns], atol=1e-6)
     assert speed[0.6] < speed[1.0] < speed[1.6]
     assert pacing.paced(motion, 1.0) is motion
