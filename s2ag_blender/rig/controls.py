@@ -225,7 +225,8 @@ class Solver:
                 if control.rides >= 0:
                     start = quaternion.power(expected[control.rides], control.share)
             if control.copies >= 0:
-                goal = walk.hands.get(control.part.split("_")[0], expected[control.copies])
+                side = control.part.split("_")[0]
+                goal = walk.hands[side] if side in walk.hands else expected[control.copies]
             else:
                 base = expected[control.base] if control.base >= 0 else None
                 goal = walk.turn(control.row, start, base, segments[index])
