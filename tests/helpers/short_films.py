@@ -4,6 +4,16 @@ import numpy as np
 import pytest
 
 
+def films(folder, conditions, excerpts, other=False):
+    """Films ``folder/condition/excerpt.mp4``, of one tone and length or, with ``other``, of one for each excerpt."""
+    for condition in conditions:
+        (folder / condition).mkdir()
+        for number, excerpt in enumerate(excerpts):
+            own = {"pitch": 3.0 + 2 * number, "frames": 8 + 2 * number} if other else {}
+            film(folder / condition / f"{excerpt}.mp4", **own)
+    return folder
+
+
 def film(path, pitch=5.0, frames=8):
     """Grey that brightens, at 15 frames a second, with a tone of ``16000 / (2 pi pitch)`` hertz."""
     av = pytest.importorskip("av")

@@ -1,6 +1,10 @@
 """The toy corpus with sound, words and a test split: enough for every system of the bench."""
 
 import numpy as np
+import torch
+from s2ag.core.learning.bench.data import Data
+from s2ag.core.learning.bench.judging import Bench
+from s2ag.core.learning.metrics.extractor import Extractor
 from s2ag.core.learning.train.storage import save_arrays
 from s2ag.core.sound.prosody import FEATURES
 from toy_corpus import META, toy_arrays
@@ -32,3 +36,16 @@ def bench_arrays(talks=12, frames=200, seed=0):
 def write_bench_corpus(folder, **settings):
     """Write it to ``folder`` and return it."""
     return save_arrays(folder, *bench_arrays(**settings))
+
+
+def write_tested_corpus(folder, seed=0, **facts):
+    """Write one of which three recordings are for testing, each performed by both speakers, with these ``facts``."""
+    arrays, meta = bench_arrays(talks=14, seed=seed)
+    arrays["split"] = np.array([0, 0, 0, 1, 2, 2, 2])[arrays["recording"]]
+    return save_arrays(folder, arrays, {**meta, **facts})
+
+
+def bench_of(corpus, cache, windows):
+    """A bench of so many windows on a corpus, with an extractor of random weights."""
+    torch.manual_seed(0)
+    return Bench(Data(corpus, cache, filtered=False), Extractor().eval(), windows)

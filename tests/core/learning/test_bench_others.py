@@ -22,14 +22,13 @@ from s2ag.core.learning.bench.setting import SETTINGS  # noqa: E402
 from s2ag.core.learning.metrics import extractor as extractors  # noqa: E402
 from s2ag.core.learning.metrics.extractor import Extractor  # noqa: E402
 from s2ag.core.learning.systems.imported import Imported  # noqa: E402
-from s2ag.core.learning.train.storage import save_arrays  # noqa: E402
 from s2ag.core.model import checkpoint, foreign, opening  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
 from s2ag.core.motion.motion import Motion  # noqa: E402
 from s2ag.rigs import bvh  # noqa: E402
 from sounds import write_wav  # noqa: E402
-from toy_bench import bench_arrays  # noqa: E402
+from toy_bench import bench_of, write_tested_corpus  # noqa: E402
 
 TINY = SETTINGS["tiny"]
 WORDS = ["<PAD>", "<SOS>", "<EOS>", "<UNK>", "gestures", "one", "of"]
@@ -37,18 +36,14 @@ WORDS = ["<PAD>", "<SOS>", "<EOS>", "<UNK>", "gestures", "one", "of"]
 
 @pytest.fixture(scope="module")
 def corpus(tmp_path_factory):
-    """Three recordings are for testing, each performed by both speakers, who are called as the shipped network's."""
+    """Its speakers are called as two of the shipped network's."""
     torch.set_num_threads(1)
-    arrays, meta = bench_arrays(talks=14)
-    arrays["split"] = np.array([0, 0, 0, 1, 2, 2, 2])[arrays["recording"]]
-    meta["speakers"] = [{"name": "stern"}, {"name": "tired"}]
-    return save_arrays(tmp_path_factory.mktemp("data") / "corpus", arrays, meta)
+    return write_tested_corpus(tmp_path_factory.mktemp("data") / "corpus", speakers=[{"name": "stern"}, {"name": "tired"}])
 
 
 @pytest.fixture(scope="module")
 def bench(corpus, tmp_path_factory):
-    torch.manual_seed(0)
-    return Bench(Data(corpus, tmp_path_factory.mktemp("cache"), filtered=False), Extractor().eval(), 12)
+    return bench_of(corpus, tmp_path_factory.mktemp("cache"), 12)
 
 
 @pytest.fixture
@@ -207,10 +202,9 @@ def test_motions_are_judged_where_their_talks_windows_are(bench, tmp_path):
 def test_trained_on_one_data_set_judged_on_another(corpus, bench, tmp_path):
     first = Runner(tmp_path / "a", corpus, TINY.replace(draws=1), say=lambda text: None)
     assert first.go(["seq2seq", "gtc"], "")
-    arrays, meta = bench_arrays(talks=14, seed=4)
-    arrays["split"] = np.array([0, 0, 0, 1, 2, 2, 2])[arrays["recording"]]
-    meta |= {"speakers": [{"name": "Ann"}, {"name": "Bob"}], "words": ["one", "beautiful", "gestures", "of", "day"]}
-    second = Runner(tmp_path / "b", save_arrays(tmp_path / "other", arrays, meta), TINY.replace(draws=1), say=lambda text: None)
+    facts = {"speakers": [{"name": "Ann"}, {"name": "Bob"}], "words": ["one", "beautiful", "gestures", "of", "day"]}
+    other = write_tested_corpus(tmp_path / "other", seed=4, **facts)
+    second = Runner(tmp_path / "b", other, TINY.replace(draws=1), say=lambda text: None)
     report = second.go([], "", judge={"words": str(tmp_path / "a" / "seq2seq-1"), "three": str(tmp_path / "a" / "gtc-1")})
     words, three = (report["systems"][name] for name in ("words", "three"))
     assert words["ids"] == "own" and three["ids"] == "random" and words["random_ids"] is None

@@ -11,32 +11,25 @@ pytest.importorskip("librosa")
 from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CorpusUnreadable  # noqa: E402
 from s2ag.core.learning.bench import certainty, references, rows  # noqa: E402
-from s2ag.core.learning.bench.data import Data  # noqa: E402
 from s2ag.core.learning.bench.judging import BY_WINDOW, Bench  # noqa: E402
 from s2ag.core.learning.bench.run import Runner  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS, Setting  # noqa: E402
 from s2ag.core.learning.metrics import errors, frechet  # noqa: E402
-from s2ag.core.learning.metrics.extractor import Extractor  # noqa: E402
 from s2ag.core.learning.systems.system import System  # noqa: E402
-from s2ag.core.learning.train.storage import save_arrays  # noqa: E402
-from toy_bench import bench_arrays  # noqa: E402
+from toy_bench import bench_of, write_tested_corpus  # noqa: E402
 
 TINY = SETTINGS["tiny"]
 
 
 @pytest.fixture(scope="module")
 def corpus(tmp_path_factory):
-    """Three recordings are for testing, each performed twice."""
     torch.set_num_threads(1)
-    arrays, meta = bench_arrays(talks=14)
-    arrays["split"] = np.array([0, 0, 0, 1, 2, 2, 2])[arrays["recording"]]
-    return save_arrays(tmp_path_factory.mktemp("data") / "corpus", arrays, meta)
+    return write_tested_corpus(tmp_path_factory.mktemp("data") / "corpus")
 
 
 @pytest.fixture(scope="module")
 def bench(corpus, tmp_path_factory):
-    torch.manual_seed(0)
-    return Bench(Data(corpus, tmp_path_factory.mktemp("cache"), filtered=False), Extractor().eval(), 60)
+    return bench_of(corpus, tmp_path_factory.mktemp("cache"), 60)
 
 
 def quiet(text):

@@ -10,7 +10,7 @@ import pytest
 from s2ag.core.cli.main import main
 from s2ag.core.errors import UsageError
 from s2ag.core.study import analysis, pairs, sounds
-from short_films import film
+from short_films import film, films
 
 CONDITIONS, EXCERPTS = ("gtc", "original", "ours"), ("a", "b", "c")
 
@@ -18,12 +18,7 @@ CONDITIONS, EXCERPTS = ("gtc", "original", "ours"), ("a", "b", "c")
 @pytest.fixture(scope="module")
 def clips(tmp_path_factory):
     """Excerpts of other lengths and other tones."""
-    folder = tmp_path_factory.mktemp("clips")
-    for condition in CONDITIONS:
-        (folder / condition).mkdir()
-        for number, excerpt in enumerate(EXCERPTS):
-            film(folder / condition / f"{excerpt}.mp4", pitch=3.0 + 2 * number, frames=8 + 2 * number)
-    return folder
+    return films(tmp_path_factory.mktemp("clips"), CONDITIONS, EXCERPTS, other=True)
 
 
 def made(clips, folder, form, capsys, participants=4):

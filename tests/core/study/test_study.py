@@ -13,19 +13,14 @@ import pytest
 from s2ag.core.cli.main import main
 from s2ag.core.errors import OutputUnwritable, UsageError
 from s2ag.core.study import analysis, build, design
-from short_films import film
+from short_films import films
 
 CONDITIONS, EXCERPTS = ("gtc", "original", "ours"), ("a", "b")
 
 
 @pytest.fixture(scope="module")
 def clips(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("clips")
-    for condition in CONDITIONS:
-        (folder / condition).mkdir()
-        for excerpt in EXCERPTS:
-            film(folder / condition / f"{excerpt}.mp4")
-    return folder
+    return films(tmp_path_factory.mktemp("clips"), CONDITIONS, EXCERPTS)
 
 
 @pytest.fixture
