@@ -10,7 +10,7 @@ from ...threads import share_cores
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run a training; 0 on success, 2 on a mistake the user can mend."""
+    """Run a training; returns 0 on success, 2 on an error that the user can fix."""
     parser = argparse.ArgumentParser(
         prog="python -m s2ag.core.learning.train",
         description="Train the network on a packed corpus.",

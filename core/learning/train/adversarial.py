@@ -1,9 +1,12 @@
-"""Learning from a discriminator: the paper's generator and affective discriminator (section 3.3)."""
+"""Adversarial training of the paper's generator and affective discriminator (section 3.3)."""
+
+from typing import cast
 
 import numpy as np
 import torch
 
 from ...model.discriminator import Discriminator
+from ...model.generator import Generator
 from . import losses
 from .dataset import Batch
 from .health import Watch
@@ -12,10 +15,10 @@ from .trainer import Trainer
 
 
 class Adversarial(Trainer):
-    """Generator and discriminator, one update of each a step."""
+    """Updates generator and discriminator once per step."""
 
     def watch(self, means: dict[str, float], steps: int) -> list[str]:
-        """Sentences about the balance of the two networks."""
+        """Return warnings about the balance of the two networks."""
         return self._watch.look(means, steps)
 
     def _begin(self) -> None:
@@ -32,57 +35,58 @@ class Adversarial(Trainer):
 
     def _wrapped(self) -> dict[str, torch.nn.Module]:
         together = self.model_config.norm == "layer"
-        return {"generator": Performer(self.generator), "discriminator": Judge(self.discriminator, together)}
+        generator = Performer(cast(Generator, self.generator))
+        return {"generator": generator, "discriminator": Judge(self.discriminator, together)}
 
     def _learn(self, batch: Batch, chosen: slice) -> dict[str, torch.Tensor]:
         config = self.config
         others = round(len(batch.speaker) * config.diversity_share) if config.diversity else 0
-        heard = batch.mfcc, batch.words, batch.seeds, batch.prosody, batch.speaker, batch.controls
-        made = self._run["generator"](*heard, others)
-        report = self._update_discriminator(batch.directions[:, chosen], made.directions.detach()[:, chosen])
-        terms = self._terms(batch.directions, made, chosen)
-        report["generator_gradient"] = self._update("generator", sum(terms.values()))
+        inputs = batch.mfcc, batch.words, batch.seeds, batch.prosody, batch.speaker, batch.controls
+        generated = self._run["generator"](*inputs, others)
+        report = self._update_discriminator(batch.directions[:, chosen], generated.directions.detach()[:, chosen])
+        terms = self._terms(batch.directions, generated, chosen)
+        report["generator_gradient"] = self._update("generator", cast(torch.Tensor, sum(terms.values())))
         return terms | report
 
     def _choose(self, rng: np.random.Generator) -> slice:
-        """The cut that the discriminator judges."""
+        """Choose the frames that the discriminator sees."""
         length = min(self.config.discriminator_frames or self.config.frames, self.config.frames)
         start = int(rng.integers(self.config.frames - length + 1))
         return slice(start, start + length)
 
-    def _update_discriminator(self, real: torch.Tensor, made: torch.Tensor) -> dict[str, torch.Tensor]:
-        judged_real, judged_made = self._run["discriminator"](real, made)
-        loss = losses.discriminator(judged_real, judged_made, self.config.real_label)
+    def _update_discriminator(self, real: torch.Tensor, generated: torch.Tensor) -> dict[str, torch.Tensor]:
+        p_real, p_generated = self._run["discriminator"](real, generated)
+        loss = losses.discriminator(p_real, p_generated, self.config.real_label)
         return {
             "discriminator_gradient": self._update("discriminator", loss),
             "discriminator": loss,
-            "judged_real": judged_real.mean(),
-            "judged_made": judged_made.mean(),
-            "right_real": (judged_real > 0.5).float().mean(),
-            "right_made": (judged_made < 0.5).float().mean(),
+            "judged_real": p_real.mean(),
+            "judged_made": p_generated.mean(),
+            "right_real": (p_real > 0.5).float().mean(),
+            "right_made": (p_generated < 0.5).float().mean(),
         }
 
-    def _terms(self, real: torch.Tensor, made: Performed, cut: slice) -> dict[str, torch.Tensor]:
-        config, directions = self.config, made.directions
+    def _terms(self, real: torch.Tensor, generated: Performed, cut: slice) -> dict[str, torch.Tensor]:
+        config, directions = self.config, generated.directions
         terms = {
             "huber": config.huber * losses.huber(directions, real, config.arm_weight),
-            "divergence": config.divergence * losses.divergence(made.mu, made.logvar),
+            "divergence": config.divergence * losses.divergence(generated.mu, generated.logvar),
         }
         for name, order in (("velocity", 1), ("acceleration", 2)):
             if getattr(config, name):
                 terms[name] = getattr(config, name) * losses.motion(directions, real, order, config.arm_weight)
         if config.wrist:
             terms["wrist"] = config.wrist * losses.reach(directions, real)
-        count = len(made.other)
+        count = len(generated.other)
         if count:
-            diversity = losses.diversity(directions[:count], made.other, made.style[:count], made.other_style)
-            terms["diversity"] = config.diversity * diversity
+            styles = generated.style[:count], generated.other_style
+            terms["diversity"] = config.diversity * losses.diversity(directions[:count], generated.other, *styles)
         if config.adversarial:
-            # Only the performance takes a gradient here, so this forward stays out of the discriminator's averaging.
+            # Only the motion takes a gradient here, so this forward bypasses the wrapper that averages over processes.
             self.discriminator.requires_grad_(False)
             with self.fabric.autocast():
-                judged = self.discriminator(directions[:, cut])
-            terms["adversarial"] = config.adversarial * losses.adversarial(judged)
+                probability = self.discriminator(directions[:, cut])
+            terms["adversarial"] = config.adversarial * losses.adversarial(probability)
             self.discriminator.requires_grad_(True)
         return terms
 

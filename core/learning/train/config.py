@@ -1,7 +1,9 @@
-"""Everything a training run depends on, in one object that is also a JSON file."""
+"""Settings of a training run, also readable from a JSON file."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 from ...errors import UsageError
 from ...model.config import ModelConfig, build
@@ -13,7 +15,7 @@ from .logbook import kinds
 class TrainConfig:
     """Settings of a run. Weights of the paper's loss terms are those of Yoon et al. (reference section C).
 
-    The model decides what is learned: `flow` learns by flow matching (:mod:`flow`), the others against a discriminator
+    The model determines the objective: `flow` is trained by flow matching (:mod:`flow`), the others adversarially
     (:mod:`adversarial`).
     """
 
@@ -21,49 +23,49 @@ class TrainConfig:
     out: str = ""  # folder for checkpoint, training state and log
     model: str = "default"  # "flow", "default" or "paper"
     model_settings: dict = field(default_factory=dict)  # changes to that configuration
-    minutes: float = 0.0  # stop after so many; 0: after all steps
+    minutes: float = 0.0  # time limit; 0: none
     resume: bool = False
     start: str = ""  # a checkpoint to begin with, instead of random weights
     steps: int = 30000
     seed: int = 1
     device: str = "cpu"  # "cpu", "cuda" or "mps"
-    precision: str = "32-true"  # or "bf16-mixed", for GPUs and for CPUs that calculate with it
-    threads: int = 0  # of a process on the CPU; 0: torch's own choice
+    precision: str = "32-true"  # or "bf16-mixed", for GPUs and for CPUs with bfloat16 arithmetic
+    threads: int = 0  # of a process on the CPU; 0: torch's default
 
-    batch: int = 32  # windows a step of each process; 64 run faster a window on a CPU, but take half the steps
-    frames: int = 128  # pose frames a window
+    batch: int = 32  # windows per step and process; 64 are faster per window on a CPU, but give half the steps
+    frames: int = 128  # pose frames of a window
     seed_frames: int = 10  # seed poses at a window's start
-    discriminator_frames: int = 64  # length of the random cut that the discriminator judges; 0: whole windows
+    discriminator_frames: int = 64  # length of the random crop that the discriminator sees; 0: whole windows
     diversity_share: float = 0.125  # part of the batch that is also generated in another speaker's style
 
-    word_drop: float = 0.15  # chance that a window has no words, and prosody from sound alone, so that audio suffices
-    seed_drop: float = 0.1  # chance that a window has no seed poses
-    kept: dict = field(default_factory=dict)  # instead: shares of what kept.py knows; the rest of the windows have none
-    stroke_tell: float = 0.0  # chance that a window is told some of its strokes
-    style_drop: float = 0.0  # chance that a flow is not told the style, for guidance
-    text_drop: float = 0.0  # chance that a flow is not told the words, with all else as it is, for guidance
-    seed_noise: float = 0.02  # seeds of later windows are generated, so exact ones must not be relied on
+    word_drop: float = 0.15  # chance of a window without words, with prosody from sound alone, so that audio suffices
+    seed_drop: float = 0.1  # chance of a window without seed poses
+    kept: dict = field(default_factory=dict)  # replaces seed_drop: shares of given-frame masks (kept.py); the rest has none
+    stroke_tell: float = 0.0  # chance that a window has some of its strokes as requests
+    style_drop: float = 0.0  # chance that a flow gets no style, for guidance
+    text_drop: float = 0.0  # chance that a flow gets no words while all else is unchanged, for guidance
+    seed_noise: float = 0.02  # noise on seed poses, as those of later windows are generated and inexact in use
     mfcc_noise: float = 0.03  # white noise on every value
-    mfcc_gain: float = 0.1  # offset of the first coefficient, one a window: another recording level
-    mirror: float = 0.0  # chance of left and right (and the hand control) exchanged; it takes hand preference out of styles
+    mfcc_gain: float = 0.1  # offset of the first coefficient of a window: simulates recording levels
+    mirror: float = 0.0  # chance of exchanging left and right (and the hand control); removes hand preference from styles
 
     generator_rate: float = 5e-4
     discriminator_rate: float = 1e-4
     warm_up: int = 0  # steps in which the generator's rate rises
     weight_decay: float = 0.0  # of the generator's weights, decoupled
     clip: float = 0.0  # largest norm of the generator's gradient; 0: any
-    final_rate: float = 0.1  # share of both rates left at the last step, approached along a cosine; 1: constant
+    final_rate: float = 0.1  # factor of both rates at the last step of the cosine schedule; 1: constant
     average: float = 0.999  # decay of the moving average of weights that becomes the checkpoint
     huber: float = 500.0
     adversarial: float = 5.0
     diversity: float = 0.05
     divergence: float = 0.1
-    velocity: float = 5000.0  # 0 in the paper; about half the Huber term's share, it teaches when to move
-    acceleration: float = 1000.0  # 0 in the paper; counters jitter
-    wrist: float = 0.0  # 0 in the paper; places and speeds of elbows and wrists, where small angles of the arms add up
-    arm_weight: float = 1.0  # factor on upper arms and forearms in the three terms on directions and their motion
-    learns: str = "poses"  # of a flow: "poses", or "extras" on poses that another training has learned (start)
-    real_label: float = 0.9  # 1 in the paper; less keeps the discriminator from certainty
+    velocity: float = 5000.0  # 0 in the paper; about half as large as the Huber term, it teaches when to move
+    acceleration: float = 1000.0  # 0 in the paper; reduces jitter
+    wrist: float = 0.0  # 0 in the paper; positions and speeds of elbows and wrists, where small errors of angles add up
+    arm_weight: float = 1.0  # weight of upper arms and forearms in the three terms on directions and their motion
+    learns: str = "poses"  # of a flow: "poses", or "extras", given the poses of an earlier training (start)
+    real_label: float = 0.9  # 1 in the paper; less regularises the discriminator (one-sided label smoothing)
 
     log: str = ""  # beside log.jsonl: "csv", "tensorboard" or both with a comma
     log_steps: int = 50
@@ -75,9 +77,9 @@ class TrainConfig:
         if self.model not in ("flow", "default", "paper"):
             raise UsageError(f"{self.model!r} cannot be trained here.", "Set model to flow, default or paper.")
         choices = {"device": ("cpu", "cuda", "mps"), "precision": ("32-true", "bf16-mixed"), "learns": ("poses", "extras")}
-        for name, known in choices.items():
-            if getattr(self, name) not in known:
-                raise UsageError(f"{name} is {getattr(self, name)!r}.", f"Use one of {', '.join(known)}.")
+        for name, allowed in choices.items():
+            if getattr(self, name) not in allowed:
+                raise UsageError(f"{name} is {getattr(self, name)!r}.", f"Use one of {', '.join(allowed)}.")
         kinds(self.log)
         if self.learns == "extras" and not (self.model == "flow" and self.start):
             raise UsageError("Extras are learned on poses that a flow has learned.", "Name its checkpoint with --start.")
@@ -93,7 +95,7 @@ class TrainConfig:
             raise UsageError("The shares in kept make no sense.", "Give numbers from 0 whose sum is 1 at most.")
 
     def model_config(self, speakers: int, meanings: int = 0, extras: int = 0) -> ModelConfig:
-        """The network's settings for a corpus of so many speakers; a flow also learns its meanings and extras."""
+        """Return the network's settings for a corpus with these numbers of speakers, stroke meanings and extras."""
         base = getattr(ModelConfig, self.model)().to_dict()
         if base["decoder"] == "flow":
             base |= {"meanings": meanings if self.stroke_tell else 0, "extras": extras if self.learns == "extras" else 0}
@@ -105,10 +107,10 @@ class TrainConfig:
         return Path(self.out)
 
     def to_dict(self) -> dict:
-        """JSON-ready settings."""
+        """Return the settings as JSON-ready values."""
         return asdict(self)
 
     @classmethod
-    def from_dict(cls, settings: dict) -> "TrainConfig":
+    def from_dict(cls, settings: Mapping[str, Any]) -> "TrainConfig":
         """Inverse of :meth:`to_dict`; raises :class:`UsageError` on an unknown name or a value of the wrong kind."""
         return build(cls, settings, "training setting")

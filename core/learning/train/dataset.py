@@ -1,4 +1,4 @@
-"""Batches of random windows from the packed corpus (:mod:`storage` describes its arrays)."""
+"""Batches of random windows of the packed corpus (:mod:`storage` describes its arrays)."""
 
 import copy
 from dataclasses import dataclass, fields, replace
@@ -26,11 +26,12 @@ HAND = CONTROLS.index("hand")
 
 @dataclass(frozen=True)
 class Windows:
-    """Which windows a batch holds and what is taken from each, all ``(B,)``.
+    """The windows of a batch and their augmentation, all ``(B,)``.
 
-    ``talk`` is the performance, ``first`` its first frame; ``flip`` windows are mirrored, ``wordless`` ones have no words
-    and the prosody of sound alone. None: no window. ``kept`` ``(B, T)`` marks the frames whose poses are given; None: the
-    seed frames at the start. ``draws`` ``(B, T)`` decide which strokes are told (:mod:`revealing`); None: none.
+    ``talk`` is the index of the performance, ``first`` its first frame; ``flip`` windows are mirrored, ``wordless`` ones
+    have no words and the prosody of sound alone (None: no window). ``kept`` ``(B, T)`` marks the frames whose poses are
+    given; None: the seed frames at the start. ``draws`` ``(B, T)`` are random numbers that select the strokes to reveal
+    (:mod:`revealing`); None: no strokes.
     """
 
     talk: np.ndarray
@@ -43,7 +44,7 @@ class Windows:
 
 @dataclass(frozen=True)
 class Batch:
-    """Windows on one device: what a network takes, and the performance it should give.
+    """Inputs and targets of a network, on one device.
 
     ``mfcc`` (B, Ta, 40), ``words`` (B, T, 300), ``seeds`` (B, T, 28 + n), ``prosody`` (B, T, K), ``directions``
     (B, T, 9, 3), ``extras`` (B, T, n), ``speaker`` (B,), ``controls`` (B, 5), ``asked`` (B, T, 7) (:mod:`requested`).
@@ -62,7 +63,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Raw:
-    """A batch as gathered from the files: small numbers in main memory, words still as rows of the table."""
+    """A batch as read from the files: compact dtypes in main memory, words as rows of the vector table."""
 
     mfcc: torch.Tensor
     words: torch.Tensor
@@ -75,16 +76,29 @@ class Raw:
     kept: torch.Tensor
 
     def pinned(self) -> "Raw":
-        """The same in memory that a GPU can copy from on its own."""
+        """Return a copy in page-locked memory, which a GPU copies from asynchronously."""
         return Raw(*(getattr(self, field.name).pin_memory() for field in fields(self)))
 
 
 class Corpus:
-    """A packed corpus, its arrays memory-mapped; only the word vectors lie on ``device``, because batches repeat them."""
+    """A packed corpus with memory-mapped arrays; only the word vectors are on ``device``, as batches repeat them."""
+
+    mfcc: np.ndarray
+    word_index: np.ndarray
+    prosody: np.ndarray
+    prosody_plain: np.ndarray
+    directions: np.ndarray
+    controls: np.ndarray
+    mfcc_starts: np.ndarray
+    frame_starts: np.ndarray
+    starts: np.ndarray
+    recording: np.ndarray
+    speaker: np.ndarray
+    split: np.ndarray
 
     def __init__(self, arrays: dict[str, np.ndarray], meta: dict, device: str | torch.device = "cpu"):
         self.meta, self.device = meta, torch.device(device)
-        # Plain views: numpy's memmap class costs more than the gathers themselves.
+        # Plain views: indexing through numpy's memmap class costs more than the copies themselves.
         self.arrays = {name: np.asarray(array) for name, array in arrays.items()}
         for name in ("mfcc", "word_index", "prosody", "prosody_plain", "directions", "controls"):
             setattr(self, name, self.arrays[name])
@@ -112,7 +126,7 @@ class Corpus:
 
     @property
     def fps(self) -> float:
-        """Pose frames a second."""
+        """Pose frames per second."""
         return float(self.meta.get("fps", FPS))
 
     @property
@@ -121,47 +135,47 @@ class Corpus:
         return self.meta["speakers"]
 
     def without_extras(self) -> "Corpus":
-        """The same corpus, of which a frame is nine directions and nothing else, as regressors take it."""
-        plain = copy.copy(self)
-        plain.extras = self.extras[:, :0]
-        return plain
+        """Return a view of the corpus without extras, as regressors use it."""
+        reduced = copy.copy(self)
+        reduced.extras = self.extras[:, :0]
+        return reduced
 
     @property
     def meanings(self) -> list[str]:
-        """Names of the kinds of strokes; empty in a corpus that does not tell them."""
+        """Names of the kinds of strokes; empty for a corpus without strokes."""
         return list(self.meta.get("meanings", ())) if self.revealing.row is not None else []
 
     def window_starts(self, split: int, frames: int) -> tuple[np.ndarray, np.ndarray]:
-        """Performances of a split that hold a window of so many frames, and how many starts each offers."""
-        room = np.maximum(np.diff(self.starts) - frames + 1, 0) * (self.split == split)
-        talks = np.flatnonzero(room)
+        """Return the performances of a split with at least ``frames`` frames, and the number of window starts in each."""
+        starts = np.maximum(np.diff(self.starts) - frames + 1, 0) * (self.split == split)
+        talks = np.flatnonzero(starts)
         if not len(talks):
             raise CorpusUnreadable(f"No talk of split {split} has {frames} frames.", "Use shorter windows or a larger corpus.")
-        return talks, room[talks]
+        return talks, starts[talks]
 
     def random_windows(self, rng: np.random.Generator, count: int, frames: int) -> tuple[np.ndarray, np.ndarray]:
-        """Performance and first frame of training windows, every start equally likely."""
-        talks, room = self.window_starts(TRAIN, frames)
-        return _pick(talks, room, rng.integers(room.sum(), size=count))
+        """Draw performance and first frame of ``count`` training windows, uniformly over all starts."""
+        talks, starts = self.window_starts(TRAIN, frames)
+        return _pick(talks, starts, rng.integers(starts.sum(), size=count))
 
     def spread_windows(self, split: int, count: int, frames: int) -> tuple[np.ndarray, np.ndarray]:
-        """At most ``count`` windows of a split, evenly spread over its talks: the same ones at every call."""
-        talks, room = self.window_starts(split, frames)
-        return _pick(talks, room, np.unique(np.linspace(0, room.sum() - 1, count).astype(np.int64)))
+        """Return at most ``count`` windows of a split, evenly spread over its talks; deterministic."""
+        talks, starts = self.window_starts(split, frames)
+        return _pick(talks, starts, np.unique(np.linspace(0, starts.sum() - 1, count).astype(np.int64)))
 
     def gather(self, windows: Windows, frames: int, seed_frames: int) -> Raw:
-        """Copy windows of ``frames`` out of the files; any thread may do it."""
+        """Copy windows of ``frames`` frames out of the files; thread-safe."""
         talk, first = windows.talk, windows.first
         recording = self.recording[talk]
-        spoken = (self.frame_starts[recording] + first)[:, None] + np.arange(frames)
-        heard = (self.mfcc_starts[recording] + nearest_mfcc(first))[:, None] + np.arange(mfcc_slice(0, frames).stop)
-        heard = np.minimum(heard, self.mfcc_starts[recording + 1][:, None] - 1)
-        performed = (self.starts[talk] + first)[:, None] + np.arange(frames)
-        directions, controls = self.directions[performed], self.controls[talk].astype(np.float32)
-        extras = self.extras[performed]
-        asked = self.revealing.tell(talk, first, np.ones(spoken.shape) if windows.draws is None else windows.draws)
-        words, prosody = self.word_index[spoken].astype(np.int64) % len(self.vectors), self.prosody[spoken]
-        mfcc = self.mfcc[heard]
+        in_recording = (self.frame_starts[recording] + first)[:, None] + np.arange(frames)
+        in_mfcc = (self.mfcc_starts[recording] + nearest_mfcc(first))[:, None] + np.arange(mfcc_slice(0, frames).stop)
+        in_mfcc = np.minimum(in_mfcc, self.mfcc_starts[recording + 1][:, None] - 1)
+        in_motion = (self.starts[talk] + first)[:, None] + np.arange(frames)
+        directions, controls = self.directions[in_motion], self.controls[talk].astype(np.float32)
+        extras = self.extras[in_motion]
+        asked = self.revealing.tell(talk, first, np.ones(in_recording.shape) if windows.draws is None else windows.draws)
+        words, prosody = self.word_index[in_recording].astype(np.int64) % len(self.vectors), self.prosody[in_recording]
+        mfcc = self.mfcc[in_mfcc]
         if not all(np.isfinite(part).all() for part in (mfcc, prosody, directions, extras)):
             raise CorpusUnreadable("The corpus holds values that are no numbers.", "Build it again.")
         if windows.flip is not None and windows.flip.any():
@@ -173,7 +187,7 @@ class Corpus:
             asked[windows.flip] = mirrored(asked[windows.flip])
         if windows.wordless is not None and windows.wordless.any():
             words[windows.wordless] = len(self.vectors) - 1
-            prosody[windows.wordless] = self.prosody_plain[spoken[windows.wordless]]
+            prosody[windows.wordless] = self.prosody_plain[in_recording[windows.wordless]]
         kept = np.arange(frames) < np.full((len(talk), 1), seed_frames) if windows.kept is None else windows.kept
         parts = (
             mfcc,
@@ -189,7 +203,7 @@ class Corpus:
         return Raw(*map(torch.from_numpy, parts))
 
     def finish(self, raw: Raw) -> Batch:
-        """The batch on the corpus's device in float32, word vectors and given poses in place."""
+        """Move a batch to the corpus's device as float32 and look up word vectors and given poses."""
         mfcc, words, prosody, directions, extras, speaker, controls, asked, kept = (
             getattr(raw, field.name).to(self.device, non_blocking=True) for field in fields(raw)
         )
@@ -207,7 +221,7 @@ class Corpus:
         )
 
     def batch(self, windows: Windows, frames: int, seed_frames: int) -> Batch:
-        """Windows of ``frames``; where they say nothing of it, the first ``seed_frames`` poses are given."""
+        """Load windows of ``frames`` frames; without ``windows.kept`` the first ``seed_frames`` poses are given."""
         return self.finish(self.gather(windows, frames, seed_frames))
 
     def _check(self) -> None:
@@ -215,7 +229,9 @@ class Corpus:
         if type(fps) not in (int, float) or not RATES[0] <= fps <= RATES[1]:
             raise ValueError("its frame rate is out of range")
         meanings, speakers = self.meta.get("meanings", []), self.meta.get("speakers")
-        if not (isinstance(meanings, list) and isinstance(speakers, list) and all(isinstance(one, dict) for one in speakers)):
+        if not isinstance(meanings, list) or not isinstance(speakers, list):
+            raise ValueError("its meta does not list speakers")
+        if not all(isinstance(speaker, dict) for speaker in speakers):
             raise ValueError("its meta does not list speakers")
         if not (
             talks > 0
@@ -238,7 +254,7 @@ class Corpus:
 
 
 def draw(corpus: Corpus, config: TrainConfig, rng: np.random.Generator) -> Windows:
-    """Random training windows: which are mirrored and wordless, what poses are given and what strokes are told."""
+    """Draw random training windows with their augmentation, given poses and revealed strokes."""
     size = config.batch, config.frames
     talk, first = corpus.random_windows(rng, *size)
     flip, wordless = (rng.random(config.batch) < chance for chance in (config.mirror, config.word_drop))
@@ -248,7 +264,7 @@ def draw(corpus: Corpus, config: TrainConfig, rng: np.random.Generator) -> Windo
 
 
 def disturb(batch: Batch, config: TrainConfig) -> Batch:
-    """White noise on MFCCs and seed poses and another recording level, from torch's own random numbers."""
+    """Add noise to MFCCs and seed poses and vary the recording level, with torch's global random numbers."""
     mfcc = batch.mfcc + config.mfcc_noise * torch.randn_like(batch.mfcc)
     mfcc[..., 0] += config.mfcc_gain * torch.randn(len(mfcc), 1, device=mfcc.device)
     poses, mask = batch.seeds[..., :-1], batch.seeds[..., -1:]
@@ -256,8 +272,8 @@ def disturb(batch: Batch, config: TrainConfig) -> Batch:
     return replace(batch, mfcc=mfcc, seeds=torch.cat([poses, mask], dim=-1))
 
 
-def _pick(talks: np.ndarray, room: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Talk and first frame of the windows with these numbers, all starts of all talks counted through."""
-    ends = np.cumsum(room)
+def _pick(talks: np.ndarray, starts: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return talk and first frame of the windows with these numbers, counted over all ``starts`` of all talks."""
+    ends = np.cumsum(starts)
     row = np.searchsorted(ends, numbers, side="right")
-    return talks[row], numbers - (ends - room)[row]
+    return talks[row], numbers - (ends - starts)[row]

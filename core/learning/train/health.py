@@ -1,56 +1,56 @@
-"""Means of a step's figures between two log lines, and a watch over the balance of the two networks."""
+"""Means of training metrics between log lines, and warnings about the balance of generator and discriminator."""
 
 import torch
 
 PATIENCE = 200
-"""Steps that a state of the discriminator must last before it is reported."""
+"""Steps that a problem must last before it is reported."""
 WINS = 0.95
 DEAD = 0.01
 
 
 class Means:
-    """Running means of scalar tensors, left on their device until they are read."""
+    """Running means of scalar tensors, which stay on their device until they are read."""
 
     def __init__(self):
         self._sums: dict[str, torch.Tensor] = {}
         self.count = 0
 
     def add(self, values: dict[str, torch.Tensor]) -> None:
-        """One step's figures."""
+        """Add the metrics of a step."""
         for name, value in values.items():
             self._sums[name] = self._sums[name] + value if name in self._sums else value.clone()
         self.count += 1
 
     def take(self) -> dict[str, float]:
-        """Means of all that was added since the last call."""
+        """Return the means of all metrics added since the last call."""
         means = {name: round(float(value) / self.count, 4) for name, value in self._sums.items()}
         self._sums, self.count = {}, 0
         return means
 
 
 class Watch:
-    """Warns once when the discriminator has won for a while, and once when it no longer tells real from generated."""
+    """Warns once if the discriminator wins for long, and once if it cannot distinguish real from generated motion."""
 
     def __init__(self):
-        self._lasted = {"wins": 0, "dead": 0}
+        self._durations = {"wins": 0, "dead": 0}
 
     def look(self, means: dict[str, float], steps: int) -> list[str]:
-        """Sentences to report after ``steps`` more steps with these ``means`` of :meth:`Trainer.step`."""
-        now = {
+        """Return warnings after ``steps`` more steps with these ``means`` of :meth:`Trainer.step`."""
+        problems = {
             "wins": (means["right_real"] + means["right_made"]) / 2 > WINS,
             "dead": abs(means["judged_real"] - means["judged_made"]) < DEAD,
         }
-        news = []
-        for name, holds in now.items():
-            before = self._lasted[name]
+        warnings = []
+        for name, present in problems.items():
+            before = self._durations[name]
             if before < PATIENCE:
-                self._lasted[name] = before + steps if holds else 0
-                if self._lasted[name] >= PATIENCE:
-                    news.append(_NEWS[name])
-        return news
+                self._durations[name] = before + steps if present else 0
+                if self._durations[name] >= PATIENCE:
+                    warnings.append(_WARNINGS[name])
+        return warnings
 
 
-_NEWS = {
+_WARNINGS = {
     "wins": f"The discriminator is right in over {WINS:.0%} of all cases: its term no longer teaches the generator. "
     "Lower discriminator_rate or real_label.",
     "dead": "The discriminator no longer tells real from generated. Raise discriminator_rate.",

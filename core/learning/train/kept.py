@@ -1,15 +1,15 @@
-"""Which frames of a training window are given: the start, an end, both, all but a gap, single frames, or none."""
+"""Masks of given frames in training windows: the start, the end, both, all but a gap, single frames, or none."""
 
 from collections.abc import Callable
 
 import numpy as np
 
 LONGEST_END = 10
-"""Frames of an end pose at most; two thirds of a second."""
+"""Largest number of given frames at the end: two thirds of a second."""
 
 
 def draw_kept(rng: np.random.Generator, batch: int, frames: int, seeds: int, shares: dict[str, float]) -> np.ndarray:
-    """Masks ``(batch, frames)`` of given frames, kinds drawn with ``shares`` (:data:`KINDS`); what they lack of one is none."""
+    """Draw masks ``(batch, frames)`` of given frames, of kinds (:data:`KINDS`) with probabilities ``shares``, else empty."""
     if not seeds:
         return np.zeros((batch, frames), bool)
     names = list(shares)
@@ -23,7 +23,7 @@ def draw_kept(rng: np.random.Generator, batch: int, frames: int, seeds: int, sha
 
 
 def _start(rng: np.random.Generator, count: int, time: np.ndarray, seeds: int) -> np.ndarray:
-    # As many as a window before would hand on, or fewer: a single pose to start from.
+    # As many frames as the previous window would pass on, or fewer, down to a single start pose.
     length = np.where(rng.random((count, 1)) < 0.5, seeds, rng.integers(1, seeds + 1, (count, 1)))
     return time < length
 
@@ -51,4 +51,4 @@ def _seeds(rng: np.random.Generator, count: int, time: np.ndarray, seeds: int) -
 
 
 KINDS: dict[str, Callable] = {"seeds": _seeds, "start": _start, "end": _end, "both": _both, "gap": _gap, "frames": _frames}
-"""What can be given, by name: ``draw(rng, count, time, seeds)`` to masks ``(count, frames)``."""
+"""Kinds of masks by name: functions ``draw(rng, count, time, seeds)`` that return masks ``(count, frames)``."""

@@ -1,7 +1,8 @@
-"""A training run: steps, figures, checkpoints, and stopping when told to."""
+"""The training loop: steps, metrics, checkpoints, and interruption."""
 
 import sys
 import time
+from typing import TYPE_CHECKING
 
 from ...errors import OutputUnwritable, UsageError
 from ...model import catalogue, checkpoint
@@ -14,6 +15,9 @@ from .logbook import Logbook, kinds
 from .process import Interruption, agreed, start
 from .validation import Validation
 
+if TYPE_CHECKING:
+    from lightning_fabric import Fabric
+
 STATE, CHECKPOINT = "training.safetensors", "checkpoint.safetensors"
 
 
@@ -21,8 +25,8 @@ def train(config: TrainConfig) -> dict:
     """Train into ``config.out``: a checkpoint, the state to resume from, and a log (:mod:`logbook`).
 
     Stops after ``config.steps`` steps in all or ``config.minutes`` of this call, whichever is first, and on Ctrl-C;
-    always with everything saved. Under ``torchrun`` every process calls this, and the first one writes. Returns the last
-    validation figures. Raises :class:`CorpusUnreadable`, :class:`UsageError` and :class:`OutputUnwritable`.
+    always saves everything. Under ``torchrun`` every process calls this, and the first one writes. Returns the last
+    validation metrics. Raises :class:`CorpusUnreadable`, :class:`UsageError` and :class:`OutputUnwritable`.
     """
     fabric = start(config)
     corpus = Corpus.load(config.data, fabric.device)
@@ -39,9 +43,9 @@ def train(config: TrainConfig) -> dict:
 
 
 class Run:
-    """What one call of :func:`train` does between its first and its last step."""
+    """State of one call of :func:`train`."""
 
-    def __init__(self, config: TrainConfig, corpus: Corpus, fabric):
+    def __init__(self, config: TrainConfig, corpus: Corpus, fabric: "Fabric"):
         from tqdm import tqdm
 
         self.config, self.corpus, self.fabric = config, corpus, fabric
@@ -59,7 +63,7 @@ class Run:
         self.bar = tqdm(total=config.steps, initial=done, unit="step", disable=not (self.first and sys.stderr.isatty()))
 
     def go(self, interruption: Interruption) -> None:
-        """All steps that are left, or as many as the time allows."""
+        """Run the remaining steps, or as many as time allows."""
         config, means, pace = self.config, Means(), Pace(self)
         began = saved = time.monotonic()
         seconds_before = self.trained_seconds
@@ -72,10 +76,10 @@ class Run:
             if at_log:
                 count, figures = means.count, means.take()
                 self.log(figures | pace.take())
-                for news in self.trainer.watch(figures, count):
-                    self.log({"warning": news})
+                for warning in self.trainer.watch(figures, count):
+                    self.log({"warning": warning})
             stopping = interruption.asked or bool(config.minutes and now - began >= config.minutes * 60)
-            # Many processes must stop at the same step; asking each other at every one would cost more than it saves.
+            # Processes must stop at the same step; communicating at every step would cost more than it saves.
             stopping = (self.fabric.world_size == 1 or at_log) and agreed(self.fabric, stopping)
             if step % config.validate_steps == 0 or step == config.steps or stopping:
                 self.validate()
@@ -90,13 +94,13 @@ class Run:
                 pace.restart()
 
     def validate(self) -> None:
-        """Figures of the averaged weights, in the first process."""
-        if self.first:
+        """Compute and log the metrics of the averaged weights, in the first process."""
+        if self.validation is not None:
             self.figures = self.validation.figures(self.trainer.average)
             self.log({f"validation_{name}": value for name, value in self.figures.items()})
 
     def save(self) -> None:
-        """Training state and checkpoint, from the first process."""
+        """Write training state and checkpoint, in the first process."""
         if not self.first:
             return
         out = self.config.out_path
@@ -122,8 +126,8 @@ class Run:
         checkpoint.save(out / CHECKPOINT, self.trainer.average, None, meta)
 
     def log(self, values: dict) -> None:
-        """One line for people, one for programs, from the first process."""
-        if not self.first:
+        """Log and print values, in the first process."""
+        if self.book is None:
             return
         line = self.book.add(self.trainer.steps_done, self.trained_seconds / 60, values)
         self.say("  ".join(f"{name} {value}" for name, value in line.items()))
@@ -134,7 +138,7 @@ class Run:
         sys.stdout.flush()
 
     def close(self) -> None:
-        """End the bar, the log and the threads."""
+        """Close the progress bar, the log and the threads."""
         self.bar.close()
         if self.book is not None:
             self.book.close()
@@ -142,19 +146,19 @@ class Run:
 
 
 class Pace:
-    """Windows and pose frames a second of all processes, and the share of time in which a network waits for its batch."""
+    """Throughput of all processes in windows and pose frames per second, and the share of time spent waiting for batches."""
 
     def __init__(self, run: Run):
         self._run = run
         self.restart()
 
     def restart(self) -> None:
-        """Forget what was; validation and saving are not counted."""
+        """Restart the measurement, which excludes validation and saving."""
         trainer = self._run.trainer
         self._began, self._step, self._outside = time.monotonic(), trainer.steps_done, trainer.outside_seconds
 
     def take(self) -> dict[str, float]:
-        """Figures since the last call or restart."""
+        """Return the metrics since the last call or restart."""
         run, trainer = self._run, self._run.trainer
         seconds = max(time.monotonic() - self._began, 1e-9)
         rate = (trainer.steps_done - self._step) * run.config.batch * run.fabric.world_size / seconds
@@ -173,8 +177,8 @@ def _prepare_folder(config: TrainConfig) -> None:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputUnwritable(f"{out} cannot be made: {error.strerror}.", "Choose another folder.") from error
-    begun = (out / STATE).exists()
-    if config.resume and not begun:
+    has_state = (out / STATE).exists()
+    if config.resume and not has_state:
         raise UsageError(f"There is nothing to resume in {out}.", "Leave --resume out.")
-    if begun and not config.resume:
+    if has_state and not config.resume:
         raise UsageError(f"{out} already holds a training run.", "Continue it with --resume, or choose another folder.")

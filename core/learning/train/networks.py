@@ -1,4 +1,4 @@
-"""Each network's share of a step as one forward: data-parallel training averages the gradients of a forward."""
+"""Wrappers that run a network's part of a training step as one ``forward``, as data-parallel training requires."""
 
 from typing import NamedTuple
 
@@ -12,9 +12,9 @@ from ...model.generator import Generator
 
 
 class Performed(NamedTuple):
-    """Directions ``(B, T, 9, 3)`` of a batch, its styles and their distributions ``(B, style_size)``.
+    """Generated directions ``(B, T, 9, 3)``, styles and their distributions ``(B, style_size)``.
 
-    ``other`` are the first windows once more in ``other_style``, another speaker's, without gradients; both may be empty.
+    ``other`` are the first windows generated in ``other_style``, another speaker's, without gradients; both may be empty.
     """
 
     directions: torch.Tensor
@@ -26,23 +26,32 @@ class Performed(NamedTuple):
 
 
 class Performer(nn.Module):
-    """The generator at a whole batch, its styles drawn and steered."""
+    """Runs the generator on a batch, with sampled and steered styles."""
 
     def __init__(self, generator: Generator):
         super().__init__()
         self.generator = generator
 
-    def forward(self, mfcc, words, seeds, prosody, speaker, controls, others: int) -> Performed:
-        """The performance of a batch, the first ``others`` windows also in the style of another speaker of the batch."""
+    def forward(
+        self,
+        mfcc: torch.Tensor,
+        words: torch.Tensor,
+        seeds: torch.Tensor,
+        prosody: torch.Tensor,
+        speaker: torch.Tensor,
+        controls: torch.Tensor,
+        others: int,
+    ) -> Performed:
+        """Generate a batch, and its first ``others`` windows also in the styles of other speakers of the batch."""
         features = self.generator.encode(mfcc, words, seeds, prosody)
         mu, logvar = self.generator.speaker(speaker)
         style = self._style(mu, logvar, controls)
-        made = self.generator.decode(features, style)
+        directions = self.generator.decode(features, style)
         with torch.no_grad():
-            foreign = speaker[torch.randperm(len(speaker), device=speaker.device)[:others]]
-            other_style = self._style(*self.generator.speaker(foreign), controls[:others])
-            other = self.generator.decode(features[:others], other_style) if others else made[:0]
-        return Performed(made, style, mu, logvar, other, other_style)
+            other_speaker = speaker[torch.randperm(len(speaker), device=speaker.device)[:others]]
+            other_style = self._style(*self.generator.speaker(other_speaker), controls[:others])
+            other = self.generator.decode(features[:others], other_style) if others else directions[:0]
+        return Performed(directions, style, mu, logvar, other, other_style)
 
     def _style(self, mu: torch.Tensor, logvar: torch.Tensor, controls: torch.Tensor) -> torch.Tensor:
         style = self.generator.sample_style(mu, logvar)
@@ -58,27 +67,39 @@ class Estimated(NamedTuple):
 
 
 class Estimator(nn.Module):
-    """A flow at a whole batch, its styles drawn and steered; some windows are told no style, some no words.
+    """Runs a flow on a batch with sampled and steered styles; drops the style of some windows and the words of others.
 
-    So the network also knows both fields without, which guidance needs (Ho and Salimans 2022).
+    The network thus also learns the unconditional fields, which guidance needs (Ho and Salimans 2022).
     """
 
     def __init__(self, generator: FlowGenerator, style_drop: float, text_drop: float):
         super().__init__()
         self.generator, self.style_drop, self.text_drop = generator, style_drop, text_drop
 
-    def forward(self, mfcc, words, seeds, prosody, asked, speaker, controls, mixed, time, poses=None) -> Estimated:
-        """Velocities of ``mixed`` ``(B, T, n)`` at ``time`` ``(B,)``, given frames in place.
+    def forward(
+        self,
+        mfcc: torch.Tensor,
+        words: torch.Tensor,
+        seeds: torch.Tensor,
+        prosody: torch.Tensor,
+        asked: torch.Tensor,
+        speaker: torch.Tensor,
+        controls: torch.Tensor,
+        mixed: torch.Tensor,
+        time: torch.Tensor,
+        poses: torch.Tensor | None = None,
+    ) -> Estimated:
+        """Predict velocities of ``mixed`` ``(B, T, n)`` at ``time`` ``(B,)``, with given frames inserted.
 
-        They are those of poses, or of extras where all ``poses`` ``(B, T, 27)`` are there, in the flow's numbers.
+        These are velocities of poses, or of extras if normalised ``poses`` ``(B, T, 27)`` are passed.
         """
         generator = self.generator
         mu, logvar = generator.speaker(speaker)
         style = generator.sample_style(mu, logvar)
         style = generator.steer(style, controls) if generator.config.controls else style
-        unstyled, speechless = (torch.rand(len(speaker), 1, device=mu.device) < p for p in (self.style_drop, self.text_drop))
-        style = torch.where(unstyled, generator.no_style, style)
-        words = words * ~speechless[..., None]
+        no_style, no_words = (torch.rand(len(speaker), 1, device=mu.device) < p for p in (self.style_drop, self.text_drop))
+        style = torch.where(no_style, generator.no_style, style)
+        words = words * ~no_words[..., None]
         features, mask = generator.encode(mfcc, words, seeds, prosody, asked), seeds[..., -1:]
         given = generator.numbers(seeds[..., :-1]).to(mixed.dtype)
         if poses is None:
@@ -90,14 +111,14 @@ class Estimator(nn.Module):
 
 
 class Judge(nn.Module):
-    """The discriminator at real and generated performances."""
+    """Runs the discriminator on real and generated motions."""
 
     def __init__(self, discriminator: Discriminator, together: bool):
         super().__init__()
         self.discriminator, self.together = discriminator, together
 
-    def forward(self, real: torch.Tensor, made: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Probabilities ``(B, 1)`` for both; in one batch where no statistics of a batch make them differ."""
+    def forward(self, real: torch.Tensor, generated: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return probabilities ``(B, 1)`` of both; ``together`` runs them as one batch (not with batch normalisation)."""
         if self.together:
-            return self.discriminator(torch.cat([real, made])).split(len(real))
-        return self.discriminator(real), self.discriminator(made)
+            return self.discriminator(torch.cat([real, generated])).split(len(real))
+        return self.discriminator(real), self.discriminator(generated)

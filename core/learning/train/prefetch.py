@@ -1,22 +1,23 @@
-"""The next step's batch is gathered by a thread of its own while the network works on this one."""
+"""Loads the next step's batch in a background thread."""
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any
 
 
 class Prefetch:
-    """Results of ``prepare(step)`` for rising steps, each begun one step ahead.
+    """Provides ``prepare(step)`` for increasing steps, computed one step ahead.
 
-    ``prepare`` depends on its step alone, so a run that is continued elsewhere gets the same batches.
+    ``prepare`` must depend on its step alone, so that a resumed run gets the same batches.
     """
 
-    def __init__(self, prepare: Callable[[int], object]):
+    def __init__(self, prepare: Callable[[int], Any]):
         self._prepare = prepare
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="batches")
         self._next: tuple[int, Future] | None = None
 
-    def take(self, step: int):
-        """The batch of ``step``; the one after it is begun."""
+    def take(self, step: int) -> Any:
+        """Return the batch of ``step`` and start loading the next one."""
         if self._next is None or self._next[0] != step:
             self._next = step, self._pool.submit(self._prepare, step)
         result = self._next[1].result()
@@ -24,5 +25,5 @@ class Prefetch:
         return result
 
     def close(self) -> None:
-        """Wait for what is begun and end the thread."""
+        """Wait for a batch in progress and end the thread."""
         self._pool.shutdown(wait=True, cancel_futures=True)

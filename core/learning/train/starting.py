@@ -1,4 +1,4 @@
-"""Training that goes on from weights that are there, although the corpus has other speakers or hands."""
+"""Initialises a training from a checkpoint whose speakers or hands may differ from the corpus's."""
 
 from os import PathLike
 
@@ -11,19 +11,19 @@ from ...model.flow import FlowGenerator
 
 @torch.no_grad()
 def start(generator: torch.nn.Module, path: str | PathLike) -> list[str]:
-    """Give ``generator`` what the checkpoint ``path`` has learnt; returns the names of what begins anew.
+    """Copy matching parameters of the checkpoint ``path`` into ``generator``; returns the names of those not copied.
 
-    Parameters of the same name and shape are taken over; of flows also the mean and the spread of the nine directions, whether
-    they know hands or not. Raises what :func:`checkpoint.load` raises.
+    Parameters match in name and shape. For flows, mean and scale of the nine directions are copied even if one of them
+    has no hands. Raises what :func:`checkpoint.load` raises.
     """
-    known, anew = checkpoint.load(path).generator, []
-    theirs = known.state_dict()
+    source, not_copied = checkpoint.load(path).generator, []
+    theirs = source.state_dict()
     for name, mine in generator.state_dict().items():
         if name in theirs and theirs[name].shape == mine.shape:
             mine.copy_(theirs[name])
         else:
-            anew.append(name)
-    if isinstance(generator, FlowGenerator) and isinstance(known, FlowGenerator):
-        for mine, value in ((generator.centre, known.centre), (generator.scale, known.scale)):
+            not_copied.append(name)
+    if isinstance(generator, FlowGenerator) and isinstance(source, FlowGenerator):
+        for mine, value in ((generator.centre, source.centre), (generator.scale, source.scale)):
             mine[:POSE] = value[:POSE]
-    return anew
+    return not_copied

@@ -1,7 +1,9 @@
-"""The state of a training run in one file, written whole: tensors as safetensors, the rest as JSON in its header."""
+"""State of a training run in one file: tensors as safetensors, everything else as JSON in its header."""
 
 import json
+from collections.abc import Mapping
 from os import PathLike
+from typing import TypeAlias
 
 import torch
 from safetensors import SafetensorError, safe_open
@@ -11,9 +13,11 @@ from ... import json_text
 from ...errors import CheckpointUnreadable
 from ...files import whole_file
 
+Part: TypeAlias = torch.nn.Module | torch.optim.Optimizer
 
-def save(path: str | PathLike, parts: dict, facts: dict) -> None:
-    """Write modules and optimisers by name, and JSON ``facts``, to ``path``."""
+
+def save(path: str | PathLike, parts: Mapping[str, Part], facts: dict) -> None:
+    """Write modules and optimisers by name, and JSON ``facts``, to ``path`` atomically."""
     tensors = {
         f"{name}/{key}": value.detach().cpu().contiguous()
         for name, part in parts.items()
@@ -23,15 +27,15 @@ def save(path: str | PathLike, parts: dict, facts: dict) -> None:
         save_file(tensors, temporary, metadata={"facts": json.dumps(facts)})
 
 
-def load(path: str | PathLike, parts: dict, device: str = "cpu") -> dict:
-    """Fill modules and optimisers from ``path`` and return the facts; raises :class:`CheckpointUnreadable`."""
+def load(path: str | PathLike, parts: Mapping[str, Part], device: str = "cpu") -> dict:
+    """Load modules and optimisers from ``path`` and return the facts; raises :class:`CheckpointUnreadable`."""
     try:
         with safe_open(path, framework="pt", device=device) as file:
             facts = json_text.parse(file.metadata()["facts"])
             stored = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (not a dict)
         for name, part in parts.items():
             start = name + "/"
-            _fill(part, {key[len(start) :]: value for key, value in stored.items() if key.startswith(start)})
+            _load_part(part, {key[len(start) :]: value for key, value in stored.items() if key.startswith(start)})
     except (OSError, SafetensorError, KeyError, ValueError, RuntimeError, TypeError) as error:
         reason = " ".join(str(error).split())[:200]
         raise CheckpointUnreadable(
@@ -41,13 +45,13 @@ def load(path: str | PathLike, parts: dict, device: str = "cpu") -> dict:
     return facts
 
 
-def _tensors(part) -> dict[str, torch.Tensor]:
+def _tensors(part: Part) -> dict[str, torch.Tensor]:
     if isinstance(part, torch.nn.Module):
         return part.state_dict()
     return {f"{row}.{key}": value for row, state in part.state_dict()["state"].items() for key, value in state.items()}
 
 
-def _fill(part, tensors: dict[str, torch.Tensor]) -> None:
+def _load_part(part: Part, tensors: dict[str, torch.Tensor]) -> None:
     if isinstance(part, torch.nn.Module):
         part.load_state_dict(tensors)
         return

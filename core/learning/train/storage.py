@@ -1,18 +1,18 @@
-"""The packed corpus as a folder: one memory-mapped ``.npy`` an array and ``meta.json``.
+"""The packed corpus: a folder with a memory-mapped ``.npy`` file per array and ``meta.json``.
 
-Recordings (R of them, F pose frames in all) and their performances (P of them, N frames in all) are laid end to end:
+Recordings (R of them, F pose frames in all) and their performances (P of them, N frames in all) are concatenated:
 
 - ``mfcc`` (M, 40) float16 at 31.25 fps, ``mfcc_starts`` and ``frame_starts`` (R + 1,) int64; ``word_index`` (F,) int32, row of
-  ``vectors`` (W, 300) float16 or -1; ``prosody`` (F, K) float16 with words known and ``prosody_plain`` from sound alone.
+  ``vectors`` (W, 300) float16 or -1; ``prosody`` (F, K) float16 with known words and ``prosody_plain`` from sound alone.
 - ``directions`` (N, 9, 3) float16 at the "fps" of ``meta``: 15, or another rate that a data set was converted to for the bench;
   ``starts`` (P + 1,), ``recording``, ``speaker`` and ``split`` (P,) int64, ``controls`` (P, 5) float32. A performance has
   exactly the frames of its recording.
-- ``extras`` (N, 36) float16, if hands are known: :mod:`s2ag.core.motion.hand_numbers`. Only a flow learns them.
+- ``extras`` (N, 36) float16, if hands are known: :mod:`s2ag.core.motion.hand_numbers`. Only flows are trained on them.
 
-A corpus may also hold its sound, which some systems of the bench hear as it is: ``wave`` (S,) int16 at 16 kHz with
+A corpus may also hold its audio, which some systems of the bench use: ``wave`` (S,) int16 at 16 kHz with
 ``wave_starts`` (R + 1,) int64; and further arrays for evaluation. ``meta`` needs "format", "fps" and "speakers"; the
-bench also needs "words", the vocabulary in the order of ``vectors``, and "recordings", of each at least its "words" with
-times; see ``core/learning/corpus/pack.py``.
+bench also needs "words", the vocabulary in the order of ``vectors``, and "recordings", each with at least its "words" and
+their times; see ``core/learning/corpus/pack.py``.
 """
 
 import contextlib
@@ -20,6 +20,7 @@ import json
 import os
 import shutil
 import tempfile
+from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
 
@@ -33,26 +34,26 @@ FORMAT = 2
 BUILD = "Build one with: python -m s2ag.core.learning.corpus, or convert a data set with: s2ag data"
 META = "meta.json"
 RATES = (5.0, 120.0)
-"""Pose frames a second of any corpus; networks for use learn from those of 15."""
+"""Allowed range of pose frames per second; networks for synthesis are trained at 15."""
 ARRAYS = (
     "mfcc", "mfcc_starts", "frame_starts", "word_index", "vectors", "prosody", "prosody_plain",
     "directions", "starts", "recording", "speaker", "split", "controls",
 )  # fmt: skip
-"""What training needs."""
+"""Arrays that training needs."""
 _AXES = {
     "mfcc": 2, "mfcc_starts": 1, "frame_starts": 1, "word_index": 1, "vectors": 2, "prosody": 2, "prosody_plain": 2, "wave": 1,
     "directions": 3, "starts": 1, "recording": 1, "speaker": 1, "split": 1, "controls": 2, "extras": 2, "wave_starts": 1,
 }  # fmt: skip
-_WHOLE = ("word_index", "recording", "speaker", "split")
-_SMALL = ("vectors", "controls", "strokes")
-"""Numbers that are looked at all when a corpus is opened; those of long arrays are when they are used."""
-_HUGE = 1e4
+_INTEGERS = ("word_index", "recording", "speaker", "split")
+_CHECKED = ("vectors", "controls", "strokes")
+"""Small arrays whose values are checked when a corpus is opened; those of long arrays are checked when used."""
+_MAX_VALUE = 1e4
 
 
 def save_arrays(folder: str | PathLike, arrays: dict[str, np.ndarray], meta: dict) -> Path:
-    """Write ``arrays`` and JSON ``meta`` to ``folder``, whole or not at all; an older corpus there is replaced.
+    """Write ``arrays`` and JSON ``meta`` to ``folder`` atomically, replacing an older corpus.
 
-    Raises :class:`OutputUnwritable` where the file system refuses or where ``folder`` holds anything but a corpus.
+    Raises :class:`OutputUnwritable` on file system errors or if ``folder`` holds anything but a corpus.
     """
     with whole_folder(folder) as temporary:
         for name, array in arrays.items():
@@ -62,8 +63,8 @@ def save_arrays(folder: str | PathLike, arrays: dict[str, np.ndarray], meta: dic
 
 
 @contextlib.contextmanager
-def whole_folder(folder: str | PathLike):
-    """Yield an empty folder that takes the place of the corpus ``folder`` on success and is deleted on failure.
+def whole_folder(folder: str | PathLike) -> Iterator[Path]:
+    """Yield an empty folder that replaces the corpus ``folder`` on success and is deleted on failure.
 
     Raises :class:`OutputUnwritable` as :func:`save_arrays` does.
     """
@@ -73,19 +74,19 @@ def whole_folder(folder: str | PathLike):
     try:
         temporary = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}."))
     except OSError as error:
-        raise _refused(folder, error) from error
+        raise _unwritable(folder, error) from error
     try:
         yield temporary
         temporary.chmod(0o755)
         _swap(temporary, folder)
     except OSError as error:
-        raise _refused(folder, error) from error
+        raise _unwritable(folder, error) from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
 
 
 def load_arrays(folder: str | PathLike) -> tuple[dict[str, np.ndarray], dict]:
-    """All arrays of a corpus, memory-mapped and read-only, and its meta; raises :class:`CorpusUnreadable`."""
+    """Return all arrays of a corpus, memory-mapped and read-only, and its meta; raises :class:`CorpusUnreadable`."""
     folder = require_folder(folder)
     try:
         meta = json_text.read(folder / META)
@@ -104,19 +105,19 @@ def load_arrays(folder: str | PathLike) -> tuple[dict[str, np.ndarray], dict]:
 
 
 def _check(name: str, array: np.ndarray) -> None:
-    """Raise ValueError for an array of another kind than its name says."""
+    """Raise ValueError for an array whose dtype, shape or values do not suit its name."""
     starts = name.endswith("starts")
-    kinds = "iu" if starts or name in _WHOLE else "biuf"
+    kinds = "iu" if starts or name in _INTEGERS else "biuf"
     if not isinstance(array, np.ndarray) or array.dtype.kind not in kinds or array.ndim != _AXES.get(name, array.ndim):
         raise ValueError(f"{name}.npy is of another kind")
     if starts and (array.ndim != 1 or not len(array) or array[0] != 0 or (array[1:] < array[:-1]).any()):
         raise ValueError(f"{name}.npy does not rise from 0")
-    if name in _SMALL and not (np.abs(array.astype(float)) < _HUGE).all():
+    if name in _CHECKED and not (np.abs(array.astype(float)) < _MAX_VALUE).all():
         raise ValueError(f"{name}.npy holds values out of range")
 
 
 def require_folder(folder: str | PathLike) -> Path:
-    """The folder if it could hold a corpus; raises :class:`CorpusUnreadable`."""
+    """Return ``folder`` if it looks like a corpus; raises :class:`CorpusUnreadable`."""
     folder = Path(folder)
     if not folder.is_dir():
         raise CorpusUnreadable(f"{folder} is not a packed corpus: there is no such folder.", BUILD)
@@ -126,19 +127,19 @@ def require_folder(folder: str | PathLike) -> Path:
 
 
 def rate(folder: str | PathLike) -> float:
-    """Pose frames a second of the corpus in ``folder``; raises :class:`CorpusUnreadable`."""
+    """Return the pose frames per second of the corpus in ``folder``; raises :class:`CorpusUnreadable`."""
     try:
-        found = json_text.read(Path(folder) / META).get("fps", FPS)
-        if type(found) not in (int, float) or not RATES[0] <= found <= RATES[1]:
+        fps = json_text.read(Path(folder) / META).get("fps", FPS)
+        if type(fps) not in (int, float) or not RATES[0] <= fps <= RATES[1]:
             raise ValueError("its frame rate is out of range")
     except (OSError, ValueError, AttributeError) as error:
         message = f"{folder} is not a packed corpus: {' '.join(str(error).split())[:200]}."
         raise CorpusUnreadable(message, BUILD) from error
-    return float(found)
+    return float(fps)
 
 
 def _swap(temporary: Path, folder: Path) -> None:
-    """Put the finished folder in place; what stood there goes only once it has been moved away."""
+    """Move the finished folder into place; an old one is moved away first and deleted last."""
     with contextlib.ExitStack() as stack:
         if folder.exists():
             old = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}.old."))
@@ -147,5 +148,5 @@ def _swap(temporary: Path, folder: Path) -> None:
         os.replace(temporary, folder)
 
 
-def _refused(folder: Path, error: OSError) -> OutputUnwritable:
+def _unwritable(folder: Path, error: OSError) -> OutputUnwritable:
     return OutputUnwritable(f"{folder} cannot be written: {error.strerror or error}.", "Free space or choose another folder.")

@@ -1,8 +1,10 @@
-"""One training step whatever is learned, and everything that must survive between steps."""
+"""The training step shared by all objectives, and the state that persists between steps."""
 
 import copy
 import math
 import time
+from os import PathLike
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
@@ -15,16 +17,19 @@ from .config import TrainConfig
 from .dataset import Batch, Corpus, Raw, disturb, draw
 from .prefetch import Prefetch
 
+if TYPE_CHECKING:
+    from lightning_fabric import Fabric
+
 
 class Trainer:
-    """The network, its optimiser and the moving average of its weights; subclasses say how it learns.
+    """The network, its optimiser and the moving average of its weights; subclasses define the objective.
 
-    All random numbers of a step follow from the run's seed, the step's number and the process's rank alone, so a continued
-    run repeats an uninterrupted one bit for bit on the same machine. ``fabric`` moves and wraps the networks; after
-    :meth:`setup` every process holds the same weights, and averaged gradients keep them the same.
+    All random numbers of a step depend only on the run's seed, the step's number and the process's rank, so a resumed run
+    equals an uninterrupted one bit for bit on the same machine. ``fabric`` moves and wraps the networks; after
+    :meth:`setup` every process holds the same weights, and averaged gradients keep them equal.
     """
 
-    def __init__(self, config: TrainConfig, corpus: Corpus, fabric):
+    def __init__(self, config: TrainConfig, corpus: Corpus, fabric: "Fabric"):
         self.model_config = config.model_config(len(corpus.speakers), len(corpus.meanings), corpus.extras.shape[1])
         corpus = corpus if self.model_config.extras else corpus.without_extras()
         self.config, self.corpus, self.fabric = config, corpus, fabric
@@ -35,7 +40,7 @@ class Trainer:
             starting.start(self.generator, config.start)
         self.generator.to(fabric.device)
         self.optimizers = {"generator": self._optimizer()}
-        self.networks = {"generator": self.generator}
+        self.networks: dict[str, torch.nn.Module] = {"generator": self.generator}
         self._begin()
         self.average = copy.deepcopy(self.generator).eval().requires_grad_(False)
         self.steps_done = 0
@@ -43,13 +48,13 @@ class Trainer:
         self._batches = Prefetch(self._prepare)
 
     def setup(self) -> None:
-        """Wrap networks and optimisers for their device, precision and number of processes; after any :meth:`resume`."""
+        """Wrap networks and optimisers for device, precision and processes; call it after any :meth:`resume`."""
         wrapped = {name: self.fabric.setup(part, self.optimizers[name]) for name, part in self._wrapped().items()}
         self._run = {name: part for name, (part, _) in wrapped.items()}
         self._steppers = {name: optimizer for name, (_, optimizer) in wrapped.items()}
 
     def step(self) -> dict[str, torch.Tensor]:
-        """One update; loss terms and what else is worth knowing as scalar tensors."""
+        """Run one update; returns loss terms and further metrics as scalar tensors."""
         config, began = self.config, time.perf_counter()
         raw, chosen = self._batches.take(self.steps_done)
         batch = self.corpus.finish(raw)
@@ -63,15 +68,15 @@ class Trainer:
         return {name: term.detach() for name, term in report.items()}
 
     def watch(self, means: dict[str, float], steps: int) -> list[str]:
-        """Sentences to report after ``steps`` more steps with these ``means`` of :meth:`step`."""
+        """Return warnings after ``steps`` more steps with these ``means`` of :meth:`step`."""
         return []
 
-    def save(self, path, **facts) -> None:
-        """Write everything that :meth:`resume` needs."""
+    def save(self, path: str | PathLike, **facts: Any) -> None:
+        """Write everything that :meth:`resume` needs, and JSON ``facts``."""
         state.save(path, self._parts(), {"steps": self.steps_done, "model": self.model_config.to_dict(), **facts})
 
-    def resume(self, path) -> dict:
-        """Continue where :meth:`save` stopped; returns the facts it was given."""
+    def resume(self, path: str | PathLike) -> dict:
+        """Restore the state of :meth:`save` and return its facts."""
         facts = state.load(path, self._parts(), str(self.fabric.device))
         self.steps_done = facts["steps"]
         return facts
@@ -81,30 +86,30 @@ class Trainer:
         self._batches.close()
 
     def _begin(self) -> None:
-        """Make what this way of learning needs beside the network, and fill :attr:`networks` and :attr:`optimizers`."""
+        """Create what the objective needs beside the network; may add to :attr:`networks` and :attr:`optimizers`."""
 
     def _optimizer(self) -> torch.optim.Optimizer:
-        """The network's."""
+        """Create the network's optimiser."""
         raise NotImplementedError
 
     def _wrapped(self) -> dict[str, torch.nn.Module]:
-        """What runs forward in a step, by the name of its optimiser."""
+        """Return the modules that run in a step, by the name of their optimiser."""
         raise NotImplementedError
 
-    def _learn(self, batch: Batch, chosen) -> dict[str, torch.Tensor]:
-        """One update on a batch and what :meth:`_choose` chose for it."""
+    def _learn(self, batch: Batch, chosen: Any) -> dict[str, torch.Tensor]:
+        """Update the networks on a batch and the result of :meth:`_choose`."""
         raise NotImplementedError
 
-    def _choose(self, rng: np.random.Generator):
-        """What else a step draws beside its windows."""
+    def _choose(self, rng: np.random.Generator) -> Any:
+        """Draw further random choices of a step, beside its windows."""
         return None
 
-    def _parts(self) -> dict:
+    def _parts(self) -> dict[str, state.Part]:
         optimizers = {f"optimizer_{name}": optimizer for name, optimizer in self.optimizers.items()}
         return {**self.networks, "average": self.average, **optimizers}
 
     def _seed(self, step: int) -> tuple[np.random.Generator, int]:
-        """The step's random numbers for choosing windows, and its seed of torch's for everything else."""
+        """Return the step's random generator for choosing windows, and its torch seed for everything else."""
         rng = np.random.default_rng((self.config.seed, step, self.fabric.global_rank))
         return rng, int(rng.integers(2**62))
 
@@ -114,7 +119,7 @@ class Trainer:
         return raw.pinned() if self.fabric.device.type == "cuda" else raw, self._choose(rng)
 
     def _rates(self) -> dict[str, float]:
-        """Learning rates by optimiser, before their common course."""
+        """Return base learning rates by optimiser, before the common schedule."""
         return {"generator": self.config.generator_rate}
 
     def _set_rates(self) -> None:
@@ -126,7 +131,7 @@ class Trainer:
             self.optimizers[name].param_groups[0]["lr"] = rate * share
 
     def _update(self, name: str, loss: torch.Tensor) -> torch.Tensor:
-        """One step of a network's optimiser; returns the norm of its gradient."""
+        """Run one step of a network's optimiser; returns the norm of its gradient."""
         optimizer = self.optimizers[name]
         optimizer.zero_grad(set_to_none=True)
         self.fabric.backward(loss)
@@ -139,24 +144,26 @@ class Trainer:
 
     @torch.no_grad()
     def _update_average(self) -> None:
-        # A young average forgets faster, else the random start would linger in it.
+        # A shorter memory in the first steps removes the random initial weights from the average.
         share = 1 - min(self.config.average, (1 + self.steps_done) / (10 + self.steps_done))
-        torch._foreach_lerp_(list(self.average.parameters()), list(self.generator.parameters()), share)
-        for kept, current in zip(self.average.buffers(), self.generator.buffers(), strict=True):
-            kept.copy_(current)
+        averages: list[torch.Tensor] = list(self.average.parameters())
+        weights: list[torch.Tensor] = list(self.generator.parameters())
+        torch._foreach_lerp_(averages, weights, share)  # pyright: ignore[reportPrivateImportUsage]
+        for average, current in zip(self.average.buffers(), self.generator.buffers(), strict=True):
+            average.copy_(current)
 
 
 def _check_fit(model: ModelConfig, corpus: Corpus) -> None:
     if model.words or model.mfcc_axis != "time":
         raise UsageError("A packed corpus holds word vectors and temporal MFCCs.", "Train the default or the paper model.")
-    for name, offered in (
+    for name, size in (
         ("mfcc_features", corpus.mfcc.shape[1]),
         ("prosody_features", corpus.prosody.shape[1]),
         ("controls", corpus.controls.shape[1]),
     ):
-        wanted = getattr(model, name)
-        if name == "mfcc_features" and 0 < wanted < offered:
-            continue  # the first ones are heard, as the paper's 37
-        if wanted != offered and (wanted or name == "mfcc_features"):
-            message = f"The corpus has {offered} {name.replace('_', ' ')}, the model takes {wanted}."
-            raise UsageError(message, f'Set "model_settings": {{"{name}": {offered}}}.')
+        expected = getattr(model, name)
+        if name == "mfcc_features" and 0 < expected < size:
+            continue  # the network uses the first ones, such as the paper's 37
+        if expected != size and (expected or name == "mfcc_features"):
+            message = f"The corpus has {size} {name.replace('_', ' ')}, the model takes {expected}."
+            raise UsageError(message, f'Set "model_settings": {{"{name}": {size}}}.')
