@@ -19,7 +19,7 @@ EXTRAS = nox.project.load_toml("pyproject.toml")["project"]["optional-dependenci
 SLOW = ("-m", "slow or not slow")
 
 BLENDER = ROOT / "tests" / "blender"
-RIGS = [BLENDER / "rig", BLENDER / "keys", *BLENDER.glob("*/test_survey.py")]
+RIGS = [BLENDER / "rig", BLENDER / "keys", *BLENDER.glob("*/test_*survey.py")]
 PRESSED = ["bone_maps", "drop", "expectations", "learn", "operators", "presets", "settings", "try_it"]
 EXTENSION = [BLENDER / "takes", *(BLENDER / "ui" / f"test_{name}.py" for name in PRESSED), BLENDER / "test_translations.py"]
 WHOLE = [BLENDER, ROOT / "tests" / "rigs", ROOT / "tests" / "test_extension.py"]
