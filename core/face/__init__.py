@@ -1,1 +1,1 @@
-"""A recording becomes a speaking face: lips by its sounds, eyes and brows by its phrases. The value is :mod:`motion.face`."""
+"""Facial animation from a recording: lips from its phones, eyes and brows from its phrases (see :mod:`motion.face`)."""

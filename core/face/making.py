@@ -1,4 +1,4 @@
-"""A face of a recording: what is heard once (:class:`Spoken`), and the face of each take made from it (:func:`make`)."""
+"""Creates facial animation: :func:`hear` analyses a recording once, :func:`make` makes the face of each take."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,17 +13,21 @@ from ..words.align import Phone
 from . import brows, eyes, sounds, visemes
 
 VERSION = 1
-"""Of what is made of the same recording."""
-_RISING = 3.0
-"""Semitones by which pitch rises at the end of a phrase that asks."""
+"""Version of the results for the same recording."""
+_QUESTION_RISE = 3.0
+"""Minimum rise of pitch in semitones at the end of a question."""
 _TAIL = 0.35
+"""Seconds at the end of a phrase in which pitch must rise."""
 
 
 @dataclass(frozen=True)
 class Spoken:
-    """A recording as a face needs it: ``sounds`` (phone, start, end), ``loudness`` ``(n,)`` in dB over the mean of speech at
-    100 Hz, ``phrases`` ``(p, 2)`` and ``questions`` in seconds, ``accents`` (seconds, strength, whether main), and whether the
-    sounds were only guessed, ``from_sound``."""
+    """Features of a recording for facial animation.
+
+    ``sounds`` are phones (name, start, end), ``loudness`` ``(n,)`` is in dB relative to speech at 100 fps, ``phrases``
+    ``(p, 2)`` and ``questions`` (start, end) are in seconds, ``accents`` are (seconds, strength, whether main); ``from_sound``
+    tells that the phones were recognised without words.
+    """
 
     sounds: tuple[Phone, ...]
     loudness: np.ndarray
@@ -39,19 +43,19 @@ def hear(
     heard: Sequence[tuple[Phone, ...]] = (),
     rhythm: prosody.Prosody | None = None,
 ) -> Spoken:
-    """What a face needs of ``audio`` ``(n,)`` at 16 kHz: of its words with the sounds ``heard`` in them, or of the sound alone.
+    """Analyse ``audio`` ``(n,)`` at 16 kHz, with its words, if known, and the phones ``heard`` in each of them.
 
-    ``rhythm`` is the recording's prosody, if it is known already.
+    ``rhythm`` is the prosody of the recording, if the caller has it.
     """
     rhythm = rhythm or prosody.analyse(audio, words)
     if words:
-        said = sounds.of_words(words, heard)
+        phones = sounds.of_words(words, heard)
     else:
         from . import listening
 
-        said = listening.sounds(audio, rhythm.phrases)
+        phones = listening.sounds(audio, rhythm.phrases)
     accents = tuple((accent.time, accent.strength, accent.main) for accent in rhythm.accents)
-    return Spoken(said, _loudness(audio), rhythm.phrases, _questions(rhythm), accents, not words)
+    return Spoken(phones, _loudness(audio), rhythm.phrases, _questions(rhythm), accents, not words)
 
 
 def make(
@@ -62,11 +66,11 @@ def make(
     intensity: float = 1.0,
     smoothness: float = 0.5,
 ) -> Face:
-    """The face of a take whose body has ``directions`` ``(frames, 9, 3)`` at 15 fps, from the start of the recording.
+    """Make the face of a take whose pose has ``directions`` ``(frames, 9, 3)`` at 15 fps, from the start of the recording.
 
-    ``intensity`` (0..2) is how far the mouth opens and brows rise, ``smoothness`` (0..1) how lazily lips move; closed lips
-    close in any case. ``affect`` are numbers, or ``(n,)`` as the loudness has.
-    The same of all of them, and the same seed: the same face.
+    ``intensity`` (0..2) scales mouth opening and brow raises, ``smoothness`` (0..1) smooths the lips; lip closures are always
+    complete. ``affect`` maps "valence" and "arousal" to numbers or curves ``(n,)`` at the rate of the loudness. The result is
+    deterministic for the same arguments and seed.
     """
     count, rng = len(spoken.loudness), np.random.default_rng((seed, 23))
     mouth, closures = visemes.tracks(spoken.sounds, spoken.loudness, intensity, smoothness)
@@ -89,21 +93,22 @@ def make(
 
 
 def _loudness(audio: np.ndarray) -> np.ndarray:
+    """Return the smoothed level ``(n,)`` in dB at 100 fps, where the loud parts of speech are at 4 dB."""
     hop = SAMPLE_RATE // RATE
     whole, count = len(audio) // hop, max(len(audio) // hop, 1)
     frames, power = audio[: whole * hop].reshape(-1, hop), np.zeros(count)
-    power[:whole] = np.einsum("ij,ij->i", frames, frames)  # of the recording itself: an hour of it is not copied
+    power[:whole] = np.einsum("ij,ij->i", frames, frames)  # without a copy of a long recording
     level = 10 * np.log10(power / hop + 1e-9)
     level = gaussian(level, 0.02 * RATE)
     return level - np.percentile(level, 90) + 4.0
 
 
 def _questions(rhythm: prosody.Prosody) -> tuple[tuple[float, float], ...]:
-    """The last part of phrases at whose end pitch rises."""
-    found = []
+    """Return the last part (start, end) of phrases at whose end pitch rises."""
+    questions = []
     for start, end in rhythm.phrases:
         rows = slice(max(int((end - _TAIL) * prosody.RATE), 0), max(int((end - 0.05) * prosody.RATE), 1))
         tail = rhythm.pitch[rows]
-        if end - start > 2 * _TAIL and len(tail) > 10 and tail[-5:].mean() - tail[:10].mean() > _RISING:
-            found.append((float(end - 2 * _TAIL), float(end + 0.2)))
-    return tuple(found)
+        if end - start > 2 * _TAIL and len(tail) > 10 and tail[-5:].mean() - tail[:10].mean() > _QUESTION_RISE:
+            questions.append((float(end - 2 * _TAIL), float(end + 0.2)))
+    return tuple(questions)

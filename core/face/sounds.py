@@ -1,11 +1,11 @@
-"""Which sounds are said when: as the aligner heard them, or shared out inside words whose times alone are known."""
+"""Returns the timed phones of words: those that the aligner found, else the usual ones, distributed over the word's time."""
 
 from collections.abc import Sequence
 
 from ..words import spelling
 from ..words.align import Phone
 from ..words.aligner import packed
-from ..words.aligner.letters import phones as guessed
+from ..words.aligner.letters import phones as guess_phones
 
 _VOWELS = ["AA", "AE", "AH", "AO", "AW", "AY", "EH", "ER", "EY", "IH", "IY", "OW", "OY", "UH", "UW"]
 _SECONDS = {
@@ -15,28 +15,28 @@ _SECONDS = {
     "TH": 0.09, "DH": 0.05, "S": 0.11, "Z": 0.08, "SH": 0.11, "ZH": 0.08, "CH": 0.12, "JH": 0.10, "HH": 0.06, "L": 0.07,
     "R": 0.06, "W": 0.06, "Y": 0.06,
 }  # fmt: skip
-"""Usual lengths of English sounds in running speech, rounded from Klatt (1976) and Crystal and House (1988)."""
-_USUAL = 0.08
+"""Usual durations of English phones in running speech, rounded from Klatt (1976) and Crystal and House (1988)."""
+_DEFAULT_SECONDS = 0.08
 
 
 def of_words(words: Sequence[tuple[str, float, float]], heard: Sequence[tuple[Phone, ...]] = ()) -> tuple[Phone, ...]:
-    """Sounds ``(phone, start, end)`` in order of time of ``words`` with times; ``heard`` are those that were heard of each.
+    """Return the phones ``(name, start, end)`` of words ``(text, start, end)`` in seconds, in order of time.
 
-    Words of which none were heard are looked up, or guessed from their letters, and their sounds share the word's time as
-    they usually would.
+    ``heard`` are the phones that the aligner found in each word. For words without any, they are looked up in the dictionary
+    or guessed from the letters, and fill the word in proportion to their usual durations.
     """
     heard = heard if len(heard) == len(words) else [()] * len(words)
-    unheard = [text for (text, *_), sounds in zip(words, heard, strict=True) if not sounds]
-    ways = _ways(unheard)
+    unheard = [text for (text, *_), phones in zip(words, heard, strict=True) if not phones]
+    pronunciations = _pronunciations(unheard)
     result: list[Phone] = []
-    for (text, start, end), sounds in zip(words, heard, strict=True):
-        result += _inside(sounds, start, end) if sounds else shared(ways[text], start, end)
-    return tuple(sorted(result, key=lambda sound: sound[1]))
+    for (text, start, end), phones in zip(words, heard, strict=True):
+        result += _clip(phones, start, end) if phones else shared(pronunciations[text], start, end)
+    return tuple(sorted(result, key=lambda phone: phone[1]))
 
 
 def shared(phones: Sequence[str], start: float, end: float) -> list[Phone]:
-    """Phones one after the other between two moments, each as long as it usually is in proportion."""
-    lengths = [_SECONDS.get(phone, _USUAL) for phone in phones]
+    """Distribute phones between two times in seconds, in proportion to their usual durations."""
+    lengths = [_SECONDS.get(phone, _DEFAULT_SECONDS) for phone in phones]
     factor, now, result = (end - start) / max(sum(lengths), 1e-6), start, []
     for phone, length in zip(phones, lengths, strict=True):
         result.append((phone, round(now, 4), round(now + factor * length, 4)))
@@ -44,16 +44,16 @@ def shared(phones: Sequence[str], start: float, end: float) -> list[Phone]:
     return result
 
 
-def _inside(sounds: Sequence[Phone], start: float, end: float) -> list[Phone]:
-    """Those that lie in their word, whose end may have been moved since."""
-    cut = [(phone, max(begin, start), min(stop, end)) for phone, begin, stop in sounds]
-    return [(phone, begin, stop) for phone, begin, stop in cut if stop > begin]
+def _clip(phones: Sequence[Phone], start: float, end: float) -> list[Phone]:
+    """Clip phones to their word, whose end may have been changed after the alignment."""
+    clipped = [(phone, max(begin, start), min(stop, end)) for phone, begin, stop in phones]
+    return [(phone, begin, stop) for phone, begin, stop in clipped if stop > begin]
 
 
-def _ways(texts: Sequence[str]) -> dict[str, list[str]]:
-    """Phones of words as written."""
+def _pronunciations(texts: Sequence[str]) -> dict[str, list[str]]:
+    """Return the phones of words as written, from the dictionary or guessed from the letters."""
     spoken = {text: [part.lower() for part in spelling.spoken(text)] or [text.lower()] for text in set(texts)}
-    wanted = {part for parts in spoken.values() for part in parts}
-    known = packed.pronunciations(wanted) if wanted else {}
-    said = {part: (known[part][0] if part in known else guessed(part)).split() for part in wanted}
-    return {text: [phone for part in parts for phone in said[part]] for text, parts in spoken.items()}
+    every = {part for parts in spoken.values() for part in parts}
+    entries = packed.pronunciations(every) if every else {}
+    phones = {part: (entries[part][0] if part in entries else guess_phones(part)).split() for part in every}
+    return {text: [phone for part in parts for phone in phones[part]] for text, parts in spoken.items()}

@@ -1,1 +1,1 @@
-"""What words mean to the body: phrases that have a gesture of their own, and how it is shown."""
+"""Semantic gestures: phrases that have a gesture of their own, and how it is added to a motion."""

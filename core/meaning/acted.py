@@ -1,8 +1,9 @@
-"""A gesture that somebody acted: a short motion, and when in it the stroke lands."""
+"""Gesture clips: short recorded motions with the time of their stroke."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,27 +13,27 @@ from ..motion.hands import Hands
 from ..motion.motion import Motion
 
 LONGEST = 10.0
-"""Seconds of a clip, at most."""
+"""Maximum seconds of a clip."""
 
 
 @dataclass(frozen=True)
 class Acted:
-    """``motion`` at 15 frames a second; its stroke lands ``lands`` seconds after its start. ``leads`` is 0 if its left arm does
-    more, 1 if its right."""
+    """A gesture clip: ``motion`` at 15 fps, whose stroke ends ``lands`` seconds after its start. ``leads`` is the arm that
+    moves more, 0 for the left and 1 for the right one."""
 
     motion: Motion
     lands: float
     leads: int
 
     @classmethod
-    def read(cls, name: str, given: Mapping, folder: Path | None) -> "Acted":
-        """The clip of the JSON object of the gesture ``name``, a motion file in ``folder``.
+    def read(cls, name: str, entry: Mapping[str, Any], folder: Path | None) -> "Acted":
+        """Read the clip, a motion file in ``folder``, of the JSON object ``entry`` of the gesture ``name``.
 
-        Without ``lands`` the stroke lands where the arms are farthest from how they begin. ``ValueError`` says what is wrong.
+        Without ``lands`` the stroke ends where the arms are farthest from their first pose. Raises ``ValueError``.
         """
-        file = given["clip"]
+        file = entry["clip"]
         path = (folder / file).resolve() if folder is not None and isinstance(file, str) else None
-        if path is None or not path.is_relative_to(folder.resolve()):
+        if folder is None or path is None or not path.is_relative_to(folder.resolve()):
             raise ValueError(f"the clip of {name} is {file!r}, not a motion file beside the vocabulary")
         try:
             motion = Motion.load(path)
@@ -43,41 +44,42 @@ class Acted:
         motion = motion.resampled(skeleton.FPS)
         arms = motion.directions[:, np.array(skeleton.ARMS)]
         away = np.degrees(np.arccos(np.clip((arms * arms[:1]).sum(-1), -1, 1))).sum(-1)
-        lands = given.get("lands", float(away.sum(-1).argmax() / skeleton.FPS))
+        lands = entry.get("lands", float(away.sum(-1).argmax() / skeleton.FPS))
         if isinstance(lands, bool) or not isinstance(lands, (int, float)) or not 0 <= lands <= motion.duration:
             raise ValueError(f"lands of {name} is {lands!r}, not seconds of its clip")
         return cls(motion, float(lands), int(away.max(0).argmax()))
 
     @property
     def after(self) -> float:
-        """Seconds from where the stroke lands to the end."""
+        """Seconds from the end of the stroke to the end of the clip."""
         return (len(self.motion.directions) - 1) / skeleton.FPS - self.lands
 
     def arm(self, seconds: float) -> np.ndarray:
-        """Upper arm and forearm ``(2, 3)`` of the arm that leads, as a left arm's."""
+        """Return the directions ``(2, 3)`` of upper arm and forearm of the leading arm at a time, mirrored to the left arm."""
         body = self.at(np.array([seconds - self.lands]), self.leads == 1).directions[0]
         return body[list(skeleton.ARMS[0])].astype(float)
 
     def at(self, times: np.ndarray, mirrored: bool = False) -> Motion:
-        """The clip at ``times`` ``(frames,)`` seconds from its stroke; its first and last frame stay before and behind it."""
+        """Sample the clip at ``times`` ``(frames,)`` in seconds from its stroke; its first and last frames are held beyond."""
         places = np.clip((times + self.lands) * skeleton.FPS, 0, len(self.motion.directions) - 1)
         motion = self.motion.at(places, skeleton.FPS)
         return motion.mirrored() if mirrored else motion
 
     def play(self, part: np.ndarray, times: np.ndarray, weight: np.ndarray, arms: tuple[bool, bool]) -> None:
-        """Lay the clip over directions ``(frames, 9, 3)`` in place: all of it where both ``arms`` show it, else one arm.
+        """Blend the clip into directions ``(frames, 9, 3)`` in place, by ``weight`` ``(frames,)``.
 
-        Head and trunk of a rig stand in its own way, so of theirs the clip adds what changes from its first frame on.
+        ``arms`` tells whether the left and the right one show it; unless both do, only one arm is changed. Of head and trunk,
+        whose rest pose differs between rigs, the change from the first frame of the clip is added.
         """
         mirrored = not all(arms) and arms.index(True) != self.leads
         body, weight = self.at(times, mirrored).directions, weight[:, None]
         edges = [edge for edge in skeleton.ARM_EDGES if arms[edge in skeleton.ARMS[1]]]
         part[:, edges] = rest.slerp(part[:, edges], body[:, edges], weight)
         if all(arms):
-            others = [edge for edge in range(len(skeleton.EDGE_NAMES)) if edge not in skeleton.ARM_EDGES]
-            change = body[:, others] - self.motion.directions[0, others]
-            part[:, others] = skeleton.normalize(part[:, others] + weight[..., None] * change)
+            torso = [edge for edge in range(len(skeleton.EDGE_NAMES)) if edge not in skeleton.ARM_EDGES]
+            change = body[:, torso] - self.motion.directions[0, torso]
+            part[:, torso] = skeleton.normalize(part[:, torso] + weight[..., None] * change)
 
     def hands(self, times: np.ndarray, arms: tuple[bool, bool]) -> Hands | None:
-        """Its hands at ``times``, on the sides that show it."""
+        """Return the hands of the clip at ``times``, mirrored if the other arm shows it; None if it has none."""
         return self.at(times, not all(arms) and arms.index(True) != self.leads).hands

@@ -1,4 +1,4 @@
-"""Which of the things said are shown, when, and by which hand: the more readily, the more of them, none upon another."""
+"""Selects which phrases get a semantic gesture, with its times and hand, so that gestures do not overlap."""
 
 import zlib
 from collections.abc import Mapping, Sequence
@@ -10,22 +10,22 @@ from .gesture import Gesture
 from .vocabulary import Vocabulary
 
 LEAD, SWING, HOLD, SINK = 0.5, 0.28, 0.35, 0.75
-"""Seconds of preparation, of the stroke itself, of a hold at least, and of the way back."""
-_LANDS = 0.4
-"""Share of a word after which its vowel is loudest, about."""
-_APART = 1.5
-"""Seconds between the strokes of two gestures that nobody asked for."""
+"""Seconds of preparation, of the stroke, of the shortest hold, and of the retraction."""
+_EMPHASIS_SHARE = 0.4
+"""Share of a word after which it is loudest, approximately."""
+_MIN_INTERVAL = 1.5
+"""Seconds between the words of two gestures, unless a mark requests them."""
 _SALT = 0x3EA
-_SPREAD = 0.12
-"""Standard deviation of how large a gesture is shown."""
+_SIZE_DEVIATION = 0.12
+"""Standard deviation of the size of gestures."""
 
 
 @dataclass(frozen=True)
 class Shown:
-    """A gesture with the seconds at which it begins, is ready, lands, is held until, and is over.
+    """A scheduled gesture: times in seconds of its start, the start and end of the stroke, and the ends of hold and retraction.
 
-    ``side``: -1 by the left hand, 1 by the right, 0 by both or whichever does more; ``size`` is the share of its way that the
-    arms go; ``across`` (degrees) turns it further to that side, as lists go.
+    ``side``: -1 for the left hand, 1 for the right, 0 for both or the one that moves more; ``size`` scales the way of the arms;
+    ``across`` (degrees) turns it further to that side, for the successive items of a list.
     """
 
     gesture: Gesture
@@ -47,52 +47,57 @@ def choose(
     seed: tuple[int, ...],
     found: Mapping[int, tuple[str, int]] | None = None,
 ) -> list[Shown]:
-    """What is shown of ``words`` ``(text, start, end)``, in order of time.
+    """Choose the gestures of ``words`` ``(text, start, end)``, in order of time.
 
-    ``asked`` maps numbers of words to the hint and the side that a transcript's marks ask for: those are shown in any case.
-    ``readiness`` 0..1: how much of the rest is. All chance follows from ``seed`` and the word. ``found`` is what
-    :func:`occasions` gave of the same words, for who chooses more than once.
+    ``asked`` maps word numbers to the hint and side of the transcript's marks, which are always shown. ``readiness`` 0..1 is
+    the share of the other occasions that are. Random choices depend on ``seed`` and the word only. ``found`` is the result of
+    :func:`occasions` for the same words, if the caller has it.
     """
     found = occasions(vocabulary, words) if found is None else found
-    said = _said(vocabulary, found, readiness, seed)
+    drawn = _draw_gestures(vocabulary, found, readiness, seed)
     for number, (hint, side) in asked.items():
         if hint in vocabulary.marks:
-            said[number] = vocabulary.gestures[vocabulary.marks[hint]], 1, side, True
+            drawn[number] = vocabulary.gestures[vocabulary.marks[hint]], 1, side, True
     chosen: list[tuple[int, tuple]] = []
-    for number, occasion in sorted(said.items()):
-        near = chosen and words[number][1] - words[chosen[-1][0]][1] < _APART
+    for number, occasion in sorted(drawn.items()):
+        near = chosen and words[number][1] - words[chosen[-1][0]][1] < _MIN_INTERVAL
         if near and not occasion[3]:
             continue
         if near and not chosen[-1][1][3]:
             chosen.pop()
         chosen.append((number, occasion))
-    return _timed(chosen, words, seed)
+    return _schedule(chosen, words, seed)
 
 
 def occasions(vocabulary: Vocabulary, words: Sequence[tuple[str, float, float]]) -> Mapping[int, tuple[str, int]]:
-    """Number of the bearing word -> the gesture that could show it, and how many words say it."""
+    """Return the phrases with a gesture: number of the word that carries it -> name of the gesture, number of words."""
     plain = [text.lower().replace("’", "'").strip(".,;:!?\"'()…-–—") for text, *_ in words]
     breaks = [text.rstrip("\"')")[-1:] in ".;:!?…" for text, *_ in words]
     return vocabulary.find(plain, breaks)
 
 
-def _said(vocabulary: Vocabulary, found: Mapping, readiness: float, seed: tuple[int, ...]) -> dict[int, tuple]:
-    """Number of the bearing word -> gesture, how many words say it, side, whether it was asked for."""
-    said = {}
+def _draw_gestures(
+    vocabulary: Vocabulary, found: Mapping[int, tuple[str, int]], readiness: float, seed: tuple[int, ...]
+) -> dict[int, tuple[Gesture, int, float, bool]]:
+    """Draw which occasions are used: word number -> gesture, number of words, side, whether a mark requests it."""
+    drawn = {}
     for number, (name, count) in found.items():
         gesture = vocabulary.gestures[name]
-        drawn = np.random.default_rng((*seed, _SALT, number, zlib.crc32(name.encode()))).random()
-        if drawn < readiness * (gesture.often if count == 1 else 0.5 + 0.5 * gesture.often):
-            said[number] = gesture, count, 0.0, False
-    return said
+        chance = np.random.default_rng((*seed, _SALT, number, zlib.crc32(name.encode()))).random()
+        if chance < readiness * (gesture.often if count == 1 else 0.5 + 0.5 * gesture.often):
+            drawn[number] = gesture, count, 0.0, False
+    return drawn
 
 
 def emphasis(start: float, end: float) -> float:
-    """Seconds at which a word from ``start`` to ``end`` is loudest, about: there a stroke for it lands."""
-    return start + _LANDS * (end - start)
+    """Return the approximate time in seconds of the loudest point of a word, where a stroke for it ends."""
+    return start + _EMPHASIS_SHARE * (end - start)
 
 
-def _timed(chosen: list[tuple[int, tuple]], words: Sequence, seed: tuple[int, ...]) -> list[Shown]:
+def _schedule(
+    chosen: list[tuple[int, tuple]], words: Sequence[tuple[str, float, float]], seed: tuple[int, ...]
+) -> list[Shown]:
+    """Determine times, side, size and direction of the chosen gestures."""
     shown: list[Shown] = []
     for place, (number, (gesture, count, side, _)) in enumerate(chosen):
         _, start, end = words[number]
@@ -100,7 +105,7 @@ def _timed(chosen: list[tuple[int, tuple]], words: Sequence, seed: tuple[int, ..
         after = words[chosen[place + 1][0]][1] - LEAD if place + 1 < len(chosen) else np.inf
         until = min(max(end, lands + HOLD * (1 + 0.5 * (count > 2))), max(after, lands + 0.1))
         random = np.random.default_rng((*seed, _SALT, number))
-        size = float(np.clip(1 + random.normal(0, _SPREAD), 0.8, 1.15))
+        size = float(np.clip(1 + random.normal(0, _SIZE_DEVIATION), 0.8, 1.15))
         across = 0.0
         before = shown[-1] if shown else None
         if gesture.arms == "alternate" and not side:

@@ -1,1 +1,1 @@
-"""Word vectors: the table that ships, the user's own, and how a table is built."""
+"""Word vectors: the shipped table, vectors of the user, and how a table is built."""

@@ -2,11 +2,11 @@
 
     python -m s2ag.core.vectors.build words-int8.npz -o core/assets/words.npz
 
-The source holds ``words`` (newline-separated text), ``q`` int8 ``(n, 300)`` with row scales ``s``, the same for FastText
-n-gram buckets in ``zq`` and ``zs``, and ``minn`` and ``maxn``. Each row is divided by its norm and cut into 100 sub-vectors of
-three coordinates, each stored as the number of the nearest of 256 centroids (product quantisation, Jegou et al. 2011).
-Coordinates are dealt out so that all sub-spaces hold about the same variance. The result is the same bytes for the same
-source; the program prints what the packing costs.
+The source contains ``words`` (newline-separated text), ``q`` int8 ``(n, 300)`` with row scales ``s``, the same for FastText
+n-gram buckets in ``zq`` and ``zs``, and ``minn`` and ``maxn``. Each row is divided by its norm and split into 100 sub-vectors
+of three coordinates, each stored as the number of the nearest of 256 centroids (product quantisation, Jegou et al. 2011).
+Coordinates are distributed so that all sub-spaces have about the same variance. The output is deterministic; the program
+prints the loss of accuracy.
 """
 
 import argparse
@@ -21,7 +21,11 @@ ROUNDS = 25
 
 
 def quantise(rows: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
-    """Codes ``(n, 100)`` uint8, ``centroids`` ``(100, 256, 3)`` float16, ``norms`` ``(n,)`` float16, ``order`` of axes."""
+    """Quantise rows ``(n, 300)``.
+
+    Returns ``codes`` ``(n, 100)`` uint8, ``centroids`` ``(100, 256, 3)`` float16, ``norms`` ``(n,)`` float16 and the
+    ``order`` of axes ``(300,)`` int16.
+    """
     norms = np.linalg.norm(rows, axis=1)
     rows = rows / np.maximum(norms, 1e-9)[:, None]
     order = deal(rows.var(0))
@@ -33,7 +37,7 @@ def quantise(rows: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray
 
 
 def deal(variance: np.ndarray) -> np.ndarray:
-    """Order of the axes in which consecutive groups have nearly equal products of variances."""
+    """Return an order of the axes in which consecutive groups have nearly equal products of variances."""
     ranked = np.argsort(-variance, kind="stable").reshape(-1, SUBSPACES)
     groups = ranked[0][:, None]
     for ranks in ranked[1:]:
@@ -43,8 +47,11 @@ def deal(variance: np.ndarray) -> np.ndarray:
 
 
 def _cluster(points: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Lloyd's k-means; a centroid that loses all its points moves to the point farthest from its own centroid."""
-    from scipy.spatial import cKDTree
+    """Cluster by Lloyd's k-means; an empty centroid moves to the point that is farthest from its centroid.
+
+    Returns the centroids in float16 and the label of every point.
+    """
+    from scipy.spatial import cKDTree  # pyright: ignore[reportAttributeAccessIssue]
 
     centroids = points[rng.choice(len(points), CENTROIDS, replace=len(points) < CENTROIDS)].astype(float)
     for _ in range(ROUNDS):
@@ -59,6 +66,7 @@ def _cluster(points: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, 
 
 
 def _cosines(rows: np.ndarray, packed: dict[str, np.ndarray]) -> np.ndarray:
+    """Return the cosine of every row, except zero rows, to its packed version."""
     from .table import decode
 
     restored = decode(packed, np.arange(len(rows)))
@@ -67,8 +75,8 @@ def _cosines(rows: np.ndarray, packed: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def main() -> None:
-    """Read the source, pack words and n-grams with codebooks of their own, report and write."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    """Read the source, pack words and n-grams with separate codebooks, print the loss and write the result."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("source", help="int8 vectors (.npz)")
     parser.add_argument("-o", "--output", required=True, help="packed vectors (.npz)")
     options = parser.parse_args()

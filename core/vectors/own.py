@@ -1,6 +1,7 @@
-"""The user's own word vectors through gensim: FastText ``.bin``, word2vec ``.bin`` and text ``.vec``, which hold no code."""
+"""Reads word vectors of the user with gensim: FastText ``.bin``, word2vec ``.bin`` and text ``.vec``, which contain no code."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,18 +12,18 @@ _FASTTEXT_MAGIC = 793712314
 
 
 class Keyed:
-    """A gensim ``KeyedVectors`` behind the interface of :class:`words.Packed`."""
+    """A gensim ``KeyedVectors`` with the interface :class:`table.Table`."""
 
-    def __init__(self, vectors):
+    def __init__(self, vectors: Any):
         self._vectors = vectors
-        self.key_to_index = vectors.key_to_index
+        self.key_to_index: dict[str, int] = vectors.key_to_index
 
     def rows(self, indices: np.ndarray) -> np.ndarray:
-        """``(len(indices), 300)`` float32."""
+        """Return the vectors ``(len(indices), 300)`` float32."""
         return np.asarray(self._vectors.vectors[indices], np.float32)
 
     def guess(self, word: str) -> np.ndarray | None:
-        """A vector for an unknown word where the file has n-grams, else None."""
+        """Return a vector for an unknown word if the file has n-grams, else None."""
         if not hasattr(self._vectors, "vectors_ngrams"):
             return None
         try:
@@ -32,7 +33,7 @@ class Keyed:
 
 
 def read(path: Path) -> Keyed:
-    """Load a file by its suffix, and ``.bin`` by its first bytes; raises :class:`VectorsUnreadable`."""
+    """Load a file of the format that its suffix and, for ``.bin``, its first bytes tell; raises :class:`VectorsUnreadable`."""
     from gensim.models import KeyedVectors
     from gensim.models.fasttext import load_facebook_vectors
 
@@ -41,10 +42,10 @@ def read(path: Path) -> Keyed:
         if path.suffix == ".bin" and _is_fasttext(path):
             vectors = load_facebook_vectors(name)
         else:
-            _fits(path)
+            _check_size(path)
             vectors = KeyedVectors.load_word2vec_format(name, binary=path.suffix == ".bin")
         width = vectors.vector_size
-    except Exception as error:  # gensim lets struct, unpickling, Unicode and value errors through
+    except Exception as error:  # gensim raises struct, unpickling, Unicode and value errors
         raise VectorsUnreadable(
             f"{path} cannot be read as word vectors ({type(error).__name__}).", "Download or save the file again."
         ) from error
@@ -55,8 +56,8 @@ def read(path: Path) -> Keyed:
     return Keyed(vectors)
 
 
-def _fits(path: Path) -> None:
-    """Raise ValueError where the first line of a word2vec file promises more than can be there: gensim takes that much."""
+def _check_size(path: Path) -> None:
+    """Raise ValueError if a word2vec file is too small for the counts in its first line, as gensim would allocate that much."""
     with open(path, "rb") as file:
         count, width = map(int, file.readline(100).split())
     each = 4 if path.suffix == ".bin" else 2

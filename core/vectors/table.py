@@ -1,13 +1,15 @@
-"""Word vectors: 300 numbers for any word, known or not, and their places on the pose frames.
+"""Looks up 300-dimensional vectors of any word, known or not, and places them on pose frames.
 
-The shipped file holds 50,000 words and 50,000 FastText n-gram buckets, packed by :mod:`vectors_build` with a mean cosine
-of 0.983 to the vectors it was made from; assets/NOTICE.txt names their sources.
+The shipped file holds 50,000 words and 50,000 FastText n-gram buckets, packed by :mod:`build` with a mean cosine of 0.983 to
+the original vectors; assets/NOTICE.txt names their sources.
 """
 
 import importlib.util
 import unicodedata
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -16,27 +18,41 @@ from ..errors import VectorsUnreadable
 from ..words.spelling import normalise, spoken
 
 DIMENSIONS = 300
-_LARGEST = 65504.0
-"""Of the numbers of a table, which are kept in half precision."""
+_MAX_VALUE = 65504.0
+"""The largest number in half precision, in which tables are stored."""
 SHIPPED = Path(__file__).parents[1] / "assets" / "words.npz"
 
 
-class WordVectors:
-    """300-d vectors looked up by word, in the manner of gensim's ``KeyedVectors``.
+class Table(Protocol):
+    """The vectors of a vocabulary: rows by number, and guesses for unknown words."""
 
-    A word is tried as written, normalised (lower case, straight apostrophe, no punctuation), without accents, without a
-    possessive ``'s``, as its spoken parts (``well-known``, ``25``: the mean of the parts), and last through FastText
-    character n-grams where the file has them. What remains, such as a dash, is the zero vector.
+    key_to_index: dict[str, int]
+
+    def rows(self, indices: np.ndarray) -> np.ndarray:
+        """Return the vectors ``(len(indices), 300)`` float32."""
+        ...
+
+    def guess(self, word: str) -> np.ndarray | None:
+        """Return a vector ``(300,)`` for an unknown word, or None."""
+        ...
+
+
+class WordVectors:
+    """300-dimensional vectors by word, with the interface of gensim's ``KeyedVectors``.
+
+    A word is looked up as written, normalised (lower case, straight apostrophe, no punctuation), without accents, without a
+    possessive ``'s``, as its spoken parts (``well-known``, ``25``: the mean of the parts), and last by FastText character
+    n-grams, if the file has them. Anything else, such as a dash, gives the zero vector.
     """
 
-    def __init__(self, table, name: str):
+    def __init__(self, table: Table, name: str):
         self._table = table
         self.name = name
         self._cache: dict[str, np.ndarray] = {}
 
     @classmethod
     def load(cls, path: str | PathLike | None = None) -> "WordVectors":
-        """The shipped vectors, or a user's file: our ``.npz``, FastText or word2vec ``.bin``, ``.vec``.
+        """Load the shipped vectors, or a file of the user: our ``.npz``, FastText or word2vec ``.bin``, ``.vec``.
 
         All but ``.npz`` need gensim. Raises :class:`VectorsUnreadable`.
         """
@@ -50,18 +66,18 @@ class WordVectors:
 
     @property
     def key_to_index(self) -> dict[str, int]:
-        """Row of every word in the vocabulary."""
+        """Row number of every word in the vocabulary."""
         return self._table.key_to_index
 
     def __len__(self) -> int:
         return len(self.key_to_index)
 
     def __contains__(self, word: str) -> bool:
-        """Whether the word, as written or normalised, is in the vocabulary itself; unknown words still get a vector."""
-        return self._known(word) is not None
+        """Return whether the word, as written or normalised, is in the vocabulary; other words have a vector, too."""
+        return self._key(word) is not None
 
     def vector(self, word: str) -> np.ndarray:
-        """``(300,)`` float32, read-only; zero for what is no word."""
+        """Return the vector ``(300,)`` float32, read-only; zero for anything that is no word."""
         if word not in self._cache:
             vector = np.asarray(self._find(word), np.float32)
             vector.flags.writeable = False
@@ -70,20 +86,21 @@ class WordVectors:
 
     get_vector = vector
 
-    def vectors(self, words) -> np.ndarray:
-        """``(len(words), 300)`` float32."""
+    def vectors(self, words: Sequence[str]) -> np.ndarray:
+        """Return the vectors ``(len(words), 300)`` float32."""
         return np.stack([self.vector(word) for word in words]) if len(words) else np.zeros((0, DIMENSIONS), np.float32)
 
     def most_similar(self, word: str, topn: int = 10) -> list[tuple[str, float]]:
-        """Nearest words of the vocabulary by cosine, as ``(word, cosine)``; decodes the whole table, so for curious people."""
+        """Return the nearest words of the vocabulary as ``(word, cosine)``; slow, as it decodes the whole table."""
         table = self._table.rows(np.arange(len(self)))
         query = self.vector(word)
         cosine = table @ query / np.maximum(np.linalg.norm(table, axis=1) * np.linalg.norm(query), 1e-9)
-        names, own = list(self.key_to_index), self._known(word)
+        names, own = list(self.key_to_index), self._key(word)
         ranked = [index for index in np.argsort(-cosine)[: topn + 1] if names[index] != own]
         return [(names[index], float(cosine[index])) for index in ranked[:topn]]
 
-    def _known(self, word: str) -> str | None:
+    def _key(self, word: str) -> str | None:
+        """Return the form of a word that is in the vocabulary, or None."""
         plain = normalise(word)
         for form in (word, plain, _without_accents(plain), plain.removesuffix("'s")):
             if form in self.key_to_index:
@@ -91,9 +108,9 @@ class WordVectors:
         return None
 
     def _find(self, word: str) -> np.ndarray:
-        known = self._known(word)
-        if known is not None:
-            return self._table.rows(np.array([self.key_to_index[known]]))[0]
+        key = self._key(word)
+        if key is not None:
+            return self._table.rows(np.array([self.key_to_index[key]]))[0]
         parts = spoken(word)
         if parts and parts != [normalise(word)]:
             return self.vectors(parts).mean(0)
@@ -102,7 +119,7 @@ class WordVectors:
 
 
 def check(path: str | PathLike) -> None:
-    """Raise :class:`VectorsUnreadable` unless ``path`` is a file of a kind that :meth:`WordVectors.load` reads here."""
+    """Raise :class:`VectorsUnreadable` unless ``path`` is a file that :meth:`WordVectors.load` can read in this environment."""
     path = Path(path)
     if not path.is_file():
         raise VectorsUnreadable(f"The word vectors {path} do not exist.", "Check the name, or use the shipped ones.")
@@ -116,7 +133,7 @@ def check(path: str | PathLike) -> None:
 
 
 class Packed:
-    """Product-quantised words and FastText n-gram buckets, as :mod:`vectors_build` writes them; decoded row by row."""
+    """Product-quantised words and FastText n-gram buckets, as :mod:`build` writes them; rows are decoded on demand."""
 
     def __init__(self, arrays: dict[str, np.ndarray]):
         names = arrays["words"].tobytes().decode().split("\n")
@@ -126,39 +143,42 @@ class Packed:
 
     @classmethod
     def read(cls, path: Path) -> "Packed":
-        """Raises :class:`VectorsUnreadable` for anything but a packed file."""
+        """Read a packed file; raise :class:`VectorsUnreadable` for anything else."""
         try:
             with npz.opened(path) as data:
                 packed = cls({key: data[key] for key in data.files})
             packed.check()
             packed.rows(np.array([0, len(packed.key_to_index) - 1]))
             packed.guess("word")
-        except Exception as error:  # np.load and zipfile raise half a dozen types on damaged files
+        except Exception as error:  # np.load and zipfile raise many types for damaged files
             raise VectorsUnreadable(f"{path} holds no packed word vectors.", "Build it with core/vectors/build.py.") from error
         return packed
 
     def check(self) -> None:
-        """Raise ValueError for arrays of other kinds, numbers out of range, and axes that are not all there."""
+        """Raise ValueError for arrays of wrong types, numbers out of range and missing axes."""
         for table in (self._words, self._ngrams):
             numbers = [table[name] for name in ("centroids", "norms")]
-            if any(part.dtype.kind != "f" or not np.abs(part).max(initial=0) <= _LARGEST for part in numbers):
+            if any(part.dtype.kind != "f" or not np.abs(part).max(initial=0) <= _MAX_VALUE for part in numbers):
                 raise ValueError("numbers out of range")
             if not np.array_equal(np.sort(table["order"]), np.arange(DIMENSIONS)):
                 raise ValueError("axes are missing")
 
     def rows(self, indices: np.ndarray) -> np.ndarray:
-        """``(len(indices), 300)`` float32."""
+        """Return the vectors ``(len(indices), 300)`` float32."""
         return decode(self._words, indices)
 
     def guess(self, word: str) -> np.ndarray:
-        """Mean of the word's n-gram vectors ``(300,)``: FastText's answer to unknown words."""
+        """Return the mean ``(300,)`` of the word's n-gram vectors, as FastText does for unknown words."""
         low, high = self._ngrams["bounds"]
         hashes = ngram_hashes(word, int(low), int(high), len(self._ngrams["codes"]))
         return decode(self._ngrams, np.array(hashes)).mean(0) if hashes else np.zeros(DIMENSIONS, np.float32)
 
 
 def decode(packed: dict[str, np.ndarray], indices: np.ndarray) -> np.ndarray:
-    """Rows ``(len(indices), 300)`` float32 of a product-quantised table: centroids side by side, axes back in order, norms."""
+    """Return rows ``(len(indices), 300)`` float32 of a product-quantised table.
+
+    Centroids are concatenated, axes restored to their order and multiplied by the norms.
+    """
     codes, centroids = packed["codes"][indices], packed["centroids"]
     rows = np.empty((len(codes), centroids.shape[0] * centroids.shape[2]), np.float32)
     rows[:, packed["order"]] = centroids[np.arange(len(centroids)), codes].reshape(len(codes), -1)
@@ -166,7 +186,7 @@ def decode(packed: dict[str, np.ndarray], indices: np.ndarray) -> np.ndarray:
 
 
 def ngram_hashes(word: str, shortest: int, longest: int, buckets: int) -> list[int]:
-    """FastText's bucket numbers of all character n-grams of ``<word>``: 32-bit FNV-1a over UTF-8 bytes read as signed."""
+    """Return FastText's bucket numbers of all character n-grams of ``<word>``: 32-bit FNV-1a of UTF-8 bytes read as signed."""
     characters = [char.encode() for char in f"<{word}>"]
     result = []
     for start in range(len(characters)):
@@ -179,12 +199,14 @@ def ngram_hashes(word: str, shortest: int, longest: int, buckets: int) -> list[i
     return result
 
 
-def spans(words, frames: int, fps: float = 15.0, start: float = 0.0, mode: str = "span") -> np.ndarray:
-    """``(frames,)`` int32: which of the ``(word, start, end)`` is heard in each pose frame, -1 for none.
+def spans(
+    words: Sequence[tuple[str, float, float]], frames: int, fps: float = 15.0, start: float = 0.0, mode: str = "span"
+) -> np.ndarray:
+    """Return ``(frames,)`` int32: the number of the ``(word, start, end)`` spoken in each pose frame, -1 for none.
 
     ``mode="span"`` marks every frame from a word's onset to its end (at least one); ``"onset"`` only the first, as in the
-    published code (reference section B.4). Frame 0 is at ``start`` seconds. A word under way at ``start`` begins in
-    frame 0, one that is over by then is absent, and of two words in one frame the later wins.
+    published code (reference section B.4). Frame 0 is at ``start`` seconds. A word that is being spoken at ``start`` begins in
+    frame 0, one that has ended is absent, and of two words in one frame the later wins.
     """
     if mode not in ("span", "onset"):
         raise ValueError(f"mode is 'span' or 'onset', not {mode!r}")
@@ -198,13 +220,20 @@ def spans(words, frames: int, fps: float = 15.0, start: float = 0.0, mode: str =
     return index
 
 
-def place(words, vectors: WordVectors, frames: int, fps: float = 15.0, start: float = 0.0, mode: str = "span") -> np.ndarray:
-    """``(frames, 300)`` float32: the vector of the word heard in each pose frame, zero where none is; see :func:`spans`."""
+def place(
+    words: Sequence[tuple[str, float, float]],
+    vectors: WordVectors,
+    frames: int,
+    fps: float = 15.0,
+    start: float = 0.0,
+    mode: str = "span",
+) -> np.ndarray:
+    """Return ``(frames, 300)`` float32: the vector of the word spoken in each pose frame, else zero; see :func:`spans`."""
     index = spans(words, frames, fps, start, mode)
-    heard, inverse = np.unique(index[index >= 0], return_inverse=True)
+    numbers, inverse = np.unique(index[index >= 0], return_inverse=True)
     result = np.zeros((frames, DIMENSIONS), np.float32)
-    if len(heard):
-        result[index >= 0] = vectors.vectors([words[number][0] for number in heard])[inverse]
+    if len(numbers):
+        result[index >= 0] = vectors.vectors([words[number][0] for number in numbers])[inverse]
     return result
 
 
