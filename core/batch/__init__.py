@@ -1,5 +1,5 @@
-"""Many clips: a manifest, stages that can be repeated and cut into slices, and a crew of processes on one machine.
+"""Batches of clips: a manifest, repeatable stages that can be split into slices, and a pool of processes on one machine.
 
-Nothing is remembered but in files: a stage of a clip is done when its record names the content it was made from and the
-files it made are there. So a batch can be killed at any moment, started twice, and spread over machines that share a folder.
+All state is in files: a stage of a clip is done if its record has the hash of its inputs and its output files exist. So a
+batch can be killed at any time, started twice, and distributed over machines that share a folder.
 """

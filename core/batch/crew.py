@@ -1,4 +1,4 @@
-"""A crew of child processes that share out tasks; a task that kills or hangs its process fails alone."""
+"""A pool of child processes that share tasks; a task that crashes or hangs its process fails alone."""
 
 import contextlib
 import os
@@ -7,8 +7,9 @@ import subprocess
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from .. import child
 from ..engine import protocol
@@ -16,45 +17,43 @@ from ..errors import S2agError, WorkerFailed
 from ..threads import ONE_EACH
 
 TRIES = 2
-"""A task whose process died may have been the victim of another program's hunger for memory, so it is tried again."""
+"""Attempts per task: its process may have been killed because another program used too much memory."""
 PATIENCE = 1800.0
-"""Seconds without a word from a busy process after which it counts as hung."""
-
+"""Seconds without a message from a busy process after which it counts as hung."""
 LAST_WAIT = 10.0
-"""Seconds that the end of a crew waits for a thread or a process that was killed."""
+"""Seconds to wait, at the end, for a thread or a killed process."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """``method`` of the children and its ``params`` (JSON); ``label`` is the caller's own."""
+    """A call of the children's ``method`` with ``params`` (JSON); ``label`` is for the caller."""
 
     method: str
     params: dict
-    label: object = field(default=None, compare=False)
+    label: Any = field(default=None, compare=False)
 
 
 class Crew:
-    """``size`` processes of ``command`` (:mod:`serving` inside), each started with its first task and then kept."""
+    """``size`` processes of ``command``, which runs :mod:`serving`; each is started with its first task and then reused."""
 
     def __init__(self, command: Sequence[str], size: int, patience: float = PATIENCE):
         self._command, self._size, self._patience = list(command), max(size, 1), patience
 
-    def run(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, dict | S2agError | None, float]]:
-        """Do all ``tasks`` in their order; yields ``(task, result or error, 1)`` as they end, and on the way
-        ``(task, None, share done)``.
+    def run(self, tasks: Sequence[Task]) -> Generator[tuple[Task, dict | S2agError | None, float], None, None]:
+        """Run all ``tasks``; yield ``(task, result or error, 1)`` as each ends, and ``(task, None, share)`` as progress.
 
-        No process outlives the iterator, however it ends.
+        When the iterator ends or is closed, all processes have ended.
         """
         todo: queue.SimpleQueue = queue.SimpleQueue()
         for task in tasks:
             todo.put(task)
-        told: queue.SimpleQueue = queue.SimpleQueue()
-        members = [_Member(self._command, todo, told) for _ in range(min(self._size, len(tasks)))]
+        outcomes: queue.SimpleQueue = queue.SimpleQueue()
+        members = [_Member(self._command, todo, outcomes) for _ in range(min(self._size, len(tasks)))]
         try:
             left = len(tasks)
             while left:
                 try:
-                    task, outcome, share = told.get(timeout=min(1.0, self._patience / 4))
+                    task, outcome, share = outcomes.get(timeout=min(1.0, self._patience / 4))
                 except queue.Empty:
                     for member in members:
                         member.watch(self._patience)
@@ -69,111 +68,118 @@ class Crew:
 
 
 class _Member:
-    """A thread that feeds one process, and the process."""
+    """One child process and the thread that sends it tasks."""
 
-    def __init__(self, command: list[str], todo: queue.SimpleQueue, told: queue.SimpleQueue):
-        self._command, self._todo, self._told = command, todo, told
+    def __init__(self, command: list[str], todo: queue.SimpleQueue, outcomes: queue.SimpleQueue):
+        self._command, self._todo, self._outcomes = command, todo, outcomes
         self._process: subprocess.Popen | None = None
         self._log = tempfile.TemporaryFile("w+b", buffering=0)  # noqa: SIM115 - closed in end()
         self._ending = self._hung = False
         self._starting = threading.Lock()
-        self._heard: float | None = None
+        self._last_message: float | None = None  # time of the last sign of life while busy
         self._thread = threading.Thread(target=self._work, daemon=True)
         self._thread.start()
 
     def watch(self, patience: float) -> None:
-        """Kill a busy process that has been silent for too long."""
-        heard = self._heard
-        if heard is not None and time.monotonic() - heard > patience:
+        """Kill a busy process that has been silent for more than ``patience`` seconds."""
+        last = self._last_message
+        if last is not None and self._process is not None and time.monotonic() - last > patience:
             self._hung = True
             child.end(self._process)
 
     def end(self) -> None:
-        """Kill the process: nothing of what it is doing is needed, and all it has done has landed."""
-        with self._starting:  # after this no process is started any more
+        """Kill the process: its current task is not needed, and all finished results are in place."""
+        with self._starting:  # no process is started after this
             self._ending = True
         if self._process is not None:
             child.end(self._process)
         self._thread.join(LAST_WAIT)
         if self._process is not None:
-            with contextlib.suppress(subprocess.TimeoutExpired):  # one that the system cannot kill is the system's
+            with contextlib.suppress(subprocess.TimeoutExpired):  # the system may be unable to kill it
                 self._process.wait(LAST_WAIT)
         self._log.close()
 
     def _work(self) -> None:
+        """Run tasks until none is left; the thread's main function."""
         with contextlib.suppress(queue.Empty):
             while not self._ending:
                 task = self._todo.get_nowait()
                 try:
                     outcome = self._do(task)
-                except Exception as error:  # into the main thread, where it is seen
+                except Exception as error:  # raised again in the main thread
                     outcome = error
                 if not self._ending:
-                    self._told.put((task, outcome, 1.0))
+                    self._outcomes.put((task, outcome, 1.0))
 
     def _do(self, task: Task) -> dict | S2agError:
+        """Run a task, up to ``TRIES`` times if its process dies; return its result or error."""
         error: S2agError | None = None
         for _ in range(TRIES):
             if self._ending:
                 break
-            if (self._process is None or self._process.poll() is not None) and not self._start():
+            process = self._process
+            if process is None or process.poll() is not None:
+                process = self._start()
+            if process is None:
                 break
-            answer = self._ask(task)
+            answer = self._request(process, task)
             if answer is not None:
                 return answer
-            error = self._epitaph()
+            error = self._describe_death(process)
             if self._hung:
                 break
         return error or WorkerFailed("The batch was ended.")
 
-    def _start(self) -> bool:
-        """Start the process; False where the crew is being ended, which waits for the last process that it knows of."""
+    def _start(self) -> subprocess.Popen | None:
+        """Start the process; return None if the crew is ending: it waits only for processes it knows of."""
         environment = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"} | ONE_EACH
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": self._log}
         with self._starting:
             if self._ending:
-                return False
+                return None
             self._hung = False
             try:
-                # Ctrl-C is for the parent, which ends them; one that dies of it first would look like a failed clip.
+                # Only the parent handles Ctrl-C and ends its children; a child killed by it would look like a failed clip.
                 self._process = subprocess.Popen(self._command, **pipes, env=environment, **child.apart())
             except OSError as error:
                 what = f"{self._command[0]} cannot be started: {error.strerror}."
                 raise WorkerFailed(what, "Check that it runs.") from error
-        return True
+            return self._process
 
-    def _ask(self, task: Task) -> dict | S2agError | None:
-        """The answer to a task, or None when the process ended without one."""
+    def _request(self, process: subprocess.Popen, task: Task) -> dict | S2agError | None:
+        """Send a task and return its result or error, or None if the process ends without one."""
+        assert process.stdin is not None and process.stdout is not None
         self._log.truncate(0)
         self._log.seek(0)
-        self._heard = time.monotonic()
+        self._last_message = time.monotonic()
         try:
             with contextlib.suppress(OSError):
-                self._process.stdin.write(protocol.encode({"id": 0, "method": task.method, "params": task.params}))
-                self._process.stdin.flush()
-            for line in self._process.stdout:
+                process.stdin.write(protocol.encode({"id": 0, "method": task.method, "params": task.params}))
+                process.stdin.flush()
+            for line in process.stdout:
                 try:
                     message = protocol.decode(line)
                 except protocol.NotProtocol:
-                    continue  # what a library prints before serving begins
-                self._heard = time.monotonic()
+                    continue  # a library may print before serving starts
+                self._last_message = time.monotonic()
                 if "error" in message:
                     return protocol.revive(message["error"])
                 if "result" in message:
                     return message["result"]
-                self._told.put((task, None, float(message.get("value", 0))))
-            self._process.wait()
+                self._outcomes.put((task, None, float(message.get("value", 0))))
+            process.wait()
             return None
         finally:
-            self._heard = None
+            self._last_message = None
 
-    def _epitaph(self) -> WorkerFailed:
-        code = self._process.returncode
+    def _describe_death(self, process: subprocess.Popen) -> WorkerFailed:
+        """Return the error that tells how the process ended."""
+        code = process.returncode
         ended = f"was killed by signal {-code}" if code < 0 else f"ended with status {code}"
         self._log.seek(0, os.SEEK_END)
         self._log.seek(max(self._log.tell() - 2000, 0))
         words = self._log.read().decode("utf-8", "replace").strip().splitlines()
-        # Of one that somebody else killed they would be chatter.
+        # If the process was killed from outside, its last output is irrelevant.
         last = f" Its last words: {words[-1][:200]}" if words and (self._hung or code not in (-9, -15)) else ""
         if self._hung:
             return WorkerFailed("The process was silent for too long and was ended.", f"Look at this clip alone.{last}")

@@ -1,19 +1,25 @@
-"""Numbered images and recordings to a film: H.264 and AAC, muxed by FFmpeg's libraries in the package ``av``."""
+"""Encodes numbered images and recordings as a film (H.264 and AAC) with FFmpeg's libraries (package ``av``)."""
 
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import AudioUnreadable, OutputUnwritable
 from ..sound import audio
 
+if TYPE_CHECKING:
+    from av import AudioFrame, AudioStream, VideoFrame, VideoStream
+    from av.container import OutputContainer
+
 PATTERN = "%06d.png"
-"""Names of the images, for FFmpeg; Blender writes the same."""
+"""FFmpeg's pattern of the image names, as Blender writes them."""
 _RATE = 48000
+"""Sample rate of the sound in Hz."""
 _BLOCK = 1024
-"""Samples an AAC frame holds."""
+"""Samples of an AAC frame."""
 
 
 def film(
@@ -27,61 +33,69 @@ def film(
 ) -> None:
     """Write ``path`` (``.mp4``) from ``count`` images of the folder ``images``, numbered from ``first``, at ``fps``.
 
-    ``sounds`` are recordings and the seconds at which they begin; several are mixed. Raises :class:`OutputUnwritable` where
-    an image is missing and :class:`AudioUnreadable`.
+    ``sounds`` are recordings with their start times in seconds; several are mixed. ``progress`` is called with a share
+    (0..1). Raises :class:`OutputUnwritable` if an image is missing, and :class:`AudioUnreadable`.
     """
     import av
+    from av.error import FFmpegError
 
     rate = Fraction(fps).limit_denominator(1001)
     try:
         with av.open(audio.local(path), "w", options={"movflags": "faststart"}) as out:
             video = voice = None
-            mixed = _mixed(sounds, int(count / rate * _RATE)) if sounds else iter(())
+            mixed = _mix(sounds, int(count / rate * _RATE)) if sounds else iter(())
             for index, picture in enumerate(_pictures(images, first, count, rate)):
                 if video is None:
                     video = _video_stream(out, picture, rate)
-                    voice = out.add_stream("aac", rate=_RATE, layout="stereo", bit_rate=160_000) if sounds else None
+                    voice = _audio_stream(out) if sounds else None
                 picture.pts, picture.time_base = index, 1 / rate
                 out.mux(video.encode(picture.reformat(video.width, video.height, "yuv420p")))
                 while voice is not None and voice.frames * _BLOCK / _RATE <= index / rate and (block := next(mixed, None)):
                     out.mux(voice.encode(block))
                 progress((index + 1) / count)
-            out.mux(video.encode())
-            for block in mixed:
-                out.mux(voice.encode(block))
+            if video is not None:
+                out.mux(video.encode())
             if voice is not None:
+                for block in mixed:
+                    out.mux(voice.encode(block))
                 out.mux(voice.encode())
-    except av.FFmpegError as error:
+    except FFmpegError as error:
         message = f"The images in {images} could not be made a film: {error}."
         raise OutputUnwritable(message, "Render the clip again.") from error
 
 
-def _video_stream(out, picture, rate: Fraction):
+def _video_stream(out: "OutputContainer", picture: "VideoFrame", rate: Fraction) -> "VideoStream":
+    """Add an H.264 stream of the picture's size, rounded down to even numbers."""
     stream = out.add_stream("libx264", rate=rate, options={"crf": "18", "preset": "veryfast"})
     stream.width, stream.height = picture.width // 2 * 2, picture.height // 2 * 2
     stream.pix_fmt, stream.time_base = "yuv420p", 1 / rate
-    stream.codec_context.thread_count = 1  # as many processes as cores do this at once
+    stream.codec_context.thread_count = 1  # one process per core runs at the same time
     return stream
 
 
-def _pictures(images: Path, first: int, count: int, rate: Fraction) -> Iterator:
+def _audio_stream(out: "OutputContainer") -> "AudioStream":
+    return out.add_stream("aac", rate=_RATE, layout="stereo", bit_rate=160_000)
+
+
+def _pictures(images: Path, first: int, count: int, rate: Fraction) -> Iterator["VideoFrame"]:
+    """Decode ``count`` images; raises :class:`OutputUnwritable` if there are fewer."""
     import av
 
-    shown = 0
+    number = 0
     options = {"start_number": str(first), "framerate": str(rate)}
     pattern = audio.local(str(images).replace("%", "%%") + "/" + PATTERN)
     with av.open(pattern, format="image2", options=options) as source:
         for picture in source.decode(video=0):
-            if shown == count:
+            if number == count:
                 return
-            shown += 1
+            number += 1
             yield picture
-    if shown < count:
-        raise OutputUnwritable(f"{images} holds {shown} of {count} images.", "Render the clip again.")
+    if number < count:
+        raise OutputUnwritable(f"{images} holds {number} of {count} images.", "Render the clip again.")
 
 
-def _mixed(sounds: Sequence[tuple[str, float]], length: int) -> Iterator:
-    """Stereo frames of ``length`` samples in all."""
+def _mix(sounds: Sequence[tuple[str, float]], length: int) -> Iterator["AudioFrame"]:
+    """Yield the sum of all sounds as stereo frames of ``length`` samples in total."""
     import av
 
     tracks = [_Track(path, delay) for path, delay in sounds]
@@ -93,30 +107,32 @@ def _mixed(sounds: Sequence[tuple[str, float]], length: int) -> Iterator:
 
 
 class _Track:
-    """A recording as an endless stream of samples ``(2, n)``: silence, the sound, silence."""
+    """A recording as an endless stream of samples ``(2, n)``: ``delay`` seconds of silence, the sound, silence."""
 
     def __init__(self, path: str, delay: float):
         self._pieces = _pieces(path)
         self._buffer = np.zeros((2, round(delay * _RATE)), np.float32)
 
     def take(self, count: int) -> np.ndarray:
-        pieces, have = [self._buffer], self._buffer.shape[1]
-        while have < count:
+        """Return the next ``count`` samples (2, count)."""
+        pieces, length = [self._buffer], self._buffer.shape[1]
+        while length < count:
             piece = next(self._pieces, None)
             if piece is None:
-                piece = np.zeros((2, count - have), np.float32)
+                piece = np.zeros((2, count - length), np.float32)
             pieces.append(piece)
-            have += piece.shape[1]
+            length += piece.shape[1]
         whole = np.concatenate(pieces, axis=1)
         self._buffer = whole[:, count:]
         return whole[:, :count]
 
 
 def _pieces(path: str) -> Iterator[np.ndarray]:
-    import av
+    """Decode a recording as pieces (2, n) at ``_RATE``; raises :class:`AudioUnreadable`."""
+    from av.error import FFmpegError
 
     try:
         with audio.opened(path) as container:
             yield from audio.pieces(container, container.streams.audio[0], _RATE, "stereo")
-    except (av.FFmpegError, OSError) as error:
+    except (FFmpegError, OSError) as error:
         raise AudioUnreadable(f"{path} cannot be decoded ({error}).", "Export the recording again.") from error

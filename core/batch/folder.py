@@ -1,4 +1,4 @@
-"""The folder of a batch: where results, records and half-done work lie, and how results land whole."""
+"""The folder of a batch: paths of results, records and unfinished work, and atomic placement of results."""
 
 import contextlib
 import hashlib
@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from .. import files, json_text
 from ..errors import S2agError
@@ -17,62 +18,62 @@ from ..files import host, is_running, sha256, whole_file
 
 STAGES = ("synth", "render", "encode")
 _ABANDONED = 86400.0
-"""Seconds after which half-done work of another machine counts as left behind."""
+"""Seconds after which unfinished work of another machine counts as abandoned."""
 
 
 class Folder:
-    """Paths below the folder ``root`` of a batch: ``KIND/NAME.suffix`` for results, and a few of the batch's own."""
+    """Paths below the folder ``root`` of a batch: ``KIND/NAME.suffix`` for results, and those for internal use."""
 
     def __init__(self, root: str | os.PathLike):
         self.root = Path(root).absolute()
 
     def result(self, kind: str, name: str, suffix: str = "") -> Path:
-        """Where a result goes; without a suffix it is a folder."""
+        """Return the path of a result; without a suffix it is a folder."""
         return self.root / kind / f"{name}{suffix}"
 
     def work(self, name: str, kind: str, key: str) -> Path:
-        """Where numbered images wait until they are all there, or encoded; other settings have other folders."""
+        """Return the folder of numbered images until they are complete or encoded; it depends on the render's ``key``."""
         return self.root / ".work" / f"{name}.{kind}.{key[:16]}"
 
     def works(self, name: str) -> Iterator[Path]:
-        """All folders that :meth:`work` has given for ``name``."""
+        """Yield all existing folders of :meth:`work` for ``name``."""
         for path in (self.root / ".work").glob(f"{name}.*"):
             if path.name.count(".") == name.count(".") + 2:
                 yield path
 
     def record(self, stage: str, name: str) -> "Record":
-        """The record of ``stage`` for the clip or scene ``name``."""
+        """Return the record of ``stage`` for the clip or scene ``name``."""
         return Record(self, stage, name)
 
     @property
     def plan(self) -> Path:
-        """The manifest in which nothing is left to defaults."""
+        """Path of the manifest with all defaults filled in."""
         return self.root / "plan.jsonl"
 
     @contextlib.contextmanager
-    def part(self):
-        """A folder of this process's own for files that are not finished, on the same file system as the results."""
+    def part(self) -> Iterator[Path]:
+        """Create a temporary folder for unfinished files, on the same file system as the results; deleted at the end."""
         parts = self.root / ".part"
         parts.mkdir(parents=True, exist_ok=True)
-        mine = Path(tempfile.mkdtemp(prefix=f"{host()}@{os.getpid()}@", dir=parts))
+        temporary = Path(tempfile.mkdtemp(prefix=f"{host()}@{os.getpid()}@", dir=parts))
         try:
-            yield mine
+            yield temporary
         finally:
-            shutil.rmtree(mine, ignore_errors=True)
+            shutil.rmtree(temporary, ignore_errors=True)
 
     def sweep(self) -> None:
-        """Delete what killed processes have left half done; work of living processes and of other machines stays."""
+        """Delete unfinished work of killed processes; that of running processes, and recent work of other machines, stays."""
         for left in (self.root / ".part").glob("*@*@*"):
             machine, pid, _ = left.name.split("@", 2)
-            gone = not is_running(int(pid)) if machine == host() and pid.isdecimal() else _age(left) > _ABANDONED
-            if gone:
+            is_dead = not is_running(int(pid)) if machine == host() and pid.isdecimal() else _age(left) > _ABANDONED
+            if is_dead:
                 shutil.rmtree(left, ignore_errors=True)
         for left in (self.root, self.root / "dataset", *(self.root / "records").glob("*")):
             files.sweep(left)
 
 
 class Record:
-    """What a stage of one clip has made, from what: a small JSON file that lands after the results."""
+    """Which files a stage of one clip has made, and a hash of its inputs: a JSON file that is written after the results."""
 
     def __init__(self, folder: Folder, stage: str, name: str):
         self.folder, self.stage, self.name = folder, stage, name
@@ -80,33 +81,34 @@ class Record:
         self.failure_path = folder.root / "records" / f"{stage}-failed" / f"{name}.json"
 
     def read(self, key: str) -> dict | None:
-        """The facts of a finished stage, or None unless it was made from ``key`` and all its files are there."""
+        """Return the facts of a stage that was made with ``key``; None if it was not, or if a file is missing or changed."""
         content = _read(self.path) or {}
-        made, facts = content.get("files"), content.get("facts")
-        if content.get("key") != key or content.get("seal") != _sealed(key, made, facts):
+        sizes, facts = content.get("files"), content.get("facts")
+        if content.get("key") != key or content.get("seal") != _seal(key, sizes, facts) or not isinstance(sizes, dict):
             return None
-        return facts if all(_size(self.folder.root / path) == size for path, size in made.items()) else None
+        return facts if all(_size(self.folder.root / path) == size for path, size in sizes.items()) else None
 
     def write(self, key: str, files: list[Path], facts: dict) -> None:
-        """Say that the stage is done; a failure of before is forgotten."""
+        """Record that the stage is done, and delete the record of an earlier failure."""
         sizes = {path.relative_to(self.folder.root).as_posix(): _size(path) for path in files}
-        _write(self.path, {"key": key, "files": sizes, "facts": facts, "seal": _sealed(key, sizes, facts)})
+        _write(self.path, {"key": key, "files": sizes, "facts": facts, "seal": _seal(key, sizes, facts)})
         self.failure_path.unlink(missing_ok=True)
 
     def fail(self, key: str, error: S2agError) -> None:
-        """Say that and why the stage failed."""
-        told = {"kind": error.kind, "message": error.message, "remedy": error.remedy}
-        _write(self.failure_path, {"key": key, **told})
+        """Record why the stage failed."""
+        content = {"kind": error.kind, "message": error.message, "remedy": error.remedy}
+        _write(self.failure_path, {"key": key, **content})
 
-    def failure(self) -> dict | None:
-        """``key``, ``kind``, ``message`` and ``remedy`` of the last try, if it failed; all are text."""
-        told = _read(self.failure_path) or {}
-        known = {name: told.get(name) for name in ("key", "kind", "message", "remedy")}
-        return known if all(isinstance(value, str) for value in known.values()) else None
+    def failure(self) -> dict[str, str] | None:
+        """Return ``key``, ``kind``, ``message`` and ``remedy`` of the last attempt if it failed; all are strings."""
+        content = _read(self.failure_path) or {}
+        names = ("key", "kind", "message", "remedy")
+        failure = {name: value for name in names if isinstance(value := content.get(name), str)}
+        return failure if len(failure) == len(names) else None
 
 
 def land(part: Path, place: Path) -> None:
-    """Move a finished file or folder of :meth:`Folder.part` to its place, where it replaces what is there."""
+    """Move a finished file or folder from :meth:`Folder.part` to ``place``, replacing what is there."""
     place.parent.mkdir(parents=True, exist_ok=True)
     if part.is_dir() and place.is_dir():
         old = part.with_name(f"{part.name}.old")
@@ -117,21 +119,21 @@ def land(part: Path, place: Path) -> None:
         os.replace(part, place)
 
 
-def key(*content) -> str:
-    """SHA-256 (hexadecimal) of anything that is JSON."""
+def key(*content: object) -> str:
+    """Return the SHA-256 (hexadecimal) of values that can be JSON."""
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-_sealed = key
-"""What tells a record that was written here from one that was damaged or changed since."""
+_seal = key
+"""Checksum of a record's content, which reveals damaged or edited records."""
 
 
 def digest(path: str | os.PathLike | None) -> str | None:
-    """SHA-256 (hexadecimal) of a file's content, None for None; raises OSError."""
+    """Return the SHA-256 (hexadecimal) of a file's content, None for None; raises OSError."""
     if path is None:
         return None
-    facts = os.stat(path)
-    return _digest(os.fspath(path), facts.st_size, facts.st_mtime_ns)
+    status = os.stat(path)
+    return _digest(os.fspath(path), status.st_size, status.st_mtime_ns)
 
 
 @lru_cache(maxsize=4096)
@@ -139,11 +141,12 @@ def _digest(path: str, _size: int, _written: int) -> str:
     return sha256(path)
 
 
-def _read(path: Path) -> dict | None:
+def _read(path: Path) -> dict[str, Any] | None:
+    """Return the JSON object in a file, None if it is missing or invalid."""
     try:
         content = json_text.read(path)
     except (OSError, ValueError):
-        return None  # absent, or not ours: the stage is done again
+        return None  # missing or invalid: the stage is repeated
     return content if isinstance(content, dict) else None
 
 
@@ -154,7 +157,7 @@ def _write(path: Path, content: dict) -> None:
 
 
 def _size(path: Path) -> int:
-    """Bytes of a file, number of files in a folder, -1 for nothing."""
+    """Return the bytes of a file, the number of files in a folder, or -1 if there is neither."""
     try:
         return sum(1 for _ in path.iterdir()) if path.is_dir() else path.stat().st_size
     except OSError:
@@ -162,6 +165,7 @@ def _size(path: Path) -> int:
 
 
 def _age(path: Path) -> float:
+    """Return the seconds since the last change, 0 if ``path`` is missing."""
     try:
         return time.time() - path.stat().st_mtime
     except OSError:

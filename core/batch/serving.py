@@ -1,14 +1,15 @@
-"""The child's end of a crew: serves one task after another until its parent goes away. Runs in Blender, too.
+"""The child process of a crew: runs one task after another until its parent ends. Also runs in Blender.
 
-A line of standard input is ``{"id", "method", "params"}``, answered by ``progress`` events and one ``result`` or ``error``
-with the same id, as in :mod:`protocol`. Everything else that is printed goes to standard error.
+Each line of standard input is ``{"id", "method", "params"}``; the reply is ``progress`` events and one ``result`` or
+``error`` with the same id, as in :mod:`protocol`. All other output is redirected to standard error.
 """
 
 import os
 import queue
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import NoReturn
 
 from .. import mistake
 from ..engine import protocol
@@ -16,11 +17,11 @@ from ..errors import EngineMissing, OutputUnwritable, S2agError, UsageError
 from ..files import abandon
 
 Handler = Callable[[dict, Callable[[str, float], None]], dict]
-"""Takes the parameters and a function ``tell(stage, value)``; gives the result. Raises :class:`S2agError`."""
+"""Runs a task: takes its parameters and a progress function ``tell(stage, value)``, returns its result (JSON)."""
 
 
-def serve(handlers: dict[str, Handler]) -> int:
-    """Take over standard input and output and serve ``handlers`` by name until end of file."""
+def serve(handlers: Mapping[str, Handler]) -> NoReturn:
+    """Take over standard input and output, and serve ``handlers`` by name; exits the process at the end of the input."""
     requests, replies = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
@@ -34,7 +35,7 @@ def serve(handlers: dict[str, Handler]) -> int:
 
 
 def _listen(requests: int, waiting: queue.SimpleQueue) -> None:
-    """Queue every line. Without a parent nobody needs the work: end at once, wherever the main thread is."""
+    """Queue every line of input. At its end the parent is gone: exit at once, whatever the main thread is doing."""
     with os.fdopen(requests, "rb") as lines:
         for line in lines:
             waiting.put(line)
@@ -42,7 +43,8 @@ def _listen(requests: int, waiting: queue.SimpleQueue) -> None:
     os._exit(0)
 
 
-def _answer(message: dict, handlers: dict[str, Handler], replies: int) -> dict:
+def _answer(message: dict, handlers: Mapping[str, Handler], replies: int) -> dict:
+    """Run one task and return the reply, which is an error for every exception."""
     number = message["id"]
 
     def tell(stage: str, value: float) -> None:
@@ -65,6 +67,7 @@ def _answer(message: dict, handlers: dict[str, Handler], replies: int) -> dict:
 
 
 def _send(replies: int, message: dict) -> None:
+    """Write a message to the file descriptor, completely."""
     line = memoryview(protocol.encode(message))
     while line:
         line = line[os.write(replies, line) :]

@@ -1,4 +1,4 @@
-"""What there is to do: the steps of each stage, which of them are done, and running the others with a crew."""
+"""The steps of each stage of a batch, with their states, and running the unfinished ones with a crew."""
 
 import shutil
 from collections.abc import Callable, Sequence
@@ -15,12 +15,14 @@ from .folder import Folder, Record, digest, key
 from .work import motion_paths
 
 VERSION = 1
-"""Raise it when the same inputs give other results: everything is then made anew."""
+"""Increase it when the same inputs give other results: all steps are then repeated."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """One task of a stage. ``facts`` is what it gave if it is done; ``key`` is None while an earlier stage is missing."""
+    """One task of a stage. ``facts`` is its result if it is done; ``key``, the hash of its inputs, and ``task`` are None while
+    an earlier stage is missing.
+    """
 
     stage: str
     name: str
@@ -32,7 +34,7 @@ class Step:
 
     @property
     def state(self) -> str:
-        """``done``, ``failed`` (the last try, of this very content), ``ready`` or ``waiting`` for an earlier stage."""
+        """``done``, ``failed`` (the last attempt with the same inputs), ``ready`` or ``waiting`` (for an earlier stage)."""
         if self.facts is not None:
             return "done"
         if self.key is None:
@@ -43,7 +45,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Batch:
-    """Clips, the folder they are made in, and where word times are kept (:class:`synthesis.Session`)."""
+    """Clips, the folder of their results, and the cache of word times (:class:`synthesis.Session`)."""
 
     folder: Folder
     clips: Sequence[Clip]
@@ -55,11 +57,11 @@ class Batch:
         return units(list(self.clips))
 
     @cached_property
-    def _engine(self) -> Callable[..., list]:
-        return lru_cache(maxsize=None)(_engine)
+    def _engine_facts(self) -> Callable[..., list]:
+        return lru_cache(maxsize=None)(_engine_facts)
 
     def steps(self, stage: str, chosen: Sequence[Unit]) -> list[Step]:
-        """Every step of a stage for the chosen units, as things stand now."""
+        """Return every step of a stage for the chosen units, in its current state."""
         if stage == "synth":
             return [self._synth(clip) for unit in chosen for clip in unit.clips]
         filmed = [unit for unit in chosen if (unit.is_filmed if stage == "render" else "mp4" in unit.scene_outputs)]
@@ -67,29 +69,33 @@ class Batch:
         return [make(unit, take) for unit in filmed for take in range(unit.takes)]
 
     def _synth(self, clip: Clip) -> Step:
+        """Return the step that synthesises a clip's motions."""
         record = self.folder.record("synth", clip.name)
-        asked = {name: getattr(clip, name) for name in REQUESTED if name != "transcript"}  # which counts by its content
+        # The transcript counts by its content, below.
+        settings = {name: getattr(clip, name) for name in REQUESTED if name != "transcript"}
         kinds = sorted({"npz", *clip.wanted(MOTION_OUTPUTS)})
         models = tuple(getattr(clip, name) for name in MODELS)
-        engine = self._engine(models, not clip.no_transcript, clip.recognise)
-        directed = [_content(path) for path in (clip.edits, clip.curves, clip.hears, clip.rhubarb) if path is not None]
-        made_of = key("synth", engine, asked, kinds, _content(clip.audio), _content(clip.transcript), *directed)
+        engine = self._engine_facts(models, not clip.no_transcript, clip.recognise)
+        extras = [_content(path) for path in (clip.edits, clip.curves, clip.hears, clip.rhubarb) if path is not None]
+        inputs = key("synth", engine, settings, kinds, _content(clip.audio), _content(clip.transcript), *extras)
         params = {"clip": clip.plain(), "cache": self.cache}
-        return self._step("synth", clip.name, clip.line, record, made_of, params)
+        return self._step("synth", clip.name, clip.line, record, inputs, params)
 
     def _render(self, unit: Unit, take: int) -> Step:
+        """Return the step that applies a take to its characters in Blender and exports or renders it."""
         name, line = unit.take_name(take), unit.clips[0].line
         record = self.folder.record("render", name)
-        synths = [self._synth(clip) for clip in unit.clips]
-        if any(step.facts is None for step in synths):
+        synths = [self._synth(clip).facts for clip in unit.clips]
+        motions = [facts["motions"][take] for facts in synths if facts is not None]
+        if len(motions) < len(synths):
             return Step("render", name, line, record)
-        motions = [step.facts["motions"][take] for step in synths]
-        made_of = key("render", motions, [_shown(clip) for clip in unit.clips], unit.scene_outputs, self._look(unit))
-        step = self._step("render", name, line, record, made_of, {"job": self._job(unit, take, made_of)})
-        complete = step.facts is None or self._has_images(unit, step)
+        inputs = key("render", motions, [_visible_facts(clip) for clip in unit.clips], unit.scene_outputs, self._look(unit))
+        step = self._step("render", name, line, record, inputs, {"job": self._job(unit, take, inputs)})
+        complete = step.facts is None or self._has_images(unit, step, step.facts)
         return step if complete else replace(step, facts=None)
 
     def _encode(self, unit: Unit, take: int) -> Step:
+        """Return the step that encodes a take's images as a film."""
         render = self._render(unit, take)
         record = self.folder.record("encode", render.name)
         if render.facts is None:
@@ -102,20 +108,20 @@ class Batch:
         }
         return self._step("encode", render.name, render.line, record, key("encode", render.key), params)
 
-    def _step(self, stage: str, name: str, line: int, record: Record, made_of: str, params: dict) -> Step:
-        task = Task(stage, {**params, "folder": str(self.folder.root), "name": name, "key": made_of})
-        return Step(stage, name, line, record, made_of, task, record.read(made_of))
+    def _step(self, stage: str, name: str, line: int, record: Record, inputs: str, params: dict) -> Step:
+        task = Task(stage, {**params, "folder": str(self.folder.root), "name": name, "key": inputs})
+        return Step(stage, name, line, record, inputs, task, record.read(inputs))
 
-    def _has_images(self, unit: Unit, step: Step) -> bool:
-        """Whether the images of the film are still there, or are a film already."""
+    def _has_images(self, unit: Unit, step: Step, facts: dict) -> bool:
+        """Return whether the rendered images still exist or are already encoded as a film."""
         if "mp4" not in unit.scene_outputs:
             return True
-        images = self.folder.root / step.facts["images"]
+        images = self.folder.root / facts["images"]
         encoded = self.folder.record("encode", step.name).read(key("encode", step.key)) is not None
-        return encoded or (images.is_dir() and len(list(images.glob("*.png"))) >= step.facts["count"])
+        return encoded or (images.is_dir() and len(list(images.glob("*.png"))) >= facts["count"])
 
     def _look(self, unit: Unit) -> dict:
-        """Engine, resolution and so on of a unit, None where its ``.blend`` decides."""
+        """Return the render settings of a unit; None for those that its ``.blend`` defines."""
         first = unit.clips[0]
         look = first.look
         return {
@@ -127,17 +133,17 @@ class Batch:
             "transparent": bool(look and look.transparent),
         }
 
-    def _job(self, unit: Unit, take: int, made_of: str) -> dict:
-        """The job for Blender (:class:`s2ag_blender.film.job.Job`) and where its files go."""
+    def _job(self, unit: Unit, take: int, inputs: str) -> dict:
+        """Return the job for Blender (:class:`s2ag_blender.film.job.Job`) with the paths of its outputs."""
         name, folder = unit.take_name(take), self.folder
-        performers, places = [], {}
+        characters, places = [], {}
         for clip in unit.clips:
             files = []
             for kind in clip.wanted(CHARACTER_OUTPUTS):
                 suffix = CHARACTER_OUTPUTS[kind]
                 files.append(f"{clip.take_name(take)}{suffix}")
                 places[files[-1]] = str(folder.result(kind, clip.take_name(take), suffix))
-            performers.append({
+            characters.append({
                 "motions": [str(motion_paths(folder, clip)[take])],
                 "outputs": files,
                 **{part: getattr(clip, part) for part in ("audio", "character", "gender", "armature", "delay")},
@@ -148,11 +154,11 @@ class Batch:
             if kind in SEQUENCES or (kind == "mp4" and "frames" not in unit.scene_outputs):
                 suffix = ".png" if kind == "mp4" else SCENE_OUTPUTS[kind]
                 place = None if kind == "mp4" else str(folder.result(kind, name))
-                sequences.append({"folder": str(folder.work(name, kind, made_of)), "suffix": suffix, "place": place})
+                sequences.append({"folder": str(folder.work(name, kind, inputs)), "suffix": suffix, "place": place})
             elif kind != "mp4":
                 scene.append(f"{name}{SCENE_OUTPUTS[kind]}")
                 places[scene[-1]] = str(folder.result(kind, name, SCENE_OUTPUTS[kind]))
-        return {"performers": performers, "outputs": scene, "places": places, "sequences": sequences, **self._look(unit)}
+        return {"performers": characters, "outputs": scene, "places": places, "sequences": sequences, **self._look(unit)}
 
 
 def perform(
@@ -161,17 +167,17 @@ def perform(
     chosen: Sequence[Unit],
     command: Sequence[str],
     jobs: int,
-    tell: Callable[[str, float, int, int], None] = lambda *_: None,
+    tell: Callable[[str, float, int, int], None] = lambda stage, share, finished, total: None,
     patience: float = PATIENCE,
 ) -> list[tuple[Step, S2agError | None]]:
-    """Do what is left of a stage with ``jobs`` processes of ``command``; gives what was tried, with the error if it failed.
+    """Run the unfinished steps of a stage with ``jobs`` processes of ``command``; return each with its error, or None.
 
-    ``tell(stage, share, finished, total)`` hears of progress, share in 0..1. Failures are on record when this returns.
+    ``tell(stage, share, finished, total)`` receives progress, share in 0..1. Failures are also recorded in files.
     """
     steps = [step for step in batch.steps(stage, chosen) if step.state in ("ready", "failed")]
-    tasks = [Task(step.task.method, step.task.params, step) for step in steps]
+    tasks = [Task(step.task.method, step.task.params, step) for step in steps if step.task is not None]
     shares: dict[str, float] = {}
-    tried = []
+    results = []
     with closing(Crew(command, jobs, patience).run(tasks)) as running:
         for task, outcome, share in running:
             shares[task.label.name] = share
@@ -179,13 +185,13 @@ def perform(
                 error = outcome if isinstance(outcome, S2agError) else None
                 if error is not None:
                     task.label.record.fail(task.label.key, error)
-                tried.append((task.label, error))
-            tell(stage, sum(shares.values()) / len(tasks), len(tried), len(tasks))
-    return tried
+                results.append((task.label, error))
+            tell(stage, sum(shares.values()) / len(tasks), len(results), len(tasks))
+    return results
 
 
 def settle(batch: Batch, chosen: Sequence[Unit]) -> None:
-    """Delete images of films that are encoded, and those that were rendered with other settings."""
+    """Delete images that are encoded as films, and those that were rendered with other settings."""
     for step in batch.steps("render", chosen):
         if step.key is not None:
             current = {batch.folder.work(step.name, kind, step.key) for kind in ("mp4", *SEQUENCES)}
@@ -195,8 +201,8 @@ def settle(batch: Batch, chosen: Sequence[Unit]) -> None:
                     shutil.rmtree(images, ignore_errors=True)
 
 
-def _engine(models: tuple, has_words: bool, recognises: bool) -> list:
-    """Everything that gestures depend on beside the row: this program, and the models that have a say in them."""
+def _engine_facts(models: tuple[str | None, ...], has_words: bool, recognises: bool) -> list:
+    """Return all inputs of a motion that are not in its row: versions of this program, and hashes of the models used."""
     from ..meaning import vocabulary
     from ..performance import finishing
     from ..words import align, recognise
@@ -212,24 +218,26 @@ def _engine(models: tuple, has_words: bool, recognises: bool) -> list:
     return used
 
 
-def _shown(clip: Clip) -> dict:
-    """What of a clip is seen and heard beside its motion."""
+def _visible_facts(clip: Clip) -> dict:
+    """Return the inputs of a clip's rendering, except its motion."""
     file = Path(clip.character)
-    shown = {name: getattr(clip, name) for name in ("character", "gender", "armature", "delay")}
-    shown |= {name: _content(getattr(clip, name)) for name in ("map", "face_map")}
+    facts = {name: getattr(clip, name) for name in ("character", "gender", "armature", "delay")}
+    facts |= {name: _content(getattr(clip, name)) for name in ("map", "face_map")}
     if file.suffix:
-        shown["character"] = _content(clip.character)
-    return shown | {"name": clip.name, "audio": _content(clip.audio), "outputs": clip.wanted(CHARACTER_OUTPUTS)}
+        facts["character"] = _content(clip.character)
+    return facts | {"name": clip.name, "audio": _content(clip.audio), "outputs": clip.wanted(CHARACTER_OUTPUTS)}
 
 
-def _contents(folder: str | None) -> list | None:
-    """Names and digests of the files in a folder, and in folders within."""
-    files = sorted(Path(folder).rglob("*")) if folder else ()
-    return [(path.relative_to(folder).as_posix(), _content(path)) for path in files if path.is_file()] if folder else None
+def _contents(folder: str | None) -> list[tuple[str, str | None]] | None:
+    """Return names and digests of all files in a folder, recursively."""
+    if not folder:
+        return None
+    files = sorted(Path(folder).rglob("*"))
+    return [(path.relative_to(folder).as_posix(), _content(path)) for path in files if path.is_file()]
 
 
 def _content(path: str | Path | None) -> str | None:
-    """A file's digest; one that cannot be read has none, and the stage that needs it will say so."""
+    """Return a file's digest, "unreadable" if it cannot be read: the stage that needs it reports that."""
     try:
         return digest(path)
     except OSError:

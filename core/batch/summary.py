@@ -1,9 +1,9 @@
-"""What a batch has made so far, read from its records: a summary, a list of failures, and the index of a data set."""
+"""Reports of a batch, from its records: a summary, lists of failures and warnings, and the index of a data set."""
 
 import hashlib
 import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ..files import whole_file
@@ -27,26 +27,28 @@ Made by `s2ag batch`. One line of `index.jsonl` describes one performance:
 
 
 def take_stock(batch: Batch, chosen: Sequence[Unit]) -> tuple[dict, list[dict], list[dict]]:
-    """Counts of each stage's steps by state, what failed, and what steps that are done warn of.
+    """Return the counts of each stage's steps by state, the failures, and the warnings of finished steps.
 
     Failures have ``stage``, ``name``, ``line``, ``kind``, ``message``, ``remedy``; warnings all but ``kind`` and ``remedy``.
     """
-    stages, failures, warnings = {}, [], []
+    stages: dict[str, dict[str, int]] = {}
+    failures: list[dict] = []
+    warnings: list[dict] = []
     for stage in STAGES:
         steps = batch.steps(stage, chosen)
         if steps:
             states = Counter(step.state for step in steps)
             stages[stage] = {"steps": len(steps), **{state: states[state] for state in ("done", "failed", "ready", "waiting")}}
             failures += [_failure(step) for step in steps if step.state == "failed"]
-            warnings += [one for step in steps if step.facts for one in _warnings(step)]
+            warnings += [warning for step in steps if step.facts for warning in _warnings(step, step.facts)]
     done = all(counts["done"] == counts["steps"] for counts in stages.values())
-    warned = len({(one["stage"], one["name"]) for one in warnings})
+    warned = len({(warning["stage"], warning["name"]) for warning in warnings})
     count = sum(len(unit.clips) for unit in chosen)
     return {"clips": count, "complete": done, "stages": stages, "warnings": warned}, failures, warnings
 
 
 def write(batch: Batch, last_run: dict | None = None) -> None:
-    """Write ``summary.json`` of the whole batch, and ``failures.jsonl`` and ``warnings.jsonl`` where there are any."""
+    """Write ``summary.json`` of the whole batch, and ``failures.jsonl`` and ``warnings.jsonl`` if there are any."""
     summary, failures, warnings = take_stock(batch, batch.units)
     root = batch.folder.root
     with whole_file(root / "summary.json") as temporary:
@@ -65,18 +67,18 @@ def _write_rows(path: Path, rows: list[dict]) -> None:
 
 
 def _failure(step: Step) -> dict:
-    told = step.record.failure()
-    told.pop("key")
-    return {"stage": step.stage, "name": step.name, "line": step.line, **told}
+    failure = step.record.failure() or {}
+    failure.pop("key", None)
+    return {"stage": step.stage, "name": step.name, "line": step.line, **failure}
 
 
-def _warnings(step: Step) -> list[dict]:
+def _warnings(step: Step, facts: dict) -> list[dict]:
     about = {"stage": step.stage, "name": step.name, "line": step.line}
-    return [{**about, "message": message} for message in step.facts.get("warnings", ())]
+    return [{**about, "message": message} for message in facts.get("warnings", ())]
 
 
 def _write_index(batch: Batch) -> None:
-    """The index of the data set, of what is there by now."""
+    """Write the index and the card of the data set, for the clips that are done."""
     clips = [clip for clip in batch.clips if "dataset" in clip.outputs]
     units = [unit for unit in batch.units if any("dataset" in clip.outputs for clip in unit.clips)]
     done = {step.name: step.facts for step in batch.steps("synth", units) if step.facts is not None}
@@ -90,8 +92,8 @@ def _write_index(batch: Batch) -> None:
         temporary.write_text(CARD.format(joints=", ".join(skeleton.JOINTS), edges=edges), "utf-8")
 
 
-def _rows(clip: Clip, facts: dict):
-    """A line for every take: a tenth of the recordings is for validation, a tenth for tests."""
+def _rows(clip: Clip, facts: dict) -> Iterator[dict[str, object]]:
+    """Yield an index entry for every take; a tenth of the recordings is for validation, a tenth for tests."""
     share = int(hashlib.sha256(facts["recording"].encode()).hexdigest()[:8], 16) % 10
     for take in range(clip.takes):
         name = clip.take_name(take)

@@ -1,10 +1,12 @@
-"""The tasks that need no Blender, as served to a crew: ``python -m s2ag.core.batch.work``."""
+"""Child process of a crew for the tasks without Blender: ``python -m s2ag.core.batch.work``."""
 
 import sys
 import wave
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,46 +17,54 @@ from .checks import request
 from .clip import MODELS, Clip
 from .folder import Folder, digest, land
 
-_SAVED = ("npz", "bvh", "json")
-_KEPT = 3
-"""Engines with other models that a process keeps, for manifests in which rows of several languages or networks alternate."""
+if TYPE_CHECKING:
+    from ..motion.motion import Motion
+    from ..performance.request import Result
+    from ..performance.synthesis import Session
+
+Tell = Callable[[str, float], None]
+"""Receives progress: a stage and a value 0..1 within it."""
+
+_MOTION_KINDS = ("npz", "bvh", "json")
+_MAX_SESSIONS = 3
+"""Sessions with different models that a process caches, for manifests that alternate between languages or networks."""
 
 
 class Synthesis:
-    """The task ``synth``: one clip to motion files, with an engine that stays warm."""
+    """The task ``synth``: makes the motion files of one clip; models stay loaded between tasks."""
 
     def __init__(self):
-        self._open = lru_cache(maxsize=_KEPT)(_open)
+        self._open = lru_cache(maxsize=_MAX_SESSIONS)(_open)
 
-    def __call__(self, params: dict, tell) -> dict:
-        """``clip``, ``folder``, ``key``, ``cache``; files land, then the record."""
+    def __call__(self, params: dict, tell: Tell) -> dict:
+        """Write the files, then the record; ``params`` are ``clip``, ``folder``, ``key``, ``cache``. Return the facts."""
         clip, folder = Clip.of(params["clip"]), Folder(params["folder"])
         models = {name: getattr(clip, name) for name in MODELS}
-        result = _perform(self._open(**models, cache=params["cache"]), clip, tell)
+        result = _synthesize(self._open(**models, cache=params["cache"]), clip, tell)
         with folder.part() as part:
-            made = {}
+            files = {}
             for take, motion in enumerate(result.motions):
-                made |= _motion_files(motion, clip, take, folder, part)
+                files |= _motion_files(motion, clip, take, folder, part)
             if "dataset" in clip.outputs:
-                made |= _speech_files(clip, result.words, folder, part)
-            digests = {place: digest(file) for file, place in made.items()}
+                files |= _speech_files(clip, result.words, folder, part)
+            digests = {place: digest(file) for file, place in files.items()}
             motions = [digests[path] for path in motion_paths(folder, clip)]
-            for file, place in made.items():
+            for file, place in files.items():
                 land(file, place)
         first = result.motions[0]
         facts = {"motions": motions, "recording": first.meta["audio"], "duration": first.duration, "warnings": result.warnings}
-        folder.record("synth", clip.name).write(params["key"], list(made.values()), facts)
+        folder.record("synth", clip.name).write(params["key"], list(files.values()), facts)
         return facts
 
 
-def _open(**models):
+def _open(**models: Any) -> "Session":
     from ..performance.synthesis import Session
 
     return Session(**models)
 
 
-def _perform(session, clip: Clip, tell):
-    """The takes of a clip, after an animator's edits where it has some."""
+def _synthesize(session: "Session", clip: Clip, tell: Tell) -> "Result":
+    """Synthesise the takes of a clip, with an animator's edits if it has any."""
     if clip.edits is None:
         result = session.synthesize(request(clip), tell)
     else:
@@ -66,33 +76,33 @@ def _perform(session, clip: Clip, tell):
 
 
 def motion_paths(folder: Folder, clip: Clip) -> list[Path]:
-    """The motion of every take."""
+    """Return the path of every take's motion."""
     return [folder.result("npz", clip.take_name(take), ".npz") for take in range(clip.takes)]
 
 
-def _motion_files(motion, clip: Clip, take: int, folder: Folder, part: Path) -> dict[Path, Path]:
-    """Files of one take in ``part`` and their places; the ``.npz`` is always there, because rendering needs it."""
+def _motion_files(motion: "Motion", clip: Clip, take: int, folder: Folder, part: Path) -> dict[Path, Path]:
+    """Write the files of one take to ``part``; return them with their final paths. Rendering always needs the ``.npz``."""
     from ...rigs import bvh
     from ..motion import as_json
 
     name = clip.take_name(take)
     savers = {"npz": lambda motion, path: motion.save(path), "bvh": bvh.save, "json": as_json.save}
-    made = {}
-    for kind in _SAVED:
+    files = {}
+    for kind in _MOTION_KINDS:
         if kind == "npz" or kind in clip.outputs:
             file = part / f"{name}.{kind}"
             savers[kind](motion, file)
-            made[file] = folder.result(kind, name, f".{kind}")
+            files[file] = folder.result(kind, name, f".{kind}")
     if "dataset" in clip.outputs:
         file = part / f"{name}.dataset.npz"
         arrays = {"directions": motion.directions, "positions": skeleton.to_positions(motion.directions)}
         np.savez_compressed(file, **arrays, fps=np.float64(motion.fps))
-        made[file] = folder.result("dataset/motion", name, ".npz")
-    return made
+        files[file] = folder.result("dataset/motion", name, ".npz")
+    return files
 
 
-def _speech_files(clip: Clip, words, folder: Folder, part: Path) -> dict[Path, Path]:
-    """The recording as 16-bit WAV at 16 kHz, and its words with their times."""
+def _speech_files(clip: Clip, words: Sequence[Sequence], folder: Folder, part: Path) -> dict[Path, Path]:
+    """Write the recording (16-bit WAV, 16 kHz) and its timed words to ``part``; return them with their final paths."""
     import json
 
     from ..sound import audio
@@ -110,8 +120,11 @@ def _speech_files(clip: Clip, words, folder: Folder, part: Path) -> dict[Path, P
     }
 
 
-def encode_film(params: dict, tell) -> dict:
-    """The task ``encode``: ``images``, ``sounds``, ``fps``, ``first``, ``count``, ``folder``, ``name``, ``key`` to an MP4."""
+def encode_film(params: dict, tell: Tell) -> dict:
+    """Run the task ``encode``: images and sounds to an MP4.
+
+    ``params`` are ``images``, ``sounds``, ``fps``, ``first``, ``count``, ``folder``, ``name``, ``key``.
+    """
     folder, name = Folder(params["folder"]), params["name"]
     place = folder.result("mp4", name, ".mp4")
     with folder.part() as part:
@@ -126,7 +139,7 @@ def encode_film(params: dict, tell) -> dict:
 
 
 def main() -> int:
-    """Serve until the parent goes away."""
+    """Serve until the parent process ends."""
     share_cores()
     return serving.serve({"synth": Synthesis(), "encode": encode_film})
 
