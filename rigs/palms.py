@@ -68,25 +68,25 @@ def towards(palm: Palm, knuckles: np.ndarray, normals: np.ndarray) -> np.ndarray
     return quaternion.from_matrix(goal @ rest.T)
 
 
-def human(palm: Palm, wanted: np.ndarray, fore: np.ndarray, aimed: np.ndarray, free: bool) -> tuple[np.ndarray, np.ndarray]:
+def human(palm: Palm, target: np.ndarray, fore: np.ndarray, aimed: np.ndarray, free: bool) -> tuple[np.ndarray, np.ndarray]:
     """Return D (frames, 4) of a hand within the wrist's range, and the twist (frames,) of its forearm in radians.
 
-    ``wanted`` is the target D, ``fore`` (frames, 3) the forearm's direction and ``aimed`` its D without twist; if ``free``,
+    ``target`` is the target D, ``fore`` (frames, 3) the forearm's direction and ``aimed`` its D without twist; if ``free``,
     nothing is limited.
     """
     if not free:
-        axes = quaternion.rotate(wanted[:, None], palm.frame.T)
+        axes = quaternion.rotate(target[:, None], palm.frame.T)
         along, out, aside = (np.sum(axes[:, index] * fore, -1) for index in range(3))
         bent = limits.soft(np.arctan2(out, along), FLEXION)
         sideways = limits.soft(np.arcsin(np.clip(aside, -1, 1)), DEVIATION)
         reached = np.stack([np.cos(sideways) * np.cos(bent), np.cos(sideways) * np.sin(bent), np.sin(sideways)], -1)
         limited = np.sum(axes * reached[..., None], 1)
-        wanted = quaternion.multiply(quaternion.swing(limited, fore), wanted)
-    twist = twist_about(fore, quaternion.multiply(wanted, quaternion.conjugate(aimed)))
+        target = quaternion.multiply(quaternion.swing(limited, fore), target)
+    twist = twist_about(fore, quaternion.multiply(target, quaternion.conjugate(aimed)))
     if free:
-        return wanted, twist
+        return target, twist
     allowed = limits.soft(twist + palm.neutral, PRONATION) - palm.neutral
-    return quaternion.multiply(quaternion.about(fore, allowed - twist), wanted), allowed
+    return quaternion.multiply(quaternion.about(fore, allowed - twist), target), allowed
 
 
 def twist_about(axis: np.ndarray, turn: np.ndarray) -> np.ndarray:

@@ -67,5 +67,5 @@ class Nodding:
         return np.matmul(self.turn, way[..., None])[..., 0]
 
     def _offset(self, points: np.ndarray, frames: slice | np.ndarray) -> np.ndarray:
-        seen = np.matmul(points - self.place[frames][:, None], self.turn[frames])
-        return seen + (self.skull.pivot - self.skull.middle)
+        local = np.matmul(points - self.place[frames][:, None], self.turn[frames])
+        return local + (self.skull.pivot - self.skull.middle)

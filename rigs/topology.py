@@ -109,7 +109,7 @@ class _Body:
         if not neck + upward or not (self.legs or self._is_bust(rows)):
             return None
         front = self.front()
-        left, told = self._left(front)
+        left, source = self._left(front)
         limbs = self.limbs if left @ self.arms.normal > 0 else self.limbs[::-1]
         above = neck + upward
         chains = {"torso": rows[1:], "neck": above[:-1], "head": above[-1:]}
@@ -117,7 +117,7 @@ class _Body:
             chains |= {f"{side}_{part}": chain for part, chain in limb.parts().items()}
         named = {part: tuple(self.bones.names[row] for row in chain) for part, chain in chains.items() if chain}
         legs = tuple(self.bones.names[path[0]] for path in self.legs.paths) if self.legs else ()
-        shape = Shape(named, self.bones.names[rows[0]] if rows else "", legs, told, front)
+        shape = Shape(named, self.bones.names[rows[0]] if rows else "", legs, source, front)
         return (self.legs is not None, -self._oddity(front)), shape
 
     def measure(self) -> bool:

@@ -71,8 +71,8 @@ class Walk:
             angle = arms.upper_arm_turn(hinge, target, goals.target(f"{side}_forearm"), SIDES[side], goals.fps)
             return SIDES[side] * limits.soft(SIDES[side] * angle, limits.UPPER_ARM) if options.limits else angle
         if part.endswith("_forearm") and goals.hands is not None:
-            wanted, palm = goals.wanted_hand(side), goals.hand(side)
-            self.hands[side], angle = palms.human(palm, wanted, target, aimed, free=not options.limits)
+            goal, palm = goals.wanted_hand(side), goals.hand(side)
+            self.hands[side], angle = palms.human(palm, goal, target, aimed, free=not options.limits)
             alone = len(mapping.chains[part]) == 1 and not goals.winds(part) and goals.hand_row(side) is not None
             return palms.ALONE * angle if alone else angle
         if part.endswith("_forearm") and options.palms:

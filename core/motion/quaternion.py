@@ -1,6 +1,6 @@
 """Unit quaternions as arrays ``(..., 4)`` in the order w, x, y, z; vectors are ``(..., 3)``, angles radians.
 
-Everything broadcasts over leading axes. Where a function speaks of continuity, the first axis is time.
+All functions broadcast over leading axes. In functions that ensure continuity, the first axis is time.
 """
 
 import numpy as np
@@ -11,14 +11,14 @@ _TINY = 1e-12
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The cross product of vectors; for arrays as short as ours several times as quick as numpy's own, and the same."""
+    """Return the cross product of vectors; for short arrays several times faster than numpy's, with equal results."""
     b = np.asarray(b)
-    turned = [a[..., i] * b[..., j] - a[..., j] * b[..., i] for i, j in ((1, 2), (2, 0), (0, 1))]
-    return np.stack(turned, -1)
+    components = [a[..., i] * b[..., j] - a[..., j] * b[..., i] for i, j in ((1, 2), (2, 0), (0, 1))]
+    return np.stack(components, -1)
 
 
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The rotation ``b`` followed by ``a``."""
+    """Return the product: the rotation ``b`` followed by ``a``."""
     a, b = np.asarray(a), np.asarray(b)
     scalar = a[..., :1] * b[..., :1] - np.sum(a[..., 1:] * b[..., 1:], -1, keepdims=True)
     vector = a[..., :1] * b[..., 1:] + b[..., :1] * a[..., 1:] + cross(a[..., 1:], b[..., 1:])
@@ -26,26 +26,26 @@ def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def conjugate(q: np.ndarray) -> np.ndarray:
-    """The inverse rotation."""
+    """Return the inverse rotation."""
     return np.asarray(q) * np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def rotate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Vectors ``v`` turned by ``q``."""
+    """Rotate the vectors ``v`` by ``q``."""
     q = np.asarray(q)
     twice = 2.0 * cross(q[..., 1:], v)
     return v + q[..., :1] * twice + cross(q[..., 1:], twice)
 
 
 def about(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Rotation by ``angle`` ``(...)`` about the unit vectors ``axis`` ``(..., 3)``."""
+    """Return the rotation by ``angle`` ``(...)`` about the unit vectors ``axis`` ``(..., 3)``."""
     half = 0.5 * np.asarray(angle, float)[..., None]
     cosine, vector = np.cos(half), np.sin(half) * axis
     return np.concatenate([np.broadcast_to(cosine, (*vector.shape[:-1], 1)), vector], -1)
 
 
 def swing(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """The shortest rotation that carries unit vectors ``start`` onto ``end``; half a turn where they are opposite."""
+    """Return the shortest rotation that maps unit vectors ``start`` onto ``end``; half a turn if they are opposite."""
     start, end = np.broadcast_arrays(np.asarray(start, float), np.asarray(end, float))
     q = np.concatenate([1.0 + np.sum(start * end, -1, keepdims=True), cross(start, end)], -1)
     length = np.linalg.norm(q, axis=-1, keepdims=True)
@@ -54,14 +54,14 @@ def swing(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 
 def perpendicular(v: np.ndarray) -> np.ndarray:
-    """A unit vector at right angles to each unit vector ``v``."""
-    least = np.eye(3)[np.argmin(np.abs(v), -1)]
-    side = np.cross(v, least)
+    """Return a unit vector at right angles to each unit vector ``v``."""
+    axis = np.eye(3)[np.argmin(np.abs(v), -1)]
+    side = np.cross(v, axis)
     return side / np.linalg.norm(side, axis=-1, keepdims=True)
 
 
 def power(q: np.ndarray, exponent: float | np.ndarray) -> np.ndarray:
-    """The rotation ``q`` carried out to the given fraction, the short way round."""
+    """Return the fraction ``exponent`` of the rotation ``q``, the short way round."""
     q = np.asarray(q)
     q = np.where(q[..., :1] < 0, -q, q)
     sine = np.linalg.norm(q[..., 1:], axis=-1)
@@ -70,12 +70,12 @@ def power(q: np.ndarray, exponent: float | np.ndarray) -> np.ndarray:
 
 
 def slerp(a: np.ndarray, b: np.ndarray, t: float | np.ndarray) -> np.ndarray:
-    """Spherical interpolation from ``a`` (t = 0) to ``b`` (t = 1)."""
+    """Interpolate spherically from ``a`` (t = 0) to ``b`` (t = 1)."""
     return multiply(a, power(multiply(conjugate(a), b), t))
 
 
 def continuous(q: np.ndarray) -> np.ndarray:
-    """The same rotations ``(frames, ..., 4)`` with signs chosen so that neighbours in time are near; the first has w >= 0."""
+    """Choose the signs of quaternions ``(frames, ..., 4)`` so that successive ones are near; the first has w >= 0."""
     q = np.array(q, float)
     flips = np.sign(np.sum(q[1:] * q[:-1], -1, keepdims=True))
     first = np.where(q[:1, ..., :1] < 0, -1.0, 1.0)
@@ -83,12 +83,12 @@ def continuous(q: np.ndarray) -> np.ndarray:
 
 
 def to_matrix(q: np.ndarray) -> np.ndarray:
-    """Rotation matrices ``(..., 3, 3)`` for column vectors."""
+    """Return rotation matrices ``(..., 3, 3)`` for column vectors."""
     return np.stack([rotate(q, axis) for axis in np.eye(3)], -1)
 
 
 def from_matrix(matrix: np.ndarray) -> np.ndarray:
-    """Quaternions of rotation matrices ``(..., 3, 3)``: the column of the largest diagonal term, so never ill-conditioned."""
+    """Convert rotation matrices ``(..., 3, 3)``; uses the largest diagonal term of q q^T, so it is never ill-conditioned."""
     m = np.asarray(matrix, float)
     trace = np.trace(m, axis1=-2, axis2=-1)
     outer = np.empty((*m.shape[:-2], 4, 4))  # 4 q q^T
@@ -104,17 +104,17 @@ def from_matrix(matrix: np.ndarray) -> np.ndarray:
 
 
 def from_euler(angles: np.ndarray, order: str = "XYZ") -> np.ndarray:
-    """Quaternions of Euler angles ``(..., 3)`` given as x, y, z; in ``order`` XYZ x turns first, as in Blender."""
+    """Convert Euler angles ``(..., 3)`` given as x, y, z; in ``order`` XYZ the x rotation is applied first, as in Blender."""
     angles = np.asarray(angles, float)
     first, second, third = (about(np.eye(3)["XYZ".index(axis)], angles[..., "XYZ".index(axis)]) for axis in order)
     return multiply(third, multiply(second, first))
 
 
 def to_euler(q: np.ndarray, order: str = "XYZ") -> np.ndarray:
-    """Euler angles ``(frames, 3)`` as x, y, z of rotations ``(frames, 4)``, without jumps along time.
+    """Convert rotations ``(frames, 4)`` to Euler angles ``(frames, 3)`` as x, y, z, without jumps over time.
 
-    Each rotation has two sets of angles. Both chains of neighbours are equally long, so the choice at a frame depends
-    only on whether staying or changing is shorter, which makes it a running parity instead of a loop.
+    Each rotation has two sets of angles. At each frame, the set nearer to the one before is chosen; because distances
+    between first sets and between second sets are equal, the choice is a running parity and needs no loop.
     """
     i, j, k = ("XYZ".index(axis) for axis in order)
     odd = 1.0 if (j - i) % 3 == 1 else -1.0
@@ -137,8 +137,8 @@ def to_euler(q: np.ndarray, order: str = "XYZ") -> np.ndarray:
     return np.unwrap(chosen, axis=0)
 
 
-def _resolve_locked(angles: np.ndarray, m: np.ndarray, cosine: np.ndarray, axes: tuple, odd: float) -> None:
-    """In gimbal lock only the sum of the outer angles is known: keep the last one from the frame before."""
+def _resolve_locked(angles: np.ndarray, m: np.ndarray, cosine: np.ndarray, axes: tuple[int, int, int], odd: float) -> None:
+    """Fill in angles of frames in gimbal lock, where only the sum of the outer ones is defined: keep the last from before."""
     i, j, k = axes
     locked = cosine < 1e-7
     if not locked.any():
@@ -152,21 +152,22 @@ def _resolve_locked(angles: np.ndarray, m: np.ndarray, cosine: np.ndarray, axes:
 
 
 def _turn_distance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the sum of the angles' distances, modulo whole turns."""
     return np.abs(np.mod(a - b + np.pi, 2 * np.pi) - np.pi).sum(-1)
 
 
 def to_axis_angle(q: np.ndarray) -> np.ndarray:
-    """Angle and axis ``(frames, 4)`` of rotations ``(frames, 4)``, both without jumps along time; the angle may be negative."""
+    """Convert rotations ``(frames, 4)`` to angle and axis ``(frames, 4)``, without jumps over time; angles may be negative."""
     q = continuous(q)
     sine = np.linalg.norm(q[:, 1:], axis=-1)
-    known = sine > 1e-9
+    defined = sine > 1e-9
     axis = q[:, 1:] / np.maximum(sine, _TINY)[:, None]
-    if not known.any():
+    if not defined.any():
         return np.concatenate([np.zeros((len(q), 1)), np.tile([0.0, 1.0, 0.0], (len(q), 1))], -1)
-    nearest = np.maximum.accumulate(np.where(known, np.arange(len(q)), -1))
-    nearest[nearest < 0] = np.argmax(known)
+    nearest = np.maximum.accumulate(np.where(defined, np.arange(len(q)), -1))
+    nearest[nearest < 0] = np.argmax(defined)
     axis = axis[nearest]
     flips = np.where(np.sum(axis[1:] * axis[:-1], -1) < 0, -1.0, 1.0)
     sign = np.cumprod(np.concatenate([[1.0], flips]))
-    angle = 2.0 * np.arctan2(sign * sine * known, q[:, 0])
+    angle = 2.0 * np.arctan2(sign * sine * defined, q[:, 0])
     return np.concatenate([np.unwrap(angle, period=4 * np.pi)[:, None], axis * sign[:, None]], -1)
