@@ -1,9 +1,8 @@
-"""Performances drawn from noise, of any length: all frames at once, a long recording in tiles.
+"""Draws performances of any length from noise: all frames at once, a long recording in tiles.
 
-A frame depends on those within the network's reach and on nothing else, so a tile with that much around it holds what one
-evaluation of the whole would hold there: there are no seams to hide. Nor has a frame a window's edge near it, where a
-velocity is 2 to 4 % farther from the truth than in its middle. Takes are drawn each for itself, several at once where there
-are cores, so that none depends on those beside it.
+A frame depends only on those within the network's receptive field, so a tile with that much around it is what one evaluation of
+the whole would give there, without seams. Takes are drawn one by one, in parallel where there are cores, so that none depends
+on those beside it.
 """
 
 import itertools
@@ -23,7 +22,7 @@ from .noise import noise
 from .tempo import Tempo
 
 TILE = 8192
-"""Frames that are drawn at once, 9 minutes; what lies around them comes on top."""
+"""Frames that are drawn at once, 9 minutes; those around them come on top."""
 
 
 def draw(
@@ -38,15 +37,13 @@ def draw(
     lively: np.ndarray | None = None,
     tempo: Tempo | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Directions ``(takes, frames, 9, 3)`` float32 of all takes of the performers of a request each, and what else their
-    frames have ``(takes, frames, extras)``.
+    """Draw directions ``(takes, frames, 9, 3)`` float32 of all takes of the ``cast``, and the extra channels of their frames
+    ``(takes, frames, extras)``.
 
-    ``network`` is a :class:`light.network.LightNetwork` or answers as one.
-    ``inputs`` are as for :func:`windows.generate`; ``asked`` ``(takes, frames, 7)`` are the strokes that the takes of each of
-    the performers are asked for (:mod:`requested`), None for none. Frames that are given (:meth:`Performers.given`) are kept,
-    and of those that follow from given ones nothing is computed. ``lively`` ``(frames,)`` scales the random numbers of each
-    frame: below 1 it is performed nearer to what is usual there. ``tempo`` is theirs; all
-    else is told in frames of the recording.
+    ``network`` is a :class:`light.network.LightNetwork` or has its interface. ``inputs`` are as for :func:`windows.generate`;
+    ``asked`` ``(takes, frames, 7)`` are the strokes asked of each performer's takes (:mod:`requested`), None for none. Given
+    frames (:meth:`Performers.given`) are kept, and only the others are computed. ``lively`` ``(frames,)`` scales the noise of
+    each frame: below 1 it is nearer to what is usual. ``tempo`` warps time; all else is in frames of the recording.
     """
     plans = [_Plan(network, one, wishes, frames, tile, lively, tempo) for one, wishes in zip(cast, asked, strict=True)]
     drawings = (2 if network.config.extras else 1) * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans)
@@ -56,7 +53,7 @@ def draw(
     def begins() -> None:
         share = next(done) / steps
         if threading.get_ident() != asking:
-            return  # who asked is told in the thread that asked
+            return  # progress and cancelling belong to the calling thread
         if cancelled():
             raise Cancelled("Cancelled.")
         progress(share)
@@ -68,7 +65,7 @@ def draw(
 
 
 class _Plan:
-    """What is drawn for the performers of one request, and where."""
+    """The inputs of one request's drawing, in the performance's time, and its tiles."""
 
     def __init__(self, network, performers: Performers, asked: np.ndarray | None, frames: int, tile: int, lively, tempo):
         self.network, self.performers, self.asked, self.tempo = network, performers, asked, tempo
@@ -84,7 +81,7 @@ class _Plan:
         self.tiles = list(_tiles(network, np.flatnonzero(~self.mask), tile))
 
     def draw(self, inputs, begins: Callable[[], None]) -> tuple[np.ndarray, np.ndarray]:
-        """``(takes, frames, 9, 3)`` and ``(takes, frames, extras)``; ``begins()`` is called before each step."""
+        """Return ``(takes, frames, 9, 3)`` and ``(takes, frames, extras)``; ``begins()`` is called before each step."""
         network, performers, tempo = self.network, self.performers, self.tempo
         inputs = inputs if tempo is None else tempo.heard(inputs)
         made, extras = (np.repeat(part[None], len(performers.latents), 0) for part in (self.poses, self.extras))
@@ -99,14 +96,14 @@ class _Plan:
         return (made, extras) if tempo is None else self._played(made, extras)
 
     def _played(self, made: np.ndarray, extras: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """A performance in the frames of its recording, those that are given as they are."""
+        """Convert a performance to the recording's frames, and put the given ones in."""
         made, extras = (np.stack([self.tempo.back(take) for take in part]) for part in (made, extras))
         made, (mask, poses) = skeleton.normalize(made), self.kept
         made[:, mask], extras[:, mask] = poses[mask], _extras(self.network.usual, mask, poses)[mask]
         return made, extras
 
     def _draw_take(self, wholes: tuple, place: tuple, heard, seeds: np.ndarray, begins: Callable[[], None], row: int) -> None:
-        """Put a take's frames from ``place`` into the ``wholes``."""
+        """Draw a take's frames of one tile into the ``wholes``."""
         start, stop, low, high = place
         request = self.performers.request
         drawn = noise(request.seed, request.identities[row], low, high, self.network.noise_size, self.performers.who)
@@ -118,7 +115,7 @@ class _Plan:
             whole[row, start:stop] = part[start - low : stop - low]
 
     def _seeds(self, low: int, high: int) -> np.ndarray:
-        """Given poses as the network takes them, ``(high - low, noise_size + 1)``; the last channel says where they are."""
+        """Return given poses as the network takes them, ``(high - low, noise_size + 1)``; the last channel is their mask."""
         given = np.zeros((high - low, self.network.noise_size + 1), np.float32)
         frames, size = np.flatnonzero(self.mask[low:high]), skeleton.MEAN.size
         given[frames, :size] = (self.poses[low + frames] - skeleton.MEAN).reshape(-1, size)
@@ -132,7 +129,7 @@ class _Plan:
 
 
 def _extras(usual: np.ndarray, mask: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """What given frames have beside their poses ``(frames, extras)``: hands as they hang on such arms."""
+    """Return the extra channels of frames ``(frames, extras)``: at given ones, hands as they hang on such arms."""
     extras = np.tile(usual.astype(np.float32), (len(poses), 1))
     if len(usual) == hand_numbers.SIZE:
         extras[mask] = hand_numbers.numbers(living.hanging(poses[mask]), poses[mask])
@@ -140,10 +137,10 @@ def _extras(usual: np.ndarray, mask: np.ndarray, poses: np.ndarray) -> np.ndarra
 
 
 def _tiles(network, free: np.ndarray, tile: int) -> Iterator[tuple[int, int, int, int]]:
-    """``start, stop, low, high``: frames from ``start`` to ``stop`` come of an evaluation of ``low`` to ``high``.
+    """Yield ``start, stop, low, high``: frames from ``start`` to ``stop`` come from an evaluation of ``low`` to ``high``.
 
-    ``free`` are the frames to be drawn. Those before the first and after the last of them are known at every step, so that
-    one velocity's reach of them is enough; a tile beside another sees as far as all steps do.
+    ``free`` are the frames to draw. Those before the first and after the last of them are known at every step, so that the
+    receptive field of one step is enough there; between tiles it is that of all steps.
     """
     if not len(free):
         return
@@ -158,11 +155,12 @@ def _tiles(network, free: np.ndarray, tile: int) -> Iterator[tuple[int, int, int
 
 
 def _heard(inputs, low: int, high: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """What is heard from ``low`` to ``high``, also beyond the end, where the last of it goes on; float32."""
-    mfcc, words, prosody = (None if part is None else np.asarray(part, np.float32) for part in inputs(low, high))
-    return mfcc, words, None if prosody is None else _cut(prosody, 0, high - low)
+    """Return the inputs from ``low`` to ``high``, repeating the last ones beyond the end; float32."""
+    mfcc, words, prosody = inputs(low, high)
+    prosody = None if prosody is None else _cut(np.asarray(prosody, np.float32), 0, high - low)
+    return np.asarray(mfcc, np.float32), np.asarray(words, np.float32), prosody
 
 
 def _cut(values: np.ndarray, low: int, high: int) -> np.ndarray:
-    """Rows ``low`` to ``high``; the last one goes on beyond the end."""
+    """Return rows ``low`` to ``high``, repeating the last one beyond the end."""
     return values[np.minimum(np.arange(low, high), len(values) - 1)]

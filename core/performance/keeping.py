@@ -1,4 +1,4 @@
-"""Frames that are to be as they are given: the start, the end, or any between which a phrase is performed anew."""
+"""Frames that a request gives: the start, the end, or any between which a phrase is performed anew."""
 
 from dataclasses import dataclass
 
@@ -9,9 +9,9 @@ from ..motion import limits, skeleton
 from .request import Request
 
 EASE = 0.7
-"""Seconds in which a performance comes from a kept frame, and goes to one."""
-_LEADS = 0.8
-"""Seconds beside given frames in which what mends a performance sets in."""
+"""Seconds over which a performance leaves a kept frame and reaches the next one."""
+_MARGIN = 0.8
+"""Seconds beside given frames over which corrections set in."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Kept:
         return len(self.frames)
 
     def whole(self, frames: int) -> tuple[np.ndarray, np.ndarray]:
-        """Which of all ``frames`` are kept, ``(frames,)``, and their directions ``(frames, 9, 3)``, means elsewhere."""
+        """Return a mask ``(frames,)`` of the kept frames, and directions ``(frames, 9, 3)``, the data's mean elsewhere."""
         mask = np.zeros(frames, bool)
         poses = np.broadcast_to(skeleton.MEAN_UNIT, (frames, 9, 3)).astype(np.float32)
         mask[self.frames], poses[self.frames] = True, self.directions
@@ -33,25 +33,25 @@ class Kept:
 
 
 def wished(request: Request, frames: int) -> Kept:
-    """What a request keeps of its ``frames``, as the performer sees it: mirrored where the finished motion will be.
+    """Return the frames that a request keeps, mirrored where the finished motion will be mirrored back.
 
     Raises :class:`UsageError` for frames that the recording does not have.
     """
-    found = {}
+    poses = {}
     for frame, pose in ((0, request.pose), (frames - 1, request.end_pose)):
         if pose is not None:
-            found[frame] = np.asarray(pose, float)
+            poses[frame] = np.asarray(pose, float)
     if request.kept is not None:
-        found.update(zip(map(int, request.kept[0]), np.asarray(request.kept[1], float), strict=True))
-    numbers = np.array(sorted(found), int)
+        poses.update(zip(map(int, request.kept[0]), np.asarray(request.kept[1], float), strict=True))
+    numbers = np.array(sorted(poses), int)
     if len(numbers) and numbers[-1] >= frames:
         raise UsageError(f"Frame {numbers[-1]} cannot be kept: the recording has {frames}.", "Keep frames that it has.")
-    directions = _unit(np.array([found[frame] for frame in numbers.tolist()]).reshape(-1, 9, 3))
+    directions = _unit(np.array([poses[frame] for frame in numbers.tolist()]).reshape(-1, 9, 3))
     return Kept(numbers, request.as_performed(directions))
 
 
 def keep(directions: np.ndarray, kept: Kept) -> np.ndarray:
-    """Unit directions ``(frames, 9, 3)`` that are exactly as kept there, come from it and go to it, and stay human between."""
+    """Put kept frames into unit directions ``(frames, 9, 3)`` and lead from one to the next within anatomical limits."""
     if not len(kept):
         return directions
     frames = len(directions)
@@ -68,13 +68,13 @@ def keep(directions: np.ndarray, kept: Kept) -> np.ndarray:
 
 
 def free(frames: int, given: np.ndarray | tuple = ()) -> np.ndarray:
-    """How much of it every frame may be mended ``(frames,)``: 0 where it is ``given``, 1 from :data:`_LEADS` on."""
-    share = np.clip(away(np.arange(frames), np.sort(np.asarray(given, int))) / (_LEADS * skeleton.FPS), 0, 1)
+    """Return how far each frame may be corrected ``(frames,)``: 0 where it is ``given``, 1 from :data:`_MARGIN` on."""
+    share = np.clip(away(np.arange(frames), np.sort(np.asarray(given, int))) / (_MARGIN * skeleton.FPS), 0, 1)
     return share * share * (3 - 2 * share)
 
 
 def away(places: np.ndarray, marks: np.ndarray) -> np.ndarray:
-    """How far each of ``places`` is from the nearest of ``marks``, in order; infinite where there are none."""
+    """Return the distance ``(n,)`` of each of ``places`` to the nearest of ascending ``marks``, infinite without any."""
     if not len(marks):
         return np.full(len(places), np.inf)
     right = np.searchsorted(marks, places)
@@ -83,9 +83,9 @@ def away(places: np.ndarray, marks: np.ndarray) -> np.ndarray:
 
 
 def _offsets(directions: np.ndarray, kept: Kept, way: int) -> np.ndarray:
-    """What is to be added ``(n, 9, 3)`` beside each kept frame, after it (``way`` 1) or before it (-1), so that nothing jumps.
+    """Return offsets ``(n, 9, 3)`` that make the performance continuous after (``way`` 1) or before (-1) each kept frame.
 
-    The step from a kept frame is to be like the next one, and like the one before it if that is kept too.
+    The step from a kept frame equals the next one, or the mean of that and the one before where that is kept, too.
     """
     frames = len(directions)
     mask, poses = kept.whole(frames)
@@ -99,7 +99,7 @@ def _offsets(directions: np.ndarray, kept: Kept, way: int) -> np.ndarray:
 
 
 def _unit(directions: np.ndarray) -> np.ndarray:
-    """Unit directions float32; what is of unit length stays as it is to the bit."""
+    """Normalise directions; those of unit length stay as they are to the bit."""
     off = np.abs(np.linalg.norm(directions, axis=-1) - 1).max(initial=0)
     return (directions if off < 1e-6 else skeleton.normalize(directions)).astype(np.float32)
 

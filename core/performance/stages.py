@@ -1,4 +1,4 @@
-"""The stages of a run: each is timed, told, and may be cancelled before it begins."""
+"""The stages of a run, which are timed, report their progress, and can be cancelled."""
 
 import time
 from collections.abc import Callable
@@ -10,17 +10,14 @@ T = TypeVar("T")
 
 
 class Stages:
-    """``progress(stage, value)`` hears of stages and of 0..1 within them; ``cancelled()`` is asked often.
-
-    ``seconds`` holds what each took.
-    """
+    """Runs named stages: ``progress(stage, value)`` is called with 0..1, ``cancelled()`` often; ``seconds`` has durations."""
 
     def __init__(self, progress: Callable[[str, float], None], cancelled: Callable[[], bool]):
         self._progress, self.cancelled = progress, cancelled
         self.seconds: dict[str, float] = {}
 
     def run(self, stage: str, work: Callable[[], T]) -> T:
-        """Do ``work`` as a stage; raises :class:`Cancelled` where it is no longer wanted."""
+        """Run ``work`` as a stage and return its result; raises :class:`Cancelled`."""
         self._stop_if_cancelled()
         self._progress(stage, 0.0)
         began = time.perf_counter()
@@ -30,13 +27,13 @@ class Stages:
         return value
 
     def within(self, stage: str) -> Callable[[float], None]:
-        """What long work calls with 0..1; raises :class:`Cancelled` where it is no longer wanted."""
+        """Return a callback for long work, which takes 0..1 and raises :class:`Cancelled`."""
 
-        def tell(value: float) -> None:
+        def report(value: float) -> None:
             self._stop_if_cancelled()
             self._progress(stage, value)
 
-        return tell
+        return report
 
     def _stop_if_cancelled(self) -> None:
         if self.cancelled():

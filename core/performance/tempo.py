@@ -1,9 +1,8 @@
-"""How fast performers go through a performance: they hurry where the voice is loud for its surroundings and linger where it is
-soft.
+"""Time warp of a performance: it runs faster where the voice is loud for its surroundings, slower where it is soft.
 
 People's hands are faster where they speak louder. A network that learned so answers the same syllables at every seed; here
-chance chooses the movements, and the voice their pace. A performance is drawn along a clock of its own, along which the
-recording is heard, too: what it does on an accent is on that accent when it is played back.
+chance chooses the movements and the voice their pace. The performance is drawn in a time of its own, in which the recording is
+heard, too, so that a stroke drawn on an accent is on that accent when it is played back.
 """
 
 from collections.abc import Callable
@@ -17,25 +16,25 @@ from ..motion.motion import between
 from ..smoothing import gaussian
 from ..sound import prosody
 
-_MOST = 0.6
-"""Share of its speed by which a performance is faster or slower at most."""
+_MAX_CHANGE = 0.6
+"""Largest change of speed, as a share."""
 _SYLLABLES, _PHRASES = 0.5, 4.0
-"""Standard deviations (s) over which the voice is heard, and over which it is usual."""
-_MANNER, _WHOLE = 8.0, 0.3
-"""Seconds over which loudness varies as usual, and the share of all it varies that counts beside that."""
-_AHEAD, _HUSH = 0.1, 0.2
-"""Seconds by which hands are ahead of the voice, and over which they stop lingering as it ends: what goes to rest in a pause
-does not take longer for it."""
+"""Standard deviations in seconds of the loudness that is heard, and of its surroundings."""
+_VARIATION, _WHOLE = 8.0, 0.3
+"""Standard deviation in seconds over which the variation of loudness is measured, and the weight of the whole recording's."""
+_AHEAD, _PAUSE_EASE = 0.1, 0.2
+"""Seconds by which hands are ahead of the voice, and over which slowing ends with it, as rest may not come later."""
 _OF_LEVEL = prosody.NAMES.index("level")
 _RATIO = MFCC_RATE / skeleton.FPS
 
 Listen = Callable[[int, int], tuple[np.ndarray, np.ndarray, np.ndarray | None]]
+"""MFCCs, word vectors and prosody of the frames from a first to a last one."""
 
 
 @dataclass(frozen=True)
 class Tempo:
-    """``places`` ``(frames,)``: where the recording's frames are in the performance, in frames of it that rise from 0;
-    ``moments`` ``(n,)``: where the performance's frames are in the recording, in frames of that.
+    """``places`` ``(frames,)``: the recording's frames in the performance's time, ascending from 0; ``moments`` ``(n,)``: the
+    performance's frames in the recording's time. Both in frames.
     """
 
     places: np.ndarray
@@ -43,17 +42,16 @@ class Tempo:
 
     @property
     def frames(self) -> int:
-        """Frames of the performance."""
+        """Number of frames of the performance."""
         return len(self.moments)
 
     def along(self, values: np.ndarray) -> np.ndarray:
-        """What the frames of the recording have ``(frames, ...)``, in those of the performance ``(n, ...)``."""
+        """Convert values of the recording's frames ``(frames, ...)`` to the performance's frames ``(n, ...)``."""
         return values[self._rows(self.moments, len(values))]
 
     def given(self, mask: np.ndarray, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Which frames of the performance are given ``(n,)``, and their unit directions ``(n, 9, 3)``.
-
-        ``mask`` and ``poses`` are those of the recording. A frame that is given alone is where it is nearest.
+        """Convert given frames: a ``mask`` ``(frames,)`` and unit directions ``(frames, 9, 3)`` of the recording become those
+        of the performance, ``(n,)`` and ``(n, 9, 3)``. A single given frame goes to the nearest one.
         """
         last = len(mask) - 1
         before = np.clip(np.floor(self.moments).astype(int), 0, last)
@@ -70,11 +68,11 @@ class Tempo:
         return known, result
 
     def back(self, values: np.ndarray) -> np.ndarray:
-        """What the frames of a performance have ``(n, ...)``, in those of the recording ``(frames, ...)`` float32."""
+        """Convert values of the performance's frames ``(n, ...)`` to the recording's frames ``(frames, ...)``, float32."""
         return between(values, self.places).astype(np.float32)
 
     def heard(self, listen: Listen) -> Listen:
-        """What ``listen`` (the ``inputs`` of :func:`drawing.draw`) hears in the recording's frames, in the performance's."""
+        """Wrap ``listen`` (the ``inputs`` of :func:`drawing.draw`) so that it takes and gives the performance's frames."""
 
         def hear(start: int, stop: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
             at = self._moment(np.arange(start, stop))
@@ -82,15 +80,13 @@ class Tempo:
             mfcc, words, prosodic = listen(first, last)
             fine = self._moment((nearest_mfcc(start) + np.arange(nearest_mfcc(stop - start))) / _RATIO) * _RATIO
             mfcc = mfcc[self._rows(fine - nearest_mfcc(first), len(mfcc))]
-            words, prosodic = (
-                part if part is None else part[self._rows(at - first, len(part))] for part in (words, prosodic)
-            )
-            return mfcc, words, prosodic
+            words = words[self._rows(at - first, len(words))]
+            return mfcc, words, prosodic if prosodic is None else prosodic[self._rows(at - first, len(prosodic))]
 
         return hear
 
     def _moment(self, places: np.ndarray) -> np.ndarray:
-        """Where places of the performance are in the recording; beyond its end time goes on as usual."""
+        """Convert frames of the performance to the recording's time; beyond the end time is not warped."""
         last = self.frames - 1
         return np.interp(places, np.arange(self.frames), self.moments) + np.maximum(places - last, 0)
 
@@ -100,8 +96,8 @@ class Tempo:
 
 
 def follow(rhythm: prosody.Prosody | None, activity: np.ndarray) -> Tempo | None:
-    """The tempo of performances of a recording with this ``rhythm`` and voice ``activity`` ``(frames,)``; None for the usual
-    one, where nothing is known of its loudness or that stays the same.
+    """Return the time warp of a recording with this ``rhythm`` and voice ``activity`` ``(frames,)``, None where its loudness
+    is unknown or constant.
     """
     frames = len(activity)
     if rhythm is None or frames < 2 or not len(rhythm.features):
@@ -115,14 +111,14 @@ def follow(rhythm: prosody.Prosody | None, activity: np.ndarray) -> Tempo | None
 
 
 def _rate(level: np.ndarray, activity: np.ndarray) -> np.ndarray | None:
-    """Frames of the performance in each frame of the recording ``(frames,)``, of a ``level`` in 10 dB."""
+    """Return the speed of the performance in each frame of the recording ``(frames,)``, by its ``level`` in units of 10 dB."""
     loud = 10 ** (level.astype(float) / 2)
     if np.ptp(loud) < 1e-6:
         return None
     near, around = (gaussian(loud, width * skeleton.FPS) for width in (_SYLLABLES, _PHRASES))
     excess = near - around
-    usual = np.sqrt(gaussian(excess**2, _MANNER * skeleton.FPS)) + _WHOLE * loud.std()
+    usual = np.sqrt(gaussian(excess**2, _VARIATION * skeleton.FPS)) + _WHOLE * loud.std()
     wish = np.tanh(excess / usual)
     moments = np.arange(len(wish))
     wish = np.interp(moments + _AHEAD * skeleton.FPS, moments, wish)
-    return 1 + _MOST * np.where(wish < 0, wish * gaussian(activity, _HUSH * skeleton.FPS), wish)
+    return 1 + _MAX_CHANGE * np.where(wish < 0, wish * gaussian(activity, _PAUSE_EASE * skeleton.FPS), wish)
