@@ -1,7 +1,8 @@
-"""Who performs: points of the latent space, poses at rest, and the poses to start from."""
+"""The stage *cast*: who performs, as points of the latent space with their rest poses, tastes and seed poses."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -13,22 +14,21 @@ from . import answering, course, keeping
 from .request import Request
 
 _READY = 0.7
-"""How readily meanings are shown by speakers of whom that is not known."""
-_LEAST = 0.2
-"""Intensity below which a frame that is kept is not enlarged any more for the network to see."""
+"""How readily speakers show meanings where that is not known."""
+_MIN_INTENSITY = 0.2
+"""Intensity below which a kept frame is enlarged no further for the network."""
 
 
 @dataclass(frozen=True)
 class Performers:
-    """The takes of a ``request``.
+    """The styles of a ``request``'s takes: one, the steps of a walk, or styles that begin on the way.
 
-    ``style``: weights of speakers by name for each step of the walk, or for each style that begins on the way, at the frames
-    ``begins`` ``(steps - 1,)`` (None of a walk); ``rests`` ``(steps, 9, 3)``: where each step keeps its
-    hands; ``latents`` ``(takes, steps, size)``; ``seeds`` ``(takes, frames, 9, 3)``: unit directions from which a regressor
-    starts; ``readiness``: how readily they show what phrases mean, 0..1; ``chances`` ``(steps,)``: how much chance has its way;
-    ``tastes`` ``(steps, 8)``: how they answer accents (:data:`answering.FACTS`), None where that is not known.
-    ``hangs`` ``(steps,)``: how readily arms that wait sink while they speak (:mod:`sinking`), None where that is not known.
-    ``steer`` leads points at every frame ``(takes, frames, size)`` along the curves of controls, where there are any.
+    ``style``: weights of speakers by name for each step; ``begins`` ``(steps - 1,)``: frames at which later styles begin, None
+    for a walk; ``rests`` ``(steps, 9, 3)``: rest poses; ``latents`` ``(takes, steps, size)``; ``seeds``
+    ``(takes, frames, 9, 3)``: seed poses of a regressor; ``readiness``: how readily phrases are shown by gestures of their own,
+    0..1; ``chances`` ``(steps,)``: scale of the noise; ``tastes`` ``(steps, 8)``: how accents are answered
+    (:data:`answering.FACTS`), None if unknown; ``hangs`` ``(steps,)``: how readily waiting arms sink (:mod:`arm_rest`), None if
+    unknown; ``steer`` moves points ``(takes, frames, size)`` along the curves of controls, None without any.
     """
 
     request: Request
@@ -50,76 +50,77 @@ class Performers:
 
     @property
     def varies(self) -> bool:
-        """Whether anything about the style changes on the way."""
+        """Whether style or controls change on the way."""
         return self.walks or self.steer is not None
 
     @property
     def who(self) -> dict[str, float] | None:
-        """Weights of the speakers whose chance a take has; of a walk the first ones, as no change may be seen."""
+        """Weights of the speakers who key a take's random numbers; those of the first step, so that a change is not seen."""
         return self.style[0] if isinstance(self.style[0], dict) else None
 
     @property
     def own(self) -> np.ndarray:
-        """``latents`` of the style that was asked for, without those of styles that begin on the way."""
+        """``latents`` of the requested style, without those of styles that begin on the way."""
         return self.latents if self.begins is None else self.latents[:, :1]
 
     def _over(self, points: np.ndarray, frames: int) -> np.ndarray:
-        """What is known of each step ``(..., steps, size)`` at every frame."""
+        """Interpolate values of each step ``(..., steps, size)`` at every frame."""
         return styles.along(points, frames) if self.begins is None else styles.turning(points, frames, self.begins)
 
     def on_the_way(self, frames: int) -> np.ndarray:
-        """``latents`` at every frame ``(takes, frames, size)``, or ``(takes, size)`` for one frame."""
+        """Return ``latents`` at every frame ``(takes, frames, size)``, or ``(takes, size)`` for one frame."""
         if frames == 1:
             return self.latents[:, 0]
         points = self._over(self.latents, frames) if self.walks else np.repeat(self.latents, frames, axis=1)
         return points if self.steer is None else self.steer(points)
 
     def chance(self, frames: int) -> np.ndarray:
-        """How much chance has its way in every frame ``(frames,)``, 1 for most: less of it makes calmer performers calm."""
+        """Return the scale of the noise at every frame ``(frames,)``: calm performers have less than 1."""
         return self._over(self.chances[:, None], frames)[:, 0] if self.walks else np.full(frames, self.chances[0])
 
     def hanging(self, frames: int) -> np.ndarray:
-        """``hangs`` in every frame ``(frames,)``."""
+        """Return ``hangs`` at every frame ``(frames,)``."""
         if self.hangs is None:
             return np.zeros(frames)
         return self._over(self.hangs[:, None], frames)[:, 0] if self.walks else np.full(frames, self.hangs[0])
 
     def taste(self, frames: int) -> np.ndarray | None:
-        """``tastes`` in every frame ``(frames, 8)``, or ``(1, 8)`` where they stay; None where they are not known."""
+        """Return ``tastes`` at every frame ``(frames, 8)``, or ``(1, 8)`` where they stay; None where they are not known."""
         return self._over(self.tastes, frames) if self.walks and self.tastes is not None else self.tastes
 
     def rest(self, frames: int) -> np.ndarray:
-        """The pose at rest: ``(9, 3)``, or ``(frames, 9, 3)`` of a walk."""
+        """Return the rest pose: ``(9, 3)``, or ``(frames, 9, 3)`` for a walk."""
         if not self.walks:
             return self.rests[0]
         return skeleton.normalize(self._over(self.rests.reshape(len(self.rests), -1), frames).reshape(-1, 9, 3))
 
     def given(self, frames: int) -> keeping.Kept:
-        """The frames that a network draws the others around: what the request keeps, as it was before it was made larger or
-        smaller, and rest at the start unless something else is kept there.
+        """Return the frames that the network is given: those that the request keeps, with intensity undone, and the rest pose
+        at the start unless another is kept there.
         """
         kept = keeping.wished(self.request, frames)
         pose = self.rest(frames)
         numbers, poses = kept.frames, pose[kept.frames] if self.walks else pose
         size = np.broadcast_to(course.over(self.request, "intensity", frames), (frames,))[numbers]
-        directions = rest.scale(kept.directions, 1 / np.maximum(size, _LEAST), poses)
+        directions = rest.scale(kept.directions, 1 / np.maximum(size, _MIN_INTENSITY), poses)
         if not len(numbers) or numbers[0]:
             start = self.rests[:1].astype(np.float32)
             numbers, directions = np.concatenate([[0], numbers]), np.concatenate([start, directions])
         return keeping.Kept(numbers, directions)
 
 
-def cast(checkpoint, request: Request, told: Sequence[tuple] = ()) -> Performers:
-    """The performers of a request, and of styles that the words ask for, ``told`` ``(seconds, style)``; a walk minds none.
+def cast(checkpoint: Any, request: Request, hinted: Sequence[tuple] = ()) -> Performers:
+    """Return the performers of a request, with the styles that the words ask for, ``hinted`` ``(seconds, style)``; a walk takes
+    none of these.
 
-    Raises :class:`UsageError` for unknown styles and controls that are not there.
+    Raises :class:`UsageError` for unknown styles, and for controls that the weights do not have.
     """
     _check_controls(checkpoint, request)
     speakers = checkpoint.speakers
     names = [speaker["name"] for speaker in speakers]
     usual = request.style or styles.default(speakers)
-    told = () if len(styles.steps(usual)) > 1 else told
-    turns = sorted([*told, *request.changes], key=lambda one: one[0])
+    hinted = () if len(styles.steps(usual)) > 1 else hinted
+    turns = sorted([*hinted, *request.changes], key=lambda one: one[0])
     walk = [usual, *(style or usual for _, style in turns)] if turns else styles.steps(usual)
     weights = [styles.parse(step, names) for step in walk]
     rests = np.stack([_rest_pose(speakers, step) for step in weights])
@@ -142,16 +143,17 @@ def cast(checkpoint, request: Request, told: Sequence[tuple] = ()) -> Performers
     return Performers(request, named, rests, latents, seeds, ready, chances, begins, steer, tastes, hangs)
 
 
-def draw(checkpoint, request: Request, weights: dict[int, float] | None) -> np.ndarray:
-    """Styles ``(takes, size)``, one a take, each steered by the controls; takes after the first vary them a little."""
-    drawn = styles.latent(weights, *checkpoint.network.speakers, request.seed, request.identities)
+def draw(checkpoint: Any, request: Request, weights: dict[int, float] | None) -> np.ndarray:
+    """Draw a style for each take ``(takes, size)``, steered by the controls, which takes after the first vary a little."""
+    mean, deviation = checkpoint.network.speakers
+    drawn = styles.latent(weights, mean, deviation, request.seed, request.identities)
     if not checkpoint.config.controls or course.steers(request):
         return drawn
     return checkpoint.network.steer(drawn, styles.vary(request.controls, request.seed, request.identities))
 
 
-def _steering(checkpoint, request: Request) -> Callable[[np.ndarray], np.ndarray] | None:
-    """What leads styles along the curves of a request's controls, None without any."""
+def _steering(checkpoint: Any, request: Request) -> Callable[[np.ndarray], np.ndarray] | None:
+    """Return what moves styles along the curves of a request's controls, None without any."""
     if not course.steers(request):
         return None
 
@@ -163,8 +165,8 @@ def _steering(checkpoint, request: Request) -> Callable[[np.ndarray], np.ndarray
     return steer
 
 
-def _given(checkpoint, request: Request, steps: int) -> np.ndarray:
-    """The request's own point of the latent space for each step of its style."""
+def _given(checkpoint: Any, request: Request, steps: int) -> np.ndarray:
+    """Return the request's own point of the latent space for each step of its style."""
     given = np.atleast_2d(np.asarray(request.latent, np.float32))
     if given.shape != (steps, checkpoint.config.style_size) or not np.isfinite(given).all():
         message = f"The point of the latent space has shape {given.shape}, not {(steps, checkpoint.config.style_size)}."
@@ -172,32 +174,34 @@ def _given(checkpoint, request: Request, steps: int) -> np.ndarray:
     return given[None]
 
 
-def _check_controls(checkpoint, request: Request) -> None:
+def _check_controls(checkpoint: Any, request: Request) -> None:
+    """Raise :class:`UsageError` where controls are asked of weights that have none."""
     if not checkpoint.config.controls and request.steered & set(CONTROLS):
         named = next(name for name in CONTROLS if name in request.steered)
         raise UsageError(f"This checkpoint has no control of {named}.", "Leave it at 0, or choose one with controls.")
 
 
 def _fact(speakers: list[dict], weights: dict[int, float] | None, name: str, usual: float) -> float:
-    """A number that is known of the style's speakers, by weight; ``usual`` where it is not known."""
+    """Return a fact of the style's speakers, averaged by weight; ``usual`` for those without it."""
     if weights is None:
         return usual
     return float(sum(weight * speakers[index].get(name, usual) for index, weight in weights.items()))
 
 
 def _tastes(speakers: list[dict], steps: Sequence[dict[int, float] | None]) -> np.ndarray | None:
-    """How each step answers accents ``(steps, 8)``, None where that is not known of all; nobody's style is everybody's."""
-    known = [answering.taste(speaker.get("answers")) for speaker in speakers]
-    if not known or any(one is None for one in known):
+    """Return the taste of each step ``(steps, 8)``, None where a speaker has none; a random style has the mean of all."""
+    tastes = [answering.taste(speaker.get("answers")) for speaker in speakers]
+    if not tastes or any(one is None for one in tastes):
         return None
-    every = np.array(known)
+    every = np.array(tastes)
     middle = every.mean(axis=0)
-    return np.stack([middle if step is None else sum(weight * every[k] for k, weight in step.items()) for step in steps])
+    weighted = [middle if step is None else sum(weight * every[k] for k, weight in step.items()) for step in steps]
+    return np.stack([np.asarray(one) for one in weighted])
 
 
 def _rest_pose(speakers: list[dict], weights: dict[int, float] | None) -> np.ndarray:
-    """Where the style's speakers keep their hands when nothing is said, unit directions ``(9, 3)``."""
+    """Return the rest pose of a style, unit directions ``(9, 3)``: the mean of its speakers'."""
     if weights is None:
         return rest.REST
-    poses = sum(weight * np.array(speakers[index].get("rest", rest.REST)) for index, weight in weights.items())
-    return skeleton.normalize(poses).astype(np.float32)
+    poses = [weight * np.array(speakers[index].get("rest", rest.REST)) for index, weight in weights.items()]
+    return skeleton.normalize(np.sum(poses, axis=0)).astype(np.float32)

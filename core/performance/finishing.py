@@ -1,9 +1,10 @@
-"""The last two stages of a performance: corrections of what the network drew, and all that is expressed beside it."""
+"""The stages *refine* and *express*: corrections of what a network drew, then meanings, life, size, hands, stance and face."""
 
 import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -25,13 +26,14 @@ from .keeping import wished
 from .performing import Made
 from .request import Request
 
-_LEAST = 1e-3
+VERSION = 1
+"""Version of the provenance written into every motion."""
+_MIN_CALM = 1e-3
 """Share of hands and stance at intensity 0, so that the same bones are keyed at every intensity."""
-VERSION = 1  # of the provenance written into every motion
 
 
-def correct(checkpoint, heard: Heard, performers: Performers, made: Made) -> list[refine.Refined]:
-    """The performances of a request after the corrections of their network's kind, before anything is added to them."""
+def correct(checkpoint: Any, heard: Heard, performers: Performers, made: Made) -> list[refine.Refined]:
+    """Correct the performances of a request by the rules for their kind of network (:mod:`refine`)."""
     request, rules = performers.request, refine.DRAWN if checkpoint.draws else refine.REGRESSED
     pose, ready = performers.rest(heard.frames), None
     if checkpoint.draws:
@@ -47,53 +49,55 @@ def correct(checkpoint, heard: Heard, performers: Performers, made: Made) -> lis
     return each(corrected, zip(request.identities, *made, strict=True))
 
 
-def express(checkpoint, heard: Heard, performers: Performers, refined: Sequence[refine.Refined]) -> list[Motion]:
-    """Finished motions of a request's performances: with gestures of what words mean, idle life, the size that is asked for,
-    hands, weight and face.
+def express(checkpoint: Any, heard: Heard, performers: Performers, refined: Sequence[refine.Refined]) -> list[Motion]:
+    """Finish a request's performances: gestures of what words mean, hints, idle life, listening, the size that is asked for,
+    and the frames that it keeps; then hands, pelvis and face to them.
     """
     request, meta = performers.request, _meta(checkpoint, performers.request, heard, performers)
     pose, size = performers.rest(heard.frames), course.over(request, "intensity", heard.frames)
     still = rest.Stillness.of(heard.activity, request.pose is None)
     last = refine.Take(kept=wished(request, heard.frames))
-    # Gestures of their own are for networks that know meanings: others give what they were made to give.
+    # Only networks that were trained with meanings get gestures of the vocabulary.
     vocabulary = heard.shows if checkpoint.meanings else None
-    found = choosing.occasions(vocabulary, heard.words) if vocabulary else {}
+    occasions = choosing.occasions(vocabulary, heard.words) if vocabulary else {}
     side = -request.toward if request.mirror else request.toward
 
     def expressed(one: tuple) -> Motion:
         (take, near), drawn = one
-        told = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
+        about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
         asked = heard.wishes.gestures, request.meaning * performers.readiness, (request.seed, take)
-        shown = choosing.choose(vocabulary, heard.words, *asked, found) if vocabulary else []
+        shown = choosing.choose(vocabulary, heard.words, *asked, occasions) if vocabulary else []
         which = showing.sides(drawn.directions, shown)
         directions = hints.perform(showing.show(drawn.directions, shown, which), heard.wishes, pose)
         directions = still.live(directions, pose, request.seed + take)
         if shown:
-            told["shows"] = [[one.gesture.name, round(one.lands, 3)] for one in shown]
+            about["shows"] = [[one.gesture.name, round(one.lands, 3)] for one in shown]
         if heard.others is not None:
             answers = listening.answers(heard.others.phrases, heard.others.share, request.seed + take)
             directions = listening.perform(directions, answers, heard.others.share)
-            told["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answers]
+            about["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answers]
         straight = directions
-        directions = listening.facing(directions, side, heard.others and heard.others.share)
+        directions = listening.facing(directions, side, None if heard.others is None else heard.others.share)
         directions = refine.refine(rest.scale(directions, size, pose), last, refine.FINISHED).directions
         hands = _hands(request, performers, take, drawn, directions)
         hands = hands and showing.hands(hands, shown, which)
         pelvis = _pelvis(request, heard, performers, take, directions)
-        seen = directions.copy()  # eyes go with the head to whoever is there
-        seen[:, listening.HEAD] = straight[:, listening.HEAD]
-        face = faced(request, heard, take, seen)
-        motion = Motion(directions, skeleton.FPS, heard.words, told, hands, pelvis, face)
+        ahead = directions.copy()  # eyes turn with the head towards the other speaker
+        ahead[:, listening.HEAD] = straight[:, listening.HEAD]
+        face = faced(request, heard, take, ahead)
+        motion = Motion(directions, skeleton.FPS, heard.words, about, hands, pelvis, face)
         return motion.mirrored() if request.mirror else motion
 
     return each(expressed, zip(request.identities, refined, strict=True))
 
 
-def _hands(request: Request, performers: Performers, take: int, refined: refine.Refined, directions) -> Hands | None:
-    """What the hands do on the finished arms, as much as is asked for: as they were drawn, else as such arms have them."""
+def _hands(
+    request: Request, performers: Performers, take: int, refined: refine.Refined, directions: np.ndarray
+) -> Hands | None:
+    """Return the hands on the finished arms: as they were drawn, else synthesised; None where none are asked for."""
     if not request.hands:
         return None
-    if refined.hands is not None:
+    if refined.hands is not None and refined.under is not None:
         hands = refined.hands.carried(refined.under, directions)
         hands = hands.mixed(living.hanging(directions), refined.relaxed) if refined.relaxed.any() else hands
     else:
@@ -103,8 +107,8 @@ def _hands(request: Request, performers: Performers, take: int, refined: refine.
     return hands.calmed(directions, request.hands)
 
 
-def _pelvis(request: Request, heard: Heard, performers: Performers, take: int, directions) -> Pelvis | None:
-    """How the weight goes from foot to foot meanwhile, as much of it as is asked for."""
+def _pelvis(request: Request, heard: Heard, performers: Performers, take: int, directions: np.ndarray) -> Pelvis | None:
+    """Return the pelvis of a finished performance; None where none is asked for."""
     if not request.stance:
         return None
     about = {"style": _name(performers), "seed": request.seed + take}
@@ -112,9 +116,9 @@ def _pelvis(request: Request, heard: Heard, performers: Performers, take: int, d
     return stance.pelvis(directions, heard.activity, heard.words, **about).calmed(strength)
 
 
-def faced(request: Request, heard: Heard, take: int, directions) -> Face | None:
-    """What the face does meanwhile, where one is wanted."""
-    if not request.face:
+def faced(request: Request, heard: Heard, take: int, directions: np.ndarray) -> Face | None:
+    """Return the face of a finished performance; None where none is asked for."""
+    if not request.face or heard.spoken is None:
         return None
     count = len(heard.spoken.loudness)
     about = course.affects(request, count, RATE), request.face, request.face_smoothness
@@ -122,17 +126,17 @@ def faced(request: Request, heard: Heard, take: int, directions) -> Face | None:
 
 
 def _calm(request: Request, frames: int) -> np.ndarray | float:
-    """What hands and weight do of it where gestures are smaller than they were performed: nearly nothing at rest."""
-    return np.clip(course.over(request, "intensity", frames), _LEAST, 1)
+    """Return the share of hands and stance at each frame: smaller where gestures are made smaller than they were performed."""
+    return np.clip(course.over(request, "intensity", frames), _MIN_CALM, 1)
 
 
 def _name(performers: Performers) -> str:
-    """The style that has most of a performance."""
+    """Return the name of the style that has the largest weight."""
     style = performers.style[0]
-    return max(style, key=style.get) if isinstance(style, dict) else style
+    return max(style, key=lambda name: style[name]) if isinstance(style, dict) else style
 
 
-def _meta(checkpoint, request: Request, heard: Heard, performers: Performers) -> dict:
+def _meta(checkpoint: Any, request: Request, heard: Heard, performers: Performers) -> dict:
     """Return the provenance of a motion, without what tells its take apart."""
     words, style = heard.words, performers.style
     return {
@@ -154,7 +158,7 @@ def _settings_told(request: Request) -> dict:
             if one.meta == "always" or (one.meta == "set" and value)}  # fmt: skip
 
 
-def _plain(kind: str, value):
+def _plain(kind: str, value: Any) -> Any:
     """Return the value of a setting of this kind as JSON has it."""
     if kind in NUMBERS:
         return float(value)

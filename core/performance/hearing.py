@@ -1,7 +1,8 @@
-"""A recording as performers hear it: all that does not depend on style, pose or seed."""
+"""The stage *hear*: everything of a recording that does not depend on style, pose or seed."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -20,9 +21,8 @@ from .stages import Stages
 
 @dataclass(frozen=True)
 class Others:
-    """Another voice: its ``phrases`` ``(p, 2)`` in seconds, and how much a performer listens to it, ``share`` ``(frames,)``.
-
-    ``digest`` names it (:func:`audio.digest`).
+    """Another speaker's voice: its ``phrases`` ``(p, 2)`` in seconds, how far the performer listens to it, ``share``
+    ``(frames,)`` in 0..1, and the ``digest`` of the recording (:func:`audio.digest`).
     """
 
     phrases: np.ndarray
@@ -30,14 +30,22 @@ class Others:
     digest: str
 
 
+class Features(Protocol):
+    """What a network hears: :class:`VectorFeatures`, or :class:`TableFeatures` for an imported network."""
+
+    def slice(self, start: int, stop: int, /) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+        """Return MFCCs, words and prosody of the frames ``start`` to ``stop``."""
+        ...
+
+
 @dataclass(frozen=True)
 class Heard:
-    """A recording as performers hear it: digest, words, wishes, warnings, features, voice activity, frames, seconds spent.
+    """A recording as performers hear it.
 
-    ``shows``: what of the words a performer could show by gestures of their own.
-    ``features`` are :class:`VectorFeatures`, or :class:`TableFeatures` for an imported network. ``spoken`` is what a face
-    needs, None where none is wanted. ``others`` are whom the performer listens to, if anybody. ``rhythm`` is
-    what networks that hear prosody hear of it.
+    ``words`` are (word, start, end); ``wishes`` the marks between them; ``shows`` the vocabulary of gestures for phrases, None
+    where words are not understood; ``activity`` ``(frames,)`` in 0..1 where the performer's voice is. ``spoken`` is what a face
+    needs, None without a face; ``others`` the other speaker, if any; ``rhythm`` prosody and accents, None for networks that
+    hear none. ``seconds`` are durations of the stages so far.
     """
 
     digest: str
@@ -45,7 +53,7 @@ class Heard:
     wishes: hints.Wishes
     shows: Vocabulary | None
     warnings: list[str]
-    features: object
+    features: Features
     activity: np.ndarray
     frames: int
     seconds: dict[str, float]
@@ -54,64 +62,66 @@ class Heard:
     rhythm: prosody.Prosody | None = None
 
 
-def hear(session, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
-    """Words, pauses and features of ``sound`` ``(n,)`` at 16 kHz, as the session's network wants them."""
+def hear(session: Any, request: Request, sound: np.ndarray, stages: Stages) -> Heard:
+    """Return words, pauses and features of ``sound`` ``(n,)`` at 16 kHz, as the network of the :class:`Session` wants them."""
     from ..sound import audio
 
-    named, sound, other = audio.digest(sound), *_voices(request, sound)
-    # While the words are found by another process, this one works out what does not hang on them.
-    with ahead(*(() if request.turn else _measuring(session.checkpoint.config, sound))) as begun:
+    named, (sound, other) = audio.digest(sound), _voices(request, sound)
+    # While another process aligns the words, this one measures what does not depend on them.
+    with ahead(*(() if request.turn else _measurements(session.checkpoint.config, sound))) as begun:
         if request.listen:
             said = transcript.Heard()  # the words are not the performer's
         else:
             said = stages.run("align words", lambda: session.words(sound, request, stages.within("align words")))
-        measuring = [one.result for one in begun]
+        measurements: list[Callable] = [one.result for one in begun]
         if request.turn:
             said, spans = turns.own(said, _text(request), request.turn)
-            sound, other = _apart(sound, spans)
-            measuring = _measuring(session.checkpoint.config, sound)
-        return _heard(session, request, stages, named, said, sound, other, measuring)
+            sound, other = _separate(sound, spans)
+            measurements = _measurements(session.checkpoint.config, sound)
+        return _assemble(session, request, stages, named, said, (sound, other), measurements)
 
 
-def _heard(session, request: Request, stages: Stages, named: str, said, sound, other, measuring: list[Callable]) -> Heard:
-    """What is heard of the words ``said`` and the sounds; ``measuring`` gives what :func:`_measuring` does."""
+def _assemble(
+    session: Any, request: Request, stages: Stages, named: str, said: Any, sounds: tuple, measurements: list[Callable]
+) -> Heard:
+    """Put together what is heard of the words ``said`` and of both voices' ``sounds``."""
     from ..sound import audio, voice
 
+    sound, other = sounds
     words, wishes = said.words, hints.understand(said.marks, said.words)
-    wishes, strange = _styled(wishes, session.checkpoint.speakers)
-    warnings = said.warnings + _unknown(wishes) + strange
+    wishes, style_warnings = _known_styles(wishes, session.checkpoint.speakers)
+    warnings = said.warnings + _unknown(wishes) + style_warnings
     unheard = not words or session.checkpoint.config.words
     vectors = None if unheard else stages.run("load word vectors", lambda: session.vectors)
     frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
-    told = hints.heard(words, wishes, session.understands, asking.asked(wishes, session.checkpoint.meanings))
+    known = hints.heard(words, wishes, session.understands, asking.asked(wishes, session.checkpoint.meanings))
 
-    def features():
+    def extract() -> tuple[Features, prosody.Prosody | None, np.ndarray]:
         if session.checkpoint.config.words:
-            return _published(session.checkpoint, sound, told, warnings), None, voice.probability(sound)
+            return _published(session.checkpoint, sound, known, warnings), None, voice.probability(sound)
         from ..model.vector_features import VectorFeatures
-        from ..sound import prosody
 
-        mfcc, tracks = (measured() for measured in measuring)
+        mfcc, tracks = (measure() for measure in measurements)
         if not isinstance(tracks, prosody.Tracks):
-            return VectorFeatures(mfcc, told, vectors, None), None, tracks
+            return VectorFeatures(mfcc, known, vectors, None), None, tracks
         rhythm = prosody.analyse(sound, words, frames, wishes.stressed, tracks)
-        return VectorFeatures(mfcc, told, vectors, rhythm.features), rhythm, tracks.voice
+        return VectorFeatures(mfcc, known, vectors, rhythm.features), rhythm, tracks.voice
 
-    features, rhythm, voiced = stages.run("extract MFCC", features)
+    features, rhythm, voiced = stages.run("extract MFCC", extract)
     spoken = stages.run("hear sounds", lambda: making.hear(sound, words, said.phones, rhythm)) if request.face else None
     own = voice.frame_count(sound)
     activity = stages.run("find pauses", lambda: _fit(voice.in_frames(voiced, own), frames))
     shows = session.vocabulary if session.understands and words else None
-    others = None if other is None else stages.run("listen", lambda: _listened(other, activity))
+    others = None if other is None else stages.run("listen", lambda: _other_voice(other, activity))
     heard = Heard(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
     return replace(heard, rhythm=rhythm)
 
 
-def _measuring(config, sound: np.ndarray) -> list[Callable]:
-    """What works out MFCCs, and prosody without words or, for a network that hears none, how much is voice; none of it for an
-    imported network.
+def _measurements(config: Any, sound: np.ndarray) -> list[Callable]:
+    """Return functions that measure MFCCs, and prosody without words (for a network that hears none, the share of voice); none
+    for an imported network.
     """
-    from ..sound import mfcc, prosody, voice
+    from ..sound import mfcc, voice
 
     if config.words:
         return []
@@ -120,7 +130,7 @@ def _measuring(config, sound: np.ndarray) -> list[Callable]:
 
 
 def _voices(request: Request, sound: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-    """The performer's own voice and the one that it listens to, if any, equally long."""
+    """Return the performer's own voice and the one that it listens to, if any, equally long."""
     if request.listen:
         return np.zeros_like(sound), sound
     if request.hears is None:
@@ -130,11 +140,11 @@ def _voices(request: Request, sound: np.ndarray) -> tuple[np.ndarray, np.ndarray
     other, shift = audio.load(request.hears), round(request.later * audio.SAMPLE_RATE)
     other = np.pad(other[max(-shift, 0) :], (max(shift, 0), 0))
     length = max(len(sound), len(other))
-    return tuple(np.pad(one, (0, length - len(one))) for one in (sound, other))
+    return np.pad(sound, (0, length - len(sound))), np.pad(other, (0, length - len(other)))
 
 
 def _text(request: Request) -> str:
-    """The text with names."""
+    """Return the transcript with names of speakers; raises :class:`UsageError` where there is none."""
     if request.text is not None:
         return request.text
     if request.transcript is None:
@@ -144,8 +154,8 @@ def _text(request: Request) -> str:
     return transcript.read(request.transcript)
 
 
-def _apart(sound: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A recording without what others say, and without what is said in ``spans`` ``(n, 2)`` of seconds."""
+def _separate(sound: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Split a recording into what is said in ``spans`` ``(n, 2)`` of seconds and the rest, both equally long."""
     from ..sound.audio import SAMPLE_RATE
 
     own = np.zeros(len(sound), bool)
@@ -154,15 +164,15 @@ def _apart(sound: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return np.where(own, sound, 0).astype(np.float32), np.where(own, 0, sound).astype(np.float32)
 
 
-def _listened(other: np.ndarray, activity: np.ndarray) -> Others:
-    """What is to be known of another voice where the performer's own has this ``activity`` ``(frames,)``."""
-    from ..sound import audio, prosody
+def _other_voice(other: np.ndarray, activity: np.ndarray) -> Others:
+    """Analyse another voice; the performer listens where its own voice has little ``activity`` ``(frames,)``."""
+    from ..sound import audio
 
     return Others(prosody.analyse(other).phrases, 1 - np.clip(activity, 0, 1), audio.digest(other))
 
 
-def _published(checkpoint, sound: np.ndarray, words: tuple, warnings: list[str]):
-    """What an imported network hears."""
+def _published(checkpoint: Any, sound: np.ndarray, words: Sequence[tuple], warnings: list[str]) -> Features:
+    """Return what an imported network hears."""
     from ..model.table_words import TableFeatures
 
     vocabulary = checkpoint.meta.get("vocabulary")
@@ -178,16 +188,16 @@ def _unknown(wishes: hints.Wishes) -> list[str]:
     return [f"The transcript's hint {names} is not one that gestures know; it is left out (docs/transcripts.md lists them)."]
 
 
-def _styled(wishes: hints.Wishes, speakers: list[dict]) -> tuple[hints.Wishes, list[str]]:
-    """Wishes without styles that nobody knows, and what to say of those."""
-    names, known, strange = [speaker["name"] for speaker in speakers], [], []
+def _known_styles(wishes: hints.Wishes, speakers: list[dict]) -> tuple[hints.Wishes, list[str]]:
+    """Return wishes without styles that do not exist, and a warning for each of those."""
+    names, known, warnings = [speaker["name"] for speaker in speakers], [], []
     for at, style in wishes.styles:
         try:
             styles.parse(style or styles.default(speakers), names)
             known.append((at, style))
         except UnknownStyle as error:
-            strange.append(f"The transcript's hint {{as {style}}} is left out: {error}")
-    return (replace(wishes, styles=tuple(known)) if strange else wishes), strange
+            warnings.append(f"The transcript's hint {{as {style}}} is left out: {error}")
+    return (replace(wishes, styles=tuple(known)) if warnings else wishes), warnings
 
 
 def _fit(values: np.ndarray, frames: int) -> np.ndarray:

@@ -1,7 +1,7 @@
-"""What every kind of network is asked in one way: to perform what was heard, all frames of all takes."""
+"""The stage *draw*: what every kind of network makes of the speech it hears, all frames of all takes."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,10 +11,10 @@ from . import answering, asking, course, drawing, tempo
 from .casting import Performers
 from .hearing import Heard
 
-_CALM, _BRIEF = 0.3, 0.2
-"""By how much chance is less in silence, and the seconds over which that comes and goes."""
-_NEAR, _OF_STROKE = 0.25, requested.CHANNELS.index("stroke")
-"""Seconds beside a stroke in which arms begin to wait, and the channel that says where strokes are."""
+_CALM, _CALM_EASE = 0.3, 0.2
+"""Share by which noise is less in silence, and the seconds over which that sets in."""
+_NEAR_STROKE, _STROKE = 0.25, requested.CHANNELS.index("stroke")
+"""Seconds beside a stroke in which arms do not count as idle, and the channel that says where strokes are."""
 
 
 class Made(NamedTuple):
@@ -28,74 +28,79 @@ class Made(NamedTuple):
     idle: Sequence[np.ndarray | float]
 
     def split(self, counts: Sequence[int]) -> list["Made"]:
-        """The first so many takes, the next so many, and so on."""
-        ends = np.cumsum(counts)
-        return [Made(*(part[end - n : end] for part in self)) for n, end in zip(counts, ends, strict=True)]
+        """Split into the first ``counts[0]`` takes, the next ``counts[1]``, and so on."""
+        ends = np.cumsum(counts).tolist()
+        spans = [slice(end - count, end) for end, count in zip(ends, counts, strict=True)]
+        return [Made(self.directions[here], self.numbers[here], self.idle[here]) for here in spans]
 
 
 def perform(
-    checkpoint,
+    checkpoint: Any,
     heard: Heard,
     cast: Sequence[Performers],
     progress: Callable[[float], None] = lambda value: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Made:
-    """All takes of all performers, those of a request after those before it."""
-    told = progress, cancelled
+    """Generate all takes of all performers, those of a request after those of the one before it.
+
+    ``checkpoint`` is a :class:`loaded.Loaded` network.
+    """
     if not checkpoint.draws:
         from ..model import windows
 
-        generator = checkpoint.network.generator
         latents, seeds = _latents(heard, cast), np.concatenate([one.seeds for one in cast])
-        made = windows.generate(generator, heard.features.slice, latents, seeds, heard.frames, checkpoint.window[0], *told)
+        network, inputs, window = checkpoint.network.generator, heard.features.slice, checkpoint.window[0]
+        made = windows.generate(network, inputs, latents, seeds, heard.frames, window, progress, cancelled)
         return Made(made, (None,) * len(made), (0.0,) * len(made))
-    asked = [_asked(checkpoint, heard, one) for one in cast]
-    manner = {"lively": _lively(heard.activity), "tempo": tempo.follow(heard.rhythm, heard.activity)}
-    drawn, extras = drawing.draw(checkpoint.network, heard.features.slice, cast, asked, heard.frames, *told, **manner)
-    idle = [part for one, wishes in zip(cast, asked, strict=True) for part in _idle(heard, one, wishes)]
-    hands = extras.shape[-1] == hand_numbers.SIZE
-    return Made(drawn, extras if hands else (None,) * len(drawn), idle)
+    asked = [_asked_strokes(checkpoint, heard, one) for one in cast]
+    settings = {"lively": _noise_scale(heard.activity), "tempo": tempo.follow(heard.rhythm, heard.activity)}
+    inputs = heard.features.slice
+    drawn, extras = drawing.draw(checkpoint.network, inputs, cast, asked, heard.frames, progress, cancelled, **settings)
+    idle = [part for one, strokes in zip(cast, asked, strict=True) for part in _idle(heard, one, strokes)]
+    return Made(drawn, list(extras) if extras.shape[-1] == hand_numbers.SIZE else (None,) * len(drawn), idle)
 
 
-def _asked(checkpoint, heard: Heard, performers: Performers) -> np.ndarray | None:
-    """Strokes that each take is asked for ``(takes, frames, 7)``: what the words wish, and accents that its taste answers."""
+def _asked_strokes(checkpoint: Any, heard: Heard, performers: Performers) -> np.ndarray | None:
+    """Return the strokes that each take is asked for ``(takes, frames, 7)``: those of marks in the words, then accents that
+    its taste answers.
+    """
     frames, request = heard.frames, performers.request
     if not checkpoint.meanings:
         return None
-    wishes = {name: course.over(request, name, frames) for name in ("rate", "hand", "arousal")}
-    written = asking.channels(heard.wishes, heard.words, checkpoint.meanings, frames, wishes["hand"])
+    controls = {name: course.over(request, name, frames) for name in ("rate", "hand", "arousal")}
+    written = asking.channels(heard.wishes, heard.words, checkpoint.meanings, frames, controls["hand"])
     tastes = _tastes(heard, performers)
-    if tastes is None:
+    if tastes is None or heard.rhythm is None:
         return None if written is None else np.repeat(written[None], len(performers.latents), axis=0)
-    told = np.zeros((frames, len(requested.CHANNELS)), np.float32) if written is None else written
-    taken = told[:, 0] > 0
-    keys = [(request.seed, identity, performers.who) for identity in request.identities]
+    marked = np.zeros((frames, len(requested.CHANNELS)), np.float32) if written is None else written
+    taken = marked[:, 0] > 0
     turns = () if performers.begins is None else performers.begins / skeleton.FPS
-    chosen = [answering.channels(heard.rhythm, tastes, wishes, key, taken, turns) for key in keys]
-    return np.stack([np.where(taken[:, None], told, one) for one in chosen])
+    keys = [(request.seed, identity, performers.who) for identity in request.identities]
+    accents = [answering.channels(heard.rhythm, tastes, controls, key, taken, turns) for key in keys]
+    return np.stack([marked if one is None else np.where(taken[:, None], marked, one) for one in accents])
 
 
 def _tastes(heard: Heard, performers: Performers) -> np.ndarray | None:
-    """Tastes ``(frames or 1, 8)`` by which takes choose their accents, None where they do not."""
+    """Return tastes ``(frames or 1, 8)`` by which takes choose their accents, None where there are no accents or no tastes."""
     return performers.taste(heard.frames) if heard.rhythm is not None and heard.rhythm.accents else None
 
 
 def _idle(heard: Heard, performers: Performers, asked: np.ndarray | None) -> list[np.ndarray | float]:
-    """How far each frame ``(frames,)`` of each take is from the strokes that it chose, in 0..1; 0 where it chose none."""
+    """Return how far each frame ``(frames,)`` of each take is from the strokes that it chose, 0..1; 0 where it chose none."""
     if asked is None or _tastes(heard, performers) is None:
         return [0.0] * len(performers.latents)
-    busy = asked[..., _OF_STROKE] > 0
+    busy = asked[..., _STROKE] > 0
     busy[:, performers.given(heard.frames).frames] = True
-    return [1 - np.clip(gaussian(take.astype(float), _NEAR * skeleton.FPS), 0, 1) for take in busy]
+    return [1 - np.clip(gaussian(take.astype(float), _NEAR_STROKE * skeleton.FPS), 0, 1) for take in busy]
 
 
-def _lively(activity: np.ndarray) -> np.ndarray:
-    """How much chance has its way ``(frames,)``: less where nobody speaks, as people's waiting hands are less various."""
-    return 1 - _CALM * (1 - gaussian(activity, _BRIEF * skeleton.FPS))
+def _noise_scale(activity: np.ndarray) -> np.ndarray:
+    """Return the scale of the noise ``(frames,)``: smaller in silence, as people's waiting hands are less various."""
+    return 1 - _CALM * (1 - gaussian(activity, _CALM_EASE * skeleton.FPS))
 
 
-def known_by(checkpoint, heard: Heard, cast: Sequence[Performers]) -> tuple:
-    """All that a performance depends on beside recording, words and network: equal for requests that give the same."""
+def known_by(checkpoint: Any, heard: Heard, cast: Sequence[Performers]) -> tuple:
+    """Return all that a performance depends on beside recording, words and network: a key of the session's cache."""
     latents = _latents(heard, cast)
     if not checkpoint.draws:
         return latents.shape, latents.tobytes(), np.concatenate([one.seeds for one in cast]).tobytes()
@@ -105,8 +110,8 @@ def known_by(checkpoint, heard: Heard, cast: Sequence[Performers]) -> tuple:
     return latents.shape, latents.tobytes(), kept, drawn
 
 
-def joins(checkpoint, frames: int) -> list[int]:
-    """Frames at which windows of a performance of so many ``frames`` meet; none where all frames are drawn as one."""
+def joins(checkpoint: Any, frames: int) -> list[int]:
+    """Return the frames at which windows of a performance of ``frames`` meet; none where all frames are drawn as one."""
     if checkpoint.draws:
         return []
     from ..model import windows
@@ -115,5 +120,5 @@ def joins(checkpoint, frames: int) -> list[int]:
 
 
 def _latents(heard: Heard, cast: Sequence[Performers]) -> np.ndarray:
-    walking = any(one.varies for one in cast)
-    return np.concatenate([one.on_the_way(heard.frames if walking else 1) for one in cast])
+    frames = heard.frames if any(one.varies for one in cast) else 1
+    return np.concatenate([one.on_the_way(frames) for one in cast])

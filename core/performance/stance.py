@@ -132,4 +132,4 @@ def _sway(frames: int, rng: np.random.Generator, fps: float) -> np.ndarray:
 @cache
 def _learnt() -> dict[str, np.ndarray]:
     with npz.opened(Path(__file__).with_name("standing.npz")) as data:
-        return {name: data[name].astype(float) for name in data.files}
+        return {name: data[name].astype(float) for name in data}

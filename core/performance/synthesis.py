@@ -1,8 +1,14 @@
-"""From a recording to motions: the one path that the command line, the worker and scripts share."""
+"""From a recording to motions, the path that the command line, the worker and scripts share.
+
+:meth:`Session.synthesize_all` goes through its stages: hear (:mod:`hearing`), cast (:mod:`casting`), draw (:mod:`performing`),
+refine and express (:mod:`finishing`).
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from os import PathLike
+from typing import Any
 
 import numpy as np
 
@@ -21,16 +27,16 @@ from .stages import Stages
 
 
 class Session:
-    """A warm engine: loads the checkpoint and the word vectors when first needed and keeps them.
+    """A warm engine: loads checkpoint and word vectors when first needed and keeps them.
 
-    With ``remember`` it also keeps the last recording as heard and the last performance as generated, so that another
-    style is not heard again and another intensity is not generated again.
+    With ``remember`` it also keeps the last recording as heard and the last performance as drawn, so that another style is not
+    heard again and another intensity is not drawn again.
 
-    ``language`` (as in ``de``), ``aligner_model`` and ``recogniser_model`` (folders) are for another language, whose words say
-    nothing to the network unless ``vectors`` are given too: its own are English. Word times are kept in the folder ``cache``,
+    ``language`` (as in ``de``), ``aligner_model`` and ``recogniser_model`` (folders) are for another language, whose words mean
+    nothing to the network unless ``vectors`` are given, too: its own are English. Word times are kept in the folder ``cache``,
     by default the user's (:func:`cache.default_folder`), and not at all if it is "off". ``backend`` and ``device`` say what
-    computes the network (:func:`opening.load`). ``vocabulary`` is a file of gestures for words and phrases beside those that
-    are known (:mod:`vocabulary`).
+    computes the network (:func:`opening.load`). ``vocabulary`` is a file of more gestures for words and phrases
+    (:mod:`vocabulary`).
     """
 
     def __init__(
@@ -45,45 +51,48 @@ class Session:
         language: str | None = None,
         vocabulary: str | PathLike | None = None,
         backend: str | None = None,
-    ):
-        self._paths = checkpoint, vectors
-        self._where = backend, device
+    ) -> None:
+        self._checkpoint_path, self._vectors_path = checkpoint, vectors
+        self._backend, self._device = backend, device
         folder = default_folder() if cache is None else None if str(cache) == "off" else cache
-        self._ways = transcript.Ways(Cache(folder), languages.load(aligner_model, language), False, recogniser_model)
-        self.understands = vectors is not None or not languages.foreign(self._ways.model)
-        self._checkpoint = self._vectors = None
+        self._word_options = transcript.Ways(Cache(folder), languages.load(aligner_model, language), False, recogniser_model)
+        self.understands = vectors is not None or not languages.foreign(self._word_options.model)
+        self._checkpoint: Any = None
+        self._vectors: Any = None
         self.vocabulary = meanings.load(vocabulary)
         self._memory = Memory() if remember else None
 
     @property
-    def checkpoint(self):
+    def checkpoint(self) -> Any:
         """The :class:`loaded.Loaded` network."""
         if self._checkpoint is None:
             from ..model import opening
 
-            self._checkpoint = opening.load(self._paths[0], *self._where)
+            self._checkpoint = opening.load(self._checkpoint_path, self._backend, self._device)
         return self._checkpoint
 
     @property
-    def vectors(self):
-        """The loaded :class:`words.WordVectors`."""
+    def vectors(self) -> Any:
+        """The loaded :class:`table.WordVectors`."""
         if self._vectors is None:
             from ..vectors.table import WordVectors
 
-            self._vectors = WordVectors.load(self._paths[1])
+            self._vectors = WordVectors.load(self._vectors_path)
         return self._vectors
 
-    def words(self, sound: np.ndarray, request: Request, progress=None) -> transcript.Heard:
-        """What is said in a recording ``(n,)`` at 16 kHz; see :func:`transcript.hear`."""
-        ways = replace(self._ways, recognise=request.recognise)
-        return transcript.hear(sound, request.transcript, request.text, progress, ways)
+    def words(
+        self, sound: np.ndarray, request: Request, progress: Callable[[float], None] | None = None
+    ) -> transcript.Heard:
+        """Return what is said in a recording ``(n,)`` at 16 kHz (:func:`transcript.hear`)."""
+        options = replace(self._word_options, recognise=request.recognise)
+        return transcript.hear(sound, request.transcript, request.text, progress, options)
 
     def remember(self) -> None:
         """Keep the last recording and the last performance from now on."""
         self._memory = self._memory or Memory()
 
     def styles(self) -> list[dict]:
-        """Names and descriptions of the checkpoint's speakers."""
+        """Return names and descriptions of the checkpoint's speakers."""
         return list(self.checkpoint.speakers)
 
     def warm_up(self) -> None:
@@ -99,8 +108,8 @@ class Session:
     ) -> Result:
         """Make ``request.takes`` motions. Same request, seed and checkpoint: the same result.
 
-        ``progress(stage, value)`` hears of stages and of 0..1 within them; ``cancelled()`` is asked often and raises
-        :class:`Cancelled`. Raises subclasses of :class:`S2agError` for everything a user can mend.
+        ``progress(stage, value)`` is called with stages and 0..1 within them, ``cancelled()`` often. Raises
+        :class:`Cancelled`, and subclasses of :class:`S2agError` for everything that a user can correct.
         """
         return self.synthesize_all([request], progress, cancelled)[0]
 
@@ -110,7 +119,7 @@ class Session:
         progress: Callable[[str, float], None] = lambda stage, value: None,
         cancelled: Callable[[], bool] = lambda: False,
     ) -> list[Result]:
-        """Several performances of one recording, heard once and generated in one batch: faster, and as good as the same.
+        """Make several performances of one recording, which is heard once and drawn in one batch; results as of single ones.
 
         Raises what :meth:`synthesize` raises, and :class:`UsageError` where the recordings or transcripts differ.
         """
@@ -118,62 +127,66 @@ class Session:
             raise UsageError("The requests are not about one recording.", "Make those of other recordings one by one.")
         stages, memory = Stages(progress, cancelled), self._memory or Memory()
         recording = signature(requests[0])
-        heard, cast = self._heard(requests, memory.heard(recording), stages)
-        made = self._made(heard, cast, recording, memory, stages)
-        return [self._result(*one, heard, stages) for one in zip(requests, cast, made, strict=True)]
+        heard, cast = self._hear(requests, memory.heard(recording), stages)
+        drawn = self._draw(heard, cast, recording, memory, stages)
+        results = []
+        for performers, takes in zip(cast, drawn.split([len(one.latents) for one in cast]), strict=True):
+            motions = stages.run("finish", partial(self._finish, heard, performers, takes))
+            warnings = heard.warnings + _other_weights(self.checkpoint, performers.request) + _skipped_hints(heard, performers)
+            results.append(Result(motions, heard.words, warnings, dict(stages.seconds), performers.own))
+        return results
 
     def hear(self, request: Request, stages: Stages) -> tuple[hearing.Heard, casting.Performers]:
-        """A recording as its performers hear it, and they; remembered as performances are."""
+        """Return a recording as its performers hear it, and the performers; the recording is remembered."""
         memory, recording = self._memory or Memory(), signature(request)
-        heard, cast = self._heard([request], memory.heard(recording), stages)
+        heard, cast = self._hear([request], memory.heard(recording), stages)
         memory.keep_heard(recording, heard)
         return heard, cast[0]
 
-    def _heard(self, requests: Sequence[Request], known: hearing.Heard | None, stages: Stages) -> tuple:
-        """What is heard, unless it is ``known``, and who performs each of the requests."""
+    def _hear(
+        self, requests: Sequence[Request], known: hearing.Heard | None, stages: Stages
+    ) -> tuple[hearing.Heard, list[casting.Performers]]:
+        """Hear the recording unless it is ``known``, and cast the performers of each request."""
         from ..sound import audio
 
-        sound = stages.run("read audio", lambda: audio.load(requests[0].audio)) if known is None else None
+        sound = None if known is not None else stages.run("read audio", lambda: audio.load(requests[0].audio))
         checkpoint = stages.run("load model", lambda: self.checkpoint)
-        # Before anything long: it complains of unknown styles.
+        # Cast before anything long, because that complains of unknown styles.
         cast = [casting.cast(checkpoint, request) for request in requests]
-        heard = hearing.hear(self, requests[0], sound, stages) if known is None else replace(known, seconds=stages.seconds)
-        told = heard.wishes.styles
-        return heard, [casting.cast(checkpoint, one, told) for one in requests] if told else cast
+        if sound is not None:
+            known = hearing.hear(self, requests[0], sound, stages)
+        assert known is not None
+        heard, hinted = replace(known, seconds=stages.seconds), known.wishes.styles
+        return heard, [casting.cast(checkpoint, one, hinted) for one in requests] if hinted else cast
 
-    def _made(
-        self, heard, cast: list[casting.Performers], recording: tuple, memory: Memory, stages: Stages
-    ) -> list[performing.Made]:
-        """What each of the performers makes, all of it made in one batch or remembered."""
-        performers = recording, *performing.known_by(self.checkpoint, heard, cast)
-        made = memory.made(performers)
-        if made is None:
-            told = stages.within("generate"), stages.cancelled
-            made = stages.run("generate", lambda: performing.perform(self.checkpoint, heard, cast, *told))
-        memory.keep(recording, heard, performers, made)
-        return made.split([len(one.latents) for one in cast])
+    def _draw(
+        self, heard: hearing.Heard, cast: list[casting.Performers], recording: tuple, memory: Memory, stages: Stages
+    ) -> performing.Made:
+        """Draw the takes of all performers in one batch, unless they are remembered."""
+        key = recording, *performing.known_by(self.checkpoint, heard, cast)
+        drawn = memory.made(key)
+        if drawn is None:
+            callbacks = stages.within("generate"), stages.cancelled
+            drawn = stages.run("generate", lambda: performing.perform(self.checkpoint, heard, cast, *callbacks))
+        memory.keep(recording, heard, key, drawn)
+        return drawn
 
-    def _result(self, request: Request, performers: casting.Performers, made: performing.Made, heard, stages: Stages) -> Result:
-        def finish() -> list[Motion]:
-            refined = finishing.correct(self.checkpoint, heard, performers, made)
-            return finishing.express(self.checkpoint, heard, performers, refined)
-
-        motions = stages.run("finish", finish)
-        warnings = heard.warnings + _other_weights(self.checkpoint, request) + _passed_by(heard, request)
-        return Result(motions, heard.words, warnings, dict(stages.seconds), performers.own)
+    def _finish(self, heard: hearing.Heard, performers: casting.Performers, drawn: performing.Made) -> list[Motion]:
+        refined = finishing.correct(self.checkpoint, heard, performers, drawn)
+        return finishing.express(self.checkpoint, heard, performers, refined)
 
 
-def _other_weights(checkpoint, request: Request) -> list[str]:
-    """What to say where more of a take is wanted than these weights can give."""
+def _other_weights(checkpoint: Any, request: Request) -> list[str]:
+    """Return a warning where more of a take is wanted than these weights can give."""
     if request.made_by in ("", checkpoint.hash):
         return []
     return ["The take was made by earlier weights and cannot be made again by these: what is new shares its style alone."]
 
 
-def _passed_by(heard: hearing.Heard, request: Request) -> list[str]:
-    """What to say where words begin styles and the style asked for is a walk, which changes by itself."""
-    named = dict.fromkeys(style or "usual" for _, style in heard.wishes.styles)
-    if not named or len(styles.steps(request.style)) < 2:
+def _skipped_hints(heard: hearing.Heard, performers: casting.Performers) -> list[str]:
+    """Return a warning where words begin styles, but the style of the request is a walk."""
+    style, hinted = performers.request.style, dict.fromkeys(style or "usual" for _, style in heard.wishes.styles)
+    if not hinted or len(styles.steps(style)) < 2:
         return []
-    hints = ", ".join(f"{{as {name}}}" for name in named)
-    return [f"The style {request.style} changes on the way by itself: {hints} of the transcript is left out."]
+    hints = ", ".join(f"{{as {name}}}" for name in hinted)
+    return [f"The style {style} changes on the way by itself: {hints} of the transcript is left out."]

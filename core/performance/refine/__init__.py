@@ -57,7 +57,8 @@ def refine(directions: np.ndarray, take: Take, rules: Sequence[Rule]) -> Refined
             if correction.hands is not None:
                 hands, under = correction.hands, body.directions
             if correction.directions is not None:
-                result[np.ix_(np.arange(len(result))[correction.frames], correction.edges)] = correction.directions
+                rows = np.arange(len(result))[correction.frames]
+                result[np.ix_(rows, np.array(correction.edges))] = correction.directions
             if correction.relaxed is not None:
                 relaxed[correction.frames] = np.maximum(relaxed[correction.frames], correction.relaxed)
     return Refined(result, relaxed, hands, under)

@@ -46,7 +46,8 @@ def twin_beats(body: Body, take: Take) -> Iterator[Correction]:
         return
     speeds = np.linalg.norm(np.gradient(body.wrists, axis=0), axis=-1)
     heights, speeds = (gaussian(track, _TREMBLE * skeleton.FPS).T for track in (-body.wrists[..., 1], speeds))
-    share = gaussian(_slower(*map(_throws, heights, speeds), frames), _EASE * skeleton.FPS) * take.free(frames)[:, None]
+    left, right = (_throws(height, speed) for height, speed in zip(heights, speeds, strict=True))
+    share = gaussian(_slower(left, right, frames), _EASE * skeleton.FPS) * take.free(frames)[:, None]
     for arm in body.arms:
         yield arm.smooth(_SMOOTHING, share[:, arm.side])
 
