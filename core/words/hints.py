@@ -1,21 +1,36 @@
-"""What an author asked for between the lines, as changes to the performance: stress, pauses, gestures, size, side, rest."""
+"""A transcript's hints as changes to the performance: stress, pauses, gestures, size, side, rest, style."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from ..motion import rest, skeleton
 from .markup import Mark
 
-GESTURES = {
-    "me": "me", "you": "you", "we": "we", "us": "we", "not": "not", "no": "not", "all": "everything", "every": "everything",
-    "question": "what", "stop": "stop", "wait": "wait", "here": "here", "there": "there", "point": "there", "think": "think",
-    "maybe": "maybe", "please": "please", "offer": "give", "give": "give", "take": "get", "list": "first", "one": "one",
-    "two": "two", "three": "three", "thing": "thing", "example": "example", "but": "but", "huge": "huge", "wide": "huge",
-    "never": "never",
+
+class Hint(NamedTuple):
+    """What a hint asks for: the ``word`` whose gesture it is, which a network that cannot be asked for strokes hears instead of
+    the one that is said, and the ``meaning`` of that stroke, as corpora name it, for networks that can.
+    """
+
+    word: str
+    meaning: str
+
+
+HINTS = {
+    "me": Hint("me", "me"), "you": Hint("you", "you"), "we": Hint("we", "we"), "us": Hint("we", "we"),
+    "not": Hint("not", "not"), "no": Hint("not", "not"), "all": Hint("everything", "all"),
+    "every": Hint("everything", "all"), "question": Hint("what", "question"), "stop": Hint("stop", "stop"),
+    "wait": Hint("wait", "stop"), "here": Hint("here", "here"), "there": Hint("there", "there"),
+    "point": Hint("there", "there"), "think": Hint("think", "think"), "maybe": Hint("maybe", "maybe"),
+    "please": Hint("please", "please"), "offer": Hint("give", "offer"), "give": Hint("give", "offer"),
+    "take": Hint("get", "receive"), "list": Hint("first", "list"), "one": Hint("one", "count"), "two": Hint("two", "count"),
+    "three": Hint("three", "count"), "thing": Hint("thing", "thing"), "example": Hint("example", "example"),
+    "but": Hint("but", "however"), "huge": Hint("huge", "big"), "wide": Hint("huge", "big"), "never": Hint("never", "not"),
 }  # fmt: skip
-"""Hint -> the word whose gesture it asks for; a network that cannot be asked for strokes hears it instead of the one said."""
+"""Hints that ask for a gesture."""
 SIZES = {"big": 1.6, "bigger": 1.6, "large": 1.6, "small": 0.55, "smaller": 0.55, "calm": 0.55}
 REST = ("none", "rest", "still")
 SIDES = {"left": -1.0, "right": 1.0}
@@ -38,7 +53,7 @@ _LEAD = 0.5
 class Wishes:
     """Marks that are understood, for ``words`` ``(text, start, end)``; ``unknown`` are hints that mean nothing here.
 
-    ``stressed`` are numbers of words, ``gestures`` maps some to the hint (of :data:`GESTURES`) and the side (-1 left, 1
+    ``stressed`` are numbers of words, ``gestures`` maps some to the hint (of :data:`HINTS`) and the side (-1 left, 1
     right, 0 either) of what is to be seen there; ``rests`` are spans and the others ``(start, end, value)``, in seconds.
     ``styles`` begin at ``(seconds, name)``, without a name the take's own.
     """
@@ -76,11 +91,11 @@ def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]])
             rests.append((start, end))
         elif mark.value in SIZES:
             sizes.append((start, end, SIZES[mark.value]))
-        elif names[-1] in SIDES and (len(names) == 1 or " ".join(names[:-1]) in GESTURES):
+        elif names[-1] in SIDES and (len(names) == 1 or " ".join(names[:-1]) in HINTS):
             gestures[mark.first] = " ".join(names[:-1]) or "point", SIDES[names[-1]]
             stressed.add(mark.first)
             sides.append((start - _LEAD, words[mark.first][2] + _LEAD, SIDES[names[-1]]))
-        elif mark.value in GESTURES:
+        elif mark.value in HINTS:
             gestures[mark.first] = mark.value, 0.0
             stressed.add(mark.first)
         else:
@@ -97,7 +112,7 @@ def heard(
 
     Gestures are had by the words that bear them, except at the words whose numbers are in ``asked``.
     """
-    instead = {number: GESTURES[hint] for number, (hint, _) in wishes.gestures.items() if number not in asked}
+    instead = {number: HINTS[hint].word for number, (hint, _) in wishes.gestures.items() if number not in asked}
     known = ((instead.get(number, text if understood else ""), *span) for number, (text, *span) in enumerate(words))
     return list(known)
 

@@ -11,8 +11,10 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...core.declaration import KINDS
 from ...core.errors import AudioUnreadable, S2agError
 from ...core.motion.motion import Motion
+from ...core.settings import CONTROLS, Settings, named, table
 from ...rigs.goals import Options
 from ...rigs.plain import PARTS as BODY_PARTS
 from ...rigs.plain import Mapping
@@ -42,10 +44,9 @@ from . import (
     voices,
 )
 
-_WORDS = "transcript", "text", "recognise"
 _FELT, _OTHERS = "over_time", "others"
 """Names of what goes on in time, and of whom it talks with, among the settings of a take."""
-_COMPANY = {"toward": (int, float), "hears": str, "later": (int, float)}
+_COMPANY = {name: KINDS[table(Settings)[name].kind] for name in named(partner=True)}
 
 
 @dataclass(frozen=True)
@@ -184,7 +185,8 @@ def following(context: Context, armature: ArmatureObject) -> Plan:
     path, again = sources.strip_file(strip), takes.again(action, like=None)
     again["kept"] = {**again["kept"], "audio_source": "FILE", "audio": path, "range": "OWN"}
     planned = plan(context, armature, **again)
-    params = {name: value for name, value in planned.params.items() if name not in (*_WORDS, "kept", "curves", "changes")}
+    replaced = {*named(words=True), "kept", "curves", "changes"}
+    params = {name: value for name, value in planned.params.items() if name not in replaced}
     beside, spoken = sources.beside(path), " ".join(word for word, *_ in directing.words(action))
     said = {"transcript": beside} if beside else {"text": spoken}
     said = {"recognise": True} if "recognise" in planned.params else said
@@ -234,10 +236,12 @@ def _without_controls(params: dict, settings: Any) -> tuple[str, ...]:
     """Take sliders that the checkpoint does not know from the engine's parameters; tells if any was set."""
     if choices.control_names(settings.checkpoint):
         return ()
-    asked = [*params.pop("affect", {}).values(), params.pop("rate", 0), params.pop("hand", 0)]
-    sizes = {name: points for name, points in params.pop("curves", {}).items() if name == "intensity"}
-    params |= {"curves": sizes} if sizes else {}
-    return (told("This gesture model has intensity only: the other sliders were left out."),) if any(asked) else ()
+    removed = [params.pop(name, 0) for name in named(control=True)]
+    rest = {name: points for name, points in params.pop("curves", {}).items() if name not in CONTROLS}
+    params |= {"curves": rest} if rest else {}
+    if not any(any(value.values()) if isinstance(value, dict) else value for value in removed):
+        return ()
+    return (told("This gesture model has intensity only: the other sliders were left out."),)
 
 
 def wait(context: Context, planned: Plan, progress=None) -> Outcome:

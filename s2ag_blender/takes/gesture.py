@@ -1,10 +1,14 @@
-"""What the panel does, as functions a script can call: ask the engine for gestures and key them on a character."""
+"""What the panel does, as functions that a script can call: request gestures of the engine, export, add characters."""
+
+from collections.abc import Callable
+from typing import Any
 
 import bpy
 
+from ...core.declaration import NUMBERS, Setting
 from ...core.errors import UsageError
 from ...core.motion.motion import Motion
-from ...core.settings import AFFECTS
+from ...core.settings import Models, Settings, sliders, table
 from ..engine import asking, errors_log
 from ..engine.client import WorkerClient
 from ..engine.known import interpreter
@@ -14,8 +18,8 @@ from . import choices, sources
 _engine: WorkerClient | None = None
 
 
-def engine(context) -> WorkerClient:
-    """The one warm engine of this Blender, started with the interpreter of the preferences when first asked something."""
+def engine(context: bpy.types.Context) -> WorkerClient:
+    """Return this Blender's one warm engine; it starts the interpreter of the preferences with its first request."""
     global _engine
     if _engine is None:
         _engine = WorkerClient(interpreter(context), log=errors_log.note)
@@ -30,72 +34,69 @@ def stop_engine() -> None:
         _engine = None
 
 
-def request(settings, audio: str = "") -> dict:
-    """The engine's parameters for a character's settings; ``audio`` is what it hears if that is not the named file.
+def request(settings: Any, audio: str = "") -> dict:
+    """Return the engine's parameters for a character's settings; ``audio`` is what it hears if that is not the named file.
 
     Raises :class:`UsageError` where something is not chosen.
     """
     audio = audio or bpy.path.abspath(settings.audio)
     if not audio:
         raise UsageError("No recording is chosen.", "Choose one in the panel.")
-    params = {
-        "audio": audio,
-        "style": choices.expression(settings),
-        "seed": settings.seed,
-        "takes": settings.take_count,
-        "intensity": slider(settings, "intensity"),
-        "affect": {name: slider(settings, name) for name in AFFECTS},
-        "rate": slider(settings, "rate"),
-        "hand": slider(settings, "hand"),
-        "meaning": slider(settings, "meaning"),
-        "hands": slider(settings, "hands"),
-        "stance": slider(settings, "stance"),
-        "mirror": settings.mirror,
-        "listen": settings.listen,
-        **({"turn": settings.turn.strip()} if settings.turn.strip() and not settings.listen else {}),
-        **_face(settings),
-        **sources.words(settings, "" if settings.audio_source == "MIXDOWN" else audio),
-    }
-    if settings.checkpoint:
-        params["checkpoint"] = bpy.path.abspath(settings.checkpoint)
-    if settings.language.strip() and {"transcript", "text"} & set(params):
-        params["language"] = settings.language.strip()
-    return params
+    params = {"audio": audio, "style": choices.expression(settings)}
+    for name, one in table(Settings).items():
+        if one.parts:
+            params[name] = {part: _value(settings, about) for part, about in table(one.parts).items()}
+        elif one.label and _is_wanted(settings, one):
+            params[name] = _value(settings, one)
+    params |= sources.words(settings, "" if settings.audio_source == "MIXDOWN" else audio)
+    models = {one.name: _value(settings, one) for one in sliders(Models)}
+    if not {"transcript", "text"} & set(params):
+        del models["language"]  # only written words have one
+    return params | {name: value for name, value in models.items() if value}
 
 
-def _face(settings) -> dict:
-    """The engine's parameters of a face, where one is wanted."""
-    if not settings.face:
-        return {}
-    return {"face": slider(settings, "face_intensity"), "face_smoothness": slider(settings, "face_smoothness")}
+def _is_wanted(settings: Any, one: Setting) -> bool:
+    """Return whether a setting is sent to the engine: switched on, not made meaningless by another, no empty text."""
+    on = not one.switch or getattr(settings, one.switch)
+    return on and not (one.hidden_by and getattr(settings, one.hidden_by)) and _value(settings, one) != ""
 
 
-def start(context, params: dict) -> asking.Asked:
-    """Ask for gestures and return at once."""
+def _value(settings: Any, one: Setting) -> Any:
+    """Return the value of a setting as the engine takes it."""
+    value = getattr(settings, one.identifier)
+    if one.kind in NUMBERS:
+        return round(value, 4)  # Blender keeps 0.8 as 0.800000012
+    if one.kind == "path":
+        return bpy.path.abspath(value)
+    return value.strip() if one.kind == "text" else value
+
+
+def start(context: bpy.types.Context, params: dict) -> asking.Asked:
+    """Request gestures and return at once."""
     return asking.Asked(engine(context), params)
 
 
 def cancel(job: asking.Asked | None) -> None:
-    """Drop a job; nothing in the file has been touched."""
+    """Drop a job; nothing in the file has been changed by it."""
     if job is not None and _engine is not None:
         job.cancel()
 
 
-def poll(job: asking.Asked, progress) -> dict | None:
-    """The finished job's result with the paths of its motions, or None while it runs; raises the error it ended with."""
+def poll(job: asking.Asked, progress: Callable[[str, float], None]) -> dict | None:
+    """Return the finished job's result with the paths of its motions, or None while it runs; raise the error it ended with."""
     if not job.poll():
         progress(job.stage, job.value)
         return None
     return _warned(job.outcome())
 
 
-def call(context, params: dict, progress=None) -> dict:
-    """Ask for gestures and wait: the headless way. The result has its motions loaded."""
+def call(context: bpy.types.Context, params: dict, progress: Callable[[str, float], None] | None = None) -> dict:
+    """Request gestures and wait, as without a window. The result has its motions loaded."""
     result = _warned(asking.call(engine(context), params, progress))
     return {**result, "motions": [Motion.load(path) for path in result["motions"]]}
 
 
-def export(context, armature, path: str) -> None:
+def export(context: bpy.types.Context, armature: bpy.types.Object, path: str) -> None:
     """Write the character with what it plays as ``.bvh``, ``.fbx`` or ``.glb``, by the suffix of ``path``.
 
     Raises :class:`UsageError` for another suffix, :class:`OutputUnwritable` where writing fails.
@@ -107,16 +108,16 @@ def export(context, armature, path: str) -> None:
     export.export(context.scene, Character(armature, tuple(cast.meshes(armature))), path)
 
 
-def file_name(armature) -> str:
-    """What to call a file of what the character plays, without suffix: character and take."""
+def file_name(armature: bpy.types.Object) -> str:
+    """Return a file name, without suffix, for what the character plays: character and take."""
     from ..film import export
 
     name = export.called(armature).replace(" – ", " - ")
     return "".join(" " if letter in '<>:"/\\|?*' or not letter.isprintable() else letter for letter in name).strip(" .")
 
 
-def add_character(name: str, gender: str = "female"):
-    """Build ``human`` or ``mannequin`` in the current scene; returns its armature object, whose legs are ours to move."""
+def add_character(name: str, gender: str = "female") -> bpy.types.Object:
+    """Build ``human`` or ``mannequin`` in the current scene and return its armature object, whose legs may be keyed."""
     if name == "human":
         from ..cast import human
 
@@ -125,14 +126,12 @@ def add_character(name: str, gender: str = "female"):
         from ..cast import mannequin
 
         armature = mannequin.build().armature
-    armature.s2ag.stance = 1.0
-    armature.s2ag.face = name == "human"
+    for one in sliders(Settings):
+        if one.by_character and one.switch:
+            setattr(armature.s2ag, one.switch, bool(one.by_character(name)))
+        elif one.by_character:
+            setattr(armature.s2ag, one.identifier, one.by_character(name))
     return armature
-
-
-def slider(settings, name: str) -> float:
-    """A slider's value as it was set: Blender keeps 0.8 as 0.800000012."""
-    return round(getattr(settings, name), 4)
 
 
 def _warned(result: dict) -> dict:

@@ -1,6 +1,7 @@
-"""The settings of a take, kept with its action so that they can be had back."""
+"""Stores a character's settings with a take's action, and restores them."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import bpy
 
@@ -12,35 +13,35 @@ _NOT_KEPT |= {"target", "partner"}
 _KINDS = {"BOOLEAN": bool, "INT": int, "FLOAT": (int, float), "STRING": str, "ENUM": (str, list)}
 
 
-def snapshot(settings) -> dict:
-    """All of a character's settings as JSON."""
-    kept = {}
+def snapshot(settings: bpy.types.PropertyGroup) -> dict[str, Any]:
+    """Return all of a character's settings as JSON."""
+    kept: dict[str, Any] = {}
     for prop in settings.bl_rna.properties:
         if prop.identifier in _NOT_KEPT:
             continue
-        kept[prop.identifier] = _plain(getattr(settings, prop.identifier))
+        kept[prop.identifier] = _as_json(getattr(settings, prop.identifier))
     kept["transcript_block"] = settings.transcript_block.name if settings.transcript_block else ""
     kept["bone_map"] = {item.name: item.bones for item in settings.bone_map}
     return kept
 
 
 def view(kept: dict) -> SimpleNamespace:
-    """Settings to read from, as :func:`snapshot` gave them, without changing those of any character.
+    """Return settings to read from, as :func:`snapshot` gave them, without changing those of any character.
 
-    What an older version did not know has its default.
+    Settings that an older version did not have get their defaults.
     """
     every = bpy.types.Object.bl_rna.properties["s2ag"].fixed_type.properties
     plain = {one.identifier: one.default for one in every if one.type in ("BOOLEAN", "INT", "FLOAT", "STRING")}
     enums = {one.identifier: one.default for one in every if one.type == "ENUM" and not one.is_enum_flag}
     parts = {"parts": set(every["parts"].default_flag)}
     bones = [SimpleNamespace(name=part, bones=chain) for part, chain in _bones(kept).items()]
-    known = {name: set(value) if every[name].type == "ENUM" and every[name].is_enum_flag else value
-             for name, value in _sensible(every, kept).items()}  # fmt: skip
-    return SimpleNamespace(**{**plain, **enums, **parts, **known, "bone_map": bones, "transcript_block": _block(kept)})
+    stored = {name: set(value) if every[name].type == "ENUM" and every[name].is_enum_flag else value
+              for name, value in _valid(every, kept).items()}  # fmt: skip
+    return SimpleNamespace(**{**plain, **enums, **parts, **stored, "bone_map": bones, "transcript_block": _block(kept)})
 
 
-def options(settings) -> Options:
-    """How motions are laid onto a character, from its settings."""
+def options(settings: Any) -> Options:
+    """Return how motions are retargeted onto a character, from its settings."""
     return Options(
         torso=settings.torso_strength if "TORSO" in settings.parts else 0.0,
         head=settings.head_strength if "HEAD" in settings.parts else 0.0,
@@ -49,16 +50,16 @@ def options(settings) -> Options:
     )
 
 
-def restore(settings, kept: dict) -> None:
-    """Set a character's settings to what :func:`snapshot` gave; what this version does not know is left out."""
-    known = settings.bl_rna.properties
-    for name, value in _sensible(known, kept).items():
-        if known[name].is_readonly:
+def restore(settings: Any, kept: dict) -> None:
+    """Set a character's settings to what :func:`snapshot` gave, without those that this version does not have."""
+    properties = settings.bl_rna.properties
+    for name, value in _valid(properties, kept).items():
+        if properties[name].is_readonly:
             continue
-        if known[name].type == "ENUM":
-            choices = set(known[name].enum_items.keys())
-            value = set(value) & choices if known[name].is_enum_flag else value
-            if not known[name].is_enum_flag and value not in choices:
+        if properties[name].type == "ENUM":
+            choices = set(properties[name].enum_items.keys())
+            value = set(value) & choices if properties[name].is_enum_flag else value
+            if not properties[name].is_enum_flag and value not in choices:
                 continue
         setattr(settings, name, value)
     settings.transcript_block = _block(kept)
@@ -69,9 +70,9 @@ def restore(settings, kept: dict) -> None:
         item.name, item.bones = part, bones
 
 
-def _sensible(properties, kept: dict) -> dict:
-    """What of ``kept`` is a setting and of its kind: a file may have been changed by others."""
-    found = {}
+def _valid(properties: Any, kept: dict) -> dict[str, Any]:
+    """Return the items of ``kept`` that are settings and of their types: a file may have been changed by others."""
+    valid = {}
     for name, value in kept.items():
         kind = _KINDS.get(properties[name].type) if name in properties and name not in _NOT_KEPT else None
         if kind is None or not isinstance(value, kind) or isinstance(value, bool) != (kind is bool):
@@ -81,23 +82,23 @@ def _sensible(properties, kept: dict) -> dict:
         if isinstance(value, (int, float)) and not abs(value) < 2**31:  # nor is what is no number
             continue
         if not isinstance(value, list) or all(isinstance(one, str) for one in value):
-            found[name] = value
-    return found
+            valid[name] = value
+    return valid
 
 
 def _bones(kept: dict) -> dict[str, str]:
-    """The fields of the bone map that were kept."""
+    """Return the stored fields of the bone map."""
     bones = kept.get("bone_map")
     return {part: chain for part, chain in bones.items() if isinstance(chain, str)} if isinstance(bones, dict) else {}
 
 
-def _block(kept: dict):
-    """The text that was the transcript, if it is still there."""
+def _block(kept: dict) -> bpy.types.Text | None:
+    """Return the text block that was the transcript, if it is still there."""
     name = kept.get("transcript_block")
     return bpy.data.texts.get(name) if isinstance(name, str) else None
 
 
-def _plain(value):
+def _as_json(value: Any) -> Any:
     if isinstance(value, set):
         return sorted(value)
     return round(value, 4) if isinstance(value, float) else value  # Blender keeps 0.8 as 0.800000012

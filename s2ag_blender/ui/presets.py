@@ -8,6 +8,7 @@ from bl_ui.utils import PresetPanel
 
 from ..takes.running import character
 from ..translations import told
+from . import setting_properties
 
 LABEL = "Gesture Presets"
 FOLDER = "s2ag/character"
@@ -17,15 +18,7 @@ VALUES = (
     "style",
     "style_second",
     "style_mix",
-    "intensity",
-    "arousal",
-    "valence",
-    "dominance",
-    "rate",
-    "hand",
-    "meaning",
-    "hands",
-    "mirror",
+    *setting_properties.PRESETS,
     "speed",
     "smoothing",
     "torso_strength",

@@ -2,13 +2,13 @@
 
 import bpy
 
-from ...core.settings import Settings, sliders
 from .. import compat
 from ..rig import readiness
 from ..takes import choices, directing, preview, takes
 from ..takes.choices import control_names, style_names
 from ..takes.running import character
 from .curve_properties import EDITABLE, CurveSettings, changed
+from .setting_properties import SettingProperties
 
 __all__ = ["S2AG_BoneChoice", "S2AG_Session", "S2AG_Settings", "S2AG_Take", "S2AG_Version", "control_names", "style_names"]
 
@@ -50,22 +50,7 @@ def _remapped(item, context) -> None:
     readiness.forget(item.id_data)
 
 
-_SLIDERS = {one.name: one for one in sliders(Settings)}
-
-
-def _control(name: str, label: str):
-    return bpy.props.FloatProperty(
-        name=label, description=_SLIDERS[name].tip, min=-1.0, max=1.0, step=5, precision=2, override=EDITABLE, update=changed
-    )
-
-
-_HANDS = "How much wrists and fingers live; 0 leaves them to the forearms, and the arms are the same"
-_STANCE = "How far weight goes from foot to foot: keys pelvis and legs, which must be at rest; feet stay where they are"
-_FACE = "Move lips, eyes and brows with the gestures: keys the shape keys of this character's meshes, if it has any that speak"
-_LISTEN = "The recording is somebody else's: listen to it, with nods, tilts and glances as its phrases end"
 _PARTNER = "Another character, or what stands for one: it is looked at, and listened to while it speaks"
-_TURN = "Whose lines of a transcript with names the character speaks (ANNA: Hello.); it listens to the others"
-_MEANING = 'How readily phrases such as "I don\'t know" get gestures of their own; 1 is as readily as the style would'
 
 
 def _share(name: str, description: str, default: float, largest: float = 1.5, update=None):
@@ -135,8 +120,8 @@ class S2AG_Session(bpy.types.PropertyGroup):
         return None if armature is None else armature.s2ag
 
 
-class S2AG_Settings(CurveSettings, bpy.types.PropertyGroup):
-    """Inputs of one character's gestures."""
+class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
+    """The settings of one character's gestures: those of the engine (:mod:`core.settings`), and what Blender adds to them."""
 
     audio_source: bpy.props.EnumProperty(
         name="Voice",
@@ -223,44 +208,8 @@ class S2AG_Settings(CurveSettings, bpy.types.PropertyGroup):
         override=EDITABLE,
         update=changed,
     )
-    seed: bpy.props.IntProperty(name="Seed", description="Same seed, same gestures", min=0, override=EDITABLE, update=changed)
-    intensity: bpy.props.FloatProperty(
-        name="Intensity",
-        description="How far gestures depart from rest",
-        default=1.0,
-        min=0.0,
-        max=3.0,
-        soft_max=1.5,
-        override=EDITABLE,
-        update=changed,
-    )
-    arousal: _control("arousal", "Arousal")
-    valence: _control("valence", "Valence")
-    dominance: _control("dominance", "Dominance")
-    rate: _control("rate", "Rate")
-    hand: _control("hand", "Hand")
-    meaning: _share("Meaning", _MEANING, 1.0, 1.0, update=changed)
-    hands: _share("Hands", _HANDS, 1.0, 1.0, update=changed)
-    stance: _share("Stance", _STANCE, 0.0, 1.0, update=changed)
-    face: bpy.props.BoolProperty(name="Face", description=_FACE, override=EDITABLE)
-    face_intensity: bpy.props.FloatProperty(
-        name="Face Intensity",
-        description="How far the mouth opens and brows rise",
-        default=1.0,
-        min=0.0,
-        max=2.0,
-        soft_max=1.5,
-        override=EDITABLE,
-    )
-    face_smoothness: _share("Face Smoothness", "How lazily lips move: closed lips close in any case", 0.5, 1.0)
-    listen: bpy.props.BoolProperty(name="Listen", description=_LISTEN, override=EDITABLE, update=changed)
     partner: bpy.props.PointerProperty(
         type=bpy.types.Object, name="Talks With", description=_PARTNER, override=EDITABLE, update=changed
-    )
-    turn: bpy.props.StringProperty(name="Speaks As", description=_TURN, maxlen=60, override=EDITABLE, update=changed)
-    mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right", override=EDITABLE, update=changed)
-    take_count: bpy.props.IntProperty(
-        name="Takes", description="How many variations to make in one go", default=1, min=1, max=16, override=EDITABLE
     )
 
     range: bpy.props.EnumProperty(
@@ -354,19 +303,6 @@ class S2AG_Settings(CurveSettings, bpy.types.PropertyGroup):
         default={part for part, _, _ in PARTS},
         override=EDITABLE,
         update=changed,
-    )
-    checkpoint: bpy.props.StringProperty(
-        name="Gesture Model",
-        description="Another network to gesture with; empty for the one that comes with the extension",
-        subtype="FILE_PATH",
-        options=compat.RELATIVE,
-        override=EDITABLE,
-    )
-    language: bpy.props.StringProperty(
-        name="Language",
-        description="Code of the language of the words, such as de or fr; empty for English",
-        maxlen=16,
-        override=EDITABLE,
     )
     target: bpy.props.PointerProperty(
         type=bpy.types.Object,

@@ -2,7 +2,6 @@
 
 import bpy
 
-from ...core.settings import AFFECTS
 from ..cast import facial
 from ..keys import density, trying
 from ..rig import facemaps, handpicked, readiness
@@ -10,6 +9,7 @@ from ..takes import choices, markers, takes
 from ..takes.running import character
 from ..translations import told
 from .panel import Sidebar, draw_beyond, draw_progress, sentence
+from .setting_properties import draw_group
 
 _NAMES = 0.48
 """Share of a row that names of parts need."""
@@ -53,9 +53,7 @@ class S2AG_PT_takes(_Below, bpy.types.Panel):
     bl_order = 0
 
     def draw_settings(self, layout, armature, settings, context):
-        column = layout.column(align=True)
-        column.prop(settings, "seed")
-        column.prop(settings, "take_count")
+        draw_group(layout.column(align=True), settings, "takes")
         row = layout.row()
         row.template_list("S2AG_UL_takes", "", settings, "takes", settings, "active_take", rows=4)
         column = row.column(align=True)
@@ -80,20 +78,9 @@ class S2AG_PT_expression(_Below, bpy.types.Panel):
     def draw_settings(self, layout, armature, settings, context):
         draw_blend(layout, settings)
         known = choices.control_names(settings.checkpoint)
-        layout.prop(settings, "intensity", slider=True)
-        steered = layout.column(align=True)
-        for name in (*AFFECTS, "rate", "hand"):
-            steered.prop(settings, name, slider=True)
-        layout.prop(settings, "meaning", slider=True)
-        layout.prop(settings, "hands", slider=True)
-        layout.prop(settings, "stance", slider=True)
-        layout.prop(settings, "mirror")
-        layout.prop(settings, "listen")
+        draw_group(layout, settings, "expression", steered=bool(known))
         layout.prop(settings, "partner")
-        if not settings.listen:
-            layout.prop(settings, "turn")
-        # Greyed, not locked: whoever opens a file whose sliders are set must be able to set them back.
-        steered.active = bool(known)
+        draw_group(layout, settings, "talk")
         if not known:
             layout.label(text="This gesture model has intensity only", icon="INFO")
 
@@ -118,11 +105,7 @@ class S2AG_PT_face(_Below, bpy.types.Panel):
     bl_label = "Face"
 
     def draw_settings(self, layout, armature, settings, context):
-        layout.prop(settings, "face")
-        column = layout.column()
-        column.active = settings.face
-        column.prop(settings, "face_intensity", text="Intensity", slider=True)
-        column.prop(settings, "face_smoothness", text="Smoothness", slider=True)
+        draw_group(layout, settings, "face")
         row = layout.row(align=True)
         row.operator("s2ag.load_face_map", text="Load", icon="FILE_FOLDER")
         row.operator("s2ag.save_face_map", text="Save", icon="FILE_TICK")
@@ -268,8 +251,7 @@ class S2AG_PT_advanced(_Below, bpy.types.Panel):
     bl_label = "Advanced"
 
     def draw_settings(self, layout, armature, settings, context):
-        layout.prop(settings, "checkpoint")
-        layout.prop(settings, "language")
+        draw_group(layout, settings, "advanced")
         layout.operator("s2ag.learn", icon="ACTION")
 
 

@@ -16,7 +16,7 @@ from s2ag.rigs.faces import shapes
 from s2ag.s2ag_blender import registration, translations
 from s2ag.s2ag_blender.rig import readiness
 from s2ag.s2ag_blender.takes import choices, stages
-from s2ag.s2ag_blender.ui import bone_maps
+from s2ag.s2ag_blender.ui import bone_maps, setting_properties
 from s2ag.s2ag_blender.ui.properties import S2AG_Settings
 
 FOLDER = Path(__file__).resolve().parents[2] / "s2ag_blender"
@@ -150,6 +150,7 @@ def wanted():
     found = {*texts_of_calls(), *texts_of_classes(), *texts_of_choices(), *texts_of_reasons()}
     found |= {readiness.label(part) for part in (*bone_maps.ORDER, *skeleton.EDGE_NAMES)}
     found |= {*shapes.PARTS, Check.stage, *stages.SHOWN.values()}
+    found |= {one.short for one in setting_properties.SHOWN.values()}
     found -= stages.SHOWN.keys()
     found |= {bpy.path.display_name(path.name, title_case=False) for path in PRESETS.rglob("*.py")}
     return {text for text in found if any(letter.isalpha() for letter in text)}

@@ -249,10 +249,6 @@ def test_strokes_of_hints():
     assert asking.channels(replace(wishes, rests=()), words, [], 60) is None
 
 
-def test_every_hint_has_a_meaning():
-    assert set(asking.MEANINGS) == set(hints.GESTURES)
-
-
 def test_hands_rest_in_silence_and_breathe(session, tmp_path, voice):
     from s2ag.core.sound import audio
     from sounds import write_wav

@@ -1,0 +1,74 @@
+"""Blender properties and rows of sliders made of the table of settings."""
+
+from typing import Any
+
+import bpy
+
+from ...core.declaration import Setting
+from ...core.settings import Models, Settings, sliders
+from .. import compat
+from .curve_properties import EDITABLE, changed
+
+SWITCHES = {
+    "face": (
+        "Face",
+        "Move lips, eyes and brows with the gestures: keys the shape keys of this character's meshes, if it has any that speak",
+    )
+}
+"""Boolean properties that turn settings on: identifier -> label and description."""
+SHOWN = {one.identifier: one for one in sliders(Settings) + sliders(Models)}
+"""Identifier in Blender -> setting, in the order of the panels."""
+PRESETS = tuple(identifier for identifier, one in SHOWN.items() if one.preset)
+"""Properties that a preset sets."""
+_CONTROL_STEP = 5
+"""Hundredths by which the arrows of a control's slider move it."""
+
+
+def _switch(label: str, tip: str) -> Any:
+    return bpy.props.BoolProperty(name=label, description=tip, override=EDITABLE)
+
+
+def _property(one: Setting) -> Any:
+    """Return the deferred Blender property of a setting."""
+    about: dict = {"name": one.label, "description": one.tip, "override": EDITABLE}
+    about |= {"update": changed} if one.previewed else {}
+    if one.kind == "flag":
+        return bpy.props.BoolProperty(default=one.usually, **about)
+    if one.kind == "path":
+        return bpy.props.StringProperty(subtype="FILE_PATH", options=compat.RELATIVE, **about)
+    if one.kind == "text":
+        return bpy.props.StringProperty(maxlen=one.longest, **about)
+    high = one.high if one.panel_high is None else one.panel_high
+    limits = {"min": one.low, "max": high, "soft_max": one.soft_high}
+    about |= {name: value for name, value in limits.items() if value is not None}
+    about |= {"default": one.usually if one.shown is None else one.shown}
+    if one.kind == "whole":
+        return bpy.props.IntProperty(**about)
+    return bpy.props.FloatProperty(precision=2, **({"step": _CONTROL_STEP} if one.control else {}), **about)
+
+
+class SettingProperties:
+    """The part of a character's settings that is declared in :mod:`core.settings`."""
+
+    __annotations__ = {name: _switch(*texts) for name, texts in SWITCHES.items()}
+    __annotations__ |= {identifier: _property(one) for identifier, one in SHOWN.items()}
+
+
+def draw_group(layout: bpy.types.UILayout, settings: Any, group: str, steered: bool = True) -> None:
+    """Draw the rows of a group of settings. Controls stand together, greyed unless ``steered``; what a switch turns on stands
+    below it, greyed while it is off.
+    """
+    blocks: dict = {}
+    for identifier, one in SHOWN.items():
+        if one.group != group or (one.hidden_by and getattr(settings, one.hidden_by)):
+            continue
+        block = "steered" if one.control else one.switch
+        if block and block not in blocks:
+            if one.switch:
+                layout.prop(settings, one.switch)
+            blocks[block] = layout.column(align=one.control)
+            # Greyed, not locked: whoever opens a file whose sliders are set must be able to set them back.
+            blocks[block].active = getattr(settings, one.switch) if one.switch else steered
+        about = {"text": one.short} if one.short else {}
+        about |= {"slider": True} if one.kind in ("number", "side") else {}
+        blocks.get(block, layout).prop(settings, identifier, **about)
