@@ -1,1 +1,1 @@
-"""Metrics of the paper and of the field, in the published code's definition and in true units (reference section F)."""
+"""Metrics of the paper and of the field, as in the published code and in physical units (reference section F)."""

@@ -1,4 +1,4 @@
-"""Speed, acceleration and jerk as the GENEA evaluations take them, and canonical correlation (reference section F.4)."""
+"""Speed, acceleration and jerk as in the GENEA evaluations, and canonical correlation (reference section F.4)."""
 
 import numpy as np
 
@@ -10,13 +10,15 @@ CENTIMETRES = 100.0
 
 
 def mean_derivative(directions: np.ndarray, order: int, fps: float = skeleton.FPS) -> float:
-    """Mean size of the ``order``-th derivative of the nine moving joints in mm/s^order: 2 acceleration, 3 jerk."""
+    """Return the mean norm of the ``order``-th derivative of the nine moving joints in mm/s^order (2 acceleration, 3 jerk)."""
     change = np.diff(positions(directions)[..., 1:, :], n=order, axis=1) * fps**order
     return float(np.linalg.norm(change, axis=-1).mean() * MILLIMETRES)
 
 
-def wrist_speed_histogram(directions: np.ndarray, width: float = 1.0, top: float = 300.0, fps: float = skeleton.FPS):
-    """Shares ``(bins,)`` of both wrists' speeds in bins of ``width`` cm/s up to ``top``, faster ones in the last."""
+def wrist_speed_histogram(
+    directions: np.ndarray, width: float = 1.0, top: float = 300.0, fps: float = skeleton.FPS
+) -> np.ndarray:
+    """Return the histogram ``(bins,)`` of both wrists' speeds in bins of ``width`` cm/s up to ``top``; the last is open."""
     joints = positions(directions)[..., WRISTS, :]
     speed = np.linalg.norm(np.diff(joints, axis=1), axis=-1).ravel() * fps * CENTIMETRES
     edges = np.arange(0, top + width / 2, width)
@@ -25,22 +27,22 @@ def wrist_speed_histogram(directions: np.ndarray, width: float = 1.0, top: float
 
 
 def hellinger(a: np.ndarray, b: np.ndarray) -> float:
-    """Hellinger distance of two histograms of the same bins: 0 the same shares, 1 nothing in common."""
+    """Return the Hellinger distance of two histograms with the same bins: 0 equal, 1 disjoint."""
     a, b = (np.asarray(part, np.float64) / max(np.sum(part), 1e-12) for part in (a, b))
     return float(np.sqrt(max(1 - np.sqrt(a * b).sum(), 0)))
 
 
 def canonical_correlation(a: np.ndarray, b: np.ndarray) -> float:
-    """First canonical correlation of ``a`` ``(n, p)`` and ``b`` ``(n, q)``, samples in rows; constant columns carry nothing.
+    """Return the first canonical correlation of ``a`` ``(n, p)`` and ``b`` ``(n, q)``; constant columns are ignored.
 
-    The largest singular value between orthonormal bases of both, so nothing is iterated. With few samples it is always
-    near one: give many more rows than columns.
+    It is the largest singular value between orthonormal bases of both. With few samples it is always near one: use many
+    more rows than columns.
     """
     bases = []
     for part in (a, b):
         part = np.asarray(part, np.float64)
-        left, sizes, _ = np.linalg.svd(part - part.mean(0), full_matrices=False)
-        bases.append(left[:, sizes > 1e-8 * max(sizes[0], 1e-12) * len(part)] if sizes[0] > 0 else left[:, :0])
+        left, values, _ = np.linalg.svd(part - part.mean(0), full_matrices=False)
+        bases.append(left[:, values > 1e-8 * max(values[0], 1e-12) * len(part)] if values[0] > 0 else left[:, :0])
     if not (bases[0].shape[1] and bases[1].shape[1]):
         return 0.0
     return float(min(np.linalg.svd(bases[0].T @ bases[1], compute_uv=False)[0], 1.0))

@@ -1,7 +1,7 @@
-"""The network whose features the Frechet gesture distance compares: the published autoencoder (reference section F.3).
+"""Feature extractor of the Frechet gesture distance: the published autoencoder (reference section F.3).
 
-The public weights were trained on Human3.6M and are not comparable between papers; this one is trained here on the
-performances of a data set, and refused where it has collapsed.
+The public weights were trained on Human3.6M and are not comparable between papers; this one is trained on the motions of a
+data set, and rejected if it has collapsed.
 """
 
 from collections.abc import Callable, Mapping
@@ -26,24 +26,26 @@ POSE = 27
 BATCH = 128
 MOST_ERROR = 0.8
 """Share of the data's variance that the reconstruction may miss before the extractor counts as collapsed."""
-_HELD = "embedding_dict", "gen_dict"
-_ROTATIONS = 330
+_STATE_KEYS = "embedding_dict", "gen_dict"
+_ROTATION_CHANNELS = 330
 LEAST_RATIO = 10.0
-"""How much farther a frozen mean pose must be from real motion than one half of real motion from the other."""
+"""Least ratio of the distance between real motion and a frozen mean pose to that between halves of real motion."""
 
 
 class Extractor(nn.Module):
-    """Convolutional autoencoder of ``frames`` mean-subtracted poses; the features are the 32 numbers in its middle.
+    """Convolutional autoencoder of ``frames`` mean-subtracted poses; the features are its 32-dimensional latent.
 
-    ``slope`` is of the activation between fully connected layers: 1, which makes them linear, in the public code.
+    ``slope`` is that of the activation between fully connected layers: 1 in the public code, which makes them linear.
     """
+
+    mean: torch.Tensor
 
     def __init__(self, slope: float = 1.0, frames: int = FRAMES):
         super().__init__()
-        self.frames, left = frames, (frames - 4 - 4) // 2 + 1 - 2
+        self.frames, length = frames, (frames - 4 - 4) // 2 + 1 - 2
         self.encoder = nn.Sequential(
             *_block(POSE, 32, 3), *_block(32, 64, 3), *_block(64, 64, 4, 2), nn.Conv1d(64, 32, 3), nn.Flatten(),
-            nn.Linear(32 * left, 256), nn.BatchNorm1d(256), nn.LeakyReLU(slope),
+            nn.Linear(32 * length, 256), nn.BatchNorm1d(256), nn.LeakyReLU(slope),
             nn.Linear(256, 128), nn.BatchNorm1d(128), nn.LeakyReLU(slope),
             nn.Linear(128, SIZE), nn.Linear(SIZE, SIZE),
         )  # fmt: skip
@@ -59,29 +61,29 @@ class Extractor(nn.Module):
         self.register_buffer("mean", torch.from_numpy(MEAN.copy()), persistent=False)
 
     def encode(self, directions: torch.Tensor) -> torch.Tensor:
-        """Features ``(B, 32)`` of directions ``(B, T, 9, 3)``."""
+        """Return features ``(B, 32)`` of directions ``(B, T, 9, 3)``."""
         return self.encoder((directions - self.mean).flatten(2).transpose(1, 2))
 
     def forward(self, directions: torch.Tensor) -> torch.Tensor:
-        """Directions ``(B, T, 9, 3)`` as the 32 numbers remember them."""
-        made = self.decoder(self.widen(self.encode(directions))).transpose(1, 2)
-        return made.unflatten(2, (9, 3)) + self.mean
+        """Reconstruct directions ``(B, T, 9, 3)``."""
+        poses = self.decoder(self.widen(self.encode(directions))).transpose(1, 2)
+        return poses.unflatten(2, (9, 3)) + self.mean
 
     @torch.inference_mode()
     def features(self, directions: np.ndarray, batch: int = 1024) -> np.ndarray:
-        """``(n, 32)`` float64 of motions ``(n, T, 9, 3)``."""
+        """Return features ``(n, 32)`` float64 of motions ``(n, T, 9, 3)``."""
         self.eval()
         parts = torch.from_numpy(np.ascontiguousarray(directions, np.float32)).split(batch)
         return np.concatenate([self.encode(part.to(self.mean.device)).double().cpu().numpy() for part in parts])
 
     def save(self, path: str | PathLike) -> None:
-        """Write the weights to ``path`` (.safetensors), whole or not at all."""
+        """Write the weights to ``path`` (.safetensors) atomically."""
         with whole_file(path) as temporary:
             save_file({name: value.cpu().contiguous() for name, value in self.state_dict().items()}, temporary)
 
     @classmethod
     def load(cls, path: str | PathLike) -> "Extractor":
-        """Inverse of :meth:`save`; raises :class:`CheckpointUnreadable`."""
+        """Read a file of :meth:`save`; raises :class:`CheckpointUnreadable`."""
         try:
             stored = load_file(Path(path))
             extractor = cls(frames=len(stored["widen.3.weight"]) // 4)
@@ -93,10 +95,10 @@ class Extractor(nn.Module):
 
 
 def load_any(path: str | PathLike) -> Extractor:
-    """An extractor of ours, or the public one in its authors' file (``embedding_net.pth.tar``, a GTC autoencoder's ``.bin``).
+    """Read an extractor of this project or the authors' (``embedding_net.pth.tar``, a GTC autoencoder's ``.bin``).
 
-    The layers of both are the same in the same order (reference section F.3), so that they are told by their shapes; a
-    head for variances is left out. Nothing in the file is run. Raises :class:`CheckpointUnreadable`.
+    Both have the same layers in the same order (reference section F.3), so weights are matched by order and shape; a head
+    for variances is dropped. Nothing in the file is executed. Raises :class:`CheckpointUnreadable`.
     """
     if Path(path).suffix == ".safetensors":
         return Extractor.load(path)
@@ -106,32 +108,34 @@ def load_any(path: str | PathLike) -> Extractor:
     if _reads_rotations(stored):
         message = f"{path} is BEAT2's extractor: it sees rotations of SMPL-X's 55 joints at 30 frames a second."
         raise CheckpointUnreadable(message, "Nine directions hold neither twists nor fingers, legs and face: leave it out.")
-    held = next((stored[name] for name in _HELD if isinstance(stored.get(name), Mapping)), stored)
+    state = next((stored[name] for name in _STATE_KEYS if isinstance(stored.get(name), Mapping)), stored)
     extractor = Extractor()
     unused = ("context_encoder", "fc_logvar", "fc_log_var")
-    given = [
-        value for name, value in held.items() if isinstance(value, torch.Tensor) and not any(one in name for one in unused)
+    tensors = [
+        value for name, value in state.items() if isinstance(value, torch.Tensor) and not any(part in name for part in unused)
     ]
-    wanted = extractor.state_dict()
-    if [tuple(value.shape) for value in given] != [tuple(value.shape) for value in wanted.values()]:
+    expected = extractor.state_dict()
+    if [tuple(value.shape) for value in tensors] != [tuple(value.shape) for value in expected.values()]:
         message = f"{path} holds no extractor of 34 frames of nine directions."
         raise CheckpointUnreadable(message, "Give the authors' embedding_net.pth.tar, GTC's autoencoder, or one of s2ag bench.")
-    extractor.load_state_dict(dict(zip(wanted, given, strict=True)))
+    extractor.load_state_dict(dict(zip(expected, tensors, strict=True)))
     return extractor.eval()
 
 
 def _reads_rotations(stored: Mapping) -> bool:
-    """Whether a file is EMAGE's autoencoder of joint rotations, by its first convolution over 55 joints of six values."""
-    held = stored.get("model_state")
+    """Return whether a file is EMAGE's autoencoder of joint rotations: its first convolution takes 55 joints of 6 values."""
+    state = stored.get("model_state")
     names = {"encoder.layers.0.0.residual.0.weight", "module.encoder.layers.0.0.residual.0.weight"}
-    found = [held[name] for name in names & set(held)] if isinstance(held, Mapping) else []
-    return any(isinstance(one, torch.Tensor) and one.dim() == 3 and one.shape[1] == _ROTATIONS for one in found)
+    weights = [state[name] for name in names & set(state)] if isinstance(state, Mapping) else []
+    return any(
+        isinstance(weight, torch.Tensor) and weight.dim() == 3 and weight.shape[1] == _ROTATION_CHANNELS for weight in weights
+    )
 
 
 def reconstruction_loss(made: torch.Tensor, real: torch.Tensor) -> torch.Tensor:
-    """Mean L1 of places plus mean L1 of frame differences of ``(B, T, 9, 3)``, summed over the batch, as published."""
-    apart = functional.l1_loss(made, real) + functional.l1_loss(made.diff(dim=1), real.diff(dim=1))
-    return apart * len(real)
+    """Return mean L1 of values plus mean L1 of frame differences of ``(B, T, 9, 3)``, summed over the batch, as published."""
+    loss = functional.l1_loss(made, real) + functional.l1_loss(made.diff(dim=1), real.diff(dim=1))
+    return loss * len(real)
 
 
 def train(
@@ -141,7 +145,7 @@ def train(
     device: str = "cpu",
     frames: int = FRAMES,
 ) -> Extractor:
-    """A trained extractor; ``take(rng, count)`` gives real training motions ``(count, T, 9, 3)``. Same seed, same weights."""
+    """Train an extractor, deterministically; ``take(rng, count)`` returns real training motions ``(count, T, 9, 3)``."""
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
     extractor = Extractor(frames=frames).to(device).train()
@@ -156,15 +160,15 @@ def train(
 
 @torch.inference_mode()
 def checks(extractor: Extractor, real: np.ndarray, seed: int = 0) -> dict[str, float]:
-    """Whether an extractor deserves trust, on real motions ``(n, T, 9, 3)`` it was not trained on.
+    """Measure the quality of an extractor on held-out real motions ``(n, T, 9, 3)``.
 
-    ``missed``: share of the variance that its reconstruction misses. ``halves``: distance of two random halves of the
-    real motions; ``still``: of the real motions and their mean pose held still. ``ratio``: the second over the first.
+    ``missed``: share of the variance that its reconstruction misses. ``halves``: Frechet distance of two random halves of
+    the real motions; ``still``: of the real motions and their frozen mean pose. ``ratio``: ``still`` over ``halves``.
     """
     extractor.eval()
     parts = torch.from_numpy(np.ascontiguousarray(real, np.float32)).split(1024)
-    made = np.concatenate([extractor(part.to(extractor.mean.device)).cpu().numpy() for part in parts])
-    missed = float(((made - real) ** 2).sum() / ((real - real.mean((0, 1))) ** 2).sum())
+    decoded = np.concatenate([extractor(part.to(extractor.mean.device)).cpu().numpy() for part in parts])
+    missed = float(((decoded - real) ** 2).sum() / ((real - real.mean((0, 1))) ** 2).sum())
     order = np.random.default_rng(seed).permutation(len(real))
     features = extractor.features(real)
     halves = frechet_distance(features[order[::2]], features[order[1::2]])
@@ -174,7 +178,7 @@ def checks(extractor: Extractor, real: np.ndarray, seed: int = 0) -> dict[str, f
 
 
 def require_sound(found: dict[str, float]) -> None:
-    """Raise :class:`UsageError` where :func:`checks` tell of a collapsed extractor."""
+    """Raise :class:`UsageError` if the results of :func:`checks` show a collapsed extractor."""
     if found["missed"] > MOST_ERROR:
         raise UsageError(
             f"The feature extractor has collapsed: its reconstruction misses {found['missed']:.0%} of the variance.",

@@ -6,11 +6,11 @@ from ...errors import UsageError
 
 
 def frechet_distance(a: np.ndarray, b: np.ndarray) -> float:
-    """Distance of the normal distributions that fit features ``a`` ``(n, d)`` and ``b`` ``(m, d)``.
+    """Return the Frechet distance of normal distributions fitted to features ``a`` ``(n, d)`` and ``b`` ``(m, d)``.
 
-    ``|m1 - m2|^2 + tr(S1 + S2 - 2 sqrt(S1 S2))`` with unbiased covariances. The trace of the root comes from the
-    eigenvalues of a symmetric matrix, so no imaginary parts can appear. Raises :class:`UsageError` for fewer than two
-    samples or for values that are not finite.
+    ``|m1 - m2|^2 + tr(S1 + S2 - 2 sqrt(S1 S2))`` with unbiased covariances. The trace of the root is computed from the
+    eigenvalues of a symmetric matrix, so it is always real. Raises :class:`UsageError` for fewer than two samples or for
+    values that are not finite.
     """
     a, b = np.asarray(a, np.float64), np.asarray(b, np.float64)
     if min(len(a), len(b)) < 2:
@@ -22,9 +22,9 @@ def frechet_distance(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def of_moments(mean_a: np.ndarray, cov_a: np.ndarray, mean_b: np.ndarray, cov_b: np.ndarray, root_b: np.ndarray) -> np.ndarray:
-    """:func:`frechet_distance` ``(...)`` of normal distributions: means ``(..., d)``, covariances ``(..., d, d)``.
+    """Return the :func:`frechet_distance` ``(...)`` of normal distributions: means ``(..., d)``, covariances ``(..., d, d)``.
 
-    ``root_b`` is the :func:`root` of ``cov_b``, which many distances may share.
+    ``root_b`` is the :func:`root` of ``cov_b``, computed once for many distances.
     """
     shared = np.linalg.eigvalsh(root_b @ cov_a @ root_b)
     traces = np.trace(cov_a, axis1=-2, axis2=-1) + np.trace(cov_b, axis1=-2, axis2=-1)
@@ -33,11 +33,11 @@ def of_moments(mean_a: np.ndarray, cov_a: np.ndarray, mean_b: np.ndarray, cov_b:
 
 
 def feature_distance(a: np.ndarray, b: np.ndarray) -> float:
-    """Mean L1 distance of paired features ``(n, d)``: "feat_D" of the public code, summed over the dimensions."""
+    """Return the mean L1 distance of paired features ``(n, d)``, summed over dimensions: "feat_D" of the public code."""
     return float(np.abs(np.asarray(a, np.float64) - np.asarray(b, np.float64)).sum(1).mean())
 
 
 def root(matrix: np.ndarray) -> np.ndarray:
-    """The symmetric square root of symmetric matrices ``(..., d, d)`` without negative eigenvalues."""
+    """Return the symmetric square root of positive semidefinite matrices ``(..., d, d)``."""
     values, vectors = np.linalg.eigh(matrix)
     return (vectors * np.sqrt(np.maximum(values, 0))[..., None, :]) @ np.swapaxes(vectors, -1, -2)

@@ -1,1 +1,1 @@
-"""The paper's systems: S2AG, its ablations and the baselines, all trained by one loop (reference section G)."""
+"""The systems of the paper's comparison: S2AG, its ablations and the baselines (reference section G)."""

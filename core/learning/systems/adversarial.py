@@ -1,5 +1,7 @@
 """S2AG, its two ablations and GTC: one generator in four configurations, and its discriminator (reference sections A, C)."""
 
+from typing import cast
+
 import torch
 
 from ...model.config import ModelConfig
@@ -14,14 +16,13 @@ HUBER, ADVERSARIAL, DIVERSITY, DIVERGENCE = 500.0, 5.0, 0.05, 0.1
 
 
 class Adversarial(System):
-    """Huber, adversarial, style-diversity and divergence terms with the published weights.
+    """Trained with Huber, adversarial, style-diversity and divergence terms with the published weights.
 
-    ``warm_up`` is the share of the training in which the discriminator neither learns nor is heard, as in the public codes.
-    ``diversity_share`` is the part of a batch that is also made in another style; all of it in the public code. With
-    ``foreign_ids`` every sample gets the id of a speaker who is not in its batch, as the public code of S2AG does: its
-    speaker table then learns nothing of anybody (reference A.11, 15); where all speakers are in the batch, that of any of
-    them. ``judge`` is "" for the discriminator that goes with
-    the generator, "graph" for S2AG's, "raw" for GTC's, "none" for no adversarial term at all.
+    ``warm_up`` is the initial share of the training without discriminator, as in the public code. ``diversity_share`` is
+    the part of a batch that is also generated in another style; all of it in the public code. With ``foreign_ids`` every
+    sample gets the id of a speaker who is not in its batch (of any speaker if all are in it), as in the public code of
+    S2AG, whose speaker table thus learns nothing about its speakers (reference A.11, 15). ``judge`` selects the
+    discriminator: "" the generator's own kind, "graph" S2AG's, "raw" GTC's, "none" no adversarial term.
     """
 
     knows_speakers = True
@@ -48,18 +49,18 @@ class Adversarial(System):
 
     @property
     def generator(self) -> Generator:
-        """The network that performs."""
-        return self.performer.generator
+        """The gesture generator."""
+        return cast(Performer, self.performer).generator
 
     def make(self, sample: Sample, progress: float) -> Made:
-        """A performance in the speaker's style, part of it once more in another's."""
+        """Generate in the speaker's style, and a part of the batch also in another style."""
         ids = self._ids(sample)
         others = round(len(ids) * self.diversity_share)
-        made = self.performer(*self._heard(sample), sample.seeds, None, ids, ids.new_empty(len(ids), 0), others)
-        return Made(made.directions, made)
+        result = self.performer(*self._inputs(sample), sample.seeds, None, ids, ids.new_empty(len(ids), 0), others)
+        return Made(result.directions, result)
 
     def terms(self, sample: Sample, made: Made, progress: float) -> dict[str, torch.Tensor]:
-        """The published terms (paper eq. 15 and 17)."""
+        """Return the published terms (paper eq. 15 and 17)."""
         extra = made.extra
         terms = {
             "huber": HUBER * losses.huber(made.directions, sample.directions),
@@ -67,28 +68,30 @@ class Adversarial(System):
         }
         count = len(extra.other)
         if count:
-            apart = losses.diversity(made.directions[:count], extra.other, extra.style[:count], extra.other_style)
-            terms["diversity"] = DIVERSITY * apart
+            diversity = losses.diversity(made.directions[:count], extra.other, extra.style[:count], extra.other_style)
+            terms["diversity"] = DIVERSITY * diversity
         if self.judging(progress):
-            self.judge.requires_grad_(False)
-            terms["adversarial"] = ADVERSARIAL * losses.adversarial(self.judge.discriminator(made.directions))
-            self.judge.requires_grad_(True)
+            judge = cast(Judge, self.judge)
+            judge.requires_grad_(False)
+            terms["adversarial"] = ADVERSARIAL * losses.adversarial(judge.discriminator(made.directions))
+            judge.requires_grad_(True)
         return terms
 
     def judging(self, progress: float) -> bool:
-        """Once it is warm."""
+        """Whether the discriminator is in use: after the warm-up."""
         return self.judge is not None and progress >= self.warm_up
 
     def judge_loss(self, sample: Sample, made: torch.Tensor) -> torch.Tensor:
-        """Paper eq. 16."""
+        """Return the discriminator's loss (paper eq. 16)."""
+        assert self.judge is not None
         return losses.discriminator(*self.judge(sample.directions, made))
 
     def perform(self, sample: Sample) -> torch.Tensor:
-        """In a style drawn from the speaker's distribution, as the public code does also in use."""
+        """Generate in a style sampled from the speaker's distribution, as the public code does in evaluation, too."""
         style = self.generator.sample_style(*self.generator.speaker(sample.speaker))
-        return self.generator(*self._heard(sample), sample.seeds, style)
+        return self.generator(*self._inputs(sample), sample.seeds, style)
 
-    def _heard(self, sample: Sample) -> tuple[torch.Tensor, torch.Tensor]:
+    def _inputs(self, sample: Sample) -> tuple[torch.Tensor, torch.Tensor]:
         words = sample.words if self.table is None else self.table(sample.words)
         if self.config.audio == "wave":
             return sample.wave, words
@@ -97,7 +100,7 @@ class Adversarial(System):
     def _ids(self, sample: Sample) -> torch.Tensor:
         if not self.foreign_ids:
             return sample.speaker
-        every = torch.arange(self.config.speakers, device=sample.speaker.device)
-        strangers = every[~torch.isin(every, sample.speaker)]
-        strangers = strangers if len(strangers) else every
-        return strangers[torch.randint(len(strangers), sample.speaker.shape, device=every.device)]
+        speakers = torch.arange(self.config.speakers, device=sample.speaker.device)
+        absent = speakers[~torch.isin(speakers, sample.speaker)]
+        absent = absent if len(absent) else speakers
+        return absent[torch.randint(len(absent), sample.speaker.shape, device=speakers.device)]

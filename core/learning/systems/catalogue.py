@@ -1,7 +1,8 @@
-"""The eight systems of the paper's Table 2 by name, and what the paper says of them."""
+"""The eight systems of the paper's Table 2 by name with the printed results, and variants of them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import torch
 
@@ -17,10 +18,10 @@ from .system import System, narrow, wide
 
 @dataclass(frozen=True)
 class Known:
-    """A row of the table: ``paper`` and ``genea`` are MAJE (mm), MAD and FGD as printed, None where there is no number.
+    """A row of the table: ``paper`` and ``genea`` are MAJE (mm), MAD and FGD as printed, or None.
 
-    ``raw``: it hears raw audio, by GTC's encoder; ``least``: the frames that its layers need; ``contextual``: it reads vectors
-    of words in their context.
+    ``raw``: the system takes raw audio (GTC's encoder); ``least``: least number of frames; ``contextual``: it takes
+    contextual word vectors.
     """
 
     title: str
@@ -32,9 +33,9 @@ class Known:
     contextual: bool = False
 
     def unfit(self, lengths: Lengths, width: int = 0) -> str:
-        """Why it cannot be trained on windows of these lengths, in a sentence; empty where it can.
+        """Return why the system cannot be trained on windows of these lengths, as a sentence; "" if it can.
 
-        ``width`` is that of the vectors of words in context, 0 where there are none.
+        ``width`` is that of the contextual word vectors, 0 without any.
         """
         if self.contextual and not width:
             return f"{self.title} reads vectors of words in their context: this bench has none, give --contextual."
@@ -47,13 +48,12 @@ class Known:
 
 @dataclass(frozen=True)
 class Build:
-    """What every system is built from. ``share`` scales the published widths; ``faithful`` names the public code's bugs.
+    """Options for building systems. ``share`` scales the published widths; ``faithful`` reproduces the public code's bugs.
 
-    ``trained_words``: the word table is trained, as published, or frozen. ``diversity_share``: see :class:`Adversarial`.
-    ``first_pass``: the share of the training that its first pass is, in which S2AG's discriminator neither learns nor is
-    heard; 0 for the paper's wording, in which there is no warm-up. ``strangers``: see ``foreign_ids`` there.
-    ``given``: poses of a window that are given. ``lengths``: the windows'.
-    ``contextual``: values of a vector of a word in its context, 0 where there are none.
+    ``trained_words``: whether the word table is trained, as published, or frozen. ``diversity_share`` and ``strangers``
+    (there ``foreign_ids``): see :class:`Adversarial`. ``first_pass``: share of the training that is its first epoch, in
+    which S2AG's discriminator is off; 0 for no warm-up, as in the paper's text. ``given``: seed poses of a window.
+    ``lengths``: those of the windows. ``contextual``: width of contextual word vectors, 0 without any.
     """
 
     vectors: torch.Tensor
@@ -69,59 +69,67 @@ class Build:
     contextual: int = 0
 
 
-_LARGE = ("text_channels", "gru_size", "head_size", "discriminator_size")
-_SMALL = ("mfcc_size", "text_size", "style_size", "edge_size", "part_size", "affect_size")
-_LISTS = ("mfcc_channels", "wave_channels", "discriminator_channels")
-_LONGEST_WARM_UP = 0.25
+_LARGE_WIDTHS = ("text_channels", "gru_size", "head_size", "discriminator_size")
+_SMALL_WIDTHS = ("mfcc_size", "text_size", "style_size", "edge_size", "part_size", "affect_size")
+_WIDTH_LISTS = ("mfcc_channels", "wave_channels", "discriminator_channels")
+_MAX_WARM_UP = 0.25
 
 
 def shrunk(config: ModelConfig, share: float) -> ModelConfig:
-    """A published configuration with every width at ``share``, so generator and discriminator keep their proportion.
+    """Scale all widths of a published configuration by ``share``, of generator and discriminator alike.
 
-    The last channels of an MFCC encoder along coefficients are pose frames and stay.
+    The last channels of an MFCC encoder along coefficients are pose frames and stay unchanged.
     """
     if share == 1:
         return config
-    sizes = {name: wide(getattr(config, name), share) for name in _LARGE}
-    sizes |= {name: narrow(getattr(config, name), share) for name in _SMALL}
-    lists = {name: tuple(narrow(size, share) for size in getattr(config, name)) for name in _LISTS}
+    sizes = {name: wide(getattr(config, name), share) for name in _LARGE_WIDTHS}
+    sizes |= {name: narrow(getattr(config, name), share) for name in _SMALL_WIDTHS}
+    lists = {name: tuple(narrow(size, share) for size in getattr(config, name)) for name in _WIDTH_LISTS}
     if config.mfcc_axis == "coefficient":
         lists["mfcc_channels"] = (*lists["mfcc_channels"][:-1], config.frames)
     return config.replace(**sizes, **lists)
 
 
-def _long(config: ModelConfig, lengths: Lengths) -> ModelConfig:
-    """A published configuration for windows of other lengths; one for windows of any length is as it was."""
+def _with_lengths(config: ModelConfig, lengths: Lengths) -> ModelConfig:
+    """Adapt a configuration with fixed windows to other lengths."""
     if not config.frames or lengths.published:
         return config
     channels = (*config.mfcc_channels[:-1], lengths.frames)
     return config.replace(frames=lengths.frames, mfcc_frames=lengths.cepstra, mfcc_channels=channels)
 
 
-def _adversarial(preset: Callable[..., ModelConfig], trimodal: bool = False, judge: str = ""):
-    def build(of: Build) -> System:
-        words = len(of.vectors) + 4 if of.trained_words else 0
-        config = shrunk(_long(preset(words, of.speakers, word_size=of.vectors.shape[1]), of.lengths), of.share)
-        if of.faithful and trimodal:
+Builder = Callable[[Build], System]
+
+
+def _adversarial(preset: Callable[..., ModelConfig], trimodal: bool = False, judge: str = "") -> Builder:
+    def build(options: Build) -> System:
+        words = len(options.vectors) + 4 if options.trained_words else 0
+        config = preset(words, options.speakers, word_size=options.vectors.shape[1])
+        config = shrunk(_with_lengths(config, options.lengths), options.share)
+        if options.faithful and trimodal:
             config = config.replace(head_slope=1.0)
-        foreign = of.strangers and not trimodal
-        # GTC warms up for 10 of its 100 epochs, S2AG for one of 300; short trainings would be over before one is.
-        warm_up = 0.1 if trimodal else min(of.first_pass, _LONGEST_WARM_UP)
-        return Adversarial(config, of.vectors, warm_up, of.diversity_share, foreign, judge)
+        foreign = options.strangers and not trimodal
+        # GTC warms up for 10 of its 100 epochs, S2AG for one of 300, which could exceed a short training.
+        warm_up = 0.1 if trimodal else min(options.first_pass, _MAX_WARM_UP)
+        return Adversarial(config, options.vectors, warm_up, options.diversity_share, foreign, judge)
 
     return build
 
 
-def _paper(words: int, speakers: int, **changes) -> ModelConfig:
+def _paper(words: int, speakers: int, **changes: Any) -> ModelConfig:
     return ModelConfig.paper(speakers, words=words, **changes)
 
 
-def _joint(audio: bool):
-    return lambda of: JointEmbedding(of.vectors, of.trained_words, audio, of.share, of.given, of.lengths.frames)
+def _joint(audio: bool) -> Builder:
+    return lambda options: JointEmbedding(
+        options.vectors, options.trained_words, audio, options.share, options.given, options.lengths.frames
+    )
 
 
-def _gesticulator(contextual: bool):
-    return lambda of: Gesticulator(of.vectors, of.share, of.lengths, of.contextual if contextual else 0)
+def _gesticulator(contextual: bool) -> Builder:
+    return lambda options: Gesticulator(
+        options.vectors, options.share, options.lengths, options.contextual if contextual else 0
+    )
 
 
 SYSTEMS: dict[str, Known] = {
@@ -138,7 +146,7 @@ SYSTEMS: dict[str, Known] = {
     ),
     "s2ag": Known("S2AG", _adversarial(ModelConfig.published), (24.49, 2.93, 3.54), (54.93, 1.49, 20.36)),
 }
-"""Seq2Seq to S2AG in the order of the paper; its Gesticulator was measured on GENEA alone."""
+"""Seq2Seq to S2AG in the paper's order; it reports Gesticulator on GENEA alone."""
 
 PROBES: dict[str, Known] = {
     "s2ag-no-judge": Known("S2AG w/o discriminator", _adversarial(ModelConfig.published, judge="none")),
@@ -147,7 +155,7 @@ PROBES: dict[str, Known] = {
         "S2AG w/o Aff. Enc. with S2AG's discriminator", _adversarial(ModelConfig.without_affect, judge="graph")
     ),
 }
-"""Not in the paper: the ablation of the affective encoder takes it out of generator and discriminator at once; these do not."""
+"""Not in the paper, whose ablation removes the affective encoder from generator and discriminator at once; these do not."""
 
 VARIANTS: dict[str, Known] = {
     "paper": Known("S2AG as the paper words it", _adversarial(_paper)),
@@ -156,8 +164,8 @@ VARIANTS: dict[str, Known] = {
         "Gesticulator with words in context", _gesticulator(contextual=True), contextual=True
     ),
 }
-"""Where paper and code differ, the other: Table 1's sizes with section 3.1.4's adjacencies, and a JEM that hears no sound; and
-Gesticulator with BERT's vectors as in its own code, where the user brings them."""
+"""Alternatives where paper and code differ: Table 1's sizes with section 3.1.4's adjacency, a JEM without audio; and
+Gesticulator with contextual word vectors (such as BERT's, as in its own code), if the user provides them."""
 
 KNOWN = SYSTEMS | VARIANTS | PROBES
-"""All that can be trained."""
+"""All systems that can be trained."""

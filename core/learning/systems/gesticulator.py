@@ -1,6 +1,7 @@
-"""Gesticulator: frame by frame from its own last poses, with the words and sound around (reference section G.5)."""
+"""Gesticulator: autoregressive poses from surrounding words and sound (reference section G.5)."""
 
 import math
+from typing import cast
 
 import torch
 from torch import nn
@@ -15,19 +16,19 @@ from .timing import FEATURES
 
 BANDS, LOW, HIGH, WINDOW = 64, 100.0, 7500.0, 2048
 PAST, FUTURE = 0.5, 1.0
-"""Seconds of context before and after, as 10 and 20 frames are at the original's rate; 7 and 15 frames at 15 a second."""
+"""Seconds of context before and after: 10 and 20 frames at the original's rate, 7 and 15 frames at 15 per second."""
 POSES = 3
 EPOCHS = 100
-"""The original's schedule counts epochs; a training here counts as so many."""
+"""Epochs that a whole training counts as in the original's schedule."""
 QUIET = -12.0
 
 
 class Gesticulator(System):
-    """Every frame is made of what is heard around it and of the three poses before it.
+    """Predicts every frame from the speech around it and the three preceding poses.
 
-    Word vectors of the data set instead of BERT's, unless the user brought vectors of words in context, of so many
-    ``contextual`` values; poses are directions at the data set's rate instead of exponential maps
-    at 20 a second. Beyond the window's ends there is silence. The first poses are those that every system is given.
+    Uses the data set's word vectors instead of BERT's, unless ``contextual`` gives the width of contextual vectors; poses
+    are directions at the data set's rate instead of exponential maps at 20 per second. Context beyond the window is
+    silence. The first poses are the given ones, as for every system.
     """
 
     rate = 1e-4
@@ -40,11 +41,11 @@ class Gesticulator(System):
         self.performer = _Network(contextual or vectors.shape[1], share, lengths.fps)
 
     def make(self, sample: Sample, progress: float) -> Made:
-        """Without poses at first, then with the true ones in ever fewer frames."""
-        return Made(self._roll(sample, *schedule(progress)))
+        """Generate without previous poses at first, then with true ones in fewer and fewer frames."""
+        return Made(self._roll_out(sample, *schedule(progress)))
 
     def terms(self, sample: Sample, made: Made, progress: float) -> dict[str, torch.Tensor]:
-        """Squared error of poses and, at 0.6, of their velocities."""
+        """Return the squared error of poses and, with weight 0.6, of their velocities."""
         real, fake = sample.directions, made.directions
         return {
             "places": functional.mse_loss(fake, real),
@@ -52,21 +53,23 @@ class Gesticulator(System):
         }
 
     def perform(self, sample: Sample) -> torch.Tensor:
-        """From its own poses alone."""
-        return self._roll(sample, conditioned=True, truth_every=0)
+        """Generate from its own previous poses alone."""
+        return self._roll_out(sample, conditioned=True, truth_every=0)
 
-    def _roll(self, sample: Sample, conditioned: bool, truth_every: int) -> torch.Tensor:
+    def _roll_out(self, sample: Sample, conditioned: bool, truth_every: int) -> torch.Tensor:
         centres = torch.round(torch.arange(sample.words.shape[1]) * (SAMPLE_RATE / self.lengths.fps)).long()
-        heard = log_mel(sample.wave, centres, WINDOW, BANDS, LOW, HIGH)
-        words = self.table(_held(sample.words, sample.timing)) if self.table is not None else sample.contextual
-        features = self.performer.listen(heard, words, sample.timing)
+        spectrogram = log_mel(sample.wave, centres, WINDOW, BANDS, LOW, HIGH)
+        words = self.table(_current_words(sample.words, sample.timing)) if self.table is not None else sample.contextual
+        assert words is not None
+        features = cast(_Network, self.performer).listen(spectrogram, words, sample.timing)
         return self.directions(self.performer(features, sample.poses, sample.seed_frames, conditioned, truth_every))
 
 
 def schedule(progress: float) -> tuple[bool, int]:
-    """Whether poses are fed back at this share of the training, and from how many frames two are true ones (0: none).
+    """Return whether poses are fed back at this share of the training, and the period in which two are true (0: none).
 
-    The first seven epochs go without poses; then two of 16 frames, of 8, of 4 and of 2 take the truth, an epoch each.
+    The first seven epochs use no poses; then two of 16 frames, of 8, of 4 and of 2 use true poses (teacher forcing), for
+    one epoch each.
     """
     epoch = progress * EPOCHS
     if epoch < 7:
@@ -87,37 +90,39 @@ class _Network(nn.Module):
             if isinstance(layer, nn.Linear):
                 nn.init.normal_(layer.weight, std=math.sqrt(2 / (layer.in_features * layer.out_features)))
                 nn.init.zeros_(layer.bias)
-        nn.init.zeros_(self.film[0].weight)
+        nn.init.zeros_(cast(nn.Linear, self.film[0]).weight)
 
-    def listen(self, heard: torch.Tensor, words: torch.Tensor, timing: torch.Tensor) -> torch.Tensor:
-        """What each frame's surroundings say ``(B, T, size)``; ``words`` ``(B, T, width)`` are vectors of those under way."""
+    def listen(self, spectrogram: torch.Tensor, words: torch.Tensor, timing: torch.Tensor) -> torch.Tensor:
+        """Return features ``(B, T, size)`` of the speech around each frame; ``words`` ``(B, T, width)`` are vectors."""
         frames = words.shape[1]
-        x = torch.cat([(heard - QUIET) / 6, words, timing], -1)
-        quiet = torch.zeros_like(x[:, :1])
-        x = self.frame(torch.cat([quiet.expand(-1, self.past, -1), x, quiet.expand(-1, self.future, -1)], 1))
-        around = torch.cat([x[:, i : i + frames] for i in range(self.past + self.future)], -1)
-        return self.context(around)
+        x = torch.cat([(spectrogram - QUIET) / 6, words, timing], -1)
+        silence = torch.zeros_like(x[:, :1])
+        x = self.frame(torch.cat([silence.expand(-1, self.past, -1), x, silence.expand(-1, self.future, -1)], 1))
+        context = torch.cat([x[:, i : i + frames] for i in range(self.past + self.future)], -1)
+        return self.context(context)
 
-    def forward(self, features: torch.Tensor, real: torch.Tensor, seeds: int, conditioned: bool, truth_every: int):
-        """Mean-subtracted poses ``(B, T, 27)``; of ``real`` only the seeds count where ``truth_every`` is 0."""
-        made = [real[:, frame] for frame in range(seeds)] if conditioned else []
-        for frame in range(len(made), features.shape[1]):
+    def forward(
+        self, features: torch.Tensor, real: torch.Tensor, seeds: int, conditioned: bool, truth_every: int
+    ) -> torch.Tensor:
+        """Return mean-subtracted poses ``(B, T, 27)``; with ``truth_every`` 0 only the seeds of ``real`` are used."""
+        poses = [real[:, frame] for frame in range(seeds)] if conditioned else []
+        for frame in range(len(poses), features.shape[1]):
             x = features[:, frame]
             if conditioned:
-                true = truth_every and frame % truth_every < 2
-                places = [max(place, 0) for place in range(frame - POSES, frame)]  # the first one again where less are given
-                before = [real[:, place] if true else made[place] for place in places]
-                scale, shift = self.film(torch.cat(before, 1)).chunk(2, dim=1)
+                use_truth = truth_every and frame % truth_every < 2
+                indices = [max(index, 0) for index in range(frame - POSES, frame)]  # repeats the first pose if too few
+                previous = [real[:, index] if use_truth else poses[index] for index in indices]
+                scale, shift = self.film(torch.cat(previous, 1)).chunk(2, dim=1)
                 x = x * (1 + scale) + shift
-            made.append(self.out(x))
-        return torch.stack(made, 1)
+            poses.append(self.out(x))
+        return torch.stack(poses, 1)
 
 
 def _layer(inputs: int, outputs: int) -> tuple[nn.Module, ...]:
     return nn.Linear(inputs, outputs), nn.Tanh(), nn.Dropout(0.2)
 
 
-def _held(words: torch.Tensor, timing: torch.Tensor) -> torch.Tensor:
-    """Rows of the words under way ``(B, T)``: each onset's row until speech pauses."""
+def _current_words(words: torch.Tensor, timing: torch.Tensor) -> torch.Tensor:
+    """Return the row of each frame's current word ``(B, T)``: the last onset's, until speech pauses."""
     onset = torch.where(words > 0, torch.arange(words.shape[1], device=words.device), 0).cummax(1).values
     return words.gather(1, onset) * (timing[..., 2] > 0)

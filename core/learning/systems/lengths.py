@@ -1,4 +1,4 @@
-"""How long the windows of a bench are: in pose frames, and with them in samples and MFCC frames."""
+"""Length of a bench's windows in pose frames, audio samples and MFCC frames."""
 
 import math
 from dataclasses import dataclass
@@ -9,29 +9,29 @@ from ...motion.skeleton import FPS
 from ...sound.audio import SAMPLE_RATE
 
 SHORTEST, LONGEST = 16, 600
-"""Pose frames of a window."""
+"""Allowed range of pose frames in a window."""
 
 
 @dataclass(frozen=True)
 class Lengths:
-    """A window of ``frames`` poses, ``fps`` of them a second: 34 at 15 in the public codes."""
+    """A window of ``frames`` poses at ``fps`` frames per second: 34 at 15 in the public code."""
 
     frames: int = FRAMES
     fps: float = FPS
 
     @property
     def samples(self) -> int:
-        """At 16 kHz; the last one may lie a little beyond the last pose: 36267 in the public codes."""
+        """Samples at 16 kHz, rounded up: 36267 in the public code."""
         return math.ceil(self.frames / self.fps * SAMPLE_RATE)
 
     @property
     def cepstra(self) -> int:
-        """MFCC frames: 71 in the public codes."""
+        """MFCC frames: 71 in the public code."""
         return nearest_mfcc(self.frames, self.fps)
 
     @property
     def published(self) -> bool:
-        """Whether they are those of the public codes."""
+        """Whether the lengths are those of the public code."""
         return (self.frames, self.fps) == (FRAMES, FPS)
 
     def __str__(self) -> str:
@@ -39,4 +39,4 @@ class Lengths:
 
 
 PUBLISHED = Lengths()
-"""Those of the public codes."""
+"""Lengths of the public code."""

@@ -1,4 +1,4 @@
-"""Seq2Seq: words to poses by an attending decoder (Yoon et al. 2019, reference section G.1)."""
+"""Seq2Seq: words to poses by a decoder with attention (Yoon et al. 2019, reference section G.1)."""
 
 import torch
 from torch import nn
@@ -10,9 +10,9 @@ from .system import Made, System, wide
 
 
 class Seq2Seq(System):
-    """A bidirectional GRU over the words, and a GRU that makes one pose after the other and looks back at them.
+    """A bidirectional GRU over the words, and an autoregressive GRU over poses that attends to it.
 
-    Padding is not attended to. The word table is trained where ``trained_words`` says so.
+    Padding is masked in the attention. ``trained_words`` says whether the word table is trained.
     """
 
     rate = 1e-4
@@ -24,11 +24,11 @@ class Seq2Seq(System):
         self.performer = _Network(WordTable(word_vectors(vectors, trained_words), trained_words), wide(200, share))
 
     def make(self, sample: Sample, progress: float) -> Made:
-        """With the true poses before frames 1 to 3 (teacher forcing), its own later."""
+        """Generate with the true previous poses in frames 1 to 3 (teacher forcing), and its own later."""
         return Made(self.perform(sample))
 
     def terms(self, sample: Sample, made: Made, progress: float) -> dict[str, torch.Tensor]:
-        """Squared error, and as published a price on motion from frame to frame and a reward for motion over the window."""
+        """Return the published terms: squared error, a penalty on frame-to-frame motion, a reward for motion over time."""
         poses = (made.directions - self.mean).flatten(2)
         count = poses.numel()
         return {
@@ -38,7 +38,7 @@ class Seq2Seq(System):
         }
 
     def perform(self, sample: Sample) -> torch.Tensor:
-        """Frame 0 as it is given, the rest step by step."""
+        """Generate step by step; frame 0 is given."""
         poses = sample.poses
         return self.directions(self.performer(*sample.sequences(), poses[:, : sample.seed_frames], poses.shape[1]))
 
@@ -54,19 +54,19 @@ class _Network(nn.Module):
         self.out = nn.Linear(size, POSE)
 
     def forward(self, words: torch.Tensor, lengths: torch.Tensor, given: torch.Tensor, frames: int) -> torch.Tensor:
-        """Mean-subtracted poses ``(B, frames, 27)``."""
+        """Return mean-subtracted poses ``(B, frames, 27)``."""
         packed = pack_padded_sequence(self.table(words), lengths, batch_first=True, enforce_sorted=False)
         outputs, state = self.encoder(packed)
-        heard = pad_packed_sequence(outputs, batch_first=True)[0].unflatten(-1, (2, self.size)).sum(2)
-        silent = words[:, : heard.shape[1]] == PAD
-        state = state[:2].contiguous()  # as published: both directions of the first layer start the decoder's two layers
-        keys = functional.linear(heard, self.attend.weight[:, self.size :], self.attend.bias)
+        encoded = pad_packed_sequence(outputs, batch_first=True)[0].unflatten(-1, (2, self.size)).sum(2)
+        is_padding = words[:, : encoded.shape[1]] == PAD
+        state = state[:2].contiguous()  # as published: both directions of the first layer initialise the decoder's two layers
+        keys = functional.linear(encoded, self.attend.weight[:, self.size :], self.attend.bias)
         poses = [given[:, 0]]
         for frame in range(1, frames):
-            before = given[:, frame - 1] if frame - 1 < given.shape[1] else poses[-1]
+            previous = given[:, frame - 1] if frame - 1 < given.shape[1] else poses[-1]
             query = functional.linear(state[-1], self.attend.weight[:, : self.size])
-            energy = self.energy(torch.tanh(query[:, None] + keys)).squeeze(-1).masked_fill(silent, -torch.inf)
-            context = torch.einsum("bl,bls->bs", energy.softmax(1), heard)
-            step, state = self.decoder(self.enter(torch.cat([before, context], 1))[:, None], state)
+            energy = self.energy(torch.tanh(query[:, None] + keys)).squeeze(-1).masked_fill(is_padding, -torch.inf)
+            context = torch.einsum("bl,bls->bs", energy.softmax(1), encoded)
+            step, state = self.decoder(self.enter(torch.cat([previous, context], 1))[:, None], state)
             poses.append(self.out(step[:, 0]))
         return torch.stack(poses, 1)

@@ -1,4 +1,4 @@
-"""Log-mel spectrograms of windows, on the device the samples are on."""
+"""Log-mel spectrograms of windows, computed on the device of the samples."""
 
 from functools import lru_cache
 
@@ -15,9 +15,9 @@ FLOOR = 1e-10
 def log_mel(
     wave: torch.Tensor, centres: torch.Tensor, window: int, bands: int, low: float = 0.0, high: float = SAMPLE_RATE / 2
 ) -> torch.Tensor:
-    """Natural logarithm of mel power ``(B, len(centres), bands)`` of samples ``(B, n)`` at 16 kHz.
+    """Return the natural logarithm of mel power ``(B, len(centres), bands)`` of samples ``(B, n)`` at 16 kHz.
 
-    ``centres`` are samples, around each of which ``window`` samples are taken under a Hann window.
+    Frames are Hann windows of ``window`` samples around the sample indices ``centres``.
     """
     padded = functional.pad(wave, (window // 2, window // 2))
     frames = padded[:, centres.to(wave.device)[:, None] + torch.arange(window, device=wave.device)]
@@ -28,7 +28,7 @@ def log_mel(
 
 
 def decibels(logarithm: torch.Tensor, reach: float = 80.0) -> torch.Tensor:
-    """Decibels under the window's loudest value, ``reach`` at most, from natural logarithms of power ``(B, ...)``."""
+    """Convert natural logarithms of power ``(B, ...)`` to decibels relative to each window's maximum, at least -``reach``."""
     level = logarithm * (10 / np.log(10))
     return (level - level.flatten(1).amax(1).view(-1, *[1] * (level.dim() - 1))).clamp(min=-reach)
 

@@ -1,4 +1,4 @@
-"""What the training loop and the bench ask of a system."""
+"""Interface of gesture systems for the bench's training loop and evaluation."""
 
 from typing import Any, NamedTuple
 
@@ -10,25 +10,26 @@ from .sample import Sample
 
 
 class Made(NamedTuple):
-    """Directions ``(B, T, 9, 3)`` that a system made in training, and whatever its own losses need beside them."""
+    """Directions ``(B, T, 9, 3)`` that a system generates in training, and further data for its losses."""
 
     directions: torch.Tensor
     extra: Any = None
 
 
 class System(nn.Module):
-    """A gesture system. ``performer`` and ``judge`` hold the weights of the two optimisers; most have no judge.
+    """A gesture system. ``performer`` (generator) and ``judge`` (discriminator; most have none) have separate optimisers.
 
-    ``rate`` and ``judge_rate`` are learning rates, ``clip`` the largest norm of the performer's gradient (0: any).
+    ``rate`` and ``judge_rate`` are learning rates, ``clip`` is the largest norm of the performer's gradient (0: any).
     """
 
     rate = 5e-4
-    mixed = True  # whether low precision pays in training; not where products are small and frames are subtracted
+    mixed = True  # whether mixed precision helps; not with small matrix products and losses on frame differences
     judge_rate = 1e-4
     clip = 0.0
-    knows_speakers = False  # whether it performs as the speaker whose id it is given
-    speakers = 0  # how many it knows itself; 0: those of the data set
+    knows_speakers = False  # whether its output depends on the speaker id
+    speakers = 0  # number of its own speakers; 0: those of the data set
     performer: nn.Module
+    mean: torch.Tensor
 
     def __init__(self):
         super().__init__()
@@ -36,39 +37,39 @@ class System(nn.Module):
         self.register_buffer("mean", torch.from_numpy(MEAN.copy()), persistent=False)
 
     def make(self, sample: Sample, progress: float) -> Made:
-        """Perform in training; ``progress`` is the share of the training that is done."""
+        """Generate in training; ``progress`` is the share of the training that is done."""
         raise NotImplementedError
 
     def terms(self, sample: Sample, made: Made, progress: float) -> dict[str, torch.Tensor]:
-        """Weighted loss terms of the performer, scalars."""
+        """Return the weighted loss terms of the performer, scalars."""
         raise NotImplementedError
 
     def judging(self, progress: float) -> bool:
-        """Whether the judge learns at this point of the training."""
+        """Return whether the judge is trained at this point of the training."""
         return self.judge is not None
 
     def judge_loss(self, sample: Sample, made: torch.Tensor) -> torch.Tensor:
-        """Loss of the judge at detached directions ``(B, T, 9, 3)``; only for systems that have one."""
+        """Return the judge's loss for detached directions ``(B, T, 9, 3)``; only for systems with a judge."""
         raise NotImplementedError
 
     def perform(self, sample: Sample) -> torch.Tensor:
-        """Directions ``(B, T, 9, 3)`` in use, not normalised; a style is drawn with torch's own random numbers."""
+        """Generate directions ``(B, T, 9, 3)`` in use, not normalised; styles use torch's global random numbers."""
         raise NotImplementedError
 
     def ids(self, speaker: torch.Tensor) -> torch.Tensor:
-        """Its own ids of the data set's speakers ``(B,)``."""
+        """Convert the data set's speaker ids ``(B,)`` to the system's own."""
         return speaker
 
     def directions(self, poses: torch.Tensor) -> torch.Tensor:
-        """Mean-subtracted ``(B, T, 27)`` to directions ``(B, T, 9, 3)``."""
+        """Convert mean-subtracted poses ``(B, T, 27)`` to directions ``(B, T, 9, 3)``."""
         return poses.unflatten(-1, (len(EDGES), 3)) + self.mean
 
 
 def wide(channels: int, share: float, multiple: int = 8) -> int:
-    """``channels`` at a share of the published width, a multiple of ``multiple`` and that at least."""
+    """Scale a published width by ``share``, rounded to a multiple of ``multiple`` and at least that."""
     return channels if share == 1 else max(multiple * round(channels * share / multiple), multiple)
 
 
 def narrow(channels: int, share: float) -> int:
-    """:func:`wide` for the small sizes: even, so that eight channels at a quarter are two."""
+    """Scale a small width by ``share`` as :func:`wide`, rounded to an even number: a quarter of eight channels is two."""
     return wide(channels, share, 2)

@@ -1,4 +1,4 @@
-"""Where in its word every frame is, as Gesticulator is told (reference section G.5). numpy alone."""
+"""Word timing features of Gesticulator (reference section G.5); numpy alone."""
 
 import re
 from collections.abc import Sequence
@@ -9,8 +9,9 @@ FEATURES = 5
 
 
 def describe(words: Sequence[tuple[str, float, float]], frames: int, fps: float = 15.0) -> np.ndarray:
-    """``(frames, 5)`` float32 of the word under way: seconds since its start, seconds left, its duration, the share that is
-    over, syllables per tenth of a second; zeros where nobody speaks. The later of two words wins.
+    """Return features ``(frames, 5)`` float32 of the current word, zeros in silence; where words overlap, the later wins.
+
+    These are seconds since its start, seconds left, its duration, the elapsed share, syllables per tenth of a second.
     """
     result = np.zeros((frames, FEATURES), np.float32)
     for word, start, end in words:
@@ -25,7 +26,7 @@ def describe(words: Sequence[tuple[str, float, float]], frames: int, fps: float 
 
 
 def syllables(word: str) -> int:
-    """Groups of vowels in an English word less a silent e: roughly its syllables, one at least."""
+    """Estimate the syllables of an English word: groups of vowels minus a silent e, at least 1."""
     groups = len(re.findall(r"[aeiouy]+", word.lower()))
     silent = bool(re.search(r"[^aeiouyl]e$", word.lower())) and groups > 1
     return max(groups - silent, 1)
