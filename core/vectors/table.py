@@ -146,7 +146,7 @@ class Packed:
         """Read a packed file; raise :class:`VectorsUnreadable` for anything else."""
         try:
             with npz.opened(path) as data:
-                packed = cls({key: data[key] for key in data.files})
+                packed = cls({key: data[key] for key in data})
             packed.check()
             packed.rows(np.array([0, len(packed.key_to_index) - 1]))
             packed.guess("word")
