@@ -14,9 +14,10 @@ import numpy as np
 from ..core.files import whole_file
 from ..core.motion import quaternion, skeleton
 from ..core.motion.motion import Motion
-from .goals import NEUTRAL, Goals, Options
+from .goals import Goals, Options
 from .legs import Leg, Legs
 from .plain import Bones, Mapping
+from .relative_turns import NEUTRAL
 from .retarget import rotations
 
 _Joint = tuple[str, str | None, np.ndarray]

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from os import PathLike
 from pathlib import Path
 
 from ..errors import S2agError
@@ -236,7 +237,7 @@ def _contents(folder: str | None) -> list[tuple[str, str | None]] | None:
     return [(path.relative_to(folder).as_posix(), _content(path)) for path in files if path.is_file()]
 
 
-def _content(path: str | Path | None) -> str | None:
+def _content(path: str | PathLike | None) -> str | None:
     """Return a file's digest, "unreadable" if it cannot be read: the stage that needs it reports that."""
     try:
         return digest(path)

@@ -7,8 +7,9 @@ import bpy
 import numpy as np
 
 from ...core.motion import quaternion, skeleton
-from ...rigs.goals import NEUTRAL, SIDES, Options
+from ...rigs.goals import SIDES, Options
 from ...rigs.plain import Bones, Mapping, character_frame
+from ...rigs.relative_turns import NEUTRAL
 from ..datablocks import ArmatureObject
 
 

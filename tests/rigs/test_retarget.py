@@ -4,8 +4,9 @@ from bodies import ARM_EDGES, BACKWARDS, Y_UP, Body, body, degrees, performance,
 from s2ag.core.errors import RigUnusable
 from s2ag.core.motion import quaternion, skeleton
 from s2ag.rigs import arms
-from s2ag.rigs.goals import NEUTRAL, Options, head_turn, torso_turn
+from s2ag.rigs.goals import Options
 from s2ag.rigs.plain import Mapping, character_frame
+from s2ag.rigs.relative_turns import NEUTRAL, head_turn, torso_turn
 from s2ag.rigs.retarget import solve
 
 ENDS = {"upper_arm": "fore", "forearm": "hand"}

@@ -9,7 +9,8 @@ from bodies import ARM_EDGES, BACKWARDS, Y_UP, Body, body, degrees, performance,
 from s2ag.core.errors import RigUnusable, UsageError
 from s2ag.core.motion import quaternion, skeleton
 from s2ag.core.motion.motion import Motion
-from s2ag.rigs.goals import NEUTRAL, Options, head_turn, torso_turn
+from s2ag.rigs.goals import Options
+from s2ag.rigs.relative_turns import NEUTRAL, head_turn, torso_turn
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.keys.apply import apply_motion, scene_fps
 

@@ -8,7 +8,7 @@ from bodies import Body, body, performance, turned_degrees
 from exactness import EXACT, arm_error
 from s2ag.core.motion import quaternion
 from s2ag.core.motion.motion import Motion
-from s2ag.rigs.goals import NEUTRAL, torso_turn
+from s2ag.rigs.relative_turns import NEUTRAL, torso_turn
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.keys.apply import apply_motion, take_off
 from s2ag.s2ag_blender.rig import controls, reading, solver
