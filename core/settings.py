@@ -16,7 +16,7 @@ from .declaration import Setting, options, setting, sliders, table
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["AFFECTS", "CONTROLS", "CURVES", "Documents", "Models", "Setting", "Settings"]
+__all__ = ["AFFECTS", "CONTROLS", "CURVES", "SWITCHES", "Documents", "Models", "Setting", "Settings"]
 __all__ += ["named", "options", "sliders", "table"]
 
 _STEERS = {"low": -1.0, "high": 1.0, "control": True, "curve": True, "group": "expression", "preset": True}
@@ -262,6 +262,13 @@ class Documents:
     )  # fmt: skip
 
 
+SWITCHES = {
+    "face": (
+        "Face",
+        "Move lips, eyes and brows with the gestures: keys the shape keys of this character's meshes, if it has any that speak",
+    )
+}
+"""Blender's boolean properties that turn settings on: identifier -> label and tip."""
 AFFECTS = tuple(table(Affects))
 CONTROLS = (*AFFECTS, *(name for name, one in table(Settings).items() if one.control and not one.parts))
 """Steer the style, -1..1 each, 0 as the speaker would; in the network's order."""

@@ -16,7 +16,7 @@ from ..meaning import vocabulary
 from ..model.catalogue import describe
 from ..motion import rhubarb
 from ..performance import course
-from ..settings import CONTROLS, Settings
+from ..settings import CONTROLS, Settings, named
 from ..sound import audio
 from ..vectors import table
 from ..words import language, readers, recognise, transcript
@@ -29,9 +29,11 @@ if TYPE_CHECKING:
 _SHARED = ("takes", "preset", "engine", "resolution", "fps", "start_frame")
 _AGREE = "Rows of one scene must agree on it."
 _FILES = (
-    *(("audio", audio.check), ("hears", audio.check), ("vectors", table.check), ("map", maps.load), ("edits", edits.load)),
+    *((name, audio.check) for name in ("audio", *named(kind="path", partner=True))),
+    *(("vectors", table.check), ("map", maps.load), ("edits", edits.load)),
     *(("face_map", shapes.load), ("rhubarb", rhubarb.load)),
 )
+"""Columns that name files, and what complains of a file that cannot be used."""
 
 
 def check(clips: list[Clip], looked_at: set[int] | None = None) -> list[Problem]:

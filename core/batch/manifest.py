@@ -163,7 +163,7 @@ def _choose(values: dict, chosen: str, checkpoint: str | None) -> None:
     if own:
         raise ValueError(f"A cell has its own {own[0]}; leave that empty.")
     made = {name: value for name, value in sampling.again(chosen, checkpoint).items() if value not in (None, "")}
-    made["latent"] = _points(made["latent"], None)
+    made |= {name: _points(made[name], None) for name in named(kind="points")}
     if values.get("audio", made["audio"]) != made["audio"] or any(values.get(name) for name in _WORDS):
         made = {name: value for name, value in made.items() if name not in _WORDS}
     elif not any(made.get(name) for name in _WORDS):

@@ -5,17 +5,10 @@ from typing import Any
 import bpy
 
 from ...core.declaration import Setting
-from ...core.settings import Models, Settings, sliders
+from ...core.settings import SWITCHES, Models, Settings, sliders
 from .. import compat
 from .curve_properties import EDITABLE, changed
 
-SWITCHES = {
-    "face": (
-        "Face",
-        "Move lips, eyes and brows with the gestures: keys the shape keys of this character's meshes, if it has any that speak",
-    )
-}
-"""Boolean properties that turn settings on: identifier -> label and description."""
 SHOWN = {one.identifier: one for one in sliders(Settings) + sliders(Models)}
 """Identifier in Blender -> setting, in the order of the panels."""
 PRESETS = tuple(identifier for identifier, one in SHOWN.items() if one.preset)

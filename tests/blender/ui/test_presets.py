@@ -107,3 +107,8 @@ def test_shipped_presets_are_plain_assignments_of_good_values(figure, path):
 def test_blender_finds_between_four_and_six_shipped_presets(figure):
     assert 4 <= len(SHIPPED) <= 6
     assert [path for folder in bpy.utils.preset_paths(presets.FOLDER) for path in Path(folder).glob("Lecture.py")]
+
+
+def test_presets_hold_what_they_ever_held():
+    manner = "style style_second style_mix intensity arousal valence dominance rate hand meaning hands mirror speed smoothing"
+    assert set(presets.VALUES) == {*manner.split(), *OWN_RIG}

@@ -1,0 +1,214 @@
+"""Every setting is declared in one place, :mod:`s2ag.core.settings`, and named in few others; what is made of it is as ever.
+
+How files are counted: in the syntax trees of core, rigs and s2ag_blender (without core/learning and core/study, which train and
+measure). A file names a setting where it has
+
+- an attribute of that name on something that holds settings: an expression whose last word is one of :data:`HOLDERS`
+  (``self.request.hands``, ``options.hands``, ``armature.s2ag.hands``), or ``self`` in a class of :data:`CLASSES`;
+- a string constant that is the name, anywhere but in docstrings;
+- a keyword of that name in a call of :data:`CALLS`, all of which make or change settings;
+- an annotated field of that name in a class of :data:`CLASSES`.
+
+The same word for something else is not counted: the ``hands`` of a motion, the ``turn`` of a pelvis, the ``rate`` of a sound
+file. Attributes and keywords are told apart by what they belong to. A string cannot be: :data:`ELSEWHERE` lists files, each of
+them read, in which the string is something else.
+"""
+
+import ast
+from pathlib import Path
+
+import pytest
+from s2ag.core.declaration import sliders, table
+from s2ag.core.settings import CURVES, Affects, Documents, Models, Settings, named
+
+ROOT = Path(__file__).resolve().parents[1]
+MOST = 5
+"""Files that may name a setting of how a performance is made."""
+INPUTS = {
+    "transcript": 20, "text": 13, "recognise": 9, "style": 25, "seed": 16, "take": 11, "takes": 23, "near": 6, "pose": 13,
+    "end_pose": 8, "kept": 7, "curves": 11, "changes": 9, "checkpoint": 25, "edits": 14,
+}  # fmt: skip
+"""What is performed rather than how: words, who performs, which take it is, frames that are given, documents and weights. Their
+names stand in files of their own kind, too (provenance, edits, records of batches, Blender's own fields of the panel), which
+cannot be told from the setting by its string. Not to grow.
+"""
+HOLDERS = {"request", "settings", "options", "params", "wanted", "clip", "s2ag", "sheet", "cell", "kept"}
+CLASSES = {"Request", "Clip", "Sheet", "Cell", "Settings", "Models", "Documents", "Affects", "Session", "S2AG_Settings"}
+CALLS = {"Request", "Session", "Clip", "Sheet", "Cell", "again", "plan", "dict", "carried", "request"}
+ELSEWHERE: dict[str, tuple[str, ...]] = {
+    "hand": (  # of a gesture or an edit; a bone or its part of a rig
+        *("core/direction/", "core/motion/requested.py", "rigs/", "s2ag_blender/cast/", "s2ag_blender/rig/"),
+        *("s2ag_blender/takes/keeping.py", "s2ag_blender/ui/directing.py", "s2ag_blender/ui/gesture_panel.py"),
+    ),
+    "hands": ("s2ag_blender/keys/", "s2ag_blender/rig/"),  # which bones are keyed
+    "face": (  # arrays of a motion's face, a part of a character, a group of rows
+        *("core/cli/rig.py", "core/motion/", "s2ag_blender/cast/", "s2ag_blender/ui/subpanels.py"),
+    ),
+    "intensity": ("core/face/", "core/motion/"),  # in the provenance of a face
+    "affect": ("core/model/",),  # a part of imported networks
+    "meaning": ("core/motion/requested.py",),  # a channel
+    "rate": ("core/motion/",),  # frames a second
+    "turn": ("core/meaning/", "rigs/"),  # of a palm, of a pelvis
+    "listen": ("s2ag_blender/takes/stages.py",),  # a stage of the engine
+    "spread": ("core/motion/", "core/performance/answering.py", "core/performance/sampling.py", "rigs/"),  # of fingers, chances
+    "rhubarb": ("core/motion/",),  # a format
+    "hears": ("core/model/",),  # what a network takes
+    "language": ("core/words/",),  # what a recogniser takes
+    "vectors": ("core/cli/data.py", "s2ag_blender/engine/"),  # what is made of them
+    "vocabulary": ("core/cli/checkpoint.py", "core/model/"),  # words of an imported network
+    "device": ("core/cli/", "s2ag_blender/"),  # of training, of Blender's renderer
+    "step": ("s2ag_blender/ui/setting_properties.py",),  # of a slider's arrows
+}
+"""Setting -> files, or folders, in which the same string is something else."""
+
+
+def _trees():
+    for path in sorted(path for package in ("core", "rigs", "s2ag_blender") for path in (ROOT / package).rglob("*.py")):
+        place = path.relative_to(ROOT).as_posix()
+        if not place.startswith(("core/learning", "core/study")):
+            yield place, ast.parse(path.read_text("utf-8"))
+
+
+def _last(node):
+    """The last word of an expression: ``request`` of ``self.request``."""
+    return node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
+
+
+def _names(tree):
+    """Words of a syntax tree that would name settings, by the rules of this file."""
+    texts = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and node.name in CLASSES]
+    own = {id(inner) for node in classes for inner in ast.walk(node)}
+    for node in ast.walk(tree):
+        holders = HOLDERS | {"self"} if id(node) in own else HOLDERS
+        if isinstance(node, ast.Attribute) and _last(node.value) in holders:
+            yield node.attr
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in texts:
+            yield node.value
+        elif isinstance(node, ast.Call) and (_last(node.func) in CALLS or _replaces(node)):
+            yield from (word.arg for word in node.keywords)
+        elif isinstance(node, ast.AnnAssign) and id(node) in own:
+            yield _last(node.target)
+
+
+def _replaces(call):
+    """Whether a call is ``replace(request, ...)``, of something that holds settings."""
+    return _last(call.func) == "replace" and bool(call.args) and _last(call.args[0]) in HOLDERS
+
+
+def naming():
+    """Files that name each setting."""
+    every = {name for cls in (Settings, Affects, Models, Documents) for name in table(cls)}
+    found = {name: set() for name in every}
+    for place, tree in _trees():
+        for name in every.intersection(_names(tree)):
+            if not place.startswith(ELSEWHERE.get(name, "nowhere")):
+                found[name].add(place)
+    return found
+
+
+def test_a_setting_is_named_in_five_files_at_most():
+    found = naming()
+    over = {name: sorted(files) for name, files in found.items() if len(files) > INPUTS.get(name, MOST)}
+    assert not over, "\n".join(f"{name}: {len(files)} files: {', '.join(files)}" for name, files in over.items())
+    assert INPUTS.keys() <= found.keys()
+
+
+def test_every_setting_is_declared_in_the_table_alone():
+    """No other class has a field of the name of a slider, so that its range and texts stand once."""
+    named_once = {one.name for one in sliders(Settings)} - INPUTS.keys()
+    for place, tree in _trees():
+        fields = {
+            _last(inner.target)
+            for node in ast.walk(tree)
+            if isinstance(node, ast.ClassDef) and node.name in CLASSES
+            for inner in node.body
+            if isinstance(inner, ast.AnnAssign)
+        }
+        assert place == "core/settings.py" or not fields & named_once, place
+
+
+def test_declarations_make_sense():
+    for cls in (Settings, Affects, Models, Documents):
+        for name, one in table(cls).items():
+            assert one.kind, name
+            assert bool(one.label) == bool(one.tip), name
+            assert one.low is None or one.high is None or one.parts or one.low <= one.default <= one.high, name
+            assert not one.tip.endswith(".") and not one.help.endswith("."), name
+
+
+@pytest.mark.parametrize("locale", ["de_DE"])
+def test_labels_tips_and_errors_are_translated(locale):
+    import json
+
+    tables = ROOT / "s2ag_blender" / "translations"
+    words, errors = (json.loads((folder / f"{locale}.json").read_text("utf-8")) for folder in (tables, tables / "errors"))
+    for one in sliders(Settings) + sliders(Models):
+        assert {one.label, one.tip, one.short} - {""} <= words.keys(), one.name
+    for one in [*table(Settings).values()]:
+        assert {one.wrong, one.remedy, *one.conflict} - {""} <= errors.keys(), one.name
+    assert {"{} {} is out of range.", "Give a number from {} to {}."} <= errors.keys()
+
+
+OPTIONS = """audio chosen transcript text recognise no_transcript style seed takes intensity affect rate hand curves meaning
+hands stance face rhubarb face_smoothness mirror listen turn hears later toward checkpoint vectors language aligner_model vocabulary
+recogniser_model backend device cache"""
+PARAMETERS = """audio transcript text style seed takes intensity affect rate hand curves changes meaning hands stance face
+face_smoothness mirror pose end_pose kept take near spread step recognise listen turn hears later toward made_by"""
+MODELS = "checkpoint vectors backend device aligner_model recogniser_model cache language vocabulary"
+COLUMNS = """name audio transcript text recognise no_transcript style seed take takes intensity affect rate hand meaning hands
+stance face face_smoothness mirror cell latent listen turn hears later toward rhubarb edits curves checkpoint vectors
+aligner_model recogniser_model language vocabulary backend device outputs character gender armature map face_map scene delay
+preset engine resolution fps start_frame"""
+
+
+def test_options_are_as_ever():
+    import argparse
+
+    from s2ag.core.cli import performance
+
+    parser = argparse.ArgumentParser()
+    performance.add_options(parser)
+    assert [action.dest for action in parser._actions[1:]] == OPTIONS.split()
+    options = parser.parse_args(["a.wav", "--face", "--hand", "left", "--affect", "arousal=0.5,valence=1", "--no-transcript"])
+    wanted = performance.request(options)
+    assert (wanted.face, wanted.hand, wanted.affect) == (1.0, -1.0, {"arousal": 0.5, "valence": 1.0})
+    assert (wanted.hands, wanted.stance, options.device) == (1.0, 1.0, "cpu")
+
+
+def test_parameters_of_the_worker_are_as_ever():
+    from s2ag.core.engine import worker
+
+    assert worker._PARAMETERS.keys() == set(PARAMETERS.split()) and set(worker._MODELS) == set(MODELS.split())
+    assert worker._PARAMETERS["style"] == (str, dict) and worker._PARAMETERS["stance"] == (int, float)
+    assert worker._PARAMETERS["kept"] is list and worker._PARAMETERS["mirror"] is bool and worker._PARAMETERS["step"] is int
+
+
+def test_columns_of_manifests_are_as_ever():
+    from dataclasses import fields
+
+    from s2ag.core.batch import clip, manifest
+
+    assert set(manifest.COLUMNS) == set(COLUMNS.split())
+    assert {one.name for one in fields(clip.Clip)} == set(manifest.COLUMNS) - {"cell"} | {"line"}
+    row = clip.Clip(1, "a", "a.wav")
+    assert (row.hands, row.stance, row.face, row.curves, row.device) == (1.0, None, 0.0, None, "cpu")
+
+
+def test_a_session_takes_every_model():
+    import inspect
+
+    from s2ag.core.performance.synthesis import Session
+
+    taken = inspect.signature(Session).parameters
+    assert taken.keys() - {"remember"} == table(Models).keys()
+    assert all(taken[name].default == one.default for name, one in table(Models).items())
+
+
+def test_provenance_cells_and_curves_are_as_ever():
+    always = "seed intensity affect rate hand meaning hands stance mirror"
+    assert set(named(meta="always")) == set(always.split())
+    assert set(named(meta="set")) == {"curves", "changes", "listen", "turn", "later", "toward", "face"}
+    shared = {"transcript", "text", "recognise", "intensity", "hand", "meaning", "mirror"}
+    assert set(named(cell="sheet")) == shared
+    assert CURVES == ("intensity", "arousal", "valence", "dominance", "rate", "hand")
