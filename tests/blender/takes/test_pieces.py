@@ -61,7 +61,7 @@ def values(action, frames):
     return {(one.data_path, one.array_index): np.array([one.evaluate(frame) for frame in frames]) for one in found}
 
 
-@pytest.mark.parametrize("blend", [0, 8])
+@pytest.mark.parametrize("blend", [0, pytest.param(8, marks=pytest.mark.slow)])
 def test_a_piece_flows_out_of_the_take_and_back_into_it(take, speaker, blend):
     speaker.s2ag.blend_in = speaker.s2ag.blend_out = blend
     whole = range(START, END)

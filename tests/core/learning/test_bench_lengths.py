@@ -140,6 +140,7 @@ def test_an_extractor_remembers_its_length(tmp_path):
     np.testing.assert_array_equal(again.features(motions), made.features(motions))
 
 
+@pytest.mark.slow
 def test_figures_a_second_know_the_rate(data):
     """The same poses at 25 a second are 25 / 15 times as fast as at 15."""
     torch.manual_seed(0)

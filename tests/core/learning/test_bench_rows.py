@@ -82,6 +82,7 @@ def test_paired_tests_of_distances_find_what_differs_in_all_talks():
     assert certainty.paired_distance(near[:1], near[1:], real, talk) > 0.05
 
 
+@pytest.mark.slow
 def test_figures_by_window_are_those_of_the_table(bench):
     made = bench.real[::-1].copy()
     judged = bench.judge_draws(lambda draw: made, 2)

@@ -126,6 +126,7 @@ def test_loudness_follows_the_sound(talk):
     assert talk.loudness[round(4.0 * skeleton.FPS)] > 4 * talk.loudness[round(5.0 * skeleton.FPS)]
 
 
+@pytest.mark.slow
 def test_the_director_performs_a_strangers_recording(shared, talk):
     from s2ag.core.learning.evaluate.teacher import Teacher
 
