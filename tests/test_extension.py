@@ -3,12 +3,40 @@
 import importlib.util
 import subprocess
 import sys
+import tomllib
 import zipfile
+from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
+from imports import PACKAGES, modules, statements
+from s2ag.core.cli.parser import PACKAGE_VERBS
 
 ROOT = Path(__file__).resolve().parents[1]
+MOST_LINES = 40_500
+"""Of Python in the zip, which is the extension and nothing else; the aim is 40,000."""
+
+
+def excluded(path, patterns):
+    """Whether one of the manifest's patterns leaves out the file ``path`` (relative, with slashes) or a folder above it."""
+    parts = path.split("/")
+    folders = ["/".join(parts[:count]) for count in range(1, len(parts))]
+    for pattern in patterns:
+        places = folders if pattern.endswith("/") else [*folders, path]
+        name = pattern.strip("/")
+        if any(fnmatch(place if pattern.startswith("/") else place.rpartition("/")[2], name) for place in places):
+            return True
+    return False
+
+
+def shipped():
+    """Python files of the repository that go into the zip."""
+    manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text("utf-8"))
+    patterns = manifest["build"]["paths_exclude_pattern"]
+    done = subprocess.run(["git", "ls-files", "*.py"], cwd=ROOT, capture_output=True, text=True)
+    if done.returncode:
+        pytest.skip("this is no checkout")
+    return [path for path in done.stdout.splitlines() if not excluded(path, patterns)]
 
 
 @pytest.fixture(scope="session")
@@ -56,9 +84,47 @@ def test_zip_holds_the_extension_and_nothing_else(built):
         names
     )
     assert not [name for name in names if name.endswith((".whl", ".pyc", ".blend1", ".zip"))]
-    outside = ("tests/", "examples/", "docs/", "farm/", "build/", "dist/", ".git/", ".ci/", "work/")
+    outside = ("tests/", "examples/", "docs/", "farm/", "build/", "dist/", ".git/", ".ci/", "work/", "noxfile", "pyproject")
     assert not [name for name in names if name.startswith(outside) or "__pycache__" in name]
     assert built.stat().st_size <= 20_000_000
+
+
+def test_the_zip_is_small_and_complete():
+    paths = shipped()
+    rooms = {path.rpartition("/")[0] for path in paths}
+    assert not [room for room in rooms if room.startswith(("core/learning", "core/study", "core/batch", "core/setup"))]
+    lines = sum(len((ROOT / path).read_text("utf-8").splitlines()) for path in paths)
+    assert lines <= MOST_LINES, lines
+
+
+def test_nothing_in_the_zip_imports_what_is_left_out():
+    """Not in a function either; the command line finds verbs of the package by name."""
+    everything, paths = modules(*PACKAGES), set(shipped())
+    inside = {name for name, path in everything.items() if path.relative_to(ROOT).as_posix() in paths}
+    wrong = [
+        f"{everything[name]}:{line}: {imported}"
+        for name in sorted(inside)
+        for imported, line in statements(name)
+        if imported in everything and imported not in inside
+    ]
+    assert not wrong
+
+
+def test_the_builder_takes_what_the_patterns_say(built):
+    assert {name for name in zipfile.ZipFile(built).namelist() if name.endswith(".py")} == set(shipped())
+
+
+def test_commands_of_the_package_are_refused_in_a_sentence(built, tmp_path):
+    zipfile.ZipFile(built).extractall(tmp_path)
+    start = [sys.executable, "-P", str(tmp_path / "core" / "start.py"), "--", "core.cli.main"]
+    for verb in (*PACKAGE_VERBS, "train"):
+        done = subprocess.run([*start, verb, "--data", "x"], capture_output=True, text=True)
+        assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+        assert f"{verb} is a command of the Python package" in done.stderr and "pip install" in done.stderr
+    done = subprocess.run([*start, "styles"], capture_output=True, text=True)
+    assert done.returncode == 0 and "calm lecturer" in done.stdout, done.stderr
+    offered = subprocess.run([*start, "--help"], capture_output=True, text=True).stdout
+    assert "animate" in offered and "bench" not in offered
 
 
 def test_worker_starts_from_the_installed_extension(built, tmp_path):

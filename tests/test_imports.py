@@ -8,6 +8,7 @@ import tomllib
 import pytest
 import s2ag
 from imports import ALL, ROOT, modules, reachable, tree
+from s2ag.core.cli.parser import PACKAGE_VERBS
 
 BLENDER = {"bpy", "mathutils", "bpy_extras", "bmesh", "gpu", "aud"}
 HEAVY = {"torch", "scipy", "librosa", "gensim", "av", "pocketsphinx", "safetensors", "numba", "sklearn", "tqdm"}
@@ -48,7 +49,10 @@ def test_blenders_process_never_reaches_the_engine(name):
     assert not reachable(name) & HEAVY
 
 
-@pytest.mark.parametrize("name", ["core.cli.parser", "core.engine.worker", "core.performance.synthesis"])
+VERBS = [f"core.cli.{verb}" for verb in PACKAGE_VERBS]
+
+
+@pytest.mark.parametrize("name", ["core.cli.parser", *VERBS, "core.engine.worker", "core.performance.synthesis"])
 def test_nothing_heavy_at_start(name):
     assert not reachable(name, nested=False) & HEAVY
 

@@ -46,9 +46,11 @@ def _run(argv: list[str] | None) -> int:
     from .progress import say
 
     try:
-        from .parser import parser
+        from .parser import parser, require
 
-        options = parser().parse_args(argv)
+        arguments = sys.argv[1:] if argv is None else argv
+        require(arguments)
+        options = parser().parse_args(arguments)
         return options.run(options)
     except SystemExit as leaving:  # --help and --version
         return int(leaving.code or 0)

@@ -1,26 +1,51 @@
-"""The options of all commands."""
+"""The parser of the whole command line: every verb's options."""
 
 import argparse
+import importlib
+import importlib.util
+from collections.abc import Sequence
 
+from ..errors import UsageError
 from ..version import VERSION
-from . import animate, batch, bench, checkpoint, data, doctor, edit, engine, evaluate, rig, sample, study, styles, synth
+from . import animate, doctor, edit, engine, rig, sample, styles, synth
 from .parsing import Parser
+
+VERBS = (synth, animate, edit, sample, rig, styles, doctor, engine)
+"""Modules of the verbs that both the Python package and Blender's extension have."""
+PACKAGE_VERBS = {
+    "batch": "blender",
+    "evaluate": "train",
+    "bench": "train,bench",
+    "checkpoint": "full",
+    "data": "train",
+    "study": "engine",
+}
+"""Verbs of the Python package alone -> the extras that they need. The extension's zip leaves out their modules."""
+_ELSEWHERE = {**PACKAGE_VERBS, "train": "train"}
+
+
+def require(arguments: Sequence[str]) -> None:
+    """Raise :class:`UsageError` if the verb is one of the Python package and this is Blender's extension."""
+    verb = arguments[0] if arguments else ""
+    if verb in _ELSEWHERE and not _is_package():
+        remedy = f'In a Python of your own: pip install "s2ag[{_ELSEWHERE[verb]}]"'
+        raise UsageError(f"{verb} is a command of the Python package s2ag, not of Blender's extension.", remedy)
 
 
 def parser() -> Parser:
-    """The parser of ``s2ag`` and all its verbs; what it gives has ``run``, which takes it."""
-    made = Parser(
+    """Return the parser of ``s2ag`` and all its verbs; what it parses has ``run``, a function that takes it."""
+    whole = Parser(
         prog="s2ag",
         description="A voice goes in, a gesturing character comes out.",
         epilog="example:\n  s2ag animate voice.mp3 --character human -o talk.mp4",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    made.add_argument("--version", action="version", version=f"s2ag {VERSION}")
-    commands = made.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for verb in (synth, animate, edit, sample, batch, rig, styles, doctor, engine, evaluate, bench, checkpoint, data, study):
-        name = verb.__name__.rpartition(".")[2]
+    whole.add_argument("--version", action="version", version=f"s2ag {VERSION}")
+    commands = whole.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    package_verbs = PACKAGE_VERBS if _is_package() else ()
+    for verb in (*VERBS, *(importlib.import_module(f".{name}", __package__) for name in package_verbs)):
         command = commands.add_parser(
-            name,
+            verb.__name__.rpartition(".")[2],
             help=verb.SUMMARY,
             description=verb.SUMMARY[0].upper() + verb.SUMMARY[1:] + ".",
             epilog=verb.EXAMPLE,
@@ -28,4 +53,9 @@ def parser() -> Parser:
         )
         verb.configure(command)
         command.set_defaults(run=verb.run)
-    return made
+    return whole
+
+
+def _is_package() -> bool:
+    """Return whether this is the whole Python package rather than the extension's zip."""
+    return importlib.util.find_spec("..learning", __package__) is not None

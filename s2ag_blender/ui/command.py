@@ -1,7 +1,7 @@
 """``blender --command s2ag ...``: the verbs of the command line from inside Blender.
 
-The verbs run in the engine's own Python, which starts this Blender again for what needs it, so that their options, messages
-and exit codes are those of the command line.
+The verbs run in the engine's Python, which starts this Blender again for what needs it, so that their options, messages and
+exit codes are those of the command line. Verbs that only the Python package has end in a sentence (:mod:`core.cli.parser`).
 """
 
 import contextlib
@@ -20,7 +20,7 @@ FAILED, INTERRUPTED = 2, 130
 
 
 def main(arguments: list[str]) -> int:
-    """Run a verb and return its exit code: 0, 2 after an error that was told in one sentence, 130 after Ctrl-C."""
+    """Run a verb and return its exit code: 0, 2 after an error (one sentence on stderr), 130 after Ctrl-C."""
     try:
         # Blender's own handler would set a flag that nobody here looks at.
         with _handling(signal.SIGINT, signal.default_int_handler):
