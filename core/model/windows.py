@@ -1,4 +1,4 @@
-"""Synthesis of any length: overlapping windows, each seeded with the poses in which the previous one ended."""
+"""Regressor synthesis of any length: overlapping windows, each seeded with the last poses of the previous one."""
 
 from collections.abc import Callable
 
@@ -7,14 +7,15 @@ import torch
 
 from ..errors import Cancelled
 from ..motion import skeleton
+from .encoders import Encoders
 from .seeds import seed_input
 
 LOOKAHEAD = 12
-"""Frames at a window's end that are thrown away, because the backward GRU has seen too little of what follows."""
+"""Frames at a window's end that are discarded, because the backward GRU lacks context there."""
 
 
 def starts(frames: int, window: int, seeds: int) -> list[int]:
-    """First frames of the windows that cover ``frames``: evenly spread, never less overlap than seeds and look-ahead."""
+    """Return first frames of evenly spaced windows that cover ``frames`` and overlap by at least seeds and look-ahead."""
     if frames <= window:
         return [0]
     stride = window - seeds - LOOKAHEAD
@@ -24,7 +25,7 @@ def starts(frames: int, window: int, seeds: int) -> list[int]:
 
 @torch.inference_mode()
 def generate(
-    generator: torch.nn.Module,
+    generator: Encoders,
     inputs: Callable[[int, int], tuple[np.ndarray, np.ndarray, np.ndarray | None]],
     styles: np.ndarray,
     seed_poses: np.ndarray,
@@ -33,15 +34,13 @@ def generate(
     progress: Callable[[float], None] = lambda value: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> np.ndarray:
-    """Directions ``(takes, frames, 9, 3)`` float32 for a whole utterance, all takes in one batch.
+    """Generate directions ``(takes, frames, 9, 3)`` float32 for a whole utterance, all takes in one batch.
 
-    A network of fixed windows gets whole ones; what lies beyond the end is thrown away. ``inputs(start, stop)`` gives the
-    MFCCs ``(any, 40)``, word vectors ``(stop - start, 300)`` and prosody
-    ``(stop - start, features)`` of pose frames, None for a network without prosody; ``styles`` is ``(takes, size)``, or
-    ``(takes, frames, size)`` where they change on the way; ``seed_poses`` ``(takes, seeds, 9, 3)`` are the unit directions
-    the performance starts from.
-    The seed frames, which every window generates anew, are cross-faded with what the window before made of them, so
-    position and speed are continuous at the joins.
+    ``inputs(start, stop)`` returns MFCCs ``(any, 40)``, word vectors ``(stop - start, 300)`` and prosody
+    ``(stop - start, features)`` (None without prosody) of pose frames; ``styles`` is ``(takes, size)``, or
+    ``(takes, frames, size)`` if they vary over time; ``seed_poses`` ``(takes, seeds, 9, 3)`` are the initial unit
+    directions. Fixed-window networks generate whole windows, cut at the end. The seed frames that each window regenerates
+    are cross-faded with those of the previous window, so position and speed are continuous. Raises :class:`Cancelled`.
     """
     device = next(generator.parameters()).device
     takes, seeds = seed_poses.shape[:2]
@@ -57,22 +56,23 @@ def generate(
         mfcc, words, prosody = (_one_row(part, device) for part in inputs(start, stop))
         length = generator.config.frames or stop - start
         poses = seed_input(torch.from_numpy(given).to(device), length)
-        # Beyond the end of the walk stays its last style.
-        here = style if style.dim() == 2 else style[:, torch.arange(start, start + length, device=device).clamp(max=frames - 1)]
-        made = generator(mfcc, words, poses, here, prosody).cpu().numpy()[:, : stop - start]
+        # The last style is held beyond the end of the sequence.
+        rows = torch.arange(start, start + length, device=device).clamp(max=frames - 1)
+        window_style = style if style.dim() == 2 else style[:, rows]
+        directions = generator(mfcc, words, poses, window_style, prosody).cpu().numpy()[:, : stop - start]
         if not generator.config.unit_directions:
-            made = skeleton.normalize(made)
-        out[:, start:stop] = made
-        out[:, start : start + seeds] = _cross_fade(given, made[:, :seeds])
+            directions = skeleton.normalize(directions)
+        out[:, start:stop] = directions
+        out[:, start : start + seeds] = _cross_fade(given, directions[:, :seeds])
         progress((number + 1) / len(first_frames))
     return out
 
 
 def _one_row(part: np.ndarray | None, device: torch.device) -> torch.Tensor | None:
-    """What all takes hear: encoded once."""
+    """Convert an input that all takes share to a batch of one row."""
     if part is None:
         return None
-    kind = np.int64 if np.issubdtype(part.dtype, np.integer) else np.float32  # rows of a word table are whole numbers
+    kind = np.int64 if np.issubdtype(part.dtype, np.integer) else np.float32  # rows of a word table are integers
     return torch.from_numpy(np.ascontiguousarray(part, kind)).to(device)[None]
 
 
