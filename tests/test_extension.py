@@ -97,6 +97,13 @@ def test_the_zip_is_small_and_complete():
     assert lines <= MOST_LINES, lines
 
 
+def test_every_pattern_leaves_something_out():
+    """A file or folder that moved takes its line in the manifest along."""
+    manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text("utf-8"))
+    places = [line.strip("/") for line in manifest["build"]["paths_exclude_pattern"] if line.startswith(("/core/", "/s2ag_b"))]
+    assert places and not [place for place in places if not (ROOT / place).exists()]
+
+
 def test_nothing_in_the_zip_imports_what_is_left_out():
     """Not in a function either; the command line finds verbs of the package by name."""
     everything, paths = modules(*PACKAGES), set(shipped())

@@ -87,6 +87,7 @@ class Decoding:
         self._thread.join()
         if self.error is not None:
             raise self.error
+        assert self.result is not None
         return self.result
 
     def _work(self) -> None:
