@@ -9,7 +9,7 @@ from .config import ModelConfig
 
 
 class AskedEncoder(nn.Module):
-    """Embeds the meaning, joins the other channels of :mod:`requested`, applies a linear map; zeros where none is known."""
+    """Embeds the meaning, joins the other channels of :mod:`requested`, applies a linear map; zeros without a request."""
 
     def __init__(self, config: ModelConfig):
         super().__init__()
@@ -18,6 +18,6 @@ class AskedEncoder(nn.Module):
 
     def forward(self, asked: torch.Tensor) -> torch.Tensor:
         """Map request channels ``(B, T, 7)`` to features ``(B, T, asked_size)``."""
-        known = asked[..., :1]
+        specified = asked[..., :1]
         meaning = self.meanings(asked[..., -1].long()) * asked[..., 1:2]
-        return functional.silu(self.linear(torch.cat([asked[..., :-1], meaning], -1))) * known
+        return functional.silu(self.linear(torch.cat([asked[..., :-1], meaning], -1))) * specified

@@ -139,7 +139,7 @@ class ModelConfig:
         return replace(self, **{f"flow_{name}": getattr(self, f"flow_extras_{name}") for name in names})
 
     @classmethod
-    def default(cls, speakers: int = 1, **changes) -> "ModelConfig":
+    def default(cls, speakers: int = 1, **changes: Any) -> "ModelConfig":
         """This project's GRU network: MFCCs convolved along time, prosody, controls, word vectors, windows of any length."""
         from ..sound.prosody import FEATURES
         from ..styles import CONTROLS
@@ -148,12 +148,12 @@ class ModelConfig:
         return cls(**{**settings, "speakers": speakers, **changes})
 
     @classmethod
-    def flow(cls, speakers: int = 1, **changes) -> "ModelConfig":
+    def flow(cls, speakers: int = 1, **changes: Any) -> "ModelConfig":
         """The default's encoders with a decoder that samples motions from noise (conditional flow matching)."""
         return cls.default(speakers, **{"name": "flow", "decoder": "flow", "seed_view": 0, **changes})
 
     @classmethod
-    def paper(cls, speakers: int = 1, **changes) -> "ModelConfig":
+    def paper(cls, speakers: int = 1, **changes: Any) -> "ModelConfig":
         """The paper's network: sizes of Table 1, adjacency of section 3.1.4, 37 MFCC values convolved along time."""
         settings: dict[str, Any] = dict(
             name="paper", norm="batch", unit_directions=False, partition="unweighted", hops=(2, 1), seed_view=0,
@@ -165,7 +165,7 @@ class ModelConfig:
         return cls(**{**settings, "speakers": speakers, **changes})
 
     @classmethod
-    def published(cls, words: int = 4, speakers: int = 1, **changes) -> "ModelConfig":
+    def published(cls, words: int = 4, speakers: int = 1, **changes: Any) -> "ModelConfig":
         """The public code's network: 34 frames, 37 x 71 MFCCs, a trained word table, 5 grouped adjacencies."""
         settings: dict[str, Any] = dict(
             name="published", frames=34, norm="batch", unit_directions=False, graph="chain", seed_view=0,
@@ -178,17 +178,17 @@ class ModelConfig:
         return cls(**{**settings, "words": words, "speakers": speakers, **changes})
 
     @classmethod
-    def without_mfcc(cls, words: int = 4, speakers: int = 1, **changes) -> "ModelConfig":
+    def without_mfcc(cls, words: int = 4, speakers: int = 1, **changes: Any) -> "ModelConfig":
         """The paper's ablation without MFCC encoder (section 5.3): GTC's waveform encoder in its place."""
         return cls.published(words, speakers, **{"name": "without_mfcc", "audio": "wave", **changes})
 
     @classmethod
-    def without_affect(cls, words: int = 4, speakers: int = 1, **changes) -> "ModelConfig":
+    def without_affect(cls, words: int = 4, speakers: int = 1, **changes: Any) -> "ModelConfig":
         """The paper's ablation without affective encoder: raw seed poses and GTC's convolutional discriminator."""
         return cls.published(words, speakers, **{"name": "without_affect", "affect": "raw", **changes})
 
     @classmethod
-    def trimodal(cls, words: int = 4, speakers: int = 1, **changes) -> "ModelConfig":
+    def trimodal(cls, words: int = 4, speakers: int = 1, **changes: Any) -> "ModelConfig":
         """GTC, Gestures from Trimodal Context (reference section G.4): raw waveform, words, speaker and raw seed poses.
 
         The head's LeakyReLU has slope 0.01; in the public port it is 1, hence linear: set ``head_slope`` to 1 for its weights.
@@ -209,7 +209,7 @@ class ModelConfig:
         """Inverse of :meth:`to_dict`; raises :class:`UsageError` on an unknown name or a value of the wrong kind."""
         return build(cls, settings, "model setting")
 
-    def replace(self, **changes) -> "ModelConfig":
+    def replace(self, **changes: Any) -> "ModelConfig":
         """Return a copy with some settings changed."""
         return replace(self, **changes)
 

@@ -99,12 +99,12 @@ def load(path: str | PathLike) -> list[Cue]:
     return result
 
 
-def mouth(told: Sequence[Cue], duration: float, intensity: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+def mouth(mouth_cues: Sequence[Cue], duration: float, intensity: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     """Return weights ``(n, channels)`` of the mouth and closures ``(k, 2)`` in seconds for cues over ``duration`` seconds."""
     count = max(round(duration * RATE), 1)
     time, weights = np.arange(count) / RATE, np.zeros((count, len(CHANNELS)))
     share = np.zeros(count)
-    for shape, start, end in told:
+    for shape, start, end in mouth_cues:
         edges = start - _TRANSITION, end + _TRANSITION + 1 / RATE
         rows = slice(*(min(max(int(edge * RATE), 0), count) for edge in edges))
         rise = np.clip(0.5 + np.minimum(time[rows] - start, end - time[rows]) / _TRANSITION, 0, 1)
@@ -114,7 +114,7 @@ def mouth(told: Sequence[Cue], duration: float, intensity: float = 1.0) -> tuple
     weights /= np.maximum(share, 1.0)[:, None]
     lips, jaw, spoken = CHANNELS.index("PP"), CHANNELS.index("JAW"), len(VISEMES) + 1
     weights[:, :spoken] = np.clip(weights[:, :spoken] * intensity, 0, 1)
-    closures = np.array([(start, end) for shape, start, end in told if shape == "A"], float).reshape(-1, 2)
+    closures = np.array([(start, end) for shape, start, end in mouth_cues if shape == "A"], float).reshape(-1, 2)
     for start, end in closures:
         rows = slice(int(np.floor(start * RATE)), int(np.ceil(end * RATE)) + 1)
         closed_jaw = np.minimum(weights[rows, jaw], SHUT)
@@ -123,9 +123,9 @@ def mouth(told: Sequence[Cue], duration: float, intensity: float = 1.0) -> tuple
     return weights, closures
 
 
-def onto(face: Face, told: Sequence[Cue], intensity: float = 1.0) -> Face:
+def onto(face: Face, mouth_cues: Sequence[Cue], intensity: float = 1.0) -> Face:
     """Return ``face`` with the mouth of these cues; eyes, brows and mood stay."""
-    weights, closures = mouth(told, face.duration, intensity)
+    weights, closures = mouth(mouth_cues, face.duration, intensity)
     spoken = len(VISEMES) + 1
     weights[:, spoken:] = face.weights[:, spoken:]
     about = face.meta | {"cues": "rhubarb"}

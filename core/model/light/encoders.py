@@ -65,7 +65,7 @@ class ProsodyEncoder:
 
 
 class AskedEncoder:
-    """Encodes requested strokes: an embedding of the meaning beside the other channels; zeros where none is known."""
+    """Encodes requested strokes: an embedding of the meaning beside the other channels; zeros without a request."""
 
     def __init__(self, weights: Weights):
         self.meanings, self.linear = (weights / "meanings")["weight"], Linear.of(weights / "linear")
