@@ -135,14 +135,14 @@ class Setting:
 
 
 def setting(default: Any = None, **about: Any) -> Any:
-    """A field of a dataclass that is a setting; ``about`` are the attributes of a :class:`Setting`."""
-    start = {"default_factory": default} if isinstance(default, type) else {"default": default}
-    return field(**start, metadata=MappingProxyType({"about": about}))
+    """Return a dataclass field that is a setting; ``about`` are attributes of :class:`Setting`, a default ``dict`` is empty."""
+    metadata = MappingProxyType({"about": about})
+    return field(default_factory=default, metadata=metadata) if default is dict else field(default=default, metadata=metadata)
 
 
 @cache
 def table(cls: type) -> dict[str, Setting]:
-    """The settings that a dataclass declares or inherits, by name, in order of declaration."""
+    """Return the settings that a dataclass declares or inherits, by name, in order of declaration."""
     found = {}
     for one in fields(cls):
         if "about" in one.metadata:
@@ -171,13 +171,13 @@ def row_of(*classes: type) -> type:
 
 
 def sliders(cls: type) -> list[Setting]:
-    """The settings of a class that Blender shows, those with parts replaced by their parts."""
+    """Return the settings of a class that Blender shows, those with parts replaced by their parts."""
     listed = [part for one in table(cls).values() for part in (sliders(one.parts) if one.parts else [one])]
     return [one for one in listed if one.label]
 
 
 def options(*classes: type) -> list[Setting]:
-    """The settings of classes that are options of a command, in the order of its help."""
+    """Return the settings of classes that are options of a command, in the order of its help."""
     listed = [one for cls in classes for one in table(cls).values() if one.help]
     for one in [one for one in listed if one.after]:
         listed.remove(one)

@@ -151,8 +151,8 @@ def test_labels_tips_and_errors_are_translated(locale):
 
 
 OPTIONS = """audio chosen transcript text recognise no_transcript style seed takes intensity affect rate hand curves meaning
-hands stance face rhubarb face_smoothness mirror listen turn hears later toward checkpoint vectors language aligner_model vocabulary
-recogniser_model backend device cache"""
+hands stance face rhubarb face_smoothness mirror listen turn hears later toward checkpoint vectors language aligner_model
+vocabulary recogniser_model backend device cache"""
 PARAMETERS = """audio transcript text style seed takes intensity affect rate hand curves changes meaning hands stance face
 face_smoothness mirror pose end_pose kept take near spread step recognise listen turn hears later toward made_by"""
 MODELS = "checkpoint vectors backend device aligner_model recogniser_model cache language vocabulary"

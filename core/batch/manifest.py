@@ -235,7 +235,7 @@ def _side(value: Any, folder: Path) -> float:
     return sides.get(str(value).lower()) or _number(float, "side: left, right or -1 to 1")(value, folder)
 
 
-def _points(value: Any, _folder: Path) -> list[list[float]]:
+def _points(value: Any, _folder: Path | None) -> list[list[float]]:
     """Read points of the latent space, which stand in a plan for a ``cell``."""
     try:
         points = [[float(number) for number in point] for point in value]

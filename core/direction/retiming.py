@@ -51,7 +51,7 @@ def _face(request: Request, heard, motion: Motion):
         return None
     own = motion.mirrored() if request.mirror else motion
     face = finishing.faced(request, heard, motion.meta.get("take", 0), _seen(request, heard, own))
-    return face.mirrored() if request.mirror else face
+    return face.mirrored() if face is not None and request.mirror else face
 
 
 def _seen(request: Request, heard, own: Motion) -> np.ndarray:

@@ -12,6 +12,7 @@ import sys
 import tempfile
 import threading
 import traceback
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ..declaration import KINDS
@@ -30,11 +31,12 @@ _MODELS = tuple(table(Models))
 
 
 class Worker:
-    """Serves the protocol between two file descriptors until end of file or ``shutdown``; ``alone`` in its process, it ends
-    that where a request does not notice the end.
+    """Serves the protocol between two file descriptors until end of file or ``shutdown``.
+
+    If it is ``alone`` in its process, it ends the process where a running request does not notice the end.
     """
 
-    def __init__(self, requests: int, replies: int, alone: bool = True):
+    def __init__(self, requests: int, replies: int, alone: bool = True) -> None:
         self._alone = alone
         self._requests = requests
         self._replies = replies
@@ -43,7 +45,7 @@ class Worker:
         self._ending = threading.Event()
         self._writing = threading.Lock()
         self._session = self._director = None
-        self._settings: dict | None = None
+        self._models: dict | None = None
         self._served = 0
         self._folder = tempfile.TemporaryDirectory(prefix="s2ag-", ignore_cleanup_errors=True)
 
@@ -106,7 +108,7 @@ class Worker:
             params = message.get("params") or {}
             if not isinstance(params, dict):
                 raise UsageError("The params of a request must be an object.", "Send names and values.")
-            _settle(params)
+            _check_models(params)
             self._get_ready(message)
             reply = {"id": request, "result": handler(request, params)}
         except S2agError as error:
@@ -128,15 +130,15 @@ class Worker:
         self._get_ready(message)
 
     def _get_ready(self, message: dict) -> None:
-        """Where words are spoken of, have an aligner wait for them and for the next; never within Blender's own process."""
-        params, asked = message.get("params"), message.get("method") == "synthesize"
-        if self._alone and asked and isinstance(params, dict) and (params.get("transcript") or params.get("text")):
+        """Start an aligner in advance where a request has words; never within Blender's own process."""
+        params, synthesizes = message.get("params"), message.get("method") == "synthesize"
+        if self._alone and synthesizes and isinstance(params, dict) and (params.get("transcript") or params.get("text")):
             from ..words import align
 
             align.prepare()
 
     def _hello(self, request, params: dict) -> dict:
-        """Who answers; with ``warm`` the network is loaded now rather than with the first request."""
+        """Return versions and the checkpoint's description; with ``warm`` load the network now, not with the first request."""
         from ..model import catalogue
 
         answer = {"version": VERSION, "protocol": protocol.VERSION, "python": platform.python_version()}
@@ -158,7 +160,7 @@ class Worker:
         return {"styles": known["speakers"], "controls": known["controls"]}
 
     def _synthesize(self, request, params: dict) -> dict:
-        """``takes`` motions of one style, or with ``styles``, a list of style expressions, as many of each."""
+        """Make ``takes`` motions of one style or, with ``styles``, a list of style expressions, as many of each."""
         from ..performance.synthesis import Request
 
         options = _checked(params)
@@ -191,7 +193,7 @@ class Worker:
         }
 
     def _performed(self, params: dict, every: list, *told) -> list:
-        """The results of all requests; of a single one after its ``edits`` (:mod:`direction.edits`)."""
+        """Return the results of all requests; of a single one after its ``edits`` (:mod:`direction.edits`)."""
         session, edits = self._open(params), params.get("edits")
         if edits is None:
             return session.synthesize_all(every, *told)
@@ -203,13 +205,13 @@ class Worker:
         return [self._director.direct(every[0], edits, *told)]
 
     def _open(self, params: dict):
-        """The session for these settings; only one is kept, so that memory stays bounded."""
-        settings = {name: params[name] for name in _MODELS if params.get(name)}
-        if self._session is None or settings != self._settings:
+        """Return the session with these models; only one is kept, so that memory stays bounded."""
+        models = {name: params[name] for name in _MODELS if params.get(name)}
+        if self._session is None or models != self._models:
             from ..performance.synthesis import Session
 
             self._session = self._director = None
-            self._session, self._settings = Session(**settings, remember=True), settings
+            self._session, self._models = Session(**models, remember=True), models
         return self._session
 
     def _is_cancelled(self, request) -> bool:
@@ -223,7 +225,10 @@ class Worker:
 
 
 def _checked(params: dict) -> dict:
-    """The parameters of a synthesis request, without absent ones; raises :class:`UsageError` for anything odd."""
+    """Return the parameters of a synthesis request, without absent ones.
+
+    Raises :class:`UsageError` for unknown names and for values of the wrong type.
+    """
     unknown = set(params) - set(_PARAMETERS) - set(_MODELS) - {"output_dir", "styles", "edits"}
     if unknown:
         raise UsageError(f"There is no parameter {sorted(unknown)[0]!r}.", f"Parameters are {', '.join(_PARAMETERS)}.")
@@ -236,24 +241,25 @@ def _checked(params: dict) -> dict:
     return options
 
 
-def _settle(params: dict) -> None:
-    """Raise :class:`UsageError` unless settings are text: most are paths."""
+def _check_models(params: dict) -> None:
+    """Raise :class:`UsageError` unless the parameters that name models are text: most are paths."""
     for name in (*_MODELS, "output_dir"):
         if not isinstance(params.get(name) or "", str):
             raise UsageError(f"The parameter {name} cannot be {params[name]!r}.", "Give text.")
 
 
 def _styles(params: dict) -> list:
-    """The style expressions of a request that wants several."""
-    found = params.get("styles") or []
-    if not isinstance(found, list) or len(found) > 64 or not all(isinstance(style, (str, dict)) for style in found):
-        raise UsageError(f"The parameter styles cannot be {found!r}.", "Give a list of up to 64 style expressions.")
-    return found
+    """Return the style expressions of a request that wants several."""
+    styles = params.get("styles") or []
+    if not isinstance(styles, list) or len(styles) > 64 or not all(isinstance(style, (str, dict)) for style in styles):
+        raise UsageError(f"The parameter styles cannot be {styles!r}.", "Give a list of up to 64 style expressions.")
+    return styles
 
 
-def _lines(descriptor: int):
-    """Lines of a file descriptor until end of file, read without a lock that could outlive the thread."""
-    rest, size = [], 0
+def _lines(descriptor: int) -> Iterator[bytes]:
+    """Yield lines of a file descriptor until end of file, read without a lock that could outlive the thread."""
+    rest: list[bytes] = []
+    size = 0
     while chunk := os.read(descriptor, 65536):
         *lines, last = chunk.split(b"\n")
         for line in lines:
@@ -273,8 +279,8 @@ def _first_line(error: Exception) -> str:
     return f"{type(error).__name__}: {text[0][:200]}" if text else f"{type(error).__name__}."
 
 
-def main(_arguments: list[str] = ()) -> int:
-    """Take standard input and output for the protocol, so that no library's chatter or child process can touch them."""
+def main(_arguments: Sequence[str] = ()) -> int:
+    """Serve the protocol on standard input and output, which libraries and child processes cannot touch from then on."""
     share_cores()
     requests, replies = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)
@@ -289,7 +295,7 @@ def main(_arguments: list[str] = ()) -> int:
 
 
 def _end(code: int) -> None:
-    """End the process at once, its files being gone: threads of libraries may abort it on the longer way out of Python."""
+    """End the process at once: threads of libraries may abort it while Python shuts down."""
     sys.stderr.flush()
     os._exit(code)
 

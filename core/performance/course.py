@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
+from typing import Any
 
 import numpy as np
 
@@ -14,14 +15,14 @@ from ..settings import AFFECTS, CONTROLS, CURVES, Settings, sliders
 from ..smoothing import gaussian
 
 FORMAT = 1
-_CURVES = {one.name: one for one in sliders(Settings) if one.curve}
+_RANGES = {one.name: (one.low or 0.0, one.high or 0.0) for one in sliders(Settings) if one.curve}
 _MAX_POINTS, _MAX_SECONDS, _MAX_BYTES = 100_000, 13 * 3600.0, 20_000_000
 _EASE = 0.2
 """Seconds, as the standard deviation of a Gaussian, by which curves are smoothed: a body cannot change its mind at once."""
 _REMEDY = "docs/directing.md describes curves."
 
 
-def checked(curves: object) -> dict[str, list[list[float]]]:
+def checked(curves: Any) -> dict[str, list[list[float]]]:
     """Return valid curves ``{name: [[seconds, value], ...]}``, names of :data:`settings.CURVES`, from data of any origin.
 
     Raises :class:`UsageError`.
@@ -50,10 +51,10 @@ def changed(changes: Iterable) -> tuple[tuple[float, str | dict], ...]:
     return tuple(sorted(turns, key=lambda turn: turn[0]))
 
 
-def _curve(name: object, points: object) -> list[list[float]]:
-    if name not in _CURVES:
+def _curve(name: Any, points: Any) -> list[list[float]]:
+    if name not in _RANGES:
         raise UsageError(f"There is no curve {name!r}.", f"Curves are {', '.join(CURVES)}.")
-    low, high = _CURVES[name].low, _CURVES[name].high
+    low, high = _RANGES[name]
     try:
         rows = np.array(points, float)
     except (TypeError, ValueError):

@@ -108,13 +108,13 @@ def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]])
 def heard(
     words: Sequence[tuple[str, float, float]], wishes: Wishes, understood: bool = True, asked: frozenset[int] = frozenset()
 ) -> list[tuple[str, float, float]]:
-    """The words as the network is to hear them: those of a language that is not ``understood`` as unknown ones.
+    """Return the words as network input: those of a language that is not ``understood`` as unknown ones.
 
-    Gestures are had by the words that bear them, except at the words whose numbers are in ``asked``.
+    A hint replaces its word by the one that has the gesture, except at the words whose numbers are in ``asked``.
     """
     instead = {number: HINTS[hint].word for number, (hint, _) in wishes.gestures.items() if number not in asked}
-    known = ((instead.get(number, text if understood else ""), *span) for number, (text, *span) in enumerate(words))
-    return list(known)
+    spoken = [(text if understood else "", start, end) for text, start, end in words]
+    return [(instead.get(number, text), start, end) for number, (text, start, end) in enumerate(spoken)]
 
 
 def perform(directions: np.ndarray, wishes: Wishes, pose: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ from ...core.declaration import NUMBERS, Setting
 from ...core.errors import UsageError
 from ...core.motion.motion import Motion
 from ...core.settings import Models, Settings, sliders, table
+from ..datablocks import ArmatureObject, Context
 from ..engine import asking, errors_log
 from ..engine.client import WorkerClient
 from ..engine.known import interpreter
@@ -18,7 +19,7 @@ from . import choices, sources
 _engine: WorkerClient | None = None
 
 
-def engine(context: bpy.types.Context) -> WorkerClient:
+def engine(context: Context) -> WorkerClient:
     """Return this Blender's one warm engine; it starts the interpreter of the preferences with its first request."""
     global _engine
     if _engine is None:
@@ -42,7 +43,7 @@ def request(settings: Any, audio: str = "") -> dict:
     audio = audio or bpy.path.abspath(settings.audio)
     if not audio:
         raise UsageError("No recording is chosen.", "Choose one in the panel.")
-    params = {"audio": audio, "style": choices.expression(settings)}
+    params: dict[str, Any] = {"audio": audio, "style": choices.expression(settings)}
     for name, one in table(Settings).items():
         if one.parts:
             params[name] = {part: _value(settings, about) for part, about in table(one.parts).items()}
@@ -71,7 +72,7 @@ def _value(settings: Any, one: Setting) -> Any:
     return value.strip() if one.kind == "text" else value
 
 
-def start(context: bpy.types.Context, params: dict) -> asking.Asked:
+def start(context: Context, params: dict) -> asking.Asked:
     """Request gestures and return at once."""
     return asking.Asked(engine(context), params)
 
@@ -90,13 +91,13 @@ def poll(job: asking.Asked, progress: Callable[[str, float], None]) -> dict | No
     return _warned(job.outcome())
 
 
-def call(context: bpy.types.Context, params: dict, progress: Callable[[str, float], None] | None = None) -> dict:
+def call(context: Context, params: dict, progress: Callable[[str, float], None] | None = None) -> dict:
     """Request gestures and wait, as without a window. The result has its motions loaded."""
     result = _warned(asking.call(engine(context), params, progress))
     return {**result, "motions": [Motion.load(path) for path in result["motions"]]}
 
 
-def export(context: bpy.types.Context, armature: bpy.types.Object, path: str) -> None:
+def export(context: Context, armature: ArmatureObject, path: str) -> None:
     """Write the character with what it plays as ``.bvh``, ``.fbx`` or ``.glb``, by the suffix of ``path``.
 
     Raises :class:`UsageError` for another suffix, :class:`OutputUnwritable` where writing fails.
@@ -108,7 +109,7 @@ def export(context: bpy.types.Context, armature: bpy.types.Object, path: str) ->
     export.export(context.scene, Character(armature, tuple(cast.meshes(armature))), path)
 
 
-def file_name(armature: bpy.types.Object) -> str:
+def file_name(armature: ArmatureObject) -> str:
     """Return a file name, without suffix, for what the character plays: character and take."""
     from ..film import export
 
@@ -116,7 +117,7 @@ def file_name(armature: bpy.types.Object) -> str:
     return "".join(" " if letter in '<>:"/\\|?*' or not letter.isprintable() else letter for letter in name).strip(" .")
 
 
-def add_character(name: str, gender: str = "female") -> bpy.types.Object:
+def add_character(name: str, gender: str = "female") -> ArmatureObject:
     """Build ``human`` or ``mannequin`` in the current scene and return its armature object, whose legs may be keyed."""
     if name == "human":
         from ..cast import human

@@ -13,7 +13,7 @@ _NOT_KEPT |= {"target", "partner"}
 _KINDS = {"BOOLEAN": bool, "INT": int, "FLOAT": (int, float), "STRING": str, "ENUM": (str, list)}
 
 
-def snapshot(settings: bpy.types.PropertyGroup) -> dict[str, Any]:
+def snapshot(settings: Any) -> dict[str, Any]:
     """Return all of a character's settings as JSON."""
     kept: dict[str, Any] = {}
     for prop in settings.bl_rna.properties:
@@ -30,7 +30,8 @@ def view(kept: dict) -> SimpleNamespace:
 
     Settings that an older version did not have get their defaults.
     """
-    every = bpy.types.Object.bl_rna.properties["s2ag"].fixed_type.properties
+    group: Any = bpy.types.Object.bl_rna.properties["s2ag"]
+    every = group.fixed_type.properties
     plain = {one.identifier: one.default for one in every if one.type in ("BOOLEAN", "INT", "FLOAT", "STRING")}
     enums = {one.identifier: one.default for one in every if one.type == "ENUM" and not one.is_enum_flag}
     parts = {"parts": set(every["parts"].default_flag)}

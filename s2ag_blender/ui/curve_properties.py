@@ -1,14 +1,15 @@
 """What the animator set for the curves that gestures become: their speed, their smoothness and how many keys they have."""
 
 import math
+from typing import Any
 
 import bpy
 
-EDITABLE = {"LIBRARY_OVERRIDABLE"}
+EDITABLE: Any = {"LIBRARY_OVERRIDABLE"}
 """Settings of a library override are the animator's own, too."""
 
 
-def changed(settings, context) -> None:
+def changed(settings: Any, context: bpy.types.Context) -> None:
     """The live preview follows every setting that can be seen."""
     from ..takes import preview
 
