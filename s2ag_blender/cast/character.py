@@ -1,20 +1,23 @@
-"""A character in the scene: an armature, the meshes it moves, and the collection they live in."""
+"""A character in the scene: an armature, the meshes that it deforms, and their collection."""
 
 from dataclasses import dataclass
 
+import bpy
+
 from ...rigs.plain import Mapping
+from ..datablocks import ArmatureObject, MeshObject
 
 
 @dataclass(frozen=True)
 class Character:
-    """``armature`` is the armature object to animate, ``meshes`` the objects it deforms, ``collection`` may be None.
+    """``armature`` is the armature object to animate, ``meshes`` the objects that it deforms.
 
-    ``mapping`` says which bones are which parts of the body; where it is None they are recognised. ``disarmed`` are
-    sentences on what its file would have run or written (:mod:`disarm`).
+    ``mapping`` says which bones are which parts of the body; it is detected if None. ``disarmed`` are sentences about what
+    its file would have run or written (:mod:`disarm`).
     """
 
-    armature: object
-    meshes: tuple = ()
-    collection: object = None
+    armature: ArmatureObject
+    meshes: tuple[MeshObject, ...] = ()
+    collection: bpy.types.Collection | None = None
     mapping: Mapping | None = None
     disarmed: tuple[str, ...] = ()

@@ -1,32 +1,35 @@
-"""Taking the sting out of a scene that somebody else made: what rendering it would run, or write where nobody asked.
+"""Disables what rendering an untrusted .blend would run, or write to unexpected places.
 
-Scripts, registered texts and scripted drivers are Blender's to refuse (``use_scripts=False``). The rest is switched off where
-it has a switch, so that a saved copy still holds it and its owner can switch it on again.
+Blender itself blocks scripts, registered texts and scripted drivers (``use_scripts=False``). Everything else is switched off by
+its own setting, so that a saved copy still has it and its owner can switch it on again.
 """
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import bpy
 
 
 def disarm() -> list[str]:
-    """Disarm the open file; returns a sentence for each kind of thing that was found."""
+    """Disarm the open file; return a sentence for each kind of thing that was switched off."""
     switched = {
         "scripts of Freestyle": _freestyle(),
         "file outputs of the compositor": _file_outputs(),
         "programs in OSL": _osl(),
         "caches on disk": _caches(),
     }
-    told = [
+    sentences = [
         f"{count} {what} would run or write when the file is rendered, and were switched off."
         for what, count in switched.items()
         if count
     ]
     far = _far_libraries()
-    return told + ([f"The file is linked to {far} libraries outside its folder, which were loaded, too."] if far else [])
+    return sentences + ([f"The file is linked to {far} libraries outside its folder, which were loaded, too."] if far else [])
 
 
 def _freestyle() -> int:
+    """Switch off the script modules of Freestyle; return their number."""
     modules = [
         module
         for scene in bpy.data.scenes
@@ -39,13 +42,14 @@ def _freestyle() -> int:
     return len(modules)
 
 
-def _trees() -> list:
+def _trees() -> list[bpy.types.NodeTree]:
     own = [getattr(scene, "node_tree", None) for scene in bpy.data.scenes]  # until 4.5
     materials = [*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights]
     return [tree for tree in (*own, *bpy.data.node_groups, *(one.node_tree for one in materials)) if tree]
 
 
 def _file_outputs() -> int:
+    """Mute the file output nodes of all node trees; return their number."""
     nodes = [node for tree in _trees() for node in tree.nodes if node.type == "OUTPUT_FILE" and not node.mute]
     for node in nodes:
         node.mute = True
@@ -53,8 +57,10 @@ def _file_outputs() -> int:
 
 
 def _osl() -> int:
-    """OSL prints to files. It runs where a scene is set to it, and in lenses that are programs."""
-    scenes = [scene for scene in bpy.data.scenes if getattr(getattr(scene, "cycles", None), "shading_system", False)]
+    """Switch off OSL, which can write files, in scenes and custom cameras; return their number."""
+    scenes: list[Any] = [
+        scene for scene in bpy.data.scenes if getattr(getattr(scene, "cycles", None), "shading_system", False)
+    ]
     for scene in scenes:
         scene.cycles.shading_system = False
     cameras = [camera for camera in bpy.data.cameras if camera.type == "CUSTOM"]
@@ -64,7 +70,7 @@ def _osl() -> int:
 
 
 def _caches() -> int:
-    """Caches that a change of frame writes to folders which the file names."""
+    """Switch off caches that a frame change would write to folders named by the file; return their number."""
     caches = [cache for item in bpy.data.objects for cache in _point_caches(item)]
     worlds = [scene.rigidbody_world for scene in bpy.data.scenes if scene.rigidbody_world]
     caches += [world.point_cache for world in worlds]
@@ -80,7 +86,8 @@ def _caches() -> int:
     return len(disk) + len(fluids) + len(renders)
 
 
-def _point_caches(item):
+def _point_caches(item: Any) -> Iterator[bpy.types.PointCache]:
+    """Yield the point caches of an object's simulations."""
     yield from (one.point_cache for one in item.modifiers if one.type in ("CLOTH", "SOFT_BODY"))
     yield from (one.point_cache for one in item.particle_systems)
     for one in item.modifiers:
@@ -88,13 +95,14 @@ def _point_caches(item):
             yield from (surface.point_cache for surface in one.canvas_settings.canvas_surfaces)
 
 
-def _replays(fluid) -> bool:
+def _replays(fluid: Any) -> bool:
+    """Return whether a fluid modifier would bake during playback."""
     settings = fluid.domain_settings
     return bool(settings and settings.cache_type == "REPLAY" and (fluid.show_viewport or fluid.show_render))
 
 
 def _far_libraries() -> int:
-    """Whatever they hold was disarmed as well; that they are there is told, and no more."""
+    """Return the number of linked libraries outside the file's folder; their contents were disarmed as well."""
     home = Path(bpy.data.filepath).resolve().parent
     paths = (Path(bpy.path.abspath(library.filepath)).resolve() for library in bpy.data.libraries)
     return sum(not path.is_relative_to(home) for path in paths)

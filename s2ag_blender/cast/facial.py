@@ -1,6 +1,7 @@
-"""The face that a character has: which shape keys and bones of it show what."""
+"""Detects a character's face: which shape keys and bones show which part of a facial expression."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import bpy
 
@@ -12,12 +13,13 @@ from ..datablocks import ArmatureObject
 from ..rig import facemaps, reading
 from . import cast
 
-_BONES: dict[tuple, dict[str, str]] = {}  # a character's number in this session and of its bones -> bones by part
+_BONES: dict[tuple[int, int], dict[str, str]] = {}
+"""Cache: ``{(session_uid of the character, number of its bones): {part: bone}}``."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """A character's face: which of its keys show what, the datablocks that have them, and bones for what no key shows."""
+    """A character's face: its map of shape keys, the datablocks that have them, and bones for parts without shape keys."""
 
     shapes: shapes.Shapes
     keys: tuple[bpy.types.Key, ...]
@@ -25,28 +27,28 @@ class Found:
 
     @property
     def missing(self) -> list[str]:
-        """Parts of the face that nothing shows, by their names for people."""
+        """Return the display names of the parts of the face that nothing shows."""
         return self.shapes.missing(face_bones.shown(self.bones))
 
 
 def find(armature: ArmatureObject, mapping: Mapping | None = None, look: bool = True) -> Found | None:
-    """The face of a character, by its own map or by the names of its shape keys and bones; None where nothing speaks.
+    """Find the face of a character, by its chosen map or by the names of shape keys and bones; None if it has no mouth.
 
-    ``mapping`` is that of its body, if it is known. For drawing, without a ``look``, bones are those that were found last.
+    ``mapping`` is that of its body, if known. Without ``look`` (for drawing) cached bones are used.
     """
-    blocks, given = keys(armature), facemaps.chosen(armature)
-    known = given or shapes.detect({block.name: None for key in blocks for block in key.key_blocks}.keys())
-    parts = _parts(armature, given, mapping, look)
-    used = face_bones.needed(parts, None if given is None and known is None else known)
-    if known is None and "jaw" not in used:
+    blocks, chosen = keys(armature), facemaps.chosen(armature)
+    face = chosen or shapes.detect({block.name: None for key in blocks for block in key.key_blocks}.keys())
+    parts = _parts(armature, chosen, mapping, look)
+    used = face_bones.needed(parts, None if chosen is None and face is None else face)
+    if face is None and "jaw" not in used:
         return None
-    known = known or shapes.Shapes("bones", {}, ("PP",))
-    speaking = tuple(key for key in blocks if any(name in key.key_blocks for name in known.keys))
-    return Found(known, speaking, used) if speaking or used else None
+    face = face or shapes.Shapes("bones", {}, ("PP",))
+    speaking = tuple(key for key in blocks if any(name in key.key_blocks for name in face.keys))
+    return Found(face, speaking, used) if speaking or used else None
 
 
 def whole(armature: ArmatureObject) -> shapes.Shapes | None:
-    """The face of a character as a map that can be written: its keys and all its bones."""
+    """Return the face of a character as a map to write to a file: its shape keys and all its facial bones."""
     found = find(armature)
     if found is None:
         return None
@@ -54,16 +56,16 @@ def whole(armature: ArmatureObject) -> shapes.Shapes | None:
     return shapes.Shapes(found.shapes.family, parts, found.shapes.rest, bones=_parts(armature, facemaps.chosen(armature)))
 
 
-def told_of(armature: ArmatureObject) -> dict:
-    """``table``, what shows each part of the face as lines of text, and ``map``, the face as a map's JSON, or None."""
-    found = find(armature)
-    if found is None:
+def told_of(armature: ArmatureObject) -> dict[str, Any]:
+    """Return ``table``, the face's parts and what shows them as lines of text, and ``map``, its map as JSON, or None."""
+    found, face = find(armature), whole(armature)
+    if found is None or face is None:
         return {"table": "no shape keys or bones that speak were found", "map": None}
     by_key = {
         part: [key for key, ways in found.shapes.keys.items() if _shows(ways, names)] for part, names in shapes.PARTS.items()
     }
     by_bone = {
-        part: [one for key, one in found.bones.items() if face_bones.shown([key]) & set(names)]
+        part: [bone for key, bone in found.bones.items() if face_bones.shown([key]) & set(names)]
         for part, names in shapes.PARTS.items()
     }
     missing = set(found.missing)
@@ -74,28 +76,30 @@ def told_of(armature: ArmatureObject) -> dict:
         lines.append(
             f"  {part:<23}{'missing' if part in missing else ', '.join(what[:4]) + (' ...' if what[4:] else '') or by_rest}"
         )
-    return {"table": "\n".join(lines), "map": shapes.dump(whole(armature))}
+    return {"table": "\n".join(lines), "map": shapes.dump(face)}
 
 
-def _shows(ways: dict, names) -> bool:
-    return bool({name.rstrip("+-") for name, weight in ways.items() if weight} & set(names))
+def _shows(weights: dict[str, Any], names: Collection[str]) -> bool:
+    return bool({name.rstrip("+-") for name, weight in weights.items() if weight} & set(names))
 
 
-def _parts(armature: ArmatureObject, given, mapping: Mapping | None = None, look: bool = True) -> dict[str, str]:
-    """Bones of the face by part."""
-    if given is not None:
-        return {part: name for part, name in given.bones.items() if name in armature.data.bones}
+def _parts(
+    armature: ArmatureObject, chosen: shapes.Shapes | None, mapping: Mapping | None = None, look: bool = True
+) -> dict[str, str]:
+    """Return the bones of the face by part."""
+    if chosen is not None:
+        return {part: name for part, name in chosen.bones.items() if name in armature.data.bones}
     key = armature.session_uid, len(armature.data.bones)
     if look or key not in _BONES:
         bones = reading.read(armature)
         try:
             _BONES[key] = face_bones.find(bones, mapping or reading.resolve_mapping(armature, bones))
-        except RigUnusable:  # a body that cannot gesture: its readiness says why
+        except RigUnusable:  # the readiness of the body reports why
             _BONES[key] = {}
     return _BONES[key]
 
 
 def keys(armature: ArmatureObject) -> list[bpy.types.Key]:
-    """The shape keys of all meshes of a character, by name."""
-    found = {mesh.data.shape_keys for mesh in cast.meshes(armature) if mesh.data.shape_keys is not None}
-    return sorted(found, key=lambda key: key.name)
+    """Return the shape key datablocks of all meshes of a character, sorted by name."""
+    datablocks = {mesh.data.shape_keys for mesh in cast.meshes(armature) if mesh.data.shape_keys is not None}
+    return sorted(datablocks, key=lambda key: key.name)

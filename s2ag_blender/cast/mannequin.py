@@ -1,10 +1,17 @@
-"""The character ``mannequin``: an artist's figure of tapered limbs on a plain skeleton, built from nothing."""
+"""Builds the character ``mannequin``: an artist's figure of tapered limbs on a plain skeleton, without any data files."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import cast
 
 import bpy
 import numpy as np
 
+from ..datablocks import ArmatureObject, current_context
 from . import materials, surface
 from .character import Character
+
+_Bones = dict[str, tuple[np.ndarray, np.ndarray, str | None]]
+_Profile = Sequence[tuple[float, float, float]]
 
 _BODY, _JOINT, _FACE = 0, 1, 2
 
@@ -54,7 +61,7 @@ def build(collection: bpy.types.Collection | None = None) -> Character:
     """Build the mannequin into a new collection of the current scene."""
     if collection is None:
         collection = bpy.data.collections.new("Mannequin")
-        bpy.context.scene.collection.children.link(collection)
+        current_context().scene.collection.children.link(collection)
     bones = _bones()
     armature = _armature(bones, collection)
     looks = [
@@ -63,19 +70,18 @@ def build(collection: bpy.types.Collection | None = None) -> Character:
         materials.plain("Mannequin face", (0.028, 0.11, 0.14), 0.2),
     ]
     part = surface.to_object("Mannequin Body", _body(bones), list(bones), looks, collection)
-    part.parent = armature
-    part.modifiers.new("Armature", "ARMATURE").object = armature
+    surface.follow(part, armature)
     return Character(armature, (part,), collection)
 
 
-def _bones() -> dict:
-    """Name to (head, tail, parent), both sides."""
-    bones = {name: (np.array(head), np.array(tail), parent) for name, (head, tail, parent) in _MIDDLE.items()}
+def _bones() -> _Bones:
+    """Return ``{name: (head, tail, parent or None)}`` of both sides."""
+    bones: _Bones = {name: (np.array(head), np.array(tail), parent) for name, (head, tail, parent) in _MIDDLE.items()}
     for suffix, side in ((".L", 1), (".R", -1)):
         flip = np.array([side, 1, 1])
         for name, (head, tail, parent) in _LEFT.items():
             owner = parent if parent in _MIDDLE else parent + suffix
-            bones[name + suffix] = (head * flip, tail * flip, owner)
+            bones[name + suffix] = (np.multiply(head, flip), np.multiply(tail, flip), owner)
         wrist, tip, _ = bones["hand" + suffix]
         for finger, (points, _) in _digits(wrist, tip, side).items():
             bones[f"{finger}_1{suffix}"] = (points[0], points[1], "hand" + suffix)
@@ -83,15 +89,15 @@ def _bones() -> dict:
     return bones
 
 
-def _armature(bones: dict, collection: bpy.types.Collection):
+def _armature(bones: _Bones, collection: bpy.types.Collection) -> ArmatureObject:
     data = bpy.data.armatures.new("Mannequin")
-    item = bpy.data.objects.new("Mannequin", data)
+    item = cast(ArmatureObject, bpy.data.objects.new("Mannequin", data))
     collection.objects.link(item)
-    bpy.context.view_layer.objects.active = item
+    current_context().view_layer.objects.active = item
     bpy.ops.object.mode_set(mode="EDIT")
     for name, (head, tail, parent) in bones.items():
         bone = data.edit_bones.new(name)
-        bone.head, bone.tail = head, tail
+        bone.head, bone.tail = head.tolist(), tail.tolist()
         if parent:
             bone.parent = data.edit_bones[parent]
             bone.use_connect = bool(np.allclose(bones[parent][1], head))
@@ -99,8 +105,8 @@ def _armature(bones: dict, collection: bpy.types.Collection):
     return item
 
 
-def _body(bones: dict) -> surface.Surface:
-    """Every limb and joint, each rigidly on its bone."""
+def _body(bones: _Bones) -> surface.Surface:
+    """Return every limb and joint, each rigidly weighted to its bone."""
     names = list(bones)
     parts = []
     for name, (head, tail, _) in bones.items():
@@ -126,35 +132,44 @@ def _body(bones: dict) -> surface.Surface:
     return whole
 
 
-def _limb(head, tail, profile, roundness, weights: np.ndarray, slot=_BODY, front=(0, -1, 0), fine=28) -> surface.Surface:
-    """A tapered limb from ``head`` to ``tail``: elliptic rings of (share, half width, half depth), rounded at both ends."""
+def _limb(
+    head: np.ndarray,
+    tail: np.ndarray,
+    profile: _Profile,
+    roundness: float,
+    weights: np.ndarray,
+    slot: int = _BODY,
+    front: Sequence[float] | np.ndarray = (0, -1, 0),
+    fine: int = 28,
+) -> surface.Surface:
+    """Return a tapered limb: elliptic rings of (share of the length, half width, half depth), rounded at both ends."""
     along = tail - head
     share = (1 - np.cos(np.linspace(0.02, np.pi - 0.02, 6 + fine // 2))) / 2
     shares, widths, depths = np.array(profile).T
     ends = (1 - np.abs(2 * share - 1) ** roundness) ** (1 / roundness)
-    front = np.asarray(front, float)
-    front = front - along * (front @ along) / (along @ along)
-    front = front / np.linalg.norm(front)
-    side = np.cross(along, front) / np.linalg.norm(along)
+    ahead = np.asarray(front, float)
+    ahead = ahead - along * (ahead @ along) / (along @ along)
+    ahead = ahead / np.linalg.norm(ahead)
+    side = np.cross(along, ahead) / np.linalg.norm(along)
     turn = np.linspace(0, 2 * np.pi, fine, endpoint=False)
-    wide, deep = (_soft(share, shares, sizes) * ends for sizes in (widths, depths))
+    wide, deep = (_interpolate(share, shares, sizes) * ends for sizes in (widths, depths))
     wide = wide[:, None, None] * np.cos(turn)[:, None] * side
-    deep = deep[:, None, None] * np.sin(turn)[:, None] * front
+    deep = deep[:, None, None] * np.sin(turn)[:, None] * ahead
     return surface.grid(head + share[:, None, None] * along + wide + deep, weights, slot, closed=True)
 
 
-def _soft(at, places, values):
-    """Values (n,) at ``at`` on the parabola or cubic through the few ``values`` at ``places``."""
+def _interpolate(at: np.ndarray, places: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Evaluate the polynomial through the few ``values`` at ``places`` at positions ``at`` (n,)."""
     return np.polyval(np.polyfit(places, values, len(places) - 1), at)
 
 
-def _ball(centre, radius: float, weights: np.ndarray, slot=_JOINT) -> surface.Surface:
+def _ball(centre: np.ndarray, radius: float, weights: np.ndarray, slot: int = _JOINT) -> surface.Surface:
     reach = np.array([0, 0, radius])
     return _limb(centre - reach, centre + reach, [(0, radius, radius), (1, radius, radius)], 2, weights, slot)
 
 
 def _frame(wrist: np.ndarray, tip: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Unit vectors along a hand, out of its palm, and across it to the thumb."""
+    """Return unit vectors (3,) along a hand, out of its palm, and across it to the thumb."""
     along = (tip - wrist) / np.linalg.norm(tip - wrist)
     palm = np.array([-side * 0.9, 0.1, -0.2])
     palm -= along * (palm @ along)
@@ -164,22 +179,22 @@ def _frame(wrist: np.ndarray, tip: np.ndarray, side: int) -> tuple[np.ndarray, n
 
 
 def _digits(wrist: np.ndarray, tip: np.ndarray, side: int) -> dict[str, tuple[np.ndarray, tuple[float, float]]]:
-    """Knuckle, joint and tip (3, 3) of four fingers that curl a little and of a thumb, and the radii of both links."""
+    """Return ``{finger: (knuckle, joint and tip (3, 3), radii of both links)}`` of slightly curled fingers and a thumb."""
     along, palm, across = _frame(wrist, tip, side)
-    found = {}
+    digits = {}
     for finger, (offset, length, radius) in _FINGERS.items():
         knuckle = wrist + 0.09 * along + offset * across
         bend = knuckle + 0.5 * length * (along + 0.22 * palm + 2.0 * offset * across)
         end = bend + 0.55 * length * (0.85 * along + 0.6 * palm)
-        found[finger] = np.array([knuckle, bend, end]), (radius, 0.9 * radius)
+        digits[finger] = np.array([knuckle, bend, end]), (radius, 0.9 * radius)
     root = wrist + 0.03 * along + 0.026 * across
     bend = root + 0.04 * along + 0.03 * across + 0.012 * palm
     end = bend + 0.036 * along + 0.006 * across + 0.010 * palm
-    return found | {"thumb": (np.array([root, bend, end]), (0.011, 0.0095))}
+    return digits | {"thumb": (np.array([root, bend, end]), (0.011, 0.0095))}
 
 
-def _hand(wrist: np.ndarray, tip: np.ndarray, suffix: str, weights: dict):
-    """A palm on the hand's bone, four fingers and a thumb on bones of their own."""
+def _hand(wrist: np.ndarray, tip: np.ndarray, suffix: str, weights: Mapping[str, np.ndarray]) -> Iterator[surface.Surface]:
+    """Yield a palm on the hand's bone, four fingers and a thumb on bones of their own."""
     side = 1 if suffix == ".L" else -1
     along, palm, _ = _frame(wrist, tip, side)
     profile, own = [(0, 0.024, 0.020), (0.6, 0.038, 0.017), (1, 0.040, 0.013)], weights["hand" + suffix]
@@ -189,13 +204,13 @@ def _hand(wrist: np.ndarray, tip: np.ndarray, suffix: str, weights: dict):
             yield _finger(points[link], points[link + 1], radii[link], weights[f"{finger}_{link + 1}{suffix}"])
 
 
-def _finger(start, end, radius, weights: np.ndarray):
+def _finger(start: np.ndarray, end: np.ndarray, radius: float, weights: np.ndarray) -> surface.Surface:
     reach = (end - start) / np.linalg.norm(end - start) * radius * 0.6
     return _limb(start - reach, end + reach, [(0, radius, radius), (1, 0.85 * radius, 0.85 * radius)], 3, weights, fine=12)
 
 
-def _face(neck, crown, weights: np.ndarray):
-    """A visor and the hint of a nose, so that one sees where the head looks."""
+def _face(neck: np.ndarray, crown: np.ndarray, weights: np.ndarray) -> Iterator[surface.Surface]:
+    """Yield a visor and the hint of a nose, which show where the head faces."""
     height = crown[2] - neck[2]
     eyes = neck + [0, -0.058, 0.53 * height]
     visor = [(0, 0.022, 0.046), (0.5, 0.032, 0.062), (1, 0.022, 0.046)]

@@ -1,14 +1,18 @@
-"""Skinned surfaces as plain arrays: cut, smooth, trim and turn them into Blender meshes. Characters are made of these."""
+"""Skinned surfaces as plain arrays, of which characters are built: cut, smooth, trim, and convert to Blender meshes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any, cast
 
 import bpy
 import numpy as np
 
+from ..datablocks import ArmatureObject, MeshObject, current_context
+
 
 @dataclass(frozen=True)
 class Surface:
-    """Quads over points, with bone weights.
+    """Quads with bone weights.
 
     ``points`` (n, 3) metres; ``faces`` (m, 4) rows of points, a triangle repeats its last corner; ``weights`` (n, bones)
     float32; ``slots`` (m,) material index; ``uvs`` (m, 4, 2) or None.
@@ -21,19 +25,21 @@ class Surface:
     uvs: np.ndarray | None = None
 
     @classmethod
-    def of(cls, points: np.ndarray, faces, weights: np.ndarray, slot=0, uvs=None) -> "Surface":
-        """A surface of one material from the rows of ``points`` that ``faces`` uses."""
+    def of(
+        cls, points: np.ndarray, faces: np.ndarray, weights: np.ndarray, slot: int = 0, uvs: np.ndarray | None = None
+    ) -> "Surface":
+        """Create a surface of one material from the rows of ``points`` that ``faces`` uses."""
         used, inverse = np.unique(faces, return_inverse=True)
         return cls(points[used], inverse.reshape(faces.shape), weights[used], np.full(len(faces), slot), uvs)
 
     def kept(self, mask: np.ndarray) -> "Surface":
-        """Only the faces where ``mask`` (m,) holds, and the points they use."""
+        """Return only the faces where ``mask`` (m,) is true, and the points they use."""
         used, inverse = np.unique(self.faces[mask], return_inverse=True)
         uvs = None if self.uvs is None else self.uvs[mask]
         return Surface(self.points[used], inverse.reshape(-1, 4), self.weights[used], self.slots[mask], uvs)
 
     def joined(self, other: "Surface") -> "Surface":
-        """Both surfaces in one; texture coordinates survive only where both have them."""
+        """Return both surfaces as one; texture coordinates are kept only if both have them."""
         uvs = None if self.uvs is None or other.uvs is None else np.concatenate([self.uvs, other.uvs])
         return Surface(
             np.concatenate([self.points, other.points]),
@@ -44,12 +50,12 @@ class Surface:
         )
 
     def edges(self) -> np.ndarray:
-        """Directed edges (e, 2) in face order, without those of zero length."""
+        """Return the directed edges (e, 2) in face order, without those of zero length."""
         edges = np.stack([self.faces, np.roll(self.faces, -1, 1)], -1).reshape(-1, 2)
         return edges[edges[:, 0] != edges[:, 1]]
 
     def normals(self) -> np.ndarray:
-        """Unit normals (n, 3) at the points, weighted by area."""
+        """Return unit normals (n, 3) at the points, weighted by area."""
         a, b, c, d = np.moveaxis(self.points[self.faces], 1, 0)
         across = np.cross(c - a, d - b)
         normals = np.zeros_like(self.points)
@@ -57,12 +63,12 @@ class Surface:
             np.add.at(normals, self.faces[:, corner], across)
         return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
 
-    def offset(self, distance) -> "Surface":
-        """Moved along its normals by ``distance`` metres, one number or one a point."""
+    def offset(self, distance: float | np.ndarray) -> "Surface":
+        """Move points along their normals by ``distance`` metres, one number or (n,)."""
         return replace(self, points=self.points + np.reshape(distance, (-1, 1)) * self.normals())
 
-    def smoothed(self, rounds: int, amount=1.0) -> "Surface":
-        """Taubin smoothing, which irons out bumps without shrinking; open borders stay. ``amount`` 0..1 a point."""
+    def smoothed(self, rounds: int, amount: float | np.ndarray = 1.0) -> "Surface":
+        """Apply Taubin smoothing, which does not shrink; borders stay. ``amount`` is 0..1, one number or (n,)."""
         amount = np.broadcast_to(np.reshape(amount, (-1, 1)), (len(self.points), 1)).copy()
         amount[border(self)[0]] = 0
         points = self.points.copy()
@@ -72,14 +78,14 @@ class Surface:
         return replace(self, points=points)
 
     def softened(self, rounds: int) -> "Surface":
-        """With weights that change gently from point to point, so that cloth bends in folds rather than steps."""
+        """Smooth the weights over neighbouring points, so that cloth bends gradually."""
         weights = self.weights
         for _ in range(rounds):
             weights = 0.5 * (weights + self._around(weights))
         return replace(self, weights=weights)
 
     def _around(self, values: np.ndarray) -> np.ndarray:
-        """The mean (n, k) of ``values`` (n, k) over each point's neighbours."""
+        """Return the mean (n, k) of ``values`` (n, k) over each point's neighbours."""
         edges = np.unique(np.sort(self.edges(), 1), axis=0)
         both = np.concatenate([edges, edges[:, ::-1]])
         both = both[np.argsort(both[:, 0], kind="stable")]
@@ -90,7 +96,7 @@ class Surface:
 
 
 def border(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
-    """Directed border edges as two arrays of points: (from, to)."""
+    """Return the directed border edges as two arrays of points: (from, to)."""
     edges = surface.edges()
     size = len(surface.points)
     inside = np.isin(edges[:, 0] * size + edges[:, 1], edges[:, 1] * size + edges[:, 0])
@@ -98,29 +104,29 @@ def border(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
 
 
 def loops(surface: Surface) -> list[np.ndarray]:
-    """The border's closed loops, each the points (k,) in order of the border's own direction."""
+    """Return the border's closed loops, each as points (k,) in the direction of the border."""
     following = dict(zip(*(ends.tolist() for ends in border(surface)), strict=True))
-    found = []
+    closed = []
     while following:
         loop = [next(iter(following))]
         while loop[-1] in following:
             loop.append(following.pop(loop[-1]))
-        found.append(np.array(loop[:-1]))
-    return found
+        closed.append(np.array(loop[:-1]))
+    return closed
 
 
 def cut(surface: Surface, distance: np.ndarray) -> Surface:
     """Keep the part where ``distance`` (n,) is positive, with its border exactly on zero.
 
-    Points next to the zero line slide onto it along their edges, so no sliver appears and quads stay quads except where the
-    line crosses a corner. Texture coordinates are dropped.
+    Points next to the zero line move onto it along their edges, so there are no slivers and quads stay quads except where
+    the line crosses a corner. Texture coordinates are dropped.
     """
     distance = np.asarray(distance, float).copy()
     edges = np.unique(np.sort(surface.edges(), 1), axis=0)
     a, b = edges[distance[edges[:, 0]] * distance[edges[:, 1]] < 0].T
     near, far = np.where(np.abs(distance[a]) <= np.abs(distance[b]), (a, b), (b, a))
     share = distance[near] / (distance[near] - distance[far])
-    order = np.argsort(-share)  # the shortest way to the line is written last and wins
+    order = np.argsort(-share)  # the shortest move to the line is written last and wins
     near, far, share = near[order], far[order], share[order, None]
     points, weights = surface.points.copy(), surface.weights.copy()
     points[near] = (1 - share) * surface.points[near] + share * surface.points[far]
@@ -128,7 +134,7 @@ def cut(surface: Surface, distance: np.ndarray) -> Surface:
     distance[near] = 0
     outside = distance[surface.faces] < 0
     faces, slots = surface.faces.copy(), surface.slots
-    for corner in range(4):  # one corner beyond the line: a triangle of the three others
+    for corner in range(4):  # one corner outside: a triangle of the three others
         rows = outside[:, corner] & (outside.sum(1) == 1)
         faces[rows] = np.roll(surface.faces[rows], -corner - 1, 1)
         faces[rows, 3] = faces[rows, 2]
@@ -136,11 +142,13 @@ def cut(surface: Surface, distance: np.ndarray) -> Surface:
     return Surface(points, faces, weights, slots).kept(positive)
 
 
-def trim(surface: Surface, loop: np.ndarray, along: np.ndarray, steps, slot: int) -> Surface:
-    """Grow a band from a border loop: a cuff, a collar, a hem.
+def trim(
+    surface: Surface, loop: np.ndarray, along: np.ndarray, steps: Sequence[tuple[float, float]], slot: int
+) -> Surface:
+    """Extrude a band from a border loop: a cuff, a collar, a hem.
 
-    ``along`` (3,) is the way off the edge; each of ``steps`` is (metres along it, metres away from the loop's middle),
-    measured from the loop. The first strip keeps the material of the surface, the others take ``slot``; all take the loop's
+    ``along`` (3,) is the direction off the edge; each of ``steps`` is (metres along it, metres away from the loop's centre),
+    measured from the loop. The first strip keeps the material of the surface, the others get ``slot``; all get the loop's
     weights.
     """
     ring = surface.points[loop]
@@ -161,9 +169,9 @@ def trim(surface: Surface, loop: np.ndarray, along: np.ndarray, steps, slot: int
 
 
 def grid(points: np.ndarray, weights: np.ndarray, slot: int = 0, repeat: float = 1, closed: bool = False) -> Surface:
-    """A tube from ``points`` (rows, columns, 3) that closes around, its first row shut by a fan, its last too if ``closed``.
+    """Create a tube from ``points`` (rows, columns, 3), its first row closed by a fan, its last too if ``closed``.
 
-    Rows run from that lid along the tube, columns clockwise as seen from the lid's outside. All points take ``weights``
+    Rows run from that lid along the tube, columns clockwise as seen from outside the lid. All points get ``weights``
     (bones,). Texture coordinates run once along and ``repeat`` times around.
     """
     rows, columns, _ = points.shape
@@ -188,8 +196,15 @@ def grid(points: np.ndarray, weights: np.ndarray, slot: int = 0, repeat: float =
     return Surface(every, faces, skin, np.full(len(faces), slot), np.concatenate(uvs))
 
 
-def to_object(name: str, surface: Surface, bones, materials, collection: bpy.types.Collection, subdivisions: int = 0):
-    """A smooth-shaded mesh object with vertex groups named after ``bones``; ``subdivisions`` are applied, not kept live."""
+def to_object(
+    name: str,
+    surface: Surface,
+    bones: Sequence[str],
+    materials: Sequence[bpy.types.Material],
+    collection: bpy.types.Collection,
+    subdivisions: int = 0,
+) -> MeshObject:
+    """Create a smooth-shaded mesh object with vertex groups named after ``bones``; ``subdivisions`` are applied."""
     corners = surface.faces.tolist()
     corners = [face[:3] if face[2] == face[3] else face for face in corners]
     mesh = bpy.data.meshes.new(name)
@@ -203,16 +218,23 @@ def to_object(name: str, surface: Surface, bones, materials, collection: bpy.typ
         keep[:, 3] = surface.faces[:, 2] != surface.faces[:, 3]
         layer.data.foreach_set("uv", surface.uvs[keep].astype(np.float32).ravel())
     mesh.shade_smooth()
-    item = bpy.data.objects.new(name, mesh)
+    item = cast(MeshObject, bpy.data.objects.new(name, mesh))
     collection.objects.link(item)
-    _weigh(item, surface.weights, bones)
+    _add_weights(item, surface.weights, bones)
     if subdivisions:
         _subdivide(item, subdivisions)
     return item
 
 
-def _weigh(item, weights: np.ndarray, bones) -> None:
-    """Vertex groups; equal weights are set together, so weights are rounded to 1/512."""
+def follow(item: MeshObject, armature: ArmatureObject) -> None:
+    """Make a mesh object a child of an armature that deforms it."""
+    item.parent = armature
+    modifier: Any = item.modifiers.new("Armature", "ARMATURE")
+    modifier.object = armature
+
+
+def _add_weights(item: MeshObject, weights: np.ndarray, bones: Sequence[str]) -> None:
+    """Add vertex groups with ``weights`` (n, bones), rounded to 1/512 so that equal weights are set in one call."""
     steps = np.rint(weights * 512).astype(int)
     for column, bone in enumerate(bones):
         rows = np.flatnonzero(steps[:, column])
@@ -225,10 +247,10 @@ def _weigh(item, weights: np.ndarray, bones) -> None:
             group.add(same.tolist(), value / 512, "REPLACE")
 
 
-def _subdivide(item, levels: int) -> None:
-    modifier = item.modifiers.new("Subdivision", "SUBSURF")
+def _subdivide(item: MeshObject, levels: int) -> None:
+    modifier: Any = item.modifiers.new("Subdivision", "SUBSURF")
     modifier.levels = modifier.render_levels = levels
-    bpy.context.view_layer.update()
+    current_context().view_layer.update()
     rough = item.data
     fine = bpy.data.meshes.new_from_object(item.evaluated_get(bpy.context.evaluated_depsgraph_get()))
     item.modifiers.remove(modifier)

@@ -1,13 +1,14 @@
-"""Which bones of a character would gesture: ``python -m s2ag.s2ag_blender.cast.survey SURVEY.json``, in a process of its own.
+"""Reports which bones of a character would be animated: ``python -m s2ag.s2ag_blender.cast.survey SURVEY.json``.
 
-The file is a JSON object: ``character``, ``gender``, ``armature`` or null, ``map`` and ``face_map`` (paths) or null. One JSON
-line on stdout tells the ``result`` (armature, family, number of ``bones``, ``table``, ``map``, ``warnings``, ``face`` with
-``table`` and ``map``, and as ``refusal`` what makes it unusable, or null) or the ``error`` (kind, message, remedy). Exit
-status 0, or 2 after an error.
+Runs in a process of its own. The file is a JSON object: ``character``, ``gender``, ``armature`` or null, ``map`` and
+``face_map`` (paths) or null. One JSON line on stdout is the ``result`` (armature, family, number of ``bones``, ``table``,
+``map``, ``warnings``, ``face`` with ``table`` and ``map``, and as ``refusal`` what makes it unusable, or null) or the
+``error`` (kind, message, remedy). The exit status is 0, or 2 after an error.
 """
 
 import json
 import sys
+from typing import Any
 
 from ...core import json_text
 from ...core.errors import UsageError
@@ -17,12 +18,18 @@ KEYS = {"character", "gender", "armature", "map", "face_map"}
 
 
 def main(arguments: list[str]) -> int:
-    """Survey what the file says that ``arguments`` names; returns the exit status."""
+    """Run the survey file named by ``arguments``; return the exit status."""
     return program.run(arguments, lambda path, voice: survey(**_read(path)), "survey")
 
 
-def survey(character: str, gender: str = "female", armature: str | None = None, map: str | None = None, face_map=None) -> dict:
-    """Look at a character in this Blender, whose open file is lost; returns the ``result``'s content. Raises S2agError."""
+def survey(
+    character: str,
+    gender: str = "female",
+    armature: str | None = None,
+    map: str | None = None,
+    face_map: str | None = None,
+) -> dict[str, Any]:
+    """Load a character in this Blender, whose open file is lost; return the content of ``result``. Raises S2agError."""
     import bpy
 
     from ...rigs import maps
@@ -35,21 +42,21 @@ def survey(character: str, gender: str = "female", armature: str | None = None, 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     summoned = cast.summon(character, gender, armature, mapping)[0]
     item = summoned.armature
-    found, refusal = reading.survey(item, mapping)
+    detected, refusal = reading.survey(item, mapping)
     facemaps.choose(item, face)
     return {
         "armature": item.name,
-        "family": {one.key: one.name for one in families()}.get(found.family, found.family),
+        "family": {family.key: family.name for family in families()}.get(detected.family, detected.family),
         "bones": len(item.data.bones),
-        "table": maps.table(found),
-        "map": json.loads(maps.dump(found)),
+        "table": maps.table(detected),
+        "map": json.loads(maps.dump(detected)),
         "face": facial.told_of(item),
-        "warnings": [*found.warnings, *summoned.disarmed],
+        "warnings": [*detected.warnings, *summoned.disarmed],
         "refusal": refusal and {"message": refusal.message, "remedy": refusal.remedy},
     }
 
 
-def _read(path: str) -> dict:
+def _read(path: str) -> dict[str, Any]:
     try:
         content = json_text.read(path)
         if not KEYS >= set(content) >= {"character"}:

@@ -1,4 +1,4 @@
-"""The character ``human``, built from CC0 data of MakeHuman that is kept beside these files."""
+"""The character ``human``, built from CC0 data of MakeHuman in this folder."""
 
 from .assemble import build
 from .data import GENDERS, RIGS

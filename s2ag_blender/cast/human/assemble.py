@@ -1,8 +1,11 @@
-"""The character ``human``: body, clothes, hair and eyes on one of five rigs."""
+"""Builds the character ``human``: body, clothes, hair and eyes on one of five rigs."""
+
+from collections.abc import Iterator
 
 import bpy
 import numpy as np
 
+from ...datablocks import current_context
 from .. import materials, surface
 from ..character import Character
 from ..surface import Surface
@@ -43,7 +46,7 @@ def build(rig_name: str = "default", gender: str = "female", collection: bpy.typ
     points = data.person(gender)
     if collection is None:
         collection = bpy.data.collections.new("Human")
-        bpy.context.scene.collection.children.link(collection)
+        current_context().scene.collection.children.link(collection)
     armature = rig.armature("Human", rig_name, points, collection)
     parts = []
     for name, mesh, looks, fine, rows in _parts(points, weights, gender):
@@ -53,14 +56,15 @@ def build(rig_name: str = "default", gender: str = "female", collection: bpy.typ
         elif rows is not None:
             face.add_fine_keys(parts[-1], mesh, rows, fine, collection)
     for part in parts:
-        part.parent = armature
-        part.modifiers.new("Armature", "ARMATURE").object = armature
+        surface.follow(part, armature)
     rig.relax_hands(armature, points)
     return Character(armature, tuple(parts), collection)
 
 
-def _parts(points: np.ndarray, weights: np.ndarray, gender):
-    """(name, surface, materials, subdivisions, rows of the points or None) of everything the person wears and is."""
+def _parts(
+    points: np.ndarray, weights: np.ndarray, gender: str
+) -> Iterator[tuple[str, Surface, list[bpy.types.Material], int, np.ndarray | None]]:
+    """Yield (name, surface, materials, subdivisions, rows of ``points`` for shape keys or None) of body parts and clothes."""
     palette, wardrobe, mesh = _PALETTES[gender], _WARDROBE[gender], data.base_mesh()
     tailor = dress.Tailor(points, weights)
     skin, looks, rows = _skin(tailor, palette, gender)
@@ -69,7 +73,7 @@ def _parts(points: np.ndarray, weights: np.ndarray, gender):
     body = np.unique(data.base_mesh().faces["body"])
     crown = weights[body[np.argmax(points[body, 2])]]
     bitten = face.bite(points)
-    for name, quads, uvs, look in _mouth(bitten):  # the jaw is in their keys
+    for name, quads, uvs, look in _mouth(bitten):  # shape keys move them with the jaw
         skin = Surface.of(bitten, quads, np.repeat(crown[None], len(points), 0), 0, uvs)
         yield name, skin, [look], 0, np.unique(quads)
     if gender == "female":
@@ -93,7 +97,10 @@ def _parts(points: np.ndarray, weights: np.ndarray, gender):
     yield "Hair", cut(hair.Head.of(points), crown), [locks], 0, None
 
 
-def _skin(tailor, palette, gender):
+def _skin(
+    tailor: dress.Tailor, palette: paint.Palette, gender: str
+) -> tuple[Surface, list[bpy.types.Material], np.ndarray]:
+    """Return the surface of the visible skin, its materials, and its rows of the base mesh's points."""
     mesh = data.base_mesh()
     faces = mesh.faces["body"]
     shown = tailor.shown()[faces].all(1)
@@ -107,8 +114,8 @@ def _skin(tailor, palette, gender):
     return skin, [*looks, materials.plain("Mouth", (0.16, 0.03, 0.03), 0.7)], np.unique(faces[shown])
 
 
-def _mouth(points: np.ndarray):
-    """(name, quads, texture coordinates or None, material) of teeth and tongue."""
+def _mouth(points: np.ndarray) -> Iterator[tuple[str, np.ndarray, np.ndarray | None, bpy.types.Material]]:
+    """Yield (name, quads, texture coordinates or None, material) of teeth and tongue."""
     lower, upper = face.surface("helper-lower-teeth"), face.surface("helper-upper-teeth")
     uvs = np.concatenate([teeth.uvs(points, upper, True), teeth.uvs(points, lower, False)])
     enamel = materials.painted("Teeth", materials.image("Human teeth", teeth.image()), (0.6, 0.55, 0.46), 0.25)
@@ -116,8 +123,8 @@ def _mouth(points: np.ndarray):
     yield "Tongue", face.surface("helper-tongue"), None, materials.plain("Tongue", (0.34, 0.10, 0.095), 0.4)
 
 
-def _eyes(points: np.ndarray, weights: np.ndarray, palette):
-    """Both eyeballs with the eye image laid on from the front."""
+def _eyes(points: np.ndarray, weights: np.ndarray, palette: paint.Palette) -> tuple[Surface, list[bpy.types.Material]]:
+    """Return both eyeballs, with the eye image projected from the front, and their materials."""
     mesh = data.base_mesh()
     both = []
     for name in _EYES:

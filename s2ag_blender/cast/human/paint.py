@@ -1,8 +1,9 @@
-"""Painted colour: the face (lips, brows, blush, hairline), the eyes and strands of hair. Linear RGB, made of arrays."""
+"""Paints textures as linear RGB arrays: the face (lips, brows, blush, hairline), the eyes and strands of hair."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
-import bpy
 import numpy as np
 
 from . import data
@@ -10,45 +11,49 @@ from .hair import Head
 
 WIDTH, HEIGHT = 1024, 640
 _RAMP = 12
-"""Rows at the bottom of the skin image that hold a ramp from skin to finger nail."""
+"""Rows at the bottom of the skin image with a ramp from skin to finger nail."""
 
-_LIDS = (0.86, 0.74, 0.72)
-"""Colour of lids in that of the skin: thinner, so redder and darker. Closed ones are wide and catch the light from above."""
+_LID_TINT = (0.86, 0.74, 0.72)
+"""Factors of the skin colour on eyelids, which are thinner, so redder and darker."""
 
 
 @dataclass(frozen=True)
 class Palette:
-    """Linear RGB of one person."""
+    """Colours (linear RGB) of one person, and the strength of stubble."""
 
-    skin: tuple
-    blush: tuple
-    lips: tuple
-    hair: tuple
-    iris: tuple
+    skin: tuple[float, float, float]
+    blush: tuple[float, float, float]
+    lips: tuple[float, float, float]
+    hair: tuple[float, float, float]
+    iris: tuple[float, float, float]
     stubble: float = 0.0
 
 
 @dataclass(frozen=True)
 class Canvas:
-    """The skin image: the head unrolled around a vertical axis, chin to crown, over a ramp for the nails."""
+    """The skin image: the head unrolled around a vertical axis, from chin to crown, above a ramp for the nails."""
 
     head: Head
 
     @property
     def low(self) -> float:
+        """Return the height of the image's lowest row of skin, in metres."""
         return self.head.chin - 0.16
 
     @property
     def span(self) -> float:
+        """Return the metres that the image shows."""
         return self.head.top + 0.01 - self.low
 
     def azimuth(self, points: np.ndarray) -> np.ndarray:
-        """Angle (...) around the head's axis, zero at the nose, positive to the left."""
+        """Return the angle (...) around the head's axis, zero at the nose, positive to the left."""
         return np.arctan2(points[..., 0], self.head.centre[1] + 0.01 - points[..., 1])
 
     def uvs(self, faces: np.ndarray, nails: np.ndarray) -> np.ndarray:
-        """Texture coordinates (m, 4, 2) for skin quads: the head on the unrolled image, everything else on the ramp, where
-        ``nails`` (m, 4) says how much of a nail a corner is."""
+        """Return texture coordinates (m, 4, 2) for skin quads: the head on the unrolled image, everything else on the ramp.
+
+        ``nails`` (m, 4) is a mask of finger nails at the corners.
+        """
         points = self.head.points[faces]
         turn = self.azimuth(points) / (2 * np.pi)
         behind = turn.max(1, keepdims=True) - turn.min(1, keepdims=True) > 0.5
@@ -60,8 +65,10 @@ class Canvas:
         return np.stack([np.where(on_head, turn + 0.5, ramp), np.where(on_head, rows, _RAMP / 3) / HEIGHT], -1)
 
     def paint(self, palette: Palette, lips: np.ndarray, lids: np.ndarray, brow: float) -> np.ndarray:
-        """The skin image (HEIGHT, WIDTH, 3); ``lips`` and ``lids`` are masks at the corners of the body,
-        ``brow`` the thickness of the eyebrows in metres."""
+        """Return the skin image (HEIGHT, WIDTH, 3).
+
+        ``lips`` and ``lids`` are masks at the corners of the body's quads, ``brow`` the thickness of the eyebrows in metres.
+        """
         rng = np.random.default_rng(7)
         z = self.low + (np.arange(HEIGHT)[:, None] - _RAMP) / (HEIGHT - _RAMP) * self.span
         turn = (np.arange(WIDTH)[None] + 0.5) / WIDTH * 2 * np.pi - np.pi
@@ -71,7 +78,7 @@ class Canvas:
         for weight, tint in self._tints(turn, z, palette):
             colour = _mix(colour, tint, weight)
         colour = _mix(colour, palette.lips, _blurred(self._image(lips), 1) * 0.85)
-        colour = _mix(colour, np.multiply(palette.skin, _LIDS), 0.6 * _blurred(self._image(lids), 2))
+        colour = _mix(colour, np.multiply(palette.skin, _LID_TINT), 0.6 * _blurred(self._image(lids), 2))
         colour = _mix(colour, np.multiply(palette.hair, 0.7), self._brows(brow, rng) * 0.92)
         colour = _mix(colour, palette.hair, self._scalp(turn, z))
         ramp = np.linspace(0, 1, WIDTH)[None, :, None]
@@ -79,8 +86,10 @@ class Canvas:
         colour[:_RAMP] = (1 - ramp) * palette.skin + ramp * nail
         return colour
 
-    def _tints(self, turn, z, palette):
-        """(weight (HEIGHT, WIDTH), colour) of soft areas."""
+    def _tints(
+        self, turn: np.ndarray, z: np.ndarray, palette: Palette
+    ) -> Iterator[tuple[np.ndarray, np.ndarray | tuple[float, float, float]]]:
+        """Yield (weight (HEIGHT, WIDTH), colour) of soft areas."""
         mesh, points = data.base_mesh(), self.head.points
         eye, mouth = (mesh.joint(f"joint-{name}", points) for name in ("l-eye", "mouth"))
         eye_turn = self.azimuth(eye)
@@ -94,8 +103,8 @@ class Canvas:
             jaw = _spot(turn / 1.0, (z - self.head.chin - 0.015) / 0.035) + _spot(turn / 0.3, (z - mouth[2] - 0.012) / 0.007)
             yield palette.stubble * np.clip(jaw, 0, 1), np.multiply(palette.skin, [0.42, 0.46, 0.52])
 
-    def _image(self, mask):
-        """A mask at the corners of the body laid out as this image is."""
+    def _image(self, mask: np.ndarray) -> np.ndarray:
+        """Return a mask at the corners of the body's quads as an image (HEIGHT, WIDTH) in this layout."""
         mesh = data.base_mesh()
         near = (mask > 0.02).any(1)
         values = mask[near]
@@ -105,12 +114,12 @@ class Canvas:
         s, t = (grid[..., None] for grid in np.meshgrid(step, step))
         corners = ((1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t)
         value = sum(corner * values[:, i] for i, corner in enumerate(corners))
-        column, row = (sum(corner * uvs[:, i, axis] for i, corner in enumerate(corners)) for axis in (0, 1))
+        column, row = (np.asarray(sum(corner * uvs[:, i, axis] for i, corner in enumerate(corners))) for axis in (0, 1))
         np.maximum.at(image, ((row * HEIGHT).astype(int), (column * WIDTH).astype(int)), value)
         return image
 
-    def _brows(self, thickness, rng):
-        """Eyebrows as many short strokes: coverage (HEIGHT, WIDTH) in 0..1."""
+    def _brows(self, thickness: float, rng: np.random.Generator) -> np.ndarray:
+        """Draw eyebrows as many short strokes; return their coverage (HEIGHT, WIDTH) in 0..1."""
         eye = data.base_mesh().joint("joint-l-eye", self.head.points)
         eye_turn = self.azimuth(eye)
         count = 900
@@ -130,8 +139,8 @@ class Canvas:
             np.add.at(image, (rows.astype(int), columns.astype(int)), np.broadcast_to(0.34 * (1 - 0.6 * steps), rows.shape))
         return np.clip(_blurred(image, 1), 0, 1)
 
-    def _scalp(self, turn, z):
-        """Hair colour showing through above the hairline, soft at its edge."""
+    def _scalp(self, turn: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """Return the weight (HEIGHT, WIDTH) of the hair colour above the hairline, soft at its edge."""
         line = self.head.hairline()
         angle = np.abs(self.azimuth(line))
         edge = np.interp(np.abs(turn[0]), np.maximum.accumulate(angle), line[:, 2])
@@ -139,7 +148,7 @@ class Canvas:
 
 
 def eye(palette: Palette, size: int = 192) -> np.ndarray:
-    """An eye seen from the front (size, size, 3), the eyeball's diameter across: white, iris, pupil and a glint."""
+    """Return the image (size, size, 3) of an eyeball from the front: white, iris, pupil and a glint."""
     grid = (np.arange(size) + 0.5) / size * 2 - 1
     x, y = grid[None], grid[:, None]
     radius = np.hypot(x, y)
@@ -155,7 +164,7 @@ def eye(palette: Palette, size: int = 192) -> np.ndarray:
 
 
 def strands(palette: Palette, width: int = 512, height: int = 64) -> np.ndarray:
-    """A tile of hair (height, width, 3) that repeats sideways, strands running upwards."""
+    """Return a tile of hair (height, width, 3) that repeats sideways, with vertical strands."""
     rng = np.random.default_rng(3)
     noise = np.fft.irfft(np.fft.rfft(rng.standard_normal((3, width))) / (1 + np.arange(width // 2 + 1)) ** 0.25, width)
     noise /= noise.std(1, keepdims=True)
@@ -164,17 +173,18 @@ def strands(palette: Palette, width: int = 512, height: int = 64) -> np.ndarray:
     return np.multiply.outer(np.clip(1 + 0.24 * value, 0.35, 1.9), palette.hair)
 
 
-def _spot(x, y):
+def _spot(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.exp(-0.5 * (np.square(x) + np.square(y)))
 
 
-def _mix(colour, other, weight):
+def _mix(colour: np.ndarray, other: Any, weight: np.ndarray) -> np.ndarray:
     return colour + weight[..., None] * (np.asarray(other) - colour)
 
 
-def _blurred(image: bpy.types.Image, radius: int):
-    """Box blur with wrap-around, twice: close to a Gaussian."""
+def _blurred(image: np.ndarray, radius: int) -> np.ndarray:
+    """Apply a box blur with wrap-around twice, which is close to a Gaussian."""
     for _ in range(2):
         for axis in (0, 1):
-            image = sum(np.roll(image, step, axis) for step in range(-radius, radius + 1)) / (2 * radius + 1)
+            shifted = (np.roll(image, step, axis) for step in range(-radius, radius + 1))
+            image = np.asarray(sum(shifted)) / (2 * radius + 1)
     return image

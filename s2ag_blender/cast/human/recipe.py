@@ -1,4 +1,4 @@
-"""Who the human is: two recipes of MakeHuman shape targets, an adult woman and an adult man, to be packed."""
+"""Defines the human's shape by MakeHuman shape targets, for an adult woman and an adult man; used when packing the data."""
 
 import numpy as np
 
@@ -8,10 +8,10 @@ _BODY = {
     "female": {"averagemuscle-averageweight": 0.5, "minmuscle-averageweight": 0.2, "averagemuscle-minweight": 0.3},
     "male": {"averagemuscle-averageweight": 0.75, "averagemuscle-minweight": 0.25},
 }
-"""Parts of MakeHuman's builds, which add up to one."""
+"""Weights of MakeHuman's body builds; they add up to one."""
 
 _IDEAL = {"female": 0.4, "male": 0.35}
-"""How far each leans to MakeHuman's ideal proportions."""
+"""Weights of MakeHuman's ideal proportions."""
 
 _HANDS = {f"hands/{side}-hand-fingers-distance-decr": 0.7 for side in "lr"}
 """Fingers closer together than the base mesh spreads them."""
@@ -56,7 +56,7 @@ _FACE = {
 
 
 def person(gender: str) -> np.ndarray:
-    """Points (19158, 3) of the base mesh in the shape of a young adult: metres, z up, facing -y, soles at z = 0."""
+    """Return points (19158, 3) of the base mesh in the shape of a young adult: metres, z up, facing -y, soles at z = 0."""
     weights = dict(_HANDS)
     for build, part in _BODY[gender].items():
         weights[f"macrodetails/universal-{gender}-young-{build}"] = part

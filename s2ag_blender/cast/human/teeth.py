@@ -1,27 +1,26 @@
-"""Teeth painted on the two arches of the base mesh, which are bands without teeth: crowns, gaps between them, gums.
+"""Paints teeth on the two arches of the base mesh, which are plain bands: crowns, gaps between them, gums.
 
-An arch is taken for half an ellipse. Crowns get darker the farther back they are, for light through the lips does not
-reach them.
+An arch is approximated by half an ellipse. Crowns get darker towards the back, where light through the lips does not reach.
 """
 
 import numpy as np
 
 WIDTH, HEIGHT = 512, 96
-"""Pixels of the image: from the left end of an arch to the right, lower teeth in its lower half."""
+"""Pixels of the image: an arch from left to right, lower teeth in the lower half."""
 _SPAN = 0.15
 """Metres of an arch that the image shows."""
 _CROWNS = ((5.2, 5.8, 6.8, 7.0, 7.0, 11.0, 10.5), (8.5, 6.5, 7.5, 7.0, 7.0, 10.0, 10.0))
-"""Millimetres by which crowns are wide from the middle on, lower and upper (Wheeler's Dental Anatomy)."""
+"""Widths of the crowns in millimetres from the middle outwards, lower and upper (Wheeler's Dental Anatomy)."""
 _ENAMEL, _GUM, _GAP = (0.66, 0.61, 0.51), (0.30, 0.085, 0.08), (0.16, 0.10, 0.075)
 _ROOT, _EDGE = 0.62, 0.12
-"""Where the gum begins between the cutting edge, 0, and the root, 1, and up to where corners of crowns are round."""
+"""Between cutting edge (0) and root (1): where the gum begins, and up to where the corners of crowns are round."""
 _INSIDE = 0.84
-"""Share of the ellipse's radii within which a point is not on the outer side of the teeth."""
+"""Points within this share of the ellipse's radii are on the inner side of the teeth."""
 _STEPS = 400
 
 
 def uvs(points: np.ndarray, quads: np.ndarray, upper: bool) -> np.ndarray:
-    """Texture coordinates ``(m, 4, 2)`` of the ``quads`` (m, 4) of one arch, rows of ``points`` (n, 3) in metres."""
+    """Return texture coordinates ``(m, 4, 2)`` of the ``quads`` (m, 4) of one arch, rows of ``points`` (n, 3) in metres."""
     used = points[np.unique(quads)]
     wide, front, low = np.abs(used[:, 0]).max(), *used[:, 1:].min(0)
     back, high = used[:, 1:].max(0)
@@ -36,14 +35,14 @@ def uvs(points: np.ndarray, quads: np.ndarray, upper: bool) -> np.ndarray:
 
 
 def image() -> np.ndarray:
-    """The image ``(HEIGHT, WIDTH, 3)`` of both arches in linear RGB, for coordinates of :func:`uvs`."""
+    """Return the image ``(HEIGHT, WIDTH, 3)`` of both arches in linear RGB, for coordinates of :func:`uvs`."""
     along = (np.arange(WIDTH) + 0.5) / WIDTH * 1000 * _SPAN - 500 * _SPAN
     height = np.clip(((np.arange(HEIGHT // 2) + 0.5) / (HEIGHT // 2) - 0.03) / 0.94, 0, 1)[:, None]
     return np.concatenate([_arch(along, height, crowns) for crowns in _CROWNS])
 
 
 def _arch(along: np.ndarray, height: np.ndarray, crowns: tuple[float, ...]) -> np.ndarray:
-    """Colours ``(rows, columns, 3)`` at millimetres ``along`` the arch from its middle and ``height`` (rows, 1), 0 to 1."""
+    """Return colours ``(rows, columns, 3)`` at ``along`` (mm from the arch's middle) and ``height`` (rows, 1), 0..1."""
     borders = np.concatenate([[0], np.cumsum(crowns)])
     number = np.clip(np.searchsorted(borders, np.abs(along), "right") - 1, 0, len(crowns) - 1)
     beside = (np.abs(along) - borders[number]) / np.diff(borders)[number]
@@ -56,12 +55,12 @@ def _arch(along: np.ndarray, height: np.ndarray, crowns: tuple[float, ...]) -> n
     return _mix(colour, _GUM, np.clip((height - root) / 0.06, 0, 1)) * dark
 
 
-def _mix(colour: np.ndarray, other, weight: np.ndarray) -> np.ndarray:
+def _mix(colour: np.ndarray, other: tuple[float, float, float], weight: np.ndarray) -> np.ndarray:
     return colour + weight[..., None] * (np.asarray(other) - colour)
 
 
 def _length(wide: float, deep: float) -> tuple[np.ndarray, np.ndarray]:
-    """Angles from the middle of half an ellipse to its end, and metres from there to each."""
+    """Return angles from the middle of half an ellipse to its end, and the arc lengths to them in metres."""
     turn = np.linspace(0, np.pi / 2, _STEPS)
     steps = np.hypot(np.diff(wide * np.sin(turn)), np.diff(deep * np.cos(turn)))
     return turn, np.concatenate([[0], np.cumsum(steps)])
