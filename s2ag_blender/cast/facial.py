@@ -1,5 +1,6 @@
 """Detects a character's face: which shape keys and bones show which part of a facial expression."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any
 

@@ -1,1 +1,1 @@
-"""Scenes to files."""
+"""Writes scenes to files: films, images, and exchange formats."""

@@ -1,7 +1,9 @@
-"""A character and its gesture as files: .blend, .bvh, .fbx, .glb, .usd, by Blender's own exporters."""
+"""Exports a character and its animation as .blend, .bvh, .fbx, .glb or .usd, by Blender's own exporters."""
 
 import contextlib
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -9,18 +11,18 @@ from ...core.errors import OutputUnwritable, UsageError
 from ...core.files import whole_file
 from .. import compat
 from ..cast.character import Character
-from ..datablocks import ArmatureObject
+from ..datablocks import ArmatureObject, current_context
 
 SUFFIXES = (".blend", ".bvh", ".fbx", ".glb", ".usd", ".usda", ".usdc")
-_PACK = 64 * 2**20
-"""Bytes up to which a recording travels inside the .blend."""
+_MAX_PACKED_BYTES = 64 * 2**20
+"""Recordings up to this size are packed into the .blend."""
 
 
 def export(scene: bpy.types.Scene, character: Character, path: str | Path) -> None:
-    """Write ``path`` by its suffix, whole or not at all: the scene as ``.blend``, else only the character with the scene's
-    frame range.
+    """Write ``path`` by its suffix, completely or not at all.
 
-    Raises :class:`UsageError` for another suffix and :class:`OutputUnwritable` where writing fails.
+    A ``.blend`` has the whole scene, other formats only the character, in the scene's frame range. Raises
+    :class:`UsageError` for another suffix and :class:`OutputUnwritable` where writing fails.
     """
     path = Path(path)
     writers = {".blend": _blend, ".bvh": _bvh, ".fbx": _fbx, ".glb": _glb} | dict.fromkeys(SUFFIXES[4:], _usd)
@@ -38,7 +40,7 @@ def export(scene: bpy.types.Scene, character: Character, path: str | Path) -> No
 
 
 def called(armature: ArmatureObject) -> str:
-    """What a character plays, by name: its action's, else that of the strip above all others, else its own."""
+    """Return the name of a character's animation: its action's, else that of its top NLA strip, else its own."""
     data = armature.animation_data
     if data is None:
         return armature.name
@@ -46,17 +48,17 @@ def called(armature: ArmatureObject) -> str:
     return data.action.name if data.action is not None else (strips or [armature.name])[-1]
 
 
-def _blend(scene: bpy.types.Scene, character, path: Path) -> None:
-    path.unlink(missing_ok=True)  # Blender would keep the empty file beside it as a backup
+def _blend(scene: bpy.types.Scene, character: Character, path: Path) -> None:
+    path.unlink(missing_ok=True)  # Blender would keep the empty file as a backup
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True, relative_remap=True, check_existing=False)
 
 
 @contextlib.contextmanager
-def portable(sound, folder: str | Path):
-    """While a ``.blend`` is saved into ``folder``: a recording packed unless it is huge, its path relative where possible."""
+def portable(sound: bpy.types.Sound, folder: str | Path) -> Iterator[None]:
+    """Pack a recording unless it is huge, and make its path relative, while a ``.blend`` is saved into ``folder``."""
     absolute = bpy.path.abspath(sound.filepath)
     source = Path(absolute)
-    if not sound.packed_file and source.is_file() and source.stat().st_size <= _PACK:
+    if not sound.packed_file and source.is_file() and source.stat().st_size <= _MAX_PACKED_BYTES:
         sound.pack()
     with contextlib.suppress(ValueError):  # another drive
         sound.filepath = bpy.path.relpath(absolute, start=str(Path(folder).resolve()))
@@ -66,7 +68,7 @@ def portable(sound, folder: str | Path):
         sound.filepath = absolute
 
 
-def _bvh(scene: bpy.types.Scene, character, path: Path) -> None:
+def _bvh(scene: bpy.types.Scene, character: Character, path: Path) -> None:
     bpy.ops.export_anim.bvh(
         filepath=str(path),
         check_existing=False,
@@ -77,7 +79,7 @@ def _bvh(scene: bpy.types.Scene, character, path: Path) -> None:
     )
 
 
-def _fbx(scene: bpy.types.Scene, character, path: Path) -> None:
+def _fbx(scene: bpy.types.Scene, character: Character, path: Path) -> None:
     with _renamed(scene, called(character.armature)):
         bpy.ops.export_scene.fbx(
             filepath=str(path),
@@ -95,8 +97,8 @@ def _fbx(scene: bpy.types.Scene, character, path: Path) -> None:
 
 
 @contextlib.contextmanager
-def _renamed(scene: bpy.types.Scene, name: str):
-    """While an FBX is written: a scene of that name, for an FBX calls its animation as the scene."""
+def _renamed(scene: bpy.types.Scene, name: str) -> Iterator[None]:
+    """Rename the scene while an FBX is written, whose animation gets the scene's name."""
     before = scene.name
     if scene.library is None:
         scene.name = name
@@ -107,7 +109,7 @@ def _renamed(scene: bpy.types.Scene, name: str):
             scene.name = before
 
 
-def _glb(scene: bpy.types.Scene, character, path: Path) -> None:
+def _glb(scene: bpy.types.Scene, character: Character, path: Path) -> None:
     bpy.ops.export_scene.gltf(
         filepath=str(path),
         check_existing=False,
@@ -122,8 +124,9 @@ def _glb(scene: bpy.types.Scene, character, path: Path) -> None:
     )
 
 
-def _usd(scene: bpy.types.Scene, character, path: Path) -> None:
-    """Skeleton and skinned meshes; pictures become files beside it, so they stay in the ``.blend``."""
+def _usd(scene: bpy.types.Scene, character: Character, path: Path) -> None:
+    """Export skeleton and skinned meshes, without images, which would become separate files."""
+    options: dict[str, Any] = dict(compat.PICTURES_STAY)
     bpy.ops.wm.usd_export(
         filepath=str(path),
         check_existing=False,
@@ -132,14 +135,14 @@ def _usd(scene: bpy.types.Scene, character, path: Path) -> None:
         export_armatures=True,
         convert_world_material=False,
         evaluation_mode="RENDER",
-        **compat.PICTURES_STAY,
+        **options,
     )
 
 
 @contextlib.contextmanager
-def _selected(character: Character):
-    """Select only the character, its armature active; give the selection back."""
-    layer = bpy.context.view_layer
+def _selected(character: Character) -> Iterator[None]:
+    """Select only the character, its armature active, and restore the selection afterwards."""
+    layer = current_context().view_layer
     before, active = [item for item in layer.objects if item.select_get()], layer.objects.active
     hidden = [item for item in (character.armature, *character.meshes) if item.hide_get()]
     for item in before:

@@ -1,12 +1,13 @@
-"""Motions on characters to files: ``python -m s2ag.s2ag_blender.film.job JOB.json``, in a process of its own.
+"""Keys motions on characters and writes files: ``python -m s2ag.s2ag_blender.film.job JOB.json``, in a process of its own.
 
-The job is a JSON object with the fields of :class:`Job`; one with a single performer may hold the fields of
-:class:`Performer` itself. What happens is told as JSON lines on stdout: ``progress`` (stage, value 0..1), then one ``result``
-or ``error`` (kind, message, remedy). Exit status 0, or 2 after an error.
+The job is a JSON object with the fields of :class:`Job`; with a single performer it may have the fields of
+:class:`Performer` itself. JSON lines on stdout report on it: ``progress`` (stage, value 0..1), then one ``result`` or
+``error`` (kind, message, remedy). The exit status is 0, or 2 after an error.
 """
 
 import contextlib
 import sys
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from ...core.files import check_output
 from ...core.motion import skeleton
 from ...core.motion.motion import Motion
 from .. import program
+from ..cast.character import Character
 
 DEFAULT_FPS = 24
 RENDERED = (".mp4", ".png", ".exr")
@@ -26,10 +28,10 @@ RENDERED = (".mp4", ".png", ".exr")
 
 @dataclass(frozen=True)
 class Performer:
-    """A character and what it performs: ``motions`` (``.npz`` paths; the last is the one shown) and ``audio`` or None, which
-    begin ``delay`` seconds into the scene. ``map`` and ``face_map`` are paths or None,
-    ``outputs`` are files of this character alone
-    (.bvh, .fbx, .glb, .usd).
+    """A character with its ``motions`` (``.npz`` paths; the last one becomes active) and ``audio`` or None.
+
+    They begin ``delay`` seconds into the scene. ``map`` and ``face_map`` are paths or None, ``outputs`` are files of this
+    character alone (.bvh, .fbx, .glb, .usd).
     """
 
     motions: tuple[str, ...]
@@ -45,11 +47,10 @@ class Performer:
 
 @dataclass(frozen=True)
 class Job:
-    """What to do. ``outputs`` are files of the scene, or of the first performer where the suffix is a character's; a stem with
-    ``####`` is a series of numbered images, of which those that are there already are kept if ``resume``.
+    """A job. ``outputs`` are files of the scene, or of the first performer where the suffix is that of a character file.
 
-    ``engine``, ``resolution``, ``samples`` and ``fps`` are the scene's own where None; ``frame`` of a still is the most
-    expressive one.
+    A stem with ``####`` is a series of numbered images; ``resume`` keeps existing ones. ``engine``, ``resolution``,
+    ``samples`` and ``fps`` are the scene's own if None; ``frame`` of a still is the most expressive one if None.
     """
 
     performers: tuple[Performer, ...]
@@ -66,7 +67,7 @@ class Job:
 
     @classmethod
     def of(cls, content: dict) -> "Job":
-        """A job from its JSON; raises TypeError for fields that do not exist."""
+        """Create a job from its JSON; raises TypeError for unknown fields."""
         content = dict(content)
         if "performers" not in content:
             own = {one.name for one in fields(Performer)} - {"outputs"}
@@ -84,12 +85,12 @@ class Job:
 
 
 def main(arguments: list[str]) -> int:
-    """Run the job file that ``arguments`` names; returns the exit status."""
+    """Run the job file named by ``arguments``; return the exit status."""
     return program.run(arguments, lambda path, voice: perform(Job.read(path), voice))
 
 
 def perform(job: Job, voice: program.Voice) -> dict:
-    """Do the job in this Blender, whose open file is lost; returns the ``result`` event's content. Raises S2agError."""
+    """Do the job in this Blender, whose open file is lost; return the ``result`` event's content. Raises S2agError."""
     from ...rigs import maps
     from ...rigs.faces import shapes
     from ..cast import cast
@@ -118,7 +119,7 @@ def perform(job: Job, voice: program.Voice) -> dict:
         spans, sounds = [], []
         for one, character, played in zip(job.performers, characters, motions, strict=True):
             start = job.start_frame + round(one.delay * scene.render.fps / scene.render.fps_base)
-            spans.append(_key(scene, character, played, start, warnings))
+            spans.append(_key_motions(scene, character, played, start, warnings))
             sounds += [add_sound(scene, one.audio, start).sound] if one.audio else []
         span = job.start_frame, max(end for _, end in spans)
     with voice.stage("stage"):
@@ -141,7 +142,7 @@ def perform(job: Job, voice: program.Voice) -> dict:
 
 
 def expressive_frame(motion: Motion) -> int:
-    """The row of ``motion`` that tells most in a still: hands high, apart from the body, and not in a hurry."""
+    """Return the row of ``motion`` that is most expressive in a still: hands high, away from the body, and slow."""
     joints = skeleton.canonical_to_blender(skeleton.to_positions(motion.directions))
     hands = joints[:, [skeleton.JOINTS.index(f"{side}_wrist") for side in ("left", "right")]]
     if len(hands) < 3:
@@ -152,8 +153,10 @@ def expressive_frame(motion: Motion) -> int:
     return int(np.argmax(lift + 0.6 * reach - 0.25 * speed))
 
 
-def _key(scene: bpy.types.Scene, character, motions, start: int, warnings: list) -> tuple[int, int]:
-    """Key every motion into an action of its own, the last one active; returns its first and last frame."""
+def _key_motions(
+    scene: bpy.types.Scene, character: Character, motions: Sequence[Motion], start: int, warnings: list[str]
+) -> tuple[int, int]:
+    """Key each motion in its own action, the last one active; return its first and last frame."""
     from ..keys.apply import apply_motion
 
     for motion in motions:
@@ -162,7 +165,17 @@ def _key(scene: bpy.types.Scene, character, motions, start: int, warnings: list)
     return start, start + max(int(np.ceil((len(motions[-1].directions) - 1) * fps / motions[-1].fps - 1e-6)), 1)
 
 
-def _write(job: Job, scene: bpy.types.Scene, character, path: Path, span, sounds, motion: Motion, voice: program.Voice) -> None:
+def _write(
+    job: Job,
+    scene: bpy.types.Scene,
+    character: Character,
+    path: Path,
+    span: tuple[int, int],
+    sounds: Sequence[bpy.types.Sound],
+    motion: Motion,
+    voice: program.Voice,
+) -> None:
+    """Write one output file by its suffix, limited to the frames ``span``; stills show the best frame of ``motion``."""
     from . import export, render
 
     kind, name = path.suffix.lower(), f"write {path.name}"
@@ -175,7 +188,7 @@ def _write(job: Job, scene: bpy.types.Scene, character, path: Path, span, sounds
                     portable.enter_context(export.portable(sound, path.parent))
                 export.export(scene, character, path)
             return
-        with _range(scene, span):
+        with _limit_range(scene, span):
             if "#" in path.stem and kind in (".png", ".exr"):
                 render.images(scene, path, look, job.resume, lambda share: voice.progress(name, share))
             elif kind == ".mp4":
@@ -194,8 +207,8 @@ def _set_rate(scene: bpy.types.Scene, fps: float | None) -> None:
         scene.render.fps_base = scene.render.fps / fps
 
 
-def _set_range(scene: bpy.types.Scene, span, theirs: bool) -> None:
-    """Our scene lasts as long as the gesture; the user's is only made longer where the gesture would be cut off."""
+def _set_range(scene: bpy.types.Scene, span: tuple[int, int], theirs: bool) -> None:
+    """Set the frame range: our own scene has the length of the motion, the user's (``theirs``) is only extended to it."""
     if not theirs:
         scene.frame_start = span[0]
         scene.frame_set(span[0])
@@ -203,8 +216,8 @@ def _set_range(scene: bpy.types.Scene, span, theirs: bool) -> None:
 
 
 @contextlib.contextmanager
-def _range(scene: bpy.types.Scene, span):
-    """Limit the scene to the gesture while it is written."""
+def _limit_range(scene: bpy.types.Scene, span: tuple[int, int]) -> Iterator[None]:
+    """Limit the scene to the frames ``span`` in a ``with`` block."""
     before = scene.frame_start, scene.frame_end
     scene.frame_start, scene.frame_end = span
     try:

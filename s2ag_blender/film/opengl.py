@@ -1,14 +1,14 @@
-"""Whether Blender will get an OpenGL context without a window. Asking first matters: where it does not, Blender aborts."""
+"""Checks whether Blender can get an OpenGL context without a window; without one, Blender aborts."""
 
 import ctypes
 import sys
 
 _DEFAULT, _SURFACELESS = None, 0x31DD
-"""Platforms of EGL that a headless Blender can draw on: the default one and ``EGL_PLATFORM_SURFACELESS_MESA``."""
+"""EGL platforms that headless Blender can use: the default one and ``EGL_PLATFORM_SURFACELESS_MESA``."""
 
 
 def is_available() -> bool:
-    """False only where EGL is certain to refuse: on Linux without libEGL or without a driver behind it."""
+    """Return False only where EGL certainly fails: on Linux without libEGL or without a driver for it."""
     if not sys.platform.startswith("linux"):
         return True
     try:

@@ -1,12 +1,13 @@
-"""Films and stills of a scene, with any engine, without a display."""
+"""Renders films, numbered images and stills of a scene, with any engine, without a display."""
 
 import contextlib
 import os
 import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -18,10 +19,10 @@ from . import opengl, stage
 ENGINES = ("workbench", "eevee", "cycles")
 _FILM_SAMPLES = {"eevee": 16, "cycles": 16}
 _STILL_SAMPLES = {"eevee": 32, "cycles": 48}
-_STRETCH = 24
-"""Frames rendered at a time: Blender goes on after an image that could not be written, and is stopped after these."""
-_LITTLE = 1_000_000
-"""Bytes; with less left it is the full disk that lost an image."""
+_FRAMES_PER_RUN = 24
+"""Most frames per call of the renderer: Blender continues after an image that could not be written, until the call ends."""
+_MIN_FREE_BYTES = 1_000_000
+"""With fewer free bytes, a missing image is reported as a full disk."""
 _REMEDY = 'Render with the engine "cycles", which needs no OpenGL, or install a software one (Mesa: libegl1, libgl1-mesa-dri).'
 
 
@@ -36,8 +37,10 @@ def require_engine(engine: str | None, scene: bpy.types.Scene) -> None:
 
 @dataclass(frozen=True)
 class Look:
-    """``engine`` is one of :data:`ENGINES`, or None for the scene's own with its own settings; ``percentage`` scales the
-    resolution, ``samples`` are the engine's (a good choice if None; 1, 5, 8, 11, 16 or 32 of Workbench), ``transparent``
+    """Render settings.
+
+    ``engine`` is one of :data:`ENGINES`, or None for the scene's own with its own settings; ``percentage`` scales the
+    resolution; ``samples`` are the engine's (None for a good choice; 1, 5, 8, 11, 16 or 32 with Workbench); ``transparent``
     leaves the background out.
     """
 
@@ -53,17 +56,17 @@ def film(
     look: Look = Look(),  # noqa: B008 - frozen
     progress: Callable[[float], None] = lambda share: None,
 ) -> None:
-    """Render the scene's frame range to H.264 with the sequencer's sound as AAC in an ``.mp4``, whole or not at all.
+    """Render the scene's frame range to H.264 with the sequencer's sound as AAC in an ``.mp4``, completely or not at all.
 
-    ``progress`` hears the share done after every frame. Raises :class:`BlenderUnavailable` where the engine
+    ``progress`` is called with the share done (0..1) after every frame. Raises :class:`BlenderUnavailable` where the engine
     gets no OpenGL context, :class:`OutputUnwritable` where the file cannot be written.
     """
-    with whole_file(path) as temporary, _kept(scene):
-        _engine(scene, look, _FILM_SAMPLES, antialias="FXAA")
+    with whole_file(path) as temporary, _restore_settings(scene):
+        _set_engine(scene, look, _FILM_SAMPLES, antialias="FXAA")
         render = scene.render
         compat.set_video(render.image_settings)
         render.image_settings.color_mode = "RGB"
-        coding = render.ffmpeg
+        coding: Any = render.ffmpeg
         coding.format, coding.codec, coding.constant_rate_factor = "MPEG4", "H264", "HIGH"
         coding.ffmpeg_preset, coding.gopsize = "GOOD", 18
         coding.audio_codec, coding.audio_bitrate, coding.audio_channels = "AAC", 160, "MONO"
@@ -74,7 +77,7 @@ def film(
         render.use_file_extension = False
         render.filepath = compat.plain_path(temporary)
         total = scene.frame_end - scene.frame_start + 1
-        with _handled(lambda current: progress((current.frame_current - scene.frame_start + 1) / total)):
+        with _frame_handler(lambda current: progress((current.frame_current - scene.frame_start + 1) / total)):
             _run(animation=True)
         _check(temporary)
 
@@ -88,15 +91,15 @@ def images(
 ) -> None:
     """Render the scene's frame range to numbered images: ``shot.####.png`` (8 bit) or ``.exr`` (half floats, lossless).
 
-    Every image lands whole; with ``resume`` those that are there are kept. Transparent images have an alpha channel. Errors
-    are those of :func:`film`.
+    Each image is written completely or not at all; ``resume`` keeps existing ones. Transparent images have an alpha channel.
+    Raises the errors of :func:`film`.
     """
     path = check_output(path)
     places = {frame: numbered(path, frame) for frame in range(scene.frame_start, scene.frame_end + 1)}
     missing = [frame for frame, place in places.items() if not (resume and place.is_file())]
     first, last, done = scene.frame_start, scene.frame_end, len(places) - len(missing)
 
-    def landed(current, *_) -> None:
+    def move_into_place(current: bpy.types.Scene) -> None:
         nonlocal done
         file = Path(current.render.frame_path(frame=current.frame_current))
         _check(file)
@@ -104,15 +107,15 @@ def images(
         done += 1
         progress(done / len(places))
 
-    with part_folder(path.parent) as folder, _kept(scene):
-        _engine(scene, look, _FILM_SAMPLES, antialias="FXAA")
+    with part_folder(path.parent) as folder, _restore_settings(scene):
+        _set_engine(scene, look, _FILM_SAMPLES, antialias="FXAA")
         compat.set_image(scene.render.image_settings, {".png": "PNG", ".exr": "OPEN_EXR"}[path.suffix.lower()])
         scene.render.image_settings.color_mode = "RGBA" if look.transparent else "RGB"
         scene.render.resolution_percentage = look.percentage
         scene.render.filepath = compat.plain_path(folder / ("######" + path.suffix.lower()))
         try:
             for scene.frame_start, scene.frame_end in _runs(missing):
-                with _handled(landed):
+                with _frame_handler(move_into_place):
                     _run(animation=True)
         finally:
             scene.frame_start, scene.frame_end = first, last
@@ -122,15 +125,15 @@ def images(
 
 
 def numbered(path: Path, frame: int) -> Path:
-    """The place of one frame: ``shot.0012.png`` for ``shot.####.png``."""
-    return path.with_name(re.sub("#+", lambda found: f"{frame:0{len(found[0])}d}", path.name))
+    """Return the path of one frame: ``shot.0012.png`` for ``shot.####.png``."""
+    return path.with_name(re.sub("#+", lambda match: f"{frame:0{len(match[0])}d}", path.name))
 
 
 def still(scene: bpy.types.Scene, path: str | Path, frame: int, look: Look = Look()) -> None:  # noqa: B008 - frozen
-    """Render one frame to a ``.png``, whole or not at all; errors as for :func:`film`."""
+    """Render one frame to a ``.png``, completely or not at all. Raises the errors of :func:`film`."""
     before = scene.frame_current
-    with whole_file(path) as temporary, _kept(scene):
-        _engine(scene, look, _STILL_SAMPLES, antialias="16")
+    with whole_file(path) as temporary, _restore_settings(scene):
+        _set_engine(scene, look, _STILL_SAMPLES, antialias="16")
         compat.set_image(scene.render.image_settings)
         scene.render.image_settings.color_mode = "RGBA" if look.transparent else "RGB"
         scene.render.resolution_percentage = look.percentage
@@ -145,14 +148,16 @@ def still(scene: bpy.types.Scene, path: str | Path, frame: int, look: Look = Loo
 
 
 def _runs(frames: list[int]) -> list[tuple[int, int]]:
-    """First and last of every stretch without a gap, :data:`_STRETCH` frames long at most."""
+    """Split ascending frames into gapless (first, last) runs of :data:`_FRAMES_PER_RUN` frames at most."""
     starts = [frame for frame, before in zip(frames, [None, *frames], strict=False) if before is None or frame != before + 1]
     ends = [frame for frame, after in zip(frames, [*frames[1:], None], strict=False) if after is None or after != frame + 1]
-    whole = zip(starts, ends, strict=True)
-    return [(first, min(first + _STRETCH - 1, end)) for start, end in whole for first in range(start, end + 1, _STRETCH)]
+    size = _FRAMES_PER_RUN
+    pairs = zip(starts, ends, strict=True)
+    return [(first, min(first + size - 1, end)) for start, end in pairs for first in range(start, end + 1, size)]
 
 
-def _engine(scene: bpy.types.Scene, look: Look, samples: dict, antialias: str) -> None:
+def _set_engine(scene: Any, look: Look, samples: dict[str, int], antialias: str) -> None:
+    """Set up the engine of a scene; ``samples`` by engine and ``antialias`` (of Workbench) are the defaults."""
     require_engine(look.engine, scene)
     scene.frame_step = 1
     if look.transparent:
@@ -161,7 +166,7 @@ def _engine(scene: bpy.types.Scene, look: Look, samples: dict, antialias: str) -
     if engine is None:
         return
     if engine == "workbench" and scene.render.engine != "BLENDER_WORKBENCH":
-        stage.workbench(scene)  # a scene made for another engine has not been set up for this one
+        stage.workbench(scene)  # a scene made for another engine has no settings for this one
     scene.render.engine = {"workbench": "BLENDER_WORKBENCH", "eevee": compat.eevee(), "cycles": "CYCLES"}[engine]
     if engine == "workbench":
         scene.display.render_aa = {None: antialias, 1: "OFF"}.get(look.samples, str(look.samples))
@@ -173,44 +178,46 @@ def _engine(scene: bpy.types.Scene, look: Look, samples: dict, antialias: str) -
         scene.cycles.use_denoising = True
 
 
-def _run(**how) -> None:
+def _run(**arguments: Any) -> None:
+    """Render; ``arguments`` are those of the operator. Raises :class:`BlenderUnavailable`."""
     try:
-        bpy.ops.render.render(**how)
+        bpy.ops.render.render(**arguments)
     except RuntimeError as error:
         raise BlenderUnavailable(f"Blender could not render: {str(error).strip().splitlines()[-1]}", _REMEDY) from error
 
 
 def _check(path: Path) -> None:
+    """Raise :class:`OutputUnwritable` or :class:`BlenderUnavailable` unless a rendered file exists and is not empty."""
     if not path.is_file() or not path.stat().st_size:
-        if shutil.disk_usage(path.parent).free < _LITTLE:
+        if shutil.disk_usage(path.parent).free < _MIN_FREE_BYTES:
             raise OutputUnwritable(f"{path} cannot be written: the disk is full.", "Free space or choose another folder.")
         raise BlenderUnavailable("Blender rendered nothing, most likely because it got no OpenGL context.", _REMEDY)
 
 
 @contextlib.contextmanager
-def _handled(landed: Callable):
-    """Call ``landed(scene)`` whenever a frame has been written; what it raises is raised when rendering has ended."""
-    failed = []
+def _frame_handler(callback: Callable[[bpy.types.Scene], None]) -> Iterator[None]:
+    """Call ``callback(scene)`` after each written frame; its first error is raised when rendering has ended."""
+    errors = []
 
-    def written(current, *_) -> None:
+    def written(current: bpy.types.Scene, *_: Any) -> None:
         try:
-            if not failed:
-                landed(current)
+            if not errors:
+                callback(current)
         except Exception as error:
-            failed.append(error)
+            errors.append(error)
 
     bpy.app.handlers.render_write.append(written)
     try:
         yield
     finally:
         bpy.app.handlers.render_write.remove(written)
-    if failed:
-        raise failed[0]
+    if errors:
+        raise errors[0]
 
 
 @contextlib.contextmanager
-def _kept(scene: bpy.types.Scene):
-    """Give every setting back that rendering needs to change, so that a saved scene is the user's own."""
+def _restore_settings(scene: Any) -> Iterator[None]:
+    """Restore all settings that rendering changes, so that a scene saved later has the user's own."""
     render = scene.render
     owners = [
         (render, ("engine", "filepath", "use_file_extension", "film_transparent")),

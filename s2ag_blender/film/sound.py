@@ -1,4 +1,4 @@
-"""The recording beside its gesture: a strip in the sequencer."""
+"""Adds recordings to the sequencer and finds their strips."""
 
 from pathlib import Path
 
@@ -9,10 +9,10 @@ from .. import compat
 from ..datablocks import SoundStrip
 
 
-def add_sound(scene: bpy.types.Scene, path: str | Path, start_frame: int, name: str = "") -> "bpy.types.SoundStrip":
-    """Let the sequencer play the sound file ``path`` from ``start_frame`` on, and playback follow it; returns the strip.
+def add_sound(scene: bpy.types.Scene, path: str | Path, start_frame: int, name: str = "") -> SoundStrip:
+    """Add a strip of the sound file ``path`` at ``start_frame`` and sync playback to audio; return the strip.
 
-    A strip that does so already will do; any other stays where it is. Raises :class:`AudioUnreadable`.
+    An existing strip of that file and frame is used; others stay. Raises :class:`AudioUnreadable`.
     """
     path = Path(path).resolve()
     if not path.is_file():
@@ -30,16 +30,16 @@ def add_sound(scene: bpy.types.Scene, path: str | Path, start_frame: int, name: 
     return strip
 
 
-def playing(scene: bpy.types.Scene, path: str | Path, start_frame: int):
-    """The strip that plays a sound file from a frame on, however it is cut; None if there is none."""
+def playing(scene: bpy.types.Scene, path: str | Path, start_frame: int) -> SoundStrip | None:
+    """Return the strip of a sound file whose content starts at a frame, however it is trimmed; None if there is none."""
     return next((strip for strip in of_file(scene, path) if round(compat.strip_start(strip)) == int(start_frame)), None)
 
 
-def of_file(scene: bpy.types.Scene, path: str | Path) -> list:
-    """All strips that play a sound file."""
+def of_file(scene: bpy.types.Scene, path: str | Path) -> list[SoundStrip]:
+    """Return all strips of a sound file."""
     path = Path(path).resolve()
-    return [strip for strip in compat.sound_strips(scene) if strip.sound is not None and _file(strip) == path]
+    return [strip for strip in compat.sound_strips(scene) if strip.sound is not None and _file(strip.sound) == path]
 
 
-def _file(strip: SoundStrip) -> Path:
-    return Path(bpy.path.abspath(strip.sound.filepath, library=strip.sound.library)).resolve()
+def _file(sound: bpy.types.Sound) -> Path:
+    return Path(bpy.path.abspath(sound.filepath, library=sound.library)).resolve()

@@ -62,7 +62,7 @@ def inside(faces: np.ndarray, lips: np.ndarray, count: int) -> np.ndarray:
 
 
 def lids(faces: np.ndarray, count: int) -> np.ndarray:
-    """Return a mask (m, 4) of the eyelids at the corners of ``faces``, rows of ``count`` points, from their travel in blinks."""
+    """Return a mask (m, 4) of eyelids at the corners of ``faces``, rows of ``count`` points, by their travel in blinks."""
     far = np.zeros(count)
     for name in ("eyeBlinkLeft", "eyeBlinkRight"):
         rows, moves = units()[name]
