@@ -8,7 +8,7 @@ ORDER = (
     "s2ag_blender.registration",
     *("s2ag_blender.ui", "s2ag_blender.takes", "s2ag_blender.film", "s2ag_blender.keys", "s2ag_blender.cast"),
     *("s2ag_blender.rig", "s2ag_blender.engine", "s2ag_blender.translations", "s2ag_blender"),
-    *("core.cli", "core.batch", "core.study", "core.learning", "core.engine", "core.direction"),
+    *("core.cli", "core.batch", "core.study", "core.learning", "core.engine", "core.sampling", "core.direction"),
     *("core.performance", "core.face", "core.meaning", "core.model", "core.vectors", "core.words", "core.sound"),
     *("rigs", "core.motion", "core"),
 )

@@ -50,14 +50,18 @@ ELSEWHERE: dict[str, tuple[str, ...]] = {
     "rate": ("core/motion/",),  # frames a second
     "turn": ("core/meaning/", "rigs/"),  # of a palm, of a pelvis
     "listen": ("s2ag_blender/takes/stages.py",),  # a stage of the engine
-    "spread": ("core/motion/", "core/performance/answering.py", "core/performance/sampling.py", "rigs/"),  # of fingers, chances
-    "checkpoint": ("core/cli/parser.py",),  # a command
+    "spread": ("core/motion/", "core/performance/answering.py", "core/sampling/", "rigs/"),  # of fingers, chances
     "rhubarb": ("core/motion/",),  # a format
     "hears": ("core/model/",),  # what a network takes
     "language": ("core/words/",),  # what a recogniser takes
     "vectors": ("core/cli/data.py", "s2ag_blender/engine/"),  # what is made of them
     "vocabulary": ("core/cli/checkpoint.py", "core/model/"),  # words of an imported network
     "device": ("core/cli/", "s2ag_blender/"),  # of training, of Blender's renderer
+    "curves": ("core/control_curves.py",),  # keys of documents
+    "style": ("core/sampling/style_map.py",),
+    "seed": ("core/sampling/style_map.py",),
+    "take": ("core/sampling/style_map.py",),
+    "checkpoint": ("core/cli/parser.py", "core/sampling/style_map.py"),  # a command
     "step": ("s2ag_blender/ui/setting_properties.py",),  # of a slider's arrows
 }
 """Setting -> files, or folders, in which the same string is something else."""

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 
 from ...rigs import maps
 from ...rigs.faces import shapes
-from .. import characters, styles
+from .. import characters, control_curves, styles
 from ..declaration import columns
 from ..direction import edits
 from ..errors import S2agError, UsageError
 from ..meaning import vocabulary
 from ..model.catalogue import describe
 from ..motion import rhubarb
-from ..performance import course
 from ..settings import CONTROLS, Settings, named
 from ..sound import audio
 from ..vectors import table
@@ -119,7 +118,7 @@ def request(clip: Clip) -> "Request":
     for name, one in columns(Settings).items():
         if one.by_character and asked[name] is None:
             asked[name] = one.by_character(clip.character)
-    curves = {} if clip.curves is None else course.load(clip.curves)
+    curves = {} if clip.curves is None else control_curves.load(clip.curves)
     return Request(clip.audio, **asked, **curves)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 from .. import json_text
 from ..declaration import Setting, columns
 from ..errors import ManifestUnusable, S2agError
-from ..performance import sampling
+from ..sampling import sheet
 from ..settings import Documents, Models, Settings, named
 from ..words.beside import beside
 from .clip import OUTPUTS, PRESETS, Clip, safe_name
@@ -162,7 +162,7 @@ def _choose(values: dict, chosen: str, checkpoint: str | None) -> None:
     own = [name for name in named(cell="own") if name in values]
     if own:
         raise ValueError(f"A cell has its own {own[0]}; leave that empty.")
-    made = {name: value for name, value in sampling.again(chosen, checkpoint).items() if value not in (None, "")}
+    made = {name: value for name, value in sheet.request_of_cell(chosen, checkpoint).items() if value not in (None, "")}
     made |= {name: _points(made[name], None) for name in named(kind="points")}
     if values.get("audio", made["audio"]) != made["audio"] or any(values.get(name) for name in _WORDS):
         made = {name: value for name, value in made.items() if name not in _WORDS}

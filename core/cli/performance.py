@@ -85,7 +85,7 @@ def inputs(options: argparse.Namespace) -> list[Path]:
 
 def request(options: argparse.Namespace, **changes: Any) -> "Request":
     """Return the :class:`Request` that the options describe; raises :class:`UsageError` for values out of range."""
-    from ..performance import course
+    from .. import control_curves
     from ..performance.request import Request
 
     if getattr(options, "chosen", None):
@@ -94,7 +94,7 @@ def request(options: argparse.Namespace, **changes: Any) -> "Request":
         raise UsageError("No recording was given.", "Name an audio or video file.")
     wanted = {one.name: _value(options, one) for one in options_of(Settings) if one.kind != "document"}
     curves = getattr(options, "curves", None)
-    wanted |= {} if curves is None else course.load(curves)
+    wanted |= {} if curves is None else control_curves.load(curves)
     return Request(options.audio, **(wanted | changes))
 
 
@@ -111,13 +111,13 @@ def _value(options: argparse.Namespace, one: Setting) -> Any:
 def _chosen(options: argparse.Namespace) -> "Request":
     """Return the request that makes a cell of a sample again; its recording becomes that of the options."""
     from ..performance.request import Request
-    from ..performance.sampling import again
+    from ..sampling.sheet import request_of_cell
 
     own = [one for one in options_of(Settings) if "own" in one.cell]
     if any(getattr(options, one.name) not in (one.usually, None, []) for one in own):
         flags = ", ".join(one.flag for one in own if not one.control)
         raise UsageError("A chosen cell has its own style, seed and settings.", f"Leave out {flags} and the controls.")
-    wanted = again(options.chosen, options.checkpoint)
+    wanted = request_of_cell(options.chosen, options.checkpoint)
     another = options.audio is not None and str(options.audio.absolute()) != wanted["audio"]
     options.audio = options.audio or Path(wanted["audio"])
     if another or _says_words(options):

@@ -47,21 +47,22 @@ def run(options: argparse.Namespace) -> int:
         _need_matplotlib()
     if any(path.suffix.lower() != ".json" for path in files):
         blender.command("film.sheet")
-    from ..performance import sampling
+    from ..sampling import sheet as sheets
+    from ..sampling import style_map
 
     session, sheet = performance.session(options), None
     if options.audio:
         wanted = performance.request(options, takes=1)
         with Progress() as progress:
-            sheet, motions, result = sampling.perform(session, wanted, every, options.takes, progress)
+            sheet, motions, result = sheets.sample(session, wanted, every, options.takes, progress)
         for warning in result.warnings:
             note(warning)
         _show(options, sheet, motions, files)
         for path in (path for path in files if path.suffix.lower() == ".json"):
             sheet.save(path, words=[list(word) for word in result.words])
     if options.map:
-        content = sampling.style_map(session.checkpoint, sheet)
-        sampling.draw_map(content, options.map)
+        content = style_map.style_map(session.checkpoint, sheet)
+        style_map.draw_map(content, options.map)
         with whole_file(options.map.with_suffix(".json")) as temporary:
             temporary.write_text(json.dumps(content, indent=1) + "\n", "utf-8")
     return 0

@@ -1,76 +1,13 @@
-"""Time-varying controls and style changes: checking them, sampling them at frames, and their JSON documents."""
-
-import json
-from collections.abc import Iterable, Mapping, Sequence
-from os import PathLike
-from typing import Any
+"""Controls and intensity of a request at every frame, where they change over time."""
 
 import numpy as np
 
-from .. import json_text, styles
-from ..errors import UsageError
-from ..files import whole_file
 from ..motion import skeleton
-from ..settings import AFFECTS, CONTROLS, CURVES, Settings, sliders
+from ..settings import AFFECTS, CONTROLS, Settings
 from ..smoothing import gaussian
 
-FORMAT = 1
-_RANGES = {one.name: (one.low or 0.0, one.high or 0.0) for one in sliders(Settings) if one.curve}
-_MAX_POINTS, _MAX_SECONDS, _MAX_BYTES = 100_000, 13 * 3600.0, 20_000_000
 _EASE = 0.2
-"""Seconds, as the standard deviation of a Gaussian, by which curves are smoothed: a body cannot change its mind at once."""
-_REMEDY = "docs/directing.md describes curves."
-
-
-def checked(curves: Any) -> dict[str, list[list[float]]]:
-    """Return valid curves ``{name: [[seconds, value], ...]}``, names of :data:`settings.CURVES`, from data of any origin.
-
-    Raises :class:`UsageError`.
-    """
-    if not isinstance(curves, Mapping):
-        raise UsageError("Curves are no object of names.", _REMEDY)
-    return {str(name): _curve(name, points) for name, points in curves.items()}
-
-
-def changed(changes: Iterable) -> tuple[tuple[float, str | dict], ...]:
-    """Return valid changes of style ``((seconds, style), ...)`` in order of time, from data of any origin.
-
-    Raises :class:`UsageError`.
-    """
-    turns: list[tuple[float, str | dict]] = []
-    try:
-        turns = [(float(at), style) for at, style in changes]
-        usable = len(turns) <= _MAX_POINTS
-        usable = usable and all(0 <= at <= _MAX_SECONDS and isinstance(style, (str, dict)) for at, style in turns)
-    except (TypeError, ValueError):
-        usable = False
-    if not usable:
-        raise UsageError("The changes of style are not seconds and styles.", _REMEDY)
-    if any(len(styles.steps(style)) > 1 for _, style in turns):
-        raise UsageError("A style that begins on the way cannot walk itself.", "Name one style, or a blend.")
-    return tuple(sorted(turns, key=lambda turn: turn[0]))
-
-
-def _curve(name: Any, points: Any) -> list[list[float]]:
-    if name not in _RANGES:
-        raise UsageError(f"There is no curve {name!r}.", f"Curves are {', '.join(CURVES)}.")
-    low, high = _RANGES[name]
-    try:
-        rows = np.array(points, float)
-    except (TypeError, ValueError):
-        rows = np.zeros(0)
-    if rows.ndim != 2 or rows.shape[1] != 2 or not 0 < len(rows) <= _MAX_POINTS or not np.isfinite(rows).all():
-        raise UsageError(f"The curve of {name} is not pairs of seconds and value.", _REMEDY)
-    if (np.diff(rows[:, 0]) < 0).any() or not (rows[:, 0] >= 0).all() or rows[-1, 0] > _MAX_SECONDS:
-        raise UsageError(f"The curve of {name} does not go on in time.", "Give seconds in rising order, from 0 on.")
-    if not (low <= rows[:, 1]).all() or not (rows[:, 1] <= high).all():
-        raise UsageError(f"The curve of {name} is out of range.", f"Give values from {low:g} to {high:g}.")
-    return rows.tolist()
-
-
-def constants(curves: Mapping[str, list]) -> dict[str, float]:
-    """Return the values of the curves that never change."""
-    return {name: points[0][1] for name, points in curves.items() if len({value for _, value in points}) == 1}
+"""Standard deviation in seconds by which curves are smoothed: a body cannot change its mind at once."""
 
 
 def over(request: Settings, name: str, frames: int, rate: float = skeleton.FPS) -> np.ndarray | float:
@@ -98,24 +35,3 @@ def controls(request: Settings, frames: int) -> np.ndarray:
     """Return the controls at every frame ``(frames, 5)`` float32, in the order of :data:`settings.CONTROLS`."""
     columns = [np.broadcast_to(over(request, name, frames), (frames,)) for name in CONTROLS]
     return np.stack(columns, 1).astype(np.float32)
-
-
-def load(path: str | PathLike) -> dict:
-    """Read a document of curves; return ``{"curves": ..., "changes": ...}`` of a request. Raises :class:`UsageError`."""
-    try:
-        content = json_text.read(path, _MAX_BYTES, once=True)
-    except OSError as error:
-        raise UsageError(f"The curves {path} cannot be read: {error.strerror}.", "Name a JSON file of curves.") from error
-    except json_text.NotJson as error:
-        raise UsageError(f"The curves {path} are no JSON: {error}.", _REMEDY) from error
-    known = isinstance(content, dict) and content.get("format") == FORMAT
-    if not known or not content.keys() <= {"format", "curves", "styles"}:
-        raise UsageError(f"{path} holds no curves of format {FORMAT}.", _REMEDY)
-    return {"curves": checked(content.get("curves", {})), "changes": changed(content.get("styles", ()))}
-
-
-def save(path: str | PathLike, curves: Mapping, changes: Sequence = ()) -> None:
-    """Write a document of curves, atomically."""
-    content = {"format": FORMAT, "curves": checked(curves), "styles": [list(turn) for turn in changed(changes)]}
-    with whole_file(path) as temporary:
-        temporary.write_text(json.dumps(content) + "\n", "utf-8")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import styles
+from .. import control_curves, styles
 from ..errors import UsageError
 from ..motion import skeleton
 from ..motion.motion import Motion
@@ -43,8 +43,8 @@ class Request(Settings):
 
     def _settle_curves(self) -> None:
         """Check curves and changes of style; replace a curve that never changes by the plain value."""
-        curves, changes = course.checked(self.curves), course.changed(self.changes)
-        constants = course.constants(curves)
+        curves, changes = control_curves.check_curves(self.curves), control_curves.check_changes(self.changes)
+        constants = control_curves.constant_values(curves)
         affects = {name: value for name, value in constants.items() if name in AFFECTS}
         settled = {name: value for name, value in constants.items() if name not in AFFECTS}
         settled |= {"curves": {name: points for name, points in curves.items() if name not in constants}, "changes": changes}

@@ -245,7 +245,7 @@ def template(node):
 
 
 ELSEWHERE = (
-    *("core/cli", "core/batch", "core/study", "core/learning", "core/performance/sampling.py", "core/vectors/build.py"),
+    *("core/cli", "core/batch", "core/study", "core/learning", "core/sampling", "core/vectors/build.py"),
     *("core/model/config.py", "core/model/foreign.py", "core/model/pickles.py"),
     *("s2ag_blender/film/job.py", "s2ag_blender/film/sheet.py", "s2ag_blender/program.py", "s2ag_blender/ui/command.py"),
 )

@@ -50,9 +50,9 @@ def curves() -> Seeds:
 
 
 def read_curves(path: Path) -> None:
-    from s2ag.core.performance import course
+    from s2ag.core import control_curves
 
-    assert course.load(path).keys() == {"curves", "changes"}
+    assert control_curves.load(path).keys() == {"curves", "changes"}
 
 
 def edits() -> Seeds:
@@ -77,10 +77,10 @@ def sheets() -> Seeds:
 
 
 def read_sheet(path: Path) -> None:
-    from s2ag.core.performance import sampling
+    from s2ag.core.sampling import sheet
 
-    assert sampling.Sheet.load(path).columns > 0
-    sampling.again(f"{path}:1")
+    assert sheet.Sheet.load(path).columns > 0
+    sheet.request_of_cell(f"{path}:1")
 
 
 def _study() -> tuple[dict, dict]:

@@ -158,11 +158,11 @@ def test_timed_words_are_a_transcript(written, tmp_path):
 
 def test_a_cell_of_a_sample_is_a_row(written, tmp_path, random_checkpoint, plain_checkpoint):
     from s2ag.core.model import catalogue
-    from s2ag.core.performance import sampling
+    from s2ag.core.sampling import sheet as sheets
 
-    cells = [sampling.Cell(0, take, "calm one", 3, take, [[float(take)] * 16]) for take in (0, 1)]
+    cells = [sheets.Cell(0, take, "calm one", 3, take, [[float(take)] * 16]) for take in (0, 1)]
     digest, settings = catalogue.describe(random_checkpoint)["hash"], {"text": "hello", "mirror": True}
-    sheet = sampling.Sheet(str(tmp_path / "hello.flac"), digest, cells, settings)
+    sheet = sheets.Sheet(str(tmp_path / "hello.flac"), digest, cells, settings)
     sheet.save(tmp_path / "sheet.json")
     clips, problems = written("cell,audio,text\nsheet.json:2,,\nsheet.json:1,,other words\n", style="lively one")
     assert not problems and not checks.check(clips)

@@ -4,14 +4,13 @@ import json
 
 import numpy as np
 import pytest
-from s2ag.core import settings
+from s2ag.core import control_curves, settings
 from s2ag.core.cli import main
 from s2ag.core.direction import remaking
 from s2ag.core.errors import UsageError
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.face import channel
 from s2ag.core.motion.motion import Motion
-from s2ag.core.performance import course
 from s2ag.core.performance.synthesis import Request, Session
 from s2ag.core.sound import audio
 from sounds import write_wav
@@ -166,16 +165,16 @@ def test_what_makes_no_sense_is_refused(talk, asked):
 
 def test_a_document_is_what_it_was(tmp_path):
     asked = {"curves": {"arousal": [[0.0, -0.5], [9.0, 1.0]]}, "changes": ((4.0, "eager storyteller"),)}
-    course.save(tmp_path / "rise.json", asked["curves"], asked["changes"])
-    assert course.load(tmp_path / "rise.json") == asked
+    control_curves.save(tmp_path / "rise.json", asked["curves"], asked["changes"])
+    assert control_curves.load(tmp_path / "rise.json") == asked
     (tmp_path / "other.json").write_text('{"format": 2, "curves": {}}')
     for name in ("other.json", "none.json"):
         with pytest.raises(UsageError):
-            course.load(tmp_path / name)
+            control_curves.load(tmp_path / name)
 
 
 def test_the_command_line_performs_a_document(talk, tmp_path, perform):
-    course.save(tmp_path / "rise.json", {"arousal": step(-1, 1)})
+    control_curves.save(tmp_path / "rise.json", {"arousal": step(-1, 1)})
     told = [str(talk), "--no-transcript", "--seed", "2", "--cache", "off", "--curves", str(tmp_path / "rise.json")]
     assert main.main(["synth", *told, "-o", str(tmp_path / "rise.npz")]) == 0
     made = Motion.load(tmp_path / "rise.npz")

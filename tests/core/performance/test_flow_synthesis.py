@@ -15,10 +15,11 @@ from s2ag.core import styles
 from s2ag.core.errors import Cancelled, UsageError
 from s2ag.core.motion import hand_numbers, limits, rest, skeleton
 from s2ag.core.motion.motion import Motion
-from s2ag.core.performance import asking, casting, drawing, living, performing, sampling
+from s2ag.core.performance import asking, casting, drawing, living, performing
 from s2ag.core.performance.noise import noise
 from s2ag.core.performance.request import Request
 from s2ag.core.performance.synthesis import Session
+from s2ag.core.sampling import sheet as sheets
 from s2ag.core.words import hints
 
 
@@ -197,9 +198,9 @@ def test_controls_steer(session, voice, plain, control):
 @pytest.mark.parametrize("number", [2, 5])
 def test_a_cell_of_a_sheet_is_made_again_exactly(session, voice, tmp_path, flow_checkpoint, number):
     request = Request(voice, seed=4, intensity=0.8, hand=-1.0)
-    sheet, motions, _ = sampling.perform(session, request, ["calm one", "calm one > lively one"], 3)
+    sheet, motions, _ = sheets.sample(session, request, ["calm one", "calm one > lively one"], 3)
     sheet.save(tmp_path / "sheet.json")
-    wanted = Request(**sampling.again(f"{tmp_path / 'sheet.json'}:{number}", flow_checkpoint))
+    wanted = Request(**sheets.request_of_cell(f"{tmp_path / 'sheet.json'}:{number}", flow_checkpoint))
     again = session.synthesize(wanted).motions[0]
     np.testing.assert_array_equal(again.directions, motions[number - 1].directions)
     assert (again.meta["seed"], again.meta["take"]) == (4, (number - 1) % 3)

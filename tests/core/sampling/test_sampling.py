@@ -10,7 +10,8 @@ from s2ag.core.cli.main import main
 from s2ag.core.errors import SampleUnreadable, UsageError
 from s2ag.core.model import opening
 from s2ag.core.motion.motion import Motion
-from s2ag.core.performance import sampling
+from s2ag.core.sampling import sheet as sheets
+from s2ag.core.sampling.style_map import style_map
 
 pytest.importorskip("torch", reason="the engine is not installed")
 
@@ -26,7 +27,7 @@ def session(random_checkpoint):
 def sampled(session, examples):
     """Two rows of three takes: a style and a walk."""
     request = Request(examples / "hello.flac", seed=4, mirror=True, intensity=0.8)
-    return sampling.perform(session, request, ["calm one", "calm one > lively one"], 3)
+    return sheets.sample(session, request, ["calm one", "calm one > lively one"], 3)
 
 
 def test_rows_are_styles_and_columns_takes(sampled):
@@ -37,7 +38,7 @@ def test_rows_are_styles_and_columns_takes(sampled):
 
 
 def test_one_style_makes_a_square(session, examples):
-    sheet, _, _ = sampling.perform(session, Request(examples / "hello.flac"), [""], 7)
+    sheet, _, _ = sheets.sample(session, Request(examples / "hello.flac"), [""], 7)
     assert [(one.row, one.column) for one in sheet.cells][3] == (1, 0) and sheet.columns == 3
     assert sheet.cells[0].style == "calm one"  # the default is named
 
@@ -59,7 +60,7 @@ def test_a_chosen_cell_says_what_its_sample_said(session, examples, tmp_path, ra
     from s2ag.core.cli import performance
     from s2ag.core.cli.parser import parser
 
-    sheet, _, _ = sampling.perform(session, Request(examples / "hello.flac", text="hello"), [""], 1)
+    sheet, _, _ = sheets.sample(session, Request(examples / "hello.flac", text="hello"), [""], 1)
     sheet.save(tmp_path / "sheet.json")
     arguments = ["--from", f"{tmp_path / 'sheet.json'}:1", "--checkpoint", str(random_checkpoint), "-o", "a.npz"]
     for more, text in (([], "hello"), (["--text", "good day"], "good day"), (["--no-transcript"], None)):
@@ -101,7 +102,7 @@ def test_what_is_no_sample_says_so(tmp_path):
     for content in ("{", "[]", '{"format": 9}', '{"format": 1, "cells": [{}]}'):
         (tmp_path / "a.json").write_text(content)
         with pytest.raises(SampleUnreadable):
-            sampling.Sheet.load(tmp_path / "a.json")
+            sheets.Sheet.load(tmp_path / "a.json")
 
 
 def test_a_walk_begins_and_ends_like_its_styles(session, examples):
@@ -162,7 +163,7 @@ def test_a_point_needs_the_right_size_and_one_take(session, examples):
 
 
 def test_the_map_leads_back(session, sampled):
-    content = sampling.style_map(session.checkpoint, sampled[0])
+    content = style_map(session.checkpoint, sampled[0])
     json.dumps(content)
     assert [one["name"] for one in content["speakers"]] == ["calm one", "lively one"]
     assert content["explained"][0] == pytest.approx(1, abs=1e-6)  # two speakers differ along one line
@@ -186,7 +187,7 @@ def test_numbers_alone_need_no_blender(examples, tmp_path, random_checkpoint, mo
     out = tmp_path / "sheet.json"
     common = ["--takes", "2", "--no-transcript", "--checkpoint", str(random_checkpoint)]
     assert main(["sample", str(examples / "hello.flac"), *common, "-o", str(out)]) == 0
-    assert len(sampling.Sheet.load(out).cells) == 2
+    assert len(sheets.Sheet.load(out).cells) == 2
 
 
 @pytest.mark.parametrize(

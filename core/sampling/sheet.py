@@ -1,7 +1,7 @@
-"""Takes to choose from: many styles and seeds of one recording in one batch, and the map of the space they come from."""
+"""Sheets of takes to choose from: many styles and seeds of one recording, drawn in one batch."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from os import PathLike
 from pathlib import Path
@@ -14,10 +14,11 @@ from ..declaration import KINDS
 from ..errors import SampleUnreadable, UsageError
 from ..files import whole_file
 from ..model.catalogue import describe
+from ..motion.motion import Motion
 from ..settings import Settings, named, table
 
 FORMAT = 1
-MOST = 10_000
+MAX_CELLS = 10_000
 """Cells of a sheet."""
 SHARED = {name: table(Settings)[name] for name in named(cell="sheet")}
 """Settings that are the same in all cells of a sheet."""
@@ -64,7 +65,7 @@ class Sheet:
         """All settings that the cells share."""
         return {name: self.settings.get(name, one.default) for name, one in SHARED.items()}
 
-    def save(self, path: str | PathLike, **more) -> None:
+    def save(self, path: str | PathLike, **more: Any) -> None:
         """Write the sheet as JSON, whole or not at all; cells are numbered from 1."""
         cells = [{"cell": number, **asdict(one)} for number, one in enumerate(self.cells, 1)]
         about = {"audio": self.audio, "checkpoint": self.checkpoint, "cells": cells}
@@ -95,7 +96,7 @@ class Sheet:
         kinds += [(value, KINDS[SHARED[name].kind]) for name, value in self.settings.items() if value is not None]
         if not all(type(value) in (kind if isinstance(kind, tuple) else (kind,)) for value, kind in kinds):
             raise TypeError("a value of another kind")
-        if not self.cells or len(self.cells) > MOST or min(wholes) < 0:
+        if not self.cells or len(self.cells) > MAX_CELLS or min(wholes) < 0:
             raise ValueError("no cells, or too many")
         for one in self.cells:
             points = np.array(one.latent, float)
@@ -103,30 +104,36 @@ class Sheet:
                 raise ValueError("a latent that is no list of points")
 
 
-def perform(session, request, every_style: Sequence[str], takes: int, progress=lambda stage, value: None):
-    """``takes`` of each style, generated in one batch: the :class:`Sheet` and its motions, one a cell.
+def sample(
+    session: Any,
+    request: Any,
+    every_style: Sequence[str],
+    takes: int,
+    progress: Callable[[str, float], None] = lambda stage, value: None,
+) -> tuple["Sheet", list[Motion], Any]:
+    """Draw ``takes`` of each style in one batch: return the :class:`Sheet`, its motions, one a cell, and the first result.
 
     ``request`` gives everything but style and takes. With one style the cells make a square, else a row for each style.
     Raises what :meth:`Session.synthesize_all` raises.
     """
     wanted = [replace(request, style=style, takes=takes) for style in every_style]
     results = session.synthesize_all(wanted, progress)
-    known = session.checkpoint.speakers
+    speakers = session.checkpoint.speakers
     columns = takes if len(every_style) > 1 else int(np.ceil(np.sqrt(takes)))
     cells, motions = [], []
     for style, result in zip(every_style, results, strict=True):
         for take, (motion, latent) in enumerate(zip(result.motions, result.latents, strict=True)):
             row, column = divmod(len(cells), columns)
             points = [[float(value) for value in point] for point in latent]
-            cells.append(Cell(row, column, style or styles.default(known), request.seed, take, points))
+            cells.append(Cell(row, column, style or styles.default(speakers), request.seed, take, points))
             motions.append(motion)
     settings = {name: getattr(request, name) for name in SHARED}
     paths = {name: str(Path(settings[name]).absolute()) for name in named(cell="sheet", kind="path") if settings[name]}
     return Sheet(str(Path(request.audio).absolute()), session.checkpoint.hash, cells, settings | paths), motions, results[0]
 
 
-def cell(reference: str) -> tuple[Sheet, Cell]:
-    """The sheet and cell that ``SHEET.json:NUMBER`` names; raises :class:`SampleUnreadable`."""
+def find_cell(reference: str) -> tuple[Sheet, Cell]:
+    """Return the sheet and cell that ``SHEET.json:NUMBER`` names; raises :class:`SampleUnreadable`."""
     path, _, number = reference.rpartition(":")
     sheet = Sheet.load(path or reference)
     if not (path and number.isdecimal() and 1 <= int(number) <= len(sheet.cells)):
@@ -135,76 +142,13 @@ def cell(reference: str) -> tuple[Sheet, Cell]:
     return sheet, sheet.cells[int(number) - 1]
 
 
-def again(reference: str, checkpoint: str | PathLike | None = None) -> dict:
-    """What makes the cell ``SHEET.json:NUMBER`` again: fields of a :class:`synthesis.Request`, recording and words included.
+def request_of_cell(reference: str, checkpoint: str | PathLike | None = None) -> dict:
+    """Return the fields of a :class:`Request` that makes the cell ``SHEET.json:NUMBER`` again, recording and words included.
 
     Raises :class:`SampleUnreadable`, and :class:`UsageError` where it was sampled with another ``checkpoint``.
     """
-    sheet, one = cell(reference)
+    sheet, one = find_cell(reference)
     if describe(checkpoint)["hash"] not in ("", sheet.checkpoint):
         raise UsageError(f"{reference} was sampled with another checkpoint.", "Name that one with --checkpoint.")
     own = {name: getattr(one, name) for name in ("style", "seed", "take", "latent")}
     return {"audio": sheet.audio, **sheet.defaulted, **own}
-
-
-def style_map(checkpoint, sheet: Sheet | None = None) -> dict:
-    """The latent space seen from where its speakers lie farthest apart: their first two principal components.
-
-    ``speakers``: name, ``at`` (2,) and ``spread`` (2,), the deviation that takes have there. ``controls``: the way (2,) that
-    a control at 1 goes. ``cells``: where the cells of ``sheet`` lie. ``centre`` and ``axes`` lead back into the space:
-    centre + at @ axes. ``explained`` is the share of the speakers' variance on each axis.
-    """
-    mean, deviation = (part.astype(float) for part in checkpoint.network.speakers)
-    ways = checkpoint.network.ways
-    centre = mean.mean(0)
-    _, sizes, axes = np.linalg.svd(mean - centre, full_matrices=True)
-    variance = np.zeros(len(axes))
-    variance[: len(sizes)] = sizes**2
-    axes = axes[:2] * np.sign(axes[:2][np.arange(2), np.abs(axes[:2]).argmax(1)])[:, None]
-    spread = np.hypot(deviation, styles.TAKE_SPREAD * mean.std(0))
-    names = [speaker["name"] for speaker in checkpoint.speakers]
-    wide = np.sqrt(spread**2 @ (axes**2).T)
-    place = lambda points: (np.asarray(points, float) - centre) @ axes.T  # noqa: E731
-    return {
-        "checkpoint": checkpoint.hash,
-        "explained": (variance[:2] / max(variance.sum(), 1e-12)).tolist(),
-        "centre": centre.tolist(),
-        "axes": axes.tolist(),
-        "speakers": [
-            {"name": name, "at": at.tolist(), "spread": size.tolist()}
-            for name, at, size in zip(names, place(mean), wide, strict=True)
-        ],
-        "controls": [{"name": name, "way": way.tolist()} for name, way in zip(styles.CONTROLS, (ways @ axes.T), strict=False)],
-        "cells": [
-            {"cell": number, "style": one.style, "seed": one.seed, "take": one.take, "at": place(one.latent).tolist()}
-            for number, one in enumerate(sheet.cells if sheet else (), 1)
-        ],
-    }
-
-
-def draw_map(content: dict, path: str | PathLike) -> None:
-    """Draw a :func:`style_map` as a PNG, whole or not at all; needs matplotlib."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Ellipse
-
-    figure = Figure(figsize=(11, 8), layout="constrained")
-    axes = figure.add_subplot()
-    for one in content["speakers"]:
-        axes.add_patch(Ellipse(one["at"], 2 * one["spread"][0], 2 * one["spread"][1], color="tab:blue", alpha=0.06))
-        axes.plot(*one["at"], "o", color="tab:blue")
-        axes.annotate(one["name"], one["at"], xytext=(5, 4), textcoords="offset points", fontsize=9)
-    for one in content["controls"]:
-        axes.annotate("", one["way"], (0, 0), arrowprops={"arrowstyle": "->", "color": "tab:gray"})
-        axes.annotate(one["name"], one["way"], color="tab:gray", fontsize=9, ha="center")
-    for one in content["cells"]:
-        points = np.array(one["at"])
-        axes.plot(points[:, 0], points[:, 1], "-s", color="tab:red", markersize=5)
-        axes.annotate(str(one["cell"]), points[-1], xytext=(4, -10), textcoords="offset points", fontsize=8, color="tab:red")
-    shares = [f"{share:.0%} of the difference between performers" for share in content["explained"]]
-    axes.set(xlabel=shares[0], ylabel=shares[1], title="Performers, the spread of their takes, controls, and sampled cells")
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.margins(0.08)
-    FigureCanvasAgg(figure)
-    with whole_file(path) as temporary:
-        figure.savefig(temporary, dpi=120, format="png", metadata={"Software": None})

@@ -1,0 +1,1 @@
+"""Takes to choose from: sheets of sampled takes, and the map of the style space."""
