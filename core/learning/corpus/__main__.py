@@ -22,9 +22,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one a core)")
     options = parser.parse_args(arguments)
-    for needed in ("smartbody", "rocketbox", "emobank"):
-        if not (options.material / needed).is_dir():
-            print(f"{options.material} holds no {needed}. Name the folder with the public material.", file=sys.stderr)
+    for part in ("smartbody", "rocketbox", "emobank"):
+        if not (options.material / part).is_dir():
+            print(f"{options.material} holds no {part}. Name the folder with the public material.", file=sys.stderr)
             return 2
     try:
         from tqdm import tqdm

@@ -1,7 +1,7 @@
-"""Gestures that the captured sets lack, from a few poses of the arms: not knowing, small and large sizes, weighing.
+"""Gestures that the captured sets lack, keyed by hand from a few arm poses: shrugs, small and large sizes, contrasts, counting.
 
-Poses are passed through without stopping, with the timing of the captured gestures; the director sizes, turns and times
-them like any other clip.
+The arms pass through the poses without stopping, with the timing of the captured gestures; the director scales, rotates and
+times these clips like captured ones.
 """
 
 import numpy as np
@@ -16,10 +16,10 @@ from .curves import smooth
 FAMILY = "authored"
 FPS = 30.0
 _ONSET, _READY, _EMPHASIS, _END, _RELAX, _REST, _LAST = 0.15, 0.5, 0.85, 1.05, 1.25, 1.85, 2.0
-"""Seconds: the middle of the captured gestures."""
+"""Seconds of the gesture phases (:class:`clips.Clip`): medians of the captured gestures."""
 
-# upper arm and forearm of the left arm (x right, y down, z forward) when ready and at the emphasis; the right arm mirrors it
-_EVEN = {
+# directions of the left upper arm and forearm (x right, y down, z forward) when ready and at the emphasis; the right mirrors it
+_SYMMETRIC = {
     ("unknown", "ShrugOut"): (((-0.25, 0.95, 0.18), (0.1, 0.35, 0.93)), ((-0.32, 0.93, 0.18), (-0.66, 0.12, 0.74))),
     ("unknown", "ShrugHigh"): (((-0.3, 0.9, 0.3), (-0.05, 0.2, 0.98)), ((-0.42, 0.84, 0.34), (-0.62, -0.25, 0.74))),
     ("unknown", "ShrugLow"): (((-0.2, 0.97, 0.1), (-0.05, 0.75, 0.66)), ((-0.28, 0.95, 0.12), (-0.55, 0.5, 0.67))),
@@ -29,8 +29,8 @@ _EVEN = {
     ("big", "WideHigh"): (((-0.35, 0.75, 0.56), (0.25, -0.4, 0.88)), ((-0.72, 0.4, 0.56), (-0.5, -0.66, 0.56))),
     ("big", "WideLow"): (((-0.25, 0.93, 0.27), (0.3, 0.4, 0.87)), ((-0.62, 0.74, 0.26), (-0.62, 0.3, 0.72))),
 }
-# the left and the right arm at the emphasis; half-way up both are before the body
-_UNEVEN = {
+# the left and the right arm at the emphasis; half-way up both are in front of the body
+_ASYMMETRIC = {
     ("however", "Weigh"): (((-0.36, 0.82, 0.44), (-0.3, -0.35, 0.89)), ((0.24, 0.96, 0.12), (0.25, 0.55, 0.8))),
     ("however", "AcrossLow"): (((-0.5, 0.8, 0.33), (-0.6, 0.2, 0.77)), ((0.1, 0.9, 0.42), (-0.3, 0.25, 0.92))),
     ("count", "Step"): (((-0.26, 0.9, 0.35), (0.45, 0.05, 0.89)), ((0.36, 0.84, 0.4), (0.1, -0.2, 0.97))),
@@ -38,37 +38,38 @@ _UNEVEN = {
 }
 _PALMS = {"unknown": (-0.2, -1.0, 0.15), "small": (1.0, 0.1, 0.1), "big": (0.95, 0.05, 0.3), "however": (0.1, -0.95, 0.25),
           "count": (0.75, -0.4, -0.5)}  # fmt: skip
-"""Where the left palm looks at the emphasis of each meaning."""
+"""Direction that the left palm faces at the emphasis, by meaning."""
 _OPEN = np.array([6, 10, 8, 14, 10, 16, 12, 20, 38, 12, 14, 12.0])
-"""The handshape of all of them."""
+"""Handshape of all authored gestures (degrees, columns of :mod:`core.motion.handshape`)."""
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 
 
 def clips() -> list[tuple[str, str, Clip]]:
-    """``(meaning, label, clip)`` of every authored gesture."""
+    """Return ``(meaning, label, clip)`` of every authored gesture."""
     result = []
-    for (meaning, label), (ready, emphasis) in _EVEN.items():
-        result.append((meaning, label, _clip(label, meaning, _both(ready), _both(emphasis))))
-    for (meaning, label), (left, right) in _UNEVEN.items():
-        emphasis = skeleton.normalize(np.array([*left, *right]))
-        before = rest.slerp(emphasis, _both(((-0.25, 0.93, 0.27), (0.2, 0.35, 0.92))), 0.55)
-        result.append((meaning, label, _clip(label, meaning, before, emphasis)))
+    for (meaning, label), (ready, emphasis) in _SYMMETRIC.items():
+        result.append((meaning, label, _clip(label, meaning, _both_arms(ready), _both_arms(emphasis))))
+    for (meaning, label), (left, right) in _ASYMMETRIC.items():
+        pose = skeleton.normalize(np.array([*left, *right]))
+        before = rest.slerp(pose, _both_arms(((-0.25, 0.93, 0.27), (0.2, 0.35, 0.92))), 0.55)
+        result.append((meaning, label, _clip(label, meaning, before, pose)))
     return result
 
 
-def _both(arm: tuple) -> np.ndarray:
-    left = np.array(arm, float)
+def _both_arms(left_arm: tuple) -> np.ndarray:
+    """Return directions ``(4, 3)`` of both arms from those of the left upper arm and forearm, mirrored for the right."""
+    left = np.array(left_arm, float)
     return skeleton.normalize(np.concatenate([left, left * _MIRROR]))
 
 
 def _clip(label: str, meaning: str, ready: np.ndarray, emphasis: np.ndarray) -> Clip:
-    """A clip whose arms hang, pass through ``ready`` to ``emphasis`` (both ``(4, 3)``), sink a little while held, and hang."""
+    """Interpolate a clip: the arms hang, pass ``ready`` to ``emphasis`` (both ``(4, 3)``), sink a little in the hold, hang."""
     from scipy.interpolate import PchipInterpolator
 
     arms = list(skeleton.ARM_EDGES)
     hanging = rest.REST[arms].astype(float)
-    tired = rest.slerp(emphasis, hanging, 0.06)
-    keys = np.stack([hanging, hanging, ready, emphasis, rest.slerp(emphasis, ready, 0.08), tired, hanging, hanging])
+    late_hold = rest.slerp(emphasis, hanging, 0.06)
+    keys = np.stack([hanging, hanging, ready, emphasis, rest.slerp(emphasis, ready, 0.08), late_hold, hanging, hanging])
     times = [0.0, _ONSET, _READY, _EMPHASIS, _END, _RELAX, _REST, _LAST]
     frames = np.arange(round(_LAST * FPS) + 1) / FPS
     directions = np.tile(rest.REST.astype(float), (len(frames), 1, 1))
@@ -79,7 +80,7 @@ def _clip(label: str, meaning: str, ready: np.ndarray, emphasis: np.ndarray) -> 
 
 
 def _hands(meaning: str, directions: np.ndarray) -> Hands:
-    """Hands that open and turn their palms to what is meant on the way to the emphasis."""
+    """Return hands that open and turn their palms to the meaning's direction on the way to the emphasis."""
     time, hands = np.arange(len(directions)) / FPS, living.hanging(directions)
     share = ramp(time, _ONSET, _EMPHASIS) * (1 - ramp(time, _RELAX, _REST))
     palm = skeleton.normalize(np.array(_PALMS[meaning]))

@@ -1,7 +1,7 @@
-"""How a performer bears trunk, shoulders and head while speaking: all of it follows from what is heard and shown.
+"""Trunk, shoulder and head motion of a performer, derived from the speech, the strokes and the controls.
 
-The head nods on accents and follows the voice's melody, as measured heads do; the trunk leans with arousal, turns with
-the hand that works, and opens or closes with the affect that is asked for.
+The head nods on accents and follows the voice's pitch, as measured heads do; the trunk leans with arousal and turns towards
+the gesturing hand; raised arms open or close with the controls of valence and dominance.
 """
 
 import numpy as np
@@ -14,6 +14,7 @@ from .planning import Stroke
 from .scene import Scene
 from .speakers import Performer
 
+_Degrees = float | np.ndarray
 _UPPER = tuple(range(9))
 _HEAD = (1, 2)
 _SHAPES = {
@@ -23,26 +24,26 @@ _SHAPES = {
     "timid": [[-0.04, 0.97, 0.24], [0.3, 0.05, 0.95], [0.04, 0.97, 0.24], [-0.3, 0.05, 0.95]],
 }
 _SHAPES = {name: skeleton.normalize(np.array(shape)) for name, shape in _SHAPES.items()}
-"""Arm directions that a mood leans to: pleased arms lift and open, dominant ones make room with their elbows."""
+"""Arm directions towards which affect moves the arms: pleased arms lift and open, dominant ones spread the elbows."""
 _SHAKES = frozenset({"not", "none"})
-"""Meanings that shake the head."""
+"""Meanings with a head shake."""
 _SHRUGS = {"unknown": 1.0, "maybe": 0.55}
-"""Meanings that raise the shoulders."""
+"""Meanings that raise the shoulders, and how much."""
 
 
 def carry(body: np.ndarray, performer: Performer, scene: Scene, strokes: list[Stroke], time: np.ndarray) -> None:
-    """Shoulders, head and trunk of directions ``(frames, 9, 3)``, in place."""
+    """Move shoulders, head and trunk of directions ``(frames, 9, 3)``, in place."""
     valence, arousal, dominance = (smooth(column, 0.6) - 0.5 for column in scene.affect(time).T)
     lift = performer.shoulders + 4 * arousal - 3 * dominance
-    lift = lift + 13 * _meant(strokes, time, _SHRUGS)
+    lift = lift + 13 * _meaning_envelope(strokes, time, _SHRUGS)
     _turn(body, (3,), roll=-lift)
     _turn(body, (6,), roll=lift)
-    _head(body, performer, scene, strokes, time, valence, arousal, dominance)
-    _trunk(body, performer, scene, strokes, time, arousal, dominance)
+    _move_head(body, performer, scene, strokes, time, valence, dominance)
+    _move_trunk(body, performer, scene, strokes, time, arousal, dominance)
 
 
 def shape_arms(body: np.ndarray, scene: Scene) -> None:
-    """Lift, drop, spread or narrow raised arms as the controls of valence and dominance ask, in place."""
+    """Lift, drop, spread or narrow raised arms ``(frames, 9, 3)`` by the controls of valence and dominance, in place."""
     arms = list(skeleton.ARM_EDGES)
     for value, shapes in ((scene.valence, ("displeased", "pleased")), (scene.dominance, ("timid", "dominant"))):
         if value:
@@ -52,7 +53,15 @@ def shape_arms(body: np.ndarray, scene: Scene) -> None:
             body[:, arms] = rest.slerp(body[:, arms], towards, 0.3 * abs(value) * raised)
 
 
-def _head(body, performer: Performer, scene: Scene, strokes: list[Stroke], time, valence, arousal, dominance) -> None:
+def _move_head(
+    body: np.ndarray,
+    performer: Performer,
+    scene: Scene,
+    strokes: list[Stroke],
+    time: np.ndarray,
+    valence: np.ndarray,
+    dominance: np.ndarray,
+) -> None:
     pitch = np.zeros(len(time))
     for accent in scene.accents:
         size = performer.nod * (0.5 + scene.arousal(accent)) * np.clip((accent.strength - 0.3) / 0.4, 0, 1.2)
@@ -74,13 +83,21 @@ def _head(body, performer: Performer, scene: Scene, strokes: list[Stroke], time,
     pitch *= steady
     chin = performer.chin + 2.5 * dominance + 6 * valence
     pitch = pitch - chin + 3 * away - 0.5 * performer.drift * melody
-    yaw = side * (2.2 * performer.drift * away + 0.9 * performer.drift * trend) * steady + _shake(strokes, time)
+    yaw = side * (2.2 * performer.drift * away + 0.9 * performer.drift * trend) * steady + _head_shake(strokes, time)
     roll = side * performer.tilt * (0.7 * loud + 1.6 * question) * steady * (1 + 0.5 * scene.valence)
-    roll = roll + side * (9 * _meant(strokes, time, _SHRUGS) + 2.5 * scene.valence)
+    roll = roll + side * (9 * _meaning_envelope(strokes, time, _SHRUGS) + 2.5 * scene.valence)
     _turn(body, _HEAD, pitch, yaw, roll)
 
 
-def _trunk(body, performer: Performer, scene: Scene, strokes: list[Stroke], time: np.ndarray, arousal, dominance) -> None:
+def _move_trunk(
+    body: np.ndarray,
+    performer: Performer,
+    scene: Scene,
+    strokes: list[Stroke],
+    time: np.ndarray,
+    arousal: np.ndarray,
+    dominance: np.ndarray,
+) -> None:
     pitch = performer.lean * (1 - 0.5 * scene.dominance) + 5.0 * arousal - 4.0 * dominance
     for accent in scene.accents:
         if accent.main:
@@ -96,8 +113,8 @@ def _trunk(body, performer: Performer, scene: Scene, strokes: list[Stroke], time
     _turn(body, (0, 1, 2, 3, 6), pitch=0.5 * pitch)
 
 
-def _meant(strokes: list[Stroke], time: np.ndarray, meanings: dict[str, float]) -> np.ndarray:
-    """How much ``(frames,)`` the strokes of some meanings hold, 0..1: up with the stroke, down after it."""
+def _meaning_envelope(strokes: list[Stroke], time: np.ndarray, meanings: dict[str, float]) -> np.ndarray:
+    """Return an envelope ``(frames,)``, 0..1, over the strokes of some meanings: up with the stroke, down after it."""
     held = np.zeros(len(time))
     for stroke in strokes:
         if stroke.meaning in meanings:
@@ -107,8 +124,8 @@ def _meant(strokes: list[Stroke], time: np.ndarray, meanings: dict[str, float]) 
     return held
 
 
-def _shake(strokes: list[Stroke], time: np.ndarray) -> np.ndarray:
-    """Degrees ``(frames,)`` of a head that says no: to and fro twice around each stroke of negation."""
+def _head_shake(strokes: list[Stroke], time: np.ndarray) -> np.ndarray:
+    """Return yaw in degrees ``(frames,)`` of a head shake: twice to and fro around each stroke of negation."""
     yaw = np.zeros(len(time))
     for number, stroke in enumerate(strokes):
         if stroke.meaning in _SHAKES:
@@ -118,8 +135,8 @@ def _shake(strokes: list[Stroke], time: np.ndarray) -> np.ndarray:
     return yaw
 
 
-def _turn(body: np.ndarray, edges: tuple[int, ...], pitch=0.0, yaw=0.0, roll=0.0) -> None:
-    """Turn edges by angles in degrees ``(frames,)``: nod forward, turn to the left, lean the top to the left."""
+def _turn(body: np.ndarray, edges: tuple[int, ...], pitch: _Degrees = 0.0, yaw: _Degrees = 0.0, roll: _Degrees = 0.0) -> None:
+    """Rotate edges by angles in degrees ``(frames,)``, in place: forwards, to the left, and tilting the top to the left."""
     shape = body.shape[:1]
     # canonical y points down: forward nods turn x negatively, left is -x
     q = rotation.about(0, -np.radians(np.broadcast_to(pitch, shape)))

@@ -1,5 +1,6 @@
-"""Build the directed corpus: speech (cached, so resumable), features, and every talk performed by several performers."""
+"""Builds the directed corpus: speech and features (cached, so resumable), and several performances of every talk."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from multiprocessing import get_context
@@ -18,13 +19,13 @@ from .scene import Scene
 
 UNSTEERED = 0.4
 """Share of performances in which every control is zero."""
-_STEERED = 0.45
-"""Chance of each control to be drawn in the others."""
+_CONTROL_CHANCE = 0.45
+"""Chance of each control to be non-zero in the others."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """What a worker process needs: the material, the folder where speech is kept, the seed, performers for each talk."""
+    """Arguments of a worker process: the folders of the material and of cached speech, the seed, performers of each talk."""
 
     material: str
     cache: str
@@ -71,18 +72,20 @@ class Talk:
         return len(self.prosody)
 
 
-def build(task: Task, hours: float, workers: int, progress=lambda seconds: None) -> list[Talk]:
-    """Talks of about ``hours`` of distinct speech in a fixed order; ``progress`` is told the seconds of each finished one.
+def build(
+    task: Task, hours: float, workers: int, progress: Callable[[float], object] = lambda seconds: None
+) -> list[Talk]:
+    """Build talks of about ``hours`` of distinct speech in a fixed order; ``progress`` is called with each one's seconds.
 
-    Speech, and what is heard in it, found in the cache is used as it is: a build that was stopped goes on, and a larger one
-    only adds. ``FileNotFoundError`` if material is missing.
+    Speech and features in the cache are used as they are: an interrupted build continues, and a larger one only adds. Raises
+    ``FileNotFoundError`` if material is missing.
     """
     Path(task.cache).mkdir(parents=True, exist_ok=True)
     count = len(speech.talks(task.material, task.seed))
     talks: list[Talk] = []
     seconds = 0.0
-    # spawn: the voice's own threads do not survive a fork
-    with get_context("spawn").Pool(workers, _begin, (task,)) as pool:
+    # spawn: the neural voice's threads do not survive a fork
+    with get_context("spawn").Pool(workers, _set_task, (task,)) as pool:
         for talk in pool.imap(_talk, range(count)):
             if talk is None:
                 continue
@@ -96,49 +99,49 @@ def build(task: Task, hours: float, workers: int, progress=lambda seconds: None)
 
 
 def cast(index: int, each: int) -> list[tuple[int, int]]:
-    """Performers of talk ``index`` by id, each with the number of the take: an even round in which partners change.
+    """Return the performers of talk ``index`` as (id, number of the take): all performers in rotation, in varying groups.
 
-    A quarter of the performances are second takes with the same controls, which show that there is a choice.
+    A quarter of the performances are second takes with the same controls, which show the network that motion varies.
     """
     count = len(speakers.PERFORMERS)
     order = np.random.default_rng(index // count).permutation(count)
     first, again = index % count, each // 4
-    people = min(each - again, count)
-    chosen = [int(order[(first + k * (count // max(people, 1))) % count]) for k in range(people)]
-    return [(number, 0) for number in chosen] + [(number, 1) for number in chosen[:again]]
+    size = min(each - again, count)
+    performers = [int(order[(first + k * (count // max(size, 1))) % count]) for k in range(size)]
+    return [(number, 0) for number in performers] + [(number, 1) for number in performers[:again]]
 
 
 def draw_controls(index: int, number: int, seed: int) -> np.ndarray:
-    """What the director asks of performer ``number`` in talk ``index``, ``(5,)`` in -1..1."""
+    """Draw the controls of performer ``number`` in talk ``index``, ``(5,)`` in -1..1."""
     random = np.random.default_rng((seed, index, number))
     if random.random() < UNSTEERED:
         return np.zeros(len(CONTROLS), np.float32)
     values = random.uniform(-1, 1, len(CONTROLS))
-    return np.where(random.random(len(CONTROLS)) < _STEERED, values, 0).astype(np.float32)
+    return np.where(random.random(len(CONTROLS)) < _CONTROL_CHANCE, values, 0).astype(np.float32)
 
 
-_task: Task | None = None
+_task: Task  # of this worker process
 
 
-def _begin(task: Task) -> None:
+def _set_task(task: Task) -> None:
     global _task
     _task = task
 
 
 def _talk(index: int) -> Talk | None:
-    """Talk ``index`` with its performances; None if it could not be spoken."""
+    """Return talk ``index`` with its performances; None if it could not be synthesized."""
     spoken = speech_cache.obtain(_task.material, _task.cache, index, _task.seed)
     if spoken is None:
         return None
-    found = heard.obtain(_task.cache, spoken)
-    scene = Scene(spoken, found.prosody, np.zeros(len(CONTROLS)))
+    features = heard.obtain(_task.cache, spoken)
+    scene = Scene(spoken, features.prosody, np.zeros(len(CONTROLS)))
     return Talk(
         index,
         spoken.split,
         spoken.voice.get("kind", ""),
-        found.mfcc,
-        found.tracks,
-        found.plain,
+        features.mfcc,
+        features.tracks,
+        features.plain,
         [(word.text, word.start, word.end) for word in spoken.words],
         np.array([[accent.time, accent.strength, accent.main] for accent in scene.accents], np.float32).reshape(-1, 3),
         spoken.affect.mean(axis=0).astype(np.float32),
@@ -147,9 +150,9 @@ def _talk(index: int) -> Talk | None:
 
 
 def direct(material: str, scene: Scene, number: int, take: int, seed: int) -> tuple[np.ndarray, Hands, list[planning.Stroke]]:
-    """Take ``take`` of performer ``number`` in a scene, as its controls ask: directions ``(frames, 9, 3)``, hands, strokes.
+    """Direct take ``take`` of performer ``number`` in a scene: directions ``(frames, 9, 3)``, hands, strokes.
 
-    All chance follows from ``seed``, the talk, the performer and the take.
+    All randomness follows from ``seed``, the talk, the performer and the take.
     """
     random = np.random.default_rng((seed, scene.speech.index, number, take))
     performer = speakers.PERFORMERS[number].handed(scene.controls[4])
@@ -157,8 +160,8 @@ def direct(material: str, scene: Scene, number: int, take: int, seed: int) -> tu
     time = np.arange(len(scene.prosody.features)) / skeleton.FPS
     steady = 1 - 0.4 * scene.dominance
     trunk, head = (0.3 + 0.3 * performer.sway) * steady, (0.2 + 0.15 * performer.drift) * steady
-    idle = int(random.integers(2**31))
-    texture = _idling(material).texture(len(time), idle, trunk, head, 0.35 + 0.25 * performer.sway, scene.speaking(time))
+    idle_seed = int(random.integers(2**31))
+    texture = _idling(material).texture(len(time), idle_seed, trunk, head, 0.35 + 0.25 * performer.sway, scene.speaking(time))
     ease = performance.resting_pose(performer)
     body = performance.perform(performer, strokes, scene, ease, texture, random)
     return body, handwork.perform(performer, strokes, scene, body, int(random.integers(2**31))), strokes
@@ -169,17 +172,17 @@ def _performance(scene: Scene, number: int, take: int) -> Performance:
     scene = Scene(scene.speech, scene.prosody, controls)
     directions, hands, strokes = direct(_task.material, scene, number, take, _task.seed)
     numbers = hand_numbers.numbers(hands, directions)
-    return Performance(number, controls, directions, numbers, records(strokes), _active(strokes, scene.speech.duration))
+    return Performance(number, controls, directions, numbers, records(strokes), _active_share(strokes, scene.speech.duration))
 
 
 def records(strokes: list[planning.Stroke]) -> np.ndarray:
-    """What is kept of strokes ``(k, 7)`` float32: ready, emphasis, end (s), meaning, hand, size (m), whether words say it."""
+    """Return the stored facts of strokes ``(k, 7)`` float32: ready, emphasis, end (s), meaning, hand, size (m), ``said``."""
     number = {meaning: k for k, meaning in enumerate(library.ALL_MEANINGS)}
     rows = [(s.ready, s.emphasis, s.end, number[s.meaning], s.hand, s.size, s.said) for s in strokes]
     return np.array(rows, np.float32).reshape(-1, 7)
 
 
-def _active(strokes: list[planning.Stroke], duration: float) -> float:
+def _active_share(strokes: list[planning.Stroke], duration: float) -> float:
     time = np.arange(0, duration, 1 / skeleton.FPS)
     within = [(time >= stroke.onset) & (time < max(stroke.rest)) for stroke in strokes]
     return float(np.any(within, axis=0).mean()) if within else 0.0

@@ -1,4 +1,4 @@
-"""How a standing person moves besides gesturing: trunk, head and resting arms of captured talking and captured waiting."""
+"""Idle motion of a standing person: trunk, head and resting arms from captured talking and captured waiting."""
 
 from dataclasses import dataclass
 from os import PathLike
@@ -11,26 +11,26 @@ from . import clips, library, rotation, skm, unity
 
 CONVERSATION = Path("rocketbox") / "RB_conversation_nolips.anim"
 STRETCH = (7.5, 31.0)
-"""Seconds of :data:`CONVERSATION` in which a person stands and talks: before, it walks in from a T pose and the tracking
-stumbles once; after, it turns away."""
+"""Seconds of :data:`CONVERSATION` in which the person stands and talks: before, it walks in from a T pose and the tracking
+fails once; afterwards it turns away."""
 
 _WAITING = (("PNGestures", "idle", 1.5), ("Gestures", "ChrBrad@Idle03", 0.0))  # set, motion, seconds left out at the start
 _SHIFTS = tuple((family, f"ChrBrad@Idle01_WeightShift0{k}", 0.0) for family in ("Gestures", "Gestures2") for k in (1, 2))
 
 _TRUNK, _HEAD, _ARMS = [0, 3, 6], [1, 2], list(skeleton.ARM_EDGES)
-_LIMITS = np.radians([8, 12, 12, 8, 5, 5, 8, 5, 5])[:, None]  # soft: looks at a neighbour and the like are no idling
-_GESTURE_SPEED = np.radians(25)  # a second: a talker's arm that turns faster gestures
-_FADE = 2.5  # seconds in which one piece gives way to the next
+_LIMITS = np.radians([8, 12, 12, 8, 5, 5, 8, 5, 5])[:, None]  # soft limits: a look at a neighbour is no idle motion
+_GESTURE_SPEED = np.radians(25)  # radians a second: a talker's arm that turns faster is gesturing
+_FADE = 2.5  # seconds of a cross-fade between two pieces
 _PIECE = (7.0, 14.0)  # seconds between two fades
-_PACE = (0.85, 1.15)  # how much faster or slower than captured a piece may run
-_BETWEEN_SHIFTS = (9.0, 24.0)  # seconds from the end of one shift of weight to the start of the next
+_PACE = (0.85, 1.15)  # slowest and fastest playback of a piece against the capture
+_BETWEEN_SHIFTS = (9.0, 24.0)  # seconds from the end of one weight shift to the start of the next
 
 
 @dataclass(frozen=True)
 class Idling:
-    """Captured small turns ``(frames, 9, 3)`` of every edge at 15 fps: rotation vectors in radians, canonical axes.
+    """Captured small rotations ``(frames, 9, 3)`` of every edge at 15 fps: rotation vectors in radians, canonical axes.
 
-    ``talking`` and ``waiting`` are about their means, ``shifts`` (of weight from foot to foot) begin and end at zero.
+    ``talking`` and ``waiting`` have zero mean; ``shifts`` (of weight from foot to foot) begin and end at zero.
     """
 
     talking: tuple[np.ndarray, ...]
@@ -46,9 +46,9 @@ class Idling:
         arms: float = 1.0,
         talking: float | np.ndarray = 1.0,
     ) -> np.ndarray:
-        """Turns ``(frames, 9, 3)`` for :func:`apply`: never still, without seams, other ones for every ``seed``.
+        """Draw rotations ``(frames, 9, 3)`` for :func:`apply`: continuous, without seams, different for every ``seed``.
 
-        ``talking``, a number or ``(frames,)``, leads from waiting (0) to the livelier trunk and head of a talker (1).
+        ``talking``, a number or ``(frames,)``, blends from waiting (0) to the livelier trunk and head of a talker (1).
         ``trunk`` (torso and clavicles), ``head`` (neck and head) and ``arms`` scale the parts.
         """
         rng = np.random.default_rng((seed, 0x1D7E))
@@ -61,21 +61,21 @@ class Idling:
 
 
 def load(material: str | PathLike) -> Idling:
-    """Idling from the clips below ``material``; ``FileNotFoundError`` if one is not there."""
+    """Load idle motion from the clips below ``material``. Raises ``FileNotFoundError`` if one is missing."""
     return Idling(
-        (_talking(material),),
-        tuple(_limited(_turns(*_clip(material, *clip))) for clip in _WAITING),
-        tuple(_shift(*_clip(material, *clip)) for clip in _SHIFTS),
+        (_load_talking(material),),
+        tuple(_limit(_turns(*_load_clip(material, *clip))) for clip in _WAITING),
+        tuple(_relative_to_blend(*_load_clip(material, *clip)) for clip in _SHIFTS),
     )
 
 
 def apply(directions: np.ndarray, texture: np.ndarray) -> np.ndarray:
-    """Turn each direction ``(frames, 9, 3)`` by its rotation vector; lengths stay."""
+    """Rotate each direction ``(frames, 9, 3)`` by its rotation vector; lengths stay."""
     return rotation.rotate(rotation.from_vector(texture), directions)
 
 
 def between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Rotation vectors of the shortest turns from unit vectors ``start`` to ``end``; shapes broadcast."""
+    """Return rotation vectors of the shortest rotations from unit vectors ``start`` to ``end``; shapes broadcast."""
     axis = np.cross(start, end)
     sine = np.linalg.norm(axis, axis=-1, keepdims=True)
     angle = np.arctan2(sine, (start * end).sum(-1, keepdims=True))
@@ -83,12 +83,12 @@ def between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 
 def mirrored(turns: np.ndarray) -> np.ndarray:
-    """The same turns ``(..., 9, 3)`` by the mirror image: sides swapped, turns about axes in the mirror's plane reversed."""
+    """Mirror rotation vectors ``(..., 9, 3)``: sides swapped, rotations about axes in the mirror plane reversed."""
     return turns[..., skeleton.MIRRORED_EDGES, :] * [1, -1, -1]
 
 
-def _clip(material: str | PathLike, family: str, stem: str, skip: float) -> tuple[np.ndarray, float]:
-    """Directions of a SmartBody motion without its first ``skip`` seconds, and its frame rate."""
+def _load_clip(material: str | PathLike, family: str, stem: str, skip: float) -> tuple[np.ndarray, float]:
+    """Load directions of a SmartBody motion without its first ``skip`` seconds, and its frame rate."""
     folder = Path(material) / "smartbody" / family
     file, roles = library.SETS[family]
     recording = skm.load_recording(folder / "motions" / f"{stem}.skm")
@@ -98,12 +98,12 @@ def _clip(material: str | PathLike, family: str, stem: str, skip: float) -> tupl
 
 
 def _turns(directions: np.ndarray, fps: float) -> np.ndarray:
-    """Turns about the mean pose at 15 fps."""
-    return _at_15(between(skeleton.normalize(directions.mean(axis=0)), directions), fps)
+    """Return rotations from the mean pose at 15 fps."""
+    return _resample(between(skeleton.normalize(directions.mean(axis=0)), directions), fps)
 
 
-def _talking(material: str | PathLike) -> np.ndarray:
-    """Turns of the conversation; of the arms only what they do while they do not gesture."""
+def _load_talking(material: str | PathLike) -> np.ndarray:
+    """Load the rotations of the conversation; those of the arms only while they do not gesture."""
     from scipy.ndimage import gaussian_filter1d
 
     animation = unity.load(Path(material) / CONVERSATION)
@@ -113,31 +113,31 @@ def _talking(material: str | PathLike) -> np.ndarray:
     arms = directions[:, _ARMS]
     speed = np.linalg.norm(np.gradient(gaussian_filter1d(arms, 0.1 * fps, axis=0), axis=0), axis=-1).max(axis=1) * fps
     still = gaussian_filter1d((speed < _GESTURE_SPEED).astype(float), 0.3 * fps)[:, None, None]
-    turns[:, _ARMS] = _at_15(still * between(skeleton.normalize(gaussian_filter1d(arms, 1.5 * fps, axis=0)), arms), fps)
+    turns[:, _ARMS] = _resample(still * between(skeleton.normalize(gaussian_filter1d(arms, 1.5 * fps, axis=0)), arms), fps)
     # arms that hang from a moving trunk follow it a little
     turns[:, _ARMS] += 0.35 * turns[:, :1] * [1, 0, 1]
-    return _limited(turns)
+    return _limit(turns)
 
 
-def _shift(directions: np.ndarray, fps: float) -> np.ndarray:
-    """Turns away from the line between a shift's first and last pose."""
-    turns = _at_15(between(directions[:1], directions), fps)
+def _relative_to_blend(directions: np.ndarray, fps: float) -> np.ndarray:
+    """Return rotations relative to a linear blend from a weight shift's first to its last pose."""
+    turns = _resample(between(directions[:1], directions), fps)
     turns -= turns[0] + np.linspace(0, 1, len(turns))[:, None, None] * (turns[-1] - turns[0])
     # the captured head looks down at its feet
     turns[:, _HEAD] *= 0.5
     return turns
 
 
-def _at_15(turns: np.ndarray, fps: float) -> np.ndarray:
-    """Smoothed and resampled to 15 fps."""
+def _resample(turns: np.ndarray, fps: float) -> np.ndarray:
+    """Smooth and resample rotations to 15 fps."""
     from scipy.ndimage import gaussian_filter1d
 
     smooth = gaussian_filter1d(turns, 0.08 * fps, axis=0)
     return _interpolate(smooth, np.arange(0, len(turns) - 1, fps / skeleton.FPS))
 
 
-def _limited(turns: np.ndarray) -> np.ndarray:
-    """Turns about their mean, none much above :data:`_LIMITS`."""
+def _limit(turns: np.ndarray) -> np.ndarray:
+    """Subtract the mean and limit each rotation softly to :data:`_LIMITS`."""
     turns = turns - turns.mean(axis=0)
     size = np.linalg.norm(turns, axis=-1, keepdims=True) / _LIMITS
     turns *= np.divide(np.tanh(size), size, out=np.ones_like(size), where=size > 0)
@@ -151,14 +151,14 @@ def _interpolate(turns: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def _stream(sources: tuple[np.ndarray, ...], frames: int, rng: np.random.Generator) -> np.ndarray:
-    """Two overlaid rows of pieces, each forwards or backwards, plain or mirrored, a little faster or slower."""
+    """Overlay two sequences of pieces, each played forwards or backwards, plain or mirrored, a little faster or slower."""
     fade = round(_FADE * skeleton.FPS)
     stream = np.zeros((frames, 9, 3))
     for _ in range(2):
         start = -int(rng.uniform(0, _PIECE[0]) * skeleton.FPS)
         while start < frames:
             length = int(rng.uniform(*_PIECE) * skeleton.FPS)
-            # the squares of weights add up to one in a fade, as the variances of unrelated pieces do
+            # squared weights add up to one in a fade, which keeps the variance of unrelated pieces
             time = np.arange(start, start + length + fade)
             weight = np.sin(np.pi / 2 * np.clip((np.minimum(time - start, time[-1] - time) + 0.5) / fade, 0, 1))
             piece = weight[:, None, None] * _piece(sources[rng.integers(len(sources))], len(time), rng)
@@ -176,7 +176,7 @@ def _piece(turns: np.ndarray, frames: int, rng: np.random.Generator) -> np.ndarr
 
 
 def _add_shifts(texture: np.ndarray, shifts: tuple[np.ndarray, ...], rng: np.random.Generator) -> None:
-    """The weight goes from foot to foot now and then."""
+    """Add weight shifts at random intervals, in place."""
     start = int(rng.uniform(0, _BETWEEN_SHIFTS[1]) * skeleton.FPS)
     while start < len(texture):
         shift = shifts[rng.integers(len(shifts))]

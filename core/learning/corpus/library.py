@@ -1,4 +1,4 @@
-"""What every clip means: file names read as meaning, hand, height and intensity; clips grouped by meaning."""
+"""The gesture library: clips with meaning, hand and intensity from their file names and with measured height and size."""
 
 import re
 from dataclasses import dataclass
@@ -44,10 +44,10 @@ MEANINGS = {
     "stop": "Stop StopForward StopLeft StopRight",
     "think": "Contemplate Think",
 }
-"""Meaning -> labels in file names. Labels that are not here (stretching, walking, a guitar) are no speech gestures."""
+"""Meaning -> labels in file names. Other labels (stretching, walking, a guitar) are no co-speech gestures."""
 
 ALL_MEANINGS = ("beat", *sorted({*MEANINGS, "unknown", "small", "count"} - {"beat"}))
-"""What a stroke may mean, in the order in which corpora count them."""
+"""All meanings of strokes; corpora store the index."""
 
 _LABELS = {label.lower(): meaning for meaning, labels in MEANINGS.items() for label in labels.split()}
 _NAME = re.compile(r"(?:\w+@(?P<rest>\w+?)_)?(?P<label>[A-Za-z]+?)(?P<intense>_intense)?(?P<hand>Lf|Rt|Bt)?(?P<variant>\d*)$")
@@ -55,10 +55,10 @@ _NAME = re.compile(r"(?:\w+@(?P<rest>\w+?)_)?(?P<label>[A-Za-z]+?)(?P<intense>_i
 
 @dataclass(frozen=True)
 class Gesture:
-    """A clip and what its name and its motion say.
+    """A clip with properties from its name and its motion.
 
-    ``height`` and ``size`` are measured: the higher wrist above the hip (metres, on our skeleton) at the emphasis, and
-    the longest way a wrist goes from rest.
+    ``height`` and ``size`` are measured in metres on the canonical skeleton: the higher wrist's height above the hip at the
+    emphasis, and the largest distance of a wrist from rest.
     """
 
     clip: Clip
@@ -71,12 +71,12 @@ class Gesture:
 
     @property
     def name(self) -> str:
-        """Unique in the library."""
+        """The clip's name, unique in the library."""
         return self.clip.name
 
     @cached_property
     def bend(self) -> float:
-        """How far the working elbows are bent at the emphasis, degrees; the straighter arm of two."""
+        """Bend of the gesturing elbow at the emphasis in degrees; the straighter one of two."""
         pose = self.clip.at(np.array([self.clip.emphasis]))[0]
         cosine = (pose[[4, 7]] * pose[[5, 8]]).sum(-1)
         working = [side == self.hand or self.hand == "both" for side in ("left", "right")]
@@ -84,29 +84,29 @@ class Gesture:
 
     @cached_property
     def hand(self) -> str:
-        """``"left"``, ``"right"`` or ``"both"``: which arms take a real part."""
+        """``"left"``, ``"right"`` or ``"both"``: the arms that take part."""
         left, right = self.clip.hands
         return "both" if min(left, right) > 0.55 * max(left, right) else "left" if left > right else "right"
 
     def mirrored(self) -> "Gesture":
-        """By the other hand."""
+        """Return the gesture with sides swapped."""
         return Gesture(self.clip.mirrored(), self.family, self.label, self.meaning, self.intense, self.height, self.size)
 
 
 def parse_name(stem: str) -> tuple[str, str, str, bool] | None:
-    """``(rest pose, label, meaning, intense)`` of a file's stem, or None if it is no co-speech gesture."""
-    found = _NAME.match(stem)
-    if not found:
+    """Parse a file's stem into ``(rest pose, label, meaning, intense)``; None if it is no co-speech gesture."""
+    match = _NAME.match(stem)
+    if not match:
         return None
-    label = found["label"]
+    label = match["label"]
     meaning = _LABELS.get(label.lower())
-    return (found["rest"] or "", label, meaning, bool(found["intense"])) if meaning else None
+    return (match["rest"] or "", label, meaning, bool(match["intense"])) if meaning else None
 
 
 def load(material: str | PathLike) -> list[Gesture]:
-    """All co-speech gestures below ``material``/smartbody and the authored ones in a fixed order, each also mirrored.
+    """Load all co-speech gestures below ``material``/smartbody and the authored ones in a fixed order, each also mirrored.
 
-    ``FileNotFoundError`` if the sets are not there.
+    Raises ``FileNotFoundError`` if the sets are missing.
     """
     gestures: list[Gesture] = []
     for family, (skeleton_file, roles) in SETS.items():
@@ -126,8 +126,8 @@ def load(material: str | PathLike) -> list[Gesture]:
 
 
 def _usable(clip: Clip, rest: str, meaning: str) -> bool:
-    """Whether the arms really move (a shrug may be all shoulders) and do not come from folded arms or from hands on
-    hips, but for a few large gestures that leave the hips at once."""
+    """Return whether the arms move (a shrug may be all shoulders) and do not start folded or with hands on the hips; a few
+    large gestures that leave the hips at once are usable."""
     if rest == "IdleCross01" or (rest == "Idle03" and meaning not in ("big", "thing", "there")):
         return False
     return max(clip.hands) >= 0.6 or meaning == "maybe"

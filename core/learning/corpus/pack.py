@@ -1,5 +1,6 @@
-"""The packed corpus that training reads, and what is worth knowing about it."""
+"""Packs talks into the corpus folder that training reads, with statistics."""
 
+from collections.abc import Iterable
 from os import PathLike
 
 import numpy as np
@@ -17,7 +18,7 @@ from .build import Performance, Talk
 from .library import ALL_MEANINGS
 
 QUIET_BEFORE, QUIET_AFTER = 1.5, 3.0
-"""Seconds around a stroke in which the arms may be on their way."""
+"""Seconds before and after a stroke in which the arms may be moving."""
 ARMS = {"forearms": FOREARMS, "upper arms": UPPER_ARMS}
 
 
@@ -26,24 +27,24 @@ def save(talks: list[Talk], folder: str | PathLike, seed: int) -> dict:
 
     Beyond what training needs: ``accents`` ``(A, 3)`` time, strength, main, and ``affect`` ``(R, 3)`` of every recording;
     ``strokes`` ``(S, 7)`` of every performance: its row, ready, emphasis, end (s), meaning (a row of meta's "meanings"),
-    hand (0 left, 1 right, 2 both), size (m); all with their own starts; ``said`` ``(S,)``, whether the words say a stroke's
-    meaning. ``ValueError`` for no talks.
+    hand (0 left, 1 right, 2 both), size (m); all with their own starts; ``said`` ``(S,)``, whether a stroke's meaning comes
+    from the words. Raises ``ValueError`` for no talks.
     """
     if not talks:
         raise ValueError("no talks to pack")
     words = sorted({word for talk in talks for word, _, _ in talk.words})
     figures = statistics(talks)
-    save_arrays(folder, {**_heard(talks, words), **_shown(talks)}, _meta(talks, words, seed, figures))
+    save_arrays(folder, {**_recording_arrays(talks, words), **_performance_arrays(talks)}, _meta(talks, words, seed, figures))
     return figures
 
 
 def _meta(talks: list[Talk], words: list[str], seed: int, figures: dict) -> dict:
     performances = [p for talk in talks for p in talk.performances]
-    known = zip(speakers.describe(), rest_poses(performances), _answers(performances), strict=True)
+    performers = zip(speakers.describe(), rest_poses(performances), _accent_selection(performances), strict=True)
     return {
         "format": FORMAT,
         "fps": skeleton.FPS,
-        "speakers": [{**speaker, "rest": pose.round(4).tolist(), "answers": taste} for speaker, pose, taste in known],
+        "speakers": [{**speaker, "rest": pose.round(4).tolist(), "answers": taste} for speaker, pose, taste in performers],
         "controls": list(CONTROLS),
         "meanings": list(ALL_MEANINGS),
         "prosody": list(prosody.NAMES),
@@ -55,26 +56,26 @@ def _meta(talks: list[Talk], words: list[str], seed: int, figures: dict) -> dict
     }
 
 
-def _answers(performances: list[Performance]) -> list[dict]:
-    """How each performer answers accents (:data:`answering.FACTS`), as far as it performs."""
+def _accent_selection(performances: list[Performance]) -> list[dict]:
+    """Return each performer's accent selection (:data:`answering.FACTS`); an empty dict for one without performances."""
     minutes = np.array([len(p.directions) / skeleton.FPS / 60 for p in performances])
-    found = answering.tastes(_strokes(performances), minutes, np.array([p.speaker for p in performances]))
-    return found + [{}] * (len(speakers.PERFORMERS) - len(found))
+    tastes = answering.tastes(_strokes(performances), minutes, np.array([p.speaker for p in performances]))
+    return tastes + [{}] * (len(speakers.PERFORMERS) - len(tastes))
 
 
 def _strokes(performances: list[Performance]) -> np.ndarray:
     return np.concatenate([np.insert(p.strokes[:, :6], 0, row, axis=1) for row, p in enumerate(performances)])
 
 
-def _heard(talks: list[Talk], words: list[str]) -> dict[str, np.ndarray]:
-    """The arrays of recordings; ``words``: all there are, one a row of ``vectors``."""
+def _recording_arrays(talks: list[Talk], words: list[str]) -> dict[str, np.ndarray]:
+    """Return the arrays of recordings; ``words``: the vocabulary, one word a row of ``vectors``."""
     number = {word: k for k, word in enumerate(words)}
     vectors = WordVectors.load().vectors(words) if words else np.zeros((1, 300))
     return {
         "mfcc": np.concatenate([talk.mfcc for talk in talks]),
         "mfcc_starts": _starts(talk.mfcc for talk in talks),
         "frame_starts": _starts(talk.prosody for talk in talks),
-        "word_index": np.concatenate([_rows(talk, number) for talk in talks]),
+        "word_index": np.concatenate([_word_rows(talk, number) for talk in talks]),
         "vectors": vectors.astype(np.float16),
         "prosody": np.concatenate([talk.prosody for talk in talks]),
         "prosody_plain": np.concatenate([talk.plain for talk in talks]),
@@ -84,8 +85,8 @@ def _heard(talks: list[Talk], words: list[str]) -> dict[str, np.ndarray]:
     }
 
 
-def _shown(talks: list[Talk]) -> dict[str, np.ndarray]:
-    """The arrays of performances."""
+def _performance_arrays(talks: list[Talk]) -> dict[str, np.ndarray]:
+    """Return the arrays of performances."""
     performances = [performance for talk in talks for performance in talk.performances]
     owner = [k for k, talk in enumerate(talks) for _ in talk.performances]
     return {
@@ -103,24 +104,24 @@ def _shown(talks: list[Talk]) -> dict[str, np.ndarray]:
 
 
 def statistics(talks: list[Talk]) -> dict:
-    """Hours, words, voices, strokes a minute, share of frames at rest, arm speeds (degrees a second), splits, speakers."""
+    """Return hours, words, voices, strokes a minute, share of time at rest, arm speeds (degrees/s), splits, speakers."""
     performances = [performance for talk in talks for performance in talk.performances]
     lengths = np.array([len(p.directions) for p in performances])
     hours = lengths.sum() / skeleton.FPS / 3600
-    heard = sum(talk.frames for talk in talks) / skeleton.FPS / 3600
+    speech_hours = sum(talk.frames for talk in talks) / skeleton.FPS / 3600
     strokes = np.concatenate([p.strokes for p in performances])
     kinds: dict[str, float] = {}
     for talk in talks:
         kinds[talk.kind] = kinds.get(talk.kind, 0.0) + talk.frames / skeleton.FPS / 3600
     result = {
         "recordings": len(talks),
-        "hours of speech": heard,
+        "hours of speech": speech_hours,
         "hours by voice": {kind: round(value, 3) for kind, value in sorted(kinds.items())},
         "performances": len(performances),
         "hours of performances": hours,
-        "words a minute": sum(len(talk.words) for talk in talks) / heard / 60,
+        "words a minute": sum(len(talk.words) for talk in talks) / speech_hours / 60,
         "strokes a minute": sum(len(p.strokes) for p in performances) / hours / 60,
-        "share of strokes on main accents": _on_main(talks),
+        "share of strokes on main accents": _share_on_main_accents(talks),
         "share of strokes with a meaning": float(np.mean(strokes[:, 3] > 0)),
         "share of strokes with a meaning not in the words": float(np.mean(strokes[:, 6] == 0)),
         "share of time at rest": 1 - float(np.average([p.active for p in performances], weights=lengths)),
@@ -135,8 +136,8 @@ def statistics(talks: list[Talk]) -> dict:
     return {key: round(value, 3) if isinstance(value, float) else value for key, value in result.items()}
 
 
-def _on_main(talks: list[Talk]) -> float:
-    """Share of planned strokes within 0.15 s of a main accent."""
+def _share_on_main_accents(talks: list[Talk]) -> float:
+    """Return the share of planned strokes within 0.15 s of a main accent."""
     hits, count = 0, 0
     for talk in talks:
         mains = np.append(talk.accents[talk.accents[:, 2] > 0, 0], 1e9)
@@ -147,9 +148,10 @@ def _on_main(talks: list[Talk]) -> float:
 
 
 def rest_poses(performances: list[Performance]) -> np.ndarray:
-    """How each performer stands between gestures when nothing is asked for, unit directions ``(speakers, 9, 3)``.
+    """Return each performer's mean pose between gestures without controls, unit directions ``(speakers, 9, 3)``.
 
-    The mean of all frames a while from any stroke; the natural rest pose for a performer who never pauses so long.
+    The mean of all frames outside :data:`QUIET_BEFORE` and :data:`QUIET_AFTER` of any stroke; :data:`rest.REST` for a
+    performer without such frames.
     """
     sums = np.zeros((len(speakers.PERFORMERS), 9, 3))
     for performance in performances:
@@ -163,11 +165,13 @@ def rest_poses(performances: list[Performance]) -> np.ndarray:
     return skeleton.normalize(sums)
 
 
-def _rows(talk: Talk, row: dict[str, int]) -> np.ndarray:
+def _word_rows(talk: Talk, row: dict[str, int]) -> np.ndarray:
+    """Return the vocabulary row ``(frames,)`` of the word spoken in each frame, -1 for none."""
     number = spans(talk.words, talk.frames, skeleton.FPS)
     table = np.array([row[word] for word, _, _ in talk.words] + [-1], np.int32)
     return table[number]
 
 
-def _starts(arrays) -> np.ndarray:
+def _starts(arrays: Iterable[np.ndarray]) -> np.ndarray:
+    """Return the offsets ``(n + 1,)`` of arrays that are concatenated."""
     return np.concatenate([[0], np.cumsum([len(array) for array in arrays])]).astype(np.int64)

@@ -1,10 +1,11 @@
 """Word times from a neural voice's phoneme durations.
 
-The voice is given text and reports phonemes; words are the runs between spaces. Its pronunciation front end sometimes
-runs function words together ("of the" becomes one run), so runs are matched to words by the length of each word's own
-pronunciation, and a run that holds several words is shared among them by that length.
+The voice reports the phonemes of a text; runs of phonemes between spaces are words. Its pronunciation front end sometimes
+joins function words ("of the" becomes one run), so that runs are matched to words by the length of each word's own
+pronunciation, and a run of several words is divided among them by that length.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 PUNCTUATION = set(",.?!;:")
@@ -14,9 +15,9 @@ STRESS, SECOND_STRESS = "ˈ", "ˌ"
 
 @dataclass(frozen=True)
 class Spoken:
-    """A word in samples of the voice: start and end, start and end of its most stressed vowel, stress 0, 1 or 2.
+    """A word in samples of the audio: start and end, start and end of its most stressed vowel, stress 0, 1 or 2.
 
-    ``pause`` is the place (sample) in the middle of punctuation after it, or -1.
+    ``pause`` is the sample in the middle of the pause after it, or -1 for none.
     """
 
     text: str
@@ -35,14 +36,14 @@ class _Run:
 
 
 def runs(alignment: list[tuple[str, int]]) -> list[_Run]:
-    """Split ``(phoneme, samples)`` at spaces; punctuation and the marks of beginning and end belong to no run."""
+    """Split ``(phoneme, samples)`` at spaces; punctuation and the marks of begin and end belong to no run."""
     result, at, current, start = [], 0, _Run([]), None
     for phoneme, samples in alignment:
         if phoneme == " " or phoneme in PUNCTUATION:
             if current.tokens:
                 result.append(current)
                 current = _Run([])
-                # what the voice counts as a space is the beginning of the next word, unless a pause comes first
+                # the duration of a space belongs to the next word, unless a pause comes first
                 start = at if phoneme == " " else None
             if phoneme in PUNCTUATION and result:
                 result[-1].pause, start = at + samples // 2, None
@@ -54,8 +55,10 @@ def runs(alignment: list[tuple[str, int]]) -> list[_Run]:
     return result + [current] if current.tokens else result
 
 
-def words(texts: tuple[str, ...], alignment: list[tuple[str, int]], pronounce) -> list[Spoken] | None:
-    """Place every word; ``pronounce(text) -> str`` gives a word's phonemes. None where no sensible match exists."""
+def words(
+    texts: tuple[str, ...], alignment: list[tuple[str, int]], pronounce: Callable[[str], str]
+) -> list[Spoken] | None:
+    """Return every word's times; ``pronounce`` gives a word's phonemes. None where runs and words do not match."""
     spoken = runs(alignment)
     expected = [max(1, sum(c.isalpha() for c in pronounce(text))) for text in texts]
     counts = _match(expected, [sum(c.isalpha() for c, _, _ in run.tokens) for run in spoken])
@@ -68,7 +71,7 @@ def words(texts: tuple[str, ...], alignment: list[tuple[str, int]], pronounce) -
         for k in range(count):
             end = len(run.tokens) if k == count - 1 else round(len(run.tokens) * sum(shares[: k + 1]) / sum(shares))
             tokens = run.tokens[begin : max(end, begin + 1)] or run.tokens[-1:]
-            word = _spoken(texts[first + k], tokens, run.pause if k == count - 1 else -1)
+            word = _place_word(texts[first + k], tokens, run.pause if k == count - 1 else -1)
             result.append(word if k else replace(word, start=run.start))
             begin = max(end, begin + 1)
         first += count
@@ -76,8 +79,8 @@ def words(texts: tuple[str, ...], alignment: list[tuple[str, int]], pronounce) -
 
 
 def _match(expected: list[int], lengths: list[int]) -> list[int] | None:
-    """How many words each run holds (1 to 3), by least total difference in length; None beyond a tenth of all."""
-    best = {0: (0.0, [])}
+    """Return the number of words of each run (1 to 3) of least total difference in length; None if the difference is large."""
+    best: dict[int, tuple[float, list[int]]] = {0: (0.0, [])}
     for length in lengths:
         following: dict[int, tuple[float, list[int]]] = {}
         for done, (cost, counts) in best.items():
@@ -91,7 +94,7 @@ def _match(expected: list[int], lengths: list[int]) -> list[int] | None:
     return counts if cost <= 2 + 0.12 * sum(expected) else None
 
 
-def _spoken(text: str, tokens: list[tuple[str, int, int]], pause: int) -> Spoken:
+def _place_word(text: str, tokens: list[tuple[str, int, int]], pause: int) -> Spoken:
     symbols = [token[0] for token in tokens]
     stress = 2 if STRESS in symbols else 1 if SECOND_STRESS in symbols else 0
     first = symbols.index(STRESS) if stress == 2 else symbols.index(SECOND_STRESS) if stress else 0

@@ -1,4 +1,4 @@
-"""Meanings of phrases: what several words say together, which none of them says alone."""
+"""Phrases of several words that have a gesture meaning of their own."""
 
 from collections.abc import Sequence
 
@@ -29,7 +29,7 @@ PHRASES = {
     "stop": "that's enough*|hold on*|wait a minute*|that will do*|no further*|not so fast*",
     "question": "why not*|what if*|how come*|what for*|who says*|how much*|how many*",
 }
-"""Meaning -> phrases of words in lower case; the star follows the word that bears the gesture."""
+"""Meaning -> phrases in lower case, separated by bars; a star marks the word on which the gesture falls."""
 
 
 def _compile() -> dict[str, list[tuple[tuple[str, ...], int, str]]]:
@@ -49,19 +49,19 @@ _TABLE = _compile()
 
 
 def find(words: Sequence[str], breaks: Sequence[bool] = ()) -> dict[int, tuple[str, range]]:
-    """Meanings that phrases give to words: number of the bearing word -> meaning and the numbers of the phrase's words.
+    """Find phrases: index of the word on which the gesture falls -> meaning and the indices of the phrase's words.
 
-    ``words`` in lower case without marks; ``breaks[k]``: the sentence ends after word ``k``. Longer phrases win, and no
-    word belongs to two.
+    ``words`` in lower case without punctuation; ``breaks[k]``: the sentence ends after word ``k``. Longer phrases win, and
+    phrases do not overlap.
     """
-    found, at = {}, 0
+    meanings, at = {}, 0
     while at < len(words):
         for phrase, bearer, meaning in _TABLE.get(words[at], ()):
             span = range(at, at + len(phrase))
             broken = any(breaks[k] for k in span[:-1] if k < len(breaks))
             if tuple(words[at : at + len(phrase)]) == phrase and not broken:
-                found[at + bearer] = (meaning, span)
+                meanings[at + bearer] = (meaning, span)
                 at = span[-1]
                 break
         at += 1
-    return found
+    return meanings

@@ -1,9 +1,10 @@
-"""How a talk is recorded: microphone, room, noises, telephone and narrow bands, clipping, lossy codecs.
+"""Simulates recordings of clean speech: microphone, room, noise, telephone and narrow bands, clipping, lossy codecs.
 
-Everything keeps the speech in its place to the sample, codecs included, so that word times stay true.
+No effect shifts the speech by a sample, codecs included, so that word times stay valid.
 """
 
 import io
+from typing import cast
 
 import numpy as np
 
@@ -17,45 +18,45 @@ CODECS = {
 }
 """Name -> container, encoder, bit rates in kbit/s."""
 
-_REACH = 4096
-"""Samples by which a codec may shift the sound."""
+_MAX_SHIFT = 4096
+"""Largest delay of a codec in samples."""
 
 
 def record(audio: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """The clean talk ``(n,)`` at 16 kHz as some microphone hears it, ``(n,)`` within full scale.
+    """Degrade the clean talk ``(n,)`` at 16 kHz at random; return ``(n,)`` within full scale.
 
-    A quarter nearly clean; the others with noise 12 to 45 dB below the speech, a room on 45 %, a narrow band on 40 %,
-    clipping on 10 % and a lossy codec on 35 %.
+    A quarter of the talks stays nearly clean; the others get noise 12 to 45 dB below the speech, 45 % of them a room, 40 % a
+    narrow band, 10 % clipping and 35 % a lossy codec.
     """
     audio = np.asarray(audio, float)
     if random.random() < 0.25:
         audio = tilt(audio, random.uniform(-2, 2)) + _noise(audio, random, random.uniform(42, 60))
-        return _levelled(audio, random)
+        return _set_level(audio, random)
     below = random.uniform(12, 45)
     noise = _noise(audio, random, below)
     if random.random() < 0.45:
         audio = room(audio, random)
     audio = tilt(audio, random.uniform(-5, 5)) + noise
-    audio = _narrowed(audio, random)
+    audio = _limit_band(audio, random)
     if random.random() < 0.1:
         audio = clipped(audio, random.uniform(0.005, 0.03))
     if random.random() < 0.35:
         name = str(random.choice(list(CODECS)))
         audio = codec(audio, name, int(random.choice(CODECS[name][2])))
-    return _levelled(audio, random)
+    return _set_level(audio, random)
 
 
-def _levelled(audio: np.ndarray, random: np.random.Generator) -> np.ndarray:
+def _set_level(audio: np.ndarray, random: np.random.Generator) -> np.ndarray:
     return audio / max(np.abs(audio).max(), 1e-9) * 10 ** (-random.uniform(1, 16) / 20)
 
 
 def _speech_level(audio: np.ndarray) -> float:
-    """Root mean square of what is not silence."""
+    """Return the root mean square of the samples that are not silence."""
     return float(np.sqrt(np.mean(audio[np.abs(audio) > 0.02 * np.abs(audio).max()] ** 2) + 1e-12))
 
 
 def _noise(audio: np.ndarray, random: np.random.Generator, below: float) -> np.ndarray:
-    """A background ``(n,)`` at ``below`` dB under the speech: hiss of some colour, mains hum, a murmur of voices, gusts."""
+    """Return noise ``(n,)`` at ``below`` dB under the speech: coloured hiss, also with mains hum, babble or gusts."""
     count = len(audio)
     noise = tilt(random.normal(size=count), random.uniform(-18, -2))
     noise /= noise.std()
@@ -65,9 +66,9 @@ def _noise(audio: np.ndarray, random: np.random.Generator, below: float) -> np.n
         hum = sum(np.sin(k * mains) / k for k in (1, 2, 3))
         noise = noise + random.uniform(0.3, 1.2) * hum
     elif kind == 2:
-        # the talk itself, backwards and several times over, is nobody's words
-        murmur = sum(np.roll(audio[::-1], int(random.integers(count))) for _ in range(6))
-        noise = 0.4 * noise + murmur / max(murmur.std(), 1e-9)
+        # six copies of the reversed talk sound like voices without intelligible words
+        babble = np.asarray(sum(np.roll(audio[::-1], int(random.integers(count))) for _ in range(6)))
+        noise = 0.4 * noise + babble / max(babble.std(), 1e-9)
     elif kind == 3:
         knots = np.arange(0, count + SAMPLE_RATE, SAMPLE_RATE // 2)
         slow = np.interp(np.arange(count), knots, random.normal(0, 5, len(knots)))
@@ -88,8 +89,8 @@ def room(audio: np.ndarray, random: np.random.Generator) -> np.ndarray:
     return fftconvolve(audio, response)[: len(audio)]
 
 
-def _narrowed(audio: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """As it is (60 %), by telephone (15 %), without bass (10 %) or without treble (15 %)."""
+def _limit_band(audio: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Return the audio unchanged (60 %), as a telephone call (15 %), without bass (10 %) or without treble (15 %)."""
     chance = random.random()
     if chance < 0.15:
         return telephone(audio)
@@ -101,7 +102,7 @@ def _narrowed(audio: np.ndarray, random: np.random.Generator) -> np.ndarray:
 
 
 def band(audio: np.ndarray, low: float | None, high: float | None) -> np.ndarray:
-    """Keep ``low`` to ``high`` Hz (None: no limit) with a filter of no delay, 48 dB an octave."""
+    """Keep ``low`` to ``high`` Hz (None: no limit) with a zero-phase filter of 48 dB an octave."""
     from scipy.signal import butter, sosfiltfilt
 
     limits = [limit for limit in (low, high) if limit]
@@ -110,7 +111,7 @@ def band(audio: np.ndarray, low: float | None, high: float | None) -> np.ndarray
 
 
 def telephone(audio: np.ndarray) -> np.ndarray:
-    """300 to 3400 Hz, 8 kHz, the 8 bits of the mu-law (ITU-T G.711)."""
+    """Simulate a telephone call: 300 to 3400 Hz, 8 kHz, 8-bit mu-law (ITU-T G.711)."""
     from scipy.signal import resample_poly
 
     narrow = resample_poly(band(audio, 300, 3400), 1, 2)
@@ -121,50 +122,50 @@ def telephone(audio: np.ndarray) -> np.ndarray:
 
 
 def clipped(audio: np.ndarray, share: float) -> np.ndarray:
-    """The loudest ``share`` of the samples that are not silence at their limit."""
+    """Clip the loudest ``share`` of the samples that are not silence."""
     loud = np.abs(audio)[np.abs(audio) > 0.02 * np.abs(audio).max()]
     limit = np.quantile(loud, 1 - share) if len(loud) else np.inf
     return np.clip(audio, -limit, limit)
 
 
 def codec(audio: np.ndarray, name: str, kilobits: int) -> np.ndarray:
-    """Through one of :data:`CODECS` and back, in memory, the same length and in the same place."""
+    """Encode and decode with one of :data:`CODECS` in memory; length and position of the sound stay."""
     import av
 
     container, encoder, _ = CODECS[name]
     peak = max(np.abs(audio).max(), 1e-9)
     file = io.BytesIO()
     with av.open(file, "w", format=container) as output:
-        stream = output.add_stream(encoder, rate=SAMPLE_RATE, layout="mono")
+        stream = cast("av.AudioStream", output.add_stream(encoder, rate=SAMPLE_RATE, layout="mono"))
         stream.bit_rate = kilobits * 1000
         resampler = av.AudioResampler(format=stream.codec_context.format, layout="mono", rate=SAMPLE_RATE)
-        # padding, because the last frame is lost where a codec delays
-        pcm = np.round(np.pad(audio, (0, _REACH)) / peak * 0.9 * 32767).astype(np.int16)[None]
+        # padding, because codecs with a delay lose the last frame
+        pcm = np.round(np.pad(audio, (0, _MAX_SHIFT)) / peak * 0.9 * 32767).astype(np.int16)[None]
         frame = av.AudioFrame.from_ndarray(pcm, format="s16", layout="mono")
         frame.sample_rate = SAMPLE_RATE
         for piece in [*resampler.resample(frame), *resampler.resample(None)]:
             output.mux(stream.encode(piece))
         output.mux(stream.encode(None))
     file.seek(0)
-    return _in_place(_decoded(file), audio / peak * 0.9) * peak / 0.9
+    return _align(_decode(file), audio / peak * 0.9) * peak / 0.9
 
 
-def _decoded(file) -> np.ndarray:
+def _decode(file: io.BytesIO) -> np.ndarray:
     import av
 
     resampler = av.AudioResampler(format="fltp", layout="mono", rate=SAMPLE_RATE)
-    with av.open(file) as container:
+    with av.open(file, "r") as container:
         pieces = [piece for frame in container.decode(audio=0) for piece in resampler.resample(frame)]
         pieces += resampler.resample(None)
     return np.concatenate([piece.to_ndarray()[0] for piece in pieces]).astype(float)
 
 
-def _in_place(audio: np.ndarray, original: np.ndarray) -> np.ndarray:
-    """``audio`` moved by the lag at which it is most like ``original``, at its length."""
+def _align(audio: np.ndarray, original: np.ndarray) -> np.ndarray:
+    """Shift ``audio`` by the lag of highest correlation with ``original`` and cut it to the same length."""
     from scipy.signal import correlate
 
     count = len(original)
-    padded = np.pad(audio[: count + 2 * _REACH], (_REACH, max(count + 2 * _REACH - len(audio), 0)))
-    likeness = correlate(padded[: count + 2 * _REACH], original, mode="valid", method="fft")
-    lag = int(np.argmax(likeness))
+    padded = np.pad(audio[: count + 2 * _MAX_SHIFT], (_MAX_SHIFT, max(count + 2 * _MAX_SHIFT - len(audio), 0)))
+    correlation = correlate(padded[: count + 2 * _MAX_SHIFT], original, mode="valid", method="fft")
+    lag = int(np.argmax(correlation))
     return padded[lag : lag + count]

@@ -1,4 +1,4 @@
-"""What a performer may draw from: all clips, weighed by meaning, taste, height, size, hand and where the hands are now."""
+"""Draws a performer's gestures from all clips, weighted by meaning, taste, height, size, hand and the hands' current place."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from .speakers import Performer
 BEAT = "beat"
 """The meaning of a stroke that only marks an accent."""
 MEMORY = 8
-"""Gestures that are not shown again so soon."""
+"""Number of last gestures that are not drawn again."""
 
 SHOWN = {
     "unknown": {"unknown": 1, "maybe": 0.5},
@@ -23,25 +23,27 @@ SHOWN = {
     "thing": {"thing": 1, "offer": 0.3},
     "maybe": {"maybe": 1, "unknown": 0.5},
 }
-"""Meaning -> meanings of the clips that show it; the others are shown by clips of their own."""
+"""Meaning -> weights of the clips' meanings that may show it; other meanings are shown by their own clips only."""
 _NEUTRAL = {
     "beat": 1.0, "list": 0.8, "offer": 1.0, "receive": 1.0, "thing": 1.0, "example": 1.0, "however": 0.8, "all": 0.7,
     "we": 0.4, "big": 0.4, "here": 0.5, "there": 0.45, "not": 0.35, "none": 0.5, "stop": 0.3, "question": 0.7, "please": 0.4,
     "think": 0.1, "me": 0.1, "you": 0.4, "maybe": 0.15, "small": 0.3, "unknown": 0.1,
 }  # fmt: skip
-"""How readily a clip marks an accent without its meaning: without hands and words most of them are just gestures."""
-_FAMILIES = (1.0, 0.75, 0.55, 0.35)
-_HEIGHT_SPREAD, _SIZE_SPREAD, _WAY, _WAY_SPREAD = 0.15, 0.45, 0.22, 0.22
+"""Weight of a clip of this meaning as a beat: without their words most of them look like plain gestures."""
+_FAMILY_WEIGHTS = (1.0, 0.75, 0.55, 0.35)
+"""By place in :attr:`Performer.families`; the last one for sets that are not listed."""
+_HEIGHT_SPREAD, _SIZE_SPREAD, _DISTANCE, _DISTANCE_SPREAD = 0.15, 0.45, 0.22, 0.22
+"""Spreads (m, log ratio, m) of the bells by which height, size and the wrists' distance to the start are weighted."""
 _BENT = 45.0
-"""Degrees of bend below which outstretched arms are less and less a beat."""
+"""Degrees of elbow bend below which a clip's weight as a beat falls."""
 _OVERHEAD = 0.4
-"""Metres above the hip: higher hands mean something."""
+"""Metres above the hip: clips with higher hands are not used as beats."""
 
 
 @dataclass(frozen=True)
 class Wish:
-    """What a stroke should be like: by which ``hand``, how high its wrist is (m above the hip), how large (m of way), whether
-    the accent bears an intense clip, and where the wrists ``(2, 3)`` are now, None if they come from rest."""
+    """Wanted properties of a stroke: ``hand``, ``height`` of the wrist (m above the hip), ``size`` (m of the wrist's path),
+    whether an intense clip fits the accent, and the wrists' present places ``(2, 3)``, None if they come from rest."""
 
     hand: str
     height: float
@@ -51,9 +53,9 @@ class Wish:
 
 
 class Repertoire:
-    """The gestures of one performer as arrays, and the draws from them."""
+    """The gesture library as arrays of properties, weighted for one performer."""
 
-    def __init__(self, performer: Performer, library: list[Gesture]):
+    def __init__(self, performer: Performer, library: list[Gesture]) -> None:
         self.performer, self._library = performer, library
         self._meaning = np.array([gesture.meaning for gesture in library])
         self._stem = np.array([gesture.name.rstrip("~") for gesture in library])
@@ -65,16 +67,16 @@ class Repertoire:
         self._pools: dict[str, np.ndarray] = {}
 
     def meanings(self) -> set[str]:
-        """What can be shown."""
+        """Return the meanings that can be shown."""
         own = set(self._meaning.tolist())
         return own | {meaning for meaning, sources in SHOWN.items() if own & set(sources)}
 
-    def draw(self, random: np.random.Generator, meaning: str, wish: Wish, memory: deque) -> Gesture:
-        """A gesture that shows ``meaning`` and fits the wish, not one that ``memory`` holds, which then remembers it."""
+    def draw(self, random: np.random.Generator, meaning: str, wish: Wish, memory: deque[str]) -> Gesture:
+        """Draw a gesture of ``meaning`` that fits the wish and is not in ``memory``, and append its name to ``memory``."""
         weight = self._pool(meaning) * self._fit(wish)
         fresh = weight * ~np.isin(self._stem, list(memory))
         if fresh.sum() < 1e-9:
-            # a meaning of few clips is rather repeated, the longest ago first, than given up
+            # a meaning with few clips repeats all but the last one
             fresh = weight * ~np.isin(self._stem, list(memory)[-1:])
             fresh = fresh if fresh.sum() > 1e-9 else weight + 1e-12
         gesture = self._library[int(random.choice(len(fresh), p=fresh / fresh.sum()))]
@@ -88,26 +90,26 @@ class Repertoire:
             else:
                 sources = SHOWN.get(meaning, {meaning: 1.0})
                 pool = np.array([float(sources.get(name, 0)) for name in self._meaning])
-            self._pools[meaning] = pool * self._liked
+            self._pools[meaning] = pool * self._taste
         return self._pools[meaning]
 
     def _fit(self, wish: Wish) -> np.ndarray:
         weight = np.exp(-0.5 * ((self._height - wish.height) / _HEIGHT_SPREAD) ** 2)
         weight *= np.exp(-0.5 * (np.log(self._size / wish.size) / _SIZE_SPREAD) ** 2)
-        other = {"left": "right", "right": "left"}.get(wish.hand, "")
-        weight *= np.where(self._hand == wish.hand, 1.0, np.where(self._hand == other, 0.02, 0.45))
+        opposite = {"left": "right", "right": "left"}.get(wish.hand, "")
+        weight *= np.where(self._hand == wish.hand, 1.0, np.where(self._hand == opposite, 0.02, 0.45))
         if not wish.intense:
             weight *= np.where(self._intense, 0.2, 1)
         if wish.wrists is not None:
-            # neither where the hands are already nor across the whole room
-            way = np.linalg.norm(self._ready - wish.wrists, axis=-1).max(axis=-1)
-            weight *= 0.15 + np.exp(-0.5 * ((way - _WAY) / _WAY_SPREAD) ** 2)
+            # favour a start neither where the hands already are nor far away
+            distance = np.linalg.norm(self._ready - wish.wrists, axis=-1).max(axis=-1)
+            weight *= 0.15 + np.exp(-0.5 * ((distance - _DISTANCE) / _DISTANCE_SPREAD) ** 2)
         return weight + 1e-9
 
     @cached_property
-    def _liked(self) -> np.ndarray:
-        order = {family: _FAMILIES[min(k, 3)] for k, family in enumerate(self.performer.families)}
-        return np.array([order.get(gesture.family, _FAMILIES[-1]) for gesture in self._library])
+    def _taste(self) -> np.ndarray:
+        order = {family: _FAMILY_WEIGHTS[min(k, 3)] for k, family in enumerate(self.performer.families)}
+        return np.array([order.get(gesture.family, _FAMILY_WEIGHTS[-1]) for gesture in self._library])
 
     @cached_property
     def _bend(self) -> np.ndarray:
@@ -115,6 +117,6 @@ class Repertoire:
 
     @cached_property
     def _ready(self) -> np.ndarray:
-        """Wrists ``(n, 2, 3)`` where a stroke begins."""
+        """Wrists ``(n, 2, 3)`` at the clips' ready times."""
         poses = np.concatenate([gesture.clip.at(np.array([gesture.clip.ready])) for gesture in self._library])
         return skeleton.to_positions(poses)[:, [6, 9]]

@@ -1,20 +1,24 @@
-"""Contact sheets: stick figures from the front and the side as one picture, for eyes. Needs matplotlib."""
+"""Contact sheets: stick figures from the front and the side in one image. Needs matplotlib."""
 
 from os import PathLike
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...motion import skeleton
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 _COLOURS = {"0.3": (0, 1, 2), "tab:red": (3, 4, 5), "tab:blue": (6, 7, 8)}
 _WIDTH, _HEIGHT = 1.5, 1.35
-"""Metres that a figure gets."""
+"""Metres between figures."""
 _CAPTION = 14
-"""Letters that fit above a figure."""
+"""Characters that fit above a figure."""
 
 
 def save(rows: list[tuple[str, np.ndarray, list[str]]], path: str | PathLike, side: bool = True) -> None:
-    """One row per ``(title, directions (n, 9, 3), captions)``; left arm red. The side view looks from the figure's left."""
+    """Draw one row per ``(title, directions (n, 9, 3), captions)``; left arm red. The side view looks from the left."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -41,8 +45,8 @@ def save(rows: list[tuple[str, np.ndarray, list[str]]], path: str | PathLike, si
     plt.close(figure)
 
 
-def _draw(axis, points: np.ndarray) -> None:
-    """All edges of figures ``(n, 10, 2)``, one line a colour with gaps between the edges."""
+def _draw(axis: "Axes", points: np.ndarray) -> None:
+    """Draw all edges of figures ``(n, 10, 2)``, one line a colour with gaps between the edges."""
     for colour, edges in _COLOURS.items():
         ends = points[:, [skeleton.EDGES[edge] for edge in edges]]
         lines = np.concatenate([ends, np.full_like(ends[..., :1, :], np.nan)], axis=-2).reshape(-1, 2)

@@ -1,19 +1,19 @@
-"""Made-up performers, as data: what they gesture with, how often, how large, how high, how they stand and rest."""
+"""Invented performers as data: clip sets, gesture rate, size and height, hand, posture and rest."""
 
 from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
 class Performer:
-    """A taste in gestures: what the director's draws lean to. Angles in degrees, times in seconds.
+    """A performer's parameters of the director's random draws. Angles in degrees, times in seconds.
 
-    ``families``: clip sets, most liked first. ``hand``: "left", "right" or "both", the one that does the everyday work;
-    ``both``: share of strokes by two hands. ``gap``: least time between strokes; ``threshold``: accent strength that is
-    answered every other time; ``semantic``: how readily a word's meaning is shown (0 seldom, 1 always). ``size`` scales
-    amplitude; ``height``: strokes "low", "mid" or "high". ``tempo`` scales the speed of preparation and retraction, ``hold``
-    stretches holds. ``plane`` scales how far strokes are turned and displaced; ``apart``: how often the arms of a two-handed
-    stroke go their own ways; ``chain``: strokes in a row, on average, before the hands pause; ``linger``: how often the hands
-    wait before the body, rather than at ``rest`` ("sides" or "front"), between two strokes.
+    ``families``: clip sets, the preferred one first. ``hand``: "left", "right" or "both", the usual hand; ``both``: share of
+    two-handed strokes. ``gap``: shortest time between strokes; ``threshold``: accent strength at which half of the accents get
+    a stroke; ``semantic``: how readily a word's meaning is shown (0 seldom, 1 always). ``size`` scales amplitude; ``height``:
+    strokes "low", "mid" or "high". ``tempo`` scales the speed of preparation and retraction, ``hold`` stretches holds.
+    ``plane`` scales how far strokes are rotated; ``apart``: how often the arms of a two-handed stroke follow different clips;
+    ``chain``: mean number of strokes in a row before the hands pause; ``linger``: how often the hands wait in front of the body
+    between two strokes, rather than at ``rest`` ("sides" or "front").
     Posture: ``lean`` forward, ``shoulders`` up, ``chin`` up. ``nod`` on an accent, ``drift`` and ``tilt`` of the head,
     ``sway`` of the trunk.
     """
@@ -44,13 +44,13 @@ class Performer:
     linger: float
 
     def handed(self, preference: float) -> "Performer":
-        """This performer asked to prefer a hand, from -1 (left) to 1 (right); small wishes change nothing."""
-        if abs(preference) < _WISH:
+        """Return this performer with a hand preference from -1 (left) to 1 (right); small values change nothing."""
+        if abs(preference) < _MIN_PREFERENCE:
             return self
         return replace(self, hand="left" if preference < 0 else "right", both=self.both * (1 - abs(preference)))
 
 
-_WISH = 0.25
+_MIN_PREFERENCE = 0.25
 _BRAD, _BRAD2, _WOMAN, _MAN, _NEURON = "Gestures", "Gestures2", "FemaleGestures", "MaleGestures", "PNGestures"
 
 PERFORMERS = (
@@ -181,27 +181,27 @@ CHANCES = {
     "shy student": 0.82, "deadpan": 0.88, "tired": 0.93, "skeptic": 0.95, "news anchor": 0.96, "stern": 0.96,
     "calm lecturer": 0.97,
 }  # fmt: skip
-"""How much chance has its way with those who are to be calm: what is drawn from noise moves more than it was taught to."""
+"""Scale of the noise for performers that must be calm: sampled motion is livelier than the motion it was trained on."""
 HANGS = {
     "warm host": 0.54, "thoughtful explainer": 0.54, "news anchor": 0.54, "diplomat": 0.54, "brisk presenter": 0.45,
     "nervous": 0.36, "eager storyteller": 0.36, "street preacher": 0.36, "sales rep": 0.36, "excited teenager": 0.36,
     "tour guide": 0.36, "shy student": 0.23, "elegant host": 0.27, "skeptic": 0.09,
 }  # fmt: skip
-"""How readily arms sink to hang that wait while somebody speaks: of those whose hands wait before the body most of the time."""
+"""How readily waiting arms sink to hang during speech, for performers whose hands mostly wait in front of the body."""
 DEFAULT = "eager storyteller"
-"""Who performs when the user asks for nobody in particular."""
+"""The performer of requests that name no style."""
 
 
 def describe() -> list[dict]:
-    """Names and descriptions in id order, as the data set's meta lists them; one is marked as the default."""
+    """Return the performers' entries of the corpus's meta in id order; one is marked as the default."""
     return [
         {
-            "name": one.name,
-            "description": one.description,
-            "default": one.name == DEFAULT,
-            "semantic": one.semantic,
-            "chance": CHANCES.get(one.name, 1.0),
-            "hangs": HANGS.get(one.name, 0.0),
+            "name": performer.name,
+            "description": performer.description,
+            "default": performer.name == DEFAULT,
+            "semantic": performer.semantic,
+            "chance": CHANCES.get(performer.name, 1.0),
+            "hangs": HANGS.get(performer.name, 0.0),
         }
-        for one in PERFORMERS
+        for performer in PERFORMERS
     ]

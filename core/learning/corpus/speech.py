@@ -1,4 +1,4 @@
-"""The spoken half of the corpus: talks in many voices with the time of every word."""
+"""The corpus's speech: talks in many voices with the time of every word."""
 
 import json
 from dataclasses import asdict, dataclass
@@ -16,15 +16,15 @@ KINDS = (
     *("piper", "flite:slt", "piper", "flite:rms", "piper", "flite:awb", "piper", "flite:kal16", "piper", "flite:slt"),
     *("piper", "espeak", "piper", "flite:rms", "piper", "flite:slt", "piper", "flite:awb", "piper", "flite:kal16"),
 )
-"""Voices of the talks of a split in turn. Every other one is Piper's, so that a second reading, a place on, is another's."""
+"""Voices of a split's talks, in rotation. Every other one is Piper's: a second reading starts one place on, so in another."""
 
-_HUMAN_EVERY, _HUMANS = 20, 28
-"""Every twentieth talk is a person's, 28 in all; the places are kept where their material is missing."""
+_HUMAN_INTERVAL, _MAX_HUMANS = 20, 28
+"""Every twentieth talk is a recording of a person, 28 in all; their indices stay reserved where the material is missing."""
 
 
 @dataclass(frozen=True)
 class Word:
-    """A word in a talk. Times in seconds; ``vowel`` is its most stressed vowel; ``stress`` 0 none, 1 second, 2 main.
+    """A word in a talk. Times in seconds; ``vowel``: span of its most stressed vowel; ``stress`` 0 none, 1 secondary, 2 main.
 
     ``sentence`` counts from 0; ``closing`` is the punctuation mark after it, or "".
     """
@@ -40,10 +40,11 @@ class Word:
 
 @dataclass(frozen=True)
 class Speech:
-    """A spoken talk: ``clean`` and ``recorded`` audio ``(n,)`` float32 at 16 kHz, words, affect of each sentence ``(s, 3)``.
+    """A spoken talk: ``clean`` and ``recorded`` (degraded) audio ``(n,)`` float32 at 16 kHz, words, affect of each sentence
+    ``(s, 3)``.
 
     ``voice`` holds its ``kind``, as in ``piper``, ``flite:slt``, ``espeak:en-gb`` or ``human:prompts``. A recording
-    without known text has no words and one row of middling affect.
+    without known text has no words and one row of neutral affect.
     """
 
     index: int
@@ -56,11 +57,11 @@ class Speech:
 
     @property
     def duration(self) -> float:
-        """Seconds."""
+        """Length in seconds."""
         return len(self.clean) / SAMPLE_RATE
 
     def save(self, path: str | PathLike) -> None:
-        """Write as ``.npz`` with 16-bit audio, whole or not at all."""
+        """Write as ``.npz`` with 16-bit audio, atomically."""
         words = [asdict(word) for word in self.words]
         text = json.dumps({"index": self.index, "split": self.split, "words": words, "voice": self.voice})
         pcm = {name: np.round(getattr(self, name) * 32767).astype(np.int16) for name in ("clean", "recorded")}
@@ -80,8 +81,8 @@ class Speech:
 
 @dataclass(frozen=True)
 class Talk:
-    """A talk to be made: its index for ever, the ``kind`` of its voice, the script (None: a person's recording) and its
-    ``number`` (which reading of the script, from 0; which of the persons' talks)."""
+    """A talk to be synthesized: its permanent index, the ``kind`` of its voice, the script (None: a person's recording) and
+    its ``number`` (which reading of the script, from 0; which one of the recordings of people)."""
 
     index: int
     kind: str
@@ -90,15 +91,15 @@ class Talk:
 
     @property
     def split(self) -> int:
-        """0 train, 1 validation, 2 test; people are for training."""
+        """0 train, 1 validation, 2 test; recordings of people are for training."""
         return self.script.split if self.script else 0
 
 
 @lru_cache(maxsize=1)
 def talks(material: str, seed: int) -> list[Talk]:
-    """All talks there can be: every script in one voice, people between them, then every script in another voice.
+    """List all possible talks: every script in one voice, people between them, then every script in another voice.
 
-    Any beginning of the list has all splits and nearly the same share of every voice.
+    Every prefix of the list has all splits and nearly the same share of every voice.
     """
     scripts = texts.scripts(texts.load_sentences(material), seed)
     result, persons = [], 0
@@ -106,7 +107,7 @@ def talks(material: str, seed: int) -> list[Talk]:
         turn = [reading] * len(texts.SPLITS)
         espeak = reading
         for script in scripts:
-            if persons < _HUMANS and len(result) % _HUMAN_EVERY == _HUMAN_EVERY - 1:
+            if persons < _MAX_HUMANS and len(result) % _HUMAN_INTERVAL == _HUMAN_INTERVAL - 1:
                 result.append(Talk(len(result), "human:prompts" if persons else "human:sonnet", None, persons))
                 persons += 1
             kind = KINDS[turn[script.split] % len(KINDS)]
@@ -118,25 +119,25 @@ def talks(material: str, seed: int) -> list[Talk]:
 
 
 def count(material: str, seed: int) -> int:
-    """How many talks :func:`talks` lists."""
+    """Return the number of talks of :func:`talks`."""
     return len(talks(material, seed))
 
 
 def make(material: str, index: int, seed: int) -> Speech | None:
-    """Speak (or join from recordings) talk ``index`` of :func:`talks`; None if nothing could be said or found.
+    """Synthesize talk ``index`` of :func:`talks`, or join it from recordings; None if no sentence or recording is usable.
 
-    Everything random follows from ``seed`` and the index, except the noise inside Piper's generator: two runs differ in
-    detail there, and the cache keeps the first. Raises :class:`S2agError` where a voice's program is missing.
+    All randomness follows from ``seed`` and the index, except the noise inside Piper's generator: two runs differ in detail
+    there, and the cache keeps the first. Raises :class:`S2agError` where a voice's program is missing.
     """
     talk = talks(material, seed)[index]
     random = np.random.default_rng([seed, index])
     if talk.script is None:
-        return _person(material, talk, seed, random)
+        return _person_talk(material, talk, seed, random)
     return speak(talk.script, talk.kind, random, index)
 
 
 def speak(script: texts.Script, kind: str, random: np.random.Generator, index: int = 0) -> Speech | None:
-    """Perform a script in a voice of this kind; None if none of its sentences could be placed."""
+    """Speak a script in a voice of this kind; None if no sentence's words could be aligned."""
     person, voice = acting.draw_voice(kind, random), voices.voice(kind)
     pieces, words, affects = [_silence(random.uniform(0.3, 1.5))], [], []
     for sentence in script.sentences:
@@ -146,42 +147,51 @@ def speak(script: texts.Script, kind: str, random: np.random.Generator, index: i
         said = voice.say(sentence, delivery.manner)
         if said is None:
             continue
-        pauses = [acting.comma_pause(arousal, random) for _ in said[1][:-1]] + [0.0]
-        audio, placed = acting.paused(acting.act(*said, delivery), said[1], pauses)
-        numbers = [len(affects)] * len(placed)
-        words += _words(placed, sum(map(len, pieces)), numbers, texts.closings(sentence.text))
+        plain, spoken = said
+        pauses = [acting.comma_pause(arousal, random) for _ in spoken[:-1]] + [0.0]
+        audio, spoken = acting.paused(acting.act(plain, spoken, delivery), spoken, pauses)
+        numbers = [len(affects)] * len(spoken)
+        words += _words(spoken, sum(map(len, pieces)), numbers, texts.closings(sentence.text))
         pieces += [audio, _silence(acting.sentence_pause(arousal, random))]
         affects.append(affect)
     if not affects:
         return None
-    return _recorded(index, script.split, np.concatenate(pieces), words, np.array(affects), asdict(person), random)
+    return _finish(index, script.split, np.concatenate(pieces), words, np.array(affects), asdict(person), random)
 
 
-def _person(material: str, talk: Talk, seed: int, random: np.random.Generator) -> Speech | None:
+def _person_talk(material: str, talk: Talk, seed: int, random: np.random.Generator) -> Speech | None:
     words, voice = [], {"kind": talk.kind}
     if talk.kind == "human:sonnet":
-        audio, placed, closings, numbers = human.sonnet(material)
-        words = _words(placed, 0, numbers, closings)
+        audio, spoken, closings, numbers = human.sonnet(material)
+        words = _words(spoken, 0, numbers, closings)
     else:
         groups = human.prompt_talks(seed)
         if talk.number > len(groups):
             return None
         audio = human.join_prompts(groups[talk.number - 1], random)
     rows = 1 + (words[-1].sentence if words else 0)
-    return _recorded(talk.index, 0, audio, words, np.full((rows, 3), 0.5), voice, random)
+    return _finish(talk.index, 0, audio, words, np.full((rows, 3), 0.5), voice, random)
 
 
-def _recorded(index, split, audio, words, affect, voice, random) -> Speech:
-    """Levelled, and heard by a microphone."""
+def _finish(
+    index: int,
+    split: int,
+    audio: np.ndarray,
+    words: list[Word],
+    affect: np.ndarray,
+    voice: dict,
+    random: np.random.Generator,
+) -> Speech:
+    """Normalise the peak, simulate a recording, and return the talk."""
     clean = (audio / max(np.abs(audio).max(), 1e-9) * 0.9).astype(np.float32)
     recorded = recording.record(clean, random).astype(np.float32)
     return Speech(index, split, clean, recorded, tuple(words), affect, voice)
 
 
-def _words(placed: list[Spoken], offset: int, sentences: list[int], closings) -> list[Word]:
-    """Words in seconds from words in samples that begin ``offset`` samples into the talk."""
+def _words(spoken: list[Spoken], offset: int, sentences: list[int], closings: list[str]) -> list[Word]:
+    """Convert words in samples, ``offset`` samples into the talk, to words in seconds."""
     result = []
-    for word, sentence, closing in zip(placed, sentences, closings, strict=True):
+    for word, sentence, closing in zip(spoken, sentences, closings, strict=True):
         start, end, first, last = ((x + offset) / SAMPLE_RATE for x in (word.start, word.end, *word.vowel))
         result.append(Word(word.text, start, end, (first, last), word.stress, sentence, closing))
     return result

@@ -1,6 +1,6 @@
-"""``python -m s2ag.core.learning.corpus.speech_cache --material PATH --out DIR``: speak talks into a folder, one file each.
+"""``python -m s2ag.core.learning.corpus.speech_cache --material PATH --out DIR``: synthesizes talks into a folder, a file each.
 
-A build that was stopped goes on, and a larger one only adds: what is there is used as it is.
+Existing files are used as they are: an interrupted build continues, and a larger one only adds.
 """
 
 import argparse
@@ -8,6 +8,7 @@ import json
 import multiprocessing
 import os
 import sys
+from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
 from os import PathLike
 from pathlib import Path
@@ -20,26 +21,31 @@ from . import human, speech
 
 
 def obtain(material: str, cache: str | PathLike, index: int, seed: int) -> speech.Speech | None:
-    """Talk ``index`` of :func:`speech.talks` from the ``cache`` folder, spoken first if it is not there; None if it cannot be.
+    """Return talk ``index`` of :func:`speech.talks` from the ``cache`` folder, synthesized first if missing; None on failure.
 
-    Always what the file holds, so that a second build gives the same corpus.
+    The result is always read from the file, so that a second build gives the same corpus.
     """
     path = _path(cache, index)
     if not path.exists():
-        made = speech.make(material, index, seed)
-        if made is None:
+        talk = speech.make(material, index, seed)
+        if talk is None:
             return None
-        made.save(path)
+        talk.save(path)
     return speech.Speech.load(path)
 
 
 def fill(
-    material: str, cache: str | PathLike, hours: float, workers: int, seed: int = 0, progress=lambda seconds: None
+    material: str,
+    cache: str | PathLike,
+    hours: float,
+    workers: int,
+    seed: int = 0,
+    progress: Callable[[float], object] = lambda seconds: None,
 ) -> float:
-    """Speak talks in order until there are ``hours`` of them; returns the seconds there are.
+    """Synthesize talks in order until there are ``hours`` of them; return their total in seconds.
 
-    ``progress`` is told the seconds of each talk in order. Raises ``FileNotFoundError`` where the material is missing and
-    :class:`S2agError` where a voice's program is.
+    ``progress`` is called with the seconds of each talk in order. Raises ``FileNotFoundError`` where the material is missing
+    and :class:`S2agError` where a voice's program is missing.
     """
     count, total = len(speech.talks(material, seed)), 0.0
     Path(cache).mkdir(parents=True, exist_ok=True)
@@ -51,13 +57,13 @@ def fill(
         for index in range(count):
             pending.append(pool.submit(_seconds, material, cache, index, seed))
             if len(pending) > 2 * workers:
-                total += _told(pending.pop(0), progress)
+                total += _report(pending.pop(0), progress)
                 if total >= hours * 3600:
                     break
-        return total + sum(_told(task, progress) for task in pending)
+        return total + sum(_report(task, progress) for task in pending)
 
 
-def _told(task: Future, progress) -> float:
+def _report(task: Future[float], progress: Callable[[float], object]) -> float:
     seconds = task.result()
     if progress:
         progress(seconds)
@@ -65,19 +71,19 @@ def _told(task: Future, progress) -> float:
 
 
 def _single_thread() -> None:
-    """Workers share the cores by talks, not within a talk."""
+    """Limit OpenMP to one thread: workers share the cores by talks, not within a talk."""
     os.environ["OMP_NUM_THREADS"] = "1"
 
 
-def _seconds(material: str, cache: str, index: int, seed: int) -> float:
-    """Make the talk if it is not there; its length, or 0 if it cannot be."""
+def _seconds(material: str, cache: str | PathLike, index: int, seed: int) -> float:
+    """Synthesize the talk if its file is missing; return its seconds, or 0 if it cannot be made."""
     path = _path(cache, index)
     if not path.exists():
-        made = speech.make(material, index, seed)
-        if made is None:
+        talk = speech.make(material, index, seed)
+        if talk is None:
             return 0.0
-        made.save(path)
-        return made.duration
+        talk.save(path)
+        return talk.duration
     with np.load(path) as data:
         return len(data["clean"]) / SAMPLE_RATE
 

@@ -1,11 +1,12 @@
-"""EmoBank's sentences, cleaned for a voice, joined into talks of similar affect.
+"""EmoBank's sentences, cleaned for speech synthesis and joined into talks of similar affect.
 
-EmoBank gives valence, arousal and dominance (1 to 5) by readers' judgement and a split; sentences of different splits
-never meet in a talk, so the splits of the corpus share neither audio nor sentences.
+EmoBank gives each sentence valence, arousal and dominance (1 to 5, as judged by readers) and a split. A talk holds sentences
+of one split only, so that the splits of the corpus share neither audio nor sentences.
 """
 
 import csv
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -16,12 +17,12 @@ SPLITS = {"train": 0, "dev": 1, "test": 2}
 _REPLACE = str.maketrans({"’": "'", "‘": "'", "“": "", "”": "", '"': "", "–": ", ", "—": ", ", "…": ".", "-": " "})
 _WORD = re.compile(r"[a-z']*[a-z][a-z']*")
 _WORDS_A_SECOND = 2.55
-"""Over a whole talk, pauses included; only for cutting talks to length."""
+"""Words a second over a whole talk, pauses included; used only to choose the number of sentences of a talk."""
 
 
 @dataclass(frozen=True)
 class Sentence:
-    """Text for the voice, its words in lower case, affect as ranks 0..1 (valence, arousal, dominance)."""
+    """Text for the synthetic voice, its words in lower case, affect as ranks 0..1 (valence, arousal, dominance), split."""
 
     text: str
     words: tuple[str, ...]
@@ -31,7 +32,7 @@ class Sentence:
 
 @dataclass(frozen=True)
 class Script:
-    """A talk to be spoken: an index that names it for ever, sentences, split."""
+    """The sentences of a talk; ``index`` identifies it permanently."""
 
     index: int
     sentences: tuple[Sentence, ...]
@@ -48,7 +49,7 @@ class Script:
 
 
 def clean(text: str) -> str | None:
-    """Text that a voice reads word for word, or None if it holds figures, symbols, acronyms or is not a sentence."""
+    """Return text that a voice reads word for word, or None if it holds digits, symbols, acronyms or several sentences."""
     text = re.sub(r"\s*\.(\s*\.)+\s*", ". ", text.translate(_REPLACE))
     text = re.sub(r"\s+([,.?!;:])", r"\1", re.sub(r"\s+", " ", text)).strip(" ,.;:'")
     text = re.sub(r"[,;:]*([,;:.?!])[,.;:?!]*", r"\1", text)
@@ -58,7 +59,7 @@ def clean(text: str) -> str | None:
 
 
 def load_sentences(material: str | PathLike) -> list[Sentence]:
-    """Usable sentences of ``material``/emobank/emobank.csv (3 to 32 words), in the file's order."""
+    """Return the usable sentences of ``material``/emobank/emobank.csv (3 to 32 words), in the file's order."""
     rows = []
     with open(Path(material) / "emobank" / "emobank.csv", newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
@@ -68,27 +69,28 @@ def load_sentences(material: str | PathLike) -> list[Sentence]:
                 judged = [float(row[key]) for key in "VAD"]
                 rows.append((text, tuple(word.strip("'") for word in words), judged, SPLITS[row["split"]]))
     affect = np.array([row[2] for row in rows])
-    # ranks, because the judgements crowd round 3; ties keep the file's order
+    # ranks, because most judgements are near 3; ties keep the file's order
     ranks = np.argsort(np.argsort(affect, axis=0, kind="stable"), axis=0) / max(len(rows) - 1, 1)
     return [
-        Sentence(text, words, tuple(map(float, rank)), split) for (text, words, _, split), rank in zip(rows, ranks, strict=True)
+        Sentence(text, words, (float(valence), float(arousal), float(dominance)), split)
+        for (text, words, _, split), (valence, arousal, dominance) in zip(rows, ranks, strict=True)
     ]
 
 
 def closings(text: str) -> list[str]:
-    """The punctuation mark after each word of a cleaned sentence, or ""."""
+    """Return the punctuation mark after each word of a cleaned sentence, or ""."""
     return [mark if mark.strip() else "" for mark in (text[m.end() : m.end() + 1] for m in _WORD.finditer(text.lower()))]
 
 
 def scripts(sentences: list[Sentence], seed: int) -> list[Script]:
-    """All talks of 40 to 70 s that the sentences make, shuffled so that any beginning of the list has all splits.
+    """Group the sentences into talks of 40 to 70 s, shuffled so that every prefix of the list has all splits.
 
-    The list does not depend on how many talks are wanted, so a corpus can grow without redoing what it has.
+    The list does not depend on how many talks are used, so that a corpus can grow without making its talks again.
     """
     random = np.random.default_rng(seed)
     by_split = []
     for split in sorted(set(SPLITS.values())):
-        talks = list(_cut([s for s in sentences if s.split == split], random))
+        talks = list(_group([s for s in sentences if s.split == split], random))
         random.shuffle(talks)
         by_split.append(talks)
     # interleave by relative position within each split
@@ -96,8 +98,8 @@ def scripts(sentences: list[Sentence], seed: int) -> list[Script]:
     return [Script(index, talk) for index, (_, _, talk) in enumerate(placed)]
 
 
-def _cut(sentences: list[Sentence], random: np.random.Generator):
-    """Yield groups of sentences of like arousal and valence, of random length between 40 and 70 s."""
+def _group(sentences: list[Sentence], random: np.random.Generator) -> Iterator[tuple[Sentence, ...]]:
+    """Yield groups of sentences of similar arousal and valence, of random length between 40 and 70 s."""
     cells: dict[tuple[int, int], list[Sentence]] = {}
     for sentence in sentences:
         cells.setdefault((int(sentence.affect[1] * 4.999), int(sentence.affect[0] * 2.999)), []).append(sentence)

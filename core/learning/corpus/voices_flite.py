@@ -1,7 +1,8 @@
-"""Flite's voices through its C library, which knows every phone's word, syllable and end."""
+"""Flite's voices through its C library, which reports every phone's word, syllable and end time."""
 
 import ctypes
 from ctypes import POINTER, c_char_p, c_float, c_int, c_short, c_void_p
+from typing import Protocol
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from .texts import Sentence
 
 NAMES = ("slt", "rms", "awb", "kal16")
 _WORD = b"R:SylStructure.parent.parent.R:Token.parent"
-"""From a phone to what stood between spaces in the text ("John's" is two of Flite's words, one of ours)."""
+"""Path from a phone to its token of the text between spaces ("John's" is two of Flite's words but one token)."""
 
 
 class _Wave(ctypes.Structure):
@@ -38,12 +39,19 @@ _SIGNATURES = {
 }
 
 
-class Flite:
-    """One of :data:`NAMES`. Raises :class:`S2agError` where the library is missing."""
+class _Manner(Protocol):
+    """The part of :class:`voices.Manner` that Flite follows."""
 
-    def __init__(self, name: str):
+    @property
+    def tempo(self) -> float: ...
+
+
+class Flite:
+    """The Flite voice of one of :data:`NAMES`. Raises :class:`S2agError` where the library is missing."""
+
+    def __init__(self, name: str) -> None:
         try:
-            # the voices look for their language and dictionary among the symbols already loaded
+            # the voices resolve their language and dictionary from the symbols already loaded
             self._library = ctypes.CDLL("libflite.so.1", mode=ctypes.RTLD_GLOBAL)
             for part in ("usenglish", "cmulex"):
                 ctypes.CDLL(f"libflite_{part}.so.1", mode=ctypes.RTLD_GLOBAL)
@@ -58,10 +66,10 @@ class Flite:
         self._voice = register(None)
         self._features = ctypes.cast(self._voice, POINTER(_Voice)).contents.features
 
-    def say(self, sentence: Sentence, manner) -> tuple[np.ndarray, list[Spoken]] | None:
-        """Audio at 16 kHz and placed words; None where Flite reads the text as other words."""
+    def say(self, sentence: Sentence, manner: _Manner) -> tuple[np.ndarray, list[Spoken]] | None:
+        """Return audio at 16 kHz and the words' times; None where Flite reads the text as other words."""
         flite = self._library
-        # its noise comes from the C library's generator: every sentence starts anew, so a talk can be made again
+        # Flite's noise comes from the C library's generator, which is seeded for each sentence to be reproducible
         ctypes.CDLL(None).srand(1)
         flite.feat_set_float(self._features, b"duration_stretch", 1 / manner.tempo)
         utterance = flite.flite_synth_text(sentence.text.encode(), self._voice)
@@ -75,11 +83,11 @@ class Flite:
             phones = self._phones(utterance)
         finally:
             flite.delete_utterance(utterance)
-        placed = words(sentence.words, phones)
-        return (audio, placed) if placed else None
+        spoken = words(sentence.words, phones)
+        return (audio, spoken) if spoken else None
 
-    def _phones(self, utterance) -> list[tuple[int | None, float, bool, bool]]:
-        """Word identity (None in a pause), end (s), in a stressed syllable, vowel."""
+    def _phones(self, utterance: int) -> list[tuple[int | None, float, bool, bool]]:
+        """Return each phone's token (None in a pause), end (s), whether its syllable is stressed, whether it is a vowel."""
         flite, result = self._library, []
         phone = flite.relation_head(flite.utt_relation(utterance, b"Segment"))
         while phone:
@@ -91,18 +99,18 @@ class Flite:
 
 
 def words(texts: tuple[str, ...], phones: list[tuple[int | None, float, bool, bool]]) -> list[Spoken] | None:
-    """Words from ``(identity or None, end in seconds, stressed, vowel)`` phones; None if their number differs."""
+    """Return words from phones ``(token or None, end in seconds, stressed, vowel)``; None if their number differs."""
     groups, begin = [], 0.0
     for identity, end, stressed, vowel in phones:
         if not groups or identity != groups[-1][0]:
             groups.append((identity, []))
         groups[-1][1].append((round(begin * SAMPLE_RATE), round(end * SAMPLE_RATE), stressed, vowel))
         begin = end
-    said = [k for k, group in enumerate(groups) if group[0]]
-    if len(said) != len(texts):
+    spoken = [k for k, group in enumerate(groups) if group[0]]
+    if len(spoken) != len(texts):
         return None
     result = []
-    for text, k in zip(texts, said, strict=True):
+    for text, k in zip(texts, spoken, strict=True):
         part = groups[k][1]
         vowels = [phone for phone in part if phone[3]] or part
         main = next((phone for phone in vowels if phone[2]), vowels[0])
