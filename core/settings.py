@@ -8,16 +8,16 @@ it here and read ``request.NAME`` where it acts.
 
 from dataclasses import dataclass
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import characters
-from .declaration import Setting, options, setting, sliders, table
+from .declaration import NUMBERS, Setting, options, setting, sliders, table
 
 if TYPE_CHECKING:
     import numpy as np
 
 __all__ = ["AFFECTS", "CONTROLS", "CURVES", "SWITCHES", "Documents", "Models", "Setting", "Settings"]
-__all__ += ["named", "options", "sliders", "table"]
+__all__ += ["named", "options", "sliders", "stated", "table"]
 
 _STEERS = {"low": -1.0, "high": 1.0, "control": True, "curve": True, "group": "expression", "preset": True}
 _SCENE = 13 * 3600.0
@@ -286,3 +286,19 @@ def named(**about: object) -> tuple[str, ...]:
         return value in own if isinstance(own, tuple) else own == value
 
     return tuple(key for key, one in table(Settings).items() if all(fits(one, *pair) for pair in about.items()))
+
+
+def stated(settings: Settings) -> dict[str, Any]:
+    """Return the settings that a motion's provenance states, as JSON has them."""
+    values = {one: getattr(settings, name) for name, one in table(Settings).items()}
+    return {one.name: _as_json(one.kind, value) for one, value in values.items()
+            if one.meta == "always" or (one.meta == "set" and value)}  # fmt: skip
+
+
+def _as_json(kind: str, value: Any) -> Any:
+    """Return the value of a setting of this kind as JSON has it."""
+    if kind in NUMBERS:
+        return float(value)
+    if kind == "affects":
+        return {name: float(share) for name, share in value.items()}
+    return [list(row) for row in value] if kind == "list" else value

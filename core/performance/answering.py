@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ..model.noise import noise, uniform
 from ..motion import requested, skeleton
 from ..sound import arousal_estimate, prosody
 from . import keeping
-from .noise import noise, uniform
 
 FACTS = ("rate", "size", "spread", "left", "right", "both", "ready", "end")
 """A taste: strokes a minute of speech, median of their sizes (m) and deviation of the logarithm, shares of the hands, seconds

@@ -13,12 +13,12 @@ from functools import partial
 import numpy as np
 
 from ..errors import Cancelled
+from ..model.noise import noise
 from ..model.timing import IN_STEP
 from ..motion import hand_numbers, skeleton
 from ..threads import each
 from . import living
 from .casting import Performers
-from .noise import noise
 from .tempo import Tempo
 
 TILE = 8192

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ..declaration import NUMBERS
 from ..face import making
 from ..meaning import choosing, showing
 from ..motion import rest, skeleton
@@ -16,7 +15,7 @@ from ..motion.face import RATE, Face
 from ..motion.hands import Hands
 from ..motion.motion import Motion
 from ..motion.pelvis import Pelvis
-from ..settings import Settings, named, table
+from ..settings import named, stated
 from ..threads import each
 from ..words import hints
 from . import course, listening, living, refine, stance
@@ -144,27 +143,11 @@ def _meta(checkpoint: Any, request: Request, heard: Heard, performers: Performer
         "audio": heard.digest,
         "transcript": hashlib.sha256(json.dumps(words).encode()).hexdigest() if words else None,
         "style": style if len(style) > 1 and performers.begins is None else style[0],
-        **_settings_told(request),
+        **stated(request),
         **other_recording(request, heard),
         "checkpoint": checkpoint.hash,
         **({} if request.latent is None else {"latent": performers.own[0].tolist()}),
     }
-
-
-def _settings_told(request: Request) -> dict:
-    """Return the settings that provenance tells, as JSON has them."""
-    values = {one: getattr(request, name) for name, one in table(Settings).items()}
-    return {one.name: _plain(one.kind, value) for one, value in values.items()
-            if one.meta == "always" or (one.meta == "set" and value)}  # fmt: skip
-
-
-def _plain(kind: str, value: Any) -> Any:
-    """Return the value of a setting of this kind as JSON has it."""
-    if kind in NUMBERS:
-        return float(value)
-    if kind == "affects":
-        return {name: float(share) for name, share in value.items()}
-    return [list(row) for row in value] if kind == "list" else value
 
 
 def other_recording(request: Request, heard: Heard) -> dict[str, str]:

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ...model.noise import noise, uniform
 from ...motion import rest, skeleton
 from ...motion.curves import ramp, runs
 from ...smoothing import gaussian
-from ..noise import noise, uniform
 from .body import Body, Correction, Take
 
 _SALT = 0x51C

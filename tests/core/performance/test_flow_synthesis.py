@@ -13,10 +13,10 @@ from bodies import degrees
 from rounding import bound
 from s2ag.core import styles
 from s2ag.core.errors import Cancelled, UsageError
+from s2ag.core.model.noise import noise
 from s2ag.core.motion import hand_numbers, limits, rest, skeleton
 from s2ag.core.motion.motion import Motion
 from s2ag.core.performance import asking, casting, drawing, living, performing
-from s2ag.core.performance.noise import noise
 from s2ag.core.performance.request import Request
 from s2ag.core.performance.synthesis import Session
 from s2ag.core.sampling import sheet as sheets
