@@ -1,1 +1,1 @@
-"""Takes are directed: their gestures are found, and what an animator changes is made anew while the rest stays."""
+"""Edits of a take: its gestures are detected, and what an animator changes is regenerated while the rest stays."""

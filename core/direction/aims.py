@@ -1,4 +1,4 @@
-"""What an edit aims at, how far a motion is from it, and the best of a few attempts."""
+"""The target of an edit, how far a motion misses it, and the choice of the best of a few attempts."""
 
 import json
 import zlib
@@ -12,27 +12,30 @@ from ..motion import skeleton
 from ..motion.motion import Motion
 from . import filling, gestures, joins
 from .filling import Filler
+from .spans import Span
 
 LANDS = 0.08
-"""Seconds within which a stroke is to land where it was asked for."""
+"""Seconds by which a stroke may miss the requested time."""
 SIZE = 0.15
-"""Share by which a size may differ from what was asked for."""
+"""Share by which a stroke's size may differ from the requested one."""
 GOOD = 0.4
-"""Share of what is allowed that the first attempts are to miss by at most; of later ones what is allowed is enough."""
+"""Largest miss, as a share of the tolerance, that ends the search in early attempts; later ones end it within the tolerance."""
 TRIES = 3
-"""Times that a phrase is performed anew at most, until its joins are no more sudden than the take."""
-_EASED = 3
-"""Attempts whose joins are eased at most."""
-_STRIVE = 4
-"""Attempts that are to be good, not only allowed."""
+"""Default number of attempts to regenerate a phrase with joins no more sudden than the take."""
+_MAX_EASED = 3
+"""Most attempts whose joins are eased, which is slow."""
+_STRICT_ATTEMPTS = 4
+"""The first attempts up to this one end the search by :data:`GOOD`, not by the tolerance alone."""
 LOOSE = 0.35
-"""Seconds in which the stroke that was made is looked for."""
+"""Seconds around the requested time in which the resulting stroke is searched for."""
 
 
 @dataclass(frozen=True)
 class State:
-    """A take after some edits: which frames are ``held`` by them whatever comes, sentences on what could not be had, and
-    the styles that begin on the way by them, ``changes`` as a request has them.
+    """A take after some edits.
+
+    ``held`` ``(frames,)`` marks frames that later edits must not change, ``warnings`` are sentences on what failed, and
+    ``changes`` are the style changes that edits added, as (seconds, style) like those of a request.
     """
 
     motion: Motion
@@ -41,91 +44,101 @@ class State:
     changes: tuple[tuple[float, str], ...] = ()
 
     @classmethod
-    def of(cls, motion: Motion, warnings=()) -> "State":
-        """Of a motion at the generator's rate; raises :class:`UsageError` for another."""
+    def of(cls, motion: Motion, warnings: Sequence[str] = ()) -> "State":
+        """Return the state of an unedited motion; raises :class:`UsageError` if it is not at the generator's frame rate."""
         if motion.fps != skeleton.FPS:
             raise UsageError(f"A take of {motion.fps:g} frames a second cannot be directed.", "Direct the .npz of s2ag synth.")
         return cls(motion, np.zeros(len(motion.directions), bool), tuple(warnings))
 
     def after(self, edits: Sequence[dict]) -> "State":
-        """The state of a motion that has these edits in it: the styles that they began, the frames that they keep."""
+        """Return the state of a motion that contains these edits: with their style changes, and the frames that they fix."""
         held, fps = self.held.copy(), self.motion.fps
-        for one in edits:
-            if one["do"] in ("pose", "place"):
-                first, last = (one["at"], one["at"]) if one["do"] == "pose" else (one["from"], one["to"])
+        for edit in edits:
+            if edit["do"] in ("pose", "place"):
+                first, last = (edit["at"], edit["at"]) if edit["do"] == "pose" else (edit["from"], edit["to"])
                 held[int(np.floor(first * fps + 1e-6)) : int(np.ceil(last * fps - 1e-6)) + 1] = True
         return replace(self, held=held, changes=tuple((one["at"], one["style"]) for one in edits if one["do"] == "style"))
 
 
 @dataclass(frozen=True)
 class Aim:
-    """The stroke that is to be there: seconds, hand, metres; None where it does not matter."""
+    """The stroke that an edit requests: its time in seconds, its hand and its size in metres; None where any will do."""
 
     at: float
     hand: str | None = None
     size: float | None = None
 
     def miss(self, motion: Motion) -> float:
-        """How far off a motion is, in shares of what is allowed: 1 or less is as asked."""
-        one = gestures.nearest(motion, self.at, LOOSE)
-        if one is None:
+        """Return how far a motion misses this target, relative to the tolerances: 1 or less is within them."""
+        stroke = gestures.nearest(motion, self.at, LOOSE)
+        if stroke is None:
             return 20.0
-        off = [abs(one.at - self.at) / LANDS]
-        off += [10.0 * (one.hand != self.hand)] if self.hand else []
-        off += [abs(one.size / self.size - 1) / SIZE] if self.size else []
-        return max(off)
+        misses = [abs(stroke.at - self.at) / LANDS]
+        misses += [10.0 * (stroke.hand != self.hand)] if self.hand else []
+        misses += [abs(stroke.size / self.size - 1) / SIZE] if self.size else []
+        return max(misses)
 
 
 def best(
     filler: Filler,
     state: State,
     edit: dict,
-    places,
-    make: Callable,
-    miss: Callable,
-    core: Sequence[int] = (),
+    places: Sequence[Span],
+    make: Callable[[int, int], Motion],
+    miss: Callable[[Motion], float],
+    core: Sequence[int] | np.ndarray = (),
     tries: int = TRIES,
 ) -> tuple[Motion, float]:
-    """Of a few attempts, ``make(attempt, seed)``, the motion that misses least by ``miss(motion)`` and is no more sudden than
-    the take is; frames of the ``core`` are led to, and stay if they can.
+    """Return the best motion of several attempts ``make(attempt, seed)``, and its miss ``miss(motion)``.
+
+    The best one misses least and is no more sudden than the take. Frame numbers in ``core`` stay unchanged while joins are
+    eased, if that is enough.
     """
-    found, least, eased = None, np.inf, 0
+    winner, least, eased = None, np.inf, 0
     for attempt in range(tries):
-        made = make(attempt, seed_of(filler, edit, attempt))
-        off, strain = miss(made), filling.strain(state.motion, made, places)
-        if off > max(least, 1.0) or (eased >= _EASED and strain > 0):
-            continue  # another one promised more, and easing takes as long as several attempts
+        candidate = make(attempt, seed_of(filler, edit, attempt))
+        off, strain = miss(candidate), filling.strain(state.motion, candidate, places)
+        if off > max(least, 1.0) or (eased >= _MAX_EASED and strain > 0):
+            continue  # an earlier attempt is better, and easing takes as long as several attempts
         least, eased = min(off, least), eased + (strain > 0)
-        for one in _rated(state, places, made, off, strain, miss, core):
-            found = one if found is None or one[0] < found[0] else found
-        if found[0] <= (GOOD if attempt < _STRIVE - 1 else 1):
+        for rated in _rate_variants(state, places, candidate, off, strain, miss, core):
+            winner = rated if winner is None or rated[0] < winner[0] else winner
+        if winner is not None and winner[0] <= (GOOD if attempt < _STRICT_ATTEMPTS - 1 else 1):
             break
-    return found[1], found[2]
+    assert winner is not None  # the first attempt is always rated
+    return winner[1], winner[2]
 
 
-def _rated(
-    state: State, places, made: Motion, off: float, strain: float, miss: Callable, core: Sequence[int]
+def _rate_variants(
+    state: State,
+    places: Sequence[Span],
+    candidate: Motion,
+    off: float,
+    strain: float,
+    miss: Callable[[Motion], float],
+    core: Sequence[int] | np.ndarray,
 ) -> Iterator[tuple[float, Motion, float]]:
-    """How good a motion is, 1 or less for as asked, with what it misses; and the same of it with gentler ways if they need
-    be, at last in its ``core``, too.
+    """Yield (rating, motion, miss) of a candidate, and of variants with eased joins while it is more sudden than the take.
+
+    A rating of 1 or less is within the tolerances. The first variant keeps the ``core``, the second may change it, too.
     """
-    yield _rating(off, strain), made, off
+    yield _rating(off, strain), candidate, off
     kept = state.held.copy()
     kept[list(core)] = True
     for stays in (kept, state.held) if len(core) else (state.held,):
         if strain <= 0:
             break
-        softer, strain = joins.eased(state.motion, made, places, stays)
+        softer, strain = joins.eased(state.motion, candidate, places, stays)
         off = miss(softer)
         yield _rating(off, strain), softer, off
 
 
 def _rating(off: float, strain: float) -> float:
-    """What is had and no more sudden than the take is better than what is more so, however near to what was asked."""
+    """Rate a motion, lower is better: one that is no more sudden than the take beats every other within the tolerances."""
     return max(off, 1.0 if strain > 0 else GOOD) + strain
 
 
 def seed_of(filler: Filler, edit: dict, attempt: int) -> int:
-    """The seed of an attempt at an edit of this take."""
+    """Return the seed of an attempt at an edit of this take."""
     request = filler.request
     return zlib.crc32(json.dumps([request.seed, request.take, edit, attempt], sort_keys=True).encode())

@@ -1,8 +1,8 @@
-"""Takes as an animator directs them: one edit after the other, each by making the phrase around it anew.
+"""Applies an animator's edits to a take, one after the other, by regenerating the phrase around each.
 
-What an edit does not touch stays to the bit: frames outside its spans are those of the take. Inside, the generator leads
-from the poses before to those behind, and through the core of the gesture that is asked for; of a few seeds the best one is
-taken, by where the stroke lands, which hand makes it, how large it is and how hard the joins are.
+Frames outside the spans of an edit stay equal to the bit. Inside, the generator leads from the poses before to those after,
+and through the core of the requested gesture; the best of several seeds is used, judged by the time, hand and size of the
+stroke and by how sudden the joins are.
 """
 
 import json
@@ -22,19 +22,20 @@ from .aims import State
 from .edits import check
 from .filling import Filler
 
-_KEPT = 4
-"""Takes that are remembered with their edits."""
+_MAX_TAKES = 4
+"""Takes whose states after each edit are cached."""
 
 
 class Director:
-    """A session whose takes can be directed. It remembers the last few takes after each of their edits, so that another edit
-    costs only itself.
+    """Edits takes of a session.
+
+    It caches the states of the last few takes after each of their edits, so that a further edit costs only itself.
     """
 
     def __init__(self, session: Session):
         session.remember()
         self.session = session
-        self._known: dict[str, list[tuple[str, State]]] = {}
+        self._states: dict[str, list[tuple[str, State]]] = {}
 
     def direct(
         self,
@@ -43,23 +44,23 @@ class Director:
         progress: Callable[[str, float], None] = lambda stage, value: None,
         cancelled: Callable[[], bool] = lambda: False,
     ) -> Result:
-        """The one take of a request after its edits (:mod:`edits`), and warnings on what could not be had.
+        """Return the take of a request after ``edits`` (:mod:`edits`), with warnings on what could not be achieved.
 
-        Same request, same edits, same checkpoint: the same motion. Raises what :meth:`Session.synthesize` raises, and
-        :class:`UsageError` for edits that cannot be done.
+        The same request, edits and checkpoint give the same motion. Raises what :meth:`Session.synthesize` raises, and
+        :class:`UsageError` for edits that cannot be applied, and if the request is for several takes.
         """
         if request.takes != 1:
             raise UsageError(f"{request.takes} takes cannot be directed at once.", "Ask for the one that the edits are about.")
         edits, key = check(edits), _key(request)
-        known = self._known.pop(key, [])
+        states = self._states.pop(key, [])
         stages = Stages(progress, cancelled)
-        if not known:
+        if not states:
             result = self.session.synthesize(request, progress, cancelled)
-            known = [("", State.of(result.motions[0], result.warnings))]
-        self._known[key] = known = self._on(request, known, edits, stages)
-        for old in list(self._known)[:-_KEPT]:
-            del self._known[old]
-        state = known[-1][1]
+            states = [("", State.of(result.motions[0], result.warnings))]
+        self._states[key] = states = self._continue(request, states, edits, stages)
+        for old in list(self._states)[:-_MAX_TAKES]:
+            del self._states[old]
+        state = states[-1][1]
         heard, performers = self.session.hear(request, stages)
         return Result([state.motion], heard.words, list(state.warnings), dict(stages.seconds), performers.own)
 
@@ -71,34 +72,37 @@ class Director:
         progress: Callable[[str, float], None] = lambda stage, value: None,
         cancelled: Callable[[], bool] = lambda: False,
     ) -> tuple[Motion, list[str]]:
-        """A ``motion`` that came of a request, whatever was edited in it before, after these edits; and warnings.
+        """Apply edits to a ``motion`` of a request, which may have been edited before; return it with warnings.
 
-        What its provenance tells of former edits holds on: styles that they began, poses and places that they keep.
+        Style changes, poses and hand places of earlier edits, known from its provenance, are kept. Raises
+        :class:`UsageError` for edits that cannot be applied.
         """
         state = State.of(motion).after(check(motion.meta.get("edits", [])))
-        state = self._on(request, [("", state)], check(edits), Stages(progress, cancelled))[-1][1]
+        state = self._continue(request, [("", state)], check(edits), Stages(progress, cancelled))[-1][1]
         return state.motion, list(state.warnings)
 
-    def _on(self, request: Request, known: list, edits: list[dict], stages: Stages) -> list:
-        """States after each edit, of which the first ones are known."""
+    def _continue(
+        self, request: Request, cached: list[tuple[str, State]], edits: list[dict], stages: Stages
+    ) -> list[tuple[str, State]]:
+        """Return the states after each edit, each with its edit as JSON, reusing ``cached`` ones of the same first edits."""
         same = 0
         texts = [json.dumps(edit, sort_keys=True) for edit in edits]
-        while same < len(texts) and same + 1 < len(known) and known[same + 1][0] == texts[same]:
+        while same < len(texts) and same + 1 < len(cached) and cached[same + 1][0] == texts[same]:
             same += 1
-        states = known[: same + 1]
+        states = cached[: same + 1]
         if same < len(edits):
             filler = Filler(self.session, request, stages)
             for number in range(same, len(edits)):
-                made = doing.do(filler, states[-1][1], edits[number], number + 1)
-                states.append((texts[number], made))
+                state = doing.do(filler, states[-1][1], edits[number], number + 1)
+                states.append((texts[number], state))
         return states
 
 
 def _key(request: Request) -> str:
-    """What tells requests apart."""
-    told = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(request).items()}
-    return json.dumps([signature(replace(request)), told], default=_plain, sort_keys=True)
+    """Return the cache key of a request: its fields and the signature of its files."""
+    fields = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(request).items()}
+    return json.dumps([signature(replace(request)), fields], default=_to_json, sort_keys=True)
 
 
-def _plain(value):
+def _to_json(value: object) -> object:
     return value.tolist() if isinstance(value, np.ndarray) else str(value)

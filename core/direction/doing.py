@@ -1,6 +1,6 @@
-"""What each kind of edit does to a take."""
+"""Applies single edits to a take: one function for each kind of edit."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,172 +14,192 @@ from .filling import Filler
 from .gestures import BEAT, Gesture
 
 GIVE_WAY = 0.8
-"""Seconds around a stroke in which others give way to it where it cannot be had beside them."""
+"""Seconds around a stroke in which other gestures are given up in a second try, where the first one failed beside them."""
 SHORTEST = 0.6
-"""Seconds of a range that is made anew, at least."""
-_BESIDE = 0.25
-"""What another gesture that does not stay counts in choosing how one is deleted, in shares of what may be left of it."""
-_TOLD = 0.005
-"""Share by which joins may be more sudden than the take without a word of it."""
-_LED = (0.8, 1.2, 1.6, 2.0, 2.5, 3.0)
-"""Seconds on either side in which arms are led to a pose that is far from the take, until they come as gently as it moves."""
+"""Least seconds of a range that can be regenerated."""
+_DISTURBANCE_COST = 0.25
+"""What each neighbour that a deletion disturbs adds to its miss."""
+_WARN_EXCESS = 0.005
+"""Share by which joins may be more sudden than the take without a warning."""
+_LEAD_SECONDS = (0.8, 1.2, 1.6, 2.0, 2.5, 3.0)
+"""Lengths of the transitions to and from a fixed pose; the shortest one with joins as smooth as the take is used."""
 
 
 def do(filler: Filler, state: State, edit: dict, number: int) -> State:
-    """A take after one more edit, which is the ``number``-th; raises :class:`UsageError` for what cannot be done."""
+    """Apply one more edit, the ``number``-th; raises :class:`UsageError` if it cannot be applied."""
     filler = filler if edit["do"] == "style" else filler.turned(state.changes)
     try:
-        made, miss = _DOING[edit["do"]](filler, state, edit, 0.0)
+        result, miss = _ACTIONS[edit["do"]](filler, state, edit, 0.0)
         if miss > 1:
-            freer, off = _DOING[edit["do"]](filler, state, edit, GIVE_WAY)
-            made, miss = (freer, off) if off < miss else (made, miss)
+            second, off = _ACTIONS[edit["do"]](filler, state, edit, GIVE_WAY)
+            result, miss = (second, off) if off < miss else (result, miss)
     except UsageError as error:
         raise UsageError(f"Edit {number} cannot be done: {error.message}", error.remedy) from error
     warnings = state.warnings
     if miss > 1:
         warnings += (f"Edit {number} ({edit['do']}) came only near to what was asked for: its neighbours leave no room.",)
-    told, touched = state.motion.meta, _touched(state.motion, made.motion)
+    before, touched = state.motion.meta, _changed_seconds(state.motion, result.motion)
     places = [(round(start * skeleton.FPS), round(stop * skeleton.FPS) + 1) for start, stop in touched]
-    excess = 0.0 if edit["do"] == "style" else filling.excess(state.motion, made.motion, places)
-    if excess > _TOLD:
+    excess = 0.0 if edit["do"] == "style" else filling.excess(state.motion, result.motion, places)
+    if excess > _WARN_EXCESS:
         warnings += (
             f"Edit {number} ({edit['do']}) moves up to {excess:.0%} more suddenly than the take does: give it more room.",
         )
-    meta = {**made.motion.meta, "edits": [*told.get("edits", []), edit]}
-    meta["touched"] = [*told.get("touched", []), touched]
-    return replace(made, motion=replace(made.motion, meta=meta), warnings=warnings)
+    meta = {**result.motion.meta, "edits": [*before.get("edits", []), edit]}
+    meta["touched"] = [*before.get("touched", []), touched]
+    return replace(result, motion=replace(result.motion, meta=meta), warnings=warnings)
 
 
-def _touched(before: Motion, after: Motion) -> list[list[float]]:
-    """Seconds between which motions differ."""
+def _changed_seconds(before: Motion, after: Motion) -> list[list[float]]:
+    """Return the intervals in which two motions differ, as [start, end] in seconds; gaps of up to a second are bridged."""
     parts = [before.directions != after.directions]
-    if before.hands is not None:
+    if before.hands is not None and after.hands is not None:
         pairs = zip(before.hands.arrays().values(), after.hands.arrays().values(), strict=True)
         parts += [old != new for old, new in pairs]
     rows = np.flatnonzero(np.any([part.reshape(len(part), -1).any(1) for part in parts], axis=0))
     ends = np.flatnonzero(np.diff(rows) > skeleton.FPS)
     groups = np.split(rows, ends + 1) if len(rows) else []
-    return [[round(float(one[0] / before.fps), 4), round(float(one[-1] / before.fps), 4)] for one in groups]
+    return [[round(float(group[0] / before.fps), 4), round(float(group[-1] / before.fps), 4)] for group in groups]
 
 
 def _gesture(state: State, at: float, apart: float, to: float | None = None) -> tuple[Gesture, list[Gesture]]:
-    """The gesture at a time, and the others that are to stay: those so far ``apart`` from where it will be, ``to``."""
-    found = gestures.find(state.motion)
-    one = gestures.near(found, at)
-    if one is None:
-        best = gestures.near(found, at, np.inf)
-        remedy = f"The nearest is at {best.at:.2f} s." if best else "The take has none at all."
+    """Return the gesture at a time, and the others that stay: those at least ``apart`` seconds from its new time ``to``.
+
+    Raises :class:`UsageError` if there is no gesture at that time.
+    """
+    detected = gestures.find(state.motion)
+    gesture = gestures.near(detected, at)
+    if gesture is None:
+        nearest = gestures.near(detected, at, np.inf)
+        remedy = f"The nearest is at {nearest.at:.2f} s." if nearest else "The take has none at all."
         raise UsageError(f"there is no gesture at {at:.2f} s.", remedy)
-    to = one.at if to is None else to
-    return one, [other for other in found if other is not one and abs(other.at - to) >= apart]
+    to = gesture.at if to is None else to
+    return gesture, [other for other in detected if other is not gesture and abs(other.at - to) >= apart]
 
 
-def _frames(one: Gesture) -> tuple[int, int]:
-    return int(one.stroke * skeleton.FPS), int(np.ceil(one.hold * skeleton.FPS))
+def _stroke_frames(gesture: Gesture) -> tuple[int, int]:
+    """Return the first and last frame of a stroke."""
+    return int(gesture.stroke * skeleton.FPS), int(np.ceil(gesture.hold * skeleton.FPS))
 
 
 def _move(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
-    one, others = _gesture(state, edit["at"], apart, edit["to"])
-    whole = one.kind != BEAT
-    core = cores.carried(state.motion, one, edit["to"], whole)
+    gesture, others = _gesture(state, edit["at"], apart, edit["to"])
+    whole = gesture.kind != BEAT
+    core = cores.carried(state.motion, gesture, edit["to"], whole)
     frames = len(state.motion.directions)
-    old = spans.around(others, *_frames(one), frames, spans.LEAST)
+    old = spans.around(others, *_stroke_frames(gesture), frames, spans.LEAST)
     places = spans.joined([old, spans.around(others, core.first, core.last, frames)])
-    aim = Aim(edit["to"], one.hand, one.size)
+    aim = Aim(edit["to"], gesture.hand, gesture.size)
     nearer = strokes.SECOND if apart else 0.0
-    made, miss = strokes.through(filler, state, edit, places, core, aim, whole, nearer)
-    if miss > 1 and apart and one.hand != "both" and len(places) == 1:  # the other arm moves more here than it did there
+    moved, miss = strokes.through(filler, state, edit, places, core, aim, whole, nearer)
+    if miss > 1 and apart and gesture.hand != "both" and len(places) == 1:  # the idle arm moves more here than at the old time
         ends = state.motion.directions[[max(places[0][0] - 1, 0), min(places[0][1], frames - 1)]]
-        calm = cores.by_hand(core, one.hand, one.hand, ends, places[0])
+        calm = cores.by_hand(core, gesture.hand, gesture.hand, ends, places[0])
         calmer, off = strokes.through(filler, state, edit, places, calm, aim, whole, nearer)
-        made, miss = (calmer, off) if off < miss else (made, miss)
-    return replace(made, motion=kinds.told(made.motion, places, [(one.kind, edit["to"])])), miss
+        moved, miss = (calmer, off) if off < miss else (moved, miss)
+    return replace(moved, motion=kinds.told(moved.motion, places, [(gesture.kind, edit["to"])])), miss
 
 
 def _delete(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
-    one, others = _gesture(state, edit["at"], apart)
-    frames, wanted = len(state.motion.directions), spans.WANTED if not apart else 2 * spans.WANTED
-    places = [spans.around(others, *_frames(one), frames, wanted)]
-    if apart and places == [spans.around(_gesture(state, edit["at"], 0.0)[1], *_frames(one), frames)]:
+    gesture, others = _gesture(state, edit["at"], apart)
+    frames, seconds = len(state.motion.directions), spans.WANTED if not apart else 2 * spans.WANTED
+    places = [spans.around(others, *_stroke_frames(gesture), frames, seconds)]
+    if apart and places == [spans.around(_gesture(state, edit["at"], 0.0)[1], *_stroke_frames(gesture), frames)]:
         return state, np.inf  # no more room than before
-    alone = spans.around(others, *_frames(one), frames, wanted, 0.0)
-    made = state.motion
+    alone = spans.around(others, *_stroke_frames(gesture), frames, seconds, 0.0)
+    regenerated = state.motion
 
     def make(attempt: int, seed: int) -> Motion:
-        nonlocal made
+        nonlocal regenerated
         if attempt == 0:
-            made = filler.fill(state.motion, places, None, seed, state.held, whole=one.kind != BEAT)[0]
-            return made
-        place, former = (alone, state.motion) if attempt < 3 else (places[0], made)
+            regenerated = filler.fill(state.motion, places, None, seed, state.held, whole=gesture.kind != BEAT)[0]
+            return regenerated
+        place, former = (alone, state.motion) if attempt < 3 else (places[0], regenerated)
         straight = filling.quiet(former, place, state.held)
         return straight if attempt % 2 else joins.slow(state.motion, straight, [place], state.held)
 
     def miss(motion: Motion) -> float:
-        off = 2 * gestures.left(motion, one, others) / one.size
-        return off if off > 1 else min(off + _BESIDE * gestures.disturbed(motion, one, others), 1.0)
+        off = 2 * gestures.left(motion, gesture, others) / gesture.size
+        return off if off > 1 else min(off + _DISTURBANCE_COST * gestures.disturbed(motion, gesture, others), 1.0)
 
-    gone, off = best(filler, state, edit, places, make, miss, tries=5)
-    return replace(state, motion=kinds.told(gone, places, [])), off
+    deleted, off = best(filler, state, edit, places, make, miss, tries=5)
+    return replace(state, motion=kinds.told(deleted, places, [])), off
 
 
 def _change(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
-    one, others = _gesture(state, edit["at"], apart)
+    gesture, others = _gesture(state, edit["at"], apart)
     hand, size = edit.get("hand"), edit.get("size", 1.0)
-    if edit.get("kind", one.kind) not in (one.kind, BEAT):
-        return kinds.shown(filler, state, edit, one.at, others, edit["kind"], hand, size, apart > 0)
-    core, made_by, way = cores.carried(state.motion, one, one.at, one.kind != BEAT), one.hand, one.size
-    if edit.get("kind", one.kind) != one.kind:
-        core, made_by, way = _borrowed(filler, state, edit, one.at)
+    if edit.get("kind", gesture.kind) not in (gesture.kind, BEAT):
+        return kinds.shown(filler, state, edit, gesture.at, others, edit["kind"], hand, size, apart > 0)
+    core, own_hand, metres = cores.carried(state.motion, gesture, gesture.at, gesture.kind != BEAT), gesture.hand, gesture.size
+    if edit.get("kind", gesture.kind) != gesture.kind:
+        core, own_hand, metres = _borrow_beat(filler, state, edit, gesture.at)
     nearer = strokes.SECOND if apart else 0.0
-    return _formed(filler, state, edit, others, one.at, core, (made_by, hand or made_by), (way, size), one.kind != BEAT, nearer)
+    hands, sizes = (own_hand, hand or own_hand), (metres, size)
+    return _place_core(filler, state, edit, others, gesture.at, core, hands, sizes, gesture.kind != BEAT, nearer)
 
 
 def _add(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
     at = edit["at"] if "at" in edit else kinds.time_of(state.motion.words, edit["word"], edit.get("nth", 1))
     kind, hand, size = edit.get("kind", BEAT), edit.get("hand"), edit.get("size", 1.0)
-    found = gestures.find(state.motion)
-    others = [one for one in found if abs(one.at - at) >= max(apart, gestures.APART / 2)]
+    detected = gestures.find(state.motion)
+    others = [one for one in detected if abs(one.at - at) >= max(apart, gestures.APART / 2)]
     if kind != BEAT:
         return kinds.shown(filler, state, edit, at, others, kind, hand, size, apart > 0)
-    core, made_by, way = _borrowed(filler, state, edit, at)
+    core, own_hand, metres = _borrow_beat(filler, state, edit, at)
     nearer = strokes.SECOND if apart else 0.0
-    return _formed(filler, state, edit, others, at, core, (made_by, hand or made_by), (way, size), False, nearer)
+    return _place_core(filler, state, edit, others, at, core, (own_hand, hand or own_hand), (metres, size), False, nearer)
 
 
-def _formed(filler, state, edit, others, at, core, by, sizes, whole, nearer) -> tuple[State, float]:
-    """A core made by another hand, and of another size, put in its place; ``by`` is who did it and who is to."""
+def _place_core(
+    filler: Filler,
+    state: State,
+    edit: dict,
+    others: Sequence[Gesture],
+    at: float,
+    core: cores.Core,
+    hands: tuple[str, str],
+    sizes: tuple[float, float],
+    whole: bool,
+    nearer: float,
+) -> tuple[State, float]:
+    """Place a core at ``at`` seconds, mirrored to another hand and scaled if need be; return the state and its miss.
+
+    ``hands`` are the hand that made it and the requested one, ``sizes`` its metres and the factor on them, ``others`` the
+    gestures that stay; head and trunk move along if ``whole`` is set.
+    """
     frames = len(state.motion.directions)
     span = spans.around(others, core.first, core.last, frames)
     ends = state.motion.directions[[max(span[0] - 1, 0), min(span[1], frames - 1)]]
-    if by[0] != by[1]:
-        core = cores.by_hand(core, *by, ends, span)
-    core = cores.sized(core, sizes[1], by[1])
+    if hands[0] != hands[1]:
+        core = cores.by_hand(core, *hands, ends, span)
+    core = cores.sized(core, sizes[1], hands[1])
     core = cores.unhurried(core, at, state.motion, filling.fastest(state.motion.directions), whole)
     span = spans.around(others, core.first, core.last, frames)
-    aim = Aim(at, by[1], sizes[0] * sizes[1])
-    made, miss = strokes.through(filler, state, edit, [span], core, aim, whole, nearer)
-    if miss > 1 and by[0] == "both" and by[1] != "both" and sizes[1] == 1:
-        made, miss = _alone(state, span, aim, made, miss)
-    kept = [one for one in gestures.shows(state.motion) if whole and abs(one[1] - at) < LOOSE]
-    return replace(made, motion=kinds.told(made.motion, [span], kept)), miss
+    aim = Aim(at, hands[1], sizes[0] * sizes[1])
+    placed, miss = strokes.through(filler, state, edit, [span], core, aim, whole, nearer)
+    if miss > 1 and hands[0] == "both" and hands[1] != "both" and sizes[1] == 1:
+        placed, miss = _rest_other_arm(state, span, aim, placed, miss)
+    shows = [one for one in gestures.shows(state.motion) if whole and abs(one[1] - at) < LOOSE]
+    return replace(placed, motion=kinds.told(placed.motion, [span], shows)), miss
 
 
-def _alone(state: State, span: spans.Span, aim: Aim, made: State, miss: float) -> tuple[State, float]:
-    """What both hands did with one of them resting and the other as it was, if that misses less than what was ``made``."""
-    one = filling.quiet(state.motion, span, state.held, cores.arm("left" if aim.hand == "right" else "right"))
-    return (replace(state, motion=one), aim.miss(one)) if aim.miss(one) < miss else (made, miss)
+def _rest_other_arm(state: State, span: spans.Span, aim: Aim, placed: State, miss: float) -> tuple[State, float]:
+    """Return the take with the other arm idle in the span and the aim's arm unchanged, if that misses less than ``placed``."""
+    motion = filling.quiet(state.motion, span, state.held, cores.arm("left" if aim.hand == "right" else "right"))
+    return (replace(state, motion=motion), aim.miss(motion)) if aim.miss(motion) < miss else (placed, miss)
 
 
-def _borrowed(filler: Filler, state: State, edit: dict, at: float) -> tuple[cores.Core, str, float]:
-    """The core of a beat from elsewhere in the take at ``at``, the hand that made it, and how far."""
+def _borrow_beat(filler: Filler, state: State, edit: dict, at: float) -> tuple[cores.Core, str, float]:
+    """Return the core of another beat of the take, moved to ``at`` seconds, with its hand and its size in metres."""
     beats = [one for one in gestures.find(state.motion) if one.kind == BEAT and abs(one.at - at) > gestures.APART]
     sizes = np.array([one.size for one in beats])
-    usual = [one for one in beats if abs(one.size / np.median(sizes) - 1) < 0.4] if len(beats) else []
-    wanted = [one for one in usual if edit.get("hand") in (None, one.hand)] or usual
-    if not wanted:
+    typical = [one for one in beats if abs(one.size / np.median(sizes) - 1) < 0.4] if len(beats) else []
+    candidates = [one for one in typical if edit.get("hand") in (None, one.hand)] or typical
+    if not candidates:
         raise UsageError("the take has no gesture like it.", "Give a kind that means something.")
-    one = wanted[seed_of(filler, edit, 0) % len(wanted)]
-    return cores.carried(state.motion, one, at), one.hand, one.size
+    beat = candidates[seed_of(filler, edit, 0) % len(candidates)]
+    return cores.carried(state.motion, beat, at), beat.hand, beat.size
 
 
 def _reroll(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
@@ -204,13 +224,13 @@ def _style(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Stat
     places = [(start, min(stop, len(motion.directions)))]
     if places[0][1] - start < SHORTEST * motion.fps:
         raise UsageError("less than a phrase is chosen.", f"Choose {SHORTEST:g} s or more of the recording.")
-    begun = filler.turned(changes)
+    styled = filler.turned(changes)
 
     def make(attempt: int, seed: int) -> Motion:
-        made, inside = begun.fill(motion, places, None, seed, state.held, plain=False, whole=True)
+        made, inside = styled.fill(motion, places, None, seed, state.held, plain=False, whole=True)
         return kinds.told(made, places, inside)
 
-    made, _ = best(begun, state, edit, places, make, lambda motion: 0.0)
+    made, _ = best(styled, state, edit, places, make, lambda motion: 0.0)
     return replace(state, motion=made, changes=changes), 0.0
 
 
@@ -220,7 +240,7 @@ def _pose(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State
     if last >= frames:
         raise UsageError("the recording ends before that.", f"Give a time within 0 to {state.motion.duration:.1f} s.")
     pose = skeleton.normalize(np.array(edit["directions"], float)).astype(np.float32)
-    return _held(filler, state, edit, cores.Core(first, np.repeat(pose[None], last - first + 1, 0)), True)
+    return _fix(filler, state, edit, cores.Core(first, np.repeat(pose[None], last - first + 1, 0)), True)
 
 
 def _place(filler: Filler, state: State, edit: dict, apart: float) -> tuple[State, float]:
@@ -229,37 +249,37 @@ def _place(filler: Filler, state: State, edit: dict, apart: float) -> tuple[Stat
     if last >= frames:
         raise UsageError("the recording ends before that.", f"Give times within 0 to {state.motion.duration:.1f} s.")
     side = gestures.HANDS.index(edit["hand"])
-    return _held(filler, state, edit, cores.reaching(state.motion, side, first, last, edit["place"]), False)
+    return _fix(filler, state, edit, cores.reaching(state.motion, side, first, last, edit["place"]), False)
 
 
-def _held(filler: Filler, state: State, edit: dict, core: cores.Core, whole: bool) -> tuple[State, float]:
-    """The take led through frames that stay as they are from now on; from far away it is led there for longer."""
-    found, frames = gestures.find(state.motion), len(state.motion.directions)
-    places = [spans.around(found, core.first, core.last, frames)]
-    free, kept = state.held.copy(), replace(state, held=state.held.copy())
-    free[core.frames], kept.held[core.frames] = False, True
+def _fix(filler: Filler, state: State, edit: dict, core: cores.Core, whole: bool) -> tuple[State, float]:
+    """Fix the frames of a core and lead the take through them, in longer transitions if they are far from it."""
+    others, frames = gestures.find(state.motion), len(state.motion.directions)
+    places = [spans.around(others, core.first, core.last, frames)]
+    held_before, fixed = state.held.copy(), replace(state, held=state.held.copy())
+    held_before[core.frames], fixed.held[core.frames] = False, True
 
     def make(attempt: int, seed: int) -> Motion:
-        return filler.fill(state.motion, places, core, seed, free, whole=whole)[0]
+        return filler.fill(state.motion, places, core, seed, held_before, whole=whole)[0]
 
-    made, _ = best(filler, kept, edit, places, make, lambda motion: 0.0, tries=2)
-    far, least = filling.strain(state.motion, made, places), float(filling.strange(core.directions))
-    wide = [spans.until(free, core.first, core.last, _LED[-1])]
-    if far > least:  # hands of all ways there are those of one performance
-        filler.fill(state.motion, wide, core, seed_of(filler, edit, 0), free, whole=whole)
-    for wanted in _LED if far > least else ():
-        places = [spans.until(free, core.first, core.last, wanted)]
-        led = filler.fill(state.motion, places, core, 0, free, whole=whole, again=True)[0]
+    made, _ = best(filler, fixed, edit, places, make, lambda motion: 0.0, tries=2)
+    strain, least = filling.strain(state.motion, made, places), float(filling.strange(core.directions))
+    wide = [spans.until(held_before, core.first, core.last, _LEAD_SECONDS[-1])]
+    if strain > least:  # the hands of all transitions tried come from this one performance
+        filler.fill(state.motion, wide, core, seed_of(filler, edit, 0), held_before, whole=whole)
+    for seconds in _LEAD_SECONDS if strain > least else ():
+        places = [spans.until(held_before, core.first, core.last, seconds)]
+        led = filler.fill(state.motion, places, core, 0, held_before, whole=whole, again=True)[0]
         turns = core.frames if len(core.frames) < 3 else ()
-        led = strokes.bare(led, places, core, free, filling.ALL if whole else cores.ARMS, turns)
-        strain = filling.strain(state.motion, led, places)
-        made, far = (led, strain) if strain < far else (made, far)
-        if far <= least:
+        led = strokes.bare(led, places, core, held_before, filling.ALL if whole else cores.ARMS, turns)
+        eased = filling.strain(state.motion, led, places)
+        made, strain = (led, eased) if eased < strain else (made, strain)
+        if strain <= least:
             break
-    return replace(kept, motion=made), 0.0
+    return replace(fixed, motion=made), 0.0
 
 
-_DOING: dict[str, Callable[[Filler, State, dict, float], tuple[State, float]]] = {
+_ACTIONS: dict[str, Callable[[Filler, State, dict, float], tuple[State, float]]] = {
     "move": _move,
     "delete": _delete,
     "change": _change,

@@ -1,4 +1,4 @@
-"""Spans of a take made anew by the generator: from the poses before to those behind, through what is kept between."""
+"""Regenerates spans of a take: the generator leads from the poses before to those after, through the frames kept in between."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,27 +12,28 @@ from ..motion.motion import Motion
 from ..performance import finishing, performing
 from ..performance.request import Request
 from ..performance.stages import Stages
+from ..performance.synthesis import Session
 from . import gestures, spans
 from .cores import ARMS, Core
 
 ALL = tuple(range(len(skeleton.EDGES)))
-"""Edges of the whole body."""
-_EASE = 5
-"""Frames in which hands go from what they did to what they do."""
-_NEAR = 2
-"""Frames outside a span that its join is judged by."""
+"""All edges of the skeleton."""
+_BLEND_FRAMES = 5
+"""Frames over which hands blend between their old and their new pose."""
+_MARGIN = 2
+"""Frames outside a span at either end that its joins are measured with."""
 
 
 class Filler:
-    """Makes spans of a take of ``request`` anew; ``held`` frames of it stay in any case."""
+    """Regenerates spans of a take of ``request`` with the network of ``session``."""
 
-    def __init__(self, session, request: Request, stages: Stages):
+    def __init__(self, session: Session, request: Request, stages: Stages):
         self.session, self.request, self.stages = session, request, stages
         self.heard, self.performers = session.hear(request, stages)
-        self._drawn, self._last = np.zeros(self.heard.frames, bool), None
+        self._generated, self._last = np.zeros(self.heard.frames, bool), None
 
-    def turned(self, changes: tuple) -> "Filler":
-        """One whose performers begin these styles on the way, too."""
+    def turned(self, changes: Sequence[tuple[float, str]]) -> "Filler":
+        """Return a filler with further style changes, as (seconds, style), or itself if there are none."""
         if not changes:
             return self
         return Filler(self.session, replace(self.request, changes=(*self.request.changes, *changes)), self.stages)
@@ -48,68 +49,77 @@ class Filler:
         plain: bool = True,
         whole: bool = False,
         again: bool = False,
-    ) -> tuple[Motion, list]:
-        """The take with ``places`` made anew through ``core``, and what the generator shows there (:func:`gestures.shows`).
+    ) -> tuple[Motion, list[tuple[str, float]]]:
+        """Return the take with ``places`` regenerated through ``core``, and the semantic gestures that appear there.
 
-        ``plain``: no strokes of its own, nor what words mean. ``whole``: head and trunk, too, instead of the arms alone.
-        ``again``: of the last performance if it holds these places; its ways are bent to this core, as another one costs a
-        tenth of a second.
+        Frames marked in ``held`` ``(frames,)`` stay unchanged. ``plain`` allows no requested strokes and no semantic gestures
+        (:func:`gestures.shows`) in the places. ``whole`` regenerates head and trunk too, not the arms alone. ``again`` reuses
+        the last generated motion if it covers these places and bends it to this core, since a new one takes 0.1 s.
         """
         frames = len(motion.directions)
-        given, kept = motion.directions.copy(), ~spans.mask(places, frames) | held
+        poses, kept = motion.directions.copy(), ~spans.mask(places, frames) | held
+        free = np.zeros(0, int) if core is None else core.frames[~held[core.frames]]
         if core is not None:
-            free = core.frames[~held[core.frames]]
-            given[free], kept[free] = core.directions[free - core.first], True
+            poses[free], kept[free] = core.directions[free - core.first], True
         numbers = np.flatnonzero(kept)
-        wanted = replace(self.request, kept=(numbers, given[numbers]) if len(numbers) else None)
-        if not again or (spans.mask(places, frames) & ~self._drawn).any():
-            self._drawn = spans.mask(places, frames)
-            self._last = self._made(wanted, seed, places if plain else ())
-        made = self._last
+        request = replace(self.request, kept=(numbers, poses[numbers]) if len(numbers) else None)
+        if self._last is None or not again or (spans.mask(places, frames) & ~self._generated).any():
+            self._generated = spans.mask(places, frames)
+            self._last = self._generate(request, seed, places if plain else ())
+        generated = self._last
         directions = motion.directions.copy()
-        edges = list(ALL if whole else ARMS)
+        edges = np.array(ALL if whole else ARMS)
         fresh = np.flatnonzero(~kept)
-        directions[np.ix_(fresh, edges)] = made.directions[np.ix_(fresh, edges)]
+        directions[np.ix_(fresh, edges)] = generated.directions[np.ix_(fresh, edges)]
         if core is not None:
             if again:
-                bent = _bent(made.directions, places, core)
+                bent = _bend(generated.directions, places, core)
                 directions[np.ix_(fresh, edges)] = bent[np.ix_(fresh, edges)]
             directions[free] = core.directions[free - core.first]
-        hands = _hands(motion, made, directions, places, core, held)
-        inside = [one for one in gestures.shows(made) if any(a <= one[1] * made.fps < b for a, b in places)]
+        hands = _hands(motion, generated, directions, places, core, held)
+        fps = generated.fps
+        inside = [one for one in gestures.shows(generated) if any(start <= one[1] * fps < stop for start, stop in places)]
         return replace(motion, directions=directions, hands=hands), inside
 
-    def _made(self, wanted: Request, seed: int, calm: Sequence[spans.Span]) -> Motion:
-        """Arms, trunk and hands of a performance that keeps what is wanted, its chance by ``seed``; without strokes in ``calm``
-        spans.
+    def _generate(self, request: Request, seed: int, calm: Sequence[spans.Span]) -> Motion:
+        """Generate arms, trunk and hands with the kept frames of a request and the random numbers of ``seed``.
+
+        There are no requested strokes in ``calm`` spans.
         """
-        wanted = wanted.of_arms()  # face and pelvis of the take stay
-        checkpoint, heard, told = self.session.checkpoint, self.heard, self.heard
+        request = request.of_arms()  # face and pelvis of the take stay
+        checkpoint, heard, drawn_from = self.session.checkpoint, self.heard, self.heard
         if calm:
             quiet = tuple((start / skeleton.FPS, stop / skeleton.FPS) for start, stop in calm)
             wishes = replace(heard.wishes, gestures={})
             heard = replace(heard, shows=None, wishes=wishes)
-            told = replace(heard, wishes=replace(wishes, rests=wishes.rests + quiet))
-        chance = replace(self.performers, request=replace(wanted, seed=seed))
-        working = self.stages.within("generate"), self.stages.cancelled
-        made = performing.perform(checkpoint, told, [chance], *working)
-        performers = replace(self.performers, request=wanted)
-        refined = finishing.correct(checkpoint, heard, performers, made)
+            drawn_from = replace(heard, wishes=replace(wishes, rests=wishes.rests + quiet))
+        seeded = replace(self.performers, request=replace(request, seed=seed))
+        progress = self.stages.within("generate")
+        drawn = performing.perform(checkpoint, drawn_from, [seeded], progress, self.stages.cancelled)
+        performers = replace(self.performers, request=request)
+        refined = finishing.correct(checkpoint, heard, performers, drawn)
         return finishing.express(checkpoint, heard, performers, refined)[0]
 
 
-def quiet(motion: Motion, place: spans.Span, held: np.ndarray, arms: Sequence[int] = ARMS, still: Sequence[int] = ()) -> Motion:
-    """The take with ``arms`` that go the shortest smooth way through a span, as fast at its ends as they come and go.
+def quiet(
+    motion: Motion,
+    place: spans.Span,
+    held: np.ndarray,
+    arms: Sequence[int] = ARMS,
+    still: Sequence[int] | np.ndarray | None = (),
+) -> Motion:
+    """Return the take with the edges ``arms`` interpolated through a span (cubic Hermite with the speeds at its ends).
 
-    With ``still``, frames at which they halt, they go there at an even pace however far it is.
+    They stop at the frames ``still``, if those are ends of the span. With ``still`` None directions are blended linearly, not
+    along the sphere. Frames marked in ``held`` stay.
     """
     start, stop = place
-    directions, arms = motion.directions.copy(), list(arms)
+    directions, edges = motion.directions.copy(), np.array(arms)
     low, high = max(start - 1, 0), min(stop, len(directions) - 1)
     length = high - low
     if length < 2:
         return motion
-    poses = directions[:, arms].astype(float)
+    poses = directions[:, edges].astype(float)
     halts = {0, len(directions) - 1, *(() if still is None else still)}
     slopes = [poses[high] * 0 if at in halts else (poses[at + step] - poses[at]) * step
               for at, step in ((low, -1), (high, 1))]  # fmt: skip
@@ -120,7 +130,7 @@ def quiet(motion: Motion, place: spans.Span, held: np.ndarray, arms: Sequence[in
     path = path + (t**3 - 2 * t**2 + t) * length * slopes[0] + (t**3 - t**2) * length * slopes[1]
     inner = np.arange(low + 1, high)
     free = ~held[inner]
-    directions[np.ix_(inner[free], arms)] = skeleton.normalize(path)[free].astype(np.float32)
+    directions[np.ix_(inner[free], edges)] = skeleton.normalize(path)[free].astype(np.float32)
     hands = motion.hands
     if hands is not None:
         carried = hands[start:stop].carried(motion.directions[start:stop], directions[start:stop])
@@ -128,9 +138,10 @@ def quiet(motion: Motion, place: spans.Span, held: np.ndarray, arms: Sequence[in
     return replace(motion, directions=directions, hands=hands)
 
 
-def _bent(directions: np.ndarray, places: Sequence[spans.Span], core: Core) -> np.ndarray:
-    """Ways ``(frames, 9, 3)`` of a performance through another core, led to this one and as fast as it begins and ends; at the
-    ends of their span they stay as they were.
+def _bend(directions: np.ndarray, places: Sequence[spans.Span], core: Core) -> np.ndarray:
+    """Bend generated directions ``(frames, 9, 3)`` so that their spans lead into this core and out of it at its speeds.
+
+    At the ends of the spans they stay.
     """
     bent, off = directions.copy(), core.directions - directions[core.frames].astype(float)
     for start, stop in places:
@@ -148,55 +159,65 @@ def _bent(directions: np.ndarray, places: Sequence[spans.Span], core: Core) -> n
 
 
 def strain(before: Motion, after: Motion, places: Sequence[spans.Span]) -> float:
-    """The :func:`excess` of spans and their joins, and one more for what no body can do."""
-    parts = [after.directions[max(start - _NEAR, 0) : stop + _NEAR] for start, stop in places]
+    """Return the :func:`excess` of spans and their joins, plus one for each span with an impossible pose."""
+    parts = [after.directions[max(start - _MARGIN, 0) : stop + _MARGIN] for start, stop in places]
     return excess(before, after, places) + sum(map(strange, parts))
 
 
 def strange(directions: np.ndarray) -> bool:
-    """Whether any of the poses ``(frames, 9, 3)`` is one that no body can have."""
+    """Return whether any of the poses ``(frames, 9, 3)`` has arms inside the body or elbows bent backward."""
     return bool((limits.penetration(directions) > 2 * limits.TOUCH).any() or limits.backward_elbows(directions).any())
 
 
 def excess(before: Motion, after: Motion, places: Sequence[spans.Span]) -> float:
-    """Share by which spans and their joins are faster or more sudden than anything in the take before, 0 for not at all."""
+    """Return by what share spans and their joins exceed the take's highest wrist speed and acceleration, at least 0."""
     most, own = 0.0, fastest(before.directions)
     for start, stop in places:
-        here = fastest(after.directions[max(start - _NEAR, 0) : stop + _NEAR])
+        here = fastest(after.directions[max(start - _MARGIN, 0) : stop + _MARGIN])
         most = max(most, *(new / max(old, 1e-6) - 1 for new, old in zip(here, own, strict=True)))
     return most
 
 
 def fastest(directions: np.ndarray) -> tuple[float, float]:
-    """Highest speed and acceleration of the wrists, in metres from frame to frame."""
-    way = skeleton.wrists(directions)
-    speed, change = np.diff(way, axis=0), np.diff(way, n=2, axis=0)
-    return tuple(float(np.linalg.norm(one, axis=-1).max(initial=0)) for one in (speed, change))
+    """Return the highest speed and acceleration of the wrists, in metres per frame and per frame squared."""
+    wrists = skeleton.wrists(directions)
+    speed, change = (float(np.linalg.norm(np.diff(wrists, n=n, axis=0), axis=-1).max(initial=0)) for n in (1, 2))
+    return speed, change
 
 
-def _hands(motion, made, directions, places, core, held) -> Hands | None:
-    """Hands of the spans: from what they did to what they do on the new arms, and in the core what they do in it."""
-    if motion.hands is None or made.hands is None:
+def _hands(
+    motion: Motion,
+    generated: Motion,
+    directions: np.ndarray,
+    places: Sequence[spans.Span],
+    core: Core | None,
+    held: np.ndarray,
+) -> Hands | None:
+    """Blend the hands of a take into the generated ones inside the spans, and into those of the core in its frames.
+
+    They are attached to the new arms ``directions`` ``(frames, 9, 3)``.
+    """
+    if motion.hands is None or generated.hands is None:
         return motion.hands
     hands = motion.hands
     for start, stop in places:
         here, at = slice(start, stop), np.arange(start, stop)
         arms = directions[here]
         old = motion.hands[here].carried(motion.directions[here], arms)
-        new = made.hands[here].carried(made.directions[here], arms)
-        share = ramp(at - start + 1, 0, _EASE) * ramp(stop - at, 0, _EASE)
+        new = generated.hands[here].carried(generated.directions[here], arms)
+        share = ramp(at - start + 1, 0, _BLEND_FRAMES) * ramp(stop - at, 0, _BLEND_FRAMES)
         mixed = old.mixed(new, share)
         if core is not None and core.hands is not None:
             row = np.clip(at, core.first, core.last) - core.first
             own = core.hands[row].carried(core.directions[row], arms)
             away = np.maximum(core.first - at, 0) + np.maximum(at - core.last, 0)
-            mixed = mixed.mixed(own, 1 - ramp(away, 0, _EASE))
+            mixed = mixed.mixed(own, 1 - ramp(away, 0, _BLEND_FRAMES))
         hands = put(hands, start, mixed, ~held[here])
     return hands
 
 
 def put(hands: Hands, start: int, part: Hands, rows: np.ndarray | None = None) -> Hands:
-    """Hands with ``part`` from a frame on, and all else as it was to the bit."""
+    """Return hands with ``part`` inserted at frame ``start``, in its ``rows`` ``(len(part),)`` only; all else is unchanged."""
     rows = np.ones(len(part), bool) if rows is None else rows
     result = []
     for old, new in zip((hands.knuckles, hands.palms, hands.shape), (part.knuckles, part.palms, part.shape), strict=True):

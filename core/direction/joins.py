@@ -1,4 +1,4 @@
-"""Ways to and from what an edit puts in, no faster and no more sudden than the take that they join."""
+"""Eases the transitions around an edit, so that they are no faster and no more sudden than the take."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,114 +10,121 @@ from ..motion.motion import Motion
 from . import filling, gestures, spans
 from .cores import ARMS
 
-_REACH = (0, 2, 4, 7, 11)
-"""Frames that a join may reach beyond the span on either side, the first of these that is enough."""
-_PASSES = 14
-_HARDER = 2.5
-"""By how much more a frame that is still too sudden counts in the next pass."""
-_ROOM = 0.97
-"""Share of the take's own range that is aimed at: joints lie between straightened directions."""
-_FIRST = 0.02
-_FIRM = 1e9
+_REACHES = (0, 2, 4, 7, 11)
+"""Frames beyond either end of the span that easing may change; larger ones are tried until one is enough."""
+_MAX_PASSES = 14
+_WEIGHT_GROWTH = 2.5
+"""Factor on the smoothing weight of a frame that is still too sudden after a pass."""
+_TARGET_SHARE = 0.97
+"""Share of the take's own limits that is aimed at, as normalizing directions afterwards changes speeds."""
+_FIRST_WEIGHT = 0.02
+_FIXED_WEIGHT = 1e9
 _SIDES = (ARMS[:3], ARMS[3:])
 
 
-def eased(before: Motion, made: Motion, places: Sequence[spans.Span], kept: np.ndarray) -> tuple[Motion, float]:
-    """The ``made`` take with arms that come to frames ``kept`` ``(frames,)`` and go from them as gently as the take ``before``.
+def eased(before: Motion, edited: Motion, places: Sequence[spans.Span], kept: np.ndarray) -> tuple[Motion, float]:
+    """Smooth the arms of an edited take until they are no faster and no more sudden than those of the take ``before``.
 
-    Frames change as little as that needs, those beyond ``places`` only where the ways are too short within, and ``kept``
-    ones not at all. What cannot be had so is as near to it as it comes; how near is told (:func:`filling.strain`).
+    Frames change as little as possible, those beyond ``places`` only if changes within do not suffice, and frames marked in
+    ``kept`` ``(frames,)`` not at all. Returns the best motion and its :func:`filling.strain`, 0 if the limits are met.
     """
-    best, least = made, filling.strain(before, made, places)
-    frames = len(made.directions)
-    for reach in _REACH:
+    best, least = edited, filling.strain(before, edited, places)
+    frames = len(edited.directions)
+    top = [_TARGET_SHARE * value for value in filling.fastest(before.directions)]
+    for reach in _REACHES:
         if least <= 0:
             break
         wide = [(max(start - reach, 0), min(stop + reach, frames)) for start, stop in places]
-        tried = _eased(made, wide, kept, [_ROOM * value for value in filling.fastest(before.directions)])
+        tried = _ease(edited, wide, kept, top)
         excess = filling.strain(before, tried, wide)
         if excess < least - 1e-3:
             best, least = tried, excess
     return best, least
 
 
-def slow(before: Motion, made: Motion, places: Sequence[spans.Span], kept: np.ndarray) -> Motion:
-    """The ``made`` take with arms that go their ways in ``places`` too slowly for a stroke, or as slowly as those let them."""
+def slow(before: Motion, edited: Motion, places: Sequence[spans.Span], kept: np.ndarray) -> Motion:
+    """Slow down the arms of an edited take in ``places`` below the speed of a stroke, as far as the spans allow."""
     change = filling.fastest(before.directions)[1]
-    return _eased(made, places, kept, [_ROOM * gestures.SPEED / skeleton.FPS, _ROOM * change])
+    return _ease(edited, places, kept, [_TARGET_SHARE * gestures.SPEED / skeleton.FPS, _TARGET_SHARE * change])
 
 
-def _eased(made: Motion, places: Sequence[spans.Span], kept: np.ndarray, top: Sequence[float]) -> Motion:
-    directions, frames = made.directions.copy(), len(kept)
+def _ease(edited: Motion, places: Sequence[spans.Span], kept: np.ndarray, top: Sequence[float]) -> Motion:
+    """Limit the arms in ``places`` to the ``top`` speed and acceleration of the wrists; the hands move along."""
+    directions, frames = edited.directions.copy(), len(kept)
     for start, stop in places:
         low, high = max(start - 2, 0), min(stop + 2, frames)
         free = ~kept[low:high]
         free[: start - low], free[len(free) - (high - stop) :] = False, False
         part = directions[low:high]
         for edges in _SIDES:
-            part = _arm(part, list(edges), free, top)
+            part = _ease_arm(part, list(edges), free, top)
         directions[low:high][free] = limits.keep_human(part)[free]
-    hands = made.hands
-    for start, stop in places if hands is not None else ():
+    hands = edited.hands
+    for start, stop in places:
+        if hands is None:
+            break
         here = slice(start, stop)
-        carried = hands[here].carried(made.directions[here], directions[here])
+        carried = hands[here].carried(edited.directions[here], directions[here])
         hands = filling.put(hands, start, carried, ~kept[here])
-    return replace(made, directions=directions, hands=hands)
+    return replace(edited, directions=directions, hands=hands)
 
 
-def _arm(part: np.ndarray, edges: list[int], free: np.ndarray, top: Sequence[float]) -> np.ndarray:
-    """Frames ``(n, 9, 3)`` whose arm of ``edges`` goes, where it is ``free``, by ways as near to its own as ``top`` speed and
-    acceleration of the wrist let it.
+def _ease_arm(part: np.ndarray, edges: list[int], free: np.ndarray, top: Sequence[float]) -> np.ndarray:
+    """Move one arm in the ``free`` frames ``(n,)`` of ``part`` ``(n, 9, 3)`` as little as the limits ``top`` need.
+
+    ``edges`` are those of the arm, ``top`` the highest speed and acceleration of its wrist, in metres and frames.
     """
     inner, result = np.flatnonzero(free), part.copy()
     if not len(inner):
         return result
     count = len(part)
-    frees = [np.lib.stride_tricks.sliding_window_view(free, order + 1).any(1) for order in (1, 2)]
+    touched = [np.lib.stride_tricks.sliding_window_view(free, order + 1).any(1) for order in (1, 2)]
     own = part[:, edges].reshape(count, -1).astype(float)
-    harder = [np.zeros(len(one)) for one in frees]
-    way = own.copy()
-    for _ in range(_PASSES):
-        over = [one & (_sizes(result, edges[-1], order) > top[order - 1]) for order, one in enumerate(frees, 1)]
-        if not any(one.any() for one in over):
+    weights = [np.zeros(len(steps)) for steps in touched]
+    path = own.copy()
+    for _ in range(_MAX_PASSES):
+        over = [steps & (_step_sizes(result, edges[-1], order) > top[order - 1]) for order, steps in enumerate(touched, 1)]
+        if not any(steps.any() for steps in over):
             break
-        harder = [np.where(one, np.maximum(weight * _HARDER, _FIRST), weight) for one, weight in zip(over, harder, strict=True)]
-        way[inner] = _nearest(own, free, harder)[inner]
-        result[np.ix_(inner, edges)] = skeleton.normalize(way.reshape(count, len(edges), 3))[inner].astype(part.dtype)
+        grown = [np.maximum(weight * _WEIGHT_GROWTH, _FIRST_WEIGHT) for weight in weights]
+        weights = [np.where(steps, more, weight) for steps, more, weight in zip(over, grown, weights, strict=True)]
+        path[inner] = _smooth(own, free, weights)[inner]
+        smoothed = skeleton.normalize(path.reshape(count, len(edges), 3))[inner].astype(part.dtype)
+        result[np.ix_(inner, np.array(edges))] = smoothed
     return result
 
 
-def _nearest(own: np.ndarray, free: np.ndarray, harder: Sequence[np.ndarray]) -> np.ndarray:
-    """Ways ``(n, values)`` that are as near to ``own`` as weights on their steps, and steps of steps, let them be.
+def _smooth(own: np.ndarray, free: np.ndarray, weights: Sequence[np.ndarray]) -> np.ndarray:
+    """Smooth paths ``(n, values)`` by least squares; ``weights`` are those of their first and second differences.
 
-    Frames that are not ``free`` stay, nearly. It is solved by elimination, to the same bits with any library and threads.
+    Frames that are not ``free`` stay almost fixed. The banded system is solved by plain elimination, so that the result is
+    equal to the bit with any library and number of threads.
     """
-    near = np.where(free, 1.0, _FIRM)
-    speed, turn = (np.pad(weight, order) for order, weight in enumerate(harder, 1))
-    middle = near + speed[:-1] + speed[1:] + turn[:-2] + 4 * turn[1:-1] + turn[2:]
-    beside = -(speed[1:-1] + 2 * (turn[1:-2] + turn[2:-1]))
-    beyond = turn[2:-2]
-    middle, beside, beyond = middle.tolist(), beside.tolist(), beyond.tolist()
-    way = near[:, None] * own
+    fidelity = np.where(free, 1.0, _FIXED_WEIGHT)
+    speed, turn = (np.pad(weight, order) for order, weight in enumerate(weights, 1))
+    middle = (fidelity + speed[:-1] + speed[1:] + turn[:-2] + 4 * turn[1:-1] + turn[2:]).tolist()
+    beside = (-(speed[1:-1] + 2 * (turn[1:-2] + turn[2:-1]))).tolist()
+    beyond = turn[2:-2].tolist()
+    path = fidelity[:, None] * own
     count = len(own)
     for row in range(count):
-        for ahead, known in ((1, beside), (2, beyond)):
+        for ahead, band in ((1, beside), (2, beyond)):
             if row + ahead >= count:
                 continue
-            share = known[row] / middle[row]
-            way[row + ahead] -= share * way[row]
-            middle[row + ahead] -= share * known[row]
+            share = band[row] / middle[row]
+            path[row + ahead] -= share * path[row]
+            middle[row + ahead] -= share * band[row]
             if ahead == 1 and row + 2 < count:
                 beside[row + 1] -= share * beyond[row]
     for row in reversed(range(count)):
-        for ahead, known in ((1, beside), (2, beyond)):
+        for ahead, band in ((1, beside), (2, beyond)):
             if row + ahead < count:
-                way[row] -= known[row] * way[row + ahead]
-        way[row] /= middle[row]
-    return way
+                path[row] -= band[row] * path[row + ahead]
+        path[row] /= middle[row]
+    return path
 
 
-def _sizes(directions: np.ndarray, last: int, order: int) -> np.ndarray:
-    """How far the wrist of an arm goes from frame to frame, or with ``order`` 2 how much that changes."""
+def _step_sizes(directions: np.ndarray, last: int, order: int) -> np.ndarray:
+    """Return how far the wrist of the arm with edge ``last`` moves per frame; with ``order`` 2, how much that changes."""
     side = [edge for _, edge in skeleton.ARMS].index(last)
     return np.linalg.norm(np.diff(skeleton.wrists(directions)[:, side], n=order, axis=0), axis=-1)

@@ -1,4 +1,4 @@
-"""Gestures of a kind that means something, shown where an edit wants them; and what a take is told to show."""
+"""Places semantic gestures of the vocabulary where an edit requests them, and keeps the record of them in the provenance."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,6 +8,8 @@ import numpy as np
 from ..errors import UsageError
 from ..meaning import showing
 from ..meaning.choosing import HOLD, SWING, Shown, emphasis
+from ..meaning.gesture import Gesture as VocabularyGesture
+from ..meaning.vocabulary import Vocabulary
 from ..motion import limits, skeleton
 from ..motion.motion import Motion
 from . import filling, gestures, spans
@@ -15,24 +17,24 @@ from .aims import TRIES, Aim, State, best
 from .filling import Filler
 from .gestures import BEAT, Gesture
 
-_AHEAD = 0.12
-"""Seconds from a stroke's highest speed to where it lands, about."""
-_PASSES = 6
-_QUIET = 1
-"""The attempt in which arms go the shortest way through the phrase; in the others the generator performs it."""
-_FREER = 2
-"""Times that the phrase is made where others give way."""
-_BACK = 0.5
-"""Seconds that the way back has at least."""
+_PEAK_TO_END = 0.12
+"""Typical seconds from a stroke's peak of speed to its end."""
+_MAX_PASSES = 6
+_INTERPOLATED_ATTEMPT = 1
+"""The attempt in which arms are interpolated through the phrase; in the others the generator performs it."""
+_SECOND_TRIES = 2
+"""Attempts in a second try, in which other gestures are given up."""
+_MIN_RELEASE = 0.5
+"""Least seconds for the release."""
 
 
-def names(vocabulary) -> list[str]:
-    """All kinds that can be asked for."""
+def names(vocabulary: Vocabulary) -> list[str]:
+    """Return all kinds of gesture that an edit can request."""
     return [BEAT, *vocabulary.gestures]
 
 
 def time_of(words: Sequence[tuple[str, float, float]], word: str, nth: int) -> float:
-    """Seconds at which a gesture for the ``nth`` such word has its stroke; raises :class:`UsageError`."""
+    """Return the time in seconds of the stroke for the ``nth`` occurrence of a word; raises :class:`UsageError` without one."""
     plain = [gestures.spoken(text) for text, *_ in words]
     places = [row for row, text in enumerate(plain) if text == word.lower()]
     if len(places) < nth:
@@ -42,8 +44,9 @@ def time_of(words: Sequence[tuple[str, float, float]], word: str, nth: int) -> f
 
 
 def told(motion: Motion, places: Sequence[spans.Span], shows: Sequence[tuple[str, float]]) -> Motion:
-    """The motion with provenance that tells what it ``shows`` in these places now, and what it showed elsewhere."""
-    kept = [one for one in gestures.shows(motion) if not any(a <= one[1] * motion.fps < b for a, b in places)]
+    """Record the semantic gestures ``shows`` (name, seconds) of these places in the provenance; those elsewhere stay."""
+    fps = motion.fps
+    kept = [one for one in gestures.shows(motion) if not any(start <= one[1] * fps < stop for start, stop in places)]
     now = sorted(kept + [one for one in shows if one[0] != BEAT], key=lambda one: one[1])
     meta = {name: value for name, value in motion.meta.items() if name != "shows"}
     return replace(motion, meta={**meta, "shows": [[name, round(at, 3)] for name, at in now]} if now else meta)
@@ -60,9 +63,11 @@ def shown(
     size: float,
     freer: bool = False,
 ) -> tuple[State, float]:
-    """The take with a gesture of the vocabulary whose stroke is at ``at``, in a phrase without any other.
+    """Place a gesture of the vocabulary with its stroke at ``at`` seconds; return the state and its miss.
 
-    ``size`` is in sizes that this gesture usually has. ``freer``: where a former one missed, this one has other chances.
+    The phrase around it is regenerated without other strokes. ``size`` is relative to the usual size of the gesture, and
+    ``freer`` marks a second try, with other seeds and fewer attempts. Raises :class:`UsageError` for an unknown kind and
+    where there is no room.
     """
     vocabulary, frames = filler.session.vocabulary.gestures, len(state.motion.directions)
     if kind not in vocabulary:
@@ -71,72 +76,78 @@ def shown(
     if first < 0 or last >= frames:
         raise UsageError(f"there is no room at {at:.2f} s.", f"Give a time within 0 to {state.motion.duration:.1f} s.")
     place = spans.around(others, first, last, frames)
-    laid = _Laid(vocabulary[kind], at, hand, place, state.held)
+    overlay = _Overlay(vocabulary[kind], at, hand, place, state.held)
     usual: dict[str, float] = {}
 
     def make(attempt: int, seed: int) -> Motion:
-        again = attempt == _QUIET
+        again = attempt == _INTERPOLATED_ATTEMPT
         calm = filler.fill(state.motion, [place], None, seed + freer, state.held, again=again)[0]
         if again:
             calm = filling.quiet(calm, place, state.held)
-        made, usual["size"] = laid.over(calm, size)
-        return made
+        shown, usual["size"] = overlay.apply(calm, size)
+        return shown
 
     def miss(motion: Motion) -> float:
         return Aim(at, hand, size * usual["size"]).miss(motion)
 
-    made, off = best(filler, state, edit, [place], make, miss, tries=_FREER if freer else TRIES)
+    made, off = best(filler, state, edit, [place], make, miss, tries=_SECOND_TRIES if freer else TRIES)
     return replace(state, motion=told(made, [place], [(kind, at)])), off
 
 
-class _Laid:
-    """A gesture of the vocabulary to be laid over a calm phrase so that its stroke is at a time."""
+class _Overlay:
+    """Lays a gesture of the vocabulary over a phrase without strokes, with its own stroke at a given time."""
 
-    def __init__(self, gesture, at: float, hand: str | None, place: spans.Span, held: np.ndarray):
+    def __init__(self, gesture: VocabularyGesture, at: float, hand: str | None, place: spans.Span, held: np.ndarray):
         self.gesture, self.at, self.hand, self.place, self.held = gesture, at, hand, place, held
 
-    def over(self, calm: Motion, size: float) -> tuple[Motion, float]:
-        """The motion with the gesture, ``size`` times as large as it usually is, and the metres of that usual size."""
-        arms = replace(calm, hands=None)  # where strokes land is seen of them alone
-        made, lands, _ = self._aligned(arms, self.at + _AHEAD, 1.0)
-        one = gestures.nearest(made, self.at)
-        usual = one.size if one is not None else 1.0
-        share, wanted = 1.0, size
-        for _ in range(_PASSES if size != 1 and one is not None else 0):
-            share = wanted
-            made, lands, one = self._aligned(arms, lands, share)
-            if one is None or abs(one.size / (size * usual) - 1) < 0.03:
+    def apply(self, calm: Motion, size: float) -> tuple[Motion, float]:
+        """Return the motion with the gesture, ``size`` times as large as usual, and its usual size in metres."""
+        arms = replace(calm, hands=None)  # the time of a stroke depends on the arms alone
+        motion, lands, _ = self._align(arms, self.at + _PEAK_TO_END, 1.0)
+        stroke = gestures.nearest(motion, self.at)
+        usual = stroke.size if stroke is not None else 1.0
+        share, next_share = 1.0, size
+        for _ in range(_MAX_PASSES if size != 1 and stroke is not None else 0):
+            share = next_share
+            motion, lands, stroke = self._align(arms, lands, share)
+            if stroke is None or abs(stroke.size / (size * usual) - 1) < 0.03:
                 break
-            wanted = float(np.clip(share * (size * usual / one.size) ** 0.8, 0.2, 1.6))
-        return (made if calm.hands is None else self._shown(calm, lands, share)), usual
+            next_share = float(np.clip(share * (size * usual / stroke.size) ** 0.8, 0.2, 1.6))
+        return (motion if calm.hands is None else self._show(calm, lands, share)), usual
 
-    def _aligned(self, calm: Motion, lands: float, share: float) -> tuple[Motion, float, Gesture | None]:
+    def _align(self, calm: Motion, lands: float, share: float) -> tuple[Motion, float, Gesture | None]:
+        """Shift the end of the stroke, from ``lands`` seconds on, until its peak is at the requested time.
+
+        Returns the best motion, the time its stroke ends, and the stroke itself if one is detected.
+        """
         best = None
-        for _ in range(_PASSES):
-            made = self._shown(calm, lands, share)
-            one = gestures.nearest(made, self.at, 0.6)
-            off = np.inf if one is None else abs(one.at - self.at)
+        for _ in range(_MAX_PASSES):
+            motion = self._show(calm, lands, share)
+            stroke = gestures.nearest(motion, self.at, 0.6)
+            off = np.inf if stroke is None else abs(stroke.at - self.at)
             if best is None or off < best[0]:
-                best = off, (made, lands, one)
-            if one is None or off < 0.01:
+                best = off, (motion, lands, stroke)
+            if stroke is None or off < 0.01:
                 break
-            lands += 0.8 * (self.at - one.at)  # less than all of it: the other arm may be the faster one then
+            lands += 0.8 * (self.at - stroke.at)  # not all of it, since the other arm may become the faster one
+        assert best is not None  # the first pass sets it
         return best[1]
 
-    def _shown(self, calm: Motion, lands: float, share: float) -> Motion:
+    def _show(self, calm: Motion, lands: float, share: float) -> Motion:
+        """Return the motion with the gesture, scaled by ``share``, its stroke ending at ``lands`` seconds."""
         start, stop = (frame / skeleton.FPS for frame in self.place)
-        until = max(min(lands + HOLD, stop - _BACK), lands + 0.05)
+        until = max(min(lands + HOLD, stop - _MIN_RELEASE), lands + 0.05)
         ready = max(lands - SWING, start + 0.2)
         side = {"left": -1.0, "right": 1.0}.get(self.hand or "", 0.0)
-        one = Shown(self.gesture, start, ready, lands, until, stop, side, share)
-        which = [(True, True)] if self.hand == "both" else showing.sides(calm.directions, [one])
+        shown = Shown(self.gesture, start, ready, lands, until, stop, side, share)
+        which = [(True, True)] if self.hand == "both" else showing.sides(calm.directions, [shown])
         here = slice(*self.place)
         free = ~self.held[here]
-        directions, part = calm.directions.copy(), showing.show(calm.directions, [one], which)[here]
+        directions, part = calm.directions.copy(), showing.show(calm.directions, [shown], which)[here]
         directions[here][free] = limits.keep_human(part)[free]
         hands = calm.hands
         if hands is not None:
             carried = hands[here].carried(calm.directions[here], directions[here])
             hands = filling.put(hands, self.place[0], carried, free)
-            hands = filling.put(hands, self.place[0], showing.hands(hands, [one], which)[here], free)
+            hands = filling.put(hands, self.place[0], showing.hands(hands, [shown], which)[here], free)
         return replace(calm, directions=directions, hands=hands)

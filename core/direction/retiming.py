@@ -1,19 +1,23 @@
-"""A take carried to another recording of the same words: every gesture stays at its word, at the tempo of the new one."""
+"""Transfers a take to another recording of the same words: every gesture stays at its word, at the new tempo."""
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from os import PathLike
+from typing import Any
 
 import numpy as np
 
 from ..errors import UsageError
 from ..motion import skeleton
+from ..motion.face import Face
 from ..motion.motion import Motion
 from ..performance import finishing, listening
+from ..performance.hearing import Heard
 from ..performance.request import Request
 from ..performance.stages import Stages
+from ..performance.synthesis import Session
 from ..settings import named
 from .ways import Way, way
 
@@ -21,42 +25,48 @@ _TIMES = ("at", "to", "from")
 
 
 def carried(
-    session, motion: Motion, audio: str | PathLike, progress=lambda stage, value: None, **words
+    session: Session,
+    motion: Motion,
+    audio: str | PathLike,
+    progress: Callable[[str, float], None] = lambda stage, value: None,
+    **words: Any,
 ) -> tuple[Motion, list[str]]:
-    """A take with its gestures at the words of another recording ``audio`` of the same text, and warnings.
+    """Return a take warped in time to another recording ``audio`` of the same text, and warnings.
 
-    ``words`` are the new one's ``transcript``, ``text`` and ``recognise``, and ``hears`` where the take listens to another
-    speaker. Its provenance names the new recording, and under ``retimed`` the old one. The face is made anew, and looks at
-    whom it looked at. Raises what :meth:`Session.hear` and :func:`way` raise.
+    ``words`` are the new recording's ``transcript``, ``text`` and ``recognise``, and ``hears`` where the take listens to
+    another speaker. The provenance names the new recording, and the old one under ``retimed``. The face is regenerated, and
+    keeps whom it looks at. Raises what :meth:`Session.hear` and :func:`way` raise, and :class:`UsageError` for a take of a
+    listener.
     """
-    told = motion.meta
-    if told.get("listen"):
+    old = motion.meta
+    if old.get("listen"):
         raise UsageError("The take listens, and follows no words of its own.", "Make a new one of the new recording.")
-    same = {name: told[name] for name in named(restored="face") if name in told}
-    request = Request(audio, **same, **words)
+    settings = {name: old[name] for name in named(restored="face") if name in old}
+    request = Request(audio, **settings, **words)
     heard, _ = session.hear(request, Stages(progress, lambda: False))
     there = way(motion.words, heard.words)
     count = max(round(heard.frames * motion.fps / skeleton.FPS), 1)
-    made = motion.at(there.back(np.arange(count) / motion.fps) * motion.fps, motion.fps)
-    meta = {**moved(told, there), "audio": heard.digest, "retimed": [*told.get("retimed", []), told.get("audio")]}
+    warped = motion.at(there.back(np.arange(count) / motion.fps) * motion.fps, motion.fps)
+    meta = {**moved(old, there), "audio": heard.digest, "retimed": [*old.get("retimed", []), old.get("audio")]}
     meta["transcript"] = hashlib.sha256(json.dumps(heard.words).encode()).hexdigest()
     meta |= finishing.other_recording(request, heard)
-    made = replace(made, words=heard.words, meta=meta, face=None)
-    return replace(made, face=_face(replace(request, curves=meta.get("curves", {})), heard, made)), heard.warnings
+    warped = replace(warped, words=heard.words, meta=meta, face=None)
+    return replace(warped, face=_face(replace(request, curves=meta.get("curves", {})), heard, warped)), heard.warnings
 
 
-def _face(request: Request, heard, motion: Motion):
-    """The face of the new recording; it is made before left and right are exchanged."""
+def _face(request: Request, heard: Heard, motion: Motion) -> Face | None:
+    """Generate the face for the new recording, before left and right are mirrored; None if the request wants no face."""
     if not request.face:
         return None
     own = motion.mirrored() if request.mirror else motion
-    face = finishing.faced(request, heard, motion.meta.get("take", 0), _seen(request, heard, own))
+    face = finishing.faced(request, heard, motion.meta.get("take", 0), _unturned(request, heard, own))
     return face.mirrored() if face is not None and request.mirror else face
 
 
-def _seen(request: Request, heard, own: Motion) -> np.ndarray:
-    """Directions ``(frames, 9, 3)`` of a take as its eyes have them: with a head that is not turned to whoever is there, since
-    eyes go with it.
+def _unturned(request: Request, heard: Heard, own: Motion) -> np.ndarray:
+    """Return the directions ``(frames, 9, 3)`` of a take with its head not turned to the other person.
+
+    The eyes are generated on them, since they turn with the head.
     """
     directions = own.resampled(skeleton.FPS).directions
     side = -request.toward if request.mirror else request.toward
@@ -65,21 +75,23 @@ def _seen(request: Request, heard, own: Motion) -> np.ndarray:
 
 
 def moved(meta: Mapping, there: Way) -> dict:
-    """Provenance whose times are those of the new recording: edits and what they touched, curves, styles, what is shown."""
+    """Return provenance with all times mapped to the new recording: those of edits, curves, styles, semantic gestures."""
 
     def at(seconds: float) -> float:
         return round(max(float(there.there(seconds)), 0.0), 4)
 
-    told = dict(meta)
-    if "edits" in told:
-        told["edits"] = [{key: at(value) if key in _TIMES else value for key, value in one.items()} for one in told["edits"]]
-    if "touched" in told:
-        told["touched"] = [[[at(value) for value in span] for span in one] for one in told["touched"]]
-    if "curves" in told:
-        told["curves"] = {name: [[at(time), value] for time, value in points] for name, points in told["curves"].items()}
-    if "changes" in told:
-        told["changes"] = [[at(time), style] for time, style in told["changes"]]
+    result = dict(meta)
+    if "edits" in result:
+        edits = result["edits"]
+        result["edits"] = [{key: at(value) if key in _TIMES else value for key, value in edit.items()} for edit in edits]
+    if "touched" in result:
+        result["touched"] = [[[at(value) for value in span] for span in one] for one in result["touched"]]
+    if "curves" in result:
+        curves = result["curves"].items()
+        result["curves"] = {name: [[at(time), value] for time, value in points] for name, points in curves}
+    if "changes" in result:
+        result["changes"] = [[at(time), style] for time, style in result["changes"]]
     for name in ("shows", "listens"):
-        if name in told:
-            told[name] = [[what, at(time)] for what, time in told[name]]
-    return told
+        if name in result:
+            result[name] = [[what, at(time)] for what, time in result[name]]
+    return result

@@ -1,4 +1,4 @@
-"""Which frames an edit may touch: those around its gesture, as far as the neighbours' strokes let it."""
+"""Frame ranges that an edit may change: those around its gesture, up to the strokes of its neighbours."""
 
 from collections.abc import Sequence
 
@@ -8,21 +8,22 @@ from ..motion import skeleton
 from .gestures import Gesture
 
 WANTED, LEAST = 0.8, 0.4
-"""Seconds on either side of a stroke in which hands come to it and go from it: as wished, and at least."""
-_JOINED = 0.4
-"""Seconds between two spans up to which they are one."""
+"""Desired and least seconds on either side of a stroke for the transitions to it and from it."""
+_MAX_GAP = 0.4
+"""Seconds between two spans below which they are merged."""
 
 Span = tuple[int, int]
-"""First frame, and the one after the last."""
+"""First frame of a range, and the one after its last."""
 
 
-def around(found: Sequence[Gesture], first: int, last: int, frames: int, wanted: float = WANTED, least: float = LEAST) -> Span:
-    """The span to make anew around frames ``first`` to ``last``; ``found`` are the gestures that are to stay, and whose strokes
-    it does not touch but where less than ``least`` seconds would be left on that side.
+def around(others: Sequence[Gesture], first: int, last: int, frames: int, wanted: float = WANTED, least: float = LEAST) -> Span:
+    """Return the span to regenerate around the frames from ``first`` to ``last``, of ``frames`` in all.
+
+    It extends by ``wanted`` seconds, but not into the strokes of ``others``, and in any case by ``least`` seconds.
     """
     fps = skeleton.FPS
-    holds = [one.hold * fps for one in found if one.at * fps < first]
-    strokes = [one.stroke * fps for one in found if one.at * fps > last]
+    holds = [one.hold * fps for one in others if one.at * fps < first]
+    strokes = [one.stroke * fps for one in others if one.at * fps > last]
     start = max(first - wanted * fps, max(holds, default=-1) + 1)
     stop = min(last + wanted * fps, min(strokes, default=frames) - 1)
     start, stop = min(start, first - least * fps), max(stop, last + least * fps)
@@ -30,8 +31,9 @@ def around(found: Sequence[Gesture], first: int, last: int, frames: int, wanted:
 
 
 def until(held: np.ndarray, first: int, last: int, wanted: float) -> Span:
-    """The span that lies ``wanted`` seconds around frames ``first`` to ``last``, but no farther than to the next one that is
-    ``held`` ``(frames,)``, whatever gestures are in it.
+    """Return the span of ``wanted`` seconds around the frames from ``first`` to ``last``, up to the nearest fixed frames.
+
+    Those are marked in ``held`` ``(frames,)``; gestures in the span do not matter.
     """
     reach, frames = round(wanted * skeleton.FPS), len(held)
     before, after = np.flatnonzero(held[:first]), np.flatnonzero(held[last + 1 :])
@@ -40,10 +42,10 @@ def until(held: np.ndarray, first: int, last: int, wanted: float) -> Span:
 
 
 def joined(spans: Sequence[Span]) -> list[Span]:
-    """Spans in order of time, those that lie near each other as one."""
+    """Return the spans in order of time, with those near each other merged."""
     result: list[Span] = []
     for start, stop in sorted(spans):
-        if result and start - result[-1][1] < _JOINED * skeleton.FPS:
+        if result and start - result[-1][1] < _MAX_GAP * skeleton.FPS:
             result[-1] = result[-1][0], max(stop, result[-1][1])
         else:
             result.append((start, stop))
@@ -51,7 +53,7 @@ def joined(spans: Sequence[Span]) -> list[Span]:
 
 
 def mask(spans: Sequence[Span], frames: int) -> np.ndarray:
-    """Which of all ``frames`` the spans hold, ``(frames,)``."""
+    """Return which of all ``frames`` are in a span, as a mask ``(frames,)``."""
     inside = np.zeros(frames, bool)
     for start, stop in spans:
         inside[start:stop] = True

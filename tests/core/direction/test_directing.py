@@ -97,8 +97,8 @@ def test_a_deletion_leaves_the_strokes_beside_it_where_they_are(after, base):
 
 
 def test_a_phrase_is_performed_once_however_often_a_stroke_is_tried(director, request_, base, monkeypatch):
-    performed, real = [], filling.Filler._made
-    monkeypatch.setattr(filling.Filler, "_made", lambda *given: performed.append(1) or real(*given))
+    performed, real = [], filling.Filler._generate
+    monkeypatch.setattr(filling.Filler, "_generate", lambda *given: performed.append(1) or real(*given))
     found = gestures.find(base)[2:-2]
     for one in found:
         for asked in ({"size": 0.6}, {"hand": "left"}):
