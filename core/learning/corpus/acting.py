@@ -1,11 +1,12 @@
-"""How a talk is spoken: a made-up person, and tempo, pitch, range, loudness, accents and pauses by affect.
+"""Expressive delivery of synthetic speech: random talkers; tempo, pitch, range, loudness, accents and pauses by affect.
 
 Arousal makes speech faster, higher, wider in pitch, louder and brighter, with stronger accents and shorter pauses
-(Scherer's findings on vocal affect, in outline). Few voices stand for many people: pitch and formants are moved apart
-from each other with the WORLD vocoder, which leaves every time as it is.
+(Scherer's findings on vocal affect, in outline). To make many talkers of few voices, the WORLD vocoder changes pitch and
+formants independently; it keeps all times.
 """
 
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
@@ -14,10 +15,10 @@ from .phonemes import Spoken
 from .voices import Manner
 
 _FLOOR, _CEILING = 60.0, 480.0
-"""Hz within which voices are looked for and kept."""
+"""Hz: limits of pitch detection and of the changed pitch."""
 _FRAME = 0.00625
 _NATURAL_TEMPO = {"piper": 1.06, "flite:slt": 1.06, "flite:rms": 1.28, "flite:awb": 1.14, "flite:kal16": 1.1}
-"""What brings each voice to an ordinary rate of speech."""
+"""Tempo factor that gives each voice an ordinary rate of speech."""
 _PITCHES = {
     "piper": (0.7, 1.4),
     "flite:slt": (0.7, 1.25),
@@ -30,8 +31,8 @@ _PITCHES = {
 
 @dataclass(frozen=True)
 class Voice:
-    """A made-up talker: ``kind`` of synthetic voice, ``pitch`` and ``formants`` factors, ``tempo`` factor (1 is the voice's
-    own), ``range`` factor of the melody, noise of Piper's generator."""
+    """A random talker: ``kind`` of synthetic voice, ``pitch`` and ``formants`` factors, ``tempo`` factor (1 is the voice's
+    own), ``range`` factor of the intonation, noise of Piper's generator."""
 
     kind: str
     pitch: float
@@ -44,8 +45,8 @@ class Voice:
 
 @dataclass(frozen=True)
 class Delivery:
-    """One sentence: what the voice is asked, ``pitch`` factor, ``range`` standard deviation of the melody in semitones,
-    ``formants`` factor, ``loudness`` and ``accent`` gain in dB, ``rise`` of accents in semitones, ``tilt`` in dB."""
+    """Parameters of one sentence: the voice's ``manner``, ``pitch`` factor, ``range``: standard deviation of pitch in
+    semitones, ``formants`` factor, ``loudness`` and ``accent`` gain in dB, ``rise`` of accents in semitones, ``tilt`` in dB."""
 
     manner: Manner
     pitch: float
@@ -58,7 +59,7 @@ class Delivery:
 
 
 def draw_voice(kind: str, random: np.random.Generator) -> Voice:
-    """A talker, deep to high with even odds."""
+    """Draw a talker; pitch is log-uniform from low to high."""
     low, high = _PITCHES.get(kind, (0.8, 1.25))
     pitch = float(np.exp(random.uniform(np.log(low), np.log(high))))
     return Voice(
@@ -73,7 +74,7 @@ def draw_voice(kind: str, random: np.random.Generator) -> Voice:
 
 
 def deliver(voice: Voice, affect: np.ndarray, random: np.random.Generator) -> Delivery:
-    """How ``voice`` speaks a sentence of this valence, arousal and dominance (ranks 0..1)."""
+    """Draw how ``voice`` speaks a sentence of this valence, arousal and dominance (ranks 0..1)."""
     valence, arousal, dominance = map(float, affect)
     tempo = voice.tempo * (0.79 + 0.42 * arousal) * np.exp(random.normal(0, 0.04))
     semitones = 7 * (arousal - 0.5) + 1 * (valence - 0.5) + random.normal(0, 0.3)
@@ -90,7 +91,7 @@ def deliver(voice: Voice, affect: np.ndarray, random: np.random.Generator) -> De
 
 
 def act(audio: np.ndarray, words: list[Spoken], delivery: Delivery) -> np.ndarray:
-    """The sentence ``(n,)`` at 16 kHz with pitch, range, formants, accents, effort and loudness of ``delivery``; times stay."""
+    """Apply pitch, range, formants, accents, tilt and loudness of ``delivery`` to ``(n,)`` at 16 kHz; times stay."""
     bumps = accents(len(audio), words)
     audio = revoice(audio, delivery.pitch, delivery.range, delivery.formants, delivery.rise * bumps)
     audio = tilt(audio * 10 ** (delivery.accent * bumps / 20), delivery.tilt)
@@ -98,12 +99,12 @@ def act(audio: np.ndarray, words: list[Spoken], delivery: Delivery) -> np.ndarra
 
 
 def revoice(audio: np.ndarray, pitch: float, spread: float, formants: float, rises: np.ndarray) -> np.ndarray:
-    """Analysis and synthesis with WORLD: the same times, another voice.
+    """Change the voice with WORLD analysis and synthesis; times stay.
 
-    ``audio`` ``(n,)`` at 16 kHz; ``pitch`` factor of the middle pitch; ``spread`` wanted standard deviation of the melody
-    in semitones; ``formants`` factor of all resonances; ``rises`` ``(n,)`` semitones added on top.
+    ``audio`` ``(n,)`` at 16 kHz; ``pitch`` factor of the median pitch; ``spread``: new standard deviation of pitch in
+    semitones; ``formants`` factor of all resonances; ``rises`` ``(n,)``: semitones added to the pitch.
     """
-    import pyworld
+    import pyworld  # pyright: ignore[reportMissingImports]
 
     audio = np.ascontiguousarray(audio, float)
     coarse, times = pyworld.dio(audio, SAMPLE_RATE, f0_floor=_FLOOR, f0_ceil=_CEILING, frame_period=_FRAME * 1000)
@@ -112,28 +113,28 @@ def revoice(audio: np.ndarray, pitch: float, spread: float, formants: float, ris
     aperiodicity = pyworld.d4c(audio, f0, times, SAMPLE_RATE)
     at = np.minimum((times * SAMPLE_RATE).astype(int), len(audio) - 1)
     f0 = melody(f0, pitch, spread, rises[at])
-    envelope = np.exp(_stretched(np.log(np.maximum(envelope, 1e-16)), formants))
-    aperiodicity = np.clip(_stretched(aperiodicity, formants), 0, 1)
+    envelope = np.exp(_stretch(np.log(np.maximum(envelope, 1e-16)), formants))
+    aperiodicity = np.clip(_stretch(aperiodicity, formants), 0, 1)
     result = pyworld.synthesize(f0, envelope, aperiodicity, SAMPLE_RATE, _FRAME * 1000)
     return np.pad(result, (0, max(len(audio) - len(result), 0)))[: len(audio)]
 
 
 def melody(f0: np.ndarray, pitch: float, spread: float, rises: np.ndarray) -> np.ndarray:
-    """Pitch track in Hz (0 where unvoiced) with another middle (factor ``pitch``), a standard deviation of ``spread``
-    semitones (its own widened threefold at most) and ``rises`` semitones on top."""
+    """Change a pitch track in Hz (0 where unvoiced): its median by the factor ``pitch``, its standard deviation to ``spread``
+    semitones (at most three times its own); add ``rises`` semitones."""
     voiced = f0 > 0
     if voiced.sum() < 10:
         return f0 * pitch
     middle = np.median(f0[voiced])
     offset = 12 * np.log2(np.where(voiced, f0, middle) / middle)
-    # octave slips of the tracker are not melody
+    # octave errors of the tracker do not count
     width = max(float(np.clip(offset[voiced], -6, 6).std()), 0.4)
     offset = np.clip(offset, -9, 9) * float(np.clip(spread / width, 0.3, 3)) + rises
     return np.where(voiced, np.clip(middle * pitch * 2 ** (np.clip(offset, -12, 14) / 12), _FLOOR, _CEILING), 0)
 
 
-def _stretched(spectra: np.ndarray, factor: float) -> np.ndarray:
-    """Spectra ``(frames, bins)`` with every frequency moved by ``factor``."""
+def _stretch(spectra: np.ndarray, factor: float) -> np.ndarray:
+    """Scale the frequency axis of spectra ``(frames, bins)`` by ``factor``."""
     bins = spectra.shape[1]
     source = np.minimum(np.arange(bins) / factor, bins - 1)
     low = np.minimum(source.astype(int), bins - 2)
@@ -142,7 +143,7 @@ def _stretched(spectra: np.ndarray, factor: float) -> np.ndarray:
 
 
 def accents(samples: int, words: list[Spoken]) -> np.ndarray:
-    """``(samples,)`` 0..1: a bump of 1 on the last strong word before each pause, of 0.35 on other strong words."""
+    """Return an envelope ``(samples,)``, 0..1: 1 on the last stressed word before each pause, 0.35 on other stressed words."""
     result = np.zeros(samples)
     strong = [k for k, word in enumerate(words) if word.stress == 2]
     for position, k in enumerate(strong):
@@ -156,7 +157,7 @@ def accents(samples: int, words: list[Spoken]) -> np.ndarray:
 
 
 def paused(audio: np.ndarray, words: list[Spoken], seconds: list[float]) -> tuple[np.ndarray, list[Spoken]]:
-    """Insert ``seconds[k]`` of silence in the pause after word ``k``; later words move by as much."""
+    """Insert ``seconds[k]`` of silence in the pause after word ``k``; later words move accordingly."""
     pieces, moved, cut, added = [], [], 0, 0
     for word, length in zip(words, seconds, strict=True):
         vowel = (word.vowel[0] + added, word.vowel[1] + added)
@@ -169,21 +170,22 @@ def paused(audio: np.ndarray, words: list[Spoken], seconds: list[float]) -> tupl
 
 
 def comma_pause(arousal: float, random: np.random.Generator) -> float:
-    """Seconds of silence added at a comma."""
+    """Draw the seconds of silence added at a comma."""
     return float(random.uniform(0.05, 0.75 - 0.35 * arousal)) if random.random() < 0.75 else 0.0
 
 
 def sentence_pause(arousal: float, random: np.random.Generator) -> float:
-    """Seconds between sentences: 0.25 to 2.5, and now and then 3 to 5 in which the speaker comes to rest."""
+    """Draw the seconds between sentences: 0.25 to 2.5; 3 to 5, enough for the hands to rest, in 11 % of the draws."""
     if random.random() < 0.11:
         return float(random.uniform(3, 5))
     return float(0.25 + (2.25 - 0.9 * arousal) * random.beta(1.3, 2.6))
 
 
 def tilt(audio: np.ndarray, decibels: float) -> np.ndarray:
-    """Raise (or lower) high frequencies: 0 dB at 500 Hz, ``decibels`` at 4 kHz and above, the negative half at 100 Hz."""
+    """Apply a spectral tilt: 0 dB at 500 Hz, ``decibels`` at 4 kHz and above, minus half of it at low frequencies."""
     from scipy.fft import irfft, next_fast_len, rfft
 
-    size = next_fast_len(len(audio), real=True)
+    size = cast(int, next_fast_len(len(audio), real=True))
     octaves = np.log2(np.maximum(np.fft.rfftfreq(size, 1 / SAMPLE_RATE), 60.0) / 500)
-    return irfft(rfft(audio, size) * 10 ** (decibels * np.clip(octaves / 3, -0.5, 1) / 20), size)[: len(audio)]
+    spectrum = np.asarray(rfft(audio, size))
+    return np.asarray(irfft(spectrum * 10 ** (decibels * np.clip(octaves / 3, -0.5, 1) / 20), size))[: len(audio)]

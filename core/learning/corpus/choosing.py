@@ -1,4 +1,4 @@
-"""Which accents get a stroke, and what it means: chains of strokes with pauses, some accents unanswered."""
+"""Chooses the accents that get a stroke, in chains with pauses, and the strokes' meanings."""
 
 import numpy as np
 
@@ -9,96 +9,97 @@ from .repertoire import BEAT, Repertoire
 from .scene import Scene
 from .speakers import Performer
 
-_FIRST = 1.0
+_MIN_TIME = 1.0
 """Seconds before which no stroke lands: the recording begins with the hands at rest."""
-_SOFT = 0.06
-"""Width of the step from accents that are never answered to those that always are."""
-_MOOD = 0.24
-"""Standard deviation of how much a phrase moves somebody to gesture: one take answers another phrase than the next."""
-_IN_CHAIN = 0.14
-"""How much weaker an accent may be that goes on with a chain."""
-_WHIM = 0.18
-"""Standard deviation of how much one accent, rather than its neighbours, calls for a stroke this time."""
-_MEANT = 0.7
-"""How much a meaning adds to an accent's strength: what can be shown goes before beats."""
-_STATED = 0.75
-"""Chance, beyond the performer's own readiness, that a phrase of a meaning is shown."""
-_UNSAID = 0.1
-"""Share of the other strokes that show a meaning which is not in the words: what a gesture looks like, apart from its words."""
+_SOFTNESS = 0.06
+"""Width of the logistic step between accents without and with a stroke."""
+_PHRASE_DEVIATION = 0.24
+"""Standard deviation of a phrase's threshold: takes differ in the phrases with strokes."""
+_CHAIN_DISCOUNT = 0.14
+"""Reduction of the threshold within a chain."""
+_ACCENT_DEVIATION = 0.18
+"""Standard deviation of an accent's score: takes differ in the accents with strokes."""
+_MEANING_BONUS = 0.7
+"""Added to the score of an accent whose word has a meaning: such words go before beats."""
+_PHRASE_CHANCE = 0.75
+"""Chance, in addition to the performer's own, that a phrase's meaning is shown."""
+_UNSAID_SHARE = 0.1
+"""Share of the other strokes with a random meaning, so that the network learns the gestures apart from their words."""
 
 
 def meanings(lexicon: Lexicon, repertoire: Repertoire, scene: Scene, random: np.random.Generator) -> dict[int, str]:
-    """What this performer shows for words of a talk, by number of the word; phrases go before words."""
-    known, words = repertoire.meanings(), scene.speech.words
+    """Draw the meanings that a performer shows, by index of the word; phrases go before words."""
+    showable, words = repertoire.meanings(), scene.speech.words
     texts = [word.text.lower() for word in words]
-    semantic, result, taken = repertoire.performer.semantic, {}, set()
+    semantic, result, phrase_words = repertoire.performer.semantic, {}, set()
     for bearer, (meaning, span) in phrases.find(texts, [bool(word.closing) for word in words]).items():
-        taken.update(span)
-        if meaning in known and random.random() < semantic + (1 - semantic) * _STATED:
+        phrase_words.update(span)
+        if meaning in showable and random.random() < semantic + (1 - semantic) * _PHRASE_CHANCE:
             result[bearer] = meaning
     for number, text in enumerate(texts):
-        meaning = None if number in taken else lexicon.meaning(text)
-        if meaning in known and random.random() < (0.4 * semantic if text in _FREQUENT else 0.3 + 0.65 * semantic):
+        meaning = None if number in phrase_words else lexicon.meaning(text)
+        if meaning in showable and random.random() < (0.4 * semantic if text in _FREQUENT else 0.3 + 0.65 * semantic):
             result[number] = meaning
     return result
 
 
 def accents(performer: Performer, scene: Scene, shown: dict[int, str], random: np.random.Generator) -> list[Accent]:
-    """Accents that get a stroke, in order of time.
+    """Draw the accents that get a stroke, in order of time.
 
-    Strokes come in chains: within one the next accent is answered sooner, even if weaker; after it the hands pause,
-    unless something strong or meant calls them.
+    Strokes come in chains: within one the next accent gets a stroke sooner, even if weaker; after it the hands pause,
+    unless an accent is strong or has a meaning.
     """
-    taken: list[Accent] = []
-    last, left, until = -9.0, _length(performer, random), 0.0
+    chosen: list[Accent] = []
+    last, left, pause_end = -9.0, _chain_length(performer, random), 0.0
     scores = np.array([_score(accent, shown, random) for accent in scene.accents])
     times = np.array([accent.time for accent in scene.accents])
-    mood = random.normal(0, _MOOD, 1 + max((accent.phrase for accent in scene.accents), default=0))
+    offsets = random.normal(0, _PHRASE_DEVIATION, 1 + max((accent.phrase for accent in scene.accents), default=0))
     for number, accent in enumerate(scene.accents):
         lively = scene.arousal(accent) - 0.5
-        chained = left > 0 and bool(taken) and accent.time - last < 3.0
+        chained = left > 0 and bool(chosen) and accent.time - last < 3.0
         gap = performer.gap * (0.68 if chained else 1.0) * (1 - 0.5 * lively) * (1 - 0.4 * scene.rate)
         gap = max(gap * float(np.exp(random.normal(0, 0.15))), 0.42)
-        need = performer.threshold - 0.16 * lively - 0.2 * scene.rate - (_IN_CHAIN if chained else 0.0) + mood[accent.phrase]
-        need += 0.06 * scene.dominance - 0.06 * scene.valence
-        if accent.time < until:
-            need += 0.25
+        threshold = performer.threshold - 0.16 * lively - 0.2 * scene.rate - (_CHAIN_DISCOUNT if chained else 0.0)
+        threshold += offsets[accent.phrase]
+        threshold += 0.06 * scene.dominance - 0.06 * scene.valence
+        if accent.time < pause_end:
+            threshold += 0.25
         near = (times > accent.time) & (times < accent.time + 0.75 * gap)
         outdone = scores[near].max(initial=0.0) > scores[number] + 0.05
-        answered = random.random() < 1 / (1 + np.exp(-(scores[number] - need) / _SOFT))
-        if accent.time <= _FIRST or accent.time - last < gap or outdone or not answered:
+        drawn = random.random() < 1 / (1 + np.exp(-(scores[number] - threshold) / _SOFTNESS))
+        if accent.time <= _MIN_TIME or accent.time - last < gap or outdone or not drawn:
             continue
-        taken.append(accent)
+        chosen.append(accent)
         last, left = accent.time, left - 1
         if left <= 0:
-            left = _length(performer, random)
-            until = last + float(random.exponential(_pause(performer))) * (1 - 0.5 * scene.rate) * (1 - 0.4 * lively)
-    return taken
+            left = _chain_length(performer, random)
+            pause_end = last + float(random.exponential(_pause(performer))) * (1 - 0.5 * scene.rate) * (1 - 0.4 * lively)
+    return chosen
 
 
 def meaning(accent: Accent, shown: dict[int, str], repertoire: Repertoire, random: np.random.Generator) -> tuple[str, bool]:
-    """What a stroke on an accent means, and whether the words say so: now and then any meaning is shown without them."""
+    """Return a stroke's meaning and whether it comes from the words; some strokes get a random meaning."""
     if accent.word in shown:
         return shown[accent.word], True
-    if random.random() < _UNSAID:
+    if random.random() < _UNSAID_SHARE:
         return str(random.choice(sorted(repertoire.meanings() - {BEAT}))), False
     return BEAT, True
 
 
 def _score(accent: Accent, shown: dict[int, str], random: np.random.Generator) -> float:
-    meant = accent.word in shown and accent.strength > 0.08
-    return accent.strength + 0.15 * accent.main + (_MEANT if meant else 0) + float(random.normal(0, _WHIM))
+    bonus = _MEANING_BONUS if accent.word in shown and accent.strength > 0.08 else 0
+    return accent.strength + 0.15 * accent.main + bonus + float(random.normal(0, _ACCENT_DEVIATION))
 
 
-def _length(performer: Performer, random: np.random.Generator) -> int:
+def _chain_length(performer: Performer, random: np.random.Generator) -> int:
     return int(random.geometric(1 / performer.chain))
 
 
 def _pause(performer: Performer) -> float:
-    """Seconds that the hands pause after a chain, on average."""
+    """Return the mean pause after a chain in seconds."""
     return 2.0 * performer.gap
 
 
-_OFTEN = "i me my you your we us our it what how who now this these one get would could right"
-_FREQUENT = frozenset(_OFTEN.split())
-"""Words so frequent that they are mostly said without their gesture."""
+_FREQUENT_WORDS = "i me my you your we us our it what how who now this these one get would could right"
+_FREQUENT = frozenset(_FREQUENT_WORDS.split())
+"""Words so frequent that they mostly get no gesture of their meaning."""

@@ -1,4 +1,4 @@
-"""Smoothing along time, as the director does it."""
+"""Smoothing along time with SciPy."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from ...motion import skeleton
 
 
 def smooth(values: np.ndarray, seconds: float, rate: float = skeleton.FPS) -> np.ndarray:
-    """Gaussian smoothing along the first axis; the ends repeat."""
+    """Smooth along the first axis with a Gaussian of ``seconds``; the end values are repeated."""
     from scipy.ndimage import gaussian_filter1d
 
     return gaussian_filter1d(np.asarray(values, float), seconds * rate, axis=0, mode="nearest", truncate=3)

@@ -1,4 +1,4 @@
-"""Hands of recorded clips: knuckles, palms and handshapes from where all joints of the fingers are."""
+"""Hands of recorded clips: knuckles, palms and handshapes from the positions of all finger joints."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from . import rotation, skm
 
 @dataclass(frozen=True)
 class Names:
-    """How a family of skeletons calls a wrist and the joints of fingers, with places for the side, finger and joint."""
+    """Joint names of a family of skeletons: format strings of the wrist and the finger joints, and what they insert."""
 
     wrist: str
     joint: str
@@ -20,19 +20,19 @@ class Names:
     fingers: tuple[str, str, str, str, str]
     joints: tuple[str, ...]
     thumbs: bool = True
-    """Whether thumbs are as people's."""
+    """Whether the thumb joints are anatomically right."""
 
     def wrist_of(self, side: int) -> str:
-        """The wrist's joint, 0 left and 1 right."""
+        """Return the wrist's joint, 0 left and 1 right."""
         return self.wrist.format(side=self.sides[side])
 
     def chain(self, side: int, finger: int) -> tuple[str, ...]:
-        """Joints of a finger from the knuckle on: index, middle, ring, little, thumb."""
+        """Return a finger's joints from the knuckle on; fingers: index, middle, ring, little, thumb."""
         names = {"side": self.sides[side], "finger": self.fingers[finger]}
         return tuple(self.joint.format(**names, joint=joint) for joint in self.joints)
 
     def all(self) -> set[str]:
-        """Every name."""
+        """Return every name."""
         chains = (self.chain(side, finger) for side in (0, 1) for finger in range(5))
         return {self.wrist_of(0), self.wrist_of(1)}.union(*chains)
 
@@ -47,20 +47,28 @@ PERCEPTION_NEURON = Names(
 
 
 def read(joints: Sequence[skm.Joint], recording: skm.Recording | None, names: Names, straight: np.ndarray) -> Hands:
-    """The hands of a recording (of the rest, if None); ``straight`` ``(frames, 4)`` turns its frame to the body's."""
+    """Return the hands of a recording (of the rest pose, if None).
+
+    ``straight`` ``(frames, 4)`` rotates the recording's axes to the body's.
+    """
     positions, rotations = skm.forward(list(joints), recording, names.all())
     rest = skm.forward(list(joints), None, names.all())
 
-    def turned(vector):
+    def canonical(vector: np.ndarray) -> np.ndarray:
         return skeleton.y_up_to_canonical(rotation.rotate(straight, vector))
 
-    found = [_hand(positions, rotations, rest, names, side) for side in (0, 1)]
-    along, normal = (np.stack([turned(hand[part]) for hand in found], 1) for part in (0, 1))
-    return Hands.of(along, normal, np.stack([hand[2] for hand in found], 1))
+    hands = [_hand(positions, rotations, rest, names, side) for side in (0, 1)]
+    along, normal = (np.stack([canonical(hand[part]) for hand in hands], 1) for part in (0, 1))
+    return Hands.of(along, normal, np.stack([hand[2] for hand in hands], 1))
 
 
-def _hand(positions, rotations, rest, names: Names, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Knuckles (frames, 3), palm's normal (frames, 3) and handshape (frames, 12) of one hand."""
+_ByJoint = dict[str, np.ndarray]
+
+
+def _hand(
+    positions: _ByJoint, rotations: _ByJoint, rest: tuple[_ByJoint, _ByJoint], names: Names, side: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return knuckles ``(frames, 3)``, palm normal ``(frames, 3)`` and handshape ``(frames, 12)`` of one hand."""
     wrist, chains = names.wrist_of(side), [names.chain(side, finger) for finger in range(5)]
     roots = np.stack([positions[chain[0]] for chain in chains[:4]], 1)
     along = skeleton.normalize(roots.mean(1) - positions[wrist])
@@ -75,28 +83,38 @@ def _hand(positions, rotations, rest, names: Names, side: int) -> tuple[np.ndarr
         axis = skeleton.normalize(np.cross(first, normal))
         shape.append(np.degrees(np.arcsin(np.clip(np.sum(first * normal, -1), -1, 1))))
         middle = np.degrees(np.arctan2(np.sum(np.cross(first, second) * axis, -1), np.sum(first * second, -1)))
-        shape.append(middle + _last(rotations, rest, chain))
+        shape.append(middle + _last_bend(rotations, rest, chain))
     shape += _thumb(positions, rotations, rest, chains[4], (along, normal, thumbwards))
-    ways = [positions[chain[1]] - positions[chain[0]] for chain in (chains[0], chains[3])]
-    first, last = (np.degrees(np.arctan2(np.sum(way * thumbwards, -1), np.sum(way * along, -1))) for way in ways)
+    bones = [positions[chain[1]] - positions[chain[0]] for chain in (chains[0], chains[3])]
+    first, last = (np.degrees(np.arctan2(np.sum(bone * thumbwards, -1), np.sum(bone * along, -1))) for bone in bones)
     bent = np.maximum(shape[0], shape[6])
-    # Of bent fingers the angle seen on the palm says nothing of how far they are spread.
+    # the angle in the plane of the palm does not measure the spread of bent fingers
     return along, normal, np.stack([*shape, (first - last) * np.clip((75 - bent) / 40, 0, 1)], -1)
 
 
-def _last(rotations, rest, chain) -> np.ndarray:
-    """Degrees (frames,) that a finger's last joint is bent from its rest."""
+def _last_bend(rotations: _ByJoint, rest: tuple[_ByJoint, _ByJoint], chain: tuple[str, ...]) -> np.ndarray:
+    """Return the degrees ``(frames,)`` that a finger's last joint is bent from its rest."""
     own = rotation.multiply(rotation.conjugate(rotations[chain[1]]), rotations[chain[2]])
     still = rotation.multiply(rotation.conjugate(rest[1][chain[1]]), rest[1][chain[2]])
     turn = rotation.multiply(own, rotation.conjugate(still))
     return np.degrees(2 * np.arctan2(np.linalg.norm(turn[..., 1:], axis=-1), np.abs(turn[..., 0])))
 
 
-def _thumb(positions, rotations, rest, chain, frame) -> list[np.ndarray]:
+def _thumb(
+    positions: _ByJoint,
+    rotations: _ByJoint,
+    rest: tuple[_ByJoint, _ByJoint],
+    chain: tuple[str, ...],
+    frame: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> list[np.ndarray]:
+    """Return the thumb's columns of the handshape in degrees ``(frames,)``: abduction, opposition and bend.
+
+    ``frame``: directions along the hand, of the palm's normal, and towards the thumb.
+    """
     along, normal, thumbwards = frame
     first = skeleton.normalize(positions[chain[1]] - positions[chain[0]])
     second = skeleton.normalize(positions[chain[2]] - positions[chain[1]])
     out = np.degrees(np.arctan2(np.sum(first * thumbwards, -1), np.sum(first * along, -1)))
     opposed = np.degrees(np.arcsin(np.clip(np.sum(first * normal, -1), -1, 1)))
     bend = np.degrees(np.arccos(np.clip(np.sum(first * second, -1), -1, 1)))
-    return [out, opposed, bend + _last(rotations, rest, chain)]
+    return [out, opposed, bend + _last_bend(rotations, rest, chain)]

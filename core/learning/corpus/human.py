@@ -1,6 +1,6 @@
 """Recordings of people for training: a sonnet, and telephone prompts joined to talks.
 
-Held out and never read here: the sonnet p002 and the LibriVox clips of Debian's pocketsphinx-testdata.
+Held out for evaluation and not read here: the sonnet p002 and the LibriVox clips of Debian's pocketsphinx-testdata.
 """
 
 import re
@@ -13,11 +13,11 @@ import numpy as np
 from ...sound.audio import SAMPLE_RATE, level, load
 from ...words.align import align
 from ...words.transcript import tokenise
-from .phonemes import PUNCTUATION
+from .phonemes import PUNCTUATION, Spoken
 from .voices import placed_by_times
 
 PROMPTS = Path("/usr/share/asterisk/sounds/en_US_f_Allison")
-"""Of Debian's asterisk-core-sounds-en-wav (Allison Smith, CC BY-SA 3.0); the package holds no texts."""
+"""Folder of Debian's asterisk-core-sounds-en-wav (Allison Smith, CC BY-SA 3.0); the package holds no texts."""
 
 MISSING = "Telephone prompts are left out: they come with apt-get install asterisk-core-sounds-en-wav"
 
@@ -26,14 +26,14 @@ _FOLDERS = {"silence", "letters", "phonetic"}
 
 
 def prompts() -> list[Path]:
-    """Files with speech in a fixed order; empty where the package is missing."""
+    """Return the files with speech in a fixed order; empty where the package is missing."""
     files = sorted(PROMPTS.rglob("*.wav"))
     return [f for f in files if f.stem not in _NOT_SPEECH and f.parent.name not in _FOLDERS]
 
 
 @lru_cache(maxsize=1)
 def prompt_talks(seed: int) -> list[list[Path]]:
-    """Prompts in groups that make talks of 40 to 70 s with their pauses."""
+    """Group the prompts into talks of 40 to 70 s with their pauses."""
     files, random = prompts(), np.random.default_rng([seed, 571])
     talks, group, seconds, aim = [], [], 0.0, random.uniform(40, 65)
     for index in random.permutation(len(files)):
@@ -47,27 +47,27 @@ def prompt_talks(seed: int) -> list[list[Path]]:
 
 
 def join_prompts(files: list[Path], random: np.random.Generator) -> np.ndarray:
-    """One talk ``(n,)`` at 16 kHz: prompts with pauses between, short ones closer."""
+    """Join prompts to one talk ``(n,)`` at 16 kHz, with shorter pauses after short prompts."""
     pieces = [np.zeros(round(random.uniform(0.3, 1) * SAMPLE_RATE))]
     for file in files:
-        audio = _trimmed(level(load(file)))
+        audio = _trim(level(load(file)))
         long = len(audio) > 1.2 * SAMPLE_RATE
         pause = random.uniform(0.3, 1.4) if long else random.uniform(0.06, 0.35)
         pieces += [audio, np.zeros(round(pause * SAMPLE_RATE))]
     return np.concatenate(pieces)
 
 
-def _trimmed(audio: np.ndarray) -> np.ndarray:
-    """Without the silence before and after."""
+def _trim(audio: np.ndarray) -> np.ndarray:
+    """Cut the silence before and after."""
     loud = np.flatnonzero(np.abs(audio) > 0.02 * np.abs(audio).max())
     margin = SAMPLE_RATE // 50
     return audio[max(loud[0] - margin, 0) : loud[-1] + margin] if len(loud) else audio
 
 
-def sonnet(material: str | PathLike):
-    """The reading p001: audio ``(n,)`` at 16 kHz, placed words, closing punctuation and line number of each word.
+def sonnet(material: str | PathLike) -> tuple[np.ndarray, list[Spoken], list[str], list[int]]:
+    """Load the reading p001: audio ``(n,)`` at 16 kHz, words, closing punctuation and line number of each word.
 
-    ``FileNotFoundError`` where ``material``/speech is missing.
+    Raises ``FileNotFoundError`` where ``material``/speech is missing.
     """
     folder = Path(material) / "speech"
     page = (folder / "p001.xhtml").read_text(encoding="utf-8")

@@ -1,4 +1,6 @@
-"""Words that ask for a gesture of their own, as data: meaning -> words; and words that mean nearly the same."""
+"""Gesture meanings of words: a list by meaning, extended by word vectors to words of similar meaning."""
+
+from collections.abc import Callable
 
 import numpy as np
 
@@ -32,9 +34,9 @@ WORDS = {
     "thirdly lastly",
     "list": "must exactly day hundred thousand precisely namely next then",
 }
-"""Order matters: the first meaning that lists a word has it."""
+"""Meaning -> words; a word that is listed twice has the first meaning."""
 
-MEANING = {}
+MEANING: dict[str, str] = {}
 for _meaning, _words in WORDS.items():
     for _word in _words.split():
         MEANING.setdefault(_word, _meaning)
@@ -42,39 +44,39 @@ for _meaning, _words in WORDS.items():
 
 _SHARED = "all big example however list maybe none offer please question receive small stop there thing think we"
 _OPEN = frozenset(_SHARED.split())
-"""Meanings that words near to the listed ones share; the others are grammar rather than meaning."""
-_NEAR = 0.55
+"""Meanings that also hold for words similar to the listed ones; the other lists are closed classes of words."""
+_MIN_SIMILARITY = 0.55
 
 
 class Lexicon:
-    """What words mean to a gesturer: the list above, and by their vectors words close to it, so that "gigantic" is big.
+    """Gesture meanings of words: the list above, and words with similar vectors, so that "gigantic" is big.
 
-    ``vectors`` maps a list of words to ``(n, 300)``, as :meth:`WordVectors.vectors` does. What follows from a vector can
-    be learnt by a network that reads vectors.
+    ``vectors`` maps a list of words to ``(n, 300)``, as :meth:`WordVectors.vectors` does. A network that reads word vectors
+    can learn what follows from them.
     """
 
-    def __init__(self, vectors):
+    def __init__(self, vectors: Callable[[list[str]], np.ndarray]) -> None:
         self._vectors = vectors
-        self._known = {word: meaning for word, meaning in MEANING.items() if meaning in _OPEN}
-        self._table = _unit(vectors(list(self._known)))
-        self._found: dict[str, str | None] = {}
+        self._listed = {word: meaning for word, meaning in MEANING.items() if meaning in _OPEN}
+        self._table = _unit(vectors(list(self._listed)))
+        self._meanings: dict[str, str | None] = {}
 
     def meaning(self, word: str) -> str | None:
-        """The meaning of a word in lower case, or None."""
-        if word not in self._found:
-            self._found[word] = MEANING.get(word) or self._near(word)
-        return self._found[word]
+        """Return the meaning of a word in lower case, or None."""
+        if word not in self._meanings:
+            self._meanings[word] = MEANING.get(word) or self._similar(word)
+        return self._meanings[word]
 
-    def _near(self, word: str) -> str | None:
+    def _similar(self, word: str) -> str | None:
         if word in FUNCTION:
             return None
         cosine = self._table @ _unit(self._vectors([word]))[0]
         best: dict[str, list[float]] = {}
-        for value, meaning in zip(cosine, self._known.values(), strict=True):
+        for value, meaning in zip(cosine, self._listed.values(), strict=True):
             best.setdefault(meaning, []).append(float(value))
         score = {meaning: float(np.mean(sorted(values)[-2:])) for meaning, values in best.items()}
-        nearest = max(score, key=score.get)
-        return nearest if score[nearest] > _NEAR else None
+        nearest = max(score, key=score.__getitem__)
+        return nearest if score[nearest] > _MIN_SIMILARITY else None
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:

@@ -1,8 +1,8 @@
-"""Which word gets which gesture, and when its phases fall: the director's plan for one performer and one talk.
+"""Plans the strokes of one performance of a talk: the gesture of each chosen accent and the times of its phases.
 
 After McNeill and Kendon: a stroke lands on or just before the stressed syllable of its word, preparation starts before
-it, the hands hold, and go back to rest only if the next stroke is far. What is shown is drawn, not looked up: the same
-performer says the same word with another gesture each time, and another take of the talk is another performance.
+it, the hands hold, and go back to rest only if the next stroke is far. Gestures are drawn at random: the same performer
+shows the same word with another gesture each time, and every take of a talk is another performance.
 """
 
 from collections import deque
@@ -24,37 +24,37 @@ LEAD = 0.02
 """Seconds by which a stroke's emphasis precedes the accent's energy peak."""
 
 KEEP_UP = 1.3
-"""Seconds, scaled by the performer's hold, that are added to 1.4 s: the hands stay up if the next stroke lands within."""
+"""The hands stay up if the next stroke lands within 1.4 s plus these seconds times the performer's hold."""
 
 LONG_SILENCE = 1.3
-"""Seconds of silence in which the hands go down whatever comes next."""
+"""Seconds of silence in which the hands always go down."""
 
 WORKING = 0.35
-"""Share in a clip from which an arm takes a real part."""
+"""Participation in a clip from which an arm counts as gesturing."""
 
 _SETTLE = 0.12
+"""Seconds between a stroke's emphasis and the next preparation, at least."""
 
 _HEIGHTS = {"low": (-0.38, -0.28, -0.18), "mid": (-0.22, -0.09, 0.05), "high": (-0.1, 0.06, 0.22)}
-"""Where the wrist is for weak, middling and strong accents: metres above the spine joint."""
+"""Height of the wrist for weak, medium and strong accents: metres above the spine joint."""
 
 _LIFTS = {"low": 0.0, "mid": 6.0, "high": 14.0}
-"""Degrees by which clips are turned up: sized down they would stay below the wanted height."""
+"""Degrees by which clips are rotated upwards: scaled down they would stay below the wanted height."""
 
-_STRONG = (0.52, 0.68)
-"""Strengths from which an accent is middling and strong."""
+_STRENGTH_LEVELS = (0.52, 0.68)
+"""Strengths from which an accent is medium and strong."""
 _TWO_HANDED = frozenset({"big", "all", "small", "unknown", "thing"})
-"""Meanings that one hand alone does not show."""
+"""Meanings that are always shown by both hands."""
 
 
 @dataclass(frozen=True)
 class Stroke:
     """A gesture with performance times of its clip's phases (s) and its amplitude.
 
-    ``parts``: what the left and the right arm do, None for an idle one. ``until``: per arm (left, right), when it starts back
-    to rest or hands over; ``chained``: the hands are already up. ``perch`` ``(9, 3)``: where the hands wait afterwards, until
-    ``leave`` (s), None: they rest; ``both_wait``: the idle hand goes there too. ``side``: where the stroke goes in a list or
-    a contrast, -1 left to 1 right. ``said``: the words give the meaning; ``follow``: share of the way that an idle arm goes
-    along.
+    ``parts``: of the left and the right arm, None for an idle one. ``until``: per arm (left, right), the end of its hold;
+    ``chained``: the hands are already up. ``perch`` ``(9, 3)``: pose of waiting hands afterwards, until ``leave`` (s), None:
+    they rest; ``both_wait``: the idle hand waits too. ``side``: place of the stroke in a list or a contrast, -1 left to 1
+    right. ``said``: the meaning comes from the words; ``follow``: share of the motion that an idle arm follows.
     """
 
     gesture: Gesture
@@ -77,8 +77,9 @@ class Stroke:
 
     @property
     def hands(self) -> tuple[float, float]:
-        """How much the left and the right arm take part, 0 or 1."""
-        return tuple(float(part is not None) for part in self.parts)
+        """1 for each arm (left, right) that takes part, else 0."""
+        left, right = self.parts
+        return float(left is not None), float(right is not None)
 
     @property
     def hand(self) -> int:
@@ -88,12 +89,12 @@ class Stroke:
 
     @property
     def size(self) -> float:
-        """Metres that a wrist goes, about."""
+        """Approximate path of a wrist in metres."""
         return self.amplitude * max(part.gesture.size * part.extent[1] for part in self.parts if part is not None)
 
 
 def plan(repertoire: Repertoire, lexicon: Lexicon, scene: Scene, random: np.random.Generator) -> list[Stroke]:
-    """Strokes in order of time for one performance."""
+    """Return the strokes of one performance in order of time."""
     performer = repertoire.performer
     shown = choosing.meanings(lexicon, repertoire, scene, random)
     strokes: list[Stroke] = []
@@ -107,20 +108,22 @@ def plan(repertoire: Repertoire, lexicon: Lexicon, scene: Scene, random: np.rand
         stroke = _schedule(performer, scene, gesture, accent, near, random)
         side = _next_side(meaning, side if near or meaning == "however" else -1.0)
         stroke = replace(stroke, meaning=meaning, said=said, side=side if meaning in ("count", "list", "however") else 0.0)
-        stroke = replace(stroke, parts=_parts(repertoire, stroke, wish, memory, random))
+        stroke = replace(stroke, parts=_draw_parts(repertoire, stroke, wish, memory, random))
         stroke = replace(stroke, follow=float(np.clip(random.normal(0.5 - 0.5 * performer.apart, 0.14), 0.05, 0.7)))
-        strokes.append(_perched(performer, scene, stroke, random))
+        strokes.append(_add_perch(performer, scene, stroke, random))
         last = accent
-    return _hand_over(strokes)
+    return _join_phases(strokes)
 
 
 def _holds(performer: Performer, scene: Scene, last: Accent, accent: Accent) -> bool:
-    """Whether the hands stay up from the last stroke to this one: it is near, and no long silence lies between."""
+    """Return whether the hands stay up from the last stroke to this one: it is near and no long silence is between."""
     return accent.time - last.time < 1.4 + KEEP_UP * performer.hold and scene.silence(last.time, accent.time) < LONG_SILENCE
 
 
-def _wish(performer: Performer, scene: Scene, accent: Accent, meaning: str, before: Stroke | None, random) -> Wish:
-    level = int(accent.strength > _STRONG[0]) + int(accent.strength > _STRONG[1])
+def _wish(
+    performer: Performer, scene: Scene, accent: Accent, meaning: str, before: Stroke | None, random: np.random.Generator
+) -> Wish:
+    level = int(accent.strength > _STRENGTH_LEVELS[0]) + int(accent.strength > _STRENGTH_LEVELS[1])
     height = _HEIGHTS[performer.height][level] + 0.03 * np.clip(scene.pitch(accent) / 3, -1, 1) + random.normal(0, 0.09)
     height += 0.06 * scene.valence + 0.05 * scene.dominance
     size = 0.52 * performer.size * (0.75 + 0.5 * accent.strength) * np.exp(random.normal(0, 0.25))
@@ -138,20 +141,22 @@ def _wish(performer: Performer, scene: Scene, accent: Accent, meaning: str, befo
     return Wish(hand, float(height), float(size), accent.strength > 0.6 and performer.size > 0.8, wrists)
 
 
-def _parts(repertoire: Repertoire, stroke: Stroke, wish: Wish, memory: deque, random) -> tuple:
-    """Which gesture each arm follows: one clip for both, one arm alone, or each its own with a timing of its own."""
+def _draw_parts(
+    repertoire: Repertoire, stroke: Stroke, wish: Wish, memory: deque[str], random: np.random.Generator
+) -> tuple[Part | None, Part | None]:
+    """Draw each arm's part: the same clip for both arms, one arm alone, or different clips with different timing."""
     performer, gesture = repertoire.performer, stroke.gesture
-    pair = [gesture if share > WORKING else None for share in gesture.clip.hands]
+    pair: list[Gesture | None] = [gesture if share > WORKING else None for share in gesture.clip.hands]
     delays = [0.0, 0.0]
     if not any(pair):
-        pair = [gesture, gesture]  # a shrug that is all shoulders
+        pair = [gesture, gesture]  # a shrug of the shoulders alone
     if wish.hand != "both" and all(pair):
         pair[0 if wish.hand == "right" else 1] = None
     elif wish.hand == "both" and stroke.meaning not in _TWO_HANDED:
         alone = not all(pair)
         arm = pair.index(None) if alone else int(random.random() < 0.5)
         if alone and random.random() > performer.apart:
-            # the other arm goes along, with a place and a size of its own
+            # the other arm mirrors the gesture, with its own direction and size
             pair[arm] = gesture.mirrored()
             delays[arm] = float(np.clip(random.normal(0.02, 0.04), -0.06, 0.12))
         elif alone or random.random() < performer.apart:
@@ -160,18 +165,18 @@ def _parts(repertoire: Repertoire, stroke: Stroke, wish: Wish, memory: deque, ra
             if other.clip.hands[arm] > WORKING:
                 pair[arm] = other
                 delays[arm] = float(np.clip(random.normal(0.02, 0.07), -0.12, 0.2))
-    return variation.draw(random, tuple(pair), performer.plane, tuple(delays), _LIFTS[performer.height])
+    return variation.draw(random, (pair[0], pair[1]), performer.plane, (delays[0], delays[1]), _LIFTS[performer.height])
 
 
 def _next_side(meaning: str, side: float) -> float:
-    """Lists step from one side to the other; a contrast goes across."""
+    """Return the next place, -1 left to 1 right: lists step to the right, contrasts alternate sides."""
     if meaning in ("count", "list"):
         return side + 0.5 if side < 0.9 else -1.0
     return -np.sign(side) if meaning == "however" else side
 
 
-def _perched(performer: Performer, scene: Scene, stroke: Stroke, random) -> Stroke:
-    """Where the hands wait after a stroke, and until when: never through a long silence."""
+def _add_perch(performer: Performer, scene: Scene, stroke: Stroke, random: np.random.Generator) -> Stroke:
+    """Draw whether, where and how long the hands wait after a stroke; at most until the next long silence."""
     if random.random() > performer.linger:
         return stroke
     both = bool(random.random() < 0.5)
@@ -181,14 +186,16 @@ def _perched(performer: Performer, scene: Scene, stroke: Stroke, random) -> Stro
 
 
 def _next_silence(scene: Scene, time: float) -> float:
-    """When (s) the next long silence after ``time`` begins, or infinity."""
+    """Return when (s) the next long silence after ``time`` begins, or infinity."""
     pauses = scene.pauses
     long = pauses[(pauses[:, 1] - pauses[:, 0] > LONG_SILENCE) & (pauses[:, 1] > time)]
     return float(max(long[0, 0], time)) if len(long) else float("inf")
 
 
-def _schedule(performer: Performer, scene: Scene, gesture: Gesture, accent: Accent, near: bool, random) -> Stroke:
-    """Phases around the accent from the clip's own timing, the performer's tempo and the arousal."""
+def _schedule(
+    performer: Performer, scene: Scene, gesture: Gesture, accent: Accent, near: bool, random: np.random.Generator
+) -> Stroke:
+    """Place the phases around the accent by the clip's own timing, the performer's tempo and the arousal."""
     clip, arousal = gesture.clip, scene.arousal(accent)
     at = accent.time - LEAD + float(np.clip(random.normal(0, 0.02), -0.05, 0.05))
     amplitude = performer.size * (0.62 + 0.55 * arousal) * (0.72 + 0.48 * accent.strength)
@@ -202,27 +209,27 @@ def _schedule(performer: Performer, scene: Scene, gesture: Gesture, accent: Acce
     hold = float(np.clip((clip.relax - clip.end) / tempo, 0.1, 0.7)) * performer.hold * np.exp(random.normal(0.25, 0.4))
     hold *= 1 + 0.5 * scene.dominance
     sink = float(np.clip((clip.rest - clip.relax) / tempo, 0.55, 1.3))
-    # wide ways take longer, or the hands would fly
+    # long paths take longer, to limit the hands' speed
     lift = max(lift, 0.3 + 0.5 * gesture.size * amplitude - stroke)
     sink = max(sink, 0.5 + 0.6 * gesture.size * amplitude)
-    # who has finished speaking does not hold long
+    # the hold ends soon after speech ends
     hold = min(hold, max(_next_silence(scene, at) - at - after, 0.1))
     ready, end = at - stroke, at + after
     return Stroke(gesture, max(ready - lift, 0.0), ready, at, end, (end + hold,) * 2, (end + hold + sink,) * 2, amplitude, near)
 
 
-def _hand_over(strokes: list[Stroke]) -> list[Stroke]:
-    """Fit neighbours together: a preparation starts after the last stroke has landed, and an arm that is soon needed
-    again holds until the next preparation instead of sinking."""
+def _join_phases(strokes: list[Stroke]) -> list[Stroke]:
+    """Fit neighbouring strokes together: a preparation starts after the last emphasis, and an arm that soon gestures again
+    holds until the next stroke instead of sinking."""
     for k in range(1, len(strokes)):
         last, this = strokes[k - 1], strokes[k]
         free = last.emphasis + min(_SETTLE, 0.25 * (this.emphasis - last.emphasis))
         if this.chained:
-            # the hands come from where the last stroke left them
-            way = 0.3 + 0.55 * _distance(last, this)
-            this = replace(this, onset=min(this.onset, this.ready - way))
+            # the preparation starts where the last stroke ended
+            duration = 0.3 + 0.55 * _distance(last, this)
+            this = replace(this, onset=min(this.onset, this.ready - duration))
         if this.onset < free:
-            # too near: share what time there is between preparation and stroke
+            # too near: divide the time between preparation and stroke
             room = this.emphasis - free
             this = replace(this, onset=free, ready=max(min(this.ready, this.emphasis - 0.15), free + 0.5 * room))
         strokes[k] = this
@@ -231,7 +238,7 @@ def _hand_over(strokes: list[Stroke]) -> list[Stroke]:
             if this.hands[arm] and this.chained:
                 until[arm], rest[arm] = this.ready, this.ready + 0.6
             elif last.hands[arm] and this.chained:
-                # it goes down while the other one gets ready
+                # it sinks during the other arm's preparation
                 until[arm], rest[arm] = this.onset, this.onset + rest[arm] - until[arm]
         end = min(last.end, max(free, this.onset))
         strokes[k - 1] = replace(last, end=end, until=tuple(max(u, end) for u in until), rest=tuple(rest))
@@ -239,12 +246,12 @@ def _hand_over(strokes: list[Stroke]) -> list[Stroke]:
 
 
 def _distance(last: Stroke, this: Stroke) -> float:
-    """How far (m) the wrists go from one stroke's end to where the next may begin."""
-    ways = []
+    """Return the larger distance (m) of the wrists between one stroke's end and the next one's ready pose."""
+    distances = []
     for arm, (before, after) in enumerate(zip(last.parts, this.parts, strict=True)):
         if after is not None:
             poses = [last.gesture.clip if before is None else before.gesture.clip, after.gesture.clip]
             poses = poses[0].at(np.array([poses[0].relax]))[0], poses[1].at(np.array([poses[1].ready]))[0]
             wrists = [skeleton.to_positions(pose)[(6, 9)[arm]] for pose in poses]
-            ways.append(np.linalg.norm(wrists[1] - wrists[0]))
-    return float(max(ways, default=0.0))
+            distances.append(np.linalg.norm(wrists[1] - wrists[0]))
+    return float(max(distances, default=0.0))

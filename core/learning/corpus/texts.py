@@ -91,7 +91,7 @@ def scripts(sentences: list[Sentence], seed: int) -> list[Script]:
     by_split = []
     for split in sorted(set(SPLITS.values())):
         talks = list(_group([s for s in sentences if s.split == split], random))
-        random.shuffle(talks)
+        random.shuffle(talks)  # pyright: ignore[reportArgumentType]  (the stubs know arrays only)
         by_split.append(talks)
     # interleave by relative position within each split
     placed = sorted(((i + 0.5) / len(talks), k, talk) for k, talks in enumerate(by_split) for i, talk in enumerate(talks))
