@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         view_layer: bpy.types.ViewLayer
         window_manager: WindowManager
         preferences: bpy.types.Preferences
+        window: bpy.types.Window | None
 
     Slot = bpy.types.ActionSlot
     Bag = bpy.types.ActionChannelbag

@@ -22,6 +22,13 @@ def stamp(action: bpy.types.Action, meta: dict[str, Any]) -> None:
     action[PROPERTY] = json.dumps({**meta, "version": VERSION}, sort_keys=True)
 
 
+def known(action: bpy.types.Action | None) -> dict[str, Any]:
+    """Return what :func:`stamp` stored on an action that this package is known to have made."""
+    meta = of(action)
+    assert meta is not None
+    return meta
+
+
 def of(action: bpy.types.Action | None) -> dict[str, Any] | None:
     """Return what :func:`stamp` stored on an action; None if there is none or its values have wrong types."""
     meta = stored.read(action, PROPERTY) if action is not None else None

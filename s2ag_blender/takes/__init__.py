@@ -1,1 +1,1 @@
-"""One run of the engine, and what it leaves on a character."""
+"""Runs the engine for a character and manages the takes that result."""

@@ -1,4 +1,4 @@
-"""What the panel offers to choose from: styles of the checkpoint, sound strips of the scene."""
+"""Items of the panel's menus and search fields: styles of the checkpoint, sound strips of the scene, bones."""
 
 import functools
 from pathlib import Path
@@ -14,31 +14,31 @@ from .. import compat
 from ..datablocks import Context
 
 WRITTEN = "__written__"
-"""Stands for a style that is neither a name nor random, such as a blend written by hand."""
+"""Menu item of a style that is neither a name nor random, such as a blend written by hand."""
 NOBODY = "__nobody__"
-"""Stands for no second style."""
+"""Menu item of no second style."""
 
 
 def style_names(checkpoint: str = "") -> list[str]:
-    """Names of a checkpoint's speakers, the shipped one's if it is not named; read from its metadata without torch."""
+    """Return the names of a checkpoint's speakers (the shipped one's if ""), from its metadata, without torch."""
     return [speaker["name"] for speaker in known(checkpoint)["speakers"]]
 
 
 def control_names(checkpoint: str = "") -> list[str]:
-    """Names of the controls that a checkpoint has; none for one that was trained without."""
+    """Return the names of a checkpoint's controls; none for one that was trained without."""
     return [control["name"] for control in known(checkpoint)["controls"]]
 
 
-def known(checkpoint: str = "") -> dict:
-    """Speakers and controls of a checkpoint; empty where it cannot be read."""
+def known(checkpoint: str = "") -> dict[str, Any]:
+    """Return the speakers and controls of a checkpoint; empty where it cannot be read."""
     path = Path(bpy.path.abspath(checkpoint)) if checkpoint else catalogue.DEFAULT
     facts = catalogue.facts_path(path)
-    return _described(path, facts.stat().st_mtime_ns if facts.is_file() else 0)
+    return _read_checkpoint(path, facts.stat().st_mtime_ns if facts.is_file() else 0)
 
 
 @functools.lru_cache(maxsize=4)
-def _described(path: Path, written: int) -> dict:
-    """A checkpoint as its JSON, ``written`` then, describes it; the panel asks at every redraw."""
+def _read_checkpoint(path: Path, written: int) -> dict[str, Any]:
+    """Return a checkpoint's metadata, cached by its file's time ``written`` since the panel reads it at every redraw."""
     try:
         return catalogue.describe(path)
     except CheckpointUnreadable:
@@ -46,13 +46,13 @@ def _described(path: Path, written: int) -> dict:
 
 
 def description(settings: Any) -> str:
-    """What the chosen style looks like, in a sentence; empty for a blend and for random."""
+    """Return the description of the chosen style; empty for a blend and for random."""
     name = settings.style or _default(settings.checkpoint)
     return next((one["description"] for one in known(settings.checkpoint)["speakers"] if one["name"] == name), "")
 
 
 def expression(settings: Any) -> str:
-    """The style to ask the engine for: what is written, with the second style blended in where there is one."""
+    """Return the style for the engine: the chosen one, blended with the second style where there is one."""
     first, share = settings.style, round(settings.style_mix, 4)
     if not (settings.style_second and share and can_blend(settings)):
         return first
@@ -61,29 +61,29 @@ def expression(settings: Any) -> str:
 
 
 def is_written(settings: Any) -> bool:
-    """Whether the style is an expression rather than a name."""
+    """Return whether the style is an expression rather than a name."""
     return bool(set(settings.style) & set(":+"))
 
 
 def can_blend(settings: Any) -> bool:
-    """Whether a second style may be blended in: only a single named style can be."""
+    """Return whether a second style can be blended in, which needs a single named style."""
     return settings.style != RANDOM and not is_written(settings)
 
 
 ROOM = 206
-"""Width of a sentence beside its icon in the sidebar as it is at first, 280 pixels wide, in pixels of Blender's letters."""
-_POINTS = 11
+"""Width of a line of text beside its icon in a sidebar of the default width (280 pixels), in pixels of Blender's font."""
+_FONT_POINTS = 11
 
 
 def wide(text: str) -> float:
-    """Width of a text in pixels as Blender draws it at its usual size."""
-    blf.size(0, _POINTS)
+    """Return the width of a text in pixels at Blender's usual font size."""
+    blf.size(0, _FONT_POINTS)
     return blf.dimensions(0, text)[0]
 
 
 @functools.lru_cache(maxsize=64)
 def wrapped(text: str, room: float = ROOM) -> list[str]:
-    """A sentence in lines that fit the sidebar; only a word that is too long alone goes beyond."""
+    """Wrap a sentence to lines that fit the sidebar; only a word that is too long itself exceeds it."""
     lines: list[str] = []
     for word in text.split():
         longer = f"{lines[-1]} {word}" if lines else word
@@ -94,18 +94,18 @@ def wrapped(text: str, room: float = ROOM) -> list[str]:
     return lines
 
 
-def style_items(settings: Any, context: Context) -> list:
-    """Items of the style menu: the checkpoint's speakers with their descriptions, random, and what is written by hand."""
+def style_items(settings: Any, context: Context) -> list[tuple]:
+    """Return the items of the style menu: the checkpoint's speakers, random, and an expression written by hand."""
     return _style_items(tuple((one["name"], one["description"]) for one in known(settings.checkpoint)["speakers"]))
 
 
-def second_items(settings: Any, context: Context) -> list:
-    """Items of the menu of the style that is blended in."""
+def second_items(settings: Any, context: Context) -> list[tuple]:
+    """Return the items of the menu of the second style."""
     return _second_items(tuple((one["name"], one["description"]) for one in known(settings.checkpoint)["speakers"]))
 
 
 @functools.lru_cache(maxsize=4)  # Blender keeps no reference to the texts of a menu
-def _style_items(speakers: tuple) -> list:
+def _style_items(speakers: tuple[tuple[str, str], ...]) -> list[tuple]:
     items = [(name, name.capitalize(), text, number) for number, (name, text) in enumerate(speakers)]
     items.append((RANDOM, "Random", "Another speaker with every seed", len(items)))
     items.append((WRITTEN, "As Written", "A style expression written by hand, such as A:0.6+B:0.4", len(items)))
@@ -113,13 +113,13 @@ def _style_items(speakers: tuple) -> list:
 
 
 @functools.lru_cache(maxsize=4)
-def _second_items(speakers: tuple) -> list:
+def _second_items(speakers: tuple[tuple[str, str], ...]) -> list[tuple]:
     items = [(NOBODY, "Nobody", "Only the first style", 0)]
     return items + [(name, name.capitalize(), text, number) for number, (name, text) in enumerate(speakers, 1)]
 
 
 def get_style(settings: Any) -> int:
-    """Number of the style menu's item for what is stored."""
+    """Return the number of the style menu's item for the stored style."""
     names = style_names(settings.checkpoint)
     name = settings.style or _default(settings.checkpoint)
     if name in names:
@@ -137,7 +137,7 @@ def set_style(settings: Any, number: int) -> None:
 
 
 def get_second(settings: Any) -> int:
-    """Number of the second menu's item for what is stored."""
+    """Return the number of the second menu's item for the stored style."""
     names = style_names(settings.checkpoint)
     return names.index(settings.style_second) + 1 if settings.style_second in names else 0
 
@@ -148,17 +148,17 @@ def set_second(settings: Any, number: int) -> None:
 
 
 def search_styles(settings: Any, context: Context, text: str) -> list[str]:
-    """Names for the style field that contain ``text``."""
+    """Return the style names that contain ``text``."""
     return [name for name in [*style_names(settings.checkpoint), RANDOM] if text.lower() in name.lower()]
 
 
 def search_strips(settings: Any, context: Context, text: str) -> list[str]:
-    """Names of the scene's sound strips that contain ``text``."""
+    """Return the names of the scene's sound strips that contain ``text``."""
     return [strip.name for strip in compat.sound_strips(context.scene) if text.lower() in strip.name.lower()]
 
 
-def search_bones(item, context: Context, text: str) -> list[str]:
-    """What the field of a part may become: what is written up to the last comma, and any bone's name after it."""
+def search_bones(item: Any, context: Context, text: str) -> list[str]:
+    """Return completions of a part's bones: the text up to the last comma, followed by any matching bone's name."""
     before, comma, last = text.rpartition(",")
     names = [bone.name for bone in item.id_data.data.bones if last.strip().lower() in bone.name.lower()]
     return [f"{before}{comma} {name}".strip() for name in names[:50]]

@@ -1,4 +1,4 @@
-"""Whom a character talks with: where that one stands, and when it speaks."""
+"""Finds the conversation partner of a character: its direction, and its recording."""
 
 from typing import Any
 
@@ -6,48 +6,53 @@ import bpy
 import numpy as np
 
 from ...core.errors import S2agError
+from ...rigs.plain import Bones, Mapping
 from .. import compat
-from ..datablocks import ArmatureObject
+from ..datablocks import ArmatureObject, is_armature
 from ..keys import posing
 from ..keys.apply import scene_fps
 from . import retiming, sources, takes
 
-_SIDE = 90.0
-"""Degrees to either side within which the other one is looked at."""
+_MAX_DEGREES = 90.0
+"""Largest angle to either side at which the partner is looked at."""
 
 
-def asked(armature: ArmatureObject, scene: bpy.types.Scene, voice: sources.Voice, settings: Any, figure: tuple) -> dict:
-    """The engine's parameters of whom ``armature`` talks with: ``toward``, and ``hears`` with ``later`` where it has a voice.
+def asked(
+    armature: ArmatureObject, scene: bpy.types.Scene, voice: sources.Voice, settings: Any, figure: tuple[Bones, Mapping]
+) -> dict[str, Any]:
+    """Return the engine's parameters of the partner: ``toward``, and ``hears`` with ``later`` where it has a voice.
 
-    ``figure`` is what :func:`posing.canonical` needs beside the character.
+    ``figure`` are the bones and mapping for :func:`posing.canonical`.
     """
     other = settings.partner
     if other is None or other == armature or other.name not in scene.objects:
         return {}
-    found = {"toward": toward(armature, other, *figure)}
-    if settings.listen or settings.turn.strip():  # who speaks is known
-        return found
+    params = {"toward": toward(armature, other, *figure)}
+    if settings.listen or settings.turn.strip():  # the recording itself says who speaks
+        return params
     theirs = _voice(other, scene)
     if theirs is None or sources.same(theirs[0], voice.path):
-        return found
-    return found | {"hears": theirs[0], "later": round((theirs[1] - voice.span.start) / scene_fps(scene), 4)}
+        return params
+    return params | {"hears": theirs[0], "later": round((theirs[1] - voice.span.start) / scene_fps(scene), 4)}
 
 
-def toward(armature: ArmatureObject, other: bpy.types.Object, bones, mapping) -> float:
-    """Degrees to the left of straight ahead at which ``other`` stands."""
+def toward(armature: ArmatureObject, other: bpy.types.Object, bones: Bones, mapping: Mapping) -> float:
+    """Return the direction of ``other`` in degrees to the left of straight ahead."""
     way = armature.matrix_world.inverted() @ other.matrix_world.translation
     right, _, ahead = posing.canonical(armature, bones, mapping, np.array(way, float))
-    return round(float(np.clip(np.degrees(np.arctan2(-right, ahead)), -_SIDE, _SIDE)), 1)
+    return round(float(np.clip(np.degrees(np.arctan2(-right, ahead)), -_MAX_DEGREES, _MAX_DEGREES)), 1)
 
 
 def _voice(other: bpy.types.Object, scene: bpy.types.Scene) -> tuple[str, float] | None:
-    """The recording of another character, and the frame at which it begins: of the take that it plays, else as it is set."""
-    take = takes.active(other) if other.type == "ARMATURE" else None
+    """Return the path and first frame of another character's recording: of its take, else of its settings."""
+    if not is_armature(other):
+        return None
+    take = takes.active(other)
     strip = retiming.strip_of(take.action, scene) if take is not None else None
     try:
         if strip is not None and strip.sound is not None:
             return sources.strip_file(strip), compat.strip_start(strip)
-        if other.type != "ARMATURE" or other.s2ag.audio_source == "MIXDOWN" or sources.missing(other.s2ag, scene):
+        if other.s2ag.audio_source == "MIXDOWN" or sources.missing(other.s2ag, scene):
             return None
         found = sources.voice(other.s2ag, scene)
         return found.path, found.span.start

@@ -1,4 +1,6 @@
-"""What an animator keyed of a character's feelings: its sliders over time, and styles that begin at markers of the timeline."""
+"""Reads a character's keyed sliders over time, and style changes at timeline markers."""
+
+from typing import Any
 
 import bpy
 import numpy as np
@@ -9,50 +11,50 @@ from ...core.motion import skeleton
 from ...core.motion.curves import bends
 from ...core.settings import CURVES
 from .. import compat
-from ..datablocks import ArmatureObject
+from ..datablocks import ArmatureObject, Bag
 from ..keys import layers
 from ..keys.apply import scene_fps
 from ..translations import told
 from . import choices
 
 _PATHS = {f"s2ag.{name}": name for name in CURVES}
-_AS = "as "
-"""What the name of a marker begins with at which a style begins."""
-_STRAIGHT = 2e-3
-"""How far a slider may be from the straight line between two of its points."""
+_STYLE_PREFIX = "as "
+"""Prefix of the names of markers at which a style begins."""
+_TOLERANCE = 2e-3
+"""Most deviation of a slider from the straight line between two of its points."""
 
 
 def curves(armature: ArmatureObject) -> dict[str, bpy.types.FCurve]:
-    """The keyed sliders: of what the character plays, and of what a draft of the preview hides."""
-    found, action = {}, armature.animation_data.action if armature.animation_data else None
+    """Return the F-curves of keyed sliders, by name: of the active action, and of the one that a draft hides."""
+    sliders, action = {}, armature.animation_data.action if armature.animation_data else None
     while action is not None:
         for curve in compat.curves(action, layers.slot_of(armature, action)):
             if curve.data_path in _PATHS and not curve.mute:
-                found.setdefault(_PATHS[curve.data_path], curve)
+                sliders.setdefault(_PATHS[curve.data_path], curve)
         action = action.get(layers.BEFORE) if layers.is_draft(action) else None
-    return found
+    return sliders
 
 
-def sampled(armature: ArmatureObject, scene: bpy.types.Scene, span) -> dict[str, list[list[float]]]:
-    """The keyed sliders as the engine takes them, seconds of the recording and values; ``span`` is that of the voice."""
+def sampled(armature: ArmatureObject, scene: bpy.types.Scene, span: Any) -> dict[str, list[list[float]]]:
+    """Return the keyed sliders for the engine, ``{name: [[seconds, value], ...]}``; ``span`` is a :class:`sources.Span`."""
     rate, keyed = scene_fps(scene), {}
     for name, curve in curves(armature).items():
         until = span.start + span.length if span.length is not None else max(curve.range()[1], scene.frame_end)
         seconds = np.arange(0, max(until - span.start, 1) / rate + 1 / skeleton.FPS, 1 / skeleton.FPS)
-        prop = armature.s2ag.bl_rna.properties[name]
+        prop: Any = armature.s2ag.bl_rna.properties[name]
         values = np.array([curve.evaluate(span.start + at * rate) for at in seconds.tolist()])
         points = np.stack([seconds, np.clip(values, prop.hard_min, prop.hard_max)], 1)
-        keyed[name] = points[bends(points[:, 1], _STRAIGHT)].round(4).tolist()
+        keyed[name] = points[bends(points[:, 1], _TOLERANCE)].round(4).tolist()
     return keyed
 
 
-def begun(armature: ArmatureObject, scene: bpy.types.Scene, span) -> tuple[list[list], tuple[str, ...]]:
-    """Styles that begin at markers ``as STYLE`` of the timeline, with seconds of the recording, and warnings."""
-    names, found, strange = choices.style_names(armature.s2ag.checkpoint), [], []
+def begun(armature: ArmatureObject, scene: bpy.types.Scene, span: Any) -> tuple[list[list], tuple[str, ...]]:
+    """Return ``[[seconds, style], ...]`` of the timeline markers ``as STYLE``, and warnings about unknown styles."""
+    names, changes, strange = choices.style_names(armature.s2ag.checkpoint), [], []
     for marker in sorted(scene.timeline_markers, key=lambda one: one.frame):
-        if not marker.name.startswith(_AS):
+        if not marker.name.startswith(_STYLE_PREFIX):
             continue
-        style = marker.name[len(_AS) :].strip()
+        style = marker.name[len(_STYLE_PREFIX) :].strip()
         try:
             if len(styles.steps(style)) > 1:
                 raise UnknownStyle("A walk.")
@@ -60,13 +62,13 @@ def begun(armature: ArmatureObject, scene: bpy.types.Scene, span) -> tuple[list[
         except UnknownStyle:
             strange.append(told('The marker "{name}" names no style, and none begins there.', name=marker.name))
             continue
-        found.append([round(max((marker.frame - span.start) / scene_fps(scene), 0.0), 4), style])
+        changes.append([round(max((marker.frame - span.start) / scene_fps(scene), 0.0), 4), style])
     walks = len(styles.steps(armature.s2ag.style)) > 1
-    return [] if walks else found, tuple(strange)
+    return [] if walks else changes, tuple(strange)
 
 
-def carry(armature: ArmatureObject, action: bpy.types.Action, bag) -> None:
-    """Give a new action the keyed sliders of what the character plays, so that it goes on feeling as it does."""
+def carry(armature: ArmatureObject, action: bpy.types.Action, bag: Bag) -> None:
+    """Copy the keyed sliders of the active action to a new action, so that they stay keyed."""
     for name, curve in curves(armature).items():
         path = f"s2ag.{name}"
         if curve.id_data == action:

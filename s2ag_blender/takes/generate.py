@@ -1,10 +1,11 @@
-"""From a character's settings to gestures on it, in three steps: plan, let the engine work, finish.
+"""Generates gestures for a character in three steps: plan, run the engine, finish.
 
-:func:`plan` reads everything from Blender, :func:`finish` writes everything; between them no Blender data is held, so undo,
-renaming and loading another file cannot hurt. Scripts and ``-b`` use :func:`wait`, which does all three.
+:func:`plan` reads everything from Blender, :func:`finish` writes everything; between them no Blender data is referenced, so
+undo, renaming and opening another file are safe. Scripts and background mode use :func:`wait`, which does all three.
 """
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Generator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,10 @@ from ...core.declaration import KINDS
 from ...core.errors import AudioUnreadable, S2agError
 from ...core.motion.motion import Motion
 from ...core.settings import CONTROLS, Settings, named, table
-from ...rigs.goals import Options
 from ...rigs.plain import PARTS as BODY_PARTS
-from ...rigs.plain import Mapping
 from ...rigs.slices import whole
 from .. import compat, provenance, stored
-from ..datablocks import ArmatureObject, Context
+from ..datablocks import ArmatureObject, Context, current_context
 from ..keys import layers, posing, trying
 from ..keys.laying import Laying
 from ..rig import handpicked, readiness, reading
@@ -43,69 +42,11 @@ from . import (
     versions,
     voices,
 )
+from .plans import Handle, Outcome, Plan
 
-_FELT, _OTHERS = "over_time", "others"
-"""Names of what goes on in time, and of whom it talks with, among the settings of a take."""
-_COMPANY = {name: KINDS[table(Settings)[name].kind] for name in named(partner=True)}
-
-
-@dataclass(frozen=True)
-class Handle:
-    """A datablock to find again: by what it is in this session, else by its name."""
-
-    uid: int
-    name: str
-
-    @classmethod
-    def of(cls, datablock: bpy.types.ID) -> "Handle":
-        return cls(datablock.session_uid, datablock.name)
-
-    def find(self, collection: bpy.types.Collection):
-        """The datablock, or None if it is gone."""
-        return next((item for item in collection if item.session_uid == self.uid), None) or collection.get(self.name)
-
-
-@dataclass(frozen=True)
-class Plan:
-    """All that a run needs to know: ``params`` for the engine, and what to do with its answer."""
-
-    armature: Handle
-    scene: Handle
-    params: dict
-    voice: sources.Voice
-    settings: dict
-    mapping: Mapping | dict | None = None
-    resolved: tuple[tuple, Mapping] | None = None
-    """What the rig was made of (:func:`readiness.state`) as its mapping was worked out, and that."""
-    options: Options = field(default_factory=Options)
-    pose: dict[str, np.ndarray] = field(default_factory=dict)
-    draft: bool = False
-    warnings: tuple[str, ...] = ()
-    former: Handle | None = None
-    """The action of a take that is directed: what is made is its next version."""
-    pins: tuple[dict, ...] = ()
-    """What that keeps besides (:mod:`keeping`)."""
-    grown: bool = False
-    """Whether more of the recording is seen than the former version had."""
-    follows: bool = False
-    """Whether nothing is made: the selected take follows its sound, which is this recording now (:mod:`retiming`)."""
-
-    @property
-    def lies(self) -> dict:
-        """What provenance tells of a take that does not lie on the timeline as its recording is."""
-        voice = self.voice
-        known = {timing.WAY: timing.stated(voice.way), retiming.FOLLOWS: retiming.performed_for(voice.path)}
-        return known if voice.followed or voice.way is not None else {}
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What :func:`finish` made: actions, one a take, seconds of speech, and warnings and other news for the user."""
-
-    actions: list
-    seconds: float
-    warnings: list[str]
-    notes: list[str] = field(default_factory=list)
+_TIMED, _PARTNER = "over_time", "others"
+"""Keys of time-varying controls and of the conversation partner in the settings of a take."""
+_PARTNER_TYPES = {name: KINDS[table(Settings)[name].kind] for name in named(partner=True)}
 
 
 def plan(
@@ -119,16 +60,17 @@ def plan(
     pins: list | None = None,
     like: bpy.types.Action | None = None,
     span: tuple[int, int] | None = None,
-    **changes,
+    **changes: Any,
 ) -> Plan:
-    """Read a character's settings and pose; ``changes`` go to the engine as they are (``styles``, ``near`` and so on).
+    """Read a character's settings and pose; ``changes`` are passed to the engine (``styles``, ``near`` and so on).
 
-    ``kept`` are settings of an earlier take (:func:`recall.snapshot`) to use instead of those that are set,
-    ``keyed_pose`` the pose ``{bone: (4,)}`` that it grew out of, and ``around`` the poses before and after it
-    (:func:`surroundings.poses`). With ``former`` it becomes the next version of the take that plays this action, and keeps
-    ``pins`` of it. Where the take of ``like`` followed its sound, it lies as that does, or on the frames of ``span``.
+    ``kept`` are settings of an earlier take (:func:`recall.snapshot`) to use instead of the current ones,
+    ``keyed_pose`` is the pose ``{bone: (4,)}`` that it started from, and ``around`` are the poses before and after it
+    (:func:`surroundings.poses`). With ``former`` the result becomes the next version of the take that plays this action, and
+    keeps its constraints ``pins``. If the take of ``like`` followed its sound, the result has its timing, or the frames
+    ``span``.
 
-    Raises :class:`S2agError` for all that the user must mend first.
+    Raises :class:`S2agError` for everything that the user must fix first.
     """
     reading.require_armature(armature)
     trying.end(armature)
@@ -137,18 +79,18 @@ def plan(
         retiming.check_recording(former)
     voice = (retiming.voice(like, scene, span) if like is not None else None) or sources.voice(settings, scene)
     if not kept and not keyed_pose:
-        keyed_pose, changes = _posed_before(armature, settings, changes)
-    felt, unknown = _felt(armature, scene, voice.span, kept)
+        keyed_pose, changes = _pose_of_draft(armature, settings, changes)
+    felt, unknown = _curve_params(armature, scene, voice.span, kept)
     params = {**gesture.request(settings, voice.path), **felt, **({"takes": 1} if draft else {}), **changes}
     params = {name: value for name, value in params.items() if value is not None}
-    warnings = _without_controls(params, settings) + unknown
+    warnings = _drop_unknown_controls(params, settings) + unknown
     mapping = handpicked.chosen(settings)
     bones = reading.read(armature)
     resolved = (readiness.mapping(armature) if draft else None) or reading.resolve_mapping(armature, bones, mapping)
-    others = _others(kept, lambda: company.asked(armature, scene, voice, settings, (bones, resolved)))
+    others = _partner_params(kept, lambda: company.asked(armature, scene, voice, settings, (bones, resolved)))
     params = {**params, **others}
     pose = {bone: np.array(values) for bone, values in (keyed_pose or {}).items()}
-    layered = settings.result == "LAYER"  # what is below it has the poses already
+    layered = settings.result == "LAYER"  # the animation below has the poses already
     if not pose and not layered and "CURRENT" in (settings.start_pose, settings.end_pose):
         pose = posing.current_rotations(armature, [name for part in BODY_PARTS for name in resolved.chains.get(part, ())])
     if settings.start_pose == "CURRENT" and not layered and "pose" not in params:
@@ -162,7 +104,7 @@ def plan(
         Handle.of(scene),
         params,
         voice,
-        kept or {**recall.snapshot(settings), _FELT: felt, _OTHERS: others},
+        kept or {**recall.snapshot(settings), _TIMED: felt, _PARTNER: others},
         resolved if draft else mapping,
         None if draft else (readiness.state(armature), resolved),
         recall.options(settings),
@@ -176,9 +118,10 @@ def plan(
 
 
 def following(context: Context, armature: ArmatureObject) -> Plan:
-    """What lets the selected take follow its sound where that says the words anew, or shows more of them than was made."""
+    """Return the plan that makes the selected take follow a strip that plays another recording, or more of its own."""
     action, scene = takes.active(armature).action, context.scene
     what, strip = retiming.change(action, scene), retiming.strip_of(action, scene)
+    assert what is not None and strip is not None
     if not what.replaced:
         span = round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1
         return plan(context, armature, **directing.directed(action, directing.made(action)), span=span)
@@ -188,52 +131,53 @@ def following(context: Context, armature: ArmatureObject) -> Plan:
     replaced = {*named(words=True), "kept", "curves", "changes"}
     params = {name: value for name, value in planned.params.items() if name not in replaced}
     beside, spoken = sources.beside(path), " ".join(word for word, *_ in directing.words(action))
-    said = {"transcript": beside} if beside else {"text": spoken}
-    said = {"recognise": True} if "recognise" in planned.params else said
-    return replace(planned, params={**params, **said, "audio": path}, follows=True)
+    words: dict[str, Any] = {"transcript": beside} if beside else {"text": spoken}
+    words = {"recognise": True} if "recognise" in planned.params else words
+    return replace(planned, params={**params, **words, "audio": path}, follows=True)
 
 
-def _others(kept: dict | None, look) -> dict:
-    """The engine's parameters of whom a character talks with, as it is now or was for the take of these ``kept`` settings."""
+def _partner_params(kept: dict[str, Any] | None, look: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """Return the engine's parameters of the conversation partner, from ``kept`` settings of a take or by ``look``."""
     if not kept:
         return look()
-    known = kept.get(_OTHERS)
-    known = {name: known[name] for name in _COMPANY if name in known} if isinstance(known, dict) else {}
-    return known if stored.fits(known, _COMPANY) else {}
+    known = kept.get(_PARTNER)
+    known = {name: known[name] for name in _PARTNER_TYPES if name in known} if isinstance(known, dict) else {}
+    return known if stored.fits(known, _PARTNER_TYPES) else {}
 
 
-def _felt(armature: ArmatureObject, scene: bpy.types.Scene, span, kept: dict | None) -> tuple[dict, tuple[str, ...]]:
-    """The engine's parameters of what goes on in time, as it is keyed now or was for the take of these ``kept`` settings; and
-    warnings.
-    """
+def _curve_params(
+    armature: ArmatureObject, scene: bpy.types.Scene, span: sources.Span, kept: dict[str, Any] | None
+) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return the engine's time-varying parameters, from ``kept`` settings of a take or as keyed now, and warnings."""
     if kept:
-        told_of = kept.get(_FELT)
-        return {name: told_of[name] for name in ("curves", "changes") if name in told_of} if isinstance(
-            told_of, dict
-        ) else {}, ()
+        timed = kept.get(_TIMED)
+        timed = timed if isinstance(timed, dict) else {}
+        return {name: timed[name] for name in ("curves", "changes") if name in timed}, ()
     changes, unknown = feelings.begun(armature, scene, span)
-    found = {"curves": feelings.sampled(armature, scene, span), "changes": changes}
-    return {name: value for name, value in found.items() if value}, unknown
+    params = {"curves": feelings.sampled(armature, scene, span), "changes": changes}
+    return {name: value for name, value in params.items() if value}, unknown
 
 
-def _posed_before(armature: ArmatureObject, settings: Any, changes: dict) -> tuple[dict | None, dict]:
-    """``keyed_pose`` and ``changes`` with the pose that the draft which plays grew out of: its own pose is nobody's start.
+def _pose_of_draft(
+    armature: ArmatureObject, settings: Any, changes: dict[str, Any]
+) -> tuple[dict[str, Any] | None, dict[str, Any]]:
+    """Return ``keyed_pose`` and ``changes`` with the pose from which the playing draft started, not the draft's own pose.
 
-    A draft that does not know it goes, so that the pose below it can be read.
+    A draft without a matching pose is removed, so that the pose below it can be read.
     """
     shown = layers.draft_of(armature)
     if shown is None or "CURRENT" not in (settings.start_pose, settings.end_pose):
         return None, changes
-    told = provenance.of(shown)
-    if any(told["settings"][name] != getattr(settings, name) for name in ("start_pose", "end_pose", "result")):
+    meta = provenance.known(shown)
+    if any(meta["settings"][name] != getattr(settings, name) for name in ("start_pose", "end_pose", "result")):
         drafts.drop(armature)
-        bpy.context.view_layer.update()
+        current_context().view_layer.update()
         return None, changes
-    return told["keyed_pose"], ({"pose": told["pose"]} if told["pose"] else {}) | changes
+    return meta["keyed_pose"], ({"pose": meta["pose"]} if meta["pose"] else {}) | changes
 
 
-def _without_controls(params: dict, settings: Any) -> tuple[str, ...]:
-    """Take sliders that the checkpoint does not know from the engine's parameters; tells if any was set."""
+def _drop_unknown_controls(params: dict[str, Any], settings: Any) -> tuple[str, ...]:
+    """Remove sliders that the checkpoint does not have from the engine's parameters; return a warning if any was set."""
     if choices.control_names(settings.checkpoint):
         return ()
     removed = [params.pop(name, 0) for name in named(control=True)]
@@ -244,23 +188,23 @@ def _without_controls(params: dict, settings: Any) -> tuple[str, ...]:
     return (told("This gesture model has intensity only: the other sliders were left out."),)
 
 
-def wait(context: Context, planned: Plan, progress=None) -> Outcome:
-    """Let the engine work and finish: the way without a window. ``progress(stage, value)`` hears of it."""
+def wait(context: Context, planned: Plan, progress: Callable[[str, float], None] | None = None) -> Outcome:
+    """Run the engine and finish, without returning in between; ``progress(stage, value)`` is called meanwhile."""
     return finish(planned, gesture.call(context, planned.params, progress))
 
 
-def finish(planned: Plan, result: dict) -> Outcome:
-    """Lay the engine's motions onto the character; nothing is left behind if that fails.
+def finish(planned: Plan, result: dict[str, Any]) -> Outcome:
+    """Key the engine's motions on the character; if that fails, nothing is left behind.
 
-    Raises :class:`S2agError`, also where the character or the scene is gone.
+    Raises :class:`S2agError`, also if the character or the scene is gone.
     """
     return whole(finishing(planned, result))
 
 
-def finishing(planned: Plan, result: dict):
-    """:func:`finish` in slices: yields how much is done (0..1) as often as Blender may draw, and returns the outcome.
+def finishing(planned: Plan, result: dict[str, Any]) -> Generator[float, None, Outcome]:
+    """Run :func:`finish` in slices: yield the share done (0..1) whenever Blender may draw, and return the outcome.
 
-    Blender's data is found anew for every slice, for meanwhile anything may happen to it. A draft is a single slice.
+    Blender's data is looked up again in every slice, since anything may happen to it in between. A draft is a single slice.
     """
     warnings = [*planned.warnings, *result.get("warnings", ())]
     motions, laying, made = [], None, []
@@ -268,12 +212,13 @@ def finishing(planned: Plan, result: dict):
         motions.append(motion if isinstance(motion, Motion) else Motion.load(motion))
         yield 0.0
     if planned.follows:
-        what = retiming.follow(*_whom(planned), motions[0])
+        armature, scene = _find_target(planned)
+        what = retiming.follow(armature, scene, motions[0])
         return Outcome([], motions[0].duration, warnings, [retiming.warned(what)])
     try:
         for number, performed in enumerate(motions):
             motion = timing.played(performed, planned.voice.way)
-            armature, scene = _whom(planned)
+            armature, scene = _find_target(planned)
             if laying is None:
                 if not planned.draft or (drafts.is_staged(armature) and planned.settings["result"] != "LAYER"):
                     drafts.drop(armature)
@@ -282,19 +227,21 @@ def finishing(planned: Plan, result: dict):
                 action = whole(laying.acting(motion, whole(laying.keying(motion)), made))
                 drafts.show(armature, action)
                 return Outcome([action], motion.duration, warnings)
-            keys = yield from _sliced(planned, laying, laying.keying(motion), number / len(motions))
-            yield from _sliced(planned, laying, laying.acting(motion, keys, made), (number + 0.5) / len(motions))
-        return (yield from _finished(planned, made, motions, warnings))
+            keys = yield from _run_slices(planned, laying, laying.keying(motion), number / len(motions))
+            yield from _run_slices(planned, laying, laying.acting(motion, keys, made), (number + 0.5) / len(motions))
+        return (yield from _finish(planned, made, motions, warnings))
     except BaseException:
         for action in [action for action in bpy.data.actions if action.session_uid in made]:
             bpy.data.actions.remove(action)
         raise
 
 
-def _sliced(planned: Plan, laying: Laying, slices, done: float):
-    """What ``slices`` of a take return; each begins with the character as it is by then."""
+def _run_slices(
+    planned: Plan, laying: Laying, slices: Generator[None, None, Any], done: float
+) -> Generator[float, None, Any]:
+    """Run ``slices`` of a take, each with the character looked up again; return their result."""
     while True:
-        laying.armature, laying.scene = _whom(planned)
+        laying.armature, laying.scene = _find_target(planned)
         try:
             next(slices)
         except StopIteration as end:
@@ -303,31 +250,33 @@ def _sliced(planned: Plan, laying: Laying, slices, done: float):
         yield done
 
 
-def _whom(planned: Plan) -> tuple:
-    """Character and scene of a plan as they are now."""
+def _find_target(planned: Plan) -> tuple[ArmatureObject, bpy.types.Scene]:
+    """Return the character and scene of a plan. Raises :class:`S2agError` if the character is gone."""
     armature = planned.armature.find(bpy.data.objects)
     if armature is None:
         raise S2agError(f"The character {planned.armature.name} is gone.", "Nothing was changed.")
     reading.require_armature(armature)
-    return armature, planned.scene.find(bpy.data.scenes) or bpy.context.scene
+    return armature, planned.scene.find(bpy.data.scenes) or current_context().scene
 
 
-def _still(made: list[int]) -> list:
-    """The actions of a run by their numbers in this session."""
-    there = {action.session_uid: action for action in bpy.data.actions}
-    if not there.keys() >= set(made):
+def _find_actions(made: list[int]) -> list[bpy.types.Action]:
+    """Return the actions of a run by their ``session_uid``."""
+    actions = {action.session_uid: action for action in bpy.data.actions}
+    if not actions.keys() >= set(made):
         raise S2agError("Gestures were undone while they came.", "Nothing was changed.")
-    return [there[uid] for uid in made]
+    return [actions[uid] for uid in made]
 
 
-def _finished(planned, made: list[int], motions: list[Motion], warnings):
-    """The outcome, in slices as :func:`finishing`; what is seen of it comes in the last."""
+def _finish(
+    planned: Plan, made: list[int], motions: list[Motion], warnings: list[str]
+) -> Generator[float, None, Outcome]:
+    """Annotate the actions and add them as takes, in slices as :func:`finishing`; only the last slice changes the view."""
     for number, performed in enumerate(motions):
-        directing.note(_still(made)[number], performed, _whom(planned)[1])
+        directing.note(_find_actions(made)[number], performed, _find_target(planned)[1])
         yield 1.0
-    armature, scene = _whom(planned)
-    actions, motion = _still(made), motions[0]
-    own = _accompany(planned, scene, timing.played(motion, planned.voice.way), warnings)
+    armature, scene = _find_target(planned)
+    actions, motion = _find_actions(made), motions[0]
+    own = _add_sound_and_markers(planned, scene, timing.played(motion, planned.voice.way), warnings)
     for action in actions:
         action[voices.TAG] = own
         if planned.settings["result"] == "ACTION":
@@ -352,8 +301,8 @@ def _finished(planned, made: list[int], motions: list[Motion], warnings):
     return Outcome(actions, motion.duration, warnings, notes)
 
 
-def _accompany(planned: Plan, scene: bpy.types.Scene, motion: Motion, warnings: list[str]) -> str:
-    """The sound strip and the word markers, where they are wanted; returns the strip's tag."""
+def _add_sound_and_markers(planned: Plan, scene: bpy.types.Scene, motion: Motion, warnings: list[str]) -> str:
+    """Add the sound strip and the word markers if they are wanted; return the strip's tag."""
     span, kept, voice = planned.voice.span, planned.settings, planned.voice
     own = voice.tag
     if voice.placed:

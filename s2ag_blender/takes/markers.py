@@ -1,12 +1,21 @@
-"""Words on the timeline: one marker a word, known by the prefix of its name."""
+"""Marks words on the timeline: one marker per word, recognised by the prefix of its name."""
+
+from collections.abc import Iterable
 
 import bpy
 
 from ..keys.apply import scene_fps
 
 
-def add(scene: bpy.types.Scene, words, start: float, prefix: str, first: int, last: int | None = None) -> int:
-    """Mark every word ``(word, start, end)`` (seconds) of a recording that begins at frame ``start``; returns how many.
+def add(
+    scene: bpy.types.Scene,
+    words: Iterable[tuple[str, float, float]],
+    start: float,
+    prefix: str,
+    first: int,
+    last: int | None = None,
+) -> int:
+    """Mark the words ``(word, start, end)`` (seconds) of a recording that begins at frame ``start``; return their number.
 
     Only frames from ``first`` to ``last`` are marked. Markers with this prefix in that range are replaced.
     """
@@ -22,17 +31,17 @@ def add(scene: bpy.types.Scene, words, start: float, prefix: str, first: int, la
 
 
 def ours(scene: bpy.types.Scene, prefix: str) -> list[bpy.types.TimelineMarker]:
-    """Markers whose names start with ``prefix``; none for an empty prefix, which would be all."""
+    """Return the markers whose names start with ``prefix``; none for an empty prefix."""
     return [marker for marker in scene.timeline_markers if prefix and marker.name.startswith(prefix)]
 
 
 def remove(scene: bpy.types.Scene, prefix: str, first: int | None = None, last: int | None = None) -> int:
-    """Remove the markers with this prefix, or those of them on the given frames; returns how many."""
-    found = [
+    """Remove the markers with this prefix, between the given frames if any; return their number."""
+    matches = [
         marker
         for marker in ours(scene, prefix)
         if (first is None or marker.frame >= first) and (last is None or marker.frame <= last)
     ]
-    for marker in found:
+    for marker in matches:
         scene.timeline_markers.remove(marker)
-    return len(found)
+    return len(matches)

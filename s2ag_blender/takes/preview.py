@@ -1,42 +1,46 @@
-"""Live preview: while sliders move, a draft of the gestures follows them. Off unless asked for; drafts are never saved.
+"""Live preview: updates a draft of the gestures while sliders move. Off by default; drafts are never saved.
 
-One draft at a time is on its way; it is shown when it comes, whatever has changed since, so that the character moves while a
-slider is still dragged, and the latest change is asked for before it is laid: the engine works on the next draft while
-Blender keys and draws this one. The draft is one action whose curves are replaced, outside undo; the take that is made at the
-end takes its place.
+One draft per character is computed at a time. It is shown when it is ready, whatever has changed since, so that the
+character moves while a slider is dragged; the next draft is requested before this one is keyed, so that the engine works while
+Blender keys and draws. A draft is one action whose curves are replaced, outside undo; the final take replaces it.
 """
+
+from collections.abc import Callable
+from typing import Any
 
 import bpy
 
 from ...core.errors import S2agError
-from ..datablocks import ArmatureObject, Context
+from ..datablocks import ArmatureObject, Context, current_context, is_armature
 from . import drafts, generate, gesture, session
 from .running import character, redraw
 
 TICK = 0.03
-"""Seconds between looks while a draft is on its way, in which changes gather."""
+"""Seconds between polls while a draft is being computed."""
 
-_wanted: set[int] = set()  # numbers in this session of characters that have changed
-_working: dict[int, tuple] = {}  # the same -> (job, plan) on their way
+_pending: set[int] = set()
+"""``session_uid`` of the characters that have changed."""
+_jobs: dict[int, tuple[Any, generate.Plan]] = {}
+"""``{session_uid: (job, plan)}`` of the drafts being computed."""
 
 
 def is_on(context: Context | None = None) -> bool:
-    """Whether drafts are wanted in this Blender."""
-    return (context or bpy.context).window_manager.s2ag.live
+    """Return whether the live preview is on."""
+    return (context or current_context()).window_manager.s2ag.live
 
 
 def touch(armature: ArmatureObject) -> None:
-    """A setting of this character changed."""
+    """Request a new draft, because a setting of this character changed."""
     if not is_on() or armature.session_uid in session.RUNS:
         return
-    _wanted.add(armature.session_uid)
-    # Without a window nothing runs timers, and one that is left over hangs Blender's end: there, scripts call tick themselves.
+    _pending.add(armature.session_uid)
+    # Background mode runs no timers, and a leftover one would hang Blender at exit; scripts call tick themselves.
     if not bpy.app.background and not bpy.app.timers.is_registered(tick):
         bpy.app.timers.register(tick, first_interval=TICK)
 
 
 def switched(context: Context) -> None:
-    """The preview was switched on or off."""
+    """Start or stop the preview after its switch was changed."""
     armature = character(context)
     if not is_on(context):
         stop()
@@ -45,59 +49,61 @@ def switched(context: Context) -> None:
 
 
 def stop() -> None:
-    """Ask for nothing more and remove all drafts; characters play again what they played before."""
-    for uid in list(_working):
+    """Cancel all requests and remove all drafts; characters play their former actions again."""
+    for uid in list(_jobs):
         _abandon(uid)
-    _wanted.clear()
+    _pending.clear()
     drafts.drop_all()
 
 
 def tick() -> float | None:
-    """Lay down drafts that have come and ask for those that are wanted; returns when to look again, None if nothing is left."""
-    for uid in list(_working):
-        _guarded(uid, _receive)
-    for uid in _wanted - _working.keys():
-        _wanted.discard(uid)
-        _guarded(uid, _ask)
-    return TICK if _wanted or _working else None
+    """Key finished drafts and request pending ones; return seconds until the next call, or None if nothing is left."""
+    for uid in list(_jobs):
+        _run_guarded(uid, _receive)
+    for uid in _pending - _jobs.keys():
+        _pending.discard(uid)
+        _run_guarded(uid, _request)
+    return TICK if _pending or _jobs else None
 
 
-def _ask(uid: int) -> None:
+def _request(uid: int) -> None:
     armature = _find(uid)
     if armature is not None and uid not in session.RUNS:
-        planned = generate.plan(bpy.context, armature, draft=True)
-        _working[uid] = gesture.start(bpy.context, planned.params), planned
+        planned = generate.plan(current_context(), armature, draft=True)
+        _jobs[uid] = gesture.start(current_context(), planned.params), planned
 
 
 def _receive(uid: int) -> None:
-    job, planned = _working[uid]
+    job, planned = _jobs[uid]
     result = gesture.poll(job, lambda stage, value: None)
     if result is None:
         return
-    del _working[uid]
-    if uid in _wanted:
-        _wanted.discard(uid)
-        _ask(uid)
+    del _jobs[uid]
+    if uid in _pending:
+        _pending.discard(uid)
+        _request(uid)
     if uid not in session.RUNS:
         generate.finish(planned, result)
         session.MESSAGES.pop(uid, None)
-        redraw(bpy.context)
+        redraw(current_context())
 
 
-def _guarded(uid: int, work) -> None:
+def _run_guarded(uid: int, work: Callable[[int], None]) -> None:
+    """Call ``work(uid)``; an error ends the draft and is shown in the panel."""
     try:
         work(uid)
     except S2agError as error:
         _abandon(uid)
         if error.kind != "Cancelled":
             session.fail(uid, error)
-            redraw(bpy.context)
+            redraw(current_context())
 
 
 def _abandon(uid: int) -> None:
-    job, _ = _working.pop(uid, (None, None))
+    job, _ = _jobs.pop(uid, (None, None))
     gesture.cancel(job)
 
 
-def _find(uid: int):
-    return next((item for item in bpy.data.objects if item.session_uid == uid), None)
+def _find(uid: int) -> ArmatureObject | None:
+    item = next((item for item in bpy.data.objects if item.session_uid == uid), None)
+    return item if is_armature(item) else None

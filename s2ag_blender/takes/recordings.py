@@ -1,38 +1,39 @@
-"""Which recording a file holds, told by what is in it: recorders write over their last file, and copies get other dates."""
+"""Identifies recordings by a hash of their content, since recorders overwrite files and copies get new dates."""
 
 import hashlib
 import time
 from functools import lru_cache
 from pathlib import Path
 
-_PART = 1 << 20
-"""Bytes of the beginning, the middle and the end of a file that it is known by: an hour of sound is not read at once."""
-_FRESH = 0.5
-_seen: dict[str, tuple[float, str]] = {}
+_PART_BYTES = 1 << 20
+"""Bytes at the beginning, middle and end of a file that are hashed; reading an hour of sound would take too long."""
+_CACHE_SECONDS = 0.5
+"""Seconds for which a hash is reused without looking at the file."""
+_cache: dict[str, tuple[float, str]] = {}
 
 
 def mark(path: str) -> str:
-    """What a file holds, as a short text; empty where it is not there. Cheap enough to draw."""
-    looked, found = _seen.get(path, (-_FRESH, ""))
-    if time.monotonic() - looked > _FRESH:
-        if len(_seen) > 32:
-            _seen.clear()
-        found = _looked_at(path)
-        _seen[path] = time.monotonic(), found
-    return found
+    """Return a hash of a file's content, "" if it does not exist. Fast enough for drawing."""
+    checked, digest = _cache.get(path, (-_CACHE_SECONDS, ""))
+    if time.monotonic() - checked > _CACHE_SECONDS:
+        if len(_cache) > 32:
+            _cache.clear()
+        digest = _hash_file(path)
+        _cache[path] = time.monotonic(), digest
+    return digest
 
 
-def differs(path: str, known) -> bool:
-    """Whether a file that was ``known`` by its :func:`mark` holds something else by now; False where either is not known."""
+def differs(path: str, known: object) -> bool:
+    """Return whether a file's :func:`mark` differs from the ``known`` one; False if either is missing."""
     now = mark(path) if isinstance(known, str) and known else ""
     return now != "" and now != known
 
 
-def _looked_at(path: str) -> str:
+def _hash_file(path: str) -> str:
     try:
         state = Path(path).stat()
         return _content(path, state.st_size, state.st_mtime_ns)
-    except OSError:  # gone, or out of reach: whoever needs it says so
+    except OSError:  # callers report missing files
         return ""
 
 
@@ -40,7 +41,7 @@ def _looked_at(path: str) -> str:
 def _content(path: str, size: int, written: int) -> str:
     digest = hashlib.sha256(str(size).encode())
     with open(path, "rb") as file:
-        for start in sorted({0, max(size // 2 - _PART // 2, 0), max(size - _PART, 0)}):
+        for start in sorted({0, max(size // 2 - _PART_BYTES // 2, 0), max(size - _PART_BYTES, 0)}):
             file.seek(start)
-            digest.update(file.read(_PART))
+            digest.update(file.read(_PART_BYTES))
     return digest.hexdigest()[:16]

@@ -1,13 +1,12 @@
-"""A take follows its sound strip: where that is moved, trimmed or stretched, or plays another recording of the same words.
+"""Makes a take follow its sound strip when that is moved, trimmed, stretched, or plays another recording of the same words.
 
-Keys, markers and what is remembered of it go to where the sound is, in all versions. Nothing is performed anew but what
-had been cut off.
+Keys, markers and provenance of all versions are moved with the sound. Only parts that had been cut off are generated anew.
 """
 
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
@@ -24,19 +23,19 @@ from ..translations import told
 from . import directing, keeping, markers, recall, recordings, sources, takes, tempo, timing, versions, voices
 
 SOUND = "s2ag_sound"
-"""Name of an action's custom property: JSON of how the strip lay that its keys follow."""
+"""Name of an action's custom property: JSON of the state of the strip that its keys follow."""
 FOLLOWS = "follows"
-"""In the provenance of a take that followed its sound: ``path`` and ``file`` (:func:`recordings.mark`) of the recording that it
-was performed for."""
-_LEAST = 0.5
-"""Frames by which a strip must have changed."""
+"""Key in the provenance of a take that followed its sound: ``path`` and ``file`` (:func:`recordings.mark`) of the recording for
+which it was generated."""
+_MIN_SHIFT = 0.5
+"""Smaller changes of a strip, in frames, are ignored."""
 _FILE = "file"
-"""Of how a strip lay: what its file held (:func:`recordings.mark`); not of takes from before that was remembered."""
+"""Key in a strip's state: the hash of its file (:func:`recordings.mark`); older takes have none."""
 _KINDS = {"left": (int, float), "right": (int, float), "keys": list, "path": str}
 
 
 class Change(NamedTuple):
-    """What became of a strip: by how many frames it moved; whether more or less of it is seen, how fast, of which file."""
+    """Changes of a strip: frames by which it moved, and whether it was trimmed, extended, stretched or got another file."""
 
     by: float
     trimmed: bool
@@ -45,8 +44,8 @@ class Change(NamedTuple):
     replaced: bool
 
 
-def strip_of(action: bpy.types.Action, scene: bpy.types.Scene):
-    """The sound strip that a take was made for or came with, or None."""
+def strip_of(action: bpy.types.Action, scene: bpy.types.Scene) -> SoundStrip | None:
+    """Return the sound strip for which a take was generated, or that was added for it, or None."""
     tag = action.get(voices.TAG, "")
     if tag:
         return next((strip for strip in compat.sound_strips(scene) if strip.get(voices.TAG) == tag), None)
@@ -59,19 +58,21 @@ def strip_of(action: bpy.types.Action, scene: bpy.types.Scene):
 
 
 def note(action: bpy.types.Action, scene: bpy.types.Scene) -> None:
-    """Remember how the strip of a take lies: from now on that is what its keys follow."""
+    """Store the state of a take's strip, which its keys follow from now on."""
     strip = strip_of(action, scene)
     if strip is not None and strip.sound is not None:
         action[SOUND] = json.dumps({**_state(strip), "name": strip.name})
 
 
 def carry(former: bpy.types.Action, action: bpy.types.Action) -> None:
-    """Let a version of a take follow what the former one follows."""
+    """Copy the stored state of the strip from the former version of a take."""
     if SOUND in former:
         action[SOUND] = former[SOUND]
 
 
-def _state(strip: SoundStrip) -> dict:
+def _state(strip: SoundStrip) -> dict[str, Any]:
+    """Return the state of a strip with a sound: frames relative to its start, path, and hash of its file."""
+    assert strip.sound is not None
     start = compat.strip_start(strip)
     sides = {"left": compat.visible_start(strip) - start, "right": compat.strip_end(strip) - start}
     path = sources.strip_path(strip)
@@ -80,36 +81,37 @@ def _state(strip: SoundStrip) -> dict:
 
 
 def change(action: bpy.types.Action, scene: bpy.types.Scene) -> Change | None:
-    """What became of a take's sound since it was made, or followed it last; None where it lies as it lay, or is not there."""
+    """Return the changes of a take's strip since the take was generated or followed it last; None without changes or strip."""
     origin, strip = provenance.of(action), strip_of(action, scene)
     if not origin or "start" not in origin or "place" not in origin or strip is None or strip.sound is None:
         return None
     now, before = _state(strip), stored.read(action, SOUND)
     by = compat.strip_start(strip) - origin["start"]
     if not before.keys() >= _KINDS.keys() or not stored.fits(before, _KINDS):
-        before = {**now, "keys": []}  # a take of before: nothing is known but where it was
+        before = {**now, "keys": []}  # of older takes only the start is known
     apart = {side: now[side] - before[side] for side in ("left", "right")}
     stretched = len(now["keys"]) != len(before["keys"]) or any(
-        abs(one - other) >= _LEAST for one, other in zip(now["keys"], before["keys"], strict=True)
+        abs(one - other) >= _MIN_SHIFT for one, other in zip(now["keys"], before["keys"], strict=True)
     )
     written = now[_FILE] and before.get(_FILE) and now[_FILE] != before[_FILE]
     replaced = bool(written) or not sources.same(now["path"], before["path"])
-    trimmed = not stretched and max(map(abs, apart.values())) >= _LEAST
-    grown = trimmed and not replaced and (apart["left"] <= -_LEAST or apart["right"] >= _LEAST) and _cut(origin, now, by)
-    found = Change(by if abs(by) >= _LEAST else 0.0, trimmed, grown, stretched, replaced)
-    return found if any(found) else None
+    trimmed = not stretched and max(map(abs, apart.values())) >= _MIN_SHIFT
+    longer = apart["left"] <= -_MIN_SHIFT or apart["right"] >= _MIN_SHIFT
+    grown = trimmed and not replaced and longer and _is_cut(origin, now, by)
+    changes = Change(by if abs(by) >= _MIN_SHIFT else 0.0, trimmed, grown, stretched, replaced)
+    return changes if any(changes) else None
 
 
-def _cut(origin: dict, now: dict, by: float) -> bool:
-    """Whether a take has no keys for some of what its strip shows by now."""
+def _is_cut(origin: dict[str, Any], now: dict[str, Any], by: float) -> bool:
+    """Return whether a take has no keys for some frames that its strip shows now."""
     start, place = origin["start"], origin["place"]
     return place["first"] - start > now["left"] + 1 or place["last"] - start < now["right"] - 2
 
 
 def follow(armature: ArmatureObject, scene: bpy.types.Scene, heard: Motion | None = None) -> Change:
-    """Let the selected take, with all its versions, follow its sound; ``heard`` is any take of another recording that it is of.
+    """Make all versions of the selected take follow their sound; ``heard`` is a motion of the new recording, if it has one.
 
-    Raises :class:`UsageError` where nothing has changed, or the take lies within other animation, which stays.
+    Raises :class:`UsageError` if nothing has changed, or if the take was blended into other animation, which must stay.
     """
     take = takes.active(armature)
     what, place = change(take.action, scene), layers.Place.of(take.action)
@@ -118,21 +120,22 @@ def follow(armature: ArmatureObject, scene: bpy.types.Scene, heard: Motion | Non
     if place.result == "ACTION" and layers.base_action(armature, place.first, place.last, place.piece) is not None:
         raise UsageError("The take lies within other animation, which would move, too.", "Generate it anew, or use a layer.")
     strip, fps = strip_of(take.action, scene), scene_fps(scene)
+    assert strip is not None and strip.sound is not None  # else there is no change
     if heard is not None:
         voices.reload(strip.sound)
     if heard is not None and not (what.trimmed or tempo.stretched(strip)):
         strip = voices.renewed(scene, strip)
-    way = _way(take.action, scene, strip, what, heard)
+    way = _new_warp(take.action, scene, strip, what, heard)
     seen = (round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1)
     span = seen if what.trimmed or what.stretched else None
-    own = timing.clock(provenance.of(take.action), fps)
-    where = _where(own, compat.strip_start(strip), fps, way)
-    _mark(armature, scene, place, where, span)
+    own = timing.clock(provenance.known(take.action), fps)
+    where = _frame_map(own, compat.strip_start(strip), fps, way)
+    _move_markers(armature, scene, place, where, span)
     for action in versions.actions(take):
-        old = timing.clock(provenance.of(action), fps)
-        _carry(action, scene, _where(old, compat.strip_start(strip), fps, way), way, strip, span)
+        old = timing.clock(provenance.known(action), fps)
+        _retime(action, scene, _frame_map(old, compat.strip_start(strip), fps, way), way, strip, span)
         if heard is not None and heard.face is not None:
-            _speak(armature, action, timing.played(heard, tempo.way(scene, strip)), fps)
+            _replace_face(armature, action, timing.played(heard, tempo.way(scene, strip)), fps)
         note(action, scene)
     if heard is not None:
         take.recording = Path(sources.strip_path(strip)).name
@@ -141,25 +144,33 @@ def follow(armature: ArmatureObject, scene: bpy.types.Scene, heard: Motion | Non
     return what
 
 
-def _way(action: bpy.types.Action, scene: bpy.types.Scene, strip: SoundStrip, what: Change, heard: Motion | None) -> Way | None:
-    """The way that a take's own recording goes by now: through the words that both have, then as it is stretched."""
+def _new_warp(
+    action: bpy.types.Action, scene: bpy.types.Scene, strip: SoundStrip, what: Change, heard: Motion | None
+) -> Way | None:
+    """Return the new time warp of a take's own recording: by the words of both recordings, then by the strip's retiming."""
     stretched = tempo.way(scene, strip) if what.stretched or what.replaced else None
     if heard is None:
-        known = timing.way(provenance.of(action))
-        return stretched if what.stretched else known
+        return stretched if what.stretched else timing.way(provenance.known(action))
     there = ways.way(directing.words(action), heard.words)
     return there if stretched is None else Way(stretched.there(there.new), there.old)
 
 
-def _where(old: timing.Clock, start: float, fps: float, way: Way | None) -> Callable:
+def _frame_map(old: timing.Clock, start: float, fps: float, way: Way | None) -> Callable[[Any], Any]:
+    """Return the function that maps scene frames of the old clock to those of a new start and time warp."""
     if old.way is None and way is None:
         return lambda frames: frames + (start - old.start)
     new = timing.Clock(start, fps, way)
     return lambda frames: new.frame(old.seconds(frames))
 
 
-def _mark(armature: ArmatureObject, scene: bpy.types.Scene, place: layers.Place, where: Callable, span: tuple | None) -> None:
-    """Put the words' markers to where they are said, without those that are no longer heard."""
+def _move_markers(
+    armature: ArmatureObject,
+    scene: bpy.types.Scene,
+    place: layers.Place,
+    where: Callable[[Any], Any],
+    span: tuple[int, int] | None,
+) -> None:
+    """Move the word markers within ``place`` by ``where``, and remove those outside of ``span``."""
     for marker in markers.ours(scene, armature.s2ag.marker_prefix):
         if place.first <= marker.frame <= place.last:
             marker.frame = round(float(where(marker.frame)))
@@ -167,15 +178,16 @@ def _mark(armature: ArmatureObject, scene: bpy.types.Scene, place: layers.Place,
                 scene.timeline_markers.remove(marker)
 
 
-def _carry(
+def _retime(
     action: bpy.types.Action,
     scene: bpy.types.Scene,
-    where: Callable,
+    where: Callable[[Any], Any],
     way: Way | None,
     strip: SoundStrip,
-    span: tuple | None,
+    span: tuple[int, int] | None,
 ) -> None:
-    origin = provenance.of(action)
+    """Move keys, provenance and pose markers of an action by ``where``, and cut it to ``span``."""
+    origin = provenance.known(action)
     place = {name: round(float(where(origin["place"][name]))) for name in ("first", "last")}
     cut = span is not None and (place["first"] < span[0] or place["last"] > span[1])
     if span is not None:
@@ -200,23 +212,24 @@ def _carry(
     settings = origin["settings"]
     if settings.get("audio_source") == "FILE" and settings.get("range") != "STRIP":
         settings |= {"range": "OWN", "start_frame": round(origin["start"])}
-    still = {one.name for one in directing.shown(action, scene) if one.frame == _marked(action, one.name)}
+    still = {one.name for one in directing.shown(action, scene) if one.frame == _marker_frame(action, one.name)}
     action[provenance.PROPERTY] = json.dumps(origin, sort_keys=True)
-    there = {one.name: one.frame for one in directing.shown(action, scene) if one.name in still}
+    frames = {one.name: one.frame for one in directing.shown(action, scene) if one.name in still}
     for marker in list(action.pose_markers):
-        marker.frame = there.get(marker.name, round(float(where(marker.frame))))
+        marker.frame = frames.get(marker.name, round(float(where(marker.frame))))
         if cut and not place["first"] <= marker.frame <= place["last"]:
             action.pose_markers.remove(marker)
 
 
-def _marked(action: bpy.types.Action, name: str) -> int | None:
+def _marker_frame(action: bpy.types.Action, name: str) -> int | None:
     marker = action.pose_markers.get(name)
     return marker.frame if marker is not None else None
 
 
-def _speak(armature: ArmatureObject, action: bpy.types.Action, heard: Motion, fps: float) -> None:
-    """Give a take the face of another recording in place of its own."""
-    origin, place = provenance.of(action), layers.Place.of(action)
+def _replace_face(armature: ArmatureObject, action: bpy.types.Action, heard: Motion, fps: float) -> None:
+    """Replace a take's face by that of another recording, ``heard``."""
+    origin, place = provenance.known(action), layers.Place.of(action)
+    assert place is not None and heard.face is not None
     every = np.arange(place.first, place.last + 1)
     seen = None if place.piece else layers.share(place, every) * faces.settled(every, fps)
     _, mapping, _ = keeping.figure(armature, action)
@@ -227,9 +240,9 @@ def _speak(armature: ArmatureObject, action: bpy.types.Action, heard: Motion, fp
 
 
 def voice(action: bpy.types.Action, scene: bpy.types.Scene, span: tuple[int, int] | None = None) -> sources.Voice | None:
-    """What a take that followed its sound is made again from, on the frames that it is on, or on ``span``; else None.
+    """Return the recording from which to regenerate a take that followed its sound, on its frames or on ``span``; else None.
 
-    Raises :class:`UsageError` where the recording that it was performed for is gone, or was overwritten.
+    Raises :class:`UsageError` if that recording is gone or was overwritten.
     """
     origin, place = provenance.of(action) or {}, layers.Place.of(action)
     follows = origin.get(FOLLOWS)
@@ -244,19 +257,19 @@ def voice(action: bpy.types.Action, scene: bpy.types.Scene, span: tuple[int, int
     return sources.Voice(path, sources.Span(origin["start"], first, last), True, name, tag, timing.way(origin), True)
 
 
-def performed_for(path: str) -> dict:
-    """What provenance tells under :data:`FOLLOWS` of the recording that a take is performed for."""
+def performed_for(path: str) -> dict[str, str]:
+    """Return the provenance entry :data:`FOLLOWS` of a take that is generated for the recording ``path``."""
     return {"path": path, _FILE: recordings.mark(path)}
 
 
 def check_recording(action: bpy.types.Action) -> None:
-    """Raise :class:`UsageError` where the recording that a take was performed for was overwritten by another one."""
+    """Raise :class:`UsageError` if the recording for which a take was generated was overwritten by another one."""
     known = (provenance.of(action) or {}).get(FOLLOWS) or stored.read(action, SOUND)
     if isinstance(known, dict) and isinstance(known.get("path"), str):
         _check(bpy.path.abspath(known["path"]), known)
 
 
-def _check(path: str, known: dict) -> None:
+def _check(path: str, known: dict[str, Any]) -> None:
     if recordings.differs(path, known.get(_FILE)):
         raise UsageError(
             f"{path} was overwritten since the take was performed for it.", "Put it back, or generate a new take."
@@ -264,7 +277,7 @@ def _check(path: str, known: dict) -> None:
 
 
 def warned(what: Change) -> str:
-    """What was done, for people."""
+    """Return a sentence for the user about what was done."""
     if what.replaced:
         return told("The take follows the other recording")
     if what.stretched or what.trimmed:

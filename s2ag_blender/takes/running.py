@@ -1,56 +1,67 @@
-"""The one way in which operators run the engine: modal in a window, to completion without one."""
+"""Base class of the operators that run the engine: modal with a window, to completion in background mode."""
+
+from typing import TYPE_CHECKING, Any, cast
 
 import bpy
 
 from ...core.errors import S2agError
-from ..datablocks import ArmatureObject, Context
+from ..datablocks import ArmatureObject, Context, is_armature
 from ..translations import told, told_error
 from . import generate, session
 
 TICK = 0.01
-"""Seconds between looks at the engine."""
+"""Seconds between polls of the engine."""
 
 
-def character(context: Context) -> bpy.types.Object | None:
-    """The armature that the active object is, is deformed by or hangs on; else the only one that is selected; or None.
+def character(context: Context) -> ArmatureObject | None:
+    """Return the armature of the active object (see :func:`armature_of`), else the only selected one, or None.
 
-    Importers leave whatever came last active, an empty below the armature, say.
+    Importers may leave another object active, such as an empty that is a child of the armature.
     """
-    active = context.active_object or context.view_layer.objects.active  # a hidden one is still the chosen one
-    found = armature_of(active)
-    if found is None and active is not None:
+    active = context.active_object or context.view_layer.objects.active  # hidden objects are not context.active_object
+    armature = armature_of(active)
+    if armature is None and active is not None:
         chosen = [item for item in getattr(context, "selected_objects", ()) if item.type == "ARMATURE"]
-        found = chosen[0] if len(chosen) == 1 else None
-    return found
+        armature = chosen[0] if len(chosen) == 1 else None
+    return armature
 
 
-def armature_of(item: bpy.types.Object | None) -> bpy.types.Object | None:
-    """The armature that an object is, is deformed by or hangs on, or None."""
-    while item is not None and item.type != "ARMATURE":
+def armature_of(item: bpy.types.Object | None) -> ArmatureObject | None:
+    """Return the armature that an object is, is deformed by, or is a child of, or None."""
+    while item is not None and not is_armature(item):
         deforming = item.find_armature()
         if deforming is not None:
-            return deforming
+            return cast(ArmatureObject, deforming)
         item = item.parent
-    return item
+    return cast("ArmatureObject | None", item)
+
+
+def _chosen(context: Context) -> ArmatureObject:
+    """Return :func:`character`, which an operator's poll has checked."""
+    armature = character(context)
+    assert armature is not None
+    return armature
 
 
 class Generating:
-    """Base of operators that make gestures; they say with ``planned(context, armature)`` which.
+    """Base of operators that generate gestures; subclasses override :meth:`planned`.
 
-    Nothing in the file changes before all is done, and then in one undo step.
+    Nothing in the file changes before everything is finished, and then in one undo step.
     """
 
     bl_options = {"REGISTER", "UNDO"}
-    _timer = None
-    _run = None
+    _timer = cast("bpy.types.Timer | None", None)
+    _run = cast("session.Run | None", None)
+    if TYPE_CHECKING:
+        report: Any
 
     def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
-        """What to make."""
+        """Return the plan of what to generate."""
         return generate.plan(context, armature)
 
-    def execute(self, context: Context):
+    def execute(self, context: Context) -> Any:
         """Run to completion."""
-        armature = character(context)
+        armature = _chosen(context)
         session.MESSAGES.pop(armature.session_uid, None)
         try:
             outcome = generate.wait(context, self.planned(context, armature))
@@ -58,11 +69,11 @@ class Generating:
             return self._fail(armature.session_uid, error)
         return self._done(armature.session_uid, armature.name, outcome)
 
-    def invoke(self, context: Context, event: bpy.types.Event):
-        """Start and come back to the user; without a window, run to completion."""
+    def invoke(self, context: Context, event: bpy.types.Event) -> Any:
+        """Start in the background; without a window, run to completion."""
         if bpy.app.background or context.window is None:
             return self.execute(context)
-        armature = character(context)
+        armature = _chosen(context)
         self._uid, self._name = armature.session_uid, armature.name
         session.MESSAGES.pop(self._uid, None)
         try:
@@ -71,18 +82,20 @@ class Generating:
             return self._fail(self._uid, error)
         self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
         announce(context, self._run)
-        context.window_manager.modal_handler_add(self)
+        context.window_manager.modal_handler_add(cast(bpy.types.Operator, self))
         return {"RUNNING_MODAL"}
 
-    def modal(self, context: Context, event: bpy.types.Event):
-        """Look at the engine on every tick; ESC cancels."""
+    def modal(self, context: Context, event: bpy.types.Event) -> Any:
+        """Poll the engine on every tick; ESC cancels."""
+        run = self._run
+        assert run is not None
         if event.type == "ESC" and event.value == "PRESS":
-            self._run.cancel()
+            run.cancel()
         elif event.type != "TIMER":
             return {"PASS_THROUGH"}
-        before = self._run.stage, self._run.value
+        before = run.stage, run.value
         try:
-            outcome = self._run.step()
+            outcome = run.step()
         except S2agError as error:
             self._stop(context)
             return self._fail(self._uid, error)
@@ -90,15 +103,15 @@ class Generating:
             self._stop(context)
             raise
         if outcome is None:
-            if before != (self._run.stage, self._run.value):
-                announce(context, self._run)
+            if before != (run.stage, run.value):
+                announce(context, run)
                 redraw(context)
             return {"PASS_THROUGH"}
         self._stop(context)
         return self._done(self._uid, self._name, outcome)
 
-    def cancel(self, context: Context):
-        """Blender ends the operator: another file is opened, or the window closes."""
+    def cancel(self, context: Context) -> None:
+        """Stop when Blender ends the operator, because another file is opened or the window closes."""
         if self._run is not None:
             self._run.cancel()
         self._stop(context)
@@ -112,14 +125,14 @@ class Generating:
             context.window_manager.event_timer_remove(self._timer)
             self._timer = None
 
-    def _done(self, uid: int, name: str, outcome: generate.Outcome):
-        session.MESSAGES[uid] = [(note, "INFO") for note in outcome.notes]  # warnings stand with their take
+    def _done(self, uid: int, name: str, outcome: generate.Outcome) -> Any:
+        session.MESSAGES[uid] = [(note, "INFO") for note in outcome.notes]  # warnings are stored with their take
         for warning in outcome.warnings:
             self.report({"WARNING"}, told(warning))
         self.report({"INFO"}, told("{name} gestures for {seconds:.1f} seconds", name=name, seconds=outcome.seconds))
         return {"FINISHED"}
 
-    def _fail(self, uid: int, error: S2agError):
+    def _fail(self, uid: int, error: S2agError) -> Any:
         if error.kind == "Cancelled":
             self.report({"INFO"}, told("Cancelled"))
             return {"CANCELLED"}
@@ -129,14 +142,14 @@ class Generating:
 
 
 def announce(context: Context, run: session.Run | None) -> None:
-    """Tell in the status bars of all windows what a run is at, wherever it was started; None gives them back."""
+    """Show the progress of a run in the status bars of all windows; None clears them."""
     text = run and told("{stage} ({share:.0%}), Esc cancels", stage=run.text, share=run.value)
     for window in context.window_manager.windows:
         window.workspace.status_text_set(text)
 
 
 def redraw(context: Context) -> None:
-    """Draw the sidebars of all 3D viewports anew, and not the viewports themselves."""
+    """Redraw the sidebars of all 3D viewports, but not the viewports themselves."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             for region in area.regions if area.type == "VIEW_3D" else ():

@@ -1,6 +1,7 @@
-"""What goes on in this Blender: runs of the engine, one a character at a time, and what they have to tell. Never saved."""
+"""Current runs of the engine, at most one per character, and their messages. Never saved."""
 
 import time
+from collections.abc import Generator
 
 from ...core.errors import Cancelled, S2agError
 from ..datablocks import ArmatureObject, Context
@@ -9,24 +10,24 @@ from ..translations import told, told_error
 from . import generate, gesture, stages
 
 SLICE = 0.02
-"""Seconds for which a run lays takes before Blender may draw again; one slice of one take can be longer."""
+"""Seconds of keying before Blender may draw again; a single slice of a take can take longer."""
 
 
 class Run:
-    """One press of the button on its way: asks the engine, and finishes when its answer is here."""
+    """One run: requests motions from the engine and keys them when they arrive."""
 
-    def __init__(self, context: Context, armature: ArmatureObject, planned: generate.Plan):
+    def __init__(self, context: Context, armature: ArmatureObject, planned: generate.Plan) -> None:
         self.planned = planned
         self.stage, self.value = "", 0.0
         self.cancelled = False
         self.count = len(planned.params.get("styles") or "1") * planned.params.get("takes", 1)
         self._job = gesture.start(context, planned.params)
-        self._laying = None
+        self._laying: Generator[float, None, generate.Outcome] | None = None
         RUNS[armature.session_uid] = self
 
     @property
     def text(self) -> str:
-        """What it is at, for people: which take of how many, where there are several."""
+        """Return its progress for display: the stage, or which take of how many."""
         if self.cancelled:
             return told("Cancelling")
         if self.count == 1 or not self.stage:
@@ -37,38 +38,38 @@ class Run:
         return told("Writing take {number} of {count}", number=number, count=self.count)
 
     def step(self) -> generate.Outcome | None:
-        """The outcome when it is done, None while it is not; never waits, and lays takes for no longer than a slice.
+        """Poll the engine or key for a slice, without waiting; return the outcome when finished, else None.
 
-        Raises the :class:`S2agError` it ended with.
+        Raises the :class:`S2agError` with which the run ended.
         """
         if self.cancelled:
             raise Cancelled("Cancelled.")
         if self._laying is not None:
-            return self._lay()
+            return self._lay(self._laying)
         result = gesture.poll(self._job, self._note)
         if result is not None:
             self._laying, self.count = generate.finishing(self.planned, result), len(result["motions"])
             self.stage, self.value = stages.KEYING, 0.0
         return None
 
-    def _lay(self) -> generate.Outcome | None:
+    def _lay(self, laying: Generator[float, None, generate.Outcome]) -> generate.Outcome | None:
         end = time.monotonic() + SLICE
         try:
             while time.monotonic() < end:
-                self.value = next(self._laying)
+                self.value = next(laying)
         except StopIteration as done:
             return done.value
         return None
 
     def cancel(self) -> None:
-        """Give up at once; the engine hears of it and drops what it was at."""
+        """Cancel at once, in the engine, too."""
         self.cancelled = True
         gesture.cancel(self._job)
         if self._laying is not None:
-            self._laying.close()  # takes what it has made with it
+            self._laying.close()  # removes its actions
 
     def end(self) -> None:
-        """Forget this run."""
+        """Remove this run from the current ones."""
         for uid in [uid for uid, run in RUNS.items() if run is self]:
             del RUNS[uid]
 
@@ -88,12 +89,12 @@ def run_of(armature: ArmatureObject | None) -> Run | None:
 
 
 def messages(armature: ArmatureObject) -> list[tuple[str, str]]:
-    """What the last run of a character had to tell."""
+    """Return the messages of a character's last run, as (text, icon)."""
     return MESSAGES.get(armature.session_uid, [])
 
 
 def fail(uid: int, error: S2agError) -> str:
-    """Keep an error and its remedy for the panel, save the engine's log, and return both as one line."""
+    """Store an error and its remedy for the panel, save the engine's log, and return both as one line."""
     lines = [(told(error.message), "ERROR")]
     if error.remedy:
         lines.append((told(error.remedy), "BLANK1"))
@@ -103,7 +104,7 @@ def fail(uid: int, error: S2agError) -> str:
 
 
 def clear() -> None:
-    """Cancel all runs and forget everything: another file has come."""
+    """Cancel all runs and drop all messages, because another file was opened."""
     for run in list(RUNS.values()):
         run.cancel()
     RUNS.clear()

@@ -1,4 +1,4 @@
-"""Where the voice and the words come from, and which frames they fall on."""
+"""Finds the recording and transcript of a character, and the frames of the recording."""
 
 import time
 from dataclasses import dataclass
@@ -15,16 +15,14 @@ from ..datablocks import SoundStrip
 from ..translations import told
 from . import tempo, voices
 
-_FRESH = 2.0
-"""Seconds for which the panel trusts what it saw on disk."""
-_seen: dict[str, tuple[float, bool]] = {}
+_CACHE_SECONDS = 2.0
+"""Seconds for which the panel reuses the result of a look at the disk."""
+_cache: dict[str, tuple[float, bool]] = {}
 
 
 @dataclass(frozen=True)
 class Span:
-    """Scene frames: where the recording begins, the first and the last frame that may be keyed (None: no end), and how many
-    the whole recording has, where that is known.
-    """
+    """Scene frames of a recording: its start, the first and last frame to key (None: no limit), and its length if known."""
 
     start: float
     first: int
@@ -33,14 +31,17 @@ class Span:
 
     @property
     def piece(self) -> bool:
-        """Whether more of the recording is known than may be keyed."""
-        return self.length is not None and (self.first > self.start or self.last < self.start + self.length - 1)
+        """Return whether only a part of the recording is to be keyed."""
+        if self.length is None:
+            return False
+        return self.first > self.start or (self.last is not None and self.last < self.start + self.length - 1)
 
 
 @dataclass(frozen=True)
 class Voice:
-    """What the engine is to hear, and its name for people. ``placed`` tells that the sequencer plays it already, and ``tag``
-    which strip of ours does (:data:`voices.TAG`), if it is one.
+    """The recording for the engine, with its display name.
+
+    ``placed`` if the sequencer plays it already; ``tag`` is that of our strip which does (:data:`voices.TAG`), or "".
     """
 
     path: str
@@ -49,15 +50,15 @@ class Voice:
     name: str = ""
     tag: str = ""
     way: Way | None = None
-    """How the strip is stretched (:mod:`tempo`)."""
+    """The strip's time warp (:mod:`tempo`)."""
     followed: bool = False
-    """Whether it is that of a take that followed its strip (:mod:`retiming`)."""
+    """Whether it belongs to a take that followed its strip (:mod:`retiming`)."""
 
 
 def voice(settings: Any, scene: bpy.types.Scene) -> Voice:
-    """The recording of a character and the frames it falls on; a mixdown is made here.
+    """Return the recording of a character and its frames; writes a mixdown if that is chosen.
 
-    Raises :class:`UsageError` for what is not chosen and :class:`AudioUnreadable` for what cannot be heard.
+    Raises :class:`UsageError` for missing choices and :class:`AudioUnreadable` for unreadable sound.
     """
     reason = missing(settings, scene)
     if reason:
@@ -67,11 +68,12 @@ def voice(settings: Any, scene: bpy.types.Scene) -> Voice:
         return Voice(mixdown(scene, *limits), Span(limits[0], *limits), placed=True, name=told("Sequencer"))
     if settings.audio_source == "STRIP":
         strip = chosen_strip(settings, scene)
+        assert strip is not None  # see missing()
         span, tag = strip_span(settings, scene, strip), strip.get(voices.TAG, "")
         return Voice(strip_file(strip), span, True, strip.name, tag, tempo.way(scene, strip))
     path = str(Path(bpy.path.abspath(settings.audio)).resolve())
     name = Path(path).name
-    strip = {"STRIP": chosen_strip, "PREVIEW": _heard}.get(settings.range, lambda *_: None)(settings, scene)
+    strip = {"STRIP": chosen_strip, "PREVIEW": _audible_strip}.get(settings.range, lambda *_: None)(settings, scene)
     if strip is not None:
         own, span = strip.get(voices.TAG, ""), strip_span(settings, scene, strip)
         return Voice(path, span, True, name, own, tempo.way(scene, strip))
@@ -82,10 +84,10 @@ def voice(settings: Any, scene: bpy.types.Scene) -> Voice:
 
 
 def missing(settings: Any, scene: bpy.types.Scene) -> str:
-    """What must be chosen before gestures can be made, as a short phrase; empty if all is there. Cheap enough to draw."""
+    """Return what must be chosen before gestures can be generated, as a short phrase, or "". Fast enough for drawing."""
     if settings.audio_source == "FILE" and not settings.audio:
         return told("Choose a recording")
-    if settings.audio_source == "FILE" and not _is_there(bpy.path.abspath(settings.audio)):
+    if settings.audio_source == "FILE" and not _exists(bpy.path.abspath(settings.audio)):
         return told("The recording is not there")
     if settings.audio_source == "STRIP" and not compat.sound_strips(scene):
         return told("The sequencer has no sound strip")
@@ -102,8 +104,8 @@ def missing(settings: Any, scene: bpy.types.Scene) -> str:
     return ""
 
 
-def chosen_strip(settings: Any, scene: bpy.types.Scene):
-    """The sound strip of a character: the named one, or the one that plays its file, or the only one; None if unclear."""
+def chosen_strip(settings: Any, scene: bpy.types.Scene) -> SoundStrip | None:
+    """Return a character's sound strip: the named one, the one that plays its file, or the only one; None if unclear."""
     if settings.audio_source == "FILE":
         return next(iter(_of_file(settings, scene)), None)
     strips = compat.sound_strips(scene)
@@ -111,27 +113,27 @@ def chosen_strip(settings: Any, scene: bpy.types.Scene):
     return named or (strips[0] if len(strips) == 1 and not settings.sound_strip else None)
 
 
-def _of_file(settings: Any, scene: bpy.types.Scene) -> list:
-    """The strips that play a character's file."""
+def _of_file(settings: Any, scene: bpy.types.Scene) -> list[SoundStrip]:
+    """Return the strips that play a character's file."""
     path = bpy.path.abspath(settings.audio)
     return [strip for strip in compat.sound_strips(scene) if strip.sound and same(strip_path(strip), path)]
 
 
-def _heard(settings: Any, scene: bpy.types.Scene):
-    """The strip that plays a character's file within the limits, one that is heard before one that is silent; or None."""
+def _audible_strip(settings: Any, scene: bpy.types.Scene) -> SoundStrip | None:
+    """Return the strip that plays a character's file within the limits, preferring unmuted ones; None if there is none."""
     first, last = _limits(settings, scene)
-    mine = _of_file(settings, scene)
-    there = [strip for strip in mine if compat.visible_start(strip) <= last and compat.strip_end(strip) > first]
-    return min(there, key=lambda strip: strip.mute, default=None)
+    strips = _of_file(settings, scene)
+    visible = [strip for strip in strips if compat.visible_start(strip) <= last and compat.strip_end(strip) > first]
+    return min(visible, key=lambda strip: strip.mute, default=None)
 
 
 def strip_path(strip: SoundStrip) -> str:
-    """The file that a sound strip plays."""
-    return bpy.path.abspath(strip.sound.filepath, library=strip.sound.library)
+    """Return the path of a sound strip's file; "" if it has no sound."""
+    return bpy.path.abspath(strip.sound.filepath, library=strip.sound.library) if strip.sound is not None else ""
 
 
 def strip_file(strip: SoundStrip) -> str:
-    """The file that a sound strip plays, unpacked into Blender's temporary folder where it only lives in the .blend."""
+    """Return the path of a sound strip's file, unpacked into Blender's temporary folder if it exists only in the .blend."""
     if strip.sound is None:
         raise AudioUnreadable(f'The strip "{strip.name}" plays nothing.', "Choose another strip.")
     path, packed = strip_path(strip), strip.sound.packed_file
@@ -143,7 +145,7 @@ def strip_file(strip: SoundStrip) -> str:
 
 
 def strip_span(settings: Any, scene: bpy.types.Scene, strip: SoundStrip) -> Span:
-    """Frames of a strip: all that is visible of it, within the chosen range."""
+    """Return the visible frames of a strip within the chosen range. Raises :class:`UsageError` if there are none."""
     first, last = round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1
     if settings.range in ("SCENE", "PREVIEW"):
         begin, end = _limits(settings, scene)
@@ -154,7 +156,7 @@ def strip_span(settings: Any, scene: bpy.types.Scene, strip: SoundStrip) -> Span
 
 
 def mixdown(scene: bpy.types.Scene, first: int, last: int) -> str:
-    """Write what the sequencer plays from ``first`` to ``last`` as a WAV in Blender's temporary folder; returns its path.
+    """Write the sequencer's sound from ``first`` to ``last`` as a WAV in Blender's temporary folder; return its path.
 
     Raises :class:`AudioUnreadable` where this Blender has no sound or the sequencer is silent.
     """
@@ -175,9 +177,9 @@ def mixdown(scene: bpy.types.Scene, first: int, last: int) -> str:
 
 
 def words(settings: Any, audio: str) -> dict[str, str | bool]:
-    """The engine's parameters that bring the words: ``transcript``, ``text`` or ``recognise``, or nothing.
+    """Return the engine's parameters for the words: ``transcript``, ``text`` or ``recognise``, or {}.
 
-    Raises :class:`UsageError` where a text block was asked for and none is chosen.
+    Raises :class:`UsageError` if a text block is to be used and none is chosen.
     """
     if settings.transcript_source == "RECOGNISE":
         return {"recognise": True}
@@ -194,27 +196,29 @@ def words(settings: Any, audio: str) -> dict[str, str | bool]:
 
 
 def beside(audio: str) -> str:
-    """The transcript beside a recording, or an empty string. Cheap enough to draw."""
-    found = transcripts.beside(bpy.path.abspath(audio), lambda path: _is_there(str(path))) if audio else None
-    return str(found or "")
+    """Return the path of the transcript next to a recording, or "". Fast enough for drawing."""
+    path = transcripts.beside(bpy.path.abspath(audio), lambda path: _exists(str(path))) if audio else None
+    return str(path or "")
 
 
-def _is_there(path: str) -> bool:
-    """Whether a file is there, or was some seconds ago: the panel asks with every drawing."""
-    checked, found = _seen.get(path, (-_FRESH, False))
-    if time.monotonic() - checked > _FRESH:
-        if len(_seen) > 32:
-            _seen.clear()
-        found = Path(path).is_file()
-        _seen[path] = time.monotonic(), found
-    return found
+def _exists(path: str) -> bool:
+    """Return whether a file exists, cached for :data:`_CACHE_SECONDS` since the panel checks at every redraw."""
+    checked, exists = _cache.get(path, (-_CACHE_SECONDS, False))
+    if time.monotonic() - checked > _CACHE_SECONDS:
+        if len(_cache) > 32:
+            _cache.clear()
+        exists = Path(path).is_file()
+        _cache[path] = time.monotonic(), exists
+    return exists
 
 
 def _limits(settings: Any, scene: bpy.types.Scene) -> tuple[int, int]:
+    """Return the first and last frame of the chosen range."""
     if settings.range == "PREVIEW":
         return scene.frame_preview_start, scene.frame_preview_end
     if settings.range == "STRIP":
         strip = chosen_strip(settings, scene)
+        assert strip is not None  # see missing()
         return round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1
     if settings.range == "OWN":
         return settings.start_frame, max(scene.frame_end, settings.start_frame)
@@ -222,5 +226,5 @@ def _limits(settings: Any, scene: bpy.types.Scene) -> tuple[int, int]:
 
 
 def same(one: str, other: str) -> bool:
-    """Whether two paths are of the same file."""
+    """Return whether two paths are of the same file."""
     return one == other or Path(one).resolve() == Path(other).resolve()

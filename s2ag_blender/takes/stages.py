@@ -1,9 +1,9 @@
-"""What goes on while gestures are made, in the words of who waits for them."""
+"""Display names of the stages of a run."""
 
 from ..translations import told
 
 KEYING = "key the takes"
-"""The stage in which Blender lays what the engine has made; the others are the engine's."""
+"""The stage in which Blender keys the engine's motions; the other stages are the engine's."""
 SHOWN = {
     "": "Getting ready",
     "decode audio": "Reading the recording",
@@ -19,9 +19,9 @@ SHOWN = {
     "finish": "Finishing the gestures",
     KEYING: "Writing keyframes",
 }
-"""Stages and what is shown of them."""
+"""``{stage: display name}``."""
 
 
 def shown(stage: str) -> str:
-    """A stage for people, in the user's language."""
+    """Return the display name of a stage in the user's language."""
     return told(SHOWN.get(stage, stage))

@@ -1,4 +1,4 @@
-"""The poses before and after a piece of a recording that is made anew: the engine performs from the ones to the others."""
+"""Reads the poses before and after a part of a recording, so that the engine can generate the part between them."""
 
 from typing import Any
 
@@ -11,29 +11,29 @@ from ..datablocks import ArmatureObject
 from ..keys import apply, layers, posing
 
 SEEN = 1.0
-"""Seconds on either side; a network that draws its way between given frames sees their speed as well as their place."""
+"""Seconds of poses on either side, from which the network also gets their speed."""
 
 
-def poses(armature: ArmatureObject, scene: bpy.types.Scene, span, settings: Any, figure: tuple) -> list | None:
-    """Frames of the motion and their directions ``[[n], [n x 9 x 3]]`` as the engine keeps them, None where nothing is around.
+def poses(armature: ArmatureObject, scene: bpy.types.Scene, span: Any, settings: Any, figure: tuple) -> list | None:
+    """Return frame numbers of the motion and their edge directions, ``[[n], [n x 9 x 3]]``; None if there are none.
 
-    ``span`` is that of the voice, ``figure`` what :func:`posing.directions` needs beside the character. Where the start or
-    the end is the pose that the character has now, what is around it on that side does not count, and layers add to it.
+    ``span`` is the voice's :class:`sources.Span`, ``figure`` are bones, mapping and options for :func:`posing.directions`.
+    Sides on which the motion starts or ends with the current pose have no surroundings; neither have layers.
     """
     if not span.piece or settings.result == "LAYER":
         return None
     shown = layers.draft_of(armature)
-    told = provenance.of(shown) if shown is not None else {}
-    if told.get("around") and told["start"] == span.start and layers.Place.of(shown).overlaps(span.first, span.last):
-        return told["around"]
+    meta, place = provenance.of(shown) or {}, layers.Place.of(shown)
+    if meta.get("around") and meta["start"] == span.start and place is not None and place.overlaps(span.first, span.last):
+        return meta["around"]
     if not layers.is_animated(armature, layers.base_action(armature, span.first, span.last, piece=True)):
         return None
     numbers, at = _frames(span, apply.scene_fps(scene), settings)
-    return [numbers.tolist(), _seen(armature, scene, at, figure)] if len(numbers) else None
+    return [numbers.tolist(), _read_poses(armature, scene, at, figure)] if len(numbers) else None
 
 
-def _frames(span, fps: float, settings: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers of the motion's frames that are around the span, and where they lie in the scene."""
+def _frames(span: Any, fps: float, settings: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers of the motion's frames around the span, and their scene frames."""
     one, room = fps / skeleton.FPS, SEEN * fps
     numbers = np.arange(max(int((span.length - 1) / one) - 1, 0))  # strips are as long as their sound or a frame longer
     at = span.start + one * numbers
@@ -43,11 +43,11 @@ def _frames(span, fps: float, settings: Any) -> tuple[np.ndarray, np.ndarray]:
     return numbers[near], at[near]
 
 
-def _seen(armature: ArmatureObject, scene: bpy.types.Scene, at: np.ndarray, figure: tuple) -> list:
-    """What the character shows at frames of the scene, as directions."""
-    current, found = (scene.frame_current, scene.frame_subframe), []
+def _read_poses(armature: ArmatureObject, scene: bpy.types.Scene, at: np.ndarray, figure: tuple) -> list:
+    """Return the edge directions of the character's poses at scene frames."""
+    current, directions = (scene.frame_current, scene.frame_subframe), []
     for frame in at.tolist():
         scene.frame_set(int(np.floor(frame)), subframe=frame % 1.0)
-        found.append(posing.directions(armature, *figure).round(5).tolist())
+        directions.append(posing.directions(armature, *figure).round(5).tolist())
     scene.frame_set(current[0], subframe=current[1])
-    return found
+    return directions

@@ -1,5 +1,6 @@
-"""Takes of a character: actions to flip through, keep, name, delete, and to make more of."""
+"""Manages the takes of a character: adds, shows, names, deletes them, and plans more takes like them."""
 
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import bpy
@@ -12,10 +13,10 @@ from ..translations import named
 from . import drafts, recall, voices
 
 
-def add(armature: ArmatureObject, actions: list[bpy.types.Action], recording: str = "", warnings=()) -> None:
-    """Put the actions of one run at the end of the list and show the first of them.
+def add(armature: ArmatureObject, actions: list[bpy.types.Action], recording: str = "", warnings: Sequence[str] = ()) -> None:
+    """Append the actions of one run to the list and show the first of them.
 
-    Each remembers its ``recording``, by its name for people, and the ``warnings`` of the run.
+    Each take stores the display name of its ``recording`` and the ``warnings`` of the run.
     """
     settings = armature.s2ag
     run = 1 + max((take.run for take in settings.takes), default=0)
@@ -23,7 +24,7 @@ def add(armature: ArmatureObject, actions: list[bpy.types.Action], recording: st
     for number, action in enumerate(actions):
         name = title(armature, action)
         take = settings.takes.add()
-        # A library override finds its own items again by their names, so no two may have the same.
+        # Library overrides identify their own items by name, so names must be unique.
         take.name, take.action, take.run = f"{run}.{number}", action, run
         take.recording, take.warnings = recording, "\n".join(warnings)
         located(take)
@@ -32,21 +33,22 @@ def add(armature: ArmatureObject, actions: list[bpy.types.Action], recording: st
 
 
 def located(take: Any) -> None:
-    """Note on a take which frames its action is for."""
+    """Store on a take the frames of its action."""
     place = layers.Place.of(take.action)
+    assert place is not None
     take.first, take.last = place.first, place.last
 
 
 def title(armature: ArmatureObject, action: bpy.types.Action) -> str:
-    """A take's first name: its style, with the lowest number that no other take of the character has."""
-    style = provenance.of(action).get("style", "")
+    """Return a take's first name: its style, with the lowest number that no other take of the character has."""
+    style = provenance.known(action).get("style", "")
     style = " + ".join(named(one) for one in (style if isinstance(style, dict) else [style]))
     used = {take.title for take in armature.s2ag.takes}
     return next(name for number in range(1, len(used) + 2) if (name := f"{style} {number}") not in used)
 
 
 def rename(armature: ArmatureObject, take: Any) -> None:
-    """Name the action of a take, and the strip that plays it, after its character and title, and its version."""
+    """Name the action of a take, and the strip that plays it, after its character, title and version."""
     if take.action is None or take.action.library is not None:
         return
     number = next((number for number, one in enumerate(take.versions, 1) if one.action == take.action), 1)
@@ -57,7 +59,7 @@ def rename(armature: ArmatureObject, take: Any) -> None:
 
 
 def beyond(armature: ArmatureObject, scene: bpy.types.Scene) -> tuple[float, float] | None:
-    """Seconds of the selected take and of the scene where the take goes on after the scene's end, else None."""
+    """Return the seconds of the selected take and of the scene if the take is longer than the scene, else None."""
     take = active(armature)
     if take is None or take.last <= max(take.first, scene.frame_end):
         return None
@@ -66,13 +68,13 @@ def beyond(armature: ArmatureObject, scene: bpy.types.Scene) -> tuple[float, flo
 
 
 def fit(armature: ArmatureObject, scene: bpy.types.Scene) -> None:
-    """Lengthen the scene so that it shows all of the selected take."""
+    """Extend the scene's frame range to the selected take."""
     take = active(armature)
     scene.frame_start, scene.frame_end = min(scene.frame_start, take.first), max(scene.frame_end, take.last)
 
 
-def active(armature: ArmatureObject):
-    """The take that the list has selected and whose action is still there, or None."""
+def active(armature: ArmatureObject) -> Any:
+    """Return the take (``S2AG_Take``) that is selected in the list, or None if there is none or its action is gone."""
     settings = armature.s2ag
     if not 0 <= settings.active_take < len(settings.takes):
         return None
@@ -81,7 +83,7 @@ def active(armature: ArmatureObject):
 
 
 def show(armature: ArmatureObject) -> None:
-    """Let the character play the selected take; called whenever the selection changes."""
+    """Play the selected take; called whenever the selection changes."""
     take = active(armature)
     if take is not None and provenance.of(take.action):
         drafts.drop(armature)
@@ -89,9 +91,10 @@ def show(armature: ArmatureObject) -> None:
         voices.hear(armature, take.action)
 
 
-def delete(armature: ArmatureObject, indices) -> None:
-    """Delete takes, and their actions unless something else uses them; where the one that plays goes, its neighbour plays,
-    or what was there before.
+def delete(armature: ArmatureObject, indices: Iterable[int]) -> None:
+    """Delete takes, and their actions unless something else uses them.
+
+    If the playing take is deleted, its neighbour plays, or the action from before the takes.
     """
     settings = armature.s2ag
     shown = active(armature)
@@ -118,44 +121,44 @@ def discard(armature: ArmatureObject, action: bpy.types.Action) -> None:
 
 
 def delete_others(armature: ArmatureObject) -> int:
-    """Delete takes that are neither kept nor selected; returns how many."""
+    """Delete takes that are neither kept nor selected; return their number."""
     settings = armature.s2ag
     doomed = [number for number, take in enumerate(settings.takes) if not take.keep and number != settings.active_take]
     delete(armature, doomed)
     return len(doomed)
 
 
-def again(action: bpy.types.Action, **changes) -> dict:
-    """Arguments for ``generate.plan`` that make a take of ours once more, the same unless ``changes`` say otherwise."""
-    told = provenance.of(action)
-    same = {"kept": told["settings"], "keyed_pose": told.get("keyed_pose"), "pose": told.get("pose")}
-    same |= {"around": told.get("around"), "like": action}
-    identity = {"style": told["style"], "take": told.get("take", 0), "near": told.get("near") or [], "takes": 1}
-    return {**same, **identity, "seed": told["seed"], **changes}
+def again(action: bpy.types.Action, **changes: Any) -> dict[str, Any]:
+    """Return arguments for ``generate.plan`` that make the same take again, apart from ``changes``."""
+    meta = provenance.known(action)
+    same = {"kept": meta["settings"], "keyed_pose": meta.get("keyed_pose"), "pose": meta.get("pose")}
+    same |= {"around": meta.get("around"), "like": action}
+    identity = {"style": meta["style"], "take": meta.get("take", 0), "near": meta.get("near") or [], "takes": 1}
+    return {**same, **identity, "seed": meta["seed"], **changes}
 
 
 def recall_settings(armature: ArmatureObject, action: bpy.types.Action) -> None:
-    """Set the character's settings to those that a take was made with."""
-    told = provenance.of(action)
-    recall.restore(armature.s2ag, told["settings"])
-    armature.s2ag.seed = told["seed"]
+    """Restore the settings with which a take was made."""
+    meta = provenance.known(action)
+    recall.restore(armature.s2ag, meta["settings"])
+    armature.s2ag.seed = meta["seed"]
 
 
-def rerolled(armature: ArmatureObject, action: bpy.types.Action) -> dict:
-    """Arguments for ``generate.plan``: the settings of a take, and the lowest seed above its own that no take has."""
-    told = [provenance.of(take.action) or {} for take in armature.s2ag.takes if take.action is not None]
-    used = {one.get("seed") for one in told}
-    seed = provenance.of(action)["seed"] + 1
+def rerolled(armature: ArmatureObject, action: bpy.types.Action) -> dict[str, Any]:
+    """Return arguments for ``generate.plan``: the settings of a take with the lowest seed above its own that no take has."""
+    metas = [provenance.of(take.action) or {} for take in armature.s2ag.takes if take.action is not None]
+    used = {meta.get("seed") for meta in metas}
+    seed = int(provenance.known(action)["seed"]) + 1
     while seed in used:
         seed += 1
     return again(action, seed=seed, take=0, near=[])
 
 
-def varied(armature: ArmatureObject, action: bpy.types.Action, spread: float, count: int) -> dict:
-    """Arguments for ``generate.plan``: ``count`` variations of a take, ``spread`` (0..1) away from it, none made before."""
-    told = provenance.of(action)
-    here = told.get("take", 0), told.get("near") or []
-    made = [provenance.of(take.action) or {} for take in armature.s2ag.takes if take.action is not None]
-    steps = [one["near"] for one in made if one.get("near") and (one["take"], one["near"][:-1]) == here]
+def varied(armature: ArmatureObject, action: bpy.types.Action, spread: float, count: int) -> dict[str, Any]:
+    """Return arguments for ``generate.plan``: ``count`` new variations of a take at the distance ``spread`` (0..1)."""
+    meta = provenance.known(action)
+    here = meta.get("take", 0), meta.get("near") or []
+    metas = [provenance.of(take.action) or {} for take in armature.s2ag.takes if take.action is not None]
+    steps = [one["near"] for one in metas if one.get("near") and (one["take"], one["near"][:-1]) == here]
     step = 1 + max((near[-1][0] for near in steps), default=0)
-    return again(action, spread=round(spread, 4), takes=count, step=step, made_by=told.get("checkpoint", ""))
+    return again(action, spread=round(spread, 4), takes=count, step=step, made_by=meta.get("checkpoint", ""))

@@ -1,7 +1,8 @@
-"""Where the seconds of a take's recording lie on the timeline: evenly behind its start, or as its sound was stretched."""
+"""Converts between seconds of a take's recording and scene frames, also where its sound strip is stretched."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -10,56 +11,56 @@ from ...core.motion.face import RATE, Face
 from ...core.motion.motion import Motion
 
 WAY = "way"
-"""In the provenance of a take: seconds of its recording, and those behind its start at which they are played."""
+"""Key in the provenance of a take: seconds of its recording, and the seconds after its start at which they are played."""
 
 
 @dataclass(frozen=True, eq=False)
 class Clock:
-    """Frames of the scene, ``fps`` a second, for seconds of a recording that begins at frame ``start`` and goes its ``way``."""
+    """Converts seconds of a recording, which starts at frame ``start`` and follows the time warp ``way``, to scene frames."""
 
     start: float
     fps: float
     way: Way | None = None
 
-    def frame(self, seconds):
-        """The frames at which these seconds are played."""
+    def frame(self, seconds: Any) -> Any:
+        """Return the frames at which these seconds are played; numbers or arrays."""
         return self.start + (seconds if self.way is None else self.way.there(seconds)) * self.fps
 
-    def seconds(self, frame):
-        """The seconds that are played at these frames, also before the recording and behind it."""
+    def seconds(self, frame: Any) -> Any:
+        """Return the seconds that are played at these frames, also before and after the recording; numbers or arrays."""
         played = (frame - self.start) / self.fps
         return played if self.way is None else self.way.back(played)
 
 
-def clock(told: Mapping, fps: float) -> Clock:
-    """The clock of a take by its provenance."""
-    return Clock(told["start"], fps, way(told))
+def clock(meta: Mapping[str, Any], fps: float) -> Clock:
+    """Return the clock of a take from its provenance."""
+    return Clock(meta["start"], fps, way(meta))
 
 
-def way(told: Mapping) -> Way | None:
-    """The way that a take's recording goes, None where it is played as it is, or nothing that makes sense is told."""
-    pairs = told.get(WAY)
+def way(meta: Mapping[str, Any]) -> Way | None:
+    """Return the time warp of a take's recording from its provenance; None for none, or if invalid."""
+    pairs = meta.get(WAY)
     try:
         old, new = np.array(pairs if isinstance(pairs, list) else [], float)
     except (TypeError, ValueError):
         return None
-    sound = old.ndim == 1 and len(old) > 1 and np.isfinite([old, new]).all() and (np.diff([old, new]) > 0).all()
-    return Way(new, old) if sound else None
+    valid = old.ndim == 1 and len(old) > 1 and np.isfinite([old, new]).all() and (np.diff([old, new]) > 0).all()
+    return Way(new, old) if valid else None
 
 
-def stated(way: Way | None) -> list | None:
-    """A way as provenance has it."""
+def stated(way: Way | None) -> list[list[float]] | None:
+    """Return a time warp as stored in provenance."""
     return None if way is None else [way.old.round(4).tolist(), way.new.round(4).tolist()]
 
 
 def played(motion: Motion, way: Way | None) -> Motion:
-    """A motion with its words and its face as it is when its recording goes that way."""
+    """Return a motion with its words and face, warped in time like its recording."""
     if way is None:
         return motion
     count = max(round(float(way.there(motion.duration)) * motion.fps), 1)
-    made = motion.at(way.back(np.arange(count) / motion.fps) * motion.fps, motion.fps)
+    warped = motion.at(way.back(np.arange(count) / motion.fps) * motion.fps, motion.fps)
     words = tuple((word, *way.there([start, end]).tolist()) for word, start, end in motion.words)
-    return replace(made, words=words, face=motion.face and _face(motion.face, way))
+    return replace(warped, words=words, face=motion.face and _face(motion.face, way))
 
 
 def _face(face: Face, way: Way) -> Face:

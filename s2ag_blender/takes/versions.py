@@ -1,5 +1,6 @@
-"""What a take was and became under its edits: versions to flip through in place, each an action of its own."""
+"""Manages the versions of a take, one for each edit, each an action of its own."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import bpy
@@ -9,8 +10,8 @@ from ..datablocks import ArmatureObject
 from . import takes
 
 
-def put(armature: ArmatureObject, former: bpy.types.Action, action: bpy.types.Action, warnings=()) -> bool:
-    """Let the take that plays ``former`` play ``action``, its newest version; False where no take plays that (any more)."""
+def put(armature: ArmatureObject, former: bpy.types.Action, action: bpy.types.Action, warnings: Sequence[str] = ()) -> bool:
+    """Add ``action`` as the newest version of the take that plays ``former``; return False if no take plays that."""
     settings = armature.s2ag
     number = next((number for number, take in enumerate(settings.takes) if take.action == former), None)
     if number is None:
@@ -24,25 +25,25 @@ def put(armature: ArmatureObject, former: bpy.types.Action, action: bpy.types.Ac
 
 
 def place(take: Any) -> tuple[int, int]:
-    """Which of how many versions a take plays, from one on; (1, 1) for one that was never directed."""
+    """Return (number of the version that a take plays, from 1, count of versions); (1, 1) for one that was never edited."""
     at = next((number for number, one in enumerate(take.versions, 1) if one.action == take.action), 1)
     return at, max(len(take.versions), 1)
 
 
 def flip(armature: ArmatureObject, by: int) -> None:
-    """Let the selected take play the version that is ``by`` further on, the first one after the last; nothing is made."""
+    """Play the version of the selected take that is ``by`` further on, cyclically."""
     take = takes.active(armature)
     count = len(take.versions)
     at = place(take)[0] - 1
     for step in range(1, count):
-        other = (at + by * step) % count
-        if take.versions[other].action is not None:
-            _play(armature, armature.s2ag.active_take, other)
+        version = (at + by * step) % count
+        if take.versions[version].action is not None:
+            _play(armature, armature.s2ag.active_take, version)
             return
 
 
 def drop_others(armature: ArmatureObject) -> int:
-    """Delete all versions of the selected take but the one that it plays; returns how many."""
+    """Delete all versions of the selected take except the one that it plays; return their number."""
     take = takes.active(armature)
     others = [one.action for one in take.versions if one.action not in (None, take.action)]
     take.versions.clear()
@@ -52,13 +53,13 @@ def drop_others(armature: ArmatureObject) -> int:
 
 
 def actions(take: Any) -> list[bpy.types.Action]:
-    """All actions of a take that are there."""
-    found = [take.action, *(one.action for one in take.versions)]
-    return list(dict.fromkeys(action for action in found if action is not None))
+    """Return all existing actions of a take."""
+    candidates = [take.action, *(one.action for one in take.versions)]
+    return list(dict.fromkeys(action for action in candidates if action is not None))
 
 
 def edits(take: Any) -> list[list[dict]]:
-    """What each version of a take came of."""
+    """Return the edits of each version of a take."""
     return [list((provenance.of(action) or {}).get("edits", [])) for action in actions(take)]
 
 

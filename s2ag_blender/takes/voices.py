@@ -1,27 +1,28 @@
-"""The sound strip of a run: made by it, known to its takes, heard while one of them is shown.
+"""Manages the sound strip of a run, which is audible while one of its takes is shown.
 
-A strip of ours carries a tag that its takes know, too. Strips of the user have none and are never touched.
+A strip of ours has a tag that is also stored on its takes. Strips of the user have none and are never changed.
 """
 
 import uuid
+from typing import Any
 
 import bpy
 
 from .. import compat
-from ..datablocks import ArmatureObject, SoundStrip
+from ..datablocks import ArmatureObject, SoundStrip, is_armature
 from ..film import sound
 from ..keys.layers import Place
 from ..translations import told
 
 TAG = "s2ag_voice"
-"""Custom property of a strip of ours, and of the actions of the takes that it belongs to."""
+"""Custom property of a strip of ours, and of the actions of its takes."""
 _SILENCED = "s2ag_silenced"  # on strips that were muted here, not by the user
 
 
 def lay(scene: bpy.types.Scene, path: str, start: int, name: str, wanted: bool = True) -> tuple[str, list[str]]:
-    """The tag of the strip that plays a recording from a frame on, made if ``wanted``; and what the user should know.
+    """Find the strip of a recording at a frame, or add it if ``wanted``; return its tag and messages for the user.
 
-    The tag is empty where the strip is the user's or there is none. Raises :class:`AudioUnreadable`.
+    The tag is "" if the strip is the user's or there is none. Raises :class:`AudioUnreadable`.
     """
     others = [strip for strip in sound.of_file(scene, path) if TAG not in strip]
     strip = sound.playing(scene, path, start)
@@ -32,38 +33,44 @@ def lay(scene: bpy.types.Scene, path: str, start: int, name: str, wanted: bool =
         strip[TAG] = uuid.uuid4().hex
         compat.show_in_sequencers(scene)
     scene.sync_mode = "AUDIO_SYNC" if wanted else scene.sync_mode
-    twice = [other for other in others if other != strip and not other.mute]
-    said = [(one.name, round(compat.strip_start(one))) for one in twice]
+    duplicates = [(one.name, round(compat.strip_start(one))) for one in others if one != strip and not one.mute]
     return strip.get(TAG, ""), [
-        told('Your strip "{name}" plays this recording at frame {frame}, too.', name=name, frame=frame) for name, frame in said
+        told('Your strip "{name}" plays this recording at frame {frame}, too.', name=name, frame=frame)
+        for name, frame in duplicates
     ]
 
 
 def reload(sound: bpy.types.Sound) -> None:
-    """Let a sound be what its file holds by now."""
+    """Reload a sound from its file."""
     if sound.packed_file is None and sound.library is None:
-        sound.filepath = sound.filepath  # Blender reads a file again when it is named
+        sound.filepath = sound.filepath  # setting the path makes Blender read the file again
 
 
-def renewed(scene: bpy.types.Scene, strip: SoundStrip):
-    """A strip of ours anew, as long as the sound that it was given; a strip keeps its length whatever it is given."""
-    if TAG not in strip:
+def renewed(scene: bpy.types.Scene, strip: SoundStrip) -> SoundStrip:
+    """Replace a strip of ours by a new one with the length of its sound, since strips keep their length on reload."""
+    if TAG not in strip or strip.sound is None:
         return strip
-    strips = compat.sequencer_strips(strip.parent_meta() or scene.sequence_editor)
+    strips = _siblings(scene, strip)
     kept = {name: getattr(strip, name) for name in ("name", "mute", "volume", "channel")}
     path, start, tag = bpy.path.abspath(strip.sound.filepath), round(compat.strip_start(strip)), strip[TAG]
     strips.remove(strip)
-    made = strips.new_sound(kept["name"], path, kept["channel"], start)
+    successor = strips.new_sound(kept["name"], path, kept["channel"], start)
     for name, value in kept.items():
-        setattr(made, name, value)
-    made[TAG] = tag
-    return made
+        setattr(successor, name, value)
+    successor[TAG] = tag
+    return successor
+
+
+def _siblings(scene: bpy.types.Scene, strip: Any) -> Any:
+    """Return the strips of the meta strip or sequence editor that has a strip."""
+    owner: Any = strip.parent_meta() or scene.sequence_editor
+    return compat.sequencer_strips(owner)
 
 
 def hear(armature: ArmatureObject, action: bpy.types.Action) -> list[str]:
-    """Let the strip of the take that is shown be heard in place of those of the character's other takes on its frames.
+    """Unmute the strip of the shown take and mute those of the character's other takes on its frames.
 
-    Returns the names of strips that are silent from now on. Strips of the user and of other characters' takes stay.
+    Returns the names of newly muted strips. Strips of the user and of other characters' takes stay.
     """
     place, shown = Place.of(action), action.get(TAG, "")
     if place is None:
@@ -83,20 +90,20 @@ def hear(armature: ArmatureObject, action: bpy.types.Action) -> list[str]:
 
 
 def clear() -> None:
-    """Remove silent strips of ours that no take has any more."""
+    """Remove muted strips of ours that no take uses any more."""
     used = {action.get(TAG, "") for action in bpy.data.actions}
     for scene in bpy.data.scenes:
         for strip in [one for one in compat.sound_strips(scene) if one.get(_SILENCED) and one.get(TAG) not in used]:
-            owner = strip.parent_meta() or scene.sequence_editor
-            compat.sequencer_strips(owner).remove(strip)
+            _siblings(scene, strip).remove(strip)
 
 
-def _ours() -> list:
+def _ours() -> list[SoundStrip]:
     return [strip for scene in bpy.data.scenes for strip in compat.sound_strips(scene) if TAG in strip]
 
 
 def _shown_elsewhere(armature: ArmatureObject) -> set[str]:
-    others = [item.s2ag for item in bpy.data.objects if item.type == "ARMATURE" and item != armature]
+    """Return the tags of the shown takes of all other characters."""
+    others = [item.s2ag for item in bpy.data.objects if is_armature(item) and item != armature]
     shown = [one.takes[one.active_take].action for one in others if 0 <= one.active_take < len(one.takes)]
     return {action.get(TAG, "") for action in shown if action is not None}
 

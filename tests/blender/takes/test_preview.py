@@ -21,7 +21,7 @@ def live(speaker):
 
 def test_off_unless_asked_for(speaker):
     speaker.s2ag.intensity = 0.5
-    assert not preview._wanted and preview.tick() is None
+    assert not preview._pending and preview.tick() is None
 
 
 def test_a_slider_moves_the_draft_in_place(live):
@@ -61,7 +61,7 @@ def test_the_figure_moves_while_a_slider_is_dragged(live):
         step += 1
         live.s2ag.intensity = 0.2 + step % 100 / 100
         preview.tick()
-        assert len(preview._working) <= 1
+        assert len(preview._jobs) <= 1
         found = curves(layers.draft_of(live))
         if not seen or not same_curves(seen[-1], found):
             seen.append(found)
@@ -85,7 +85,7 @@ def test_the_draft_of_a_long_recording_is_around_the_playhead(live, wave):
 def test_the_engine_is_at_the_next_draft_while_one_is_laid(live, monkeypatch):
     settle()
     laid, lay = [], generate.finish
-    monkeypatch.setattr(generate, "finish", lambda *given: (laid.append(len(preview._working)), lay(*given)))
+    monkeypatch.setattr(generate, "finish", lambda *given: (laid.append(len(preview._jobs)), lay(*given)))
     live.s2ag.intensity = 0.5
     preview.tick()
     live.s2ag.intensity = 0.6

@@ -20,7 +20,7 @@ def shipped(monkeypatch):
         monkeypatch.setattr(catalogue, "DEFAULT", path)
 
     yield make
-    choices._described.cache_clear()
+    choices._read_checkpoint.cache_clear()
 
 
 def test_sliders_of_a_checkpoint_with_controls(figure, shipped, random_checkpoint):
@@ -83,7 +83,7 @@ def test_words_typed_in_a_block_beside_and_none(figure, tmp_path, voice):
     for suffix, words in ((".srt", "1\n00:00:00,000 --> 00:00:01,000\nhello there"), (".txt", "hello there")):
         beside = recording.with_suffix(suffix)
         beside.write_text(words)
-        sources._seen.clear()
+        sources._cache.clear()
         assert gesture.request(kept)["transcript"] == str(beside)
         assert f"line{suffix} beside it has the words" in drawn()
     kept.transcript_source, kept.typed = "TYPED", "good day"
