@@ -95,7 +95,7 @@ def _shown(text: str, clock: timing.Clock, first: int, last: int) -> tuple[Shown
     for number, row in enumerate(rows if isinstance(rows, list) else (), 1):
         if not isinstance(row, list) or len(row) not in (5, 7) or not all(map(isinstance, row, _KINDS)):
             continue
-        values: list[Any] = [*row]
+        values = list(cast(list[Any], row))
         if len(values) == 5:  # of older takes
             values += [values[0] - 0.5 * SHORTEST, values[0] + 0.5 * SHORTEST]
         frame = round(float(clock.frame(values[0])))
