@@ -78,13 +78,13 @@ class Run:
 
 
 RUNS: dict[int, Run] = {}
-"""Runs under way, by the character's number in this session."""
+"""Current runs by the character's ``session_uid``."""
 MESSAGES: dict[int, list[tuple[str, str]]] = {}
-"""What a character's last run had to tell: texts and icons."""
+"""Messages of the last runs by ``session_uid``, as (text, icon)."""
 
 
 def run_of(armature: ArmatureObject | None) -> Run | None:
-    """The run under way for a character, or None."""
+    """Return the current run of a character, or None."""
     return RUNS.get(armature.session_uid) if armature is not None else None
 
 
