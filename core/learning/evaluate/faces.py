@@ -1,21 +1,21 @@
-"""Figures of speaking faces, beside what is known of people: closed lips, jaw and voice, blinks, and gaze.
+"""Figures of speaking faces: lip closures, jaw against voice, blinks, and gaze, with values of people.
 
-What people do, by which figures are to be read:
+Values of people to compare with:
 
-- Lips meet for every p, b and m; a film dubbed or drawn is judged by it (Lewis and Parke 1987, "Automated lip-synch and speech
+- Lips meet for every p, b and m, by which lip synchronisation is judged (Lewis and Parke 1987, "Automated lip-synch and speech
   synthesis for character animation"). Here a closure is hit if lips are closed within a frame of the sound.
-- The mouth's opening and the voice's envelope go together, both at 2 to 7 Hz (Chandrasekaran et al. 2009, "The natural
+- The mouth's opening and the voice's envelope are correlated, both at 2 to 7 Hz (Chandrasekaran et al. 2009, "The natural
   statistics of audiovisual speech").
 - Blinks: 26 a minute in conversation, 17 at rest, 4.5 reading (Bentivoglio et al. 1997, "Analysis of blink rate patterns in
   normal subjects").
-
-- Gaze, of eyes and head together: people who talk look at the listener 41 % of the time (Argyle and Ingham 1972, "Gaze, mutual
-  gaze, and proximity"), each of Kendon's (1967, "Some functions of gaze-direction in social interaction") between 28 and 70 %;
-  they look away as they begin to speak and at the listener as they end. The listener is where the head usually points.
-- Gaze goes before the head, whose turn it needs less the nearer things are (Freedman 2008, "Coordination of the eyes and head
-  during visual orienting").
+- Gaze (eyes and head together): speakers look at the listener 41 % of the time (Argyle and Ingham 1972, "Gaze, mutual gaze, and
+  proximity"); single speakers 28 to 70 % (Kendon 1967, "Some functions of gaze-direction in social interaction"). They look
+  away as they begin to speak and at the listener as they end. The listener is where the head usually points.
+- Gaze moves before the head, which turns less for small shifts (Freedman 2008, "Coordination of the eyes and head during visual
+  orienting").
 """
 
+from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
 
@@ -30,7 +30,7 @@ from ...words.align import Phone
 from ...words.beside import beside
 
 RATES = (24, 60)
-"""Frames a second at which closures are looked for."""
+"""Frame rates at which closures are checked."""
 PEOPLE = {
     "closures seen": "all",
     "jaw with loudness": "together, at 2 to 7 Hz (Chandrasekaran et al. 2009)",
@@ -39,64 +39,67 @@ PEOPLE = {
     "as phrases begin, end": "away, at the listener (Kendon 1967)",
     "gaze before the head": "yes (Freedman 2008)",
 }
-"""What people do, by the rows of :func:`table`."""
-_AT = 10.0
+"""Values of people by row of :func:`table`."""
+_AT_LISTENER = 10.0
 """Degrees from the listener's eyes that count as looking at the listener."""
-_LAG = 0.5
+_MAX_LAG = 0.5
 """Seconds by which head and gaze are shifted against each other, at most."""
-_BORDER = 0.3
-"""Seconds after a phrase's begin and before its end that are looked at."""
-_SEEN = 0.15
+_PHRASE_EDGE = 0.3
+"""Seconds after a phrase's begin and before its end in which gaze is measured."""
+_VISIBLE = 0.15
+"""Weight above which a viseme is visible."""
 
 
 def measure(recording: str | PathLike) -> dict[str, float]:
-    """Figures of the face made for a recording, with the text that lies beside it; of the sound alone as well where it has one.
+    """Measure the face synthesized for a recording with the text file beside it; with text, also lips from sound alone.
 
-    Raises :class:`S2agError` for what cannot be read.
+    Raises :class:`S2agError` for unreadable input.
     """
     recording = Path(recording)
     text = beside(recording)
     motion = Session().synthesize(Request(recording, transcript=text, face=1.0)).motions[0]
+    face = motion.face
+    assert face is not None  # the request asks for one
     sound = audio.load(recording)
     heard = transcript.hear(sound, text) if text else None
     spoken = making.hear(sound, heard.words, heard.phones) if heard else making.hear(sound)
-    found = {"seconds": round(motion.face.duration, 2), **behaviour(motion.face, spoken, motion.directions)}
+    figures = {"seconds": round(face.duration, 2), **behaviour(face, spoken, motion.directions)}
     if heard is None:
-        return found
+        return figures
     spans = lips(spoken.sounds)
-    found |= {f"closures_{fps}": hit(motion.face, spans, fps) for fps in RATES}
+    figures |= {f"closures_{fps}": hit(face, spans, fps) for fps in RATES}
     alone = making.make(making.hear(sound), motion.directions)
-    found |= {f"closures_by_ear_{fps}": hit(alone, spans, fps) for fps in RATES}
-    return found | {"false_closures_by_ear": false(alone, spans)}
+    figures |= {f"closures_by_ear_{fps}": hit(alone, spans, fps) for fps in RATES}
+    return figures | {"false_closures_by_ear": false(alone, spans)}
 
 
 def lips(sounds: tuple[Phone, ...]) -> list[tuple[float, float]]:
-    """When sounds of closed lips are said, ``(start, end)`` in seconds."""
+    """Return the times of sounds with closed lips, ``(start, end)`` in seconds."""
     return [(start, end) for phone, start, end in sounds if phone in ("P", "B", "M")]
 
 
 def hit(face: Face, spans: list[tuple[float, float]], fps: float) -> float:
-    """Share of ``spans`` within a frame of which lips are seen closed, at ``fps`` frames a second; NaN of none."""
-    moments = np.flatnonzero(closed(face.frames(fps))) / fps
-    seen = [((moments >= start - 1 / fps) & (moments <= end + 1 / fps)).any() for start, end in spans]
-    return float(np.mean(seen)) if seen else float("nan")
+    """Return the share of ``spans`` with closed lips within a frame, at ``fps`` frames a second; NaN of none."""
+    times = np.flatnonzero(closed(face.frames(fps))) / fps
+    hits = [((times >= start - 1 / fps) & (times <= end + 1 / fps)).any() for start, end in spans]
+    return float(np.mean(hits)) if hits else float("nan")
 
 
 def false(face: Face, spans: list[tuple[float, float]], near: float = 0.05) -> float:
-    """Share of a face's closures that none of ``spans`` comes within ``near`` seconds of; NaN where it has none."""
+    """Return the share of a face's closures that are not within ``near`` seconds of any of ``spans``; NaN of none."""
     wrong = [not any(start <= end_ + near and end >= begin - near for begin, end_ in spans) for start, end in face.closures]
     return float(np.mean(wrong)) if wrong else float("nan")
 
 
 def behaviour(face: Face, spoken: making.Spoken, directions: np.ndarray) -> dict[str, float]:
-    """Figures that need no text: jaw, blinks, gaze of eyes and a head with ``directions`` ``(frames, 9, 3)`` at 15 fps, and the
-    shortest viseme that is seen, in milliseconds."""
+    """Return the figures that need no text: jaw, blinks, gaze of the eyes and of a head with ``directions`` ``(frames, 9, 3)``
+    at 15 fps, and the shortest visible viseme in milliseconds."""
     speech = _during(spoken.phrases, len(face.weights))
     head = eyes.turned(directions, len(face.weights))
     gaze = GAZE * face.weights[:, [channel("LOOK_LEFT"), channel("LOOK_UP")]] + head
-    at = np.hypot(*gaze.T) <= _AT
-    begins = np.stack([spoken.phrases[:, 0], spoken.phrases[:, 0] + _BORDER], 1)
-    ends = np.stack([spoken.phrases[:, 1] - _BORDER, spoken.phrases[:, 1]], 1)
+    at = np.hypot(*gaze.T) <= _AT_LISTENER
+    begins = np.stack([spoken.phrases[:, 0], spoken.phrases[:, 0] + _PHRASE_EDGE], 1)
+    ends = np.stack([spoken.phrases[:, 1] - _PHRASE_EDGE, spoken.phrases[:, 1]], 1)
     shut = face.weights[:, channel("BLINK_LEFT")] > 0.5
     jaw, loud = face.weights[speech, channel("JAW")], spoken.loudness[speech]
     return {
@@ -105,74 +108,76 @@ def behaviour(face: Face, spoken: making.Spoken, directions: np.ndarray) -> dict
         "gaze_at_listener": _share(at, speech),
         "gaze_as_phrases_begin": _share(at, _during(begins, len(at))),
         "gaze_as_phrases_end": _share(at, _during(ends, len(at))),
-        "gaze_before_head_ms": 1000 * _before(gaze[:, 0], head[:, 0]),
+        "gaze_before_head_ms": 1000 * _lead(gaze[:, 0], head[:, 0]),
         "shifts_a_second": _shifts(face),
         "shortest_viseme_ms": 1000 * shortest(face),
     }
 
 
 def shortest(face: Face) -> float:
-    """Seconds that the shortest rise of a viseme lasts above half its height, of those that can be seen; infinite of none."""
+    """Return the smallest width at half height of the visible peaks of visemes in seconds; infinite of none."""
     widths = [width for column in face.weights[:, : len(VISEMES)].T for width in half_widths(column)]
     return min(widths, default=float("inf"))
 
 
-def half_widths(column: np.ndarray):
-    """Seconds that each rise of a weight ``(n,)`` lasts above half its height, where it can be seen."""
+def half_widths(column: np.ndarray) -> Iterator[float]:
+    """Yield the width at half height in seconds of each visible peak of a weight ``(n,)``."""
     padded = np.pad(column, 1)
-    tops = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] > padded[2:]) & (column > _SEEN)) + 1
-    for top in tops:
-        under = np.flatnonzero(padded < padded[top] / 2)
-        after = np.searchsorted(under, top)
-        yield (under[after] - under[after - 1]) / RATE
+    peaks = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] > padded[2:]) & (column > _VISIBLE)) + 1
+    for peak in peaks:
+        under = np.flatnonzero(padded < padded[peak] / 2)
+        after = np.searchsorted(under, peak)
+        yield float((under[after] - under[after - 1]) / RATE)
 
 
-def table(found: dict[str, dict[str, float]]) -> str:
-    """Figures by recording as lines of text, and what people do."""
+def table(recordings: dict[str, dict[str, float]]) -> str:
+    """Format figures by recording as lines of text, with the values of people."""
     rows = []
-    for name, one in found.items():
-        rows.append(f"{name} ({one['seconds']:.1f} s)")
-        told = {
-            "closures seen": _closures(one, "closures"),
-            "by ear alone": _closures(one, "closures_by_ear", f", {one.get('false_closures_by_ear', 0):.0%} too many"),
-            "jaw with loudness": f"r = {one['jaw_with_loudness']:.2f}",
-            "blinks a minute": f"{one['blinks_a_minute']:.0f}",
-            "gaze at the listener": f"{one['gaze_at_listener']:.0%} while talking",
-            "as phrases begin, end": f"{one['gaze_as_phrases_begin']:.0%}, {one['gaze_as_phrases_end']:.0%}",
-            "gaze before the head": f"{one['gaze_before_head_ms']:.0f} ms",
-            "shifts of the eyes": f"{one['shifts_a_second']:.1f} a second",
-            "shortest viseme": f"{one['shortest_viseme_ms']:.0f} ms",
+    for name, figures in recordings.items():
+        rows.append(f"{name} ({figures['seconds']:.1f} s)")
+        cells = {
+            "closures seen": _closures(figures, "closures"),
+            "by ear alone": _closures(
+                figures, "closures_by_ear", f", {figures.get('false_closures_by_ear', 0):.0%} too many"
+            ),
+            "jaw with loudness": f"r = {figures['jaw_with_loudness']:.2f}",
+            "blinks a minute": f"{figures['blinks_a_minute']:.0f}",
+            "gaze at the listener": f"{figures['gaze_at_listener']:.0%} while talking",
+            "as phrases begin, end": f"{figures['gaze_as_phrases_begin']:.0%}, {figures['gaze_as_phrases_end']:.0%}",
+            "gaze before the head": f"{figures['gaze_before_head_ms']:.0f} ms",
+            "shifts of the eyes": f"{figures['shifts_a_second']:.1f} a second",
+            "shortest viseme": f"{figures['shortest_viseme_ms']:.0f} ms",
         }
-        rows += [f"  {row:<23}{value:<44}{PEOPLE.get(row, '')}".rstrip() for row, value in told.items() if value]
+        rows += [f"  {row:<23}{value:<44}{PEOPLE.get(row, '')}".rstrip() for row, value in cells.items() if value]
     return "\n".join([f"{'':25}{'THIS FACE':<44}PEOPLE", *rows])
 
 
-def _closures(one: dict[str, float], name: str, more: str = "") -> str:
-    if f"{name}_{RATES[0]}" not in one:
+def _closures(figures: dict[str, float], name: str, suffix: str = "") -> str:
+    if f"{name}_{RATES[0]}" not in figures:
         return ""
-    return ", ".join(f"{one[f'{name}_{fps}']:.0%} at {fps} fps" for fps in RATES) + more
+    return ", ".join(f"{figures[f'{name}_{fps}']:.0%} at {fps} fps" for fps in RATES) + suffix
 
 
 def _shifts(face: Face) -> float:
-    """Fast movements of the eyes, of at least half a degree in 30 ms, a second."""
+    """Return the saccades a second: eye movements of at least half a degree in 30 ms."""
     gaze = GAZE * face.weights[:, [channel("LOOK_LEFT"), channel("LOOK_UP")]]
     fast = np.linalg.norm(gaze[3:] - gaze[:-3], axis=1) > 0.5
     return float((np.diff(fast.astype(int)) > 0).sum() / face.duration)
 
 
-def _before(gaze: np.ndarray, head: np.ndarray) -> float:
-    """Seconds by which movements of gaze ``(n,)`` go before the head's: the shift at which the two are most alike; NaN of a
-    head that is still."""
+def _lead(gaze: np.ndarray, head: np.ndarray) -> float:
+    """Return the seconds by which gaze ``(n,)`` moves before the head: the lag of highest correlation; NaN of a still head."""
     moves, turns = np.diff(gaze), np.diff(head)
-    most = min(int(_LAG * RATE), len(turns) // 4)
-    if not most or np.ptp(turns) < 1e-6:
+    limit = min(int(_MAX_LAG * RATE), len(turns) // 4)
+    if not limit or np.ptp(turns) < 1e-6:
         return float("nan")
-    middle = turns[most : len(turns) - most]
-    alike = [np.corrcoef(middle, moves[most - lag : len(moves) - most - lag])[0, 1] for lag in range(-most, most + 1)]
-    return (int(np.argmax(alike)) - most) / RATE
+    middle = turns[limit : len(turns) - limit]
+    scores = [np.corrcoef(middle, moves[limit - lag : len(moves) - limit - lag])[0, 1] for lag in range(-limit, limit + 1)]
+    return (int(np.argmax(scores)) - limit) / RATE
 
 
 def _during(spans: np.ndarray, count: int) -> np.ndarray:
+    """Return the frames ``(count,)`` within any of ``spans`` (s)."""
     time, inside = np.arange(count) / RATE, np.zeros(count, bool)
     for start, end in spans:
         inside |= (time >= start) & (time <= end)

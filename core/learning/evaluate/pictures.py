@@ -1,7 +1,9 @@
-"""What the report shows: contact sheets with words, arm speed over time with the accents, histograms of speeds."""
+"""Pictures of the report: contact sheets with words, arm speed over time with accents, histograms of speed."""
 
 from collections.abc import Sequence
 from os import PathLike
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,10 +13,14 @@ from ..corpus import sheet
 from . import kinematics
 from .measure import Case
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 STEP, ACROSS = 0.5, 20
-"""Seconds between the figures of a sheet of a talk, and figures in a row."""
+"""Seconds between the figures of a talk's contact sheet, and figures in a row."""
 FILM = 12
-"""Figures a second of a sheet that shows how somebody moves; two seconds go in a row."""
+"""Figures a second of a film sheet; a row holds two seconds."""
 MINUTE = 60.0
 _LEFT, _RIGHT = "tab:red", "tab:blue"
 
@@ -27,27 +33,27 @@ def contact_sheet(
     across: int = ACROSS,
     start: float = 0.0,
 ) -> None:
-    """Figures of one talk's performances below each other, every ``step`` seconds, front and side, the words above."""
+    """Draw one talk's performances below each other, a figure every ``step`` seconds, front and side, the words above."""
     first = next(iter(performances.values()))
     count = int(min(seconds, first.duration - start) / step)
     rows = []
     for begin in range(0, count, across):
         times = start + np.arange(begin, min(begin + across, count)) * step
-        captions = [_said(first.talk.words, time, time + step) for time in times]
+        captions = [_words_within(first.talk.words, time, time + step) for time in times]
         for number, (name, case) in enumerate(performances.items()):
-            shown = skeleton.normalize(cubic(case.directions, np.minimum(times * skeleton.FPS, len(case.directions) - 1)))
-            rows.append((f"{name} {times[0]:.3g} s", shown, [] if number else captions))
+            poses = skeleton.normalize(cubic(case.directions, np.minimum(times * skeleton.FPS, len(case.directions) - 1)))
+            rows.append((f"{name} {times[0]:.3g} s", poses, [] if number else captions))
     sheet.save(rows, path)
 
 
 def film_sheet(performances: dict[str, Case], path: str | PathLike, seconds: float = 10.0) -> None:
-    """The same at :data:`FILM` figures a second from its first third on: what happens between two poses."""
+    """Draw a contact sheet of :data:`FILM` figures a second, from the end of the talk's first third on."""
     start = np.floor(next(iter(performances.values())).duration / 3)
     contact_sheet(performances, path, seconds, 1 / FILM, 2 * FILM, start)
 
 
 def wrist_paths(sets: dict[str, dict[str, np.ndarray]], path: str | PathLike, seconds: float = MINUTE) -> None:
-    """Where wrists go within a minute, front and side: a row a set, two panels a motion ``(frames, 9, 3)``."""
+    """Draw wrist paths within a minute, front and side: a row a set, two panels a motion ``(frames, 9, 3)``."""
     plt = _matplotlib()
     across = 2 * max(map(len, sets.values()))
     figure, axes = plt.subplots(len(sets), across, figsize=(2.3 * across, 2.5 * len(sets)), squeeze=False)
@@ -62,8 +68,8 @@ def wrist_paths(sets: dict[str, dict[str, np.ndarray]], path: str | PathLike, se
     _write(figure, path)
 
 
-def _paths(axis, points: np.ndarray) -> None:
-    """A minute of both wrists ``(frames, 10, 2)`` over the middle pose of the body."""
+def _paths(axis: "Axes", points: np.ndarray) -> None:
+    """Draw both wrists' paths ``(frames, 10, 2)`` over the body's median pose."""
     body = np.median(points, axis=0)
     for edge in (0, 1, 2, 3, 6):
         axis.plot(*body[list(skeleton.EDGES[edge])].T, color="0.5", linewidth=2)
@@ -73,7 +79,7 @@ def _paths(axis, points: np.ndarray) -> None:
 
 
 def speed_curve(performances: dict[str, Case], path: str | PathLike, seconds: float = 40.0) -> None:
-    """Arm speed over time; upright lines are accents, as long as they are strong, the phrases' main ones darker."""
+    """Plot arm speed over time; vertical lines are accents, their length is the strength, phrases' main ones are darker."""
     plt = _matplotlib()
     figure, axes = plt.subplots(len(performances), figsize=(16, 2.4 * len(performances)), squeeze=False, sharex=True)
     for axis, (name, case) in zip(axes[:, 0], performances.items(), strict=True):
@@ -82,8 +88,8 @@ def speed_curve(performances: dict[str, Case], path: str | PathLike, seconds: fl
             axis.vlines(time, 0, top * strength, color="black" if main else "0.75", linewidth=1.6 if main else 0.8)
         axis.plot(np.arange(len(case.directions)) / skeleton.FPS, case.arm_speed, color="tab:orange", linewidth=1.2)
         end = min(seconds, case.duration)
-        shown = case.strokes[case.strokes <= end]
-        axis.plot(shown, np.zeros(len(shown)), "^", color="tab:red", markersize=6, clip_on=False)
+        strokes = case.strokes[case.strokes <= end]
+        axis.plot(strokes, np.zeros(len(strokes)), "^", color="tab:red", markersize=6, clip_on=False)
         axis.set(ylabel="arm speed (degrees/s)", ylim=(0, top), xlim=(0, end))
         axis.set_title(f"{case.talk.name}: {name} (triangles: strokes that were found)", fontsize=9, loc="left")
     axes[-1, 0].set_xlabel("seconds")
@@ -107,11 +113,11 @@ def speed_histograms(sets: dict[str, Sequence[Case]], path: str | PathLike) -> N
     _write(figure, path)
 
 
-def _said(words, begin: float, end: float) -> str:
+def _words_within(words: Sequence[tuple[str, float, float]], begin: float, end: float) -> str:
     return " ".join(word for word, start, _ in words if begin <= start < end)
 
 
-def _matplotlib():
+def _matplotlib() -> ModuleType:
     import matplotlib
 
     matplotlib.use("Agg")
@@ -120,7 +126,7 @@ def _matplotlib():
     return plt
 
 
-def _write(figure, path: str | PathLike) -> None:
+def _write(figure: "Figure", path: str | PathLike) -> None:
     figure.tight_layout()
     figure.savefig(path, dpi=80)
     _matplotlib().close(figure)

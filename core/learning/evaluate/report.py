@@ -1,4 +1,4 @@
-"""The whole evaluation: performs, measures, and puts the figures into columns."""
+"""The whole evaluation: generates performances, measures them, and arranges the figures in columns."""
 
 import tempfile
 from collections.abc import Sequence
@@ -21,14 +21,14 @@ VERSION = 2
 _PARTS = {"forearms": (5, 8), "upper_arms": (4, 7), "clavicles": (3, 6), "head": (1, 2), "torso": (0,)}
 
 Company = dict[str, list[Performance]]
-"""By performer, one performance a recording."""
+"""Performances by performer, one a recording."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What is evaluated on what: corpus and speech folders, checkpoints (None: the shipped one; compare None: none),
-    folder with the captured clips or None, human recordings (``named``: those and no others), number of test performances
-    and of performers at people's recordings."""
+    """Options of an evaluation: corpus and speech folders, checkpoints (None: the shipped one; compare None: none), folder
+    with the captured clips or None, human recordings (``named``: those only), number of test performances and of performers
+    of people's recordings."""
 
     corpus: Path
     speech: Path
@@ -43,8 +43,8 @@ class Setting:
 
 @dataclass(frozen=True)
 class Outcome:
-    """``report``: everything that goes into the JSON file. ``made`` and ``directed``: one case a talk, in the same order;
-    ``people``: performers of the recordings of people by column; ``captured``: people's own motion by what it is."""
+    """Results of an evaluation. ``report``: the contents of the JSON file. ``made`` (generated) and ``directed``: one case a
+    talk, in the same order; ``people``: performances of the recordings of people by column; ``captured``: captured motion."""
 
     report: dict
     made: list[Case]
@@ -54,7 +54,7 @@ class Outcome:
 
 
 def evaluate(setting: Setting, progress: Progress = lambda stage, value: None) -> Outcome:
-    """Perform and measure; raises subclasses of :class:`S2agError` for what is missing or damaged."""
+    """Generate and measure. Raises subclasses of :class:`S2agError` for missing or damaged input."""
     corpus = Corpus(setting.corpus, setting.speech)
     talks = [corpus.talk(number) for number in corpus.chosen(setting.talks)]
     real = reference(setting.material) if setting.material else None
@@ -72,13 +72,15 @@ def evaluate(setting: Setting, progress: Progress = lambda stage, value: None) -
     if spoken:
         troupes |= {name: {name: _dull_company(name, spoken)} for name in DULL}
     progress("measure", 0)
-    directed = [Case(talk, talk.directed, talk.rest) for talk in talks]
-    columns = _on_talks(judged, directed, corpus, real)
+    directed = [_directed_case(talk) for talk in talks]
+    columns = _talk_columns(judged, directed, corpus, real)
     report = {
         "version": VERSION,
         "talks": [talk.name for talk in talks],
         "checkpoints": {name: judge.facts() for name, judge in judges.items()},
-        "detector": strokes.agreement([case.strokes for case in directed], [talk.strokes for talk in talks]),
+        "detector": strokes.agreement(
+            [case.strokes for case in directed], [talk.strokes for talk in talks if talk.strokes is not None]
+        ),
         "real clips": real,
         "columns": columns,
         "verdicts": goals.verdicts(columns),
@@ -90,13 +92,22 @@ def evaluate(setting: Setting, progress: Progress = lambda stage, value: None) -
 
 
 def reference(material: str | PathLike) -> dict:
-    """How captured gestures move at 15 fps, from leaving rest to being back: :func:`figures.gesture_motion` of all clips."""
+    """Measure the captured clips at 15 fps from onset to rest: :func:`figures.gesture_motion`."""
     clips = [gesture.clip for gesture in people.gestures_of(material)]
     return figures.gesture_motion([clip.at(np.arange(clip.onset, clip.rest, 1 / skeleton.FPS)) for clip in clips])
 
 
-def _on_talks(judged: dict, directed: list[Case], corpus: Corpus, real: dict | None) -> dict[str, dict]:
-    """Columns of the test talks."""
+def _directed_case(talk: Talk) -> Case:
+    assert talk.directed is not None and talk.rest is not None  # talks of a corpus have both
+    return Case(talk, talk.directed, talk.rest)
+
+
+_Judged = dict[str, tuple[list[Case], dict]]
+"""By checkpoint, what :meth:`Judge.judge` returns."""
+
+
+def _talk_columns(judged: _Judged, directed: list[Case], corpus: Corpus, real: dict | None) -> dict[str, dict]:
+    """Return the columns of the test talks."""
     columns = {name: column for name, (_, column) in judged.items()}
     columns["directed"] = {
         **measure(directed),
@@ -105,11 +116,11 @@ def _on_talks(judged: dict, directed: list[Case], corpus: Corpus, real: dict | N
     }
     for name, perform in DULL.items():
         columns[name] = measure([Case(case.talk, perform(case.talk, case.rest), case.rest) for case in directed])
-    return _finished(columns, real)
+    return _finish(columns, real)
 
 
-def _variety(judged: dict, directed: list[Case], troupes: dict[str, Company]) -> dict:
-    """Columns and verdicts of variety: of all recordings of people together, and of the test talks."""
+def _variety(judged: _Judged, directed: list[Case], troupes: dict[str, Company]) -> dict:
+    """Return columns and verdicts of variety: of all recordings of people together, and of the test talks."""
     casts = {name: _by_performer(cases) for name, (cases, _) in judged.items()} | {"directed": _by_performer(directed)}
     for name, perform in DULL.items():
         casts[name] = _by_performer([Case(case.talk, perform(case.talk, case.rest), case.rest) for case in directed])
@@ -129,16 +140,16 @@ def _by_performer(cases: Sequence[Case]) -> Company:
 
 
 def _directed_company(corpus: Corpus, material: Path, names: list[str], talks: Sequence[Talk], progress: Progress) -> Company:
-    """What the director makes of recordings of people, in two takes by the same performers, or all if it knows none."""
+    """Direct recordings of people in two takes by the named performers, or by all if the director has none of them."""
     teacher = Teacher(material)
     rests = {speaker["name"]: corpus.rest(row) for row, speaker in enumerate(corpus.speakers)}
-    made: Company = {name: [] for name in [name for name in names if name in teacher.names] or teacher.names}
+    troupe: Company = {name: [] for name in [name for name in names if name in teacher.names] or teacher.names}
     for number, talk in enumerate(talks):
         progress("direct recordings", number / len(talks))
-        for name, (first, second) in teacher.perform(talk, list(made), 2).items():
+        for name, (first, second) in teacher.perform(talk, list(troupe), 2).items():
             case = Case(talk, first.directions, rests.get(name, rest.REST), hands=first.hands)
-            made[name].append(Performance(case, [second.directions], clips=tuple(first.clips)))
-    return made
+            troupe[name].append(Performance(case, [second.directions], clips=tuple(first.clips)))
+    return troupe
 
 
 def _dull_company(name: str, talks: Sequence[Talk]) -> list[Performance]:
@@ -147,25 +158,25 @@ def _dull_company(name: str, talks: Sequence[Talk]) -> list[Performance]:
 
 
 def _recording(troupes: dict[str, Company], row: int, real: dict | None) -> dict[str, dict]:
-    """Columns of one human recording, all performers together, with their variety under the middle of them."""
+    """Return the columns of one recording of a person, all performers together, with the median of their variety."""
     columns = {}
     for name, troupe in troupes.items():
-        one = {performer: performances[row : row + 1] for performer, performances in troupe.items()}
-        columns[name] = measure([performance.case for (performance,) in one.values()])
-        columns[name]["variety"] = {key: value for key, value in company.column(one).items() if key != "performers"}
-    return _finished(columns, real)
+        performers = {performer: performances[row : row + 1] for performer, performances in troupe.items()}
+        columns[name] = measure([performance.case for (performance,) in performers.values()])
+        columns[name]["variety"] = {key: value for key, value in company.column(performers).items() if key != "performers"}
+    return _finish(columns, real)
 
 
-def _finished(columns: dict[str, dict], real: dict | None) -> dict[str, dict]:
-    """With the ratios to real clips, and what became of these weights' figures when shifted in time as the last column."""
+def _finish(columns: dict[str, dict], real: dict | None) -> dict[str, dict]:
+    """Add the ratios to real clips, and the time-shifted figures of these weights as the last column."""
     for column in columns.values():
-        _against(column, real)
+        _add_ratios(column, real)
     shifted = {name: column.pop("shuffled") for name, column in columns.items()}
     return {**columns, "shuffled": shifted["this"]}
 
 
-def _against(column: dict, real: dict | None) -> None:
-    """Add the ratios to real clips."""
+def _add_ratios(column: dict, real: dict | None) -> None:
+    """Add the ratios to real clips, in place."""
     if real is None:
         return
     energy, captured = np.array(column["energy"]), np.array(real["energy"])

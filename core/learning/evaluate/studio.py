@@ -1,4 +1,4 @@
-"""A checkpoint performs talks as it would for a user: the same request, the same session."""
+"""Generates performances of talks by a checkpoint as for a user: with the same requests and the same session."""
 
 import json
 import wave
@@ -20,7 +20,7 @@ from .talks import Talk
 
 @dataclass(frozen=True)
 class Wish:
-    """How a talk shall be performed: style, seed, takes and controls by name (:data:`styles.CONTROLS`)."""
+    """Options of a performance: style, seed, takes and controls by name (:data:`styles.CONTROLS`)."""
 
     style: str
     seed: int = 0
@@ -29,15 +29,15 @@ class Wish:
 
 
 class Studio:
-    """A warm session, and a folder for recordings and transcripts as a user's files."""
+    """A session, and a folder for recordings and transcripts in the place of a user's files."""
 
-    def __init__(self, checkpoint: str | PathLike | None, folder: str | PathLike):
+    def __init__(self, checkpoint: str | PathLike | None, folder: str | PathLike) -> None:
         self.session = Session(checkpoint)
         self.folder = Path(folder)
 
     @property
     def names(self) -> list[str]:
-        """The checkpoint's speakers."""
+        """Names of the checkpoint's speakers."""
         return [speaker["name"] for speaker in self.session.styles()]
 
     @property
@@ -47,44 +47,45 @@ class Studio:
 
     @property
     def seed_frames(self) -> int:
-        """Frames of a join."""
+        """Frames by which windows overlap."""
         return self.session.checkpoint.window[1]
 
     def known(self, name: str) -> str:
-        """The name if the checkpoint knows it, else always the same one of its speakers; its default for no name."""
+        """Return the name if the checkpoint has it, the default for no name, else another speaker chosen by the name."""
         if not name:
             return styles.default(self.session.styles())
         return name if name in self.names else self.names[sum(map(ord, name)) % len(self.names)]
 
     def rest(self, style: str) -> np.ndarray:
-        """Where the speaker's hands are between gestures, ``(9, 3)``."""
+        """Return the speaker's pose between gestures, ``(9, 3)``."""
         return np.array(self.session.styles()[self.names.index(style)].get("rest", rest.REST), np.float32)
 
     def joins(self, frames: int) -> list[int]:
-        """Frames at which windows after the first begin."""
+        """Return the frames at which windows after the first begin."""
         return performing.joins(self.session.checkpoint, frames)
 
     def perform(self, talk: Talk, wishes: Sequence[Wish]) -> list[np.ndarray]:
-        """Directions ``(takes, frames, 9, 3)`` for every wish."""
+        """Return directions ``(takes, frames, 9, 3)`` for every wish."""
         return [np.stack([motion.directions for motion in motions]) for motions in self.motions(talk, wishes, hands=0)]
 
     def motions(self, talk: Talk, wishes: Sequence[Wish], hands: float = 1) -> list[list[Motion]]:
-        """The takes of every wish, with hands unless they are not asked for."""
+        """Return the takes of every wish; without hands if ``hands`` is 0."""
         audio, transcript = self._files(talk)
-        about = {"audio": audio, "transcript": transcript, "hands": hands}
+        shared = {"audio": audio, "transcript": transcript, "hands": hands}
         requests = [
-            Request(**about, style=one.style, seed=one.seed, takes=one.takes, **self._controls(one.controls)) for one in wishes
+            Request(**shared, style=wish.style, seed=wish.seed, takes=wish.takes, **self._controls(wish.controls))
+            for wish in wishes
         ]
         return [result.motions for result in self.session.synthesize_all(requests)]
 
     def _controls(self, controls: dict[str, float]) -> dict:
-        """Arguments of a :class:`Request`; nothing for a checkpoint without controls."""
-        wanted = {name: value for name, value in controls.items() if value} if self.steerable else {}
-        affect = {name: wanted.pop(name) for name in ("arousal", "valence", "dominance") if name in wanted}
-        return {**wanted, "affect": affect} if affect else wanted
+        """Return controls as arguments of a :class:`Request`; nothing for a checkpoint without controls."""
+        arguments = {name: value for name, value in controls.items() if value} if self.steerable else {}
+        affect = {name: arguments.pop(name) for name in ("arousal", "valence", "dominance") if name in arguments}
+        return {**arguments, "affect": affect} if affect else arguments
 
     def _files(self, talk: Talk) -> tuple[Path, Path | None]:
-        """The recording and its timed words as files."""
+        """Write the recording and its timed words as files, if they are missing."""
         audio, transcript = self.folder / f"{talk.name}.wav", self.folder / f"{talk.name}.json"
         if not audio.exists():
             write_wave(talk.audio, audio)

@@ -1,19 +1,22 @@
-"""What the director makes of a recording: the performance that a network could at best have learnt, and its clips."""
+"""Directs recordings with the corpus's director: the best performance that a network can have learnt, with its clips."""
 
 from os import PathLike
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...motion.hands import Hands
 from .talks import Talk
 
+if TYPE_CHECKING:
+    from ..corpus.speech import Speech
+
 SEED = 20261
-"""Of all directing here, unlike a corpus's."""
+"""Seed of the director, unlike a corpus's."""
 
 
 class Directed(NamedTuple):
-    """Directions ``(frames, 9, 3)``, the hands on them, and the clip of every stroke."""
+    """A directed take: directions ``(frames, 9, 3)``, hands, and the clip of every stroke."""
 
     directions: np.ndarray
     hands: Hands
@@ -21,36 +24,36 @@ class Directed(NamedTuple):
 
 
 class Teacher:
-    """Directs recordings with the clips below ``material``; several performers share what is heard."""
+    """Directs recordings with the clips below ``material``; the performers share the analysis of a recording."""
 
-    def __init__(self, material: str | PathLike):
+    def __init__(self, material: str | PathLike) -> None:
         self.material = str(material)
 
     @property
     def names(self) -> list[str]:
-        """The performers."""
+        """Names of the performers."""
         from ..corpus.speakers import PERFORMERS
 
         return [performer.name for performer in PERFORMERS]
 
     def perform(self, talk: Talk, names: list[str], takes: int) -> dict[str, list[Directed]]:
-        """So many takes by performer."""
+        """Direct ``takes`` takes by each named performer."""
         from ..corpus import build
         from ..corpus.scene import Scene
 
         scene = Scene.of(_speech(talk))
-        made: dict[str, list] = {}
+        directed: dict[str, list[Directed]] = {}
         for name in names:
-            made[name] = []
+            directed[name] = []
             for take in range(takes):
                 motion, hands, strokes = build.direct(self.material, scene, self.names.index(name), take, SEED)
                 clips = [stroke.gesture.name.rstrip("~") for stroke in strokes]
-                made[name].append(Directed(motion, hands, clips))
-        return made
+                directed[name].append(Directed(motion, hands, clips))
+        return directed
 
 
-def _speech(talk: Talk):
-    """A talk as the director takes it: middling affect, one sentence, because nobody annotated a stranger's recording."""
+def _speech(talk: Talk) -> "Speech":
+    """Return a talk as the director's input: neutral affect and one sentence, because the recording has no annotation."""
     from ..corpus.speech import Speech, Word
 
     words = tuple(
