@@ -1,10 +1,10 @@
-"""Many performers at the same recordings: what each shows, the middle of them, the least and the most.
+"""Figures of many performers of the same recordings: of each, and median, least and most of all.
 
 Keys of columns are those of :data:`goals.VARIETY`.
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -25,14 +25,14 @@ MEASURED = {
         "wrist_speed": 44, "finger_speed": 32,
     },
 }  # fmt: skip
-"""Motion of people, measured once on what may not be handed on: 12 minutes of several narrators, 64 s of one talker."""
+"""Figures of people's motion, measured on data that may not be distributed: 12 minutes of narrators, 64 s of one talker."""
 
 _MINUTE = round(60 * skeleton.FPS)
 
 
 @dataclass(frozen=True)
 class Performance:
-    """A performer's case of one recording, the same by other seeds and in another take ``(frames, 9, 3)``, and the clips
+    """A performer's case of one recording, the motions ``(frames, 9, 3)`` of other seeds and of another take, and the clips
     of its strokes where a plan is known."""
 
     case: Case
@@ -41,8 +41,8 @@ class Performance:
     clips: tuple[str, ...] = ()
 
 
-def column(performers: dict[str, Sequence[Performance]]) -> dict:
-    """Of every figure the middle of the performers, and as ``..._least`` and ``..._most`` the ends."""
+def column(performers: Mapping[str, Sequence[Performance]]) -> dict:
+    """Return every figure's median over the performers, and its range as ``..._least`` and ``..._most``."""
     each = {name: of_performer(performances) for name, performances in performers.items() if performances}
     result: dict = {}
     for key in {key: None for figures in each.values() for key in figures}:
@@ -54,14 +54,14 @@ def column(performers: dict[str, Sequence[Performance]]) -> dict:
 
 
 def of_performer(performances: Sequence[Performance]) -> dict[str, float]:
-    """All figures of one performer, several recordings together.
+    """Return all figures of one performer, several recordings together.
 
-    Strokes are compared across recordings, and room and axes are of whole minutes of the recordings in a row, because a
-    short recording looks richer by the one and poorer by the other.
+    Strokes are compared across recordings, and space and axes are measured on whole minutes of the joined recordings,
+    because a short recording would have too high or too low values.
     """
-    motions = [one.case.directions for one in performances]
+    motions = [performance.case.directions for performance in performances]
     minutes = _minutes(np.concatenate(motions))
-    rows = [_alone(one) for one in performances]
+    rows = [_of_recording(performance) for performance in performances]
     lengths = np.array([len(motion) for motion in motions], float)
     result = {
         "nearest_neighbour": variety.nearest_neighbour(*motions),
@@ -70,45 +70,46 @@ def of_performer(performances: Sequence[Performance]) -> dict[str, float]:
     }
     for key in {key: None for row in rows for key in row}:
         values = np.array([row.get(key, np.nan) for row in rows])
-        known = np.isfinite(values)
-        result[key] = float(np.average(values[known], weights=lengths[known])) if known.any() else float("nan")
-    clips = Counter(clip for one in performances for clip in one.clips)
+        finite = np.isfinite(values)
+        result[key] = float(np.average(values[finite], weights=lengths[finite])) if finite.any() else float("nan")
+    clips = Counter(clip for performance in performances for clip in performance.clips)
     if clips:
         result["clip_share"] = clips.most_common(1)[0][1] / clips.total()
     return result
 
 
-def ranked(performers: dict[str, Sequence[Performance]]) -> list[str]:
-    """Names from the calmest performer to the liveliest."""
+def ranked(performers: Mapping[str, Sequence[Performance]]) -> list[str]:
+    """Return the names from the calmest performer to the liveliest."""
     energy = {name: of_performer(performances)["forearm_median"] for name, performances in performers.items()}
-    return sorted(energy, key=energy.get)
+    return sorted(energy, key=energy.__getitem__)
 
 
-def _alone(one: Performance) -> dict[str, float]:
-    """Figures that a recording gives by itself."""
-    motion = one.case.directions
+def _of_recording(performance: Performance) -> dict[str, float]:
+    """Return the figures of a single recording."""
+    case, motion = performance.case, performance.case.directions
     result = {
         **{name.replace(" ", "_"): value for name, value in variety.speeds(motion).items()},
         "left_right": variety.symmetry(motion),
         "shoulder_yaw": variety.shoulder_yaw(motion),
-        "strokes_a_minute": 60 * len(variety.strokes(motion)) / one.case.duration,
+        "strokes_a_minute": 60 * len(variety.strokes(motion)) / case.duration,
     }
-    if one.case.hands is not None:
-        result |= handwork.speeds(motion, one.case.hands, one.case.rest)
-    seeds = [motion, *one.seeds]
-    result["follows_voice"] = float(np.mean([variety.follows(each, one.case.talk.loudness) for each in seeds]))
-    return result | _beside("seeds", seeds) | _beside("takes", [motion] if one.take is None else [motion, one.take])
+    if case.hands is not None:
+        result |= handwork.speeds(motion, case.hands, case.rest)
+    seeds = [motion, *performance.seeds]
+    result["follows_voice"] = float(np.mean([variety.follows(each, case.talk.loudness) for each in seeds]))
+    takes = [motion] if performance.take is None else [motion, performance.take]
+    return result | _of_pairs("seeds", seeds) | _of_pairs("takes", takes)
 
 
-def _beside(name: str, motions: Sequence[np.ndarray]) -> dict[str, float]:
-    """Figures of performances of the same speech against each other, the mean of all pairs."""
+def _of_pairs(name: str, motions: Sequence[np.ndarray]) -> dict[str, float]:
+    """Compare performances of the same speech; return the means over all pairs."""
     figures = {"apart": variety.arms_apart, "places": variety.same_places, "chance": variety.places_by_chance}
     pairs = list(combinations(motions, 2))
     return {f"{name}_{key}": float(np.mean([figure(*pair) for pair in pairs])) for key, figure in figures.items() if pairs}
 
 
 def _minutes(motion: np.ndarray) -> list[np.ndarray]:
-    """Whole minutes of a motion, or all of one that is shorter."""
+    """Return the whole minutes of a motion, or all of a shorter one."""
     begins = range(0, max(len(motion) - _MINUTE + 1, 1), _MINUTE)
     return [motion[begin : begin + _MINUTE] for begin in begins]
 

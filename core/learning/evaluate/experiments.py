@@ -1,6 +1,6 @@
-"""Figures that compare performances: variety, who is who, arousal, and the affect slider."""
+"""Figures that compare performances: takes, speakers, arousal, and the arousal slider."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -9,45 +9,45 @@ from . import figures, identity, kinematics
 from .talks import TEST, Corpus
 
 EXCERPT = 24.0
-"""Seconds of a talk by which a speaker must be known."""
+"""Seconds of a talk from which a speaker is identified."""
 
 ENOUGH_TALKS = 4
-"""By which a correlation can be judged."""
+"""Fewest talks for a correlation."""
 
 
 def takes(motions: Sequence[np.ndarray]) -> dict[str, float]:
-    """``takes_apart``: degrees between the arms of variations ``(takes, frames, 9, 3)``, one array a talk."""
+    """Return ``takes_apart``: degrees between the arms of takes ``(takes, frames, 9, 3)``, one array a talk."""
     return {"takes_apart": _mean([figures.apart(variations) for variations in motions])}
 
 
 def speakers(motions: Sequence[np.ndarray]) -> dict[str, float]:
-    """Of all speakers' performances ``(speakers, frames, 9, 3)`` of the same talks, one array a talk.
+    """Compare all speakers' performances ``(speakers, frames, 9, 3)`` of the same talks, one array a talk.
 
-    ``speakers_apart``: degrees between their arms at the same time. ``told_apart``: how many times more often than by
-    chance a classifier that was trained on two thirds of the talks names the speaker of the others.
+    ``speakers_apart``: degrees between their arms at the same time. ``told_apart``: accuracy over chance of a classifier of
+    speakers that is trained on two thirds of the talks and tested on the others.
     """
-    count, known = len(motions[0]), -(-2 * len(motions) // 3)
+    count, trained = len(motions[0]), -(-2 * len(motions) // 3)
     result = {"speakers_apart": _mean([figures.apart(performances) for performances in motions])}
-    if count < 2 or not 2 <= known < len(motions):
+    if count < 2 or not 2 <= trained < len(motions):
         return result
     rows = [np.stack([identity.features(motion) for motion in performances]) for performances in motions]
-    train, test = np.concatenate(rows[:known]), np.concatenate(rows[known:])
-    who = np.arange(count)
-    share = identity.accuracy(train, np.tile(who, known), test, np.tile(who, len(rows) - known))
+    train, test = np.concatenate(rows[:trained]), np.concatenate(rows[trained:])
+    speaker = np.arange(count)
+    share = identity.accuracy(train, np.tile(speaker, trained), test, np.tile(speaker, len(rows) - trained))
     return {**result, "told_apart": share * count, "told_apart_share": share}
 
 
 def directed_speakers(corpus: Corpus, train_each: int = 8, test_each: int = 4) -> dict[str, float]:
-    """The same of directed performances: trained on those of the training split, tested on the test split.
+    """Compare speakers as :func:`speakers` in directed performances, trained on the training split, tested on the test split.
 
-    Here every performance may have a speech and controls of its own, which makes it a little harder.
+    Here every performance may have a speech and controls of its own, which makes identification a little harder.
     """
     arrays = corpus.arrays
     rows: dict[bool, list] = {True: [], False: []}
     for speaker in range(len(corpus.speakers)):
         for held_out, most in ((False, train_each), (True, test_each)):
-            mine = np.flatnonzero((arrays["speaker"] == speaker) & ((arrays["split"] == TEST) == held_out))
-            for number in spread(mine, most):
+            numbers = np.flatnonzero((arrays["speaker"] == speaker) & ((arrays["split"] == TEST) == held_out))
+            for number in spread(numbers, most):
                 motion = corpus.performance(number)[: int(EXCERPT * skeleton.FPS)]
                 rows[held_out].append((speaker, identity.features(motion)))
     result = {"speakers_apart": _directed_apart(corpus)}
@@ -58,52 +58,52 @@ def directed_speakers(corpus: Corpus, train_each: int = 8, test_each: int = 4) -
     return result
 
 
-def arousal(acted: Sequence[float], energy: dict[str, Sequence[float]]) -> dict[str, float | dict]:
-    """Correlation of the talks' acted arousal with the motion energy of one style's performances; the least of all styles.
+def arousal(acted: Sequence[float], energy: Mapping[str, Sequence[float]]) -> dict[str, float | dict]:
+    """Correlate the talks' acted arousal with the motion energy of each style's performances; take the least of all styles.
 
     ``energy``: by style, mean arm speed of every talk. Nothing for fewer talks than :data:`ENOUGH_TALKS`.
     """
     if len(acted) < ENOUGH_TALKS:
         return {}
-    found = {style: figures.correlations(acted, values) for style, values in energy.items()}
+    by_style = {style: figures.correlations(acted, values) for style, values in energy.items()}
     return {
-        "arousal_spearman": min(rank for rank, _ in found.values()),
-        "arousal_pearson": min(linear for _, linear in found.values()),
-        "arousal_by_style": {style: list(pair) for style, pair in found.items()},
+        "arousal_spearman": min(rank for rank, _ in by_style.values()),
+        "arousal_pearson": min(linear for _, linear in by_style.values()),
+        "arousal_by_style": {style: list(pair) for style, pair in by_style.items()},
     }
 
 
 def directed_arousal(corpus: Corpus, most: int = 600) -> dict[str, float]:
-    """The same of directed performances without controls, energies compared within each speaker."""
+    """Correlate as :func:`arousal` in directed performances without controls, energies standardised by speaker."""
     arrays = corpus.arrays
-    chosen = spread(np.flatnonzero(_plain(corpus) & corpus.acted()[arrays["recording"]]), most)
+    chosen = spread(np.flatnonzero(_uncontrolled(corpus) & corpus.acted()[arrays["recording"]]), most)
     if not len(chosen):
         return {}
     energy = np.log([kinematics.arm_speed(corpus.performance(number)).mean() + 1 for number in chosen])
     acted = np.asarray(arrays["affect"])[arrays["recording"][chosen], 1]
-    who = np.asarray(arrays["speaker"])[chosen]
-    for speaker in np.unique(who):
-        mine = who == speaker
-        energy[mine] = (energy[mine] - energy[mine].mean()) / (energy[mine].std() + 1e-9)
+    speakers = np.asarray(arrays["speaker"])[chosen]
+    for speaker in np.unique(speakers):
+        rows = speakers == speaker
+        energy[rows] = (energy[rows] - energy[rows].mean()) / (energy[rows].std() + 1e-9)
     rank, linear = figures.correlations(acted, energy)
     return {"arousal_spearman": rank, "arousal_pearson": linear}
 
 
 def slider(low: Sequence[np.ndarray], middle: Sequence[np.ndarray], high: Sequence[np.ndarray]) -> dict[str, float]:
-    """Motion energy with the arousal slider at its ends against its middle: the same talks, ``(frames, 9, 3)`` each."""
+    """Return motion energy with the arousal slider at its ends over that at zero, of the same talks ``(frames, 9, 3)``."""
     below, zero, above = (_mean([kinematics.arm_speed(motion).mean() for motion in part]) for part in (low, middle, high))
     return {"slider_low": below / max(zero, 1e-9), "slider_high": above / max(zero, 1e-9)}
 
 
-def spread(items: Sequence, most: int) -> list:
-    """At most so many of the items, evenly spread, in order."""
+def spread(items: Sequence | np.ndarray, most: int) -> list:
+    """Return at most ``most`` of the items, evenly spread, in order."""
     return [items[row] for row in np.unique(np.linspace(0, len(items) - 1, min(most, len(items))).astype(int))]
 
 
 def _directed_apart(corpus: Corpus) -> float:
-    """Mean angle between the arms of different speakers' performances of the same test recording, without controls."""
+    """Return the mean angle between the arms of different speakers at the same test recording, without controls."""
     arrays = corpus.arrays
-    plain = _plain(corpus) & (arrays["split"] == TEST)
+    plain = _uncontrolled(corpus) & (arrays["split"] == TEST)
     apart = []
     for recording in np.unique(arrays["recording"][plain])[:12]:
         numbers = np.flatnonzero(plain & (arrays["recording"] == recording))
@@ -113,8 +113,8 @@ def _directed_apart(corpus: Corpus) -> float:
     return _mean(apart)
 
 
-def _plain(corpus: Corpus) -> np.ndarray:
-    """Which performances have no controls."""
+def _uncontrolled(corpus: Corpus) -> np.ndarray:
+    """Return which performances have no controls."""
     return np.abs(corpus.arrays["controls"]).max(axis=1) < 1e-3
 
 

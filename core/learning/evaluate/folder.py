@@ -1,4 +1,4 @@
-"""The report as files: ``report.json``, ``report.md``, ``curves/`` and ``sheets/``."""
+"""Writes the report as files: ``report.json``, ``report.md``, ``curves/`` and ``sheets/``."""
 
 import json
 import math
@@ -13,7 +13,7 @@ from .measure import Case
 from .report import Outcome
 
 SHOWN, PORTRAYED = 4, 4
-"""Talks that are drawn, and performers whose motion is."""
+"""Number of talks and of performers with pictures."""
 
 _DULL = (
     "Two dull performances are measured like any other: one only stands, breathes and sways, the other raises both hands on "
@@ -21,29 +21,29 @@ _DULL = (
     "who reaches it is not yet worth watching."
 )
 _VARIETY = f"The middle of the performers at all recordings together; four seeds and two takes of each. {_DULL}"
-_TIMED = (
+_TIMING_CELLS = (
     ("this", "main_accent"), ("compare", "main_accent"), ("directed", "main_accent"), ("this", "main_accent_gain"),
     ("this", "forearm_median"), ("this", "forearm_p90"), ("this", "jerk_ratio"),
 )  # fmt: skip
-_VARIED = (
+_VARIETY_CELLS = (
     ("this", "nearest_neighbour"), ("compare", "nearest_neighbour"), ("directed", "nearest_neighbour"), ("this", "cells"),
     ("this", "first_axis"), ("this", "components"), ("this", "seeds_apart"), ("this", "seeds_places"),
     ("this", "follows_voice"),
 )  # fmt: skip
-_PERFORMER = (
+_PERFORMER_KEYS = (
     "forearm_median", "forearm_p90", "nearest_neighbour", "most_repeated", "cells", "first_axis", "components", "seeds_apart",
     "strokes_a_minute", "wrist_speed", "finger_speed",
 )  # fmt: skip
-"""Cells of the shorter tables: (column, figure)."""
+"""Cells of the shorter tables: (column, figure), or figures of these weights."""
 
 
 def prepare(folder: Path) -> Path:
-    """Make the report's folders; raises :class:`OutputUnwritable` before any work is done."""
+    """Create the report's folders. Raises :class:`OutputUnwritable`, so that a run fails before its long work."""
     try:
         for part in (folder, folder / "curves", folder / "sheets"):
             part.mkdir(parents=True, exist_ok=True)
         with whole_file(folder / "report.json"):
-            pass  # finds out whether files can be written
+            pass  # checks that files can be written
         (folder / "report.json").unlink()
     except OSError as error:
         message = f"The report cannot be written to {folder}: {error.strerror or error}."
@@ -52,7 +52,7 @@ def prepare(folder: Path) -> Path:
 
 
 def write(outcome: Outcome, folder: Path, progress: Callable[[str, float], None] = lambda stage, value: None) -> None:
-    """Draw everything, then write the figures as JSON and as tables."""
+    """Draw the pictures, then write the figures as JSON and as tables."""
     names = _draw(outcome, folder, progress)
     text = json.dumps(_finite(outcome.report), indent=1)
     with whole_file(folder / "report.json") as temporary:
@@ -62,16 +62,17 @@ def write(outcome: Outcome, folder: Path, progress: Callable[[str, float], None]
 
 
 def file_name(name: str) -> str:
-    """A talk's name as a file's."""
+    """Return a file name for a talk."""
     return re.sub(r"[^\w-]+", "-", name).strip("-")
 
 
 def _draw(outcome: Outcome, folder: Path, progress: Callable[[str, float], None]) -> list[str]:
-    """Names of the files, relative to the folder."""
+    """Draw all pictures; return their paths relative to the folder."""
     sets: list[dict[str, Case]] = [
-        {"generated": made, "directed": directed} for made, directed in zip(outcome.made, outcome.directed, strict=True)
+        {"generated": generated, "directed": directed}
+        for generated, directed in zip(outcome.made, outcome.directed, strict=True)
     ][:SHOWN]
-    sets += _of_people(outcome)
+    sets += _cases_of_people(outcome)
     names = []
     for number, performances in enumerate(sets):
         progress("draw", number / len(sets))
@@ -84,8 +85,8 @@ def _draw(outcome: Outcome, folder: Path, progress: Callable[[str, float], None]
     return [*names, *_draw_motion(outcome, folder, progress)]
 
 
-def _of_people(outcome: Outcome) -> list[dict[str, Case]]:
-    """Of every recording of a person the first performer's case and the director's of the same name, if it has one."""
+def _cases_of_people(outcome: Outcome) -> list[dict[str, Case]]:
+    """Return the first performer's case of every recording of a person, and the directed one of the same name, if any."""
     names = list(outcome.people.get("this", {}))[:1]
     sets = []
     for name in names:
@@ -96,17 +97,18 @@ def _of_people(outcome: Outcome) -> list[dict[str, Case]]:
 
 
 def _draw_motion(outcome: Outcome, folder: Path, progress: Callable[[str, float], None]) -> list[str]:
-    """Paths of wrists, and sheets at 12 figures a second, of some performers from calm to lively.
+    """Draw wrist paths and film sheets of some performers from calm to lively; return the paths of the pictures.
 
-    At the longest recording that no corpus holds.
+    The recording is the longest one that is in no corpus.
     """
     troupes = outcome.people
     if "this" not in troupes:
         return []
     order = [name for name in company.ranked(troupes["this"]) if all(name in troupe for troupe in troupes.values())]
     chosen = experiments.spread(order or company.ranked(troupes["this"]), PORTRAYED)
-    rows = [(people.SEEN not in one.case.talk.name, one.case.duration) for one in troupes["this"][chosen[0]]]
-    row = rows.index(max(rows))
+    cases_of_first = [performance.case for performance in troupes["this"][chosen[0]]]
+    ranks = [(people.SEEN not in case.talk.name, case.duration) for case in cases_of_first]
+    row = ranks.index(max(ranks))
     labels = {"directed": "directed", "this": "these weights", "compare": "compared weights"}
     cases = {
         label: {name: troupes[key][name][row].case for name in chosen if name in troupes[key]}
@@ -128,7 +130,7 @@ def _page(report: dict, pictured: list[str]) -> list[str]:
     lines = ["# Gestures on held-out speech", "", f"Command: `{report.get('command', '')}`", "", *_facts(report), ""]
     if "people" in variety:
         lines += ["## Variety at recordings of people", "", _VARIETY, "", *_variety_table(variety["people"])]
-        lines += ["", "Recording by recording:", "", *_by_recording(report["human"], _VARIED, goals.VARIETY, "variety")]
+        lines += ["", "Recording by recording:", "", *_by_recording(report["human"], _VARIETY_CELLS, goals.VARIETY, "variety")]
         lines += ["", "Performers, from calm to lively:", "", *_performers(variety["people"]["this"]["performers"])]
     lines += ["", "## Variety on the test split", "", *_variety_table(variety["talks"])]
     lines += ["", "## Timing, rest and body on the test split", "", _DULL, "", *goals.table(columns)]
@@ -137,7 +139,7 @@ def _page(report: dict, pictured: list[str]) -> list[str]:
     lines += [f"- {style}: {rank:.2f}, {linear:.2f}" for style, (rank, linear) in styles.items()]
     if report["human"]:
         lines += ["", "## Timing, rest and body at recordings of people", "", "All performers together.", ""]
-        lines += _by_recording(report["human"], _TIMED, goals.ROWS)
+        lines += _by_recording(report["human"], _TIMING_CELLS, goals.ROWS)
     for name, recording in report["human"].items():
         lines += ["", f"### {name}", "", *goals.table(recording)]
     return [*lines, "", "## Pictures", "", *(f"![{name}]({name})" for name in pictured)]
@@ -171,26 +173,26 @@ def _variety_table(columns: dict[str, dict]) -> list[str]:
 
 
 def _by_recording(recordings: dict, picked: tuple, rows: tuple, part: str = "") -> list[str]:
-    """A line a recording, with the columns of the second weights where there are some."""
-    known = {
+    """Return a table with a line a recording; columns that no recording has are left out."""
+    figures = {
         name: {column: each.get(part, {}) if part else each for column, each in columns.items()}
         for name, columns in recordings.items()
     }
-    there = {column for columns in known.values() for column in columns}
-    return goals.short_table(known, [(column, key) for column, key in picked if column in there], rows)
+    present = {column for columns in figures.values() for column in columns}
+    return goals.short_table(figures, [(column, key) for column, key in picked if column in present], rows)
 
 
 def _performers(each: dict[str, dict]) -> list[str]:
     rows = {row.key: row for row in goals.VARIETY}
     order = sorted(each, key=lambda name: each[name]["forearm_median"])
     columns = {name: {"this": each[name]} for name in order}
-    keys = [key for key in _PERFORMER if any(math.isfinite(goals.value(each[name], key)) for name in order)]
+    keys = [key for key in _PERFORMER_KEYS if any(math.isfinite(goals.value(each[name], key)) for name in order)]
     lines = goals.short_table(columns, [("this", key) for key in keys], tuple(rows.values()))
     return [lines[0].replace("| recording |", "| performer |"), *lines[1:]]
 
 
-def _finite(value):
-    """JSON knows neither NaN nor infinity."""
+def _finite(value: object) -> object:
+    """Replace NaN and infinity, which JSON does not have, by None."""
     if isinstance(value, dict):
         return {key: _finite(each) for key, each in value.items()}
     if isinstance(value, list):

@@ -1,20 +1,23 @@
-"""The table of the report: which figures, what is wanted of each, and whether it is reached."""
+"""The report's tables: the figures, the goal of each, and whether it is reached."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from .dull import DULL
 
+Columns = Mapping[str, dict | None]
+"""Figures by key, by name of the column; None for a column without figures."""
+
 HEADS = {"this": "these weights", "compare": "compared weights", "shuffled": "shifted in time"}
-"""How columns are called in tables, if not by their name."""
+"""Column heads that differ from the column's name."""
 
 
 @dataclass(frozen=True)
 class Goal:
-    """What a value should be: from ``low`` to ``high``, times the value of the column ``of`` ("directed", "compare") if given.
+    """The range of a value: ``low`` to ``high``, times the value of the column ``of`` ("directed", "compare") if given.
 
-    Without both bounds ``better`` ("higher" or "lower") alone says which of two values is preferred.
+    Without bounds, ``better`` ("higher" or "lower") says which of two values is preferred.
     """
 
     low: float = -math.inf
@@ -23,7 +26,7 @@ class Goal:
     better: str = ""
 
     def bounds(self, base: float = math.nan) -> tuple[float, float] | None:
-        """The range in the figure's own unit, ``base`` being the other column's value; None without one."""
+        """Return the range in the figure's unit, ``base`` being the other column's value; None without a range."""
         if math.isinf(self.low) and math.isinf(self.high):
             return None
         if self.of:
@@ -31,34 +34,34 @@ class Goal:
         return self.low, self.high
 
     def reached(self, value: float, base: float = math.nan) -> bool | None:
-        """Whether the value lies in the range; None if there is none or no value."""
-        missing = self.missing(value, base)
-        return None if missing is None else missing <= 1e-9
+        """Return whether the value is in the range; None without a range or a value."""
+        distance = self.missing(value, base)
+        return None if distance is None else distance <= 1e-9
 
     def missing(self, value: float, base: float = math.nan) -> float | None:
-        """How far the value is from the range, 0 inside; None if there is none or no value."""
+        """Return the value's distance from the range, 0 inside; None without a range or a value."""
         bounds = self.bounds(base)
-        return None if bounds is None or not math.isfinite(value) else self._miss(value, bounds)
+        return None if bounds is None or not math.isfinite(value) else self._distance(value, bounds)
 
     def beats(self, value: float, other: float, base: float = math.nan) -> bool | None:
-        """Whether a value is at least as good as another; two that are in the range are equally good. None if unknown."""
+        """Return whether a value is at least as good as another; two in the range are equally good. None if unknown."""
         if not (math.isfinite(value) and math.isfinite(other)):
             return None
         bounds = self.bounds(base)
         if bounds is None:
             return value >= other if self.better == "higher" else value <= other if self.better == "lower" else None
-        return self._miss(value, bounds) <= self._miss(other, bounds) + 1e-9
+        return self._distance(value, bounds) <= self._distance(other, bounds) + 1e-9
 
     @staticmethod
-    def _miss(value: float, bounds: tuple[float, float]) -> float:
+    def _distance(value: float, bounds: tuple[float, float]) -> float:
         return max(bounds[0] - value, value - bounds[1], 0.0)
 
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the table: key of the figure, what it is called, how it is written, what is wanted.
+    """A line of the table: key of the figure, label, format, goal.
 
-    ``alone``: what it is called where the line before it is not seen.
+    ``alone``: label where the line before it is not shown.
     """
 
     key: str
@@ -69,7 +72,7 @@ class Row:
 
     @property
     def name(self) -> str:
-        """What it is called by itself."""
+        """Label without context."""
         return self.alone or self.label
 
 
@@ -161,13 +164,13 @@ VARIETY = (
     Row("shoulder_yaw", "shoulder line's heading, deviation in 5 s (degrees)", _plain, Goal()),
     Row("strokes_a_minute", "peaks of wrist speed a minute", _plain, Goal(), "peaks a minute"),
 )  # fmt: skip
-"""Of the middle of the performers where nothing else is said; goals of ../shared/docs/performance.md.
+"""Medians over the performers unless the label says otherwise.
 
-"From 8 to 40 degrees a second" is read as: the calmest performer at most 8, the liveliest at least 40."""
+The goal "from 8 to 40 degrees a second" means: the calmest performer at most 8, the liveliest at least 40."""
 
 
 def written(row: Row, base: float = math.nan) -> str:
-    """The goal in words; those that are relative to another column need its value."""
+    """Format the goal; one that is relative to another column needs that column's value as ``base``."""
     bounds = row.goal.bounds(base)
     if bounds is None:
         return row.goal.better
@@ -180,68 +183,68 @@ def written(row: Row, base: float = math.nan) -> str:
 
 
 def value(figures: dict | None, key: str) -> float:
-    """A figure of a column; NaN where it is missing."""
-    found = (figures or {}).get(key)
-    return float(found) if isinstance(found, int | float) else math.nan
+    """Return a figure of a column; NaN where it is missing."""
+    number = (figures or {}).get(key)
+    return float(number) if isinstance(number, int | float) else math.nan
 
 
-def base(row: Row, columns: dict[str, dict | None]) -> float:
-    """The value that a relative goal is relative to."""
+def base(row: Row, columns: Columns) -> float:
+    """Return the value to which a relative goal refers."""
     return value(columns.get(row.goal.of), row.key)
 
 
-def passed_by_dull(row: Row, columns: dict[str, dict | None]) -> list[str]:
-    """Which of the :data:`DULL` performances reach this goal, found by measuring them like any other."""
-    known = base(row, columns)
-    return [name for name in DULL if row.goal.reached(value(columns.get(name), row.key), known)]
+def passed_by_dull(row: Row, columns: Columns) -> list[str]:
+    """Return the :data:`DULL` performances that reach this goal."""
+    reference = base(row, columns)
+    return [name for name in DULL if row.goal.reached(value(columns.get(name), row.key), reference)]
 
 
-def table(columns: dict[str, dict | None], rows: tuple[Row, ...] = ROWS) -> list[str]:
-    """Lines of a Markdown table; ``columns`` by name, of which "this" is judged.
+def table(columns: Columns, rows: tuple[Row, ...] = ROWS) -> list[str]:
+    """Return the lines of a Markdown table; ``columns`` by name, of which "this" is judged.
 
-    Beside it stand "compare", "directed", the dull performances and whatever else is given.
+    The others are "compare", "directed", the dull performances and any further ones.
     """
-    judged = ["reached", *(["not worse than compared"] if columns.get("compare") else [])]
-    judged += ["dull ones reach it"] * any(columns.get(name) for name in DULL)
-    lines = _head(["figure", "wanted", *(HEADS.get(name, name) for name in columns), *judged])
+    verdict_heads = ["reached", *(["not worse than compared"] if columns.get("compare") else [])]
+    verdict_heads += ["dull ones reach it"] * any(columns.get(name) for name in DULL)
+    lines = _head(["figure", "wanted", *(HEADS.get(name, name) for name in columns), *verdict_heads])
     for row in rows:
-        known = base(row, columns)
+        reference = base(row, columns)
         values = {name: value(figures, row.key) for name, figures in columns.items()}
         if all(math.isnan(each) for name, each in values.items() if name not in DULL):
             continue
-        cells = [row.label, written(row, known)]
+        cells = [row.label, written(row, reference)]
         cells += ["" if math.isnan(each) else row.form(each) for each in values.values()]
-        if "directed" in values and row.goal.reached(values["directed"], known) is False:
+        if "directed" in values and row.goal.reached(values["directed"], reference) is False:
             cells[2 + list(values).index("directed")] += " (misses)"
-        cells.append(_judged(row, values["this"], known))
+        cells.append(_reached(row, values["this"], reference))
         if columns.get("compare"):
-            cells.append(_mark(row.goal.beats(values["this"], values["compare"], known)))
-        if "dull ones reach it" in judged:
+            cells.append(_yes_or_no(row.goal.beats(values["this"], values["compare"], reference)))
+        if "dull ones reach it" in verdict_heads:
             cells.append(", ".join(passed_by_dull(row, columns)))
         lines.append("| " + " | ".join(cells) + " |")
     return lines
 
 
 def short_table(recordings: dict[str, dict[str, dict]], picked: Sequence[tuple[str, str]], rows: tuple[Row, ...]) -> list[str]:
-    """One line a recording, ``{name: {column: figures}}``; ``picked``: (column, key of a row) of every cell."""
-    known = {row.key: row for row in rows}
-    heads = [known[key].name + ("" if column == "this" else f", {HEADS.get(column, column)}") for column, key in picked]
+    """Return a table with a line a recording, ``{name: {column: figures}}``; ``picked``: (column, row's key) of every cell."""
+    by_key = {row.key: row for row in rows}
+    heads = [by_key[key].name + ("" if column == "this" else f", {HEADS.get(column, column)}") for column, key in picked]
     lines = _head(["recording", *heads])
     for name, columns in recordings.items():
-        values = [(known[key], value(columns.get(column), key)) for column, key in picked]
+        values = [(by_key[key], value(columns.get(column), key)) for column, key in picked]
         lines.append("| " + " | ".join([name, *("" if math.isnan(v) else row.form(v) for row, v in values)]) + " |")
     return lines
 
 
-def verdicts(columns: dict[str, dict | None], rows: tuple[Row, ...] = ROWS) -> dict[str, dict]:
-    """``{key: {"reached": ..., "missing": ..., "not_worse": ..., "dull": [...]}}`` for the JSON file."""
+def verdicts(columns: Columns, rows: tuple[Row, ...] = ROWS) -> dict[str, dict]:
+    """Return ``{key: {"reached": ..., "missing": ..., "not_worse": ..., "dull": [...]}}`` for the JSON file."""
     result = {}
     for row in rows:
-        known, this = base(row, columns), value(columns.get("this"), row.key)
+        reference, this = base(row, columns), value(columns.get("this"), row.key)
         result[row.key] = {
-            "reached": row.goal.reached(this, known),
-            "missing": row.goal.missing(this, known),
-            "not_worse": row.goal.beats(this, value(columns.get("compare"), row.key), known),
+            "reached": row.goal.reached(this, reference),
+            "missing": row.goal.missing(this, reference),
+            "not_worse": row.goal.beats(this, value(columns.get("compare"), row.key), reference),
             "dull": passed_by_dull(row, columns),
         }
     return result
@@ -251,10 +254,10 @@ def _head(heads: Sequence[str]) -> list[str]:
     return ["| " + " | ".join(heads) + " |", "|" + " --- |" * len(heads)]
 
 
-def _judged(row: Row, value: float, known: float) -> str:
-    missing = row.goal.missing(value, known)
-    return "" if missing is None else "yes" if missing <= 1e-9 else f"**no**, by {row.form(missing)}"
+def _reached(row: Row, value: float, reference: float) -> str:
+    distance = row.goal.missing(value, reference)
+    return "" if distance is None else "yes" if distance <= 1e-9 else f"**no**, by {row.form(distance)}"
 
 
-def _mark(verdict: bool | None) -> str:
+def _yes_or_no(verdict: bool | None) -> str:
     return "" if verdict is None else "yes" if verdict else "**no**"

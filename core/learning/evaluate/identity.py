@@ -1,4 +1,4 @@
-"""Who performs? A plain classifier on statistics of a whole performance: if it tells speakers apart, so can people."""
+"""Speaker identification from motion: a linear classifier on statistics of whole performances."""
 
 import numpy as np
 
@@ -6,11 +6,11 @@ from ...motion import skeleton
 from . import kinematics
 
 _SHRINK = 0.15
-"""Share of the covariance's mean variance added to its diagonal: features are many, performances few."""
+"""Share of the covariance's mean variance added to its diagonal, because features are many and performances few."""
 
 
 def features(directions: np.ndarray) -> np.ndarray:
-    """Numbers ``(82,)`` that describe the manner of a performance ``(frames, 9, 3)``.
+    """Return features ``(82,)`` of the style of a performance ``(frames, 9, 3)``.
 
     Mean and deviation of every direction; 25th, 50th, 75th and 90th percentile of the speed (log of degrees a second) of
     head, upper arms and forearms; the log of left over right for upper arms and forearms; mean, deviation and 90th
@@ -28,7 +28,7 @@ def features(directions: np.ndarray) -> np.ndarray:
 
 
 def accuracy(train: np.ndarray, names: np.ndarray, test: np.ndarray, truth: np.ndarray) -> float:
-    """Share of the ``test`` rows whose nearest class mean of ``train``, whitened within classes, is the true one.
+    """Return the share of ``test`` rows whose nearest class mean of ``train``, whitened within classes, is the true one.
 
     ``train`` and ``test`` ``(n, d)`` features, ``names`` and ``truth`` ``(n,)`` class numbers. This is linear discriminant
     analysis with a shrunk covariance.

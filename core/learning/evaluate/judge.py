@@ -1,4 +1,4 @@
-"""One checkpoint performs everything that it is judged by."""
+"""Generates the performances by which a checkpoint is judged, and measures them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -15,45 +15,45 @@ from .studio import Studio, Wish
 from .talks import Talk
 
 FEW = 12
-"""Talks that are performed in several takes, and recordings on which all speakers perform."""
+"""Number of talks with several takes, and of recordings performed by all speakers."""
 TAKES = 3
 STYLES = 3
-"""Styles that perform all talks for the correlation with arousal."""
+"""Number of styles that perform all talks for the correlation with arousal."""
 SEEDS = 4
-"""Seeds by which every performer performs recordings of people: places of one pair of them are off by 2 % and more."""
+"""Seeds of each performer at recordings of people: a single pair of seeds has an error of 2 % and more in stroke places."""
 AT_ONCE = 8
-"""Performers that are generated together, which bounds what is held in memory."""
+"""Performers generated in one batch, which limits memory."""
 
 Progress = Callable[[str, float], None]
 
 
 class Judge:
-    """One checkpoint and what is asked of it."""
+    """Judges one checkpoint; ``folder`` holds temporary files, ``progress`` is called with a stage and a share."""
 
-    def __init__(self, checkpoint: Path | None, folder: str, progress: Progress):
+    def __init__(self, checkpoint: Path | None, folder: str, progress: Progress) -> None:
         self.studio = Studio(checkpoint, folder)
-        self.studio.session.warm_up()  # complains before anything long
+        self.studio.session.warm_up()  # raises errors before any long work
         self.progress = progress
 
     def facts(self) -> dict:
-        """What the report says of the checkpoint."""
+        """Return the checkpoint's entry in the report."""
         checkpoint = self.studio.session.checkpoint
         return {"hash": checkpoint.hash, "speakers": len(checkpoint.speakers), "steerable": self.studio.steerable}
 
     def judge(self, talks: Sequence[Talk]) -> tuple[list[Case], dict]:
-        """Cases of all talks, each by its own speaker with its own controls, and the column of figures."""
+        """Return cases of all talks, each by its own speaker with its own controls, and the column of figures."""
         cases, variations, acted = [], [], []
         energy: dict[str, list[float]] = {style: [] for style in self.styles()}
-        heard = set()
+        seen = set()
         for number, talk in enumerate(talks):
             self.progress("perform talks", number / len(talks))
-            style, new = self.studio.known(talk.style), talk.recording not in heard and talk.affect is not None
-            heard.add(talk.recording)
+            style, new = self.studio.known(talk.style), talk.recording not in seen and talk.affect is not None
+            seen.add(talk.recording)
             wishes = [Wish(style, takes=TAKES if number < FEW else 1, controls=talk.controls or {})]
             motions, *others = self.studio.perform(talk, wishes + [Wish(name) for name in energy if new])
             cases.append(self.case(talk, style, motions[0]))
             variations += [motions] if number < FEW else []
-            if new:
+            if new and talk.affect is not None:
                 acted.append(talk.affect[1])
                 for values, (motion,) in zip(energy.values(), others, strict=True):
                     values.append(kinematics.arm_speed(motion).mean())
@@ -66,31 +66,31 @@ class Judge:
         return cases, column
 
     def excerpts(self, talks: Sequence[Talk]) -> dict:
-        """Figures of the beginnings of some recordings by all speakers, and by one with the arousal slider moved."""
-        names, made = self.studio.names, []
+        """Measure the beginnings of recordings by all speakers, and by the default one over the arousal slider's range."""
+        names, excerpts = self.studio.names, []
         ends = [Wish(self.studio.known(""), controls={"arousal": value}) for value in (-1.0, 0.0, 1.0)]
         wishes = [Wish(name) for name in names] + ends * self.studio.steerable
         for number, talk in enumerate(talks):
             self.progress("speakers", number / len(talks))
             motions = self.studio.perform(talk.cut(experiments.EXCERPT), wishes)
-            made.append(np.stack([motion for (motion,) in motions]))
-        column = experiments.speakers([motions[: len(names)] for motions in made])
+            excerpts.append(np.stack([motion for (motion,) in motions]))
+        column = experiments.speakers([motions[: len(names)] for motions in excerpts])
         if self.studio.steerable:
-            column |= experiments.slider(*([motions[len(names) + end] for motions in made] for end in range(3)))
+            column |= experiments.slider(*([motions[len(names) + end] for motions in excerpts] for end in range(3)))
         return column
 
     def cast(self, most: int) -> list[str]:
-        """The default style and so many with it, spread evenly."""
+        """Return at most ``most`` styles: the default one and others, evenly spread."""
         names = [name for name in self.studio.names if name != self.studio.known("")]
         return [self.studio.known(""), *spread(names, most - 1)]
 
     def company(self, talks: Sequence[Talk], names: Sequence[str]) -> dict[str, list[Performance]]:
-        """Every recording by those of the performers that are known here, each by :data:`SEEDS`, one of them in two takes.
+        """Generate every recording by the named performers that the checkpoint has, with :data:`SEEDS` seeds, one in two takes.
 
-        If none is known, by as many others.
+        If it has none of them, by as many others.
         """
         names = [name for name in names if name in self.studio.names] or self.cast(len(names))
-        made: dict[str, list[Performance]] = {name: [] for name in names}
+        troupe: dict[str, list[Performance]] = {name: [] for name in names}
         for number, talk in enumerate(talks):
             self.progress("perform recordings", number / len(talks))
             for begin in range(0, len(names), AT_ONCE):
@@ -101,13 +101,13 @@ class Judge:
                     (first, take), *others = islice(motions, SEEDS)
                     case = replace(self.case(talk, name, first.directions), hands=first.hands)
                     seeds = [other.directions for (other,) in others]
-                    made[name].append(Performance(case, seeds, take.directions))
-        return made
+                    troupe[name].append(Performance(case, seeds, take.directions))
+        return troupe
 
     def case(self, talk: Talk, style: str, motion: np.ndarray) -> Case:
-        """A performance with what is needed to measure it."""
+        """Return a performance with the data needed to measure it."""
         return Case(talk, motion, self.studio.rest(style), tuple(self.studio.joins(len(motion))))
 
     def styles(self) -> list[str]:
-        """Some styles, spread evenly over the checkpoint's speakers."""
+        """Return :data:`STYLES` styles, evenly spread over the checkpoint's speakers."""
         return spread(self.studio.names, STYLES)

@@ -1,4 +1,4 @@
-"""All figures of a set of performances, beside what they become when the motion is shifted in time."""
+"""All figures of a set of performances, and those of the same motions shifted in time against their speech."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,15 +12,15 @@ from . import figures, kinematics, strokes
 from .talks import Talk
 
 SHIFTS = 20
-"""Random shifts of every motion against its speech."""
+"""Number of random shifts of every motion against its speech."""
 LEAST_SHIFT = 2.0
-"""Seconds."""
+"""Smallest shift in seconds."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A talk, somebody's performance ``(frames, 9, 3)`` of it, the pose it rests in, where its windows join, and its hands if
-    they are known."""
+    """A performance to measure: the talk, directions ``(frames, 9, 3)``, resting pose ``(9, 3)``, first frames of windows
+    after the first, and hands if they are known."""
 
     talk: Talk
     directions: np.ndarray
@@ -30,7 +30,7 @@ class Case:
 
     @property
     def duration(self) -> float:
-        """Seconds."""
+        """Length in seconds."""
         return len(self.directions) / skeleton.FPS
 
     @cached_property
@@ -45,23 +45,23 @@ class Case:
 
     @cached_property
     def arm_speed(self) -> np.ndarray:
-        """Degrees a second ``(frames,)``; the first frame takes the second's."""
+        """Arm speed ``(frames,)`` in degrees a second; the first frame repeats the second's."""
         speed = kinematics.arm_speed(self.directions)
         return np.concatenate([speed[:1], speed])
 
     @cached_property
     def at_rest(self) -> np.ndarray:
-        """Share of the hands ``(frames,)`` that are where they rest."""
+        """Share of the two hands ``(frames,)`` that are at rest."""
         return (kinematics.away(self.directions, self.rest) < strokes.NEAR_REST).mean(axis=1)
 
     @cached_property
     def silence(self) -> tuple[np.ndarray, np.ndarray]:
-        """Frames in which rest may be expected, and frames of speech."""
+        """Masks ``(frames,)`` of expected rest and of speech."""
         return figures.pause_frames(self.talk.spoken, len(self.directions))
 
 
 def measure(cases: Sequence[Case], width: int = 10, seed: int = 0) -> dict:
-    """Every figure that a set of performances gives by itself; ``shuffled`` holds those of time when shifted in time.
+    """Return every figure of a set of performances; ``shuffled`` holds the figures of timing of time-shifted motion.
 
     ``width``: frames of a join between windows.
     """
@@ -74,43 +74,44 @@ def measure(cases: Sequence[Case], width: int = 10, seed: int = 0) -> dict:
         **figures.body(motions),
         **figures.seams(motions, [case.joins for case in cases], width),
     }
-    shuffled = _shuffled(cases, seed)
-    tried = SHIFTS * max(sum(len(case.strokes) for case in cases), 1)
-    # Where no shifted stroke ever hits, half a hit keeps the ratio finite and modest.
-    result["main_accent_gain"] = result["main_accent"] / max(shuffled["main_accent"], 0.5 / tried)
+    shuffled = _shifted_timing(cases, seed)
+    trials = SHIFTS * max(sum(len(case.strokes) for case in cases), 1)
+    # counting at least half a hit keeps the ratio finite where no shifted stroke is on an accent
+    result["main_accent_gain"] = result["main_accent"] / max(shuffled["main_accent"], 0.5 / trials)
     return {**result, "shuffled": shuffled}
 
 
 def timing(cases: Sequence[Case], shifts: Sequence[float]) -> dict[str, float]:
-    """The figures of when things happen, with every motion turned round by its shift (s) against its speech."""
-    landed = [_turn(case.strokes, shift, case) for case, shift in zip(cases, shifts, strict=True)]
-    beats = [_turn(case.beats, shift, case) for case, shift in zip(cases, shifts, strict=True)]
-    away = np.concatenate([strokes.nearest(times, case.talk.main) for times, case in zip(landed, cases, strict=True)])
-    answered = np.sum(
-        [figures.accent_alignment(times, case.talk.accents) for times, case in zip(landed, cases, strict=True)], axis=0
+    """Return the figures of timing, with every motion shifted cyclically by its shift (s) against its speech."""
+    stroke_times = [_shift(case.strokes, shift, case) for case, shift in zip(cases, shifts, strict=True)]
+    beats = [_shift(case.beats, shift, case) for case, shift in zip(cases, shifts, strict=True)]
+    away = np.concatenate([strokes.nearest(times, case.talk.main) for times, case in zip(stroke_times, cases, strict=True)])
+    alignment = np.sum(
+        [figures.accent_alignment(times, case.talk.accents) for times, case in zip(stroke_times, cases, strict=True)], axis=0
     )
     aligned = [figures.beat_align(times, case.talk.accents) for times, case in zip(beats, cases, strict=True)]
     return {
         "main_accent": float((away <= figures.ON_ACCENT).mean()) if len(away) else 0.0,
         "main_accent_distance": float(np.median(away)) if len(away) else float("nan"),
-        "accent_alignment": float(answered[0] / max(answered[1], 1e-9)),
+        "accent_alignment": float(alignment[0] / max(alignment[1], 1e-9)),
         "beat_align": float(np.mean(aligned)),
-        **_rest(cases, shifts),
+        **_rest_figures(cases, shifts),
     }
 
 
-def _rest(cases: Sequence[Case], shifts: Sequence[float]) -> dict[str, float]:
+def _rest_figures(cases: Sequence[Case], shifts: Sequence[float]) -> dict[str, float]:
+    """Return arm speed and share of hands at rest, in pauses and in speech."""
     speeds, resting = {True: [], False: []}, {True: [], False: []}
     for case, shift in zip(cases, shifts, strict=True):
         quiet, speech = case.silence
-        turn = round(shift * skeleton.FPS)
+        frames = round(shift * skeleton.FPS)
         for mask, silent in ((quiet, True), (speech, False)):
-            speeds[silent].append(np.roll(case.arm_speed, turn)[mask])
-            resting[silent].append(np.roll(case.at_rest, turn)[mask])
+            speeds[silent].append(np.roll(case.arm_speed, frames)[mask])
+            resting[silent].append(np.roll(case.at_rest, frames)[mask])
 
     def mean(parts: list[np.ndarray]) -> float:
-        every = np.concatenate(parts)
-        return float(every.mean()) if len(every) else float("nan")
+        values = np.concatenate(parts)
+        return float(values.mean()) if len(values) else float("nan")
 
     return {
         "pause_speed": mean(speeds[True]),
@@ -120,7 +121,8 @@ def _rest(cases: Sequence[Case], shifts: Sequence[float]) -> dict[str, float]:
     }
 
 
-def _shuffled(cases: Sequence[Case], seed: int) -> dict[str, float]:
+def _shifted_timing(cases: Sequence[Case], seed: int) -> dict[str, float]:
+    """Return the figures of timing, mean over :data:`SHIFTS` random shifts."""
     random = np.random.default_rng(seed)
     rounds = []
     for _ in range(SHIFTS):
@@ -130,5 +132,5 @@ def _shuffled(cases: Sequence[Case], seed: int) -> dict[str, float]:
         return {name: float(np.mean([one[name] for one in rounds])) for name in rounds[0]}
 
 
-def _turn(times: np.ndarray, shift: float, case: Case) -> np.ndarray:
+def _shift(times: np.ndarray, shift: float, case: Case) -> np.ndarray:
     return (times + shift) % case.duration

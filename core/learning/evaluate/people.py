@@ -1,4 +1,4 @@
-"""People: recordings of their voices on which performances are judged, and captured motion to look at beside them."""
+"""Recordings of people's voices on which performances are judged, and captured motion to compare with."""
 
 import re
 from collections.abc import Sequence
@@ -7,6 +7,7 @@ from functools import lru_cache
 from itertools import groupby
 from os import PathLike
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,33 +16,36 @@ from ...motion import skeleton
 from ...sound.audio import SAMPLE_RATE
 from .talks import Talk, human
 
+if TYPE_CHECKING:
+    from ..corpus.library import Gesture
+
 SHORT = 12.0
-"""Seconds: shorter recordings say little alone, so that those that follow each other in a folder are joined."""
+"""Seconds: shorter recordings of a folder are joined, because one alone is too short to measure."""
 PAUSE = 0.6
-"""Seconds between two that are joined."""
+"""Seconds between two joined recordings."""
 LIBRIVOX = Path("/usr/share/pocketsphinx/test/data/librivox")
-"""Of Debian's pocketsphinx-testdata."""
+"""Folder of Debian's pocketsphinx-testdata."""
 MINUTE = 60.0
 _NUMERALS = {"I": "one", "II": "two"}
 SEEN = " (trained on)"
-"""Part of the name of a recording that corpora hold."""
+"""Suffix of the name of a recording that is also in corpora."""
 
 
 def recordings(paths: Sequence[str | PathLike], material: str | PathLike | None = None) -> list[Talk]:
-    """The recordings that were named, and with ``material`` what else is at hand: LibriVox clips and its sonnets.
+    """Load the named recordings, and with ``material`` also the LibriVox clips and its sonnets, as far as they exist.
 
-    A text file of a recording's name says what is spoken. Raises :class:`S2agError` for what cannot be read.
+    A text file of a recording's name is its transcript. Raises :class:`S2agError` for unreadable files.
     """
     talks = [(Path(path).parent, human(path)) for path in paths]
     if material is not None:
         talks += [(LIBRIVOX, replace(human(path, said), name="LibriVox")) for path, said in _librivox()]
         talks += [(path, replace(human(path, said), name=name)) for path, said, name in _sonnets(Path(material))]
     groups = groupby(talks, lambda one: (one[0], None) if _seconds(one[1]) < SHORT else (one[0], id(one[1])))
-    return _named_apart([joined([talk for _, talk in group]) for _, group in groups])
+    return _unique_names([joined([talk for _, talk in group]) for _, group in groups])
 
 
 def joined(talks: Sequence[Talk]) -> Talk:
-    """Several recordings as one, with pauses between; one alone stays what it is."""
+    """Join several recordings to one with pauses between; a single one is returned as it is."""
     if len(talks) == 1:
         return talks[0]
     pieces, words, accents, at = [], [], [], 0.0
@@ -56,9 +60,9 @@ def joined(talks: Sequence[Talk]) -> Talk:
 
 
 def captured(material: str | PathLike) -> dict[str, np.ndarray]:
-    """A minute of captured motion ``(frames, 9, 3)`` by what it is: clips one after another, and a conversation.
+    """Return captured motion ``(frames, 9, 3)`` by name: a minute of clips one after another, and a conversation.
 
-    :class:`UsageError` where ``material`` holds no clips.
+    Raises :class:`UsageError` where ``material`` holds no clips.
     """
     from ..corpus import idling, unity
 
@@ -81,8 +85,8 @@ def captured(material: str | PathLike) -> dict[str, np.ndarray]:
 
 
 @lru_cache(maxsize=1)
-def gestures_of(material: str | PathLike) -> list:
-    """The library of captured and authored gestures; :class:`UsageError` where ``material`` has none."""
+def gestures_of(material: str | PathLike) -> "list[Gesture]":
+    """Load the library of captured and authored gestures. Raises :class:`UsageError` where ``material`` has none."""
     from ..corpus import library
 
     try:
@@ -93,32 +97,33 @@ def gestures_of(material: str | PathLike) -> list:
 
 
 def _librivox() -> list[tuple[Path, str]]:
-    """The clips of the package, where it is installed, with their texts."""
+    """Return the clips of the package with their texts; empty where it is not installed."""
     transcription = LIBRIVOX / "transcription"
     if not transcription.is_file():
         return []
-    said = re.findall(r"<s>(.*?)</s>\s*\((\S+?)\)", transcription.read_text("utf-8"))
-    found = [(LIBRIVOX / f"{name}.wav", text.strip()) for text, name in said]
-    return [(path, text) for path, text in found if path.is_file()]
+    entries = re.findall(r"<s>(.*?)</s>\s*\((\S+?)\)", transcription.read_text("utf-8"))
+    clips = [(LIBRIVOX / f"{name}.wav", text.strip()) for text, name in entries]
+    return [(path, text) for path, text in clips if path.is_file()]
 
 
 def _sonnets(material: Path) -> list[tuple[Path, str, str]]:
-    """Files, texts and names. The first one is also read to the network in training."""
-    found = []
+    """Return files, texts and names of sonnets. The first one is also in the training data."""
+    sonnets = []
     for page in sorted((material / "speech").glob("p*.xhtml")):
         path = page.with_suffix(".mp3")
         if path.is_file():
-            lines = re.findall(r'<span id="f\d+">(.*?)</span>', page.read_text("utf-8"))
-            said = "\n".join(_NUMERALS.get(line, line) for line in lines)
-            found.append((path, said, f"sonnet {len(found) + 1}{SEEN if not found else ''}"))
-    return found
+            lines: list[str] = re.findall(r'<span id="f\d+">(.*?)</span>', page.read_text("utf-8"))
+            text = "\n".join(_NUMERALS.get(line, line) for line in lines)
+            sonnets.append((path, text, f"sonnet {len(sonnets) + 1}{SEEN if not sonnets else ''}"))
+    return sonnets
 
 
 def _seconds(talk: Talk) -> float:
     return len(talk.audio) / SAMPLE_RATE
 
 
-def _named_apart(talks: list[Talk]) -> list[Talk]:
+def _unique_names(talks: list[Talk]) -> list[Talk]:
+    """Number the talks' names unless they all differ."""
     names = [talk.name for talk in talks]
-    unlike = len(set(names)) == len(names)
-    return talks if unlike else [replace(talk, name=f"{talk.name} {row + 1}") for row, talk in enumerate(talks)]
+    unique = len(set(names)) == len(names)
+    return talks if unique else [replace(talk, name=f"{talk.name} {row + 1}") for row, talk in enumerate(talks)]

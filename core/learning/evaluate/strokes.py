@@ -28,7 +28,7 @@ _SMOOTHING = 0.08  # seconds: width of the Gaussian that removes tremble
 
 
 def detect(directions: np.ndarray, rest: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
-    """Return the seconds ``(n,)``, ascending, at which strokes of ``(frames, 9, 3)`` land; ``rest`` ``(9, 3)``: resting pose."""
+    """Return the ascending seconds ``(n,)`` at which strokes of ``(frames, 9, 3)`` land; ``rest`` ``(9, 3)``: resting pose."""
     from scipy.ndimage import gaussian_filter1d
 
     if len(directions) < 4:

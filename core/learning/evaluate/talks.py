@@ -1,4 +1,4 @@
-"""What is performed for the report: held-out talks of a directed corpus, and human recordings."""
+"""The speech of the evaluation: held-out talks of a directed corpus, and recordings of people."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,7 +19,7 @@ _NEEDED = ("affect", "accents", "accent_starts", "strokes", "stroke_starts")
 
 @dataclass(frozen=True)
 class Talk:
-    """A recording and what is known of it. ``recording`` is the same for performances of the same speech.
+    """A recording with its annotations. ``recording`` is the same for performances of the same speech.
 
     ``audio`` ``(n,)`` float32 at 16 kHz; ``words`` (text, start, end); ``accents`` ``(a, 3)`` time, strength, main;
     ``style`` the speaker's name; ``controls`` by name; ``affect`` ``(3,)`` as acted (ranks, 0..1), None for people. Of a
@@ -45,7 +45,7 @@ class Talk:
 
     @cached_property
     def spoken(self) -> tuple[tuple[str, float, float], ...]:
-        """The words, or where they are unknown the voiced stretches, with times."""
+        """The words with times, or voiced segments where the words are unknown."""
         return self.words or tuple(("", start, end) for start, end in voice.segments(self.audio))
 
     @cached_property
@@ -57,7 +57,7 @@ class Talk:
         return np.sqrt(np.diff(total[edges]) / np.diff(edges))
 
     def cut(self, seconds: float) -> "Talk":
-        """The first so many seconds."""
+        """Return the first ``seconds`` of the talk."""
         frames = int(seconds * skeleton.FPS)
         return replace(
             self,
@@ -73,8 +73,8 @@ class Talk:
 class Corpus:
     """A directed corpus (a folder, see ``core/learning/train/storage.py``) with the arrays for evaluation, and its speech."""
 
-    def __init__(self, folder: str | PathLike, speech: str | PathLike):
-        """Raises :class:`CorpusUnreadable` where either is missing or holds no test split."""
+    def __init__(self, folder: str | PathLike, speech: str | PathLike) -> None:
+        """Open both folders. Raises :class:`CorpusUnreadable` where one is missing or the corpus has no test split."""
         from ..train.storage import load_arrays
 
         self.arrays, self.meta = load_arrays(folder)
@@ -94,20 +94,20 @@ class Corpus:
         return self.meta["speakers"]
 
     def rest(self, speaker: int) -> np.ndarray:
-        """Where a speaker's hands are between gestures, ``(9, 3)``."""
+        """Return a speaker's pose between gestures, ``(9, 3)``."""
         return np.array(self.speakers[speaker]["rest"], np.float32)
 
     def performance(self, number: int) -> np.ndarray:
-        """Directions ``(frames, 9, 3)`` float32."""
+        """Return the directions ``(frames, 9, 3)`` float32 of a performance."""
         starts = self.arrays["starts"]
         return skeleton.normalize(self.arrays["directions"][starts[number] : starts[number + 1]].astype(np.float32))
 
     def acted(self) -> np.ndarray:
-        """Which recordings ``(R,)`` were spoken with an annotated affect; people's own are not."""
-        return np.array([not str(known.get("kind", "")).startswith("human") for known in self.meta["recordings"]])
+        """Return which recordings ``(R,)`` were synthesized with an annotated affect; recordings of people were not."""
+        return np.array([not str(entry.get("kind", "")).startswith("human") for entry in self.meta["recordings"]])
 
     def chosen(self, count: int) -> list[int]:
-        """So many test performances: as many recordings as possible, speakers in turn; always the same ones."""
+        """Return ``count`` test performances of as many recordings as possible, with speakers in rotation; deterministic."""
         arrays = self.arrays
         rounds: list[tuple[int, int, int]] = []
         recordings = np.unique(arrays["recording"][arrays["split"] == TEST])
@@ -117,13 +117,13 @@ class Corpus:
         return [number for *_, number in sorted(rounds)[:count]]
 
     def talk(self, number: int) -> Talk:
-        """The recording of a performance with the performance itself."""
+        """Load a performance with its recording. Raises :class:`CorpusUnreadable` where its speech is missing or differs."""
         from ..corpus.speech import Speech
 
         arrays = self.arrays
         recording, speaker = int(arrays["recording"][number]), int(arrays["speaker"][number])
-        known = self.meta["recordings"][recording]
-        path = self.speech / known["speech"]
+        entry = self.meta["recordings"][recording]
+        path = self.speech / entry["speech"]
         try:
             speech = Speech.load(path)
         except (OSError, ValueError, KeyError) as error:
@@ -137,7 +137,7 @@ class Corpus:
             f"{path.stem} {self.speakers[speaker]['name']}",
             path.stem,
             speech.recorded,
-            tuple((str(word), float(start), float(end)) for word, start, end in known["words"]),
+            tuple((str(word), float(start), float(end)) for word, start, end in entry["words"]),
             self._part("accents", "accent_starts", recording),
             self.speakers[speaker]["name"],
             dict(zip(styles.CONTROLS, arrays["controls"][number].tolist(), strict=True)),
@@ -148,9 +148,9 @@ class Corpus:
         )
 
     def _emphases(self, number: int) -> np.ndarray:
-        """When the strokes of a performance land; corpora of 2026's first half keep nothing else of them."""
-        kept = self._part("strokes", "stroke_starts", number)
-        return kept[:, 2] if kept.ndim == 2 else kept
+        """Return the emphasis times of a performance; corpora of the first half of 2026 hold nothing else of strokes."""
+        strokes = self._part("strokes", "stroke_starts", number)
+        return strokes[:, 2] if strokes.ndim == 2 else strokes
 
     def _part(self, name: str, starts: str, row: int) -> np.ndarray:
         begin, end = self.arrays[starts][row : row + 2]
@@ -158,9 +158,9 @@ class Corpus:
 
 
 def human(path: str | PathLike, said: str | None = None) -> Talk:
-    """A person's recording with the text that is ``said`` or in the file of its name beside it, aligned, or without.
+    """Load a person's recording, aligned with its text: ``said``, or the text file of the same name, or none.
 
-    Raises :class:`S2agError`.
+    Raises :class:`S2agError` for unreadable files.
     """
     from ...sound import audio
     from ...words import transcript
