@@ -1,1 +1,1 @@
-"""The paper's table: eight systems trained and judged alike."""
+"""The benchmark: the systems of the paper's table, trained and evaluated alike."""

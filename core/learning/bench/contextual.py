@@ -1,7 +1,7 @@
-"""Vectors of words in their context, such as BERT's, which the user made elsewhere: brought once, kept in a bench's folder."""
+"""Contextual word vectors such as BERT's, computed elsewhere by the user: imported once into a bench's folder."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
@@ -17,33 +17,33 @@ from ..train.storage import META, whole_folder
 
 FOLDER = "contextual"
 LARGEST = 4_000_000_000
-"""Bytes of the arrays in a file; 26 hours of speech have 240,000 words, of 768 values of four bytes."""
+"""Most bytes of the arrays in a file; 26 hours of speech have 240,000 words, of 768 values of four bytes."""
 WIDEST = 4096
-_FARTHEST = 1e4
+_MAX_VALUE = 1e4
 
 
 class Contextual(NamedTuple):
-    """``vectors`` ``(words, width)`` float16 and of every pose frame the ``row`` ``(F,)`` of its word, -1 for none."""
+    """The ``vectors`` ``(words, width)`` float16, and for every pose frame the ``row`` ``(F,)`` of its word, -1 for none."""
 
     vectors: np.ndarray
     row: np.ndarray
 
     def of(self, frames: np.ndarray) -> np.ndarray:
-        """``(..., width)`` float32 of frames ``(...)``, zeros where nobody speaks."""
+        """Return the vectors ``(..., width)`` float32 of frames ``(...)``, zeros where no word is spoken."""
         row = self.row[frames]
         return np.where(row[..., None] >= 0, self.vectors[row], 0).astype(np.float32)
 
 
-def name(known: dict, number: int) -> str:
-    """What a recording of a data set is called by other people's files."""
-    return str(known.get("name") or Path(str(known.get("speech", number))).stem)
+def name(recording: dict, number: int) -> str:
+    """Return the name of a data set's recording in files of other programs, from its entry in ``meta.json``."""
+    return str(recording.get("name") or Path(str(recording.get("speech", number))).stem)
 
 
 def bring(path: str | PathLike, corpus: Corpus, bench: Path) -> None:
-    """Keep the vectors in the file ``path`` for the words of ``corpus`` in the folder of a ``bench``.
+    """Import vectors for the words of ``corpus`` from the file ``path`` into the folder of a ``bench``.
 
-    The file (.npz) has an array ``(words, width)`` for every recording, by its name: a vector for each of its words in their
-    order. Raises :class:`UsageError` for a file that does not fit, and where the bench has other vectors already.
+    The file (.npz) holds one array ``(words, width)`` for every recording, by its name: a vector for each of its words in
+    order. Raises :class:`UsageError` for a file that does not fit, and if the bench already has other vectors.
     """
     path, place = Path(path), bench / FOLDER
     try:
@@ -52,8 +52,8 @@ def bring(path: str | PathLike, corpus: Corpus, bench: Path) -> None:
             if json_text.read(place / META).get("key") != key:
                 raise UsageError(f"{bench} has other vectors of words in context.", "Choose another folder.")
             return
-        with npz.opened(path, LARGEST) as held:
-            vectors = [_fitting(held, *one) for one in _wanted(corpus)]
+        with npz.opened(path, LARGEST) as arrays:
+            vectors = [_read(arrays, *recording) for recording in _recordings(corpus)]
     except (OSError, npz.NotArrays) as error:
         reason = " ".join(str(error).split())[:150]
         raise UsageError(f"{path} holds no vectors for the words of this data set: {reason}.", _REMEDY) from error
@@ -66,7 +66,7 @@ def bring(path: str | PathLike, corpus: Corpus, bench: Path) -> None:
 
 
 def load(bench: Path) -> Contextual | None:
-    """What :func:`bring` kept, memory-mapped; None where nothing was brought. Raises :class:`CorpusUnreadable`."""
+    """Return the imported vectors, memory-mapped, or None if there are none. Raises :class:`CorpusUnreadable`."""
     place = bench / FOLDER
     if not (place / META).is_file():
         return None
@@ -80,28 +80,30 @@ def load(bench: Path) -> Contextual | None:
 _REMEDY = "Make a .npz with an array (words, width) for every recording, named as in the data set's meta.json."
 
 
-def _wanted(corpus: Corpus) -> list[tuple[str, int]]:
-    """Name and count of words of every recording."""
-    return [(name(known, number), len(known["words"])) for number, known in enumerate(corpus.meta["recordings"])]
+def _recordings(corpus: Corpus) -> list[tuple[str, int]]:
+    """Return name and count of words of every recording."""
+    return [(name(entry, number), len(entry["words"])) for number, entry in enumerate(corpus.meta["recordings"])]
 
 
-def _fitting(held, called: str, count: int) -> np.ndarray:
-    if called not in held:
+def _read(arrays: Mapping[str, np.ndarray], called: str, count: int) -> np.ndarray:
+    """Return the array of a recording; raises :class:`npz.NotArrays` unless it has ``count`` rows of finite numbers."""
+    if called not in arrays:
         raise npz.NotArrays(f"it has no array {called!r}")
-    found = held[called]
-    if found.dtype.kind != "f" or found.ndim != 2 or len(found) != count or not 0 < found.shape[1] <= WIDEST:
-        raise npz.NotArrays(f"{called!r} has the shape {found.shape}, not ({count}, width)")
-    if not (np.abs(found) < _FARTHEST).all():
+    array = arrays[called]
+    if array.dtype.kind != "f" or array.ndim != 2 or len(array) != count or not 0 < array.shape[1] <= WIDEST:
+        raise npz.NotArrays(f"{called!r} has the shape {array.shape}, not ({count}, width)")
+    if not (np.abs(array) < _MAX_VALUE).all():
         raise npz.NotArrays(f"{called!r} holds values that are no numbers or out of range")
-    return found
+    return array
 
 
 def _rows(corpus: Corpus, counts: Sequence[int]) -> np.ndarray:
+    """Return the row of the word of every pose frame ``(F,)``, -1 for none."""
     rows, before = [], 0
-    for number, (known, count) in enumerate(zip(corpus.meta["recordings"], counts, strict=True)):
-        words = [(str(word), float(start), float(end)) for word, start, end in known["words"]]
+    for number, (entry, count) in enumerate(zip(corpus.meta["recordings"], counts, strict=True)):
+        words = [(str(word), float(start), float(end)) for word, start, end in entry["words"]]
         frames = int(corpus.frame_starts[number + 1] - corpus.frame_starts[number])
-        heard = spans(words, frames, corpus.fps)
-        rows.append(np.where(heard >= 0, heard + before, -1))
+        spoken = spans(words, frames, corpus.fps)
+        rows.append(np.where(spoken >= 0, spoken + before, -1))
         before += count
     return np.concatenate(rows).astype(np.int32)

@@ -1,4 +1,4 @@
-"""How the systems came along in training, as a picture. Needs matplotlib."""
+"""Plots the validation curves of the trainings. Needs matplotlib."""
 
 from pathlib import Path
 
@@ -8,9 +8,9 @@ _AXES = (("maje_code", "MAJE (code) of validation windows, mm"), ("fgd", "FGD of
 
 
 def draw(report: dict, path: Path) -> None:
-    """MAJE and FGD of every validation over the step, a line for every training; the dot is where weights were taken.
+    """Plot MAJE and FGD of all validations over the training step, one line per training; dots mark the weights that were used.
 
-    ``report`` is what :func:`run.bench` writes as JSON; where nothing was validated nothing is drawn.
+    ``report`` is that of :class:`run.Runner`. Without validations no picture is written.
     """
     rows = {name: row for name, row in report["systems"].items() if any(row["curves"])}
     if not rows:

@@ -1,43 +1,51 @@
-"""Trainings side by side, each in a process of its own: small networks gain more from that than from threads."""
+"""Runs trainings in parallel, each in its own process: small networks gain more from that than from threads."""
 
 import multiprocessing
 import os
 import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, wait
+from multiprocessing.synchronize import Event
+from typing import Any
 
 import torch
 
-_LOOK = 0.5  # seconds between looks at whether to stop
-_here: dict = {}
+_POLL_SECONDS = 0.5  # between checks of whether to stop
+_worker: dict[str, Any] = {}  # the runner of this process, and its stop condition
 
 
 def train(
-    make: Callable, arguments: tuple, pairs: Sequence[tuple[str, int]], jobs: int, threads: int, stopping: Callable[[], bool]
+    make: Callable[..., Any],
+    arguments: tuple,
+    pairs: Sequence[tuple[str, int]],
+    jobs: int,
+    threads: int,
+    stopping: Callable[[], bool],
 ) -> bool:
-    """``make(*arguments).one(system, seed, stopping)`` for all ``pairs``, ``jobs`` at a time with ``threads`` each.
+    """Run ``make(*arguments).one(system, seed, stopping)`` for all ``pairs``, ``jobs`` at a time with ``threads`` each.
 
-    False where ``stopping()`` came first. The catalogue's last systems take longest, so they begin. Raises what a training
-    raises, once the others have saved and ended.
+    Returns False if ``stopping()`` came first. The catalogue's last systems take longest, so they start first. Raises what a
+    training raises, after the others have saved and ended.
     """
     context = multiprocessing.get_context("spawn")
     stop = context.Event()
-    first = (make, arguments, stop, threads, os.getpid())
-    with ProcessPoolExecutor(min(jobs, len(pairs)), context, _begin, first) as pool:
-        waiting = futures = {pool.submit(_one, *pair) for pair in reversed(pairs)}
+    initial = (make, arguments, stop, threads, os.getpid())
+    with ProcessPoolExecutor(min(jobs, len(pairs)), context, _begin, initial) as pool:
+        waiting = futures = {pool.submit(_train_one, *pair) for pair in reversed(pairs)}
         while waiting:
-            done, waiting = wait(waiting, _LOOK)
+            done, waiting = wait(waiting, _POLL_SECONDS)
             if stopping() or any(future.exception() for future in done):
                 stop.set()
     return all([future.result() for future in futures])
 
 
-def _begin(make: Callable, arguments: tuple, stop, threads: int, parent: int) -> None:
+def _begin(make: Callable[..., Any], arguments: tuple, stop: Event, threads: int, parent: int) -> None:
+    """Prepare a worker process, which stops with its event or the end of its parent."""
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.SIG_IGN)  # the first process says when to stop
+        signal.signal(number, signal.SIG_IGN)  # the parent process decides when to stop
     torch.set_num_threads(threads)
-    _here.update(runner=make(*arguments), stopping=lambda: stop.is_set() or os.getppid() != parent)
+    _worker.update(runner=make(*arguments), stopping=lambda: stop.is_set() or os.getppid() != parent)
 
 
-def _one(name: str, seed: int) -> bool:
-    return not _here["stopping"]() and _here["runner"].one(name, seed, _here["stopping"])
+def _train_one(name: str, seed: int) -> bool:
+    return not _worker["stopping"]() and _worker["runner"].one(name, seed, _worker["stopping"])

@@ -1,4 +1,4 @@
-"""All figures of one performance of the test windows."""
+"""Computes all figures of generated motion for the test windows."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ _BATCH = 128
 
 @dataclass(frozen=True)
 class Figure:
-    """A column: its title, its unit and which way is better ("less", "more" or "real": as the performed motion has it)."""
+    """A column of the table: its title, its unit and which values are better ("less", "more" or "real": near recorded ones)."""
 
     title: str
     unit: str
@@ -48,20 +48,20 @@ FIGURES = {
 
 
 BY_WINDOW = ("maje_code", "mad_code", "mpjpe", "beat_alignment")
-"""Figures that each window has of its own; the others are of all windows together."""
+"""Figures that are computed for each window; the others are of all windows together."""
 APPROPRIATE = ("maje_code", "fgd", "beat_alignment", "cca")
-"""Figures in which motion that answers its own speech differs from motion that was made for another's."""
+"""Figures that tell motion generated for its own speech from motion generated for other speech."""
 
 
 class Judged(NamedTuple):
-    """Figures of each draw, and by window ``(draws, n)`` of :data:`BY_WINDOW` and the ``features`` ``(draws, n, 32)``."""
+    """Figures of each draw, those of each window ``(draws, n)`` by :data:`BY_WINDOW`, and ``features`` ``(draws, n, 32)``."""
 
     draws: list[dict[str, float]]
     windows: dict[str, np.ndarray]
 
 
 class Bench:
-    """Windows of one split, what is heard in them, and the extractor: the same for every system."""
+    """The windows of one split, their speech and the feature extractor: the same for every system."""
 
     def __init__(self, data: Data, extractor: Extractor, windows: int, split: int = TEST):
         self.data, self.extractor, self.given, self.fps = data, extractor, data.given, data.lengths.fps
@@ -71,17 +71,17 @@ class Bench:
 
     @cached_property
     def heard(self) -> list[np.ndarray]:
-        """Onsets of every window in seconds."""
+        """Sound onsets of every window in seconds."""
         return [rhythm.onsets(sound.astype(np.float32) / 32768) for sound in self.data.sounds(self.windows)]
 
     @property
     def talk(self) -> np.ndarray:
-        """The recording of every window ``(n,)``: what people say in it is what its performances have in common."""
+        """The recording of every window ``(n,)``, which may have several performances of the same speech."""
         return self.data.corpus.recording[self.windows[:, 0]]
 
     @cached_property
     def elsewhere(self) -> np.ndarray | None:
-        """For every window one of another recording ``(n, 2)``, each once; None where one recording holds half of them."""
+        """A permutation of the windows ``(n, 2)`` to other recordings; None if one recording has more than half of them."""
         order = np.argsort(self.talk, kind="stable")
         largest = int(np.bincount(self.talk).max())
         if 2 * largest > len(order):
@@ -92,41 +92,42 @@ class Bench:
 
     @cached_property
     def histogram(self) -> np.ndarray:
-        """Of the performed wrists' speeds."""
+        """The histogram of the recorded wrists' speeds."""
         return dynamics.wrist_speed_histogram(self.real, fps=self.fps)
 
     @torch.inference_mode()
     def perform(
         self, system: System, seed: int, device: str = "cpu", ids: str = "own", heard: np.ndarray | None = None
     ) -> np.ndarray:
-        """Directions ``(n, T, 9, 3)`` of all test windows; ``seed`` draws the styles.
+        """Generate directions ``(n, T, 9, 3)`` of all windows; ``seed`` draws the styles.
 
-        ``ids`` "own": each window as its own speaker; "random": as one drawn from all, as the public codes test. ``heard``
-        ``(n, 2)`` are the windows whose sound and words are heard instead of a window's own; poses and speaker stay.
+        ``ids`` "own" uses each window's own speaker, "random" one drawn from all, as the public codes test. ``heard``
+        ``(n, 2)`` are the windows whose sound and words are used instead of the own ones; poses and speaker stay.
         """
         system.eval()
         torch.manual_seed(seed)
-        made = []
+        parts = []
         pieces = -(-len(self.windows) // _BATCH)
         for part, other in zip(*(np.array_split(all, pieces) for all in (self.windows, self._heard(heard))), strict=True):
             sample = self.data.sample(part)
             if heard is not None:
                 sample = replace(self.data.sample(other), directions=sample.directions, speaker=sample.speaker)
             if ids == "random":
-                drawn = torch.randint(system.speakers or self.data.speakers, sample.speaker.shape)
-            sample = replace(sample, speaker=drawn if ids == "random" else system.ids(sample.speaker))
-            made.append(system.perform(sample.to(device)).cpu().numpy())
-        return np.concatenate(made)
+                speaker = torch.randint(system.speakers or self.data.speakers, sample.speaker.shape)
+            else:
+                speaker = system.ids(sample.speaker)
+            parts.append(system.perform(replace(sample, speaker=speaker).to(device)).cpu().numpy())
+        return np.concatenate(parts)
 
     def score(self, made: np.ndarray) -> dict[str, float]:
-        """The figures that weights can be selected by, of directions ``(n, T, 9, 3)``: MAJE (code) and FGD."""
+        """Return the figures by which weights can be selected, of directions ``(n, T, 9, 3)``: MAJE and FGD."""
         return {
             "maje_code": errors.maje_code(made, self.real, self.given),
             "fgd": frechet.frechet_distance(self.extractor.features(made), self.features),
         }
 
     def windowed(self, made: np.ndarray) -> dict[str, np.ndarray]:
-        """:data:`BY_WINDOW` ``(n,)`` each and the ``features`` ``(n, 32)`` of directions ``(n, T, 9, 3)``."""
+        """Return :data:`BY_WINDOW`, each ``(n,)``, and ``features`` ``(n, 32)`` of directions ``(n, T, 9, 3)``."""
         return {
             "maje_code": errors.maje_code_windows(made, self.real, self.given),
             "mad_code": errors.mad_code_windows(made, self.real),
@@ -136,9 +137,9 @@ class Bench:
         }
 
     def judge(self, made: np.ndarray, windows: dict[str, np.ndarray] | None = None) -> dict[str, float]:
-        """Figures of directions ``(n, T, 9, 3)`` as a system made them; of the real ones: what a perfect system reaches.
+        """Return the figures of generated directions ``(n, T, 9, 3)``; recorded ones give those of a perfect system.
 
-        ``windows`` is what :meth:`windowed` says of them, if that is known.
+        ``windows`` is the result of :meth:`windowed` for them, if it is there already.
         """
         windows = self.windowed(made) if windows is None else windows
         features = windows["features"]
@@ -158,18 +159,18 @@ class Bench:
         }
 
     def judge_draws(self, perform: Callable[[int], np.ndarray], draws: int) -> Judged:
-        """Figures of ``perform(draw)`` for every draw; multimodality, which is of all draws together, stands in each."""
+        """Return the figures of ``perform(draw)`` for every draw; multimodality, which needs all draws, is repeated in each."""
         results, windows = [], []
         for draw in range(draws):
             made = perform(draw)
             windows.append(self.windowed(made))
             results.append(self.judge(made, windows[-1]))
-        together = {name: np.stack([one[name] for one in windows]).astype(np.float32) for name in windows[0]}
-        spread = variety.multimodality(together["features"])
-        return Judged([result | {"multimodality": spread} for result in results], together)
+        stacked = {name: np.stack([one[name] for one in windows]).astype(np.float32) for name in windows[0]}
+        spread = variety.multimodality(stacked["features"])
+        return Judged([result | {"multimodality": spread} for result in results], stacked)
 
     def judge_elsewhere(self, perform: Callable[[int], np.ndarray], draws: int) -> Judged:
-        """:data:`APPROPRIATE` figures of motion that was made for another's speech, held against the window's own."""
+        """Return the :data:`APPROPRIATE` figures of motion generated for other speech, compared with the own motion."""
         results, windows = [], []
         for draw in range(draws):
             made = perform(draw)
@@ -189,5 +190,5 @@ class Bench:
 
 
 def _mean(values: np.ndarray) -> float:
-    """Of the windows that have the figure."""
+    """Return the mean over the windows that have the figure; NaN without any."""
     return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")

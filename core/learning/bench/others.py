@@ -1,4 +1,4 @@
-"""What others bring to a bench: networks that are trained already, folders of motions, trainings of other benches."""
+"""External rows of a bench: trained checkpoints, folders of motions, and trainings of other benches."""
 
 from collections.abc import Callable
 from os import PathLike
@@ -16,6 +16,7 @@ from ..systems.imported import Imported
 from ..systems.lengths import Lengths
 from ..systems.system import System
 from ..train import state
+from ..train.dataset import Corpus
 from . import contextual
 from .data import Data
 from .drawing import Drawer
@@ -27,16 +28,17 @@ from .weights import WEIGHTS
 
 SHIPPED = "default"
 _FOREIGN = (".tar", ".bin", ".pth", ".pt")
-_ALONE = "each window by itself, from its own sound and words and the given poses"
-_LATE = 1.0
-"""Seconds that a motion may be shorter than its talk."""
-_SHOWN = 3
+_BY_WINDOW = "each window by itself, from its own sound and words and the given poses"
+_MAX_MISSING = 1.0
+"""Seconds by which a motion may be shorter than its talk."""
+_MAX_LISTED = 3
 
 
 class Brought(NamedTuple):
-    """``perform(draw, ids, heard)`` gives directions of the bench's windows; ``made`` is how, ``ids`` whose it can be.
+    """An external row: ``perform(draw, ids, heard)`` returns directions ``(n, T, 9, 3)`` of the bench's windows.
 
-    ``draws`` and ``answers`` say whether there is more than one performance, and whether another's speech can be heard.
+    ``made`` is a sentence on how they are generated, ``ids`` are the possible speaker modes (:data:`rows.IDS`). ``draws`` and
+    ``answers`` say whether there are several performances, and whether other speech can be used.
     """
 
     perform: Callable[..., np.ndarray]
@@ -47,14 +49,14 @@ class Brought(NamedTuple):
 
 
 def shipped(bench: Bench) -> Brought:
-    """The network that performs for users, as it is."""
+    """Return the row of the shipped network."""
     drawer = Drawer()
-    how = f"the network that is shipped, not trained here, perhaps on talks like these; {_ALONE}"
-    return Brought(_drawn(drawer, bench), how, IDS if drawer.knows(bench) else IDS[1:])
+    how = f"the network that is shipped, not trained here, perhaps on talks like these; {_BY_WINDOW}"
+    return Brought(_perform_by(drawer, bench), how, IDS if drawer.knows(bench) else IDS[1:])
 
 
 def check(path: str | PathLike) -> None:
-    """Raise :class:`UsageError` for what cannot be judged, before anything is done."""
+    """Raise :class:`UsageError` if ``path`` cannot be a row, before anything else is done."""
     path = Path(path)
     if not path.exists():
         raise UsageError(f"There is no {path}.", "Name a checkpoint, a system's folder of a bench, or a folder of motions.")
@@ -64,7 +66,7 @@ def check(path: str | PathLike) -> None:
 
 
 def brought(path: str | PathLike, bench: Bench, device: str) -> Brought:
-    """A checkpoint, a system's folder of a bench, or a folder of motions named after the talks of the test split.
+    """Return the row of a checkpoint, of a system's folder of a bench, or of a folder of motions (:func:`motions`).
 
     Raises :class:`UsageError` and what reading those raises.
     """
@@ -73,36 +75,40 @@ def brought(path: str | PathLike, bench: Bench, device: str) -> Brought:
         if (path / WEIGHTS).is_file():
             return brought(path / WEIGHTS, bench, device)
         if (path / STATE).is_file():
-            return _performed(_trained(path, data), bench, device, f"trained in {path}; {_ALONE}")
+            return _system_row(_load_trained(path, data), bench, device, f"trained in {path}; {_BY_WINDOW}")
         return motions(path, bench)
     if ModelConfig.from_dict(catalogue.read_facts(path)["config"]).decoder == "flow":
         drawer = Drawer(path)
         return Brought(
-            _drawn(drawer, bench), f"{path.name}, not trained here; {_ALONE}", IDS if drawer.knows(bench) else IDS[1:]
+            _perform_by(drawer, bench), f"{path.name}, not trained here; {_BY_WINDOW}", IDS if drawer.knows(bench) else IDS[1:]
         )
     loaded = checkpoint.load(path, device)
     system = Imported(loaded, data.corpus.meta["words"], [one["name"] for one in data.corpus.speakers], data.lengths)
-    how = f"{path.name}, not trained here; {_ALONE}" + (
+    how = f"{path.name}, not trained here; {_BY_WINDOW}" + (
         "" if loaded.meta.get("vocabulary") else "; it was imported without words"
     )
-    return _performed(system, bench, device, how)
+    return _system_row(system, bench, device, how)
 
 
 def motions(folder: Path, bench: Bench) -> Brought:
-    """Whole talks that were performed elsewhere: ``TALK SPEAKER.npz`` or ``TALK.npz``, or .bvh; no pose is given to them."""
+    """Return the row of a folder of motions of whole test talks, generated elsewhere without seed poses.
+
+    Files are named ``TALK SPEAKER.npz`` or ``TALK.npz``, or .bvh. Raises :class:`UsageError` where one is missing or short.
+    """
     corpus, cut = bench.data.corpus, np.empty_like(bench.real)
     files = {talk: _file(folder, corpus, talk) for talk in np.unique(bench.windows[:, 0])}
     missing = [_names(corpus, talk)[-1] for talk, file in files.items() if file is None]
     if missing:
-        named = ", ".join(missing[:_SHOWN]) + (", ..." if len(missing) > _SHOWN else "")
+        named = ", ".join(missing[:_MAX_LISTED]) + (", ..." if len(missing) > _MAX_LISTED else "")
         raise UsageError(
             f"{folder} holds no motion for {len(missing)} of {len(files)} test talks: {named}.", "Name files as the talks."
         )
     for talk, file in files.items():
+        assert file is not None  # otherwise it is missing
         motion = motion_files.load(file)
         directions = ten_joints.resample(motion.directions, motion.fps, bench.fps)
-        wanted = int(corpus.starts[talk + 1] - corpus.starts[talk])
-        if len(directions) < wanted - _LATE * bench.fps:
+        length = int(corpus.starts[talk + 1] - corpus.starts[talk])
+        if len(directions) < length - _MAX_MISSING * bench.fps:
             raise UsageError(f"{file} ends after {motion.duration:.1f} s, before its talk does.", "Perform the whole talk.")
         here = bench.windows[:, 0] == talk
         rows = bench.windows[here, 1][:, None] + np.arange(cut.shape[1])
@@ -111,31 +117,31 @@ def motions(folder: Path, bench: Bench) -> Brought:
     return Brought(lambda draw, ids, heard=None: cut, made, IDS[:1], draws=False, answers=False)
 
 
-def _names(corpus, talk: int) -> list[str]:
-    """What a file of this performance may be called."""
+def _names(corpus: Corpus, talk: int) -> list[str]:
+    """Return the possible file names of a performance, without suffix."""
     number = int(corpus.recording[talk])
     name = contextual.name(corpus.meta["recordings"][number], number)
     return [f"{name} {corpus.speakers[corpus.speaker[talk]]['name']}", name]
 
 
-def _file(folder: Path, corpus, talk: int) -> Path | None:
+def _file(folder: Path, corpus: Corpus, talk: int) -> Path | None:
     paths = (folder / f"{name}{suffix}" for name in _names(corpus, talk) for suffix in motion_files.SUFFIXES)
     return next((path for path in paths if path.is_file()), None)
 
 
-def _drawn(drawer: Drawer, bench: Bench) -> Callable[..., np.ndarray]:
+def _perform_by(drawer: Drawer, bench: Bench) -> Callable[..., np.ndarray]:
     return lambda draw, ids, heard=None: drawer.perform(bench, draw, ids, heard)
 
 
-def _performed(system: System, bench: Bench, device: str, made: str) -> Brought:
+def _system_row(system: System, bench: Bench, device: str, made: str) -> Brought:
     system = system.to(device)
     known = getattr(system, "known", True)
     ids = (IDS if known else IDS[1:]) if system.knows_speakers else IDS[:1]
     return Brought(lambda draw, ids, heard=None: bench.perform(system, draw, device, ids, heard), made, ids)
 
 
-def _trained(folder: Path, data: Data) -> System:
-    """A system of another bench that knows no speakers, with this data set's words."""
+def _load_trained(folder: Path, data: Data) -> System:
+    """Load a system of another bench, with this data set's words; raises :class:`UsageError` where its settings do not fit."""
     name = folder.name.rpartition("-")[0]
     if name not in KNOWN or not (folder.parent / SETTING).is_file():
         raise UsageError(f"{folder} is no system's folder of a bench.", "Name one such as bench/seq2seq-1.")

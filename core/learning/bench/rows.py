@@ -1,4 +1,4 @@
-"""The rows of the table, from all that has been judged in a bench's folder, and how sure they are."""
+"""The rows of the table: reads and writes the figures in a bench's folder, and adds intervals and tests."""
 
 import json
 import re
@@ -18,14 +18,14 @@ from .judging import APPROPRIATE, BY_WINDOW, Bench, Judged
 
 FIGURES, WINDOWS = "figures.json", "windows.npz"
 IDS = ("own", "random")
-"""As whom the windows of the test are performed: as their own speakers, or as ones drawn from all."""
+"""Speaker modes of the test: each window's own speaker, or one drawn from all."""
 ELSEWHERE = "elsewhere"
 WINNER = "s2ag"
 
 
 @dataclass(frozen=True)
 class Row:
-    """One system's trainings, or one performance of somebody else's: ``facts`` and ``windows`` of each seed."""
+    """All trainings of a system, or an external row: ``facts`` and figures of ``windows`` for each seed."""
 
     name: str
     seeds: list[int]
@@ -34,39 +34,39 @@ class Row:
 
     @property
     def title(self) -> str:
-        """What the table calls it."""
+        """Its title in the table."""
         return self.facts[0].get("title") or (KNOWN[self.name].title if self.name in KNOWN else self.name)
 
     @property
     def ids(self) -> str:
-        """The first of :data:`IDS` that it performed as."""
+        """Its first speaker mode of :data:`IDS`."""
         return next(ids for ids in IDS if ids in self.facts[0]["draws"])
 
     def of(self, figure: str, ids: str = "") -> np.ndarray:
-        """``(seeds, draws, n)`` of a figure by window, or ``(seeds, draws, n, 32)`` features."""
+        """Return a figure of all windows ``(seeds, draws, n)``, or their features ``(seeds, draws, n, 32)``."""
         return np.stack([one[f"{ids or self.ids}_{figure}"] for one in self.windows])
 
 
 def judged(folder: Path) -> bool:
-    """Whether a system's folder holds all that a row needs; benches of before kept no figures by window."""
+    """Return whether a system's folder holds all that a row needs; older benches have no figures by window."""
     return (folder / FIGURES).is_file() and (folder / WINDOWS).is_file()
 
 
 def keep(folder: Path, facts: dict, protocols: dict[str, Judged], elsewhere: Judged | None) -> None:
-    """Write what was found: ``protocols`` by test ids, and of motion that was made for another's speech."""
+    """Write the figures of each speaker mode (``protocols``), and those of motion generated for other speech."""
     folder.mkdir(parents=True, exist_ok=True)
-    whole = protocols if elsewhere is None else {**protocols, ELSEWHERE: elsewhere}
-    arrays = {f"{ids}_{name}": values for ids, one in whole.items() for name, values in one.windows.items()}
+    parts = protocols if elsewhere is None else {**protocols, ELSEWHERE: elsewhere}
+    arrays = {f"{ids}_{name}": values for ids, part in parts.items() for name, values in part.windows.items()}
     with whole_file(folder / WINDOWS) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, **arrays)
-    told = facts | {"draws": {ids: one.draws for ids, one in protocols.items()}}
-    told |= {} if elsewhere is None else {ELSEWHERE: elsewhere.draws}
+    content = facts | {"draws": {ids: part.draws for ids, part in protocols.items()}}
+    content |= {} if elsewhere is None else {ELSEWHERE: elsewhere.draws}
     with whole_file(folder / FIGURES) as temporary:
-        temporary.write_text(json.dumps(told), encoding="utf-8")
+        temporary.write_text(json.dumps(content), encoding="utf-8")
 
 
 def found(folder: Path) -> list[Row]:
-    """All rows of a bench: the paper's systems in its order, the others after them."""
+    """Read all rows of a bench: the paper's systems in its order, then the others."""
     seeds: dict[str, list[int]] = {}
     for path in sorted(folder.iterdir()):
         match = re.fullmatch(r"(.+)-(\d+)", path.name)
@@ -77,10 +77,10 @@ def found(folder: Path) -> list[Row]:
 
 
 def summary(row: Row, bench: Bench, winner: Row | None) -> dict:
-    """What the report says of a row; the ``against`` of S2AG is corrected later, for all rows together."""
+    """Return a row of the report; p values ``against`` S2AG are corrected later, for all rows together (:func:`correct`)."""
     first = row.facts[0]
     figures = {ids: table.summarise([draw for one in row.facts for draw in one["draws"][ids]]) for ids in first["draws"]}
-    told = {
+    result = {
         "title": row.title,
         "made": first.get("made", ""),
         "seeds": row.seeds,
@@ -91,11 +91,11 @@ def summary(row: Row, bench: Bench, winner: Row | None) -> dict:
         "against": {} if winner is None or winner.name == row.name else _against(winner, row, bench),
         **_training(row.facts),
     }
-    return told | _answers(row, bench)
+    return result | _answers(row, bench)
 
 
 def correct(rows: dict[str, dict]) -> None:
-    """Replace the p values of ``against`` by those corrected for how many systems are tested."""
+    """Correct the p values of ``against`` in place for the number of tested systems, by Holm's method."""
     for figure in table.PAPER:
         values = {name: row["against"][figure] for name, row in rows.items() if figure in row["against"]}
         for name, value in holm(values).items():
@@ -103,13 +103,14 @@ def correct(rows: dict[str, dict]) -> None:
 
 
 def answers(elsewhere: Sequence[dict], own: Sequence[dict]) -> dict:
-    """Figures of motion that was made for another's speech, and what the ``own`` ones gain over them: more is better."""
+    """Return the mean figures of motion for other speech, and what motion for ``own`` speech gains over it (more is better)."""
     there, here = table.summarise(elsewhere), table.summarise([{name: one[name] for name in APPROPRIATE} for one in own])
     signs = {name: -1 if name in ("beat_alignment", "cca") else 1 for name in APPROPRIATE}
     return {"elsewhere": there, "gains": {name: sign * (there[name][0] - here[name][0]) for name, sign in signs.items()}}
 
 
 def _read(folder: Path, name: str, seeds: Sequence[int]) -> Row:
+    """Read a row; raises :class:`CorpusUnreadable` where its files are damaged."""
     facts, windows = [], []
     for seed in seeds:
         place = folder / f"{name}-{seed}"
@@ -124,7 +125,7 @@ def _read(folder: Path, name: str, seeds: Sequence[int]) -> Row:
 
 
 def _training(facts: Sequence[dict]) -> dict:
-    """Of systems that were trained here; of others nothing was."""
+    """Return the facts of a row's trainings; those of external rows are zero."""
     rates = [one["windows_per_second"] for one in facts if one.get("windows_per_second")]
     return {
         "steps": max(one.get("steps", 0) for one in facts),
@@ -142,26 +143,27 @@ def _intervals(row: Row, bench: Bench, ids: str) -> dict[str, list[float] | None
 
 
 def _against(winner: Row, row: Row, bench: Bench) -> dict[str, float]:
-    """p of no difference, each performing as its first ids."""
+    """Return the p values of no difference between two rows, each in its first speaker mode."""
     if certainty.numbered(bench.talk)[1] < 2:
         return {}
     means = {name: [one.of(name).mean((0, 1)) for one in (winner, row)] for name in ("maje_code", "mad_code")}
     features = [one.of("features").reshape(-1, *bench.features.shape) for one in (winner, row)]
-    tested = {name: certainty.paired(*pair, bench.talk) for name, pair in means.items()}
-    return tested | {"fgd": certainty.paired_distance(*features, bench.features, bench.talk)}
+    values = {name: certainty.paired(ours, theirs, bench.talk) for name, (ours, theirs) in means.items()}
+    ours, theirs = features
+    return values | {"fgd": certainty.paired_distance(ours, theirs, bench.features, bench.talk)}
 
 
 def _answers(row: Row, bench: Bench) -> dict:
-    """What motion gains by being made for its own speech; the signs are such that more is better."""
+    """Return what motion gains by being generated for its own speech, with intervals and p values; more is better."""
     draws = [draw for one in row.facts for draw in one.get(ELSEWHERE, ())]
     if not draws:
         return {"elsewhere": {}, "gains": {}}
     result = answers(draws, [draw for one in row.facts for draw in one["draws"][row.ids]])
     result |= {"gain_intervals": {}, "gain_p": {}}
     for name in ("maje_code", "beat_alignment"):
-        theirs, mine = row.of(name, ELSEWHERE), row.of(name)
-        apart = (mine - theirs) if name == "beat_alignment" else (theirs - mine)
-        result["gain_intervals"][name] = certainty.interval(apart, bench.talk)
+        other, own = row.of(name, ELSEWHERE), row.of(name)
+        gain = (own - other) if name == "beat_alignment" else (other - own)
+        result["gain_intervals"][name] = certainty.interval(gain, bench.talk)
         if certainty.numbered(bench.talk)[1] > 1:
-            result["gain_p"][name] = certainty.paired(*(part.mean((0, 1)) for part in (theirs, mine)), bench.talk)
+            result["gain_p"][name] = certainty.paired(other.mean((0, 1)), own.mean((0, 1)), bench.talk)
     return result

@@ -1,4 +1,4 @@
-"""The whole bench: features, extractor, trainings, figures, table. What is done is not done again."""
+"""Runs the whole bench: features, extractor, trainings, figures, table. Finished parts are not repeated."""
 
 import hashlib
 import json
@@ -31,7 +31,7 @@ CURVES = "curves.png"
 
 
 class Runner:
-    """A bench in one folder; :meth:`go` may be stopped and called again. ``logs``: see :class:`Training`."""
+    """A bench in one folder; :meth:`go` may be stopped and called again. ``logs`` are those of :class:`Training`."""
 
     def __init__(
         self,
@@ -52,24 +52,24 @@ class Runner:
 
     @classmethod
     def opened(cls, folder: str, device: str = "cpu", say: Callable[[str], None] = print) -> "Runner":
-        """The bench that lies in ``folder``, with the settings and the data that it was begun with."""
+        """Open the bench in ``folder`` with its settings and data."""
         held = read(folder)
         return cls(folder, held.data, held.setting, device, say)
 
     def unfit(self, name: str) -> str:
-        """Why a system or the shipped network does not take this bench's windows, in a sentence; empty where it does."""
+        """Return why a system or the shipped network cannot use this bench's windows, in a sentence; empty if it can."""
         if name != others.SHIPPED:
             return KNOWN[name].unfit(self.data.lengths, self.data.width)
         return unfit(self.data.lengths)
 
     def fitting(self, names: Sequence[str]) -> list[str]:
-        """Those of ``names`` that take this bench's windows; the others are told."""
+        """Return those of ``names`` that can use this bench's windows; report the others."""
         for reason in filter(None, map(self.unfit, names)):
             self.say(f"Left out: {reason}")
         return [name for name in names if not self.unfit(name)]
 
     def collect(self, command: str, stopping: Callable[[], bool] = lambda: False) -> dict | None:
-        """Judge what has been trained and is not judged yet, train nothing; write and return the report."""
+        """Evaluate finished trainings without training any more; write and return the report, or None if stopped."""
         for place in sorted(self.folder.glob(f"*-*/{STATE}")):
             name, _, seed = place.parent.name.rpartition("-")
             if name not in KNOWN or not seed.isdecimal() or rows.judged(place.parent):
@@ -89,10 +89,11 @@ class Runner:
         jobs: int = 1,
         judge: Mapping[str, str] = MappingProxyType({}),
     ) -> dict | None:
-        """Train and judge what is left, write and return the report; None where ``stopping()`` came first.
+        """Train and evaluate what is left, write and return the report; None if ``stopping()`` came first.
 
-        Beside the catalogue's ``systems`` there is "default", which is only judged, as are what :func:`others.brought` takes,
-        ``judge`` by the names of their rows. ``jobs`` systems are trained side by side, each with its share of the threads.
+        ``systems`` are names of the catalogue, and "default" for the shipped network, which is only evaluated. ``judge`` maps
+        the names of further rows to paths for :func:`others.brought`. ``jobs`` systems are trained in parallel, each with its
+        share of the threads. Raises :class:`UsageError` for systems that do not fit.
         """
         for path in judge.values():
             others.check(path)
@@ -100,12 +101,12 @@ class Runner:
             raise UsageError(reason, "Leave it out of --systems, or change the windows.")
         if self.setting.validate_every and not len(self.data.windows[VALIDATION]):
             raise UsageError("The data set holds no validation windows.", "Use a larger one, or --setting small.")
-        found = self._extractor[1]
-        if not found["trusted"]:
-            self.say(found["problem"])
+        checks = self._extractor[1]
+        if not checks["trusted"]:
+            self.say(checks["problem"])
         shipped = others.SHIPPED in systems
         systems = [name for name in systems if name != others.SHIPPED]
-        # Seeds outside, so that a bench that was stopped early already compares all systems.
+        # Seeds are the outer loop, so that a bench that is stopped early compares all systems.
         pairs = [(name, seed) for seed in self.setting.seeds for name in systems]
         left = [(name, seed) for name, seed in pairs if not rows.judged(self.folder / f"{name}-{seed}")]
         threads = max(torch.get_num_threads() // jobs, 1)
@@ -129,7 +130,7 @@ class Runner:
         return Bench(self.data, self._extractor[0], self.setting.validation_windows, VALIDATION)
 
     def system(self, name: str, seed: int) -> System:
-        """One system as its training begins."""
+        """Build a system with the weights at the start of its training."""
         setting = self.setting
         build = Build(
             self.data.vectors,
@@ -148,7 +149,7 @@ class Runner:
         return KNOWN[name].build(build)
 
     def one(self, name: str, seed: int, stopping: Callable[[], bool] = lambda: False) -> bool:
-        """Train and judge one system, if that is not done yet; False where ``stopping()`` came first."""
+        """Train and evaluate one system, if that is not done yet; return False if ``stopping()`` came first."""
         folder = self.folder / f"{name}-{seed}"
         if rows.judged(folder):
             return True
@@ -178,36 +179,36 @@ class Runner:
         return True
 
     def other(self, name: str, path: str | None) -> None:
-        """Judge what is trained already, the shipped network for no path, if that is not done yet."""
+        """Evaluate an external row, or the shipped network if there is no path, unless that is done."""
         folder = self.folder / f"{name}-0"
         if rows.judged(folder):
             return
         bench = self._bench
-        here = others.shipped(bench) if path is None else others.brought(path, bench, self.device)
+        row = others.shipped(bench) if path is None else others.brought(path, bench, self.device)
         title = "default, as shipped" if path is None else name
-        self.say(f"{title}: {here.made}")
-        facts = {"title": title, "made": here.made}
-        self._judge(folder, facts, here.perform, here.ids, self.setting.draws if here.draws else 1, here.answers)
+        self.say(f"{title}: {row.made}")
+        facts = {"title": title, "made": row.made}
+        self._judge(folder, facts, row.perform, row.ids, self.setting.draws if row.draws else 1, row.answers)
 
     def use_contextual(self, path: str) -> None:
-        """Take vectors of words in their context from a file (:func:`contextual.bring`)."""
+        """Import contextual word vectors from a file (:func:`contextual.bring`)."""
         contextual.bring(path, self.data.corpus, self.folder)
         self.data.contextual = contextual.load(self.folder)
 
     def use_extractor(self, path: str) -> None:
-        """Take the features of the extractor in ``path``, ours or the authors', instead of training one.
+        """Use the extractor in the file ``path``, ours or the authors', instead of training one.
 
-        Raises :class:`UsageError` where this bench has another one already.
+        Raises :class:`UsageError` if it sees other windows, or this bench already has another one.
         """
-        given, kept = extractors.load_any(path), self.folder / EXTRACTOR
-        if given.frames != self.data.lengths.frames:
-            message = f"The extractor in {path} sees {given.frames} frames: these windows have {self.data.lengths}."
+        extractor, place = extractors.load_any(path), self.folder / EXTRACTOR
+        if extractor.frames != self.data.lengths.frames:
+            message = f"The extractor in {path} sees {extractor.frames} frames: these windows have {self.data.lengths}."
             raise UsageError(message, "Leave --extractor out; one is trained here.")
-        if not kept.is_file():
-            given.save(kept)
+        if not place.is_file():
+            extractor.save(place)
             return
-        held = extractors.Extractor.load(kept).state_dict()
-        if any(not torch.equal(value, held[name]) for name, value in given.state_dict().items()):
+        own = extractors.Extractor.load(place).state_dict()
+        if any(not torch.equal(value, own[name]) for name, value in extractor.state_dict().items()):
             raise UsageError(f"{self.folder} is judged with another extractor.", "Choose another folder.")
 
     def _training(self, name: str, seed: int) -> Training:
@@ -223,19 +224,23 @@ class Runner:
         draws: int = 0,
         answers: bool = True,
     ) -> None:
-        """Keep the figures of ``perform(draw, ids, heard)``; the last are windows whose speech is heard, None: their own."""
+        """Compute and write the figures of ``perform(draw, ids, heard)`` in all speaker modes ``protocols``.
+
+        ``heard`` are the windows whose speech is used, None for their own.
+        """
         bench, draws, first = self._bench, draws or self.setting.draws, protocols[0]
-        found = {ids: bench.judge_draws(lambda draw, ids=ids: perform(draw, ids), draws) for ids in protocols}
-        apart = None
+        figures = {ids: bench.judge_draws(lambda draw, ids=ids: perform(draw, ids), draws) for ids in protocols}
+        mismatched = None
         if answers and bench.elsewhere is not None:
-            apart = bench.judge_elsewhere(lambda draw: perform(draw, first, bench.elsewhere), draws)
-        rows.keep(folder, facts, found, apart)
-        mean = table.summarise(found[first].draws)
+            mismatched = bench.judge_elsewhere(lambda draw: perform(draw, first, bench.elsewhere), draws)
+        rows.keep(folder, facts, figures, mismatched)
+        mean = table.summarise(figures[first].draws)
         speed = f", {facts['windows_per_second']:.0f} windows/s" if "windows_per_second" in facts else ""
         self.say("  " + ", ".join(f"{key} {mean[key][0]:.3f}" for key in table.PAPER) + speed)
 
     @cached_property
     def _extractor(self) -> tuple[extractors.Extractor, dict]:
+        """The feature extractor, trained first if there is none, and the checks of its quality."""
         path, windows = self.folder / EXTRACTOR, self.data.windows[TRAIN]
         if path.is_file():
             extractor = extractors.Extractor.load(path).to(self.device)
@@ -247,21 +252,21 @@ class Runner:
 
             extractor = extractors.train(take, self.setting.extractor_steps, device=self.device, frames=self.setting.window)
             extractor.save(path)
-        found: dict = extractors.checks(extractor, self.data.motions(self.data.spread(TEST, self.setting.windows)))
+        checks: dict = extractors.checks(extractor, self.data.motions(self.data.spread(TEST, self.setting.windows)))
         try:
-            extractors.require_sound(found)
-            found["trusted"] = True
+            extractors.require_sound(checks)
+            checks["trusted"] = True
         except UsageError as error:
-            found |= {"trusted": False, "problem": str(error)}
-        found["sha256"] = hashlib.sha256(path.read_bytes()).hexdigest()
-        return extractor, found
+            checks |= {"trusted": False, "problem": str(error)}
+        checks["sha256"] = hashlib.sha256(path.read_bytes()).hexdigest()
+        return extractor, checks
 
     def _write(self, command: str, device: str) -> dict:
-        found, bench = rows.found(self.folder), self._bench
-        if not found:
+        entries, bench = rows.found(self.folder), self._bench
+        if not entries:
             raise UsageError(f"{self.folder} holds nothing that has been trained.", "Train with --data and --setting.")
-        winner = next((one for one in found if one.name == rows.WINNER), None)
-        systems = {one.name: rows.summary(one, bench, winner) for one in found}
+        winner = next((row for row in entries if row.name == rows.WINNER), None)
+        systems = {row.name: rows.summary(row, bench, winner) for row in entries}
         rows.correct(systems)
         report = {
             "command": command,
@@ -286,6 +291,7 @@ class Runner:
         return report
 
     def _claim(self, data: str, fps: float) -> None:
+        """Make the folder and write the settings, or check them against those of the bench in it."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -294,6 +300,6 @@ class Runner:
 
 
 def minutes_left(minutes: float) -> Callable[[], bool]:
-    """A ``stopping`` that says yes after so many minutes; 0: never."""
+    """Return a ``stopping`` function that returns True after so many minutes; with 0, never."""
     end = time.monotonic() + 60 * minutes
     return lambda: bool(minutes) and time.monotonic() > end

@@ -1,10 +1,10 @@
-"""How large a bench is: one object, named settings, and what may be changed from the command line."""
+"""The settings of a bench: sizes, protocol, and named presets."""
 
 import json
 from dataclasses import asdict, dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ... import json_text
 from ...errors import UsageError
@@ -15,7 +15,7 @@ from ...motion.skeleton import FPS
 from ..systems.lengths import LONGEST, SHORTEST
 
 SETTING = "setting.json"
-"""Of a bench in its folder."""
+"""The file of settings in a bench's folder."""
 _CHOICES = {
     "select": ("maje_code", "fgd"),
     "precision": ("32-true", "bf16-mixed"),
@@ -26,21 +26,20 @@ _CHOICES = {
 
 @dataclass(frozen=True)
 class Setting:
-    """Sizes of one bench.
+    """The settings of one bench.
 
-    ``share``: widths of all systems against the published ones. ``epochs``: passes over the training windows, at most
+    ``share``: factor on the published widths of all systems. ``epochs``: passes over the training windows, at most
     ``steps`` batches (0: no limit). ``windows``: test windows. ``draws``: styles drawn for each test window.
     ``trained_words``: word tables are trained, as published, or frozen. ``diversity_share``: part of a batch that is made
     a second time for the diversity term. ``filtered``: only windows that pass :mod:`datasets.filters`, as published.
-    ``faithful``: the public code's bugs instead of the corrected forms (reference section G). ``warm_up``: "code", S2AG's
-    discriminator neither learns nor is heard in the first pass (in a quarter of a training that is shorter than four), or
-    "paper", it does so from the start (reference A.11, 16). ``training_ids``: S2AG and its ablations learn each window as
-    its "own" speaker's, or as that of "strangers" as in the public code (A.11, 15). ``window`` frames are cut every ``hop``.
-    ``given``: poses of a window that are given to a system, 4 in the code; 17 of the 34 are the paper's T seeds of which the
-    next T follow (section 3.1.5). ``validate_every`` so many batches ``validation_windows`` are judged, and the weights with
-    the lowest ``select`` are the ones that count (0: the last ones are); the public codes select by L1 (S2AG) and FGD (GTC;
-    reference A.11, 26 and C).
-    ``precision``: of the training; judged is in float32.
+    ``faithful``: the public code's bugs instead of the corrected forms (reference section G). ``warm_up``: with
+    "code", S2AG's discriminator is off in the first pass (in a quarter of a training of less than four), with "paper" it is
+    on from the start (reference A.11, 16). ``training_ids``: S2AG and its ablations learn each window with the id of its
+    "own" speaker, or of "strangers" as in the public code (A.11, 15). Windows of ``window`` frames are cut every ``hop``.
+    ``given``: seed poses of a window, 4 in the code; with 17 of 34 they are the paper's T seed poses, which the next T follow
+    (section 3.1.5). ``validate_every``: batches between evaluations of ``validation_windows``, after which the weights with
+    the lowest ``select`` are used (0: the last weights are used); the public codes select by L1 (S2AG) and FGD (GTC;
+    reference A.11, 26 and C). ``precision``: that of the training; evaluation is in float32.
     """
 
     name: str
@@ -71,9 +70,9 @@ class Setting:
         for name in ("batch", "extractor_steps", "windows", "draws"):
             if getattr(self, name) < 1:
                 raise UsageError(f"{name} is {getattr(self, name)}.", "Set it to 1 or more.")
-        for name, known in _CHOICES.items():
-            if getattr(self, name) not in known:
-                raise UsageError(f"There is no {name} {getattr(self, name)!r}.", f"Known are {' and '.join(known)}.")
+        for name, choices in _CHOICES.items():
+            if getattr(self, name) not in choices:
+                raise UsageError(f"There is no {name} {getattr(self, name)!r}.", f"Known are {' and '.join(choices)}.")
         if not (SHORTEST <= self.window <= LONGEST and 1 <= self.hop <= self.window):
             message = f"Windows of {self.window} frames every {self.hop} are out of range."
             raise UsageError(message, f"Take {SHORTEST} to {LONGEST} frames, no farther apart than they are long.")
@@ -84,29 +83,29 @@ class Setting:
             raise UsageError("share, epochs and seeds must not be empty.", "Set share and epochs above 0 and name a seed.")
 
     def length(self, windows: int) -> int:
-        """Steps of a training on so many windows."""
+        """Return the number of steps of a training on so many windows."""
         steps = max(round(self.epochs * windows / self.batch), 1)
         return min(steps, self.steps) if self.steps else steps
 
     def batches(self, windows: int) -> int:
-        """Of one pass over so many windows."""
+        """Return the number of batches in one pass over so many windows."""
         return max(windows // self.batch, 1)
 
     def first_pass(self, windows: int) -> float:
-        """The share of a training that its first pass is, above 1 where it is shorter than that; 0 without warm-up."""
+        """Return the share of the first pass in a training, above 1 if it is longer than that; 0 without warm-up."""
         return self.batches(windows) / self.length(windows) if self.warm_up == "code" else 0.0
 
-    def replace(self, **changes) -> "Setting":
-        """The same with some changed."""
+    def replace(self, **changes: Any) -> "Setting":
+        """Return a copy with some settings changed."""
         return replace(self, **changes)
 
     def to_dict(self) -> dict:
-        """JSON-ready."""
+        """Return the settings as a dict for JSON."""
         return asdict(self) | {"seeds": list(self.seeds)}
 
     @classmethod
     def from_dict(cls, settings: dict) -> "Setting":
-        """Inverse of :meth:`to_dict`; raises :class:`UsageError`."""
+        """Return the settings in a dict of :meth:`to_dict`; raises :class:`UsageError`."""
         return build(cls, settings, "bench setting")
 
 
@@ -127,7 +126,7 @@ published, for a GPU."""
 
 
 class Held(NamedTuple):
-    """What a bench was begun with: its settings, the folder of its data set, and the poses that has a second."""
+    """The start of a bench: its settings, the folder of its data set, and the frame rate of that."""
 
     setting: Setting
     data: str
@@ -135,7 +134,7 @@ class Held(NamedTuple):
 
 
 def read(folder: str | PathLike) -> Held:
-    """Of the bench in ``folder``; raises :class:`UsageError` where there is none."""
+    """Read the settings of the bench in ``folder``; raises :class:`UsageError` if there is none or they are damaged."""
     path = Path(folder) / SETTING
     if not path.is_file():
         raise UsageError(f"{folder} holds no bench.", "Name its data set with --data to begin one.")
@@ -151,16 +150,16 @@ def read(folder: str | PathLike) -> Held:
 
 
 def claim(folder: Path, begun: Held) -> None:
-    """Write what a bench is begun with, or raise :class:`UsageError` where the folder holds one with other settings or data.
+    """Write the settings of a new bench; raise :class:`UsageError` if the folder holds one with other settings or data.
 
-    Seeds may be added later; settings that are newer than a bench are in it as they were.
+    Seeds may be added later. Settings that an older bench does not have count as their defaults.
     """
-    path, wanted = folder / SETTING, begun._replace(data=str(Path(begun.data).absolute()))
+    path, absolute = folder / SETTING, begun._replace(data=str(Path(begun.data).absolute()))
     if path.is_file():
         held = read(folder)
-        if held._replace(setting=held.setting.replace(seeds=begun.setting.seeds)) != wanted:
+        if held._replace(setting=held.setting.replace(seeds=begun.setting.seeds)) != absolute:
             raise UsageError(f"{folder} holds a bench with other settings or data.", "Choose another folder.")
         return
     rate = {} if begun.fps == FPS else {"fps": begun.fps}
     with whole_file(path) as temporary:
-        temporary.write_text(json.dumps({"data": wanted.data, **rate, **begun.setting.to_dict()}, indent=1), encoding="utf-8")
+        temporary.write_text(json.dumps({"data": absolute.data, **rate, **begun.setting.to_dict()}, indent=1), encoding="utf-8")

@@ -1,6 +1,6 @@
-"""The table: mean and spread of every figure beside the paper's numbers, as Markdown and as JSON."""
+"""Writes the table as Markdown: mean and spread of every figure beside the paper's numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from .judging import FIGURES
 
 PAPER = ("maje_code", "mad_code", "fgd")
 OF_FEATURES = ("fgd", "feature_distance", "diversity", "multimodality")
-"""Figures that say nothing where the features do not."""
+"""Figures that mean nothing if the feature extractor has collapsed."""
 NOTE = """\
 Mean ± standard deviation over training seeds and style draws; a row has as many seeds as it names. "Paper": the numbers
 printed in the paper's Table 2 for TED Gesture (for Gesticulator: GENEA 2020). They are no goal here and must not be compared
@@ -35,7 +35,7 @@ DATA = {
     "ted": "The data set was converted here; splits, filters and word vectors may differ from the paper's.",
 }
 OTHER_DATA = "The data set is another one."
-"""What is said of a table's data by the name of their kind, and of all others."""
+"""The sentence on the data set by its kind, and that for all others."""
 CERTAIN = """\
 95 % intervals by the bootstrap over talks and seeds (1,000 resamples), since windows of one talk are not independent; with one
 seed they say nothing of what another training would give. p: permutation test of no difference from S2AG, both changing places
@@ -50,7 +50,7 @@ by the exchange; motion that only looks like somebody speaking does not (the mis
 
 
 def summarise(results: Sequence[dict[str, float]]) -> dict[str, list[float]]:
-    """``{figure: [mean, standard deviation]}`` over seeds and draws; the deviation of one result is 0."""
+    """Return ``{figure: [mean, standard deviation]}`` over seeds and draws; the deviation of a single result is 0."""
     names = results[0]
     return {
         name: [
@@ -62,23 +62,23 @@ def summarise(results: Sequence[dict[str, float]]) -> dict[str, list[float]]:
 
 
 def markdown(report: dict) -> str:
-    """The whole report as Markdown; ``report`` is what :func:`run.bench` writes as JSON."""
+    """Return a report as Markdown; ``report`` is that of :class:`run.Runner`."""
     lines = ["# The table", "", "`" + report["command"] + "`", "", _setting(report), "", *_main(report), "", _note(report)]
     lines += [*_certainty(report), *_appropriate(report), "", "## All figures", "", *_all(report)]
     lines += ["", "## Training", "", *_training(report), "", "## Extractor", ""]
-    found = report["extractor"]
+    checks = report["extractor"]
     lines.append(
-        f"Reconstruction misses {found['missed']:.1%} of the variance of unseen motion; two halves of the real test motion lie "
-        f"{found['halves']:.3f} apart, a held mean pose {found['still']:.2f} ({found['ratio']:.0f} times as far)."
-        + ("" if found["trusted"] else " **It has collapsed: FGD and its like say nothing and are left out.**")
+        f"Reconstruction misses {checks['missed']:.1%} of the variance of unseen motion; two halves of the real test motion "
+        f"lie {checks['halves']:.3f} apart, a held mean pose {checks['still']:.2f} ({checks['ratio']:.0f} times as far)."
+        + ("" if checks["trusted"] else " **It has collapsed: FGD and its like say nothing and are left out.**")
     )
     return "\n".join([*lines, *_verdict(report)]) + "\n"
 
 
 def better(report: dict, winner: str = "s2ag") -> dict[str, dict[str, float]]:
-    """For each of the paper's figures, how much lower (as a share) ``winner`` is than every other system; negative: higher.
+    """Return by what share ``winner`` is lower than each other system in the paper's figures; negative if higher.
 
-    Figures of features are left out where the extractor has collapsed: they would rank by chance.
+    Figures of features are left out if the extractor has collapsed, since they would rank by chance.
     """
     rows = report["systems"]
     if winner not in rows or len(rows) == 1:
@@ -90,7 +90,7 @@ def better(report: dict, winner: str = "s2ag") -> dict[str, dict[str, float]]:
             if name != winner
         }
         for figure in PAPER
-        if _says(figure, report)
+        if _is_meaningful(figure, report)
     }
 
 
@@ -98,8 +98,8 @@ def _note(report: dict) -> str:
     return NOTE.rstrip().format(data=DATA.get(report.get("source", ""), OTHER_DATA))
 
 
-def _says(figure: str, report: dict) -> bool:
-    """Whether a figure says anything: those of features say nothing where the extractor has collapsed."""
+def _is_meaningful(figure: str, report: dict) -> bool:
+    """Return whether a figure means anything: those of features do not if the extractor has collapsed."""
     return figure not in OF_FEATURES or report["extractor"]["trusted"]
 
 
@@ -119,7 +119,7 @@ def _setting(report: dict) -> str:
 
 
 def _windows(report: dict) -> str:
-    """What is not as published of how windows are cut."""
+    """Return a sentence on the windows if they are not cut as published."""
     setting = report["setting"]
     if (setting["window"], setting["hop"], report["fps"]) == (FRAMES, HOP, FPS):
         return ""
@@ -138,17 +138,17 @@ def _main(report: dict) -> list[str]:
     paper = (f"Paper: {FIGURES[name].title.split()[0]}" for name in PAPER)
     lines = [_row(["System", "Test ids", "Seeds", *titles, *paper]), _row(["---"] * 9)]
     for name, ids, row in _rows(report):
-        shown = (_shown(row, figure, report) for figure in PAPER)
+        shown = (_cell(row, figure, report) for figure in PAPER)
         lines.append(_row([row["title"], ids, _seeds(row), *shown, *_paper(name)]))
     made = [f"- {row['title']}: {row['made']}" for row in report["systems"].values() if row["made"]]
     return [*lines, "", *made] if made else lines
 
 
 def _certainty(report: dict) -> list[str]:
-    """Intervals of the paper's figures and what tests against S2AG say."""
+    """Return the section of intervals of the paper's figures and tests against S2AG."""
     lines = ["", "## How sure that is", "", CERTAIN.rstrip(), ""]
-    lines += [_row(["System", "Test ids", *(_pair(FIGURES[name].title) for name in PAPER)]), _row(["---"] * 5)]
-    found = False
+    lines += [_row(["System", "Test ids", *(_certainty_title(FIGURES[name].title) for name in PAPER)]), _row(["---"] * 5)]
+    any_bounds = False
     for name, ids, row in _rows(report):
         if name not in report["systems"]:
             continue
@@ -156,14 +156,14 @@ def _certainty(report: dict) -> list[str]:
         for figure in PAPER:
             p = row["against"].get(figure) if ids == (row["ids"] if row["random_ids"] else ids) else None
             cell = "" if bounds[figure] is None else " to ".join(_value((bound, 0)) for bound in bounds[figure])
-            found |= bounds[figure] is not None
-            cells.append((cell + ("" if p is None else f", {_p(p)}")) if _says(figure, report) else "collapsed")
+            any_bounds |= bounds[figure] is not None
+            cells.append((cell + ("" if p is None else f", {_p(p)}")) if _is_meaningful(figure, report) else "collapsed")
         lines.append(_row([row["title"], ids, *cells]))
-    return lines if found else []
+    return lines if any_bounds else []
 
 
 def _appropriate(report: dict) -> list[str]:
-    """How much motion that was made for its own speech suits it better than motion that was made for another's."""
+    """Return the section on how much better motion for its own speech fits than motion for other speech."""
     rows = [(name, row) for name, row in [*report["systems"].items(), *report["references"].items()] if row.get("gains")]
     if not rows:
         return []
@@ -175,7 +175,7 @@ def _appropriate(report: dict) -> list[str]:
         cells = []
         for name in names:
             pair = (_value((row[part][name][0], 0)) for part in ("figures", "elsewhere"))
-            cells.append(" / ".join(pair) if _says(name, report) else "collapsed")
+            cells.append(" / ".join(pair) if _is_meaningful(name, report) else "collapsed")
         for name in ("maje_code", "beat_alignment"):
             bounds, p = (row.get(part, {}).get(name) for part in ("gain_intervals", "gain_p"))
             cell = _value((row["gains"][name], 0))
@@ -192,7 +192,7 @@ def _all(report: dict) -> list[str]:
     lines = [_row(["Figure", "Unit", "Better", *titles]), _row(["---"] * (3 + len(rows)))]
     for name in rest:
         figure = FIGURES[name]
-        lines.append(_row([figure.title, figure.unit, figure.better, *(_shown(row, name, report) for *_, row in rows)]))
+        lines.append(_row([figure.title, figure.unit, figure.better, *(_cell(row, name, report) for *_, row in rows)]))
     return lines
 
 
@@ -207,11 +207,11 @@ def _training(report: dict) -> list[str]:
 
 
 def _verdict(report: dict) -> list[str]:
-    found = better(report)
-    if not found:
+    shares_by_figure = better(report)
+    if not shares_by_figure:
         return []
     lines = ["", "## S2AG against the others", ""]
-    for figure, others in found.items():
+    for figure, others in shares_by_figure.items():
         behind = {name: -share for name, share in others.items() if share <= 0}
         title = FIGURES[figure].title
         if not behind:
@@ -227,17 +227,17 @@ def _verdict(report: dict) -> list[str]:
 
 
 def _rows(report: dict) -> list[tuple[str, str, dict]]:
-    """Name, test ids and row of every line; systems that know speakers have two."""
+    """Return name, test ids and row of every line; systems with speaker ids have two lines."""
     rows = []
     for name, row in report["systems"].items():
-        drawn = row["random_ids"]
-        rows.append((name, row["ids"] if drawn or row["ids"] == "random" else "", row))
-        rows += [(name, "random", {**row, "figures": drawn})] if drawn else []
+        random = row["random_ids"]
+        rows.append((name, row["ids"] if random or row["ids"] == "random" else "", row))
+        rows += [(name, "random", {**row, "figures": random})] if random else []
     return rows + [(name, "", row) for name, row in report["references"].items()]
 
 
 def _seeds(row: dict) -> str:
-    """Of a training; what was not trained here has none."""
+    """Return the seeds of a row's trainings, empty for external rows."""
     return ", ".join(map(str, row["seeds"])) if row.get("steps") else ""
 
 
@@ -245,22 +245,22 @@ def _p(value: float) -> str:
     return "p < 0.001" if value < 0.001 else f"p = {value:.3f}"
 
 
-def _pair(title: str) -> str:
+def _certainty_title(title: str) -> str:
     return f"{title}: 95 %, p against S2AG"
 
 
 def _paper(name: str) -> list[str]:
-    known = KNOWN.get(name)
-    numbers = None if known is None else known.paper or known.genea
-    mark = "*" if known is not None and known.paper is None else ""
+    system = KNOWN.get(name)
+    numbers = None if system is None else system.paper or system.genea
+    mark = "*" if system is not None and system.paper is None else ""
     return [f"{number:.2f}{mark}" for number in numbers] if numbers else [""] * 3
 
 
-def _shown(row: dict, figure: str, report: dict) -> str:
-    return _value(row["figures"].get(figure)) if _says(figure, report) else "collapsed"
+def _cell(row: dict, figure: str, report: dict) -> str:
+    return _value(row["figures"].get(figure)) if _is_meaningful(figure, report) else "collapsed"
 
 
-def _value(pair) -> str:
+def _value(pair: Sequence[float] | None) -> str:
     if pair is None:
         return ""
     mean, deviation = pair
@@ -268,5 +268,5 @@ def _value(pair) -> str:
     return f"{mean:.{digits}f}" + (f" ± {deviation:.{digits}f}" if deviation else "")
 
 
-def _row(cells) -> str:
+def _row(cells: Iterable[object]) -> str:
     return "| " + " | ".join(str(cell) for cell in cells) + " |"

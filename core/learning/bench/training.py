@@ -1,13 +1,15 @@
-"""The one loop that trains every system of the bench, and goes on where it was stopped."""
+"""The training loop for all systems of the bench, which can be stopped and continued."""
 
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import torch
 
 from ...errors import UsageError
+from ..systems.sample import Sample
 from ..systems.system import System
 from ..train import state
 from ..train.dataset import TRAIN
@@ -19,17 +21,17 @@ from .setting import Setting
 
 STATE, BEST = "state.safetensors", "best.safetensors"
 _LOG_STEPS = 50
-_SKIPPED = 0.05
-"""Share of updates without finite gradients that are left out before a training counts as diverged."""
+_MAX_SKIPPED_SHARE = 0.05
+"""Share of updates skipped for gradients that are not finite, above which a training counts as diverged."""
 
 
 class Training:
-    """One system on one data set with one seed, in one folder.
+    """The training of one system on one data set with one seed, in one folder.
 
-    Windows are drawn in shuffled passes over the training split. Every random number of a step follows from seed and step,
-    so a continued training repeats an uninterrupted one on the same machine. ``curve`` holds the figures of all validations
-    so far, each with its step; ``skipped`` counts updates that were left out because their gradient was not finite.
-    ``logs`` are the kinds of logs that are wanted beside ``log.jsonl`` (:mod:`logbook`).
+    Windows are drawn in shuffled passes over the training split. All random numbers of a step depend on seed and step alone,
+    so that a continued training equals an uninterrupted one on the same machine. ``curve`` holds the figures of all
+    validations so far with their steps, ``skipped`` counts the updates skipped because a gradient was not finite. ``logs`` are
+    the kinds of logs written beside ``log.jsonl`` (:mod:`logbook`).
     """
 
     def __init__(
@@ -59,10 +61,10 @@ class Training:
             self.skipped, self.curve = facts.get("skipped", 0), facts.get("curve", [])
 
     def run(self, stopping: Callable[[], bool] = lambda: False, validate: Callable[[], dict] | None = None) -> bool:
-        """All steps that are left; False where ``stopping()`` ended them early. Everything is saved either way.
+        """Run all steps that are left and save; return False if ``stopping()`` ended them early.
 
-        ``validate()`` judges the system as it is; see :class:`Setting`. At the end the system holds the weights that it
-        found best, or the last ones where the setting wants no validation.
+        ``validate()`` returns the figures of the system as it is (see :class:`Setting`). At the end the system has the best
+        weights by those, or the last ones without validation.
         """
         batches = Prefetch(lambda step: self.data.sample(self._windows(step)))
         saved, means, book = time.monotonic(), Means(), Logbook(self.folder, self.logs, self.done)
@@ -89,10 +91,10 @@ class Training:
             state.load(self.folder / BEST, {"system": self.system}, self.device)
         return self.done >= self.steps
 
-    def step(self, sample) -> dict[str, torch.Tensor]:
-        """One update of the judge, where one is learning, and one of the performer; the loss terms.
+    def step(self, sample: Sample) -> dict[str, torch.Tensor]:
+        """Update the discriminator, if there is one and it is on, then the generator; return the loss terms.
 
-        Raises :class:`UsageError` where the training has diverged.
+        Raises :class:`UsageError` if the training has diverged.
         """
         sample, system, progress = sample.to(self.device), self.system.train(), self.done / self.steps
         torch.manual_seed(hash((self.seed, self.done)) % 2**31)
@@ -105,23 +107,23 @@ class Training:
             self._update("judge", report["judge"])
         with self._autocast:
             terms = system.terms(sample, made, progress)
-        self._update("performer", sum(terms.values()), system.clip)
+        self._update("performer", cast(torch.Tensor, sum(terms.values())), system.clip)
         self.done += 1
         return {name: value.detach() for name, value in (terms | report).items()}
 
     def save(self) -> None:
-        """Weights, optimisers and how far they are."""
+        """Save weights, optimisers and progress."""
         facts = {"steps": self.done, "seconds": self.seconds, "skipped": self.skipped, "curve": self.curve}
         state.save(self.folder / STATE, self._parts(), facts)
 
     @property
     def best(self) -> int:
-        """The step whose weights count."""
+        """The step whose weights are used."""
         return min(self.curve, key=lambda figures: figures[self.setting.select])["step"] if self.curve else self.done
 
     @property
     def rate(self) -> float:
-        """Windows a second so far."""
+        """The mean speed so far, in windows per second."""
         return self.done * self.setting.batch / max(self.seconds, 1e-9)
 
     def _due(self) -> bool:
@@ -138,14 +140,16 @@ class Training:
         return {"system": self.system, **optimizers}
 
     def _windows(self, step: int) -> np.ndarray:
-        every, batch = self.data.windows[TRAIN], self.setting.batch
-        count = self.setting.batches(len(every))
+        """Return the windows ``(batch, 2)`` of a step."""
+        windows, batch = self.data.windows[TRAIN], self.setting.batch
+        count = self.setting.batches(len(windows))
         if self._order[0] != step // count:
-            self._order = step // count, np.random.default_rng((self.seed, step // count)).permutation(len(every))
+            self._order = step // count, np.random.default_rng((self.seed, step // count)).permutation(len(windows))
         here = step % count * batch
-        return every[np.take(self._order[1], range(here, here + batch), mode="wrap")]
+        return windows[np.take(self._order[1], range(here, here + batch), mode="wrap")]
 
     def _update(self, name: str, loss: torch.Tensor, clip: float = 0.0) -> None:
+        """Do one step of an optimiser, or skip it where the gradient is not finite."""
         optimizer, parameters = self.optimizers[name], list(getattr(self.system, name).parameters())
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
@@ -155,7 +159,7 @@ class Training:
             return
         # On a CPU oneDNN's bfloat16 gradients of raw audio are not finite once in a thousand steps or more.
         self.skipped += 1
-        if not loss.isfinite() or self.skipped > _SKIPPED * (self.done + _LOG_STEPS):
+        if not loss.isfinite() or self.skipped > _MAX_SKIPPED_SHARE * (self.done + _LOG_STEPS):
             raise UsageError(f"The training has diverged after {self.done} batches.", "Try --precision 32-true.")
 
 

@@ -1,4 +1,4 @@
-"""Weights of a bench as a checkpoint like any other, for the systems whose network synthesis knows."""
+"""Saves a trained system as a checkpoint for synthesis, if synthesis has its network."""
 
 from pathlib import Path
 
@@ -13,20 +13,19 @@ WEIGHTS = "weights.safetensors"
 
 
 def save(system: System, data: Data, folder: Path, facts: dict) -> Path | None:
-    """Write ``folder/weights.safetensors`` and its JSON; None for systems of another kind than S2AG's and GTC's code.
+    """Write ``folder/weights.safetensors`` and its JSON, and return the path.
 
-    And for windows of other lengths, which nothing else performs.
-
-    A frozen word table goes into the network as if it had been trained, so that the file needs no data set beside it.
+    Returns None for other networks than those of S2AG and GTC, and for windows of other lengths, which synthesis lacks.
+    A frozen word table is stored in the network like a trained one, so that the file needs no data set.
     """
     if not isinstance(system, Adversarial) or not system.config.frames or not data.lengths.published:
         return None
     generator, path = system.generator, folder / WEIGHTS
     if system.table is not None:
         rows = system.table.weight
-        whole = Generator(system.config.replace(words=len(rows)))
-        whole.load_state_dict({**generator.state_dict(), "text_encoder.embedding.weight": rows})
-        generator = whole
+        complete = Generator(system.config.replace(words=len(rows)))
+        complete.load_state_dict({**generator.state_dict(), "text_encoder.embedding.weight": rows})
+        generator = complete
     meta = {
         "speakers": [{"name": str(one["name"]), "description": ""} for one in data.corpus.speakers],
         "vocabulary": [""] * SPECIAL + [str(word) for word in data.corpus.meta["words"]],

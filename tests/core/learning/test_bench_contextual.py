@@ -129,7 +129,7 @@ def test_a_system_with_them_is_not_judged_without(corpus, tmp_path):
     (tmp_path / f"{NAME}-1").mkdir()
     (tmp_path / "setting.json").write_text(json.dumps({"data": str(corpus), **SETTINGS["tiny"].to_dict()}))
     with pytest.raises(UsageError, match="which this bench lacks"):
-        others._trained(tmp_path / f"{NAME}-1", Data(corpus, tmp_path / "cache", filtered=False))
+        others._load_trained(tmp_path / f"{NAME}-1", Data(corpus, tmp_path / "cache", filtered=False))
 
 
 @pytest.mark.slow

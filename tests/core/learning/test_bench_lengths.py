@@ -183,7 +183,7 @@ def test_a_system_of_other_windows_is_not_judged(data, corpus, tmp_path):
     held = {"data": str(corpus), **SETTINGS["tiny"].replace(window=WINDOW).to_dict()}
     (tmp_path / "setting.json").write_text(json.dumps(held))
     with pytest.raises(UsageError, match="learned from windows of 40 frames at 15 a second"):
-        others._trained(tmp_path / "seq2seq-1", data)
+        others._load_trained(tmp_path / "seq2seq-1", data)
 
 
 def test_the_command_converts_at_a_rate_and_refuses_in_a_sentence(tmp_path, capsys):
