@@ -1,1 +1,1 @@
-"""The paper's user study from anybody's clips (paper section 5.5)."""
+"""The paper's user study for any clips: design, web page and analysis (paper section 5.5)."""

@@ -1,8 +1,9 @@
-"""The paper's figures from the answers: how many rated 4 or 5, with confidence intervals (section 5.5). numpy alone."""
+"""Analyses ratings: the share of answers 4 and 5 with confidence intervals (paper section 5.5). Needs numpy alone."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from os import PathLike
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,10 +16,12 @@ ROUNDS = 10000
 LEVEL = 0.95
 _NAMES = tuple(question["id"] for question in QUESTIONS)
 
+T = TypeVar("T")
+
 
 @dataclass(frozen=True)
 class Answers:
-    """Ratings ``(participants, conditions, excerpts)`` of every question, 1..5, NaN where somebody did not answer."""
+    """Ratings 1..5 of every question ``(participants, conditions, excerpts)``; NaN for missing answers."""
 
     participants: tuple[int, ...]
     conditions: tuple[str, ...]
@@ -27,36 +30,36 @@ class Answers:
 
 
 def read(files: Sequence[str | PathLike], key: str | PathLike) -> Answers:
-    """Answers saved by the page and the study's ``key.json``.
+    """Read answers saved by the page, with the study's ``key.json``.
 
-    Raises :class:`UsageError` for a file of another study, a participant who occurs twice, or ratings that are none.
+    Raises :class:`UsageError` for a file of another study, a participant who occurs twice, and invalid ratings.
     """
-    known = read_key(key)
-    conditions, excerpts, clips = tuple(known["conditions"]), tuple(known["excerpts"]), known["clips"]
-    people = read_files(files, known["id"], lambda given: _ratings(given, clips, conditions, excerpts))
+    study = read_key(key)
+    conditions, excerpts, clips = tuple(study["conditions"]), tuple(study["excerpts"]), study["clips"]
+    people = read_files(files, study["id"], lambda answers: _ratings(answers, clips, conditions, excerpts))
     numbers = tuple(sorted(people))
     return Answers(numbers, conditions, excerpts, {name: np.stack([people[n][name] for n in numbers]) for name in _NAMES})
 
 
 def read_key(key: str | PathLike) -> dict:
-    """A study's ``key.json``; raises :class:`UsageError`."""
-    known = _json(key)
+    """Read a study's ``key.json``; raises :class:`UsageError`."""
+    study = _json(key)
     try:
-        texts = (known["id"], *known["conditions"], *known["excerpts"], known.setdefault("form", FORMS[0]))
-        asked = known.setdefault("questions", QUESTIONS)
-        clips = known["clips"]
-        if not isinstance(clips, dict) or not all(isinstance(name, str) for name in texts) or known["form"] not in FORMS:
+        texts = (study["id"], *study["conditions"], *study["excerpts"], study.setdefault("form", FORMS[0]))
+        questions = study.setdefault("questions", QUESTIONS)
+        clips = study["clips"]
+        if not isinstance(clips, dict) or not all(isinstance(name, str) for name in texts) or study["form"] not in FORMS:
             raise TypeError("names that are no texts")
-        if not (known["conditions"] and known["excerpts"] and all(isinstance(question["id"], str) for question in asked)):
+        if not (study["conditions"] and study["excerpts"] and all(isinstance(question["id"], str) for question in questions)):
             raise TypeError("nothing was asked")
     except (KeyError, TypeError) as error:
         raise UsageError(f"{key} is no key of a study.", "Give the key.json that s2ag study make wrote.") from error
-    return known
+    return study
 
 
-def read_files(files: Sequence[str | PathLike], study: str, read_one: Callable[[list], object]) -> dict[int, object]:
-    """What ``read_one(answers)`` makes of each participant's file of ``study``; raises :class:`UsageError` as :func:`read`."""
-    people: dict[int, object] = {}
+def read_files(files: Sequence[str | PathLike], study: str, read_one: Callable[[list], T]) -> dict[int, T]:
+    """Return ``read_one(answers)`` of each participant's file of ``study``; raises :class:`UsageError` as :func:`read`."""
+    people: dict[int, T] = {}
     for file in files:
         content = _json(file)
         try:
@@ -76,10 +79,10 @@ def read_files(files: Sequence[str | PathLike], study: str, read_one: Callable[[
 
 
 def analyse(answers: Answers, ours: str | None = None, seed: int = 0) -> dict:
-    """Per question and condition: counts of 1..5, mean, share of 4 and 5 with its interval; and differences from ``ours``.
+    """Return by question and condition: counts of 1..5, mean, share of 4 and 5 with interval, and differences from ``ours``.
 
-    Intervals are percentiles of a bootstrap over participants, whose answers depend on each other; shares are means over
-    all answers. Differences are paired: the same participants answer for both.
+    Intervals are percentiles of a bootstrap over participants, whose answers are not independent; shares are means over all
+    answers. Differences are paired: the same participants answer for both.
     """
     if ours is not None and ours not in answers.conditions:
         raise UsageError(f"There is no condition {ours!r}.", f"Conditions are {', '.join(answers.conditions)}.")
@@ -87,32 +90,35 @@ def analyse(answers: Answers, ours: str | None = None, seed: int = 0) -> dict:
     result: dict = {"participants": len(answers.participants), "excerpts": len(answers.excerpts), "questions": {}}
     for name, ratings in answers.ratings.items():
         high = np.where(np.isnan(ratings), np.nan, ratings >= HIGH)
-        hits, asked = np.nansum(high, axis=2), np.isfinite(high).sum(axis=2)
-        shares = hits[draws].sum(1) / np.maximum(asked[draws].sum(1), 1)
-        total = hits.sum(0) / np.maximum(asked.sum(0), 1)
-        found = {}
+        hits, answered = np.nansum(high, axis=2), np.isfinite(high).sum(axis=2)
+        shares = hits[draws].sum(1) / np.maximum(answered[draws].sum(1), 1)
+        total = hits.sum(0) / np.maximum(answered.sum(0), 1)
+        figures = {}
         for row, condition in enumerate(answers.conditions):
             here = ratings[:, row][np.isfinite(ratings[:, row])]
-            found[condition] = {
+            figures[condition] = {
                 "answers": len(here),
                 "counts": [int((here == value).sum()) for value in range(1, 6)],
                 "mean": float(here.mean()) if len(here) else float("nan"),
                 "share": float(total[row]),
                 "interval": interval(shares[:, row]),
             }
-        result["questions"][name] = {"conditions": found, "differences": {}}
+        result["questions"][name] = {"conditions": figures, "differences": {}}
         if ours is not None:
-            mine = answers.conditions.index(ours)
+            our_row = answers.conditions.index(ours)
             result["questions"][name]["differences"] = {
-                other: {"difference": float(total[mine] - total[row]), "interval": interval(shares[:, mine] - shares[:, row])}
+                other: {
+                    "difference": float(total[our_row] - total[row]),
+                    "interval": interval(shares[:, our_row] - shares[:, row]),
+                }
                 for row, other in enumerate(answers.conditions)
-                if row != mine
+                if row != our_row
             }
     return result
 
 
 def report(result: dict, ours: str | None = None) -> str:
-    """The analysis as text."""
+    """Return the analysis as text."""
     lines = [f"{result['participants']} participants, {result['excerpts']} excerpts; {LEVEL:.0%} intervals over participants"]
     for name, question in result["questions"].items():
         lines += ["", f"{name}: share of answers 4 and 5"]
@@ -128,9 +134,10 @@ def report(result: dict, ours: str | None = None) -> str:
     return "\n".join(lines)
 
 
-def _ratings(given: list[dict], clips: dict, conditions: tuple[str, ...], excerpts: tuple[str, ...]) -> dict[str, np.ndarray]:
+def _ratings(answers: list[dict], clips: dict, conditions: tuple[str, ...], excerpts: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """Return the ratings ``(conditions, excerpts)`` of a participant by question; raises ``ValueError`` for invalid ones."""
     ratings = {name: np.full((len(conditions), len(excerpts)), np.nan) for name in _NAMES}
-    for answer in given:
+    for answer in answers:
         if answer["clip"] not in clips:
             raise ValueError(f"clip {answer['clip']} is unknown")
         place = clips[answer["clip"]]
@@ -144,7 +151,7 @@ def _ratings(given: list[dict], clips: dict, conditions: tuple[str, ...], excerp
 
 
 def interval(values: np.ndarray) -> list[float]:
-    """The middle 95 % of drawn values."""
+    """Return the bounds of the middle 95 % of resampled values."""
     rest = 100 * (1 - LEVEL) / 2
     return [float(value) for value in np.percentile(values, [rest, 100 - rest])]
 

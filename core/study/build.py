@@ -1,4 +1,4 @@
-"""The study as a folder: a static web page, and the key that says which clip is whose, kept apart."""
+"""Writes a study as a folder: a static web page, and a separate key that maps clips to conditions."""
 
 import json
 import shutil
@@ -43,9 +43,9 @@ INTROS = {
 
 
 def build(design: Design, out: str | PathLike, title: str, participants: int = 24) -> Path:
-    """Write ``out/page`` for participants and ``out/key.json`` for the analysis; whole or not at all.
+    """Write ``out/page`` for participants and ``out/key.json`` for the analysis, completely or not at all; return ``out``.
 
-    The page knows the orders of ``participants`` people; further ones start again from the first. Raises
+    The page has the orders of ``participants`` people; further ones start again from the first. Raises
     :class:`OutputUnwritable` for a folder that is not empty.
     """
     out = Path(out)
@@ -62,12 +62,12 @@ def build(design: Design, out: str | PathLike, title: str, participants: int = 2
         for key, path in design.clips.items():
             shutil.copyfile(path, page / "clips" / design.names[key])
         questions = PAIRED.get(design.form, QUESTIONS)
-        told = {"id": f"{title}-{design.seed}", "form": design.form, "questions": questions}
-        shown = told | {"title": title, "intro": INTROS[design.form], "orders": design.orders(participants)}
-        # A page on a disk may not fetch files, so its data is a script.
-        (page / "study-data.js").write_text(f"window.STUDY = {json.dumps(shown)};\n", encoding="utf-8")
+        facts = {"id": f"{title}-{design.seed}", "form": design.form, "questions": questions}
+        content = facts | {"title": title, "intro": INTROS[design.form], "orders": design.orders(participants)}
+        # Browsers do not let a page on a disk fetch files, so its data is a script.
+        (page / "study-data.js").write_text(f"window.STUDY = {json.dumps(content)};\n", encoding="utf-8")
         clips = {design.names[key]: dict(zip(("condition", "excerpt", "sound"), key, strict=False)) for key in design.clips}
-        key = {**told, "conditions": design.conditions, "excerpts": design.excerpts, "clips": clips}
+        key = {**facts, "conditions": design.conditions, "excerpts": design.excerpts, "clips": clips}
         (temporary / "key.json").write_text(json.dumps(key, indent=1), encoding="utf-8")
         temporary.chmod(0o755)
         if out.exists():

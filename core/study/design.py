@@ -1,7 +1,6 @@
-"""Which clips a participant sees, and in which order: balanced, shuffled, and without names that tell. numpy alone."""
+"""Chooses the clips and order for each participant: balanced, shuffled, under anonymous names. Needs numpy alone."""
 
 import hashlib
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -16,9 +15,9 @@ CLIPS = (".mp4", ".webm")
 
 @dataclass(frozen=True)
 class Design:
-    """``clips`` are files by (condition, excerpt), and "own" or "other" for the sound where that is the question.
+    """The clips of a study: files by (condition, excerpt), or (condition, excerpt, "own" or "other" sound).
 
-    ``names`` are what the page calls them; ``form`` is one of :data:`build.FORMS`.
+    ``names`` are their names on the page; ``form`` is one of :data:`build.FORMS`.
     """
 
     conditions: tuple[str, ...]
@@ -29,33 +28,33 @@ class Design:
     form: str = "rating"
 
     def orders(self, participants: int) -> list[list]:
-        """What each participant sees: names of clips, or of two clips, left and right."""
+        """Return for each participant the names of clips, or of pairs of clips (left, right), in order."""
         if self.form == "rating":
             return [[self.names[key] for key in self.order(number)] for number in range(participants)]
         return [[[self.names[key] for key in pair] for pair in self.pairs(number)] for number in range(participants)]
 
     def pairs(self, participant: int) -> list[tuple[tuple[str, ...], tuple[str, ...]]]:
-        """Left and right clip of every trial for the ``participant`` (from 0), shuffled for everyone anew.
+        """Return left and right clip of every trial for the ``participant`` (from 0), shuffled for each.
 
-        Form "pairs" has every two conditions of every excerpt, "matched" every clip with its own and another sound. Who stands
-        on the left changes from participant to participant, and is balanced over the trials of each.
+        Form "pairs" has every two conditions of every excerpt, "matched" every clip with its own and another sound. Sides are
+        exchanged from one participant to the next, and balanced over the trials of each.
         """
         if self.form == "pairs":
-            two = [(a, b) for at, a in enumerate(self.conditions) for b in self.conditions[at + 1 :]]
-            trials = [((a, excerpt), (b, excerpt)) for excerpt in self.excerpts for a, b in two]
+            combinations = [(a, b) for at, a in enumerate(self.conditions) for b in self.conditions[at + 1 :]]
+            trials = [((a, excerpt), (b, excerpt)) for excerpt in self.excerpts for a, b in combinations]
         else:
-            every = ((condition, excerpt) for excerpt in self.excerpts for condition in self.conditions)
-            trials = [((*one, "own"), (*one, "other")) for one in every]
-        random = np.random.default_rng((self.seed, participant // 2))  # two after each other see each trial from both sides
+            clips = ((condition, excerpt) for excerpt in self.excerpts for condition in self.conditions)
+            trials = [((*one, "own"), (*one, "other")) for one in clips]
+        random = np.random.default_rng((self.seed, participant // 2))  # two share the order, with sides exchanged
         turned = random.permutation(len(trials)) % 2 == participant % 2
         shuffled = random.permutation(len(trials))
         return [trials[row][::-1] if turned[row] else trials[row] for row in shuffled]
 
     def order(self, participant: int) -> list[tuple[str, str]]:
-        """(condition, excerpt) of every clip for the ``participant`` (from 0), excerpt by excerpt.
+        """Return (condition, excerpt) of every clip for the ``participant`` (from 0), excerpt by excerpt.
 
-        Excerpts are shuffled for everyone anew. Within an excerpt the conditions follow a row of a Williams square, so that
-        over participants and excerpts each stands in each place, and before each other one, equally often.
+        Excerpts are shuffled for each participant. Within an excerpt the conditions follow a row of a Williams square, so that
+        over participants and excerpts each is in each place, and before each other one, equally often.
         """
         random = np.random.default_rng((self.seed, participant))
         square = williams(len(self.conditions))
@@ -68,33 +67,33 @@ class Design:
 
 
 def find(folder: str | PathLike, seed: int = 0, form: str = "rating") -> Design:
-    """The design of ``folder``, which holds a folder for every condition with the same clips in each.
+    """Return the design for ``folder``, which has a folder for every condition, each with the same clips.
 
-    Raises :class:`UsageError` where conditions or clips are missing.
+    Raises :class:`UsageError` if conditions or clips are missing.
     """
     folder = Path(folder)
     if not folder.is_dir():
         raise UsageError(f"There is no folder {folder}.", "Give one with a folder of clips for every condition.")
-    found = {}
+    films = {}
     for place in sorted(path for path in folder.iterdir() if path.is_dir()):
         clips = {path.stem: path for path in sorted(place.iterdir()) if path.suffix.lower() in CLIPS}
         if clips:
-            found[place.name] = clips
-    if len(found) < (1 if form == "matched" else 2):
-        raise UsageError(f"{folder} holds clips of {len(found)} conditions.", "A study compares two or more, a folder each.")
-    excerpts = sorted(set().union(*found.values()))
-    for condition, clips in found.items():
+            films[place.name] = clips
+    if len(films) < (1 if form == "matched" else 2):
+        raise UsageError(f"{folder} holds clips of {len(films)} conditions.", "A study compares two or more, a folder each.")
+    excerpts = sorted(set().union(*films.values()))
+    for condition, clips in films.items():
         missing = [excerpt for excerpt in excerpts if excerpt not in clips]
         if missing:
             message = f"{folder / condition} has no clip {missing[0]}"
             raise UsageError(f"{message}, which other conditions have.", "Give every condition the same clips.")
-    clips = {(condition, excerpt): found[condition][excerpt] for condition in found for excerpt in excerpts}
+    clips = {(condition, excerpt): films[condition][excerpt] for condition in films for excerpt in excerpts}
     names = {key: f"{_digest(seed, *key)}{path.suffix.lower()}" for key, path in clips.items()}
-    return Design(tuple(found), tuple(excerpts), clips, names, seed, form)
+    return Design(tuple(films), tuple(excerpts), clips, names, seed, form)
 
 
 def mismatched(design: Design, folder: Path) -> Design:
-    """The ``design`` with every clip twice, written to ``folder``: with its own sound and with another excerpt's.
+    """Return a design with every clip twice, written to ``folder``: with its own sound and with that of another excerpt.
 
     Raises :class:`UsageError` for a single excerpt and for films without sound.
     """
@@ -111,9 +110,9 @@ def mismatched(design: Design, folder: Path) -> Design:
 
 
 def williams(count: int) -> list[list[int]]:
-    """Rows in which each of ``count`` conditions stands in each place equally often, and after each other one equally often.
+    """Return rows in which each of ``count`` conditions is in each place, and after each other one, equally often.
 
-    ``count`` rows for even numbers, twice as many for odd ones (Williams 1949).
+    There are ``count`` rows for even numbers, twice as many for odd ones (Williams 1949).
     """
     first = [0]
     for step in range(1, count):
@@ -122,5 +121,5 @@ def williams(count: int) -> list[list[int]]:
     return rows if count % 2 == 0 else rows + [row[::-1] for row in rows]
 
 
-def _digest(seed: int, *parts: Sequence[str]) -> str:
+def _digest(seed: int, *parts: str) -> str:
     return hashlib.sha256("\0".join([str(seed), *parts]).encode()).hexdigest()[:12]

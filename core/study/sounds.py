@@ -1,7 +1,8 @@
-"""The same film with its own sound and with another's, both encoded alike so that nothing but the speech differs."""
+"""Replaces the sound of films, encoding original and replaced sound alike so that only the speech differs."""
 
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,8 +13,8 @@ RATE = 48000
 
 
 def length(film: str | PathLike) -> float:
-    """Seconds of a film's picture; raises :class:`UsageError` where it cannot be read or lacks picture or sound."""
-    with _opened(film) as container:
+    """Return the seconds of a film's picture; raises :class:`UsageError` if it is unreadable or lacks picture or sound."""
+    with _open(film) as container:
         stream = container.streams.video[0]
         if stream.duration and stream.time_base:
             return float(stream.duration * stream.time_base)
@@ -21,9 +22,9 @@ def length(film: str | PathLike) -> float:
 
 
 def partners(lengths: dict[str, float]) -> dict[str, str]:
-    """For every excerpt the one whose sound it gets: the next longer one, and the longest's is the second longest's.
+    """Return for every excerpt the one whose sound it gets: the next longer one, or for the longest the second longest.
 
-    Raises :class:`UsageError` for less than two.
+    Raises :class:`UsageError` for fewer than two.
     """
     ranked = sorted(lengths, key=lambda name: (lengths[name], name))
     if len(ranked) < 2:
@@ -33,46 +34,49 @@ def partners(lengths: dict[str, float]) -> dict[str, str]:
 
 def with_sound(film: str | PathLike, heard: str | PathLike, out: str | PathLike) -> None:
     """Write ``film``'s picture with the sound of the film ``heard`` to ``out``, as long as the picture."""
-    import av
+    import av.error
 
     film, out = Path(film), Path(out)
     samples = _samples(heard, int(round(length(film) * RATE)))
     try:
-        with _opened(film) as own, av.open(audio.local(out), "w") as made:
+        with _open(film) as own, av.open(audio.local(out), "w") as target:
             source = own.streams.video[0]
-            copied = getattr(made, "add_stream_from_template", None) or (lambda template: made.add_stream(template=template))
-            picture = copied(source)
-            sound = made.add_stream("libopus" if out.suffix.lower() == ".webm" else "aac", rate=RATE)
+            # Older PyAV takes the template as an argument of add_stream.
+            old: Any = target.add_stream
+            add = getattr(target, "add_stream_from_template", None) or (lambda template: old(template=template))
+            picture = add(source)
+            sound = target.add_stream("libopus" if out.suffix.lower() == ".webm" else "aac", rate=RATE)
             sound.layout = "mono"
             for packet in own.demux(source):
                 if packet.dts is not None:
                     packet.stream = picture
-                    made.mux(packet)
+                    target.mux(packet)
             for begin in range(0, len(samples), RATE):
                 frame = av.AudioFrame.from_ndarray(samples[None, begin : begin + RATE], "flt", "mono")
                 frame.sample_rate, frame.pts = RATE, begin
-                made.mux(sound.encode(frame))
-            made.mux(sound.encode(None))
-    except av.FFmpegError as error:
+                target.mux(sound.encode(frame))
+            target.mux(sound.encode(None))
+    except av.error.FFmpegError as error:
         raise UsageError(f"{film} cannot be given another sound: {error}.", "Encode it as H.264 in .mp4.") from error
 
 
 def _samples(film: str | PathLike, count: int) -> np.ndarray:
-    """``(count,)`` float32 of a film's sound, cut or filled with silence."""
-    with _opened(film) as container:
+    """Return ``count`` samples of a film's sound, float32, cut or padded with silence."""
+    with _open(film) as container:
         parts = [piece[0] for piece in audio.pieces(container, container.streams.audio[0], RATE, "mono")]
-    found = np.concatenate(parts or [np.zeros(0, np.float32)])[:count]
-    return np.pad(found, (0, count - len(found))).astype(np.float32)
+    samples = np.concatenate(parts or [np.zeros(0, np.float32)])[:count]
+    return np.pad(samples, (0, count - len(samples))).astype(np.float32)
 
 
-def _opened(film: str | PathLike):
+def _open(film: str | PathLike) -> Any:
+    """Open a film as a PyAV container; raises :class:`UsageError` if it is unreadable or lacks picture or sound."""
     try:
-        import av
+        import av.error
     except ImportError as error:
         raise UsageError("Films get another sound by the package av.", 'Install it: pip install "s2ag[engine]".') from error
     try:
         container = audio.opened(film)
-    except (av.FFmpegError, OSError, ValueError) as error:
+    except (av.error.FFmpegError, OSError, ValueError) as error:
         raise UsageError(f"{film} is no film.", "Give .mp4 or .webm that a browser plays.") from error
     if not (container.streams.video and container.streams.audio):
         container.close()

@@ -1,1 +1,1 @@
-"""Data sets of others, and the user's own performers, in the project's one format (``core/learning/train/storage.py``)."""
+"""Converts public data sets and the user's own recordings to the project's format (``core/learning/train/storage.py``)."""

@@ -1,6 +1,7 @@
-"""The directed corpus with its sound: the same arrays and the recordings as they were heard."""
+"""Adds the recorded sound to the directed corpus."""
 
 import shutil
+from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 
@@ -13,7 +14,9 @@ from ..train.storage import load_arrays, whole_folder
 from .stream import GrowingArray
 
 
-def add_sound(corpus: str | PathLike, speech: str | PathLike, out: str | PathLike, progress=lambda value: None) -> Path:
+def add_sound(
+    corpus: str | PathLike, speech: str | PathLike, out: str | PathLike, progress: Callable[[float], None] = lambda value: None
+) -> Path:
     """Copy a directed ``corpus`` to ``out`` with ``wave`` and ``wave_starts`` from the folder of its ``speech``.
 
     Raises :class:`CorpusUnreadable` where a recording is missing or of another length.
@@ -27,8 +30,8 @@ def add_sound(corpus: str | PathLike, speech: str | PathLike, out: str | PathLik
             if path.suffix in (".npy", ".json"):
                 shutil.copyfile(path, folder / path.name)
         wave, starts = GrowingArray(folder / "wave.npy", np.int16), [0]
-        for number, (known, count) in enumerate(zip(meta["recordings"], frames, strict=True)):
-            wave.append(_sound(Path(speech) / known["speech"], int(count)))
+        for number, (entry, count) in enumerate(zip(meta["recordings"], frames, strict=True)):
+            wave.append(_sound(Path(speech) / entry["speech"], int(count)))
             starts.append(len(wave))
             progress((number + 1) / len(frames))
         wave.close()
@@ -37,6 +40,7 @@ def add_sound(corpus: str | PathLike, speech: str | PathLike, out: str | PathLik
 
 
 def _sound(path: Path, frames: int) -> np.ndarray:
+    """Return the samples ``(n,)`` int16 of a recording of so many pose frames."""
     try:
         with np.load(path, allow_pickle=False) as data:
             sound = data["recorded"]

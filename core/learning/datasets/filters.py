@@ -1,4 +1,4 @@
-"""Which windows are worth learning from: the TED loader's tests (reference section B.5). numpy alone."""
+"""Selects windows to learn from, by the tests of the TED loader (reference section B.5). Needs numpy alone."""
 
 import numpy as np
 
@@ -6,18 +6,18 @@ from ...motion import skeleton
 
 LEAST_WORDS = 2
 AVERAGE = 0.02
-"""Mean distance by coordinate from the mean pose below which a window shows nothing but it."""
+"""Mean absolute distance by coordinate from the mean pose in metres, below which a window counts as the mean pose."""
 SPINE_MOST, SPINE_MEAN = 30.0, 20.0
-"""Degrees that the torso may lean."""
+"""Largest lean of the torso in degrees: in any frame, and on average."""
 WRIST_VARIANCE = 0.0014
-"""Square metres, summed over x, y and z; a window in which both wrists stay below it holds no gesture."""
+"""Variance of a wrist's position in square metres, summed over x, y and z; with both wrists below it, there is no gesture."""
 _WRISTS = [skeleton.JOINTS.index("left_wrist"), skeleton.JOINTS.index("right_wrist")]
 
 
 def usable(directions: np.ndarray, words: np.ndarray) -> np.ndarray:
-    """``(n,)`` bool: windows ``(n, T, 9, 3)`` with two words ``(n,)`` that are upright, move and are not the mean pose.
+    """Return which windows ``(n, T, 9, 3)`` are upright, move, differ from the mean pose and have two ``words`` ``(n,)``.
 
-    Positions are rebuilt with constant bone lengths, while the loader tests the data's own coordinates, which are smaller.
+    Positions are computed with constant bone lengths, while the loader tests the data's own coordinates, which are smaller.
     """
     directions = skeleton.normalize(np.asarray(directions, np.float32))
     joints = skeleton.to_positions(directions)

@@ -1,4 +1,4 @@
-"""What a reader has found before anything is read, and what it says of what it leaves out."""
+"""What all readers share: the files of a performance, its split, and the report on skipped recordings."""
 
 import hashlib
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from ...errors import CorpusUnreadable
 
 TENTHS = ("train",) * 8 + ("validation", "test")
 LARGEST_TABLE = 10_000_000
-"""Bytes of a table of recordings; BEAT2 has 1,762 rows."""
+"""Most bytes of a table of recordings; BEAT2 has 1,762 rows."""
 Tell = Callable[[str], None]
 
 
@@ -27,31 +27,31 @@ class Found:
 
 
 def silent(_sentence: str) -> None:
-    """Nobody wants to hear."""
+    """Ignore a sentence."""
 
 
 def tenth(name: str) -> str:
-    """The split of a recording by its name alone: eight tenths train, a tenth each validate and test."""
+    """Return the split of a recording by its name alone: eight tenths training, a tenth each validation and test."""
     return TENTHS[int(hashlib.sha256(name.encode()).hexdigest(), 16) % 10]
 
 
 def left_out(names: list[str], lack: str, tell: Tell) -> None:
-    """Say which recordings are not read because they have ``lack``."""
+    """Report the recordings that are skipped because they have ``lack``, such as "no sound"."""
     if names:
         named = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
         tell(f"Recordings with {lack} are left out ({len(names)}): {named}.")
 
 
 def top(folder: str | PathLike) -> Path:
-    """The data set's folder; raises :class:`CorpusUnreadable` where there is none."""
+    """Return a data set's folder; raises :class:`CorpusUnreadable` if it does not exist."""
     folder = Path(folder)
     if not folder.is_dir():
         raise CorpusUnreadable(f"There is no folder {folder}.", "Check the name.")
     return folder
 
 
-def some(found: list[Found], folder: Path, wanted: str) -> list[Found]:
-    """``found``; raises :class:`CorpusUnreadable` where nothing was found."""
-    if not found:
+def some(performances: list[Found], folder: Path, wanted: str) -> list[Found]:
+    """Return the performances; raises :class:`CorpusUnreadable` if there are none."""
+    if not performances:
         raise CorpusUnreadable(f"{folder} holds no performance: there is no {wanted}.", "Name the data set's top folder.")
-    return found
+    return performances

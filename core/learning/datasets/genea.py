@@ -1,4 +1,4 @@
-"""The data of the GENEA Challenges: 2020 (Trinity), 2022 and 2023 (Talking With Hands)."""
+"""Readers for the data of the GENEA Challenges: 2020 (Trinity), 2022 and 2023 (Talking With Hands)."""
 
 import csv
 import io
@@ -15,12 +15,12 @@ UNKNOWN = "unknown"
 
 
 def trinity(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
-    """GENEA 2020's release: ``Training_data`` and ``Test_data``, each with Motion, Audio and Transcripts (reference D.3).
+    """List the performances of GENEA 2020: ``Training_data`` and ``Test_data`` with Motion, Audio, Transcripts (reference D.3).
 
-    Recording_001 is for validation, as in Gesticulator; all other training recordings for training. Nothing is left out:
-    a release lacks no sound.
+    Recording_001 is for validation, as in Gesticulator; all other training recordings for training. Nothing is skipped:
+    a missing sound raises :class:`CorpusUnreadable`.
     """
-    folder, found = top(folder), []
+    folder, performances = top(folder), []
     for part, split in (("Training_data", "train"), ("Test_data", "test")):
         place = folder / part
         for motion in sorted((place / "Motion").glob("*.bvh")):
@@ -28,53 +28,55 @@ def trinity(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
             if not sound.is_file():
                 raise CorpusUnreadable(f"{sound} is missing.", "Download the release again.")
             words = transcripts.beside(motion, place / "Transcripts")
-            mine = "validation" if split == "train" and motion.stem == "Recording_001" else split
-            found.append(Found(motion.stem, motion, sound, words, "trinity", mine))
-    return some(found, folder, "Training_data/Motion/*.bvh")
+            own_split = "validation" if split == "train" and motion.stem == "Recording_001" else split
+            performances.append(Found(motion.stem, motion, sound, words, "trinity", own_split))
+    return some(performances, folder, "Training_data/Motion/*.bvh")
 
 
 def genea(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
-    """GENEA 2022 and 2023: ``trn``, ``val`` and ``tst`` with ``bvh``, ``wav``, ``tsv`` and a table of who is who.
+    """List the performances of GENEA 2022 and 2023: ``trn``, ``val``, ``tst`` with ``bvh``, ``wav``, ``tsv``, speaker table.
 
-    Of 2023's two persons the main agent is read; in ``trn`` the interlocutor is the main agent of another recording. What
-    has sound but no motion (the challenges' own ``tst``) is left out and told. Speakers are the table's numbers.
+    Of 2023's two people the main agent is read; in ``trn`` the interlocutor is the main agent of another recording.
+    Recordings without motion (the challenges' own ``tst``) or sound are skipped and reported. Speakers are the table's
+    numbers.
     """
-    folder, found = top(folder), []
-    mute: list[str] = []
-    still: list[str] = []
-    nobody: list[str] = []
-    others = 0
+    folder, performances = top(folder), []
+    without_sound: list[str] = []
+    without_motion: list[str] = []
+    without_speaker: list[str] = []
+    interlocutors = 0
     for part, split in PARTS.items():
         place = _part(folder, part)
         people = _people(place)
         inner = place / MAIN if (place / MAIN).is_dir() else place
-        others += len(list((place / OTHER / "bvh").glob("*.bvh")))
+        interlocutors += len(list((place / OTHER / "bvh").glob("*.bvh")))
         names = {path.stem for kind in ("bvh", "wav") for path in (inner / kind).glob(f"*.{kind}")}
         for name in sorted(names):
             motion, sound, words = (inner / kind / f"{name}.{kind}" for kind in ("bvh", "wav", "tsv"))
             if not (motion.is_file() and sound.is_file()):
-                (still if sound.is_file() else mute).append(name)
+                (without_motion if sound.is_file() else without_sound).append(name)
                 continue
             speaker = people.get(name.removesuffix(f"_{MAIN}"), UNKNOWN)
             if speaker == UNKNOWN:
-                nobody.append(name)
-            found.append(Found(name, motion, sound, words if words.is_file() else None, speaker, split))
-    left_out(mute, "no sound in wav", tell)
-    left_out(still, "no motion in bvh", tell)
-    if others:
-        tell(f"Interlocutors are left out ({others}): the main agents are read.")
-    if nobody:
-        tell(f"Recordings without a line in metadata.csv have one speaker, {UNKNOWN} ({len(nobody)}): {nobody[0]}, ...")
-    return some(found, folder, "trn/bvh/*.bvh (2022) or trn/main-agent/bvh/*.bvh (2023)")
+                without_speaker.append(name)
+            performances.append(Found(name, motion, sound, words if words.is_file() else None, speaker, split))
+    left_out(without_sound, "no sound in wav", tell)
+    left_out(without_motion, "no motion in bvh", tell)
+    if interlocutors:
+        tell(f"Interlocutors are left out ({interlocutors}): the main agents are read.")
+    if without_speaker:
+        count, first = len(without_speaker), without_speaker[0]
+        tell(f"Recordings without a line in metadata.csv have one speaker, {UNKNOWN} ({count}): {first}, ...")
+    return some(performances, folder, "trn/bvh/*.bvh (2022) or trn/main-agent/bvh/*.bvh (2023)")
 
 
 def _part(folder: Path, part: str) -> Path:
-    """Where a part lies: some unpack ``trn.zip`` into a folder of its own."""
+    """Return the folder of a part: some people unpack ``trn.zip`` into a folder of its own."""
     return folder / part / part if (folder / part / part).is_dir() else folder / part
 
 
 def _people(place: Path) -> dict[str, str]:
-    """Speakers by recording: rows of name, fingers, number (2022) or name, number, fingers, and the other's (2023)."""
+    """Return speakers by recording, from rows of name, fingers, number (2022) or name, number, fingers, ... (2023)."""
     tables = sorted(place.glob("*metadata.csv"))
     if not tables:
         return {}

@@ -1,4 +1,4 @@
-"""Folders of recorded performances: BEAT2, ZeroEGGS and plain folders of motion, sound and words; all readers by name."""
+"""Readers for BEAT2, ZeroEGGS and plain folders of motion, sound and transcripts; and all readers by name."""
 
 import csv
 import io
@@ -22,67 +22,67 @@ SOUNDS = (".wav", ".flac", ".mp3", ".ogg", ".m4a")
 
 
 def plain(folder: str | PathLike, speaker: str | None = None, tell: Tell = silent) -> list[Found]:
-    """Motion files with sound of the same name beside them, and a transcript where there is one.
+    """List motion files with a sound file of the same name, and a transcript if there is one.
 
-    ``tell(sentence)`` hears what is left out, here and in all readers. The speaker is ``speaker``, else the folder that a
-    file lies in. One recording in ten, by its name, is for validation
-    and one for testing, the same ones wherever the folder lies.
+    ``tell(sentence)`` is called with reports on skipped recordings, as in all readers. The speaker is ``speaker``, else the
+    name of the file's folder. One recording in ten, by its name, is for validation and one for the test, independent of the
+    place of the folder.
     """
     folder = top(folder)
-    found, mute = [], []
+    performances, without_sound = [], []
     for motion in sorted(path for path in folder.rglob("*") if path.suffix.lower() in motion_files.SUFFIXES):
         sound = next((motion.with_suffix(suffix) for suffix in SOUNDS if motion.with_suffix(suffix).is_file()), None)
         if sound is None:
-            mute.append(motion)
+            without_sound.append(motion)
             continue
         name = motion.relative_to(folder).with_suffix("").as_posix()
         owner = speaker or (motion.parent.name if motion.parent != folder else folder.name)
-        found.append(Found(name, motion, sound, transcripts.beside(motion), owner, tenth(name)))
-    left_out([path.name for path in mute], "no sound file of the same name beside them", tell)
-    return some(found, folder, "a .bvh or .npz with a sound file of the same name")
+        performances.append(Found(name, motion, sound, transcripts.beside(motion), owner, tenth(name)))
+    left_out([path.name for path in without_sound], "no sound file of the same name beside them", tell)
+    return some(performances, folder, "a .bvh or .npz with a sound file of the same name")
 
 
 def zeroeggs(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
-    """ZeroEGGS: files such as ``010_Happy_1_x_1_0.bvh``; the style in the name is the speaker; one in ten each is held out."""
-    folder, found, strange, mute = top(folder), [], [], []
+    """List the files of ZeroEGGS, such as ``010_Happy_1_x_1_0.bvh``, with the style as speaker, split like :func:`plain`."""
+    folder = top(folder)
+    performances, unnamed, without_sound = [], [], []
     for motion in sorted(folder.rglob("*.bvh")):
         match = re.fullmatch(r"\d+_([A-Za-z_]+?)_\d+.*", motion.stem)
         sounds = [motion.with_suffix(".wav"), *(motion.parent.parent.rglob(f"{motion.stem}.wav"))]
         sound = next((path for path in sounds if path.is_file()), None)
         if match is None or sound is None:
-            (strange if match is None else mute).append(motion)
+            (unnamed if match is None else without_sound).append(motion)
             continue
         words = transcripts.beside(motion) or transcripts.beside(sound)
-        found.append(Found(motion.stem, motion, sound, words, match[1].lower(), tenth(motion.stem)))
-    left_out([path.name for path in strange], "no style in their names", tell)
-    left_out([path.name for path in mute], "no .wav of the same name", tell)
-    return some(found, folder, "files such as 010_Happy_1_x_1_0.bvh with a .wav of the same name")
+        performances.append(Found(motion.stem, motion, sound, words, match[1].lower(), tenth(motion.stem)))
+    left_out([path.name for path in unnamed], "no style in their names", tell)
+    left_out([path.name for path in without_sound], "no .wav of the same name", tell)
+    return some(performances, folder, "files such as 010_Happy_1_x_1_0.bvh with a .wav of the same name")
 
 
 def beat2(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
-    """BEAT2: ``smplxflame_30/*.npz``, ``wave16k``, ``textgrid`` and ``train_test_split.csv``; names are NUMBER_SPEAKER_..."""
-    folder, found, strange, mute = top(folder), [], [], []
-    listed = {}
+    """List BEAT2's ``smplxflame_30/*.npz``, ``wave16k``, ``textgrid`` and ``train_test_split.csv``; by NUMBER_SPEAKER_..."""
+    folder = top(folder)
+    performances, unnamed, without_sound = [], [], []
     table = folder / "train_test_split.csv"
-    if table.is_file():
-        listed = _listed(table)
+    parts_by_name = _read_parts(table) if table.is_file() else {}
     kinds = {"train": "train", "val": "validation", "test": "test", "additional": "train"}
     for motion in sorted((folder / "smplxflame_30").glob("*.npz")):
         sound = folder / "wave16k" / f"{motion.stem}.wav"
         parts = motion.stem.split("_")
         if not sound.is_file() or len(parts) < 2:
-            (mute if len(parts) >= 2 else strange).append(motion)
+            (without_sound if len(parts) >= 2 else unnamed).append(motion)
             continue
         words = transcripts.beside(motion, folder / "textgrid")
-        split = kinds.get(listed.get(motion.stem, ""), "train") if listed else tenth(motion.stem)
-        found.append(Found(motion.stem, motion, sound, words, parts[1], split))
-    left_out([path.name for path in strange], "no speaker in their names", tell)
-    left_out([path.name for path in mute], "no sound in wave16k", tell)
-    return some(found, folder, "smplxflame_30/*.npz with wave16k/*.wav")
+        split = kinds.get(parts_by_name.get(motion.stem, ""), "train") if parts_by_name else tenth(motion.stem)
+        performances.append(Found(motion.stem, motion, sound, words, parts[1], split))
+    left_out([path.name for path in unnamed], "no speaker in their names", tell)
+    left_out([path.name for path in without_sound], "no sound in wave16k", tell)
+    return some(performances, folder, "smplxflame_30/*.npz with wave16k/*.wav")
 
 
-def _listed(table: Path) -> dict[str, str]:
-    """Which part each recording of BEAT2 is of."""
+def _read_parts(table: Path) -> dict[str, str]:
+    """Return the part of each recording of BEAT2, such as "train"."""
     try:
         with open(table, "rb") as file:
             text = file.read(LARGEST_TABLE).decode("utf-8-sig")
@@ -92,23 +92,23 @@ def _listed(table: Path) -> dict[str, str]:
 
 
 def recordings(
-    found: list[Found],
+    performances: list[Found],
     paper_joints: bool = False,
     body: np.ndarray = smplx.OFFSETS,
     tell: Tell = lambda name: None,
     fps: float = FPS,
 ) -> Iterator[Recording]:
-    """Read one performance after the other at ``fps`` frames a second.
+    """Read one performance after the other at ``fps`` frames per second; ``tell`` is called with the name of each.
 
-    ``paper_joints``: see :func:`ten_joints.directions`; ``body``: SMPL-X rest offsets.
+    ``paper_joints`` is that of :func:`ten_joints.directions`, ``body`` are SMPL-X rest offsets.
     """
-    for one in found:
+    for one in performances:
         tell(one.name)
         motion = motion_files.load(one.motion, paper_joints, body)
-        performed = ten_joints.resample(motion.directions, motion.fps, fps)
+        directions = ten_joints.resample(motion.directions, motion.fps, fps)
         sound = audio.load(one.sound)
         words = transcripts.read(one.words, sound) if one.words is not None else []
-        yield Recording(one.name, sound, words, performed, one.speaker, one.split)
+        yield Recording(one.name, sound, words, directions, one.speaker, one.split)
 
 
 READERS: dict[str, Callable[..., list[Found]]] = {

@@ -1,4 +1,4 @@
-"""What every reader hands to the writer."""
+"""The record that readers pass to the writer."""
 
 from dataclasses import dataclass, field
 
@@ -14,7 +14,7 @@ class Recording:
     """One performance of one piece of speech.
 
     ``audio`` ``(n,)`` float32 at 16 kHz in -1..1; ``words`` (text, start, end) in seconds; ``directions`` ``(frames, 9, 3)``
-    unit vectors in the canonical frame at the frame rate that was asked for, 15 else; ``speaker`` a name; ``split`` one of
+    unit vectors in the canonical frame, at the requested frame rate; ``speaker`` a name; ``split`` one of
     :data:`SPLITS`.
     """
 

@@ -1,7 +1,7 @@
-"""What ``pyarrow.serialize`` wrote, read without it: the releases 0.14 to 13 wrote three dialects, and none reads another's.
+"""Reads the output of ``pyarrow.serialize`` without it: releases 0.14 to 13 write three dialects, and read only their own.
 
-A record is four counts, a stream of Arrow messages (a schema and one batch: a tree of unions in which every value lies) and a
-message for each array (Arrow's Message.fbs, Schema.fbs and Tensor.fbs). Nothing in it is run: a pickled object is refused.
+A record is four counts, a stream of Arrow messages (a schema and one batch: a tree of unions with all values) and a message
+for each array (Arrow's Message.fbs, Schema.fbs and Tensor.fbs). Nothing is executed: pickled objects are refused.
 """
 
 import struct
@@ -12,22 +12,22 @@ import numpy as np
 _SCHEMA, _BATCH, _TENSOR = 1, 3, 4
 _INT, _FLOAT, _BINARY, _TEXT, _BOOL, _LIST, _STRUCT, _UNION = 2, 3, 4, 5, 6, 12, 13, 14
 _UNIONS_WITHOUT_NULLS = 4
-"""The version of metadata (of release 1.0) from which unions have no bits for nulls but a kind of value for them."""
+"""The metadata version (of release 1.0) from which unions have no validity bits, but a kind of value for nulls."""
 BOOL, INT, BYTES, STRING, HALF, FLOAT, DOUBLE, LIST, DICT, TUPLE, ARRAY = 0, 1, 3, 4, 5, 6, 7, 9, 10, 11, 14
 NONE = -1
 _NUMBERS = (INT, HALF, FLOAT, DOUBLE)
-_DEEPEST = 40
-"""Of types within types; pyarrow itself stops at a hundred."""
-_NODE = 12
-"""Bytes that a node of the schema takes or more."""
-_LONGEST_NAME, _MOST_AXES = 100, 32
+_MAX_DEPTH = 40
+"""Most levels of nested types; pyarrow itself stops at a hundred."""
+_NODE_BYTES = 12
+"""Least bytes of a node of the schema."""
+_MAX_NAME, _MAX_AXES = 100, 32
 
 
 def read(data: bytes, unwanted: tuple[str, ...] = ()) -> object:
-    """The object in a record: dictionaries without the keys ``unwanted``, lists, numbers, texts and arrays.
+    """Return the object in a record: dictionaries without the keys ``unwanted``, lists, numbers, texts and arrays.
 
-    Lists of numbers of one length may come as arrays. Raises ``ValueError`` for what is no such record or holds objects of
-    other kinds.
+    Lists of numbers of equal length may be returned as arrays. Raises ``ValueError`` for damaged records and other kinds of
+    objects.
     """
     try:
         return _record(data, unwanted)
@@ -37,38 +37,40 @@ def read(data: bytes, unwanted: tuple[str, ...] = ()) -> object:
 
 def _record(data: bytes, unwanted: tuple[str, ...]) -> object:
     tensors, *counts, last = struct.unpack_from("<4i", data)
-    if tensors or last or min(counts) != 0 or max(counts) > len(data):  # sparse ones, since 0.16, stand before the arrays
+    if tensors or last or min(counts) != 0 or max(counts) > len(data):  # since 0.16 sparse tensors precede the arrays
         raise ValueError("it holds tensors or buffers")
     messages = _messages(data, 16)
     kind, schema, _, version = next(messages)
     if kind != _SCHEMA:
         raise ValueError("it begins with no schema")
-    nodes = _Budget(len(data) // _NODE)
+    nodes = _Budget(len(data) // _NODE_BYTES)
     fields = [_Field(one, 0, nodes) for one in schema.tables(1)]
     kind, batch, body, _ = next(messages)
     if kind != _BATCH or len(fields) != 1:
         raise ValueError("it holds no batch of one column")
     reader = _Reader(data, batch, body, version >= _UNIONS_WITHOUT_NULLS, unwanted)
     root = reader.column(fields[0])
+    if not isinstance(root, (_Union, _Text)):
+        raise ValueError("it holds no batch of one column")
     reader.arrays = list(_arrays(data, messages, max(counts)))
     return root.value(0)
 
 
 class _Budget:
-    """How much may still be read: what is referred to again and again would take more than the record has."""
+    """A limit on what is read, against records that refer to the same values again and again."""
 
     def __init__(self, left: int):
         self.left = left
 
     def spend(self, count: int) -> None:
-        """Raise ValueError for more than there is."""
+        """Subtract ``count``; raises ``ValueError`` if too little is left."""
         self.left -= count
         if self.left < 0:
             raise ValueError("it refers to the same values again and again")
 
 
 class _Table:
-    """A table of a FlatBuffer at a place in it."""
+    """A table of a FlatBuffer at an offset."""
 
     def __init__(self, data: bytes, place: int):
         self.data, self.place = data, place
@@ -78,26 +80,26 @@ class _Table:
         self._count = (struct.unpack_from("<H", data, self._slots)[0] - 4) // 2
 
     def at(self, slot: int) -> int:
-        """Where the value of a slot lies; 0 where it is left out."""
+        """Return the offset of a slot's value, or 0 if it is absent."""
         if slot >= self._count:
             return 0
         offset = struct.unpack_from("<H", self.data, self._slots + 4 + 2 * slot)[0]
         return self.place + offset if offset else 0
 
     def number(self, slot: int, code: str) -> int:
-        """A number by its ``struct`` code, 0 where it is left out."""
+        """Return a number by its ``struct`` code, or 0 if it is absent."""
         place = self.at(slot)
         return struct.unpack_from(f"<{code}", self.data, place)[0] if place else 0
 
     def table(self, slot: int) -> "_Table":
-        """A table that must be there."""
+        """Return a required table; raises ``ValueError`` if it is absent."""
         place = self.at(slot)
         if not place:
             raise ValueError("a part is missing")
         return _Table(self.data, place + struct.unpack_from("<I", self.data, place)[0])
 
     def vector(self, slot: int) -> tuple[int, int]:
-        """Where a vector's items begin, and how many there are."""
+        """Return the offset of a vector's items and their count."""
         place = self.at(slot)
         if not place:
             return 0, 0
@@ -108,27 +110,27 @@ class _Table:
         return place + 4, count
 
     def tables(self, slot: int) -> list["_Table"]:
-        """The tables of a vector."""
+        """Return the tables of a vector."""
         begin, count = self.vector(slot)
         places = range(begin, begin + 4 * count, 4)
         return [_Table(self.data, place + struct.unpack_from("<I", self.data, place)[0]) for place in places]
 
     def items(self, slot: int, code: str) -> list[tuple[int, ...]]:
-        """The structures of a vector."""
+        """Return the structs of a vector."""
         begin, count = self.vector(slot)
         size = struct.calcsize(f"<{code}")
         return [struct.unpack_from(f"<{code}", self.data, begin + size * row) for row in range(count)]
 
     def text(self, slot: int) -> str:
-        """A name, empty where it is left out."""
+        """Return a name, empty if it is absent."""
         begin, count = self.vector(slot)
-        if count > _LONGEST_NAME:
+        if count > _MAX_NAME:
             raise ValueError("a name is too long")
         return bytes(self.data[begin : begin + count]).decode()
 
 
 def _messages(data: bytes, place: int) -> Iterator[tuple[int, _Table, int, int]]:
-    """Kind, header, place of the body and version of every message of the stream; then of the arrays, which lie at 64ths."""
+    """Yield kind, header, body offset and version of every message; those of arrays are aligned to 64 bytes."""
     while True:
         length = struct.unpack_from("<I", data, place)[0]
         place += 4
@@ -149,7 +151,7 @@ def _messages(data: bytes, place: int) -> Iterator[tuple[int, _Table, int, int]]
             place = -(-place // 64) * 64
 
 
-def _arrays(data: bytes, messages: Iterator, count: int) -> Iterator[np.ndarray]:
+def _arrays(data: bytes, messages: Iterator[tuple[int, _Table, int, int]], count: int) -> Iterator[np.ndarray]:
     for _ in range(count):
         kind, tensor, body, _ = next(messages)
         if kind != _TENSOR:
@@ -159,7 +161,7 @@ def _arrays(data: bytes, messages: Iterator, count: int) -> Iterator[np.ndarray]
         place = tensor.at(4)
         offset, size = struct.unpack_from("<qq", data, place) if place else (0, 0)
         flat = _view(data, body + offset, size, dtype)
-        if len(shape) > _MOST_AXES or any(side < 0 for side in shape) or flat.size < np.prod(shape, dtype=object):
+        if len(shape) > _MAX_AXES or any(side < 0 for side in shape) or flat.size < np.prod(shape, dtype=object):
             raise ValueError("an array is cut")
         strides = [one for (one,) in tensor.items(3, "q")]
         rows = [int(np.prod(shape[axis + 1 :], dtype=object)) * dtype.itemsize for axis in range(len(shape))]
@@ -187,21 +189,21 @@ class _Field:
 
     def __init__(self, table: _Table, depth: int, nodes: _Budget):
         nodes.spend(1)
-        if depth > _DEEPEST:
+        if depth > _MAX_DEPTH:
             raise ValueError("it is nested too deeply")
         self.name, self.kind, self.facts = table.text(0), table.number(2, "B"), table.table(3)
         self.children = [_Field(one, depth + 1, nodes) for one in table.tables(5)]
 
 
 class _Reader:
-    """Buffers of the batch, dealt to the columns in the order of the schema."""
+    """Assigns the buffers of the batch to columns, in the order of the schema."""
 
     def __init__(self, data: bytes, batch: _Table, body: int, later: bool, unwanted: tuple[str, ...]):
         self.data, self.body, self.later, self.unwanted = data, body, later, unwanted
         self.nodes, self.buffers = iter(batch.items(1, "qq")), iter(batch.items(2, "qq"))
         self.arrays: list[np.ndarray] = []
-        self.values = _Budget(len(data))  # each takes a byte or more, and each letter of a text
-        self._room = _Budget(len(data))  # buffers lie apart
+        self.values = _Budget(len(data))  # each value takes at least a byte, as does each letter
+        self._room = _Budget(len(data))  # buffers do not overlap
 
     def buffer(self, dtype: str) -> np.ndarray:
         offset, size = next(self.buffers)
@@ -211,8 +213,8 @@ class _Reader:
     def bits(self) -> np.ndarray:
         return np.unpackbits(self.buffer("u1"), bitorder="little")
 
-    def column(self, field: _Field):
-        """The column of a field, and of all below it."""
+    def column(self, field: _Field) -> "_Column":
+        """Return the column of a field, with those below it."""
         count, nulls = next(self.nodes)
         if not 0 <= count <= len(self.data):
             raise ValueError("a column is longer than the record")
@@ -220,7 +222,7 @@ class _Reader:
             return _Union(self, field, nulls)
         if field.kind == 1:  # null: no buffers
             return None
-        self.buffer("u1")  # nulls are the unions' affair
+        self.buffer("u1")  # validity bits, which unions have of their own
         if field.kind in (_BINARY, _TEXT):
             return _Text(self.buffer("<i4"), self.buffer("u1"), field.kind == _TEXT)
         if field.kind == _BOOL:
@@ -243,25 +245,25 @@ class _Text:
 
 
 class _List:
-    def __init__(self, edges: np.ndarray, inner):
+    def __init__(self, edges: np.ndarray, inner: "_Column"):
         self.edges, self.inner = edges, inner
 
     def span(self, row: int) -> tuple[int, int]:
-        """First and last but one item of a list."""
+        """Return the first item of a list, and the one after its last."""
         return _span(self.edges, row, np.iinfo(np.int32).max)
 
 
-def _span(edges: np.ndarray, row: int, most: int) -> tuple[int, int]:
+def _span(edges: np.ndarray, row: int, limit: int) -> tuple[int, int]:
     if not 0 <= row < len(edges) - 1:
         raise ValueError("a list lies outside")
     begin, end = int(edges[row]), int(edges[row + 1])
-    if not 0 <= begin <= end <= most:
+    if not 0 <= begin <= end <= limit:
         raise ValueError("a list ends before it begins")
     return begin, end
 
 
 class _Union:
-    """Values of several kinds: each has its kind and its row in that kind's column."""
+    """A column of values of several kinds: each has a kind, and a row in the column of that kind."""
 
     def __init__(self, reader: _Reader, field: _Field, nulls: int):
         self.reader = reader
@@ -270,14 +272,14 @@ class _Union:
         self.types, self.rows = reader.buffer("i1"), reader.buffer("<i4")
         if field.facts.number(0, "h") != 1:
             raise ValueError("its unions are not dense")
-        self.children: list[tuple[int, object]] = []
+        self.children: list[tuple[int, _Column]] = []
         for child in field.children:
             if not (child.name.isdecimal() and len(child.name) < 4):
                 raise ValueError("a kind has no number")
             self.children.append((int(child.name) - reader.later, reader.column(child)))
 
     def value(self, at: int) -> object:
-        """The value at a place."""
+        """Return the value at a row."""
         if not 0 <= at < min(len(self.types), len(self.rows)):
             raise ValueError("a value lies outside")
         self.reader.values.spend(1)
@@ -292,9 +294,9 @@ class _Union:
         if kind == DICT:
             return self._dictionary(column, row)
         if kind in (BYTES, STRING) and isinstance(column, _Text):
-            found = column.value(row)
-            self.reader.values.spend(len(found))
-            return found
+            text = column.value(row)
+            self.reader.values.spend(len(text))
+            return text
         if kind in (BOOL, *_NUMBERS, ARRAY) and isinstance(column, np.ndarray) and 0 <= row < len(column):
             return column[row].item() if kind != ARRAY else self._array(int(column[row]))
         raise ValueError(f"objects of kind {kind} are not read")
@@ -305,7 +307,7 @@ class _Union:
         self.reader.values.spend(self.reader.arrays[number].nbytes)
         return self.reader.arrays[number]
 
-    def _list(self, column, row: int):
+    def _list(self, column: "_Column", row: int) -> list | np.ndarray:
         if not (isinstance(column, _List) and isinstance(column.inner, _Union)):
             raise ValueError("a list holds no values")
         begin, end = column.span(row)
@@ -313,7 +315,7 @@ class _Union:
         return [column.inner.value(at) for at in range(begin, end)] if numbers is None else numbers
 
     def regular(self, begin: int, end: int) -> np.ndarray | None:
-        """The values as one array, if they are numbers of one kind, or lists of one length of such, that lie in a row."""
+        """Return the values as one array, if they are consecutive numbers of one kind, or lists of equal length of such."""
         types, rows = self.types[begin:end], self.rows[begin:end]
         if not 0 < len(rows) == len(types) == end - begin or (types != types[0]).any():
             return None
@@ -334,17 +336,20 @@ class _Union:
         inner = column.inner.regular(int(edges[0]), int(edges[-1]))
         return None if inner is None else inner.reshape(len(rows), -1, *inner.shape[1:])
 
-    def _dictionary(self, column, row: int) -> dict:
+    def _dictionary(self, column: "_Column", row: int) -> dict[str, object]:
         if not (isinstance(column, _List) and isinstance(column.inner, list)):
             raise ValueError("a dictionary holds no pairs")
         keys, values = column.inner
         if not (isinstance(keys, _Union) and isinstance(values, _Union)):
             raise ValueError("a dictionary holds no pairs")
-        made = {}
+        result: dict[str, object] = {}
         for at in range(*column.span(row)):
             key = keys.value(at)
             if key == "_pytype_":
                 raise ValueError("it holds a pickled object")
             if isinstance(key, str) and key not in self.reader.unwanted:
-                made[key] = values.value(at)
-        return made
+                result[key] = values.value(at)
+        return result
+
+
+_Column = _Union | _Text | _List | np.ndarray | list | None

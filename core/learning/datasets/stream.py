@@ -1,22 +1,23 @@
-"""Arrays that grow on disk: a ``.npy`` file whose length is known only at its end."""
+"""Arrays that grow on disk: ``.npy`` files whose length is known only at the end."""
 
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 _HEADER = 256
 
 
 class GrowingArray:
-    """A ``.npy`` file of rows ``(n, *shape)``; ``len()`` counts what :meth:`append` was given. Complete after :meth:`close`."""
+    """A ``.npy`` file of rows ``(n, *shape)``; ``len()`` counts the appended ones. It is complete after :meth:`close`."""
 
-    def __init__(self, path: Path, dtype, shape: tuple[int, ...] = ()):
+    def __init__(self, path: Path, dtype: DTypeLike, shape: tuple[int, ...] = ()):
         self.dtype, self.shape, self._rows = np.dtype(dtype), tuple(shape), 0
         self._file = open(path, "wb")  # noqa: SIM115 (closed by close)
         self._file.write(b"\0" * _HEADER)
 
     def append(self, rows: np.ndarray) -> None:
-        """Add ``(k, *shape)``; raises ``ValueError`` for another shape."""
+        """Append rows ``(k, *shape)``; raises ``ValueError`` for another shape."""
         rows = np.ascontiguousarray(rows, self.dtype)
         if rows.shape[1:] != self.shape:
             raise ValueError(f"rows of shape {rows.shape[1:]} do not fit {self.shape}")

@@ -1,6 +1,7 @@
-"""Words with times in the forms that data sets have: Google's JSON, Praat's TextGrid, GENEA's tables, our list, plain text."""
+"""Reads the transcripts of data sets: Google's JSON, Praat's TextGrid, GENEA's tables, our JSON list, plain text."""
 
 import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +12,12 @@ from ...errors import CorpusUnreadable
 Word = tuple[str, float, float]
 SUFFIXES = (".json", ".TextGrid", ".txt")
 LARGEST = 10_000_000
-"""Bytes of a table of words."""
+"""Most bytes of a table of words."""
 _INTERVAL = re.compile(r'xmin\s*=\s*([-\d.eE+]+)\s+xmax\s*=\s*([-\d.eE+]+)\s+text\s*=\s*"((?:[^"]|"")*)"')
 
 
 def read(path: Path, audio: np.ndarray) -> list[Word]:
-    """Words of a transcript file; plain text is aligned to the ``audio``. Raises :class:`CorpusUnreadable`."""
+    """Return the timed words of a transcript file; plain text is aligned to the ``audio``. Raises :class:`CorpusUnreadable`."""
     try:
         if path.suffix == ".TextGrid":
             return _timed(textgrid(path))
@@ -34,51 +35,51 @@ def read(path: Path, audio: np.ndarray) -> list[Word]:
 
 
 def beside(path: Path, folder: Path | None = None) -> Path | None:
-    """The transcript of a recording: the same name with a transcript's suffix, here or in ``folder``."""
+    """Return the transcript of a recording, a file of the same name beside it or in ``folder``, or None."""
     places = (path.with_suffix(suffix) if folder is None else folder / f"{path.stem}{suffix}" for suffix in SUFFIXES)
     return next((place for place in places if place.is_file()), None)
 
 
 def google(segments: list) -> list[Word]:
-    """GENEA 2020's form: segments, of each the first alternative's words with times such as "0.400s" (reference D.3)."""
+    """Return the words of GENEA 2020's JSON: first alternatives of segments, times such as "0.400s" (reference D.3)."""
     words = [word for segment in segments for word in (segment.get("alternatives") or [{}])[0].get("words", ())]
     return [(word["word"], float(word["start_time"].rstrip("s")), float(word["end_time"].rstrip("s"))) for word in words]
 
 
 def table(path: Path) -> list[Word]:
-    """GENEA 2022's and 2023's form: start, end and text by tabs; words of one line share its time, marks alone (#) are none."""
+    """Return the words of a GENEA 2022 or 2023 table: lines of start, end and text; words of a line share its time equally."""
     if path.stat().st_size > LARGEST:
         raise ValueError(f"it is larger than {LARGEST // 1_000_000} MB")
-    found = []
+    words: list[Word] = []
     for line in path.read_text(encoding="utf-8-sig").splitlines():
         start, end, text = (line.split("\t") + ["", ""])[:3]
-        words = [word for word in text.split() if any(sign.isalnum() for sign in word)]
-        if not words:
+        parts = [word for word in text.split() if any(sign.isalnum() for sign in word)]
+        if not parts:
             continue
-        begin, length = float(start), (float(end) - float(start)) / len(words)
-        found += [(word, begin + at * length, begin + (at + 1) * length) for at, word in enumerate(words)]
-    return found
+        begin, length = float(start), (float(end) - float(start)) / len(parts)
+        words += [(word, begin + at * length, begin + (at + 1) * length) for at, word in enumerate(parts)]
+    return words
 
 
 def textgrid(path: Path) -> list[Word]:
-    """The tier "words" (else the first) of a long-form TextGrid; empty intervals are pauses."""
+    """Return the words of the tier "words" (else the first) of a long-form TextGrid; empty intervals are pauses."""
     raw = path.read_bytes()
     text = raw.decode("utf-16" if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
     tiers = re.split(r"item\s*\[\d+\]\s*:", text)[1:]
     if not tiers:
         raise ValueError("it holds no tiers")
     tier = next((tier for tier in tiers if re.search(r'name\s*=\s*"words?"', tier, re.IGNORECASE)), tiers[0])
-    found = [(match[2].replace('""', '"').strip(), float(match[0]), float(match[1])) for match in _INTERVAL.findall(tier)]
-    return [word for word in found if word[0] and not word[0].startswith("<")]
+    words = [(match[2].replace('""', '"').strip(), float(match[0]), float(match[1])) for match in _INTERVAL.findall(tier)]
+    return [word for word in words if word[0] and not word[0].startswith("<")]
 
 
-def _timed(words) -> list[Word]:
-    """Words with times that are numbers."""
-    words = [(str(word), float(start), float(end)) for word, start, end in words]
+def _timed(entries: Iterable[Sequence]) -> list[Word]:
+    """Convert entries (text, start, end); raises ``ValueError`` for times that are not finite."""
+    words = [(str(word), float(start), float(end)) for word, start, end in entries]
     if not np.isfinite([times for _, *times in words]).all():
         raise ValueError("a time is no number")
     return words
 
 
-def _is_google(content) -> bool:
+def _is_google(content: object) -> bool:
     return isinstance(content, list) and all(isinstance(segment, dict) for segment in content)

@@ -1,4 +1,4 @@
-"""Recordings into the one format (``core/learning/train/storage.py``), one after the other, so that size does not matter."""
+"""Writes recordings in the project's format (``core/learning/train/storage.py``) one by one, so that memory stays small."""
 
 import json
 from collections.abc import Iterable
@@ -21,7 +21,7 @@ from .recording import SPLITS, Recording
 from .stream import GrowingArray
 
 SHORTEST = 34
-"""Pose frames below which a recording holds no window."""
+"""Least pose frames of a recording: those of one window."""
 
 
 def write(
@@ -31,11 +31,11 @@ def write(
     vectors: str | PathLike | None = None,
     fps: float = skeleton.FPS,
 ) -> dict:
-    """Write all ``recordings``, which have ``fps`` poses a second, to ``folder``, whole or not at all; return what was written.
+    """Write all ``recordings`` at ``fps`` poses per second to ``folder``, completely or not at all; return counts.
 
-    ``source`` names the data set; ``vectors`` are other word vectors than the shipped ones. What was left out is counted:
-    recordings "too short" or "silent", and "words outside" of their recording. Raises
-    :class:`CorpusUnreadable` for no recording of 34 frames and :class:`OutputUnwritable`.
+    ``source`` names the data set; ``vectors`` is a file of other word vectors than the shipped ones. Recordings that are
+    skipped as "too short" or "silent", and "words outside" of their recording, are counted. Raises :class:`CorpusUnreadable`
+    without a recording of 34 frames, and :class:`OutputUnwritable`.
     """
     with whole_folder(folder) as place:
         writer = _Writer(place, fps)
@@ -48,6 +48,8 @@ def write(
 
 
 class _Writer:
+    """A data set that is being written to ``folder``: its growing arrays and the facts of its recordings."""
+
     def __init__(self, folder: Path, fps: float):
         self.folder, self.fps = folder, fps
         kinds = {
@@ -64,7 +66,7 @@ class _Writer:
         self.left_out = {"too short": 0, "silent": 0, "words outside": 0}
 
     def add(self, recording: Recording) -> None:
-        """Features of one recording; one that is too short or silent is only counted, as are words that it does not hold."""
+        """Append one recording with its features; a too short or silent one, and words outside of it, are only counted."""
         audio = np.asarray(recording.audio, np.float32)
         frames = min(len(recording.directions), int(len(audio) / SAMPLE_RATE * self.fps))
         lack = "too short" if frames < SHORTEST else "silent" if not audio.any() else ""
@@ -89,9 +91,9 @@ class _Writer:
             self.arrays[name].append(part)
         for name, ends in self.ends.items():
             ends.append(len(self.arrays[name]))
-        known = self.speakers.setdefault(recording.speaker, [len(self.speakers), np.zeros((9, 3))])
-        known[1] += directions.sum(0)
-        self.speaker.append(known[0])
+        speaker = self.speakers.setdefault(recording.speaker, [len(self.speakers), np.zeros((9, 3))])
+        speaker[1] += directions.sum(0)
+        self.speaker.append(speaker[0])
         self.split.append(SPLITS[recording.split])
         self.facts.append({"name": recording.name, "words": [list(word) for word in words], **recording.notes})
 
@@ -128,6 +130,6 @@ class _Writer:
 
 
 def _rest(total: np.ndarray) -> list:
-    """A performer's mean pose, which is where the hands are most of the time; the natural rest where a mean has no length."""
+    """Return a speaker's mean pose as the rest pose; edges without a clear mean direction take the natural rest pose."""
     pose = skeleton.normalize(total)
     return np.where(np.linalg.norm(pose, axis=1, keepdims=True) > 0.5, pose, REST).round(4).tolist()
