@@ -9,6 +9,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from .flatbuffer import Table
+
 _SCHEMA, _BATCH, _TENSOR = 1, 3, 4
 _INT, _FLOAT, _BINARY, _TEXT, _BOOL, _LIST, _STRUCT, _UNION = 2, 3, 4, 5, 6, 12, 13, 14
 _UNIONS_WITHOUT_NULLS = 4
@@ -20,7 +22,7 @@ _MAX_DEPTH = 40
 """Most levels of nested types; pyarrow itself stops at a hundred."""
 _NODE_BYTES = 12
 """Least bytes of a node of the schema."""
-_MAX_NAME, _MAX_AXES = 100, 32
+_MAX_AXES = 32
 
 
 def read(data: bytes, unwanted: tuple[str, ...] = ()) -> object:
@@ -69,67 +71,7 @@ class _Budget:
             raise ValueError("it refers to the same values again and again")
 
 
-class _Table:
-    """A table of a FlatBuffer at an offset."""
-
-    def __init__(self, data: bytes, place: int):
-        self.data, self.place = data, place
-        self._slots = place - struct.unpack_from("<i", data, place)[0]
-        if not 0 <= self._slots < len(data):
-            raise ValueError("a table lies outside")
-        self._count = (struct.unpack_from("<H", data, self._slots)[0] - 4) // 2
-
-    def at(self, slot: int) -> int:
-        """Return the offset of a slot's value, or 0 if it is absent."""
-        if slot >= self._count:
-            return 0
-        offset = struct.unpack_from("<H", self.data, self._slots + 4 + 2 * slot)[0]
-        return self.place + offset if offset else 0
-
-    def number(self, slot: int, code: str) -> int:
-        """Return a number by its ``struct`` code, or 0 if it is absent."""
-        place = self.at(slot)
-        return struct.unpack_from(f"<{code}", self.data, place)[0] if place else 0
-
-    def table(self, slot: int) -> "_Table":
-        """Return a required table; raises ``ValueError`` if it is absent."""
-        place = self.at(slot)
-        if not place:
-            raise ValueError("a part is missing")
-        return _Table(self.data, place + struct.unpack_from("<I", self.data, place)[0])
-
-    def vector(self, slot: int) -> tuple[int, int]:
-        """Return the offset of a vector's items and their count."""
-        place = self.at(slot)
-        if not place:
-            return 0, 0
-        place += struct.unpack_from("<I", self.data, place)[0]
-        count = struct.unpack_from("<I", self.data, place)[0]
-        if count > len(self.data):
-            raise ValueError("a list is longer than the record")
-        return place + 4, count
-
-    def tables(self, slot: int) -> list["_Table"]:
-        """Return the tables of a vector."""
-        begin, count = self.vector(slot)
-        places = range(begin, begin + 4 * count, 4)
-        return [_Table(self.data, place + struct.unpack_from("<I", self.data, place)[0]) for place in places]
-
-    def items(self, slot: int, code: str) -> list[tuple[int, ...]]:
-        """Return the structs of a vector."""
-        begin, count = self.vector(slot)
-        size = struct.calcsize(f"<{code}")
-        return [struct.unpack_from(f"<{code}", self.data, begin + size * row) for row in range(count)]
-
-    def text(self, slot: int) -> str:
-        """Return a name, empty if it is absent."""
-        begin, count = self.vector(slot)
-        if count > _MAX_NAME:
-            raise ValueError("a name is too long")
-        return bytes(self.data[begin : begin + count]).decode()
-
-
-def _messages(data: bytes, place: int) -> Iterator[tuple[int, _Table, int, int]]:
+def _messages(data: bytes, place: int) -> Iterator[tuple[int, Table, int, int]]:
     """Yield kind, header, body offset and version of every message; those of arrays are aligned to 64 bytes."""
     while True:
         length = struct.unpack_from("<I", data, place)[0]
@@ -140,7 +82,7 @@ def _messages(data: bytes, place: int) -> Iterator[tuple[int, _Table, int, int]]
         if not length:
             place = -(-place // 64) * 64
             continue
-        message = _Table(data, place + struct.unpack_from("<I", data, place)[0])
+        message = Table(data, place + struct.unpack_from("<I", data, place)[0])
         body, size = place + length, message.number(3, "q")
         if not 0 <= size <= len(data) - body:
             raise ValueError("a message is longer than the record")
@@ -151,7 +93,7 @@ def _messages(data: bytes, place: int) -> Iterator[tuple[int, _Table, int, int]]
             place = -(-place // 64) * 64
 
 
-def _arrays(data: bytes, messages: Iterator[tuple[int, _Table, int, int]], count: int) -> Iterator[np.ndarray]:
+def _arrays(data: bytes, messages: Iterator[tuple[int, Table, int, int]], count: int) -> Iterator[np.ndarray]:
     for _ in range(count):
         kind, tensor, body, _ = next(messages)
         if kind != _TENSOR:
@@ -176,7 +118,7 @@ def _view(data: bytes, place: int, size: int, dtype: np.dtype) -> np.ndarray:
     return np.frombuffer(data, dtype, size // dtype.itemsize, place) if size >= dtype.itemsize else np.zeros(0, dtype)
 
 
-def _dtype(kind: int, facts: _Table) -> np.dtype:
+def _dtype(kind: int, facts: Table) -> np.dtype:
     if kind == _INT and facts.number(0, "i") in (8, 16, 32, 64):
         return np.dtype(f"<{'i' if facts.number(1, 'B') else 'u'}{facts.number(0, 'i') // 8}")
     if kind == _FLOAT and facts.number(0, "h") in (0, 1, 2):
@@ -187,7 +129,7 @@ def _dtype(kind: int, facts: _Table) -> np.dtype:
 class _Field:
     """A node of the schema."""
 
-    def __init__(self, table: _Table, depth: int, nodes: _Budget):
+    def __init__(self, table: Table, depth: int, nodes: _Budget):
         nodes.spend(1)
         if depth > _MAX_DEPTH:
             raise ValueError("it is nested too deeply")
@@ -198,7 +140,7 @@ class _Field:
 class _Reader:
     """Assigns the buffers of the batch to columns, in the order of the schema."""
 
-    def __init__(self, data: bytes, batch: _Table, body: int, later: bool, unwanted: tuple[str, ...]):
+    def __init__(self, data: bytes, batch: Table, body: int, later: bool, unwanted: tuple[str, ...]):
         self.data, self.body, self.later, self.unwanted = data, body, later, unwanted
         self.nodes, self.buffers = iter(batch.items(1, "qq")), iter(batch.items(2, "qq"))
         self.arrays: list[np.ndarray] = []
