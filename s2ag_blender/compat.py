@@ -12,7 +12,7 @@ import bpy
 
 from .datablocks import ArmatureObject, Bag, Slot, SoundStrip
 
-RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
+RELATIVE: Any = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
 """Options of a path property whose value may be relative to the .blend ("//...")."""
 PICTURES_STAY = {"export_textures_mode": "KEEP"} if bpy.app.version >= (4, 5) else {"export_textures": False}
 """Arguments with which the USD exporter writes no images."""

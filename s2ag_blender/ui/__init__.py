@@ -1,1 +1,1 @@
-"""All that is drawn or pressed."""
+"""Panels, operators, menus and properties."""

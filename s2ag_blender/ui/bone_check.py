@@ -1,28 +1,30 @@
-"""Checking a bone map: its bones selected, a pose to look at, and rows filled from what is selected."""
+"""Operators for checking a bone map: select its bones, show a test pose, fill a row from the selection."""
+# pyright: reportInvalidTypeForm=false
 
 import bpy
 
 from ...core.errors import S2agError
 from ...rigs.detect import ROWS
 from .. import compat
+from ..datablocks import ArmatureObject, Context
 from ..keys import trying
 from ..rig import handpicked, readiness
 from ..takes.recall import options
-from ..takes.running import character
 from ..translations import told, told_error
+from .bases import OperatorResult, require_character
 from .bone_maps import OfCharacter
 
 
-def take(armature: bpy.types.Object, part: str, names: list[str]) -> None:
-    """Choose bones for a part, lowest first; they leave the parts that they had."""
+def take(armature: ArmatureObject, part: str, names: list[str]) -> None:
+    """Assign bones to a body part, lowest first, and remove them from all other parts."""
     for item in armature.s2ag.bone_map:
         kept = [name for name in handpicked.split(item.bones) if name not in names]
         item.bones = handpicked.join(names if item.name == part else kept)
     readiness.forget(armature)
 
 
-def mapped(armature: bpy.types.Object) -> list[str]:
-    """The bones that gesture."""
+def mapped(armature: ArmatureObject) -> list[str]:
+    """Return the names of the bones that are animated."""
     return [name for row in readiness.of(armature).rows for name in row.bones if name in armature.data.bones]
 
 
@@ -39,10 +41,10 @@ class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
     )
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         if not super().poll(context):
             return False
-        armature, reason = character(context), ""
+        armature, reason = require_character(context), ""
         if not armature.s2ag.bone_map:
             reason = told("Press Choose Bones first")
         elif armature.mode != "POSE" or not compat.selected_bones(armature):
@@ -51,8 +53,8 @@ class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
             cls.poll_message_set(reason)
         return not reason
 
-    def execute(self, context):
-        armature = character(context)
+    def execute(self, context: Context) -> OperatorResult:
+        armature = require_character(context)
         names = compat.selected_bones(armature)
         take(armature, self.part, names[:1] if self.part == "hips" else names)
         return {"FINISHED"}
@@ -64,8 +66,8 @@ class S2AG_OT_select_bones(OfCharacter, bpy.types.Operator):
     bl_idname = "s2ag.select_bones"
     bl_label = "Show Bones"
 
-    def execute(self, context):
-        armature = character(context)
+    def execute(self, context: Context) -> OperatorResult:
+        armature = require_character(context)
         context.view_layer.objects.active = armature
         if armature.mode != "POSE":
             bpy.ops.object.mode_set(mode="POSE")
@@ -79,15 +81,15 @@ class S2AG_OT_test_pose(OfCharacter, bpy.types.Operator):
     bl_idname = "s2ag.test_pose"
     bl_label = "Test Pose"
 
-    def execute(self, context):
-        armature = character(context)
+    def execute(self, context: Context) -> OperatorResult:
+        armature = require_character(context)
         if trying.is_shown(armature):
             trying.end(armature)
             return {"FINISHED"}
-        warnings = []
+        warnings: list[str] = []
         try:
-            chosen = handpicked.chosen(armature.s2ag)
-            trying.show(armature, context.scene, chosen, options(armature.s2ag), warnings.append)
+            mapping = handpicked.chosen(armature.s2ag)
+            trying.show(armature, context.scene, mapping, options(armature.s2ag), warnings.append)
         except S2agError as error:
             self.report({"ERROR"}, told_error(error))
             return {"CANCELLED"}

@@ -1,7 +1,7 @@
-"""``blender --command s2ag ...``: the verbs of the command line from inside Blender.
+"""``blender --command s2ag ...``: runs the verbs of the command line from Blender.
 
-The verbs run in the engine's Python, which starts this Blender again for what needs it, so that their options, messages and
-exit codes are those of the command line. Verbs that only the Python package has end in a sentence (:mod:`core.cli.parser`).
+The verbs run in the engine's Python, with the options, messages and exit codes of the command line; it starts this Blender
+again for verbs that need it. Verbs of the Python package alone end with an error (:mod:`core.cli.parser`).
 """
 
 import contextlib
@@ -9,11 +9,14 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import bpy
 
 from ...core.errors import Cancelled, S2agError
 from ...core.start import module_command
+from ..datablocks import current_context
 from ..engine import client, known
 
 FAILED, INTERRUPTED = 2, 130
@@ -22,8 +25,8 @@ FAILED, INTERRUPTED = 2, 130
 def main(arguments: list[str]) -> int:
     """Run a verb and return its exit code: 0, 2 after an error (one sentence on stderr), 130 after Ctrl-C."""
     try:
-        # Blender's own handler would set a flag that nobody here looks at.
-        with _handling(signal.SIGINT, signal.default_int_handler):
+        # Blender's own handler only sets a flag, which is not read here.
+        with _signal_handler(signal.SIGINT, signal.default_int_handler):
             return _verb(arguments or ["--help"])
     except S2agError as error:
         _say(str(error) if not isinstance(error, Cancelled) else "cancelled.")
@@ -31,13 +34,13 @@ def main(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         _say("interrupted.")
         return INTERRUPTED
-    except SystemExit as leaving:  # --help and wrong options
-        return int(leaving.code or 0)
+    except SystemExit as exit_request:  # --help and wrong options
+        return int(exit_request.code or 0)
 
 
 @contextlib.contextmanager
-def _handling(number: int, handler):
-    """Handle a signal differently for a while."""
+def _signal_handler(number: int, handler: Callable[..., Any]) -> Iterator[None]:
+    """Install a signal handler within the block."""
     former = signal.signal(number, handler)
     try:
         yield
@@ -46,19 +49,23 @@ def _handling(number: int, handler):
 
 
 def _verb(arguments: list[str]) -> int:
-    """Hand a verb to the engine's Python. Ctrl-C reaches it by itself, being in the same terminal; a kill is passed on."""
-    python = client.find_interpreter(known.interpreter(bpy.context))
+    """Run a verb in the engine's Python and return its exit code.
+
+    The child shares the terminal, so Ctrl-C reaches it, too; SIGTERM is passed on.
+    """
+    python = client.find_interpreter(known.interpreter(current_context()))
     variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONSAFEPATH")}
     if bpy.app.binary_path:
         variables["S2AG_BLENDER"] = bpy.app.binary_path
     process = subprocess.Popen([*module_command(python, "core.cli.main"), *arguments], env=variables)
-    with _handling(signal.SIGTERM, lambda *_: process.terminate()):
+    with _signal_handler(signal.SIGTERM, lambda *_: process.terminate()):
         while True:
             with contextlib.suppress(KeyboardInterrupt):
                 return process.wait()
 
 
 def _say(sentence: str) -> None:
+    """Print a sentence to stderr as one line."""
     with contextlib.suppress(BrokenPipeError):
         print(f"s2ag: {' '.join(sentence.split())}", file=sys.stderr, flush=True)
 
@@ -67,7 +74,7 @@ _handle = None
 
 
 def register() -> None:
-    """Make ``blender --command s2ag`` known."""
+    """Register the command ``blender --command s2ag``."""
     global _handle
     _handle = bpy.utils.register_cli_command("s2ag", main)
 

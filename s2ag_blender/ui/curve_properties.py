@@ -1,4 +1,5 @@
-"""What the animator set for the curves that gestures become: their speed, their smoothness and how many keys they have."""
+"""Settings of the F-curves that gestures become: speed, smoothing, and which frames are keyed."""
+# pyright: reportInvalidTypeForm=false
 
 import math
 from typing import Any
@@ -6,18 +7,18 @@ from typing import Any
 import bpy
 
 EDITABLE: Any = {"LIBRARY_OVERRIDABLE"}
-"""Settings of a library override are the animator's own, too."""
+"""Option of properties that can be changed on library overrides."""
 
 
 def changed(settings: Any, context: bpy.types.Context) -> None:
-    """The live preview follows every setting that can be seen."""
+    """Update the live preview after a change of a setting."""
     from ..takes import preview
 
     preview.touch(settings.id_data)
 
 
 class CurveSettings:
-    """The part of a character's settings that is about curves."""
+    """The settings of F-curves, a part of a character's settings."""
 
     speed: bpy.props.FloatProperty(
         name="Speed",

@@ -1,4 +1,7 @@
-"""Directing a take: the operators that change its gestures."""
+"""Operators that edit the gestures of a take and flip through its versions."""
+# pyright: reportInvalidTypeForm=false
+
+from typing import Any
 
 import bpy
 
@@ -7,53 +10,61 @@ from ...core.direction.edits import LARGEST, LEAST
 from ...core.errors import S2agError, UsageError
 from ...core.meaning import vocabulary
 from .. import compat, provenance
+from ..datablocks import ArmatureObject, Context
 from ..takes import directing, generate, keeping, retiming, session, takes, versions
-from ..takes.running import Generating, character
+from ..takes.running import Generating
 from ..translations import told, told_error
+from .bases import OperatorResult, require_character
 from .take_ops import OfTake, OnTake, selected
 
 _HANDS = (("left", "Left Hand", ""), ("right", "Right Hand", ""), ("both", "Both Hands", ""))
 _AS_IT_IS = ("keep", "As It Is", "")
-_ANEW = {"SKIP_SAVE"}  # Blender would ask once more for what the last press asked for: another hand would be larger, too
+_RESET: Any = {"SKIP_SAVE"}  # else Blender starts with the values of the last press: a changed hand also grows
 _KINDS = (
     (gestures.BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
     *((name, name.replace("_", " ").capitalize(), "") for name in vocabulary.load().gestures),
 )
 LABELS = {name: label for name, label, _ in (*_KINDS, *_HANDS)}
-"""What kinds and hands are called."""
-_FOUND: list = []  # Blender needs the texts of a search to stay
+"""Labels of kinds and hands."""
+_SEARCH_ITEMS: list[tuple[str, str, str]] = []  # Blender does not keep the strings of enum items alive
 
 
 class _Directing(OfTake):
-    """Base of operators that make the next version of a take after edits; the former one stays to be flipped to."""
+    """Base of operators that make the next version of a take from edits; the former version is kept."""
 
     at_gesture = True
-    pins = ()  # what the edits keep
+    """Whether the edit is about the gesture at the playhead."""
+    pins: Any = ()
+    """Poses and places that the edits keep."""
 
     @classmethod
-    def unknown(cls, take) -> str:
-        known = provenance.of(take.action) and directing.GESTURES in take.action
-        return "" if known else told("The gestures of this take are not known: generate it again")
+    def unknown(cls, take: Any) -> str:
+        has_gestures = provenance.of(take.action) and directing.GESTURES in take.action
+        return "" if has_gestures else told("The gestures of this take are not known: generate it again")
 
-    def planned(self, context, armature):
+    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
         action = takes.active(armature).action
-        before, more = self.edits(context, action)
-        kept = {"pins": self.pins} if self.pins else {}
-        return generate.plan(context, armature, **directing.directed(action, [*before, *more]), **kept)
+        before, new = self.edits(context, action)
+        pins = {"pins": self.pins} if self.pins else {}
+        return generate.plan(context, armature, **directing.directed(action, [*before, *new]), **pins)
 
     def edits(self, context, action) -> tuple[list, list]:
-        """The edits that stay, and those that come."""
-        one = directing.nearest(action, context.scene) if self.at_gesture else None
-        if self.at_gesture and one is None:
+        """Return the edits that the take was made with, and the new ones."""
+        gesture = directing.nearest(action, context.scene) if self.at_gesture else None
+        if self.at_gesture and gesture is None:
             raise UsageError("The take has no gesture.", "Add one.")
-        return directing.made(action), [self.edit(context, action, one)]
+        return directing.made(action), [self.edit(context, action, gesture)]
+
+    def edit(self, context: Context, action: bpy.types.Action, gesture: Any) -> dict[str, Any]:
+        """Return the new edit; ``gesture`` is the one at the playhead, None if the edit is about no gesture."""
+        raise NotImplementedError
 
 
-def _asked(operator) -> dict:
-    """Kind, hand and size as they were chosen."""
-    chosen = {name: getattr(operator, name) for name in ("kind", "hand")}
-    chosen = {name: value for name, value in chosen.items() if value != "keep"}
-    return chosen | ({"size": round(operator.size, 3)} if abs(operator.size - 1) > 1e-3 else {})
+def _edit_options(operator: Any) -> dict[str, Any]:
+    """Return the kind, hand and size chosen in the operator, without those to be left as they are."""
+    options: dict[str, Any] = {name: getattr(operator, name) for name in ("kind", "hand")}
+    options = {name: value for name, value in options.items() if value != "keep"}
+    return options | ({"size": round(operator.size, 3)} if abs(operator.size - 1) > 1e-3 else {})
 
 
 class S2AG_OT_apply_markers(_Directing, bpy.types.Operator):
@@ -62,11 +73,11 @@ class S2AG_OT_apply_markers(_Directing, bpy.types.Operator):
     bl_idname = "s2ag.apply_markers"
     bl_label = "Apply Markers"
 
-    def edits(self, context, action):
-        more = directing.by_markers(action, context.scene)
-        if not more:
+    def edits(self, context: Context, action: bpy.types.Action) -> tuple[list, list]:
+        new = directing.by_markers(action, context.scene)
+        if not new:
             raise UsageError("All markers are where they were.", "Move or delete pose markers of the action first.")
-        return directing.made(action), more
+        return directing.made(action), new
 
 
 class S2AG_OT_delete_gesture(_Directing, bpy.types.Operator):
@@ -75,8 +86,8 @@ class S2AG_OT_delete_gesture(_Directing, bpy.types.Operator):
     bl_idname = "s2ag.delete_gesture"
     bl_label = "Delete Gesture"
 
-    def edit(self, context, action, one):
-        return {"do": "delete", "at": one.at}
+    def edit(self, context: Context, action: bpy.types.Action, gesture: Any) -> dict[str, Any]:
+        return {"do": "delete", "at": gesture.at}
 
 
 class S2AG_OT_change_gesture(_Directing, bpy.types.Operator):
@@ -85,17 +96,17 @@ class S2AG_OT_change_gesture(_Directing, bpy.types.Operator):
     bl_idname = "s2ag.change_gesture"
     bl_label = "Change Gesture"
 
-    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=(_AS_IT_IS, *_KINDS), options=_ANEW)
-    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(_AS_IT_IS, *_HANDS), options=_ANEW)
+    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=(_AS_IT_IS, *_KINDS), options=_RESET)
+    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(_AS_IT_IS, *_HANDS), options=_RESET)
     size: bpy.props.FloatProperty(
-        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST, options=_ANEW
+        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST, options=_RESET
     )
 
-    def edit(self, context, action, one):
-        asked = _asked(self)
-        if not asked:
+    def edit(self, context: Context, action: bpy.types.Action, gesture: Any) -> dict[str, Any]:
+        changes = _edit_options(self)
+        if not changes:
             raise UsageError("Nothing is to be changed.", "Choose another kind, hand or size.")
-        return {"do": "change", "at": one.at, **asked}
+        return {"do": "change", "at": gesture.at, **changes}
 
 
 class S2AG_OT_add_gesture(_Directing, bpy.types.Operator):
@@ -105,26 +116,26 @@ class S2AG_OT_add_gesture(_Directing, bpy.types.Operator):
     bl_label = "Add Gesture"
     at_gesture = False
 
-    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=_KINDS, options=_ANEW)
-    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(_AS_IT_IS, *_HANDS), options=_ANEW)
+    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=_KINDS, options=_RESET)
+    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(_AS_IT_IS, *_HANDS), options=_RESET)
     size: bpy.props.FloatProperty(
-        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST, options=_ANEW
+        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST, options=_RESET
     )
     word: bpy.props.IntProperty(default=-1, options={"HIDDEN", "SKIP_SAVE"})  # number of a word to add it at
 
-    def edit(self, context, action, one):
+    def edit(self, context: Context, action: bpy.types.Action, gesture: Any) -> dict[str, Any]:
         if self.word >= 0:
             word, nth = directing.nth(action, self.word)
-            return {"do": "add", "word": word, "nth": nth, **_asked(self)}
-        return {"do": "add", "at": directing.seconds(action, context.scene, context.scene.frame_current), **_asked(self)}
+            return {"do": "add", "word": word, "nth": nth, **_edit_options(self)}
+        return {"do": "add", "at": directing.seconds(action, context.scene, context.scene.frame_current), **_edit_options(self)}
 
 
-def _search(operator, context) -> list:
-    """The words of the selected take, each with the second at which it is said."""
+def _word_items(operator: Any, context: Any) -> list[tuple[str, str, str]]:
+    """Return enum items for the words of the selected take, labelled with their start in seconds."""
     take = selected(context)[1]
-    said = directing.words(take.action) if take is not None else []
-    _FOUND[:] = [(str(number), f"{word}  {start:.1f} s", "") for number, (word, start, _) in enumerate(said)]
-    return _FOUND
+    words = directing.words(take.action) if take is not None else []
+    _SEARCH_ITEMS[:] = [(str(number), f"{word}  {start:.1f} s", "") for number, (word, start, _) in enumerate(words)]
+    return _SEARCH_ITEMS
 
 
 class S2AG_OT_add_at_word(OnTake, bpy.types.Operator):
@@ -132,27 +143,28 @@ class S2AG_OT_add_at_word(OnTake, bpy.types.Operator):
 
     bl_idname = "s2ag.add_at_word"
     bl_label = "Add Gesture at Word"
-    bl_options = {"REGISTER"}  # what it calls has a step of its own
+    bl_options = {"REGISTER"}  # the operator that it calls adds the undo step
     bl_property = "word"
 
-    word: bpy.props.EnumProperty(name="Word", description="Where its stroke is", items=_search, options={"SKIP_SAVE"})
+    word: bpy.props.EnumProperty(name="Word", description="Where its stroke is", items=_word_items, options={"SKIP_SAVE"})
     kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=_KINDS)
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         if not super().poll(context):
             return False
-        if not directing.words(takes.active(character(context)).action):
+        if not directing.words(takes.active(require_character(context)).action):
             cls.poll_message_set(told("The words of this take are not known"))
             return False
         return True
 
-    def invoke(self, context, event):
+    def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
         context.window_manager.invoke_search_popup(self)
         return {"RUNNING_MODAL"}
 
-    def execute(self, context):
-        bpy.ops.s2ag.add_gesture("INVOKE_DEFAULT", True, kind=self.kind, word=int(self.word))
+    def execute(self, context: Context) -> OperatorResult:
+        operators: Any = bpy.ops
+        operators.s2ag.add_gesture("INVOKE_DEFAULT", True, kind=self.kind, word=int(self.word))
         return {"FINISHED"}
 
 
@@ -172,8 +184,8 @@ class S2AG_OT_reroll_range(_Directing, bpy.types.Operator):
         ),
     )
 
-    def edits(self, context, action):
-        armature = character(context)
+    def edits(self, context: Context, action: bpy.types.Action) -> tuple[list, list]:
+        armature = require_character(context)
         span = directing.RANGES[self.what](action, context.scene, armature.s2ag)
         return directing.anew(takes.active(armature), span)
 
@@ -193,12 +205,12 @@ class S2AG_OT_keep_pose(_Directing, bpy.types.Operator):
         ),
     )
 
-    def edits(self, context, action):
-        armature, scene = character(context), context.scene
+    def edits(self, context: Context, action: bpy.types.Action) -> tuple[list, list]:
+        armature, scene = require_character(context), context.scene
         bones = compat.selected_bones(armature) if armature.mode == "POSE" else None
         frames = keeping.keyed_frames(action, bones) if self.what == "KEYS" else [float(scene.frame_current)]
-        more, self.pins = keeping.poses(armature, action, scene, frames, bones or None)
-        return directing.made(action), more
+        new, self.pins = keeping.poses(armature, action, scene, frames, bones or None)
+        return directing.made(action), new
 
 
 class S2AG_OT_keep_place(_Directing, bpy.types.Operator):
@@ -212,16 +224,16 @@ class S2AG_OT_keep_place(_Directing, bpy.types.Operator):
         name="Point", description="Point at the object with a stretched arm instead of holding it", options={"SKIP_SAVE"}
     )
 
-    def edits(self, context, action):
-        armature, scene = character(context), context.scene
+    def edits(self, context: Context, action: bpy.types.Action) -> tuple[list, list]:
+        armature, scene = require_character(context), context.scene
         if armature.s2ag.target is None:
             raise UsageError("No object is chosen.", "Choose what the hand is to hold or point at.")
         span = scene.frame_current, scene.frame_current
         if scene.use_preview_range:
             span = scene.frame_preview_start, scene.frame_preview_end
         target = armature.s2ag.target
-        more, self.pins = keeping.place(armature, action, scene, span, self.hand, target, self.pointing)
-        return directing.made(action), more
+        new, self.pins = keeping.place(armature, action, scene, span, self.hand, target, self.pointing)
+        return directing.made(action), new
 
 
 class S2AG_OT_follow_sound(Generating, bpy.types.Operator):
@@ -231,31 +243,31 @@ class S2AG_OT_follow_sound(Generating, bpy.types.Operator):
     bl_label = "Follow Sound"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         if not OnTake.poll.__func__(cls, context):
             return False
-        if session.run_of(character(context)) is not None:
+        armature = require_character(context)
+        if session.run_of(armature) is not None:
             cls.poll_message_set(told("Gestures are being made"))
             return False
-        if not retiming.change(takes.active(character(context)).action, context.scene):
+        if not retiming.change(takes.active(armature).action, context.scene):
             cls.poll_message_set(told("The sound strip lies where it lay"))
             return False
         return True
 
-    def planned(self, context, armature):
+    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
         return generate.following(context, armature)
 
-    def invoke(self, context, event):
-        what = retiming.change(takes.active(character(context)).action, context.scene)
+    def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
+        what = _sound_change(context)
         return super().invoke(context, event) if what.replaced or what.grown else self.execute(context)
 
-    def execute(self, context):
-        armature = character(context)
-        what = retiming.change(takes.active(armature).action, context.scene)
+    def execute(self, context: Context) -> OperatorResult:
+        what = _sound_change(context)
         if what.replaced or what.grown:
             return super().execute(context)
         try:
-            retiming.follow(armature, context.scene)
+            retiming.follow(require_character(context), context.scene)
         except S2agError as error:
             self.report({"ERROR"}, told_error(error))
             return {"CANCELLED"}
@@ -263,14 +275,21 @@ class S2AG_OT_follow_sound(Generating, bpy.types.Operator):
         return {"FINISHED"}
 
 
+def _sound_change(context: Context) -> retiming.Change:
+    """Return how the sound of the selected take has changed, where a poll has made sure that it has."""
+    what = retiming.change(takes.active(require_character(context)).action, context.scene)
+    assert what is not None
+    return what
+
+
 class _OnVersions(OnTake):
     """Base of operators on the versions of a take."""
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         if not super().poll(context):
             return False
-        if versions.place(takes.active(character(context)))[1] < 2:
+        if versions.place(takes.active(require_character(context)))[1] < 2:
             cls.poll_message_set(told("This take has one version only"))
             return False
         return True
@@ -286,9 +305,8 @@ class S2AG_OT_flip_version(_OnVersions, bpy.types.Operator):
         name="Back", description="Show the version before instead of the next one", options={"SKIP_SAVE"}
     )
 
-    def execute(self, context):
-        armature = character(context)
-        versions.flip(armature, -1 if self.back else 1)
+    def execute(self, context: Context) -> OperatorResult:
+        versions.flip(require_character(context), -1 if self.back else 1)
         return {"FINISHED"}
 
 
@@ -298,8 +316,8 @@ class S2AG_OT_drop_versions(_OnVersions, bpy.types.Operator):
     bl_idname = "s2ag.drop_versions"
     bl_label = "Keep This Version"
 
-    def execute(self, context):
-        count = versions.drop_others(character(context))
+    def execute(self, context: Context) -> OperatorResult:
+        count = versions.drop_others(require_character(context))
         self.report({"INFO"}, told("{count} versions deleted", count=count))
         return {"FINISHED"}
 

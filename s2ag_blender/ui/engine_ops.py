@@ -1,24 +1,28 @@
-"""Operators of the engine: choose the Python of a full one, check it, return to the one that ships."""
+"""Operators for the engine: choose a Python with the full engine, check it, return to the one that comes with the extension."""
+# pyright: reportInvalidTypeForm=false
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import bpy
 
 from ...core.engine import interpreter
 from ...core.errors import S2agError
+from ..datablocks import Context, current_context
 from ..engine import errors_log, known
 from ..engine.client import find_interpreter
 from ..engine.known import STATE
 from ..takes import gesture
 from ..takes.running import redraw
 from ..translations import told, told_error
+from .bases import OperatorResult
 
 
-def begin(context, path: str = "") -> interpreter.Check:
+def begin(context: Context, path: str = "") -> interpreter.Check:
     """Start checking the engine at ``path``, which is used from then on if it works, or the one in use; return at once.
 
-    :func:`tick` follows it. Raises :class:`S2agError` where there is none.
+    Call :func:`tick` until it returns False. Raises :class:`S2agError` if there is no such engine.
     """
     python = interpreter.python_in(path) if path else find_interpreter(known.interpreter(context))
     STATE.error = None
@@ -26,8 +30,8 @@ def begin(context, path: str = "") -> interpreter.Check:
     return STATE.work
 
 
-def check(context, path: str = "") -> dict:
-    """:func:`begin`, and wait; returns the engine's facts or raises the :class:`S2agError` that says why it cannot work."""
+def check(context: Context, path: str = "") -> dict:
+    """Check as :func:`begin` does, and wait; return the engine's facts or raise the :class:`S2agError` it failed with."""
     work = begin(context, path)
     try:
         return work.wait()
@@ -40,15 +44,16 @@ def tick() -> bool:
     work = STATE.work
     if work is None:
         return False
-    more = not work.poll()
-    if not more:
-        _finish(bpy.context)
-    redraw(bpy.context)
-    for window in bpy.context.window_manager.windows:
+    context = current_context()
+    is_running = not work.poll()
+    if not is_running:
+        _finish(context)
+    redraw(context)
+    for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "PREFERENCES":
                 area.tag_redraw()
-    return more
+    return is_running
 
 
 def stop() -> None:
@@ -58,19 +63,20 @@ def stop() -> None:
         tick()
 
 
-def _finish(context) -> None:
-    """Keep the engine that works, or why it does not."""
+def _finish(context: Context) -> None:
+    """End the check: store its facts and use the engine, or store its error."""
     work, STATE.work = STATE.work, None
+    assert work is not None
     if work.error is None:
         if STATE.chosen:
             known.keep(context, STATE.chosen)
         STATE.facts = work.result
         gesture.stop_engine()  # the next request starts the new one
     elif work.error.kind != "Cancelled":
-        _note(work.error, work.lines)
+        _store_error(work.error, work.lines)
 
 
-def _note(error: S2agError, lines: Sequence[str] = ()) -> None:
+def _store_error(error: S2agError, lines: Sequence[str] = ()) -> None:
     """Show ``error`` in the preferences, and save the log with what the check printed."""
     STATE.error = error
     for line in lines:
@@ -78,30 +84,31 @@ def _note(error: S2agError, lines: Sequence[str] = ()) -> None:
     errors_log.save(error)
 
 
-def _carry_on() -> float | None:
-    """Poll the check by a timer of Blender."""
+def _on_timer() -> float | None:
+    """Poll the check; return the seconds until the next poll, None when it is over, as Blender's timers want it."""
     return 0.1 if tick() else None
 
 
-def _idle(cls) -> bool:
+def _is_idle(cls: Any) -> bool:
+    """Return whether no check is under way; else set the poll message of an operator class."""
     if STATE.work is not None:
         cls.poll_message_set(told("The engine is being tried"))
         return False
     return True
 
 
-def _check(operator, context, path: str = ""):
-    """Check an engine: with a window by a timer, so that nothing blocks; without one, wait."""
+def _check(operator: bpy.types.Operator, context: Context, path: str = "") -> OperatorResult:
+    """Check an engine: by a timer that does not block; in background mode wait for the end."""
     try:
         if bpy.app.background:
             check(context, path)
             operator.report({"INFO"}, told("The engine works"))
         else:
             begin(context, path)
-            bpy.app.timers.register(_carry_on, first_interval=0.1)
+            bpy.app.timers.register(_on_timer, first_interval=0.1)
     except S2agError as error:
         if STATE.error is not error:
-            _note(error)
+            _store_error(error)
         operator.report({"ERROR"}, told_error(error))
         return {"CANCELLED"}
     return {"FINISHED"}
@@ -118,16 +125,16 @@ class S2AG_OT_engine_choose(bpy.types.Operator):
     )
 
     @classmethod
-    def poll(cls, context):
-        return _idle(cls)
+    def poll(cls, context: Context) -> bool:
+        return _is_idle(cls)
 
-    def invoke(self, context, event):
+    def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
         if not self.filepath:
             self.filepath = str(Path.home()) + "/"
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
-    def execute(self, context):
+    def execute(self, context: Context) -> OperatorResult:
         path = bpy.path.abspath(self.filepath)
         if not path:
             self.report({"ERROR"}, told("Choose a folder or a Python"))
@@ -142,10 +149,10 @@ class S2AG_OT_engine_check(bpy.types.Operator):
     bl_label = "Check Engine"
 
     @classmethod
-    def poll(cls, context):
-        return _idle(cls)
+    def poll(cls, context: Context) -> bool:
+        return _is_idle(cls)
 
-    def execute(self, context):
+    def execute(self, context: Context) -> OperatorResult:
         return _check(self, context)
 
 
@@ -156,11 +163,12 @@ class S2AG_OT_engine_cancel(bpy.types.Operator):
     bl_label = "Cancel"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         return STATE.work is not None
 
-    def execute(self, context):
-        STATE.work.cancel()
+    def execute(self, context: Context) -> OperatorResult:
+        if STATE.work is not None:
+            STATE.work.cancel()
         return {"FINISHED"}
 
 
@@ -171,13 +179,13 @@ class S2AG_OT_engine_leave(bpy.types.Operator):
     bl_label = "Use the Extension's Own"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         if not known.chosen(context):
             cls.poll_message_set(told("The engine that comes with the extension is used"))
             return False
-        return _idle(cls)
+        return _is_idle(cls)
 
-    def execute(self, context):
+    def execute(self, context: Context) -> OperatorResult:
         gesture.stop_engine()
         known.keep(context, "")
         return {"FINISHED"}
@@ -190,21 +198,22 @@ class S2AG_OT_open_log(bpy.types.Operator):
     bl_label = "Open Log"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         if errors_log.latest() is None:
             cls.poll_message_set(told("Nothing has failed in this session"))
             return False
         return True
 
-    def execute(self, context):
+    def execute(self, context: Context) -> OperatorResult:
         path = errors_log.latest()
+        assert path is not None
         try:
             block = errors_log.text_block(path)
         except OSError as error:
             self.report({"ERROR"}, told("{path} cannot be read: {reason}", path=path, reason=error.strerror))
             return {"CANCELLED"}
-        shown = _show(context, block)
-        self.report({"INFO"}, told("{path} is open", path=path) if shown else told("{path} is in the texts", path=path))
+        is_open = _show(context, block)
+        self.report({"INFO"}, told("{path} is open", path=path) if is_open else told("{path} is in the texts", path=path))
         return {"FINISHED"}
 
 
@@ -217,11 +226,11 @@ CLASSES = (
 )
 
 
-def _show(context, block) -> bool:
-    """Show a text block in a text editor that is open, else in a new window; False where there are no windows."""
+def _show(context: Context, block: bpy.types.Text) -> bool:
+    """Show a text block in an open text editor, else in a new window; return False if there are no windows."""
     if bpy.app.background:
         return False
-    editor = next((area for area in context.screen.areas if area.type == "TEXT_EDITOR"), None)
+    editor: Any = next((area for area in context.screen.areas if area.type == "TEXT_EDITOR"), None)
     if editor is None:
         bpy.ops.wm.window_new()
         editor = context.window_manager.windows[-1].screen.areas[0]

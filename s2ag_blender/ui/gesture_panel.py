@@ -1,39 +1,47 @@
-"""The panel of a take's gestures: which there are, which version is shown, and what can be done to them."""
+"""The panel Directing: the gestures of a take as a list, its versions, and the operators that edit gestures."""
+
+from collections.abc import Sequence
+from typing import Any
 
 import bpy
 
 from ...core.direction import gestures
+from ..datablocks import Context
 from ..takes import directing, retiming, takes, versions
 from ..takes.running import character
 from ..translations import told
+from .bases import OperatorResult, require_character
 from .directing import LABELS
 from .panel import Sidebar, draw_progress, sentence
 from .take_ops import OnTake
 
-_HIGH, _PART = 150, 0.3
-"""Pixels from which a Dope Sheet shows markers, and the share of a viewport that becomes one."""
-_WORDS = 0.55
-"""Share of a row of the list that frame and word have."""
-_LARGER = 1.6
-"""How much larger a press makes a gesture: less is hardly seen."""
+_MIN_PIXELS, _NEW_SHARE = 150, 0.3
+"""Height from which a Dope Sheet shows markers, and share of a viewport's height that a new Dope Sheet takes."""
+_WORD_SHARE = 0.55
+"""Share of a list row for frame and word."""
+_SIZE_STEP = 1.6
+"""Factor by which a press scales a gesture; smaller factors are hardly visible."""
 
 
 class S2AG_UL_gestures(bpy.types.UIList):
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
-        one = next((one for one in directing.shown(data, context.scene) if one.name == item.name), None)
-        if one is None:
+    def draw_item(
+        self, context: Context, layout: bpy.types.UILayout, data: Any, item: Any, icon: Any, active_data: Any,
+        active_property: Any, index: Any = 0, flt_flag: Any = 0,
+    ) -> None:  # fmt: skip
+        gesture = next((one for one in directing.shown(data, context.scene) if one.name == item.name), None)
+        if gesture is None:
             return
-        row = layout.split(factor=_WORDS, align=True)
-        moved = item.frame != one.frame
-        shown = _hand(one.hand) if one.kind == gestures.BEAT else told(LABELS.get(one.kind, one.kind))
-        row.label(text=f"{item.frame}  {one.word}", icon="MARKER_HLT" if moved else "BLANK1", translate=False)
-        row.label(text=shown, translate=False)
+        row = layout.split(factor=_WORD_SHARE, align=True)
+        moved = item.frame != gesture.frame
+        kind = _hand_label(gesture.hand) if gesture.kind == gestures.BEAT else told(LABELS.get(gesture.kind, gesture.kind))
+        row.label(text=f"{item.frame}  {gesture.word}", icon="MARKER_HLT" if moved else "BLANK1", translate=False)
+        row.label(text=kind, translate=False)
 
-    def filter_items(self, context, data, prop):
-        """Markers of gestures only, in order of time."""
+    def filter_items(self, context: Context, data: Any, prop: str) -> tuple[Sequence[int], Sequence[int]]:
+        """Show markers of gestures only, sorted by frame."""
         marks = list(getattr(data, prop))
-        known = {one.name for one in directing.shown(data, context.scene)}
-        flags = [self.bitflag_filter_item if mark.name in known else 0 for mark in marks]
+        names = {gesture.name for gesture in directing.shown(data, context.scene)}
+        flags = [self.bitflag_filter_item if mark.name in names else 0 for mark in marks]
         places = sorted(range(len(marks)), key=lambda number: marks[number].frame)
         order = [0] * len(marks)
         for place, number in enumerate(places):
@@ -41,8 +49,8 @@ class S2AG_UL_gestures(bpy.types.UIList):
         return flags, order
 
 
-def _hand(name: str) -> str:
-    """A hand in one word."""
+def _hand_label(name: str) -> str:
+    """Return the label of a hand in one word."""
     return {"left": told("Left"), "right": told("Right"), "both": told("Both")}.get(name, name)
 
 
@@ -53,31 +61,32 @@ class S2AG_OT_show_markers(OnTake, bpy.types.Operator):
     bl_label = "Show Markers"
     bl_options = {"REGISTER"}
 
-    def execute(self, context):
+    def execute(self, context: Context) -> OperatorResult:
         area = _dope_sheet(context)
         if area is None:
             self.report({"ERROR"}, told("There is no room for a Dope Sheet in this window: open one first"))
             return {"CANCELLED"}
         context.view_layer.objects.active = character(context)  # whose action the editor shows
-        area.spaces.active.mode = "ACTION"
-        area.spaces.active.show_pose_markers = True
+        space: Any = area.spaces.active
+        space.mode = "ACTION"
+        space.show_pose_markers = True
         return {"FINISHED"}
 
 
-def _dope_sheet(context) -> bpy.types.Area | None:
-    """A Dope Sheet of the window that is high enough to show markers, else the lower part of its viewport made one."""
+def _dope_sheet(context: Context) -> bpy.types.Area | None:
+    """Return a Dope Sheet high enough to show markers, else split one off the largest viewport; None without room."""
     areas = list(context.screen.areas) if context.screen else []
-    high = [area for area in areas if area.type == "DOPESHEET_EDITOR" and area.height >= _HIGH]
-    if high:
-        return max(high, key=lambda area: area.height)
-    views = [area for area in areas if area.type == "VIEW_3D" and area.height >= 2 * _HIGH]
+    sheets = [area for area in areas if area.type == "DOPESHEET_EDITOR" and area.height >= _MIN_PIXELS]
+    if sheets:
+        return max(sheets, key=lambda area: area.height)
+    views = [area for area in areas if area.type == "VIEW_3D" and area.height >= 2 * _MIN_PIXELS]
     if not views:
         return None
     with context.temp_override(area=max(views, key=lambda area: area.height), region=None):
-        bpy.ops.screen.area_split(direction="HORIZONTAL", factor=_PART)
-    made = next(area for area in context.screen.areas if area not in areas)
-    made.type = "DOPESHEET_EDITOR"
-    return made
+        bpy.ops.screen.area_split(direction="HORIZONTAL", factor=_NEW_SHARE)
+    sheet = next(area for area in context.screen.areas if area not in areas)
+    sheet.type = "DOPESHEET_EDITOR"
+    return sheet
 
 
 class S2AG_PT_directing(Sidebar, bpy.types.Panel):
@@ -87,13 +96,14 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
     bl_order = 1
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         armature = character(context)
         return armature is not None and takes.active(armature) is not None
 
-    def draw(self, context):
-        layout, take = self.layout, takes.active(character(context))
-        draw_progress(layout, character(context))
+    def draw(self, context: Context) -> None:
+        layout, armature = self.layout, require_character(context)
+        take = takes.active(armature)
+        draw_progress(layout, armature)
         session = context.window_manager.s2ag
         if directing.shown(take.action, context.scene):
             layout.template_list("S2AG_UL_gestures", "", take.action, "pose_markers", session, "gesture", rows=5)
@@ -115,19 +125,20 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
         row.operator_menu_enum("s2ag.change_gesture", "kind", text="Kind")
         row.operator_menu_enum("s2ag.change_gesture", "hand", text="Hands")
         row = layout.row(align=True)
-        for text, size in ((told("Smaller"), 1 / _LARGER), (told("Larger"), _LARGER)):
-            row.operator("s2ag.change_gesture", text=f"{text} × {size:.1f}", translate=False).size = size
+        for text, size in ((told("Smaller"), 1 / _SIZE_STEP), (told("Larger"), _SIZE_STEP)):
+            button: Any = row.operator("s2ag.change_gesture", text=f"{text} × {size:.1f}", translate=False)
+            button.size = size
         column = layout.column(align=True)
         column.operator_menu_enum("s2ag.keep_pose", "what", icon="PINNED")
-        settings = character(context).s2ag
+        settings = armature.s2ag
         column.prop(settings, "target", text="")
         row = column.row(align=True)
         row.enabled = settings.target is not None
         row.operator_menu_enum("s2ag.keep_place", "hand", text="Hand at Object", icon="VIEW_PAN")
 
 
-def draw_markers(layout, take, context) -> None:
-    """How many gestures are to go elsewhere, and the button for it; else where one moves them."""
+def draw_markers(layout: bpy.types.UILayout, take: Any, context: Context) -> None:
+    """Draw the button that applies moved markers, with their number; without any, a hint how to move them."""
     count = len(directing.by_markers(take.action, context.scene))
     if count:
         text = told("Apply Moved Markers ({count})", count=count)
@@ -138,15 +149,17 @@ def draw_markers(layout, take, context) -> None:
         column.operator("s2ag.show_markers", icon="ACTION")
 
 
-def draw_versions(layout, take) -> None:
-    """Which version of a take is shown, and the buttons that flip through them."""
+def draw_versions(layout: bpy.types.UILayout, take: Any) -> None:
+    """Draw which version of a take is shown, and the buttons that flip through versions."""
     at, count = versions.place(take)
     if count < 2:
         return
     row = layout.row(align=True)
-    row.operator("s2ag.flip_version", text="", icon="TRIA_LEFT").back = True
+    button: Any = row.operator("s2ag.flip_version", text="", icon="TRIA_LEFT")
+    button.back = True
     row.label(text=told("Version {at} of {count}", at=at, count=count))
-    row.operator("s2ag.flip_version", text="", icon="TRIA_RIGHT").back = False
+    button = row.operator("s2ag.flip_version", text="", icon="TRIA_RIGHT")
+    button.back = False
     row.operator("s2ag.drop_versions", text="", icon="TRASH")
 
 

@@ -1,4 +1,6 @@
-"""What happens by itself when files come and go."""
+"""Handlers of Blender's events: file load and save, undo and redo, depsgraph updates."""
+
+from typing import Any
 
 import bpy
 from bpy.app.handlers import persistent
@@ -8,34 +10,34 @@ from ..takes import drafts, preview, session
 
 
 @persistent
-def _before_load(*_) -> None:
+def _before_load(*_: Any) -> None:
     preview.stop()
     session.clear()
     readiness.stop()
 
 
 @persistent
-def _before_save(*_) -> None:
+def _before_save(*_: Any) -> None:
     drafts.drop_all()
 
 
 @persistent
-def _after_undo(*_) -> None:
+def _after_undo(*_: Any) -> None:
     readiness.forget()
     if not preview.is_on():
-        preview.stop()  # a step back may lead to where a draft was played
+        preview.stop()  # undo may restore a draft action
 
 
 @persistent
-def _after_update(_scene, depsgraph=None, *_) -> None:
-    # With every change of anything: nothing but a note may be made here.
+def _after_update(_scene: bpy.types.Scene, depsgraph: Any = None, *_: Any) -> None:
+    # Called on every change of anything, so it must be cheap.
     if depsgraph.id_type_updated("ARMATURE"):
         readiness.changed(rigs=True)
     elif depsgraph.id_type_updated("OBJECT"):
         readiness.changed()
 
 
-_HANDLERS = (
+_HANDLERS: tuple[tuple[list, Any], ...] = (
     (bpy.app.handlers.load_pre, _before_load),
     (bpy.app.handlers.save_pre, _before_save),
     (bpy.app.handlers.undo_post, _after_undo),
@@ -45,13 +47,13 @@ _HANDLERS = (
 
 
 def register() -> None:
-    """Listen."""
+    """Add the handlers."""
     for events, handler in _HANDLERS:
         events.append(handler)
 
 
 def unregister() -> None:
-    """Listen no more, and end what is under way."""
+    """Remove the handlers, and stop preview, runs and timers."""
     for events, handler in reversed(_HANDLERS):
         events.remove(handler)
     preview.stop()

@@ -1,5 +1,7 @@
-"""Applies a motion file, captured or made by another program, to the chosen character; needs no engine."""
+"""Operator that applies a motion file, captured or made by another program, to the active character; needs no engine."""
+# pyright: reportInvalidTypeForm=false
 
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
@@ -7,20 +9,27 @@ from bpy_extras.io_utils import ImportHelper
 
 from ...core.errors import S2agError
 from ...core.motion.readers import motion_files
+from ..datablocks import ArmatureObject, Context
 from ..keys.apply import apply_motion
 from ..rig import handpicked
 from ..takes import drafts, recall
-from ..takes.running import character
 from ..translations import told, told_error
+from .bases import LayoutMixin, OperatorResult, require_character
 from .bone_maps import OfCharacter
 
 _PATTERNS = ";".join(f"*{suffix}" for suffix in motion_files.SUFFIXES)
 
 
-def perform(armature: bpy.types.Object, path: str | Path, start: int | None = None, mirror: bool = False, report=None):
+def perform(
+    armature: ArmatureObject,
+    path: str | Path,
+    start: int | None = None,
+    mirror: bool = False,
+    report: Callable[[str], None] | None = None,
+) -> bpy.types.Action:
     """Key a motion file on ``armature`` from frame ``start`` (None: the scene's first) with its settings; return the action.
 
-    Raises :class:`S2agError` before anything is changed.
+    ``report`` is called with each warning. Raises :class:`S2agError` before anything is changed.
     """
     motion = motion_files.load(path)
     settings = armature.s2ag
@@ -47,8 +56,9 @@ class S2AG_OT_import_motion(OfCharacter, bpy.types.Operator, ImportHelper):
     )
     mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right")
 
-    def execute(self, context):
-        armature, warnings = character(context), []
+    def execute(self, context: Context) -> OperatorResult:
+        armature = require_character(context)
+        warnings: list[str] = []
         drafts.drop(armature)
         start = context.scene.frame_current if self.at_playhead else None
         try:
@@ -62,16 +72,16 @@ class S2AG_OT_import_motion(OfCharacter, bpy.types.Operator, ImportHelper):
         return {"FINISHED"}
 
 
-def draw_in_import(self, context):
-    """The entry in File > Import."""
+def draw_in_import(self: LayoutMixin, context: Context) -> None:
+    """Draw the entry in the menu File > Import."""
     self.layout.operator(S2AG_OT_import_motion.bl_idname, text="Gesture Motion (.npz, .bvh)")
 
 
 def register() -> None:
-    """Add the entry."""
+    """Add the entry to the menu."""
     bpy.types.TOPBAR_MT_file_import.append(draw_in_import)
 
 
 def unregister() -> None:
-    """Take it back."""
+    """Remove the entry from the menu."""
     bpy.types.TOPBAR_MT_file_import.remove(draw_in_import)

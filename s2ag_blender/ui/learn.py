@@ -1,8 +1,10 @@
-"""A performance that somebody animated, with its speech, into a folder from which a network can learn: "learn from this"."""
+"""Saves hand-made animation of a character, with its speech, as training data: a motion, a recording and a transcript."""
+# pyright: reportInvalidTypeForm=false
 
 import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -11,59 +13,72 @@ from ...core.errors import OutputUnwritable, S2agError, UsageError
 from ...core.motion import skeleton
 from ...core.motion.motion import Motion
 from ...core.motion.readers import ten_joints
-from ...rigs.plain import Bones, Mapping, character_frame
+from ...rigs.plain import Mapping, character_frame
+from ..datablocks import ArmatureObject, Context, current_context
 from ..keys.apply import scene_fps
 from ..rig import handpicked, reading
 from ..takes import drafts, sources
 from ..takes.running import character
 from ..translations import told, told_error
+from .bases import OperatorMixin, OperatorResult, require_character
 
-_STARTS = {"Neck": "neck", "Head": "head"}
-_ARMS = {"Arm": "upper_arm", "ForeArm": "forearm"}
+_NECK_JOINTS = {"Neck": "neck", "Head": "head"}
+"""Joint of :mod:`ten_joints` -> the part whose first bone starts there; :data:`_ARM_JOINTS` likewise without the side."""
+_ARM_JOINTS = {"Arm": "upper_arm", "ForeArm": "forearm"}
 
 
 def capture(
     armature: bpy.types.Object, first: int | None = None, last: int | None = None, mapping: Mapping | dict | None = None
 ) -> Motion:
-    """What the armature does from frame ``first`` to ``last`` (the scene's), whatever moves it, as a motion at 15 a second.
+    """Sample the evaluated pose of the armature from frame ``first`` to ``last`` (default: the scene's) at 15 fps.
 
-    Raises :class:`RigUnusable` where bones are unknown and :class:`UsageError` for an empty range. The scene ends up at the
-    frame at which it was.
+    Includes constraints, drivers and other animation. Raises :class:`RigUnusable` if bones are unknown, and
+    :class:`UsageError` for an empty range. Restores the scene's current frame.
     """
     reading.require_armature(armature)
-    scene = bpy.context.scene
+    context = current_context()
+    scene = context.scene
     first, last = scene.frame_start if first is None else first, scene.frame_end if last is None else last
     if last - first < 1:
         raise UsageError(f"Frames {first} to {last} hold no motion.", "Choose a longer range.")
     bones = reading.read(armature)
-    mapping = reading.resolve_mapping(armature, bones, mapping)
-    joints = _joints(mapping, bones)
-    frame = character_frame(bones, mapping)
+    resolved = reading.resolve_mapping(armature, bones, mapping)
+    joints = _bones_of_joints(resolved)
+    frame = character_frame(bones, resolved)
     upright = np.stack([frame[0], frame[2], -frame[1]])  # left, up, front
     rate, before = scene_fps(scene), scene.frame_current_final
     count = max(int((last - first) / rate * skeleton.FPS) + 1, 2)
-    places, turns = np.empty((count, len(joints), 3)), np.empty((count, len(joints), 3, 3))
+    positions, rotations = np.empty((count, len(joints), 3)), np.empty((count, len(joints), 3, 3))
     try:
         for number in range(count):
             at = min(first + number * rate / skeleton.FPS, float(last))
             scene.frame_set(int(at), subframe=at - int(at))
-            evaluated = armature.evaluated_get(bpy.context.evaluated_depsgraph_get())
-            for row, (name, end) in enumerate(joints.values()):
+            evaluated = armature.evaluated_get(context.evaluated_depsgraph_get())
+            assert evaluated.pose is not None
+            for row, (name, at_tail) in enumerate(joints.values()):
                 bone = evaluated.pose.bones[name]
-                places[number, row] = bone.tail if end else bone.head
+                positions[number, row] = bone.tail if at_tail else bone.head
                 matrix = np.array(bone.matrix)[:3, :3] @ bones.matrices[bones.row(name)][:3, :3].T
-                turns[number, row] = matrix / np.linalg.norm(matrix, axis=0)
+                rotations[number, row] = matrix / np.linalg.norm(matrix, axis=0)
     finally:
         scene.frame_set(int(before), subframe=before - int(before))
-    posed = ten_joints.Posed(tuple(joints), places @ upright.T, upright @ turns @ upright.T)
+    posed = ten_joints.Posed(tuple(joints), positions @ upright.T, upright @ rotations @ upright.T)
     return Motion(ten_joints.directions(posed, where=f'Armature "{armature.name}"'), meta={"source": armature.name})
 
 
-def save_take(armature, folder: str | Path, sound: str, transcript: str = "", name: str = "", text: str = "", **frames) -> Path:
-    """Write the performance, its sound and its words to ``folder`` under one name, as ``s2ag data plain`` reads them.
+def save_take(
+    armature: ArmatureObject,
+    folder: str | Path,
+    sound: str,
+    transcript: str = "",
+    name: str = "",
+    text: str = "",
+    **frames: Any,
+) -> Path:
+    """Write the animation, its sound and its words to ``folder`` under one name, as ``s2ag data plain`` reads them.
 
-    The sound starts with the first frame. Words are the file ``transcript`` or the ``text`` itself. Returns the motion's file.
-    Raises :class:`S2agError`.
+    The sound starts at the first frame. Words are the file ``transcript`` or the ``text`` itself; ``frames`` are further
+    arguments of :func:`capture`. Returns the path of the motion. Raises :class:`S2agError`.
     """
     folder, source = Path(folder), Path(sound)
     if not source.is_file():
@@ -84,43 +99,43 @@ def save_take(armature, folder: str | Path, sound: str, transcript: str = "", na
     return folder / f"{stem}.npz"
 
 
-def _joints(mapping: Mapping, bones: Bones) -> dict[str, tuple[str, bool]]:
-    """For every joint its bone, and whether it is the bone's end."""
+def _bones_of_joints(mapping: Mapping) -> dict[str, tuple[str, bool]]:
+    """Return for every joint of :mod:`ten_joints` its bone, and whether it is at the bone's tail."""
     chains = mapping.chains
     torso = chains.get("torso", ())
     hips = mapping.hips or (torso[0] if torso else "")
-    found = {"Hips": (hips, False)} if hips else {}
+    joints = {"Hips": (hips, False)} if hips else {}
     if len(torso) > 1:
-        found["Spine"] = (torso[len(torso) // 2], False)
-    found |= {joint: (chains[part][0], False) for joint, part in _STARTS.items() if chains.get(part)}
+        joints["Spine"] = (torso[len(torso) // 2], False)
+    joints |= {joint: (chains[part][0], False) for joint, part in _NECK_JOINTS.items() if chains.get(part)}
     for side in ("left", "right"):
         title = side.title()
-        found |= {f"{title}{joint}": (chains[f"{side}_{part}"][0], False) for joint, part in _ARMS.items()}
+        joints |= {f"{title}{joint}": (chains[f"{side}_{part}"][0], False) for joint, part in _ARM_JOINTS.items()}
         hand = chains.get(f"{side}_hand")
-        found[f"{title}Hand"] = (hand[0], False) if hand else (chains[f"{side}_forearm"][-1], True)
-    return found
+        joints[f"{title}Hand"] = (hand[0], False) if hand else (chains[f"{side}_forearm"][-1], True)
+    return joints
 
 
-def spoken(armature, scene: bpy.types.Scene) -> dict:
-    """What the panel says of a character's speech, as arguments of :func:`save_take`.
+def spoken(armature: ArmatureObject, scene: bpy.types.Scene) -> dict[str, Any]:
+    """Return the character's speech by the settings of its panel, as arguments of :func:`save_take`.
 
-    Raises :class:`UsageError` for what is not chosen and :class:`AudioUnreadable` for what cannot be heard.
+    Raises :class:`UsageError` where nothing is chosen, and :class:`AudioUnreadable` for an unreadable recording.
     """
     settings = armature.s2ag
     voice = sources.voice(settings, scene)
     words = sources.words(settings, "" if settings.audio_source == "MIXDOWN" else voice.path)
     span = {"first": round(voice.span.start), "last": scene.frame_end if voice.span.last is None else voice.span.last}
-    said = {name: words.get(name, "") for name in ("transcript", "text")}
-    return {"mapping": handpicked.chosen(settings), "sound": voice.path, **said, **span}
+    texts = {name: words.get(name, "") for name in ("transcript", "text")}
+    return {"mapping": handpicked.chosen(settings), "sound": voice.path, **texts, **span}
 
 
-def is_animated(armature) -> bool:
-    """Whether anything is keyed on the character."""
+def is_animated(armature: ArmatureObject) -> bool:
+    """Return whether the character has an action or NLA strips."""
     data = armature.animation_data
     return data is not None and (data.action is not None or any(track.strips for track in data.nla_tracks))
 
 
-class S2AG_OT_learn(bpy.types.Operator):
+class S2AG_OT_learn(OperatorMixin, bpy.types.Operator):
     """Save what this character does, with its speech, into a folder from which a network can be trained"""
 
     bl_idname = "s2ag.learn"
@@ -129,7 +144,7 @@ class S2AG_OT_learn(bpy.types.Operator):
     directory: bpy.props.StringProperty(subtype="DIR_PATH", description="Folder of takes")
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         armature = character(context)
         reason = ""
         if armature is None:
@@ -144,13 +159,13 @@ class S2AG_OT_learn(bpy.types.Operator):
             cls.poll_message_set(reason)
         return not reason
 
-    def invoke(self, context, event):
+    def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
-    def execute(self, context):
-        armature = character(context)
-        drafts.drop(armature)  # it is nobody's performance
+    def execute(self, context: Context) -> OperatorResult:
+        armature = require_character(context)
+        drafts.drop(armature)  # a draft is no animation of the user's
         try:
             path = save_take(armature, bpy.path.abspath(self.directory), **spoken(armature, context.scene))
         except S2agError as error:

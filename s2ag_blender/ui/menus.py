@@ -1,23 +1,30 @@
-"""What the panel's buttons do, once more in menus: where F3 finds it, and in a pie for a key of the user's own."""
+"""Menus with the operators of the panel, so that search (F3) finds them, and a pie menu for a key that the user assigns."""
+
+from typing import Any
 
 import bpy
 
+from ..datablocks import Context, current_context
 from ..takes.running import character
+from .bases import Icon, LayoutMixin
 
 PIE = "S2AG_MT_pie"
-_KEYS: list[tuple] = []  # the key map and the item of ours in it
+_KEYS: list[tuple[bpy.types.KeyMap, bpy.types.KeyMapItem]] = []
+"""Our key map items, each with its key map."""
+_MORE_TAKES: tuple[tuple[str, Icon], ...] = (("reroll", "FILE_REFRESH"), ("vary", "MOD_NOISE"), ("style_grid", "MESH_GRID"))
+"""Operators that make more takes, with icons."""
 
 
-class S2AG_MT_gestures(bpy.types.Menu):
+class S2AG_MT_gestures(LayoutMixin, bpy.types.Menu):
     bl_idname = "S2AG_MT_gestures"
     bl_label = "Gestures"
 
-    def draw(self, context):
+    def draw(self, context: Context) -> None:
         layout = self.layout
         layout.operator("s2ag.generate", icon="PLAY")
         layout.prop(context.window_manager.s2ag, "live")
         layout.separator()
-        for name, icon in (("reroll", "FILE_REFRESH"), ("vary", "MOD_NOISE"), ("style_grid", "MESH_GRID")):
+        for name, icon in _MORE_TAKES:
             layout.operator(f"s2ag.{name}", icon=icon)
         layout.separator()
         for name in ("keep_take", "delete_take", "delete_others", "recall_take", "change_keys"):
@@ -43,11 +50,11 @@ class S2AG_MT_gestures(bpy.types.Menu):
         layout.operator("s2ag.learn")
 
 
-class S2AG_MT_pie(bpy.types.Menu):
+class S2AG_MT_pie(LayoutMixin, bpy.types.Menu):
     bl_idname = PIE
     bl_label = "Gestures"
 
-    def draw(self, context):
+    def draw(self, context: Context) -> None:
         pie = self.layout.menu_pie()
         pie.operator("s2ag.vary", icon="MOD_NOISE")
         pie.operator("s2ag.reroll", icon="FILE_REFRESH")
@@ -59,46 +66,48 @@ class S2AG_MT_pie(bpy.types.Menu):
         pie.operator("s2ag.cancel", icon="X")
 
 
-def draw_in_animation(self, context):
-    """The entry in Object > Animation, which is Pose > Animation, too."""
+def draw_in_animation(self: LayoutMixin, context: Context) -> None:
+    """Draw the entries in the menu Object > Animation, which is also Pose > Animation."""
     self.layout.separator()
     self.layout.operator("s2ag.show_panel", icon="OUTLINER_OB_ARMATURE")
     if character(context) is not None:
         self.layout.menu(S2AG_MT_gestures.bl_idname)
 
 
-def draw_in_add(self, context):
-    """Entries of the Add > Armature menu."""
+def draw_in_add(self: LayoutMixin, context: Context) -> None:
+    """Draw the entries in the menu Add > Armature."""
     self.layout.separator()
     self.layout.operator("s2ag.add_human", icon="OUTLINER_OB_ARMATURE")
     self.layout.operator("s2ag.add_mannequin", icon="ARMATURE_DATA")
 
 
-def draw_key(layout, context) -> None:
-    """The key that opens the pie, to be set by the user: none at first. Drawn in the preferences."""
+def draw_key(layout: bpy.types.UILayout, context: Context) -> None:
+    """Draw the field, in the preferences, of the key that opens the pie menu; by default there is no key."""
     keys = context.window_manager.keyconfigs.user
     for kmap in keys.keymaps if keys is not None else ():
         for item in kmap.keymap_items:
-            if item.idname == "wm.call_menu_pie" and item.properties.name == PIE:
+            properties: Any = item.properties
+            if item.idname == "wm.call_menu_pie" and properties.name == PIE:
                 row = layout.row()
                 row.label(text="Pie Menu of Gestures")
                 row.prop(item, "type", text="", full_event=True)
 
 
 def register() -> None:
-    """Add the entries, and a key map item without a key."""
+    """Add the menu entries, and a key map item without a key."""
     bpy.types.VIEW3D_MT_armature_add.append(draw_in_add)
     bpy.types.VIEW3D_MT_object_animation.append(draw_in_animation)
-    keys = bpy.context.window_manager.keyconfigs.addon
-    if keys is not None:  # without a window there are none
+    keys = current_context().window_manager.keyconfigs.addon
+    if keys is not None:  # in background mode there are none
         kmap = keys.keymaps.new("3D View", space_type="VIEW_3D")
         item = kmap.keymap_items.new("wm.call_menu_pie", "NONE", "PRESS")
-        item.properties.name = PIE
+        properties: Any = item.properties
+        properties.name = PIE
         _KEYS.append((kmap, item))
 
 
 def unregister() -> None:
-    """Take all of it back."""
+    """Undo :func:`register`."""
     for kmap, item in _KEYS:
         kmap.keymap_items.remove(item)
     _KEYS.clear()

@@ -1,20 +1,24 @@
-"""Operators of the panel: thin, one undo step each. All they do, a script can do through the functions they call."""
+"""Operators of the panel, with one undo step each: thin wrappers of functions that scripts can call, too."""
+# pyright: reportInvalidTypeForm=false
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import bpy
 from bpy_extras.io_utils import ExportHelper
 
 from ...core.errors import S2agError
+from ..datablocks import Context
 from ..engine import known
 from ..rig import readiness
 from ..takes import gesture, markers, session, sources, takes
 from ..takes.running import Generating, character
 from ..translations import told, told_error
+from .bases import OperatorMixin, OperatorResult, require_character
 
 
-def obstacle(context) -> str:
-    """Why no gestures can be made now, as a short phrase; empty if they can."""
+def obstacle(context: Context) -> str:
+    """Return why gestures cannot be generated now, as a short phrase; empty if they can."""
     armature = character(context)
     if armature is None:
         return told("Select a character's armature")
@@ -39,7 +43,7 @@ class S2AG_OT_generate(Generating, bpy.types.Operator):
     bl_label = "Generate Gestures"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         reason = obstacle(context)
         if reason:
             cls.poll_message_set(reason)
@@ -53,24 +57,26 @@ class S2AG_OT_cancel(bpy.types.Operator):
     bl_label = "Cancel"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         if session.run_of(character(context)) is not None:
             return True
         cls.poll_message_set(told("No gestures are being made for this character"))
         return False
 
-    def execute(self, context):
-        session.run_of(character(context)).cancel()
+    def execute(self, context: Context) -> OperatorResult:
+        run = session.run_of(character(context))
+        if run is not None:
+            run.cancel()
         return {"FINISHED"}
 
 
-class NeedsCharacter:
-    """Base of operators that need no more than a character."""
+class NeedsCharacter(OperatorMixin):
+    """Base of operators that need a character and nothing else."""
 
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         if character(context) is not None:
             return True
         cls.poll_message_set(told("Select a character's armature"))
@@ -84,15 +90,15 @@ class S2AG_OT_remove_markers(NeedsCharacter, bpy.types.Operator):
     bl_label = "Remove Word Markers"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         armature = character(context)
         if armature is None or not markers.ours(context.scene, armature.s2ag.marker_prefix):
             cls.poll_message_set(told("No marker starts with this prefix"))
             return False
         return True
 
-    def execute(self, context):
-        count = markers.remove(context.scene, character(context).s2ag.marker_prefix)
+    def execute(self, context: Context) -> OperatorResult:
+        count = markers.remove(context.scene, require_character(context).s2ag.marker_prefix)
         self.report({"INFO"}, told("{count} markers removed", count=count))
         return {"FINISHED"}
 
@@ -117,32 +123,37 @@ class S2AG_OT_export(NeedsCharacter, bpy.types.Operator, ExportHelper):
     filter_glob: bpy.props.StringProperty(default="*.bvh;*.fbx;*.glb", options={"HIDDEN"})
 
     @property
-    def filename_ext(self):
+    def filename_ext(self) -> str:
         return self.format
 
-    def invoke(self, context, event):
-        """Propose a name beside the file of this scene: the character's and the take's."""
-        name = gesture.file_name(character(context)) + self.format
+    def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
+        """Propose a path beside the .blend file, named after character and take."""
+        name = gesture.file_name(require_character(context)) + self.format
         self.filepath = str(Path(bpy.data.filepath).with_name(name)) if bpy.data.filepath else name
         return super().invoke(context, event)
 
-    def execute(self, context):
+    def execute(self, context: Context) -> OperatorResult:
+        armature = require_character(context)
         try:
-            gesture.export(context, character(context), self.filepath)
+            gesture.export(context, armature, self.filepath)
         except S2agError as error:
             self.report({"ERROR"}, told_error(error))
             return {"CANCELLED"}
-        if takes.beyond(character(context), context.scene) is not None:
+        if takes.beyond(armature, context.scene) is not None:
             self.report({"WARNING"}, told("Cut where the scene ends: {path}", path=self.filepath))
         else:
             self.report({"INFO"}, told("Written: {path}", path=self.filepath))
         return {"FINISHED"}
 
 
-class _AddCharacter:
-    bl_options = {"REGISTER", "UNDO"}
+class _AddCharacter(OperatorMixin):
+    """Base of operators that build a character and make it the active object."""
 
-    def execute(self, context):
+    bl_options = {"REGISTER", "UNDO"}
+    if TYPE_CHECKING:
+        character: str
+
+    def execute(self, context: Context) -> OperatorResult:
         try:
             armature = gesture.add_character(self.character, getattr(self, "gender", "female"))
         except S2agError as error:

@@ -1,21 +1,26 @@
-"""The sidebar panel: who gestures, to what, in which style; then one button, and what happens. The rest is below it."""
+"""The main sidebar panel: character, recording, words, style, the button that generates gestures, and its progress."""
+
+from typing import Any
 
 import bpy
 
+from ...core.engine import interpreter
+from ..datablocks import ArmatureObject, Context
 from ..engine import errors_log, known
 from ..rig import readiness
 from ..takes import choices, preview, session, sources, takes
 from ..takes.running import character
 from ..translations import told
 from . import presets
+from .bases import Icon, LayoutMixin
 from .operators import obstacle
 
-_FIELD = 100
+_FIELD_PIXELS = 100
 """Pixels of a path that its field shows."""
 
 
-class Sidebar:
-    """Where all panels of the extension are."""
+class Sidebar(LayoutMixin):
+    """Base of all panels of the extension: their place in the sidebar."""
 
     bl_category = "Gestures"
     bl_space_type = "VIEW_3D"
@@ -25,11 +30,11 @@ class Sidebar:
 class S2AG_PT_gestures(Sidebar, bpy.types.Panel):
     bl_label = "Gestures"
 
-    def draw_header_preset(self, context):
+    def draw_header_preset(self, context: Context) -> None:
         if character(context) is not None:
             presets.S2AG_PT_presets.draw_panel_header(self.layout)
 
-    def draw(self, context):
+    def draw(self, context: Context) -> None:
         layout = self.layout
         armature = character(context)
         if armature is None:
@@ -51,35 +56,35 @@ class S2AG_PT_gestures(Sidebar, bpy.types.Panel):
         draw_run(layout, armature, context)
 
 
-def draw_character(layout, armature) -> None:
-    """The character and in one line whether it can gesture."""
+def draw_character(layout: bpy.types.UILayout, armature: ArmatureObject) -> None:
+    """Draw the character's name and how many of its parts were found."""
     row = layout.row()
     row.label(text=armature.name, icon="ARMATURE_DATA", translate=False)
     ready = readiness.known(armature)
     if ready is None:
         row.label(text="Looking", icon="TIME")
-    elif not ready.problem:  # a problem stands beside the button that it greys
+    elif not ready.problem:  # a problem is shown beside the button that it greys
         icon = "CHECKMARK" if ready.found == len(ready.rows) else "INFO"
         row.label(text=told("{found} of {all} parts", found=ready.found, all=len(ready.rows)), icon=icon)
-        without = [told(readiness.label(one.part)) for one in ready.rows if not one.found]
-        if without:
-            sentence(layout, told("Not found: {parts}", parts=", ".join(without)), "BLANK1")
+        missing = [told(readiness.label(row.part)) for row in ready.rows if not row.found]
+        if missing:
+            sentence(layout, told("Not found: {parts}", parts=", ".join(missing)), "BLANK1")
 
 
-def sentence(layout, text: str, icon: str) -> None:
-    """A sentence in as many lines as it needs, its icon before the first."""
+def sentence(layout: bpy.types.UILayout, text: str, icon: Icon) -> None:
+    """Draw a sentence wrapped into lines, with an icon before the first."""
     column = layout.column(align=True)
     for number, line in enumerate(choices.wrapped(text)):
         column.label(text=line, icon="BLANK1" if number else icon, translate=False)
 
 
-def draw_voice(layout, settings, scene) -> None:
-    """Where the voice comes from."""
+def draw_voice(layout: bpy.types.UILayout, settings: Any, scene: bpy.types.Scene) -> None:
+    """Draw the settings of the recording."""
     column = layout.column()
     column.prop(settings, "audio_source")
     if settings.audio_source == "FILE":
         column.prop(settings, "audio")
-        if choices.wide(settings.audio) > _FIELD:  # it shows where the path begins, and that is no news
+        if choices.wide(settings.audio) > _FIELD_PIXELS:  # the field shows only the beginning of the path
             column.label(text=bpy.path.basename(settings.audio), icon="SOUND", translate=False)
     elif settings.audio_source == "STRIP":
         strip = sources.chosen_strip(settings, scene)
@@ -88,15 +93,15 @@ def draw_voice(layout, settings, scene) -> None:
             column.label(text=told("The only strip: {name}", name=strip.name), icon="SOUND")
 
 
-def draw_words(layout, settings, context) -> None:
-    """Where the words come from."""
+def draw_words(layout: bpy.types.UILayout, settings: Any, context: Context) -> None:
+    """Draw the settings of the transcript."""
     column = layout.column()
     column.prop(settings, "transcript_source")
     if settings.transcript_source == "FILE":
-        found = "" if settings.transcript else words_beside(settings, context.scene)
-        column.prop(settings, "transcript", placeholder=bpy.path.basename(found))
+        transcript = "" if settings.transcript else words_beside(settings, context.scene)
+        column.prop(settings, "transcript", placeholder=bpy.path.basename(transcript))
         if not settings.transcript and not sources.missing(settings, context.scene):
-            draw_beside(column, found)
+            draw_beside(column, transcript)
     elif settings.transcript_source == "BLOCK":
         column.prop(settings, "transcript_block")
     elif settings.transcript_source == "TYPED":
@@ -105,8 +110,8 @@ def draw_words(layout, settings, context) -> None:
         draw_recogniser(column, context)
 
 
-def draw_recogniser(layout, context) -> None:
-    """What the speech recogniser knows; where the engine has none, how it gets one."""
+def draw_recogniser(layout: bpy.types.UILayout, context: Context) -> None:
+    """Draw what the speech recogniser can do; if the engine has none, how to add one."""
     if known.recogniser(context) is not False:
         layout.label(text="English speech only", icon="INFO")
         return
@@ -118,8 +123,8 @@ def draw_recogniser(layout, context) -> None:
         sentence(layout, told('Add it to the engine\'s Python: pip install "s2ag[recognise]"'), "BLANK1")
 
 
-def words_beside(settings, scene) -> str:
-    """The transcript that was found beside the recording; empty where there is none."""
+def words_beside(settings: Any, scene: bpy.types.Scene) -> str:
+    """Return the path of the transcript beside the recording; empty if there is none."""
     if sources.missing(settings, scene):
         return ""
     recording = settings.audio
@@ -131,29 +136,30 @@ def words_beside(settings, scene) -> str:
     return sources.beside(recording) or ""
 
 
-def draw_beside(layout, found: str) -> None:
-    """Whether words were found beside the recording."""
-    if found:
-        named = told("{name} beside it has the words", name=bpy.path.basename(found))
-        sentence(layout, named, "CHECKMARK")
+def draw_beside(layout: bpy.types.UILayout, transcript: str) -> None:
+    """Draw which transcript was found beside the recording, if any."""
+    if transcript:
+        text = told("{name} beside it has the words", name=bpy.path.basename(transcript))
+        sentence(layout, text, "CHECKMARK")
     else:
         sentence(layout, told("No words: the audio alone gestures"), "INFO")
 
 
-def draw_style(layout, settings) -> None:
-    """The style, by its name or as it is written."""
+def draw_style(layout: bpy.types.UILayout, settings: Any) -> None:
+    """Draw the style as a menu of names, and as text where it is an expression."""
     column = layout.column()
     column.prop(settings, "style_pick")
     if choices.is_written(settings):
         column.prop(settings, "style", text="Mixture")
 
 
-def draw_run(layout, armature, context) -> None:
-    """The button, or the progress; then what the last run had to tell."""
+def draw_run(layout: bpy.types.UILayout, armature: ArmatureObject, context: Context) -> None:
+    """Draw the button or the progress of a run; then the messages and warnings of the last run."""
     if known.STATE.work is not None:
         draw_engine_work(layout, known.STATE.work)
     elif not draw_progress(layout, armature):
         draw_button(layout, context)
+    icon: Any
     for text, icon in session.messages(armature):
         sentence(layout, text, icon)
     if errors_log.latest() is not None and session.messages(armature):
@@ -164,8 +170,8 @@ def draw_run(layout, armature, context) -> None:
     draw_beyond(layout, armature, context.scene)
 
 
-def draw_progress(layout, armature) -> bool:
-    """How far a run for this character is, and the button that cancels it; whether there is one."""
+def draw_progress(layout: bpy.types.UILayout, armature: ArmatureObject) -> bool:
+    """Draw the progress of a run for this character and the button that cancels it; return whether there is a run."""
     run = session.run_of(armature)
     if run is not None:
         row = layout.row(align=True)
@@ -174,8 +180,8 @@ def draw_progress(layout, armature) -> bool:
     return run is not None
 
 
-def draw_beyond(layout, armature, scene) -> bool:
-    """Whether the scene ends before the gestures do: then by how much, and the button that mends it."""
+def draw_beyond(layout: bpy.types.UILayout, armature: ArmatureObject, scene: bpy.types.Scene) -> bool:
+    """Warn, with a button that lengthens the scene, if it ends before the gestures do; return whether it does."""
     seconds = takes.beyond(armature, scene)
     if seconds is None:
         return False
@@ -186,8 +192,8 @@ def draw_beyond(layout, armature, scene) -> bool:
     return True
 
 
-def draw_button(layout, context) -> None:
-    """The button, why it is grey, and the switch of the live preview."""
+def draw_button(layout: bpy.types.UILayout, context: Context) -> None:
+    """Draw the button that generates, why it is greyed, and the switch of the live preview."""
     column = layout.column(align=True)
     row = column.row(align=True)
     row.scale_y = 1.4
@@ -196,12 +202,12 @@ def draw_button(layout, context) -> None:
     if reason:
         sentence(column, reason, "INFO")
     row = column.row()
-    row.use_property_split = False  # the label in the button
+    row.use_property_split = False  # so that the label is inside the button
     row.prop(context.window_manager.s2ag, "live", toggle=True, icon="HIDE_OFF" if preview.is_on(context) else "HIDE_ON")
 
 
-def draw_engine_work(layout, work) -> None:
-    """That an engine is being tried, with the button that stops it."""
+def draw_engine_work(layout: bpy.types.UILayout, work: interpreter.Check) -> None:
+    """Draw the progress of a check of the engine, with the button that stops it."""
     row = layout.row(align=True)
     row.progress(factor=work.value, text=told(work.stage))
     row.operator("s2ag.engine_cancel", text="", icon="X")

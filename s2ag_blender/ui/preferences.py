@@ -1,23 +1,29 @@
-"""The extension's preferences: where the engine runs, what the last check of it found, and how to choose a full one."""
+"""The extension's preferences: which engine is used, what its last check found, and how to choose a full engine."""
+# pyright: reportInvalidTypeForm=false
 
 import os
 import textwrap
+from typing import Any
 
 import bpy
 
+from ...core.engine import interpreter
+from ...core.errors import S2agError
 from .. import compat
+from ..datablocks import Context, current_context
 from ..engine import errors_log, known
 from ..translations import told, told_error
 from . import menus
+from .bases import Icon, LayoutMixin
 
-_WIDTH = 96
+_LINE_LETTERS = 96
 
 
-def _forget(self, context):
+def _forget_check(preferences: Any, context: Any) -> None:
     known.forget()
 
 
-class S2AG_Preferences(bpy.types.AddonPreferences):
+class S2AG_Preferences(LayoutMixin, bpy.types.AddonPreferences):
     bl_idname = known.PACKAGE
 
     engine: bpy.props.StringProperty(
@@ -26,24 +32,26 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         "comes with the extension",
         subtype="FILE_PATH",
         options=compat.RELATIVE,
-        update=_forget,
+        update=_forget_check,
     )
-    def draw(self, context):
+
+    def draw(self, context: Context) -> None:
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
         row = layout.split(factor=0.65)
         row.label(text="In the 3D viewport: press N, then choose the tab Gestures", icon="INFO")
         row.operator("s2ag.show_panel", icon="OUTLINER_OB_ARMATURE")
-        _draw_found(layout.box().column(align=True))
+        _draw_facts(layout.box().column(align=True))
         if known.STATE.work is not None:
-            _draw_work(layout)
+            _draw_work(layout, known.STATE.work)
         if known.STATE.error is not None:
-            _draw_error(layout)
+            _draw_error(layout, known.STATE.error)
         self._draw_full(layout, context)
         menus.draw_key(layout, context)
 
-    def _draw_full(self, layout, context):
+    def _draw_full(self, layout: bpy.types.UILayout, context: Context) -> None:
+        """Draw how to choose an engine of the user's own."""
         header, body = layout.panel("s2ag_engine_options", default_closed=True)
         header.label(text="Advanced: Full Engine")
         if body is None:
@@ -53,8 +61,8 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
             "recogniser if wanted. Gestures do not need it. It is 3.11 or newer, and made outside Blender: install the package "
             "there, then choose that Python."
         )
-        _wrapped(body.column(align=True), about)
-        _wrapped(body.box().column(align=True), 'python -m pip install "s2ag[full]"')
+        _draw_wrapped(body.column(align=True), about)
+        _draw_wrapped(body.box().column(align=True), 'python -m pip install "s2ag[full]"')
         row = body.row()
         row.scale_y = 1.3
         row.operator("s2ag.engine_choose", icon="FILE_FOLDER")
@@ -64,9 +72,9 @@ class S2AG_Preferences(bpy.types.AddonPreferences):
         body.prop(self, "engine")
 
 
-def _draw_found(column) -> None:
-    """Draw what is known of the engine, one line each."""
-    context = bpy.context
+def _draw_facts(column: bpy.types.UILayout) -> None:
+    """Draw the facts that the last check of the engine found, one per line."""
+    context = current_context()
     facts = known.facts()
     if not facts:
         if known.ships(context):
@@ -85,26 +93,26 @@ def _draw_found(column) -> None:
     _row(column, "Recogniser", told("installed") if facts.get("recogniser") else told("not installed"))
 
 
-def _row(column, name: str, value: str) -> None:
+def _row(column: bpy.types.UILayout, name: str, value: str) -> None:
     row = column.split(factor=0.25)
     row.label(text=name)
     row.label(text=value, translate=False)
 
 
-def _draw_work(layout) -> None:
+def _draw_work(layout: bpy.types.UILayout, work: interpreter.Check) -> None:
     row = layout.row(align=True)
-    row.progress(factor=known.STATE.work.value, text=told(known.STATE.work.stage))
+    row.progress(factor=work.value, text=told(work.stage))
     row.operator("s2ag.engine_cancel", text="", icon="X")
 
 
-def _draw_error(layout) -> None:
+def _draw_error(layout: bpy.types.UILayout, error: S2agError) -> None:
     box = layout.box().column(align=True)
-    _wrapped(box, told_error(known.STATE.error), icon="ERROR")
+    _draw_wrapped(box, told_error(error), icon="ERROR")
     if errors_log.latest() is not None:
         box.operator("s2ag.open_log", icon="TEXT")
 
 
-def _wrapped(column, text: str, icon: str = "NONE") -> None:
-    for line in textwrap.wrap(text, _WIDTH, break_on_hyphens=False) or [""]:
+def _draw_wrapped(column: bpy.types.UILayout, text: str, icon: Icon = "NONE") -> None:
+    for line in textwrap.wrap(text, _LINE_LETTERS, break_on_hyphens=False) or [""]:
         column.label(text=line, icon=icon, translate=False)
         icon = "BLANK1" if icon != "NONE" else icon

@@ -1,4 +1,4 @@
-"""Presets of how a character gestures, through Blender's own preset system; the shipped ones are files in ``presets/``."""
+"""Presets of a character's settings, in Blender's own preset system; the shipped ones are files in ``presets/``."""
 
 from pathlib import Path
 
@@ -6,13 +6,14 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
+from ..datablocks import Context
 from ..takes.running import character
 from ..translations import told
 from . import setting_properties
 
 LABEL = "Gesture Presets"
 FOLDER = "s2ag/character"
-"""Below ``presets`` in every place where Blender looks for presets."""
+"""Folder below ``presets`` in every place where Blender looks for presets."""
 SETTINGS = "settings = bpy.context.window_manager.s2ag.settings"
 VALUES = (
     "style",
@@ -26,7 +27,7 @@ VALUES = (
     "clavicle_strength",
     "palms",
 )
-"""What a preset sets: the manner of gesturing, nothing of the recording, the frames or the layers."""
+"""Properties that a preset sets: those of style and body, none of the recording, the frames or the layers."""
 
 _ROOT = str(Path(__file__).parents[2])
 
@@ -42,7 +43,7 @@ class S2AG_OT_preset_add(AddPresetBase, bpy.types.Operator):
     preset_values = [f"settings.{name}" for name in VALUES]
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         if character(context) is None:
             cls.poll_message_set(told("Select a character"))
             return False
@@ -60,8 +61,8 @@ CLASSES = (S2AG_OT_preset_add, S2AG_PT_presets)
 
 
 def register() -> None:
-    """Let Blender find the shipped presets."""
-    S2AG_PT_presets.bl_label = LABEL  # Blender makes it the name of the last preset that was used
+    """Register the folder of the shipped presets."""
+    S2AG_PT_presets.bl_label = LABEL  # Blender sets it to the name of the last preset that was used
     bpy.utils.register_preset_path(_ROOT)
 
 

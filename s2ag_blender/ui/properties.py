@@ -1,8 +1,13 @@
-"""What the animator set for a character, kept on its object and saved with the file."""
+"""Property groups: the settings of a character, stored on its armature object and saved with the file, and its takes."""
+# pyright: reportInvalidTypeForm=false, reportArgumentType=false
+# Callbacks of properties get the context as our own subtype.
+
+from typing import Any
 
 import bpy
 
 from .. import compat
+from ..datablocks import Context, current_context
 from ..rig import readiness
 from ..takes import choices, directing, preview, takes
 from ..takes.choices import control_names, style_names
@@ -21,46 +26,49 @@ PARTS = (
 )
 
 
-def _live_switched(settings, context) -> None:
+def _on_live(settings: Any, context: Context) -> None:
     preview.switched(context)
 
 
-def _switched(settings, context) -> None:
+def _on_active_take(settings: Any, context: Context) -> None:
     takes.show(settings.id_data)
 
 
-def _row(session) -> int:
-    return directing.row(character(bpy.context), bpy.context.scene)
+def _get_gesture(session: Any) -> int:
+    context = current_context()
+    return directing.row(character(context), context.scene)
 
 
-def _go_to(session, row: int) -> None:
-    directing.go_to(character(bpy.context), bpy.context.scene, row)
+def _set_gesture(session: Any, row: int) -> None:
+    context = current_context()
+    directing.go_to(character(context), context.scene, row)
 
 
-def _titled(take, context) -> None:
+def _on_title(take: Any, context: Context) -> None:
     takes.rename(take.id_data, take)
 
 
-def _kept(take, context) -> None:
+def _on_keep(take: Any, context: Context) -> None:
     if take.action is not None and take.keep:
         take.action.use_fake_user = True
 
 
-def _remapped(item, context) -> None:
+def _on_bones(item: Any, context: Context) -> None:
     readiness.forget(item.id_data)
 
 
 _PARTNER = "Another character, or what stands for one: it is looked at, and listened to while it speaks"
 
 
-def _share(name: str, description: str, default: float, largest: float = 1.5, update=None):
+def _factor(name: str, description: str, default: float, high: float = 1.5, update: Any = None) -> Any:
+    """Return a float property from 0 to ``high``."""
     return bpy.props.FloatProperty(
-        name=name, description=description, default=default, min=0.0, max=largest, precision=2, override=EDITABLE, update=update
+        name=name, description=description, default=default, min=0.0, max=high, precision=2, override=EDITABLE, update=update
     )
 
 
 class S2AG_BoneChoice(bpy.types.PropertyGroup):
-    """Bones that the animator chose for a part of the body; ``name`` is the part."""
+    """Bones that the user chose for a part of the body; ``name`` is the part."""
 
     bones: bpy.props.StringProperty(
         name="Bones",
@@ -68,28 +76,28 @@ class S2AG_BoneChoice(bpy.types.PropertyGroup):
         search=choices.search_bones,
         search_options={"SUGGESTION"},
         override=EDITABLE,
-        update=_remapped,
+        update=_on_bones,
     )
 
 
 class S2AG_Version(bpy.types.PropertyGroup):
-    """A take as it was after one of its edits; ``name`` is its number."""
+    """A take after one of its edits; ``name`` is its number."""
 
     action: bpy.props.PointerProperty(type=bpy.types.Action, name="Action", override=EDITABLE)
-    warnings: bpy.props.StringProperty(options={"HIDDEN"}, override=EDITABLE)  # one a line
+    warnings: bpy.props.StringProperty(options={"HIDDEN"}, override=EDITABLE)  # one per line
 
 
 class S2AG_Take(bpy.types.PropertyGroup):
-    """One take of a character; all else about it stands on its action. ``name`` is its number, never used twice."""
+    """A take of a character; its provenance is stored on its action. ``name`` is its number, which is never reused."""
 
-    title: bpy.props.StringProperty(name="Title", description="What this take is called", override=EDITABLE, update=_titled)
+    title: bpy.props.StringProperty(name="Title", description="What this take is called", override=EDITABLE, update=_on_title)
     action: bpy.props.PointerProperty(type=bpy.types.Action, name="Action", override=EDITABLE)
     keep: bpy.props.BoolProperty(
-        name="Keep", description="Spare this take when the others are deleted", override=EDITABLE, update=_kept
+        name="Keep", description="Spare this take when the others are deleted", override=EDITABLE, update=_on_keep
     )
-    run: bpy.props.IntProperty(options={"HIDDEN"}, override=EDITABLE)  # takes of one press of the button share it
+    run: bpy.props.IntProperty(options={"HIDDEN"}, override=EDITABLE)  # the same for all takes of one press of the button
     recording: bpy.props.StringProperty(options={"HIDDEN"}, override=EDITABLE)
-    warnings: bpy.props.StringProperty(options={"HIDDEN"}, override=EDITABLE)  # one a line
+    warnings: bpy.props.StringProperty(options={"HIDDEN"}, override=EDITABLE)  # one per line
     first: bpy.props.IntProperty(options={"HIDDEN"}, override=EDITABLE)
     last: bpy.props.IntProperty(options={"HIDDEN"}, override=EDITABLE)
     versions: bpy.props.CollectionProperty(
@@ -101,27 +109,27 @@ class S2AG_Take(bpy.types.PropertyGroup):
 
 
 class S2AG_Session(bpy.types.PropertyGroup):
-    """What belongs to this Blender and not to a file."""
+    """State of this Blender session, which is not saved in files."""
 
     live: bpy.props.BoolProperty(
         name="Live Preview",
         description="Show a draft while sliders move; nothing is kept until gestures are generated",
-        update=_live_switched,
+        update=_on_live,
         options={"SKIP_SAVE"},
     )
     gesture: bpy.props.IntProperty(
-        name="Gesture", description="The gesture at the playhead; choose one to go there", get=_row, set=_go_to
+        name="Gesture", description="The gesture at the playhead; choose one to go there", get=_get_gesture, set=_set_gesture
     )
 
     @property
-    def settings(self):
-        """The settings of the chosen character, which presets set; None without one."""
-        armature = character(bpy.context)
+    def settings(self) -> Any:
+        """Settings of the active character, which presets set; None without one."""
+        armature = character(current_context())
         return None if armature is None else armature.s2ag
 
 
 class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
-    """The settings of one character's gestures: those of the engine (:mod:`core.settings`), and what Blender adds to them."""
+    """All settings of a character: those of the engine (:mod:`core.settings`), and those of Blender alone."""
 
     audio_source: bpy.props.EnumProperty(
         name="Voice",
@@ -238,7 +246,7 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
         override=EDITABLE,
         update=changed,
     )
-    influence: _share("Influence", "How much of the strip or layer is seen", 1.0, 1.0, update=changed)
+    influence: _factor("Influence", "How much of the strip or layer is seen", 1.0, 1.0, update=changed)
     blend_in: bpy.props.IntProperty(
         name="Blend In",
         description="Frames over which the animation that is there turns into gestures",
@@ -291,10 +299,10 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
         override=EDITABLE,
     )
 
-    torso_strength: _share("Torso", "How much the spine takes part", 1.0, update=changed)
-    head_strength: _share("Head", "How much neck and head take part", 1.0, update=changed)
-    clavicle_strength: _share("Clavicles", "How much the shoulders take part", 0.6, update=changed)
-    palms: _share("Palms", "How far forearms turn the palms inwards and down", 0.4, 1.0, update=changed)
+    torso_strength: _factor("Torso", "How much the spine takes part", 1.0, update=changed)
+    head_strength: _factor("Head", "How much neck and head take part", 1.0, update=changed)
+    clavicle_strength: _factor("Clavicles", "How much the shoulders take part", 0.6, update=changed)
+    palms: _factor("Palms", "How far forearms turn the palms inwards and down", 0.4, 1.0, update=changed)
     parts: bpy.props.EnumProperty(
         name="Parts",
         description="Parts of the body that are keyed; the others keep what they have",
@@ -329,5 +337,5 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
         override={"LIBRARY_OVERRIDABLE", "USE_INSERTION"},
     )
     active_take: bpy.props.IntProperty(
-        name="Take", description="The take that the character plays", default=-1, override=EDITABLE, update=_switched
+        name="Take", description="The take that the character plays", default=-1, override=EDITABLE, update=_on_active_take
     )

@@ -1,4 +1,4 @@
-"""Blender properties and rows of sliders made of the table of settings."""
+"""Builds Blender properties, and draws sliders, from the table of settings (:mod:`core.settings`)."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ SHOWN = {one.identifier: one for one in sliders(Settings) + sliders(Models)}
 PRESETS = tuple(identifier for identifier, one in SHOWN.items() if one.preset)
 """Properties that a preset sets."""
 _CONTROL_STEP = 5
-"""Hundredths by which the arrows of a control's slider move it."""
+"""Hundredths by which the arrows of a control's slider change it."""
 
 
 def _switch(label: str, tip: str) -> Any:
@@ -41,15 +41,15 @@ def _property(one: Setting) -> Any:
 
 
 class SettingProperties:
-    """The part of a character's settings that is declared in :mod:`core.settings`."""
+    """The settings that are declared in :mod:`core.settings`, a part of a character's settings."""
 
     __annotations__ = {name: _switch(*texts) for name, texts in SWITCHES.items()}
     __annotations__ |= {identifier: _property(one) for identifier, one in SHOWN.items()}
 
 
 def draw_group(layout: bpy.types.UILayout, settings: Any, group: str, steered: bool = True) -> None:
-    """Draw the rows of a group of settings. Controls stand together, greyed unless ``steered``; what a switch turns on stands
-    below it, greyed while it is off.
+    """Draw the settings of a group. Controls form one block, greyed unless ``steered``; settings that depend on a switch are
+    drawn below it, greyed while it is off.
     """
     blocks: dict = {}
     for identifier, one in SHOWN.items():
@@ -60,7 +60,7 @@ def draw_group(layout: bpy.types.UILayout, settings: Any, group: str, steered: b
             if one.switch:
                 layout.prop(settings, one.switch)
             blocks[block] = layout.column(align=one.control)
-            # Greyed, not locked: whoever opens a file whose sliders are set must be able to set them back.
+            # Greyed but not disabled, so that users can reset the sliders of files from elsewhere.
             blocks[block].active = getattr(settings, one.switch) if one.switch else steered
         about = {"text": one.short} if one.short else {}
         about |= {"slider": True} if one.kind in ("number", "side") else {}

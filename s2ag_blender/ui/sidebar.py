@@ -1,11 +1,16 @@
-"""The way to our tab of the sidebar for who does not know it yet."""
+"""Operator that opens the sidebar at the tab Gestures; helps new users find it."""
+
+from typing import Any
 
 import bpy
 
+from ..datablocks import Context
 from ..translations import told
+from .bases import OperatorResult
 from .panel import Sidebar
 
-_WAIT, _TRIES = 0.1, 20  # tabs are known to Blender once the sidebar was drawn
+_WAIT, _MAX_TRIES = 0.1, 20
+"""Seconds between tries to show the tab, and how many; tabs exist only once the sidebar was drawn."""
 
 
 class S2AG_OT_show_panel(bpy.types.Operator):
@@ -14,26 +19,26 @@ class S2AG_OT_show_panel(bpy.types.Operator):
     bl_idname = "s2ag.show_panel"
     bl_label = "Show Gestures Panel"
 
-    def execute(self, context):
-        found = [area for window in context.window_manager.windows for area in window.screen.areas if area.type == "VIEW_3D"]
-        if not found:
+    def execute(self, context: Context) -> OperatorResult:
+        views = [area for window in context.window_manager.windows for area in window.screen.areas if area.type == "VIEW_3D"]
+        if not views:
             self.report({"ERROR"}, told("No 3D viewport is open: open one, press N in it, then choose the tab Gestures"))
             return {"CANCELLED"}
-        here = context.area if context.area in found else max(found, key=lambda area: area.width * area.height)
-        here.spaces.active.show_region_ui = True
-        left = iter(range(_TRIES))
-        if not turned_to(here) and not bpy.app.background:  # where nothing is drawn no tab ever comes
-            bpy.app.timers.register(lambda: _WAIT if next(left, None) is not None and not turned_to(here) else None)
+        view: Any = context.area if context.area in views else max(views, key=lambda area: area.width * area.height)
+        view.spaces.active.show_region_ui = True
+        tries = iter(range(_MAX_TRIES))
+        if not turned_to(view) and not bpy.app.background:  # in background mode nothing is ever drawn
+            bpy.app.timers.register(lambda: _WAIT if next(tries, None) is not None and not turned_to(view) else None)
         return {"FINISHED"}
 
 
 def turned_to(area: bpy.types.Area) -> bool:
-    """Turn an area's sidebar to our tab; whether Blender knows the tab by now."""
-    sidebar = next((region for region in area.regions if region.type == "UI"), None)
+    """Show our tab in an area's sidebar; return False where the tab does not exist yet."""
+    sidebar: Any = next((region for region in area.regions if region.type == "UI"), None)
     area.tag_redraw()
     try:
         sidebar.active_panel_category = Sidebar.bl_category
-    except (AttributeError, TypeError):  # no sidebar, or one that was not drawn yet and has no tabs
+    except (AttributeError, TypeError):  # there is no sidebar, or it was not drawn yet and has no tabs
         return False
     return True
 

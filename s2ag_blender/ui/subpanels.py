@@ -1,43 +1,54 @@
 """Panels below the main one: takes, expression, face, frames and sound, layers, body, bones, export, advanced."""
 
+from typing import Any
+
 import bpy
 
 from ..cast import facial
+from ..datablocks import ArmatureObject, Context
 from ..keys import density, trying
 from ..rig import facemaps, handpicked, readiness
 from ..takes import choices, markers, takes
 from ..takes.running import character
 from ..translations import told
+from .bases import Icon, require_character
 from .panel import Sidebar, draw_beyond, draw_progress, sentence
 from .setting_properties import draw_group
 
-_NAMES = 0.48
-"""Share of a row that names of parts need."""
-_BESIDE = 18
-"""Letters for which there is room beside the name of a part."""
+_NAME_SHARE = 0.48
+"""Share of a row for the names of parts."""
+_MAX_NOTE_LETTERS = 18
+"""Letters that fit beside the name of a part."""
 
 
-class _Below(Sidebar):
-    """A closed panel below the main one, there while there is a character."""
+class _SubPanel(Sidebar):
+    """Base of panels below the main one, closed by default, shown while there is a character."""
 
     bl_parent_id = "S2AG_PT_gestures"
     bl_options = {"DEFAULT_CLOSED"}
-    bl_order = 2  # below takes and what is done with their gestures
+    bl_order = 2  # below takes and their gestures
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         return character(context) is not None
 
-    def draw(self, context):
+    def draw(self, context: Context) -> None:
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        armature = character(context)
+        armature = require_character(context)
         self.draw_settings(layout, armature, armature.s2ag, context)
+
+    def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
+        """Draw the content of the panel for a character."""
+        raise NotImplementedError
 
 
 class S2AG_UL_takes(bpy.types.UIList):
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
+    def draw_item(
+        self, context: Context, layout: bpy.types.UILayout, data: Any, item: Any, icon: Any, active_data: Any,
+        active_property: Any, index: Any = 0, flt_flag: Any = 0,
+    ) -> None:  # fmt: skip
         row = layout.row(align=True)
         if item.action is None:
             row.label(text=item.title, icon="ERROR", translate=False)
@@ -47,12 +58,12 @@ class S2AG_UL_takes(bpy.types.UIList):
         row.prop(item, "keep", text="", emboss=False, icon="FAKE_USER_ON" if item.keep else "FAKE_USER_OFF")
 
 
-class S2AG_PT_takes(_Below, bpy.types.Panel):
+class S2AG_PT_takes(_SubPanel, bpy.types.Panel):
     bl_label = "Takes"
-    bl_options = set()  # open at first: here is what the button makes
+    bl_options = set()  # open by default, because the takes appear here
     bl_order = 0
 
-    def draw_settings(self, layout, armature, settings, context):
+    def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
         draw_group(layout.column(align=True), settings, "takes")
         row = layout.row()
         row.template_list("S2AG_UL_takes", "", settings, "takes", settings, "active_take", rows=4)
@@ -72,26 +83,26 @@ class S2AG_PT_takes(_Below, bpy.types.Panel):
         layout.operator("s2ag.recall_take", icon="LOOP_BACK")
 
 
-class S2AG_PT_expression(_Below, bpy.types.Panel):
+class S2AG_PT_expression(_SubPanel, bpy.types.Panel):
     bl_label = "Expression"
 
-    def draw_settings(self, layout, armature, settings, context):
+    def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
         draw_blend(layout, settings)
-        known = choices.control_names(settings.checkpoint)
-        draw_group(layout, settings, "expression", steered=bool(known))
+        controls = choices.control_names(settings.checkpoint)
+        draw_group(layout, settings, "expression", steered=bool(controls))
         layout.prop(settings, "partner")
         draw_group(layout, settings, "talk")
-        if not known:
+        if not controls:
             layout.label(text="This gesture model has intensity only", icon="INFO")
 
 
-def draw_blend(layout, settings) -> None:
-    """What the style looks like, and a second one to blend in."""
+def draw_blend(layout: bpy.types.UILayout, settings: Any) -> None:
+    """Draw the description of the style, and the choice of a second style to blend in."""
     if choices.is_written(settings):
         return
     column = layout.column()
-    about = choices.description(settings)
-    for line in choices.wrapped(told(about)) if about else ():
+    description = choices.description(settings)
+    for line in choices.wrapped(told(description)) if description else ():
         column.label(text=line, translate=False)
     if not choices.can_blend(settings):
         column.label(text="Random styles are not blended", icon="INFO")
@@ -101,29 +112,29 @@ def draw_blend(layout, settings) -> None:
         column.prop(settings, "style_mix", slider=True)
 
 
-class S2AG_PT_face(_Below, bpy.types.Panel):
+class S2AG_PT_face(_SubPanel, bpy.types.Panel):
     bl_label = "Face"
 
-    def draw_settings(self, layout, armature, settings, context):
+    def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
         draw_group(layout, settings, "face")
         row = layout.row(align=True)
         row.operator("s2ag.load_face_map", text="Load", icon="FILE_FOLDER")
         row.operator("s2ag.save_face_map", text="Save", icon="FILE_TICK")
         if facemaps.chosen(armature) is not None:
             row.operator("s2ag.reset_face_map", text="", icon="LOOP_BACK")
-        found = facial.find(armature, look=bpy.app.background)
-        if found is None:
+        face = facial.find(armature, look=bpy.app.background)
+        if face is None:
             sentence(layout, told("No shape keys that speak were found"), "INFO")
             return
-        layout.label(text=found.shapes.family, icon="CHECKMARK", translate=False)
-        for part in found.missing:
+        layout.label(text=face.shapes.family, icon="CHECKMARK", translate=False)
+        for part in face.missing:
             sentence(layout, told("Nothing for: {parts}", parts=told(part)), "INFO")
 
 
-class S2AG_PT_frames(_Below, bpy.types.Panel):
+class S2AG_PT_frames(_SubPanel, bpy.types.Panel):
     bl_label = "Frames and Sound"
 
-    def draw_settings(self, layout, armature, settings, context):
+    def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
         column = layout.column()
         column.prop(settings, "range")
         if settings.range == "OWN" and settings.audio_source != "STRIP":
@@ -142,12 +153,12 @@ class S2AG_PT_frames(_Below, bpy.types.Panel):
             layout.operator("s2ag.remove_markers", icon="MARKER")
 
 
-class S2AG_PT_layers(_Below, bpy.types.Panel):
+class S2AG_PT_layers(_SubPanel, bpy.types.Panel):
     bl_label = "Layers and Blending"
 
-    def draw_settings(self, layout, armature, settings, context):
+    def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
         row = layout.row()
-        row.use_property_split = False  # beside a label there is too little room for the three
+        row.use_property_split = False  # beside a label there is too little room for three buttons
         row.prop(settings, "result", expand=True)
         layered = settings.result == "LAYER"
         if settings.result != "ACTION":
@@ -163,10 +174,10 @@ class S2AG_PT_layers(_Below, bpy.types.Panel):
             sentence(layout, told("A layer starts and ends in what is below it"), "INFO")
 
 
-class S2AG_PT_body(_Below, bpy.types.Panel):
+class S2AG_PT_body(_SubPanel, bpy.types.Panel):
     bl_label = "Body"
 
-    def draw_settings(self, layout, armature, settings, context):
+    def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
         layout.column().prop(settings, "parts")
         column = layout.column(align=True)
         for part, name in (("TORSO", "torso_strength"), ("HEAD", "head_strength"), ("CLAVICLES", "clavicle_strength")):
@@ -178,10 +189,10 @@ class S2AG_PT_body(_Below, bpy.types.Panel):
             layout.label(text="Greyed parts are not keyed", icon="INFO")
 
 
-class S2AG_PT_curves(_Below, bpy.types.Panel):
+class S2AG_PT_curves(_SubPanel, bpy.types.Panel):
     bl_label = "Curves"
 
-    def draw_settings(self, layout, armature, settings, context):
+    def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
         layout.prop(settings, "speed", slider=True)
         layout.prop(settings, "smoothing", slider=True)
         layout.row().prop(settings, "curves", expand=True)
@@ -194,10 +205,10 @@ class S2AG_PT_curves(_Below, bpy.types.Panel):
         layout.operator("s2ag.change_keys", text="Key Only Poses" if dense else "Key All Frames", icon="IPO_BEZIER")
 
 
-class S2AG_PT_bone_map(_Below, bpy.types.Panel):
+class S2AG_PT_bone_map(_SubPanel, bpy.types.Panel):
     bl_label = "Bone Map"
 
-    def draw_settings(self, layout, armature, settings, context):
+    def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
         ready = readiness.known(armature)
         if settings.bone_map:
             layout.label(text="By hand; commas between bones", icon="GREASEPENCIL")
@@ -206,19 +217,21 @@ class S2AG_PT_bone_map(_Below, bpy.types.Panel):
         column = layout.column(align=True)
         if settings.bone_map:
             for item in settings.bone_map:
-                row = column.split(factor=_NAMES)
+                row = column.split(factor=_NAME_SHARE)
                 row.alert = not all(bone in armature.data.bones for bone in handpicked.split(item.bones))
                 row.label(text=told(readiness.label(item.name)), translate=False)
                 row = row.row(align=True)
                 row.prop(item, "bones", text="")
-                row.operator("s2ag.bones_from_selection", text="", icon="EYEDROPPER").part = item.name
+                button: Any = row.operator("s2ag.bones_from_selection", text="", icon="EYEDROPPER")
+                button.part = item.name
         elif ready is not None:
-            for found in ready.rows:
+            for part in ready.rows:
                 row = column.row()
-                row.label(text=told(readiness.label(found.part)), icon="CHECKMARK" if found.found else "REMOVE")
-                note = told(found.note)
-                if found.bones or len(note) <= _BESIDE:
-                    row.label(text=", ".join(found.bones) or note, translate=False)
+                icon: Icon = "CHECKMARK" if part.found else "REMOVE"
+                row.label(text=told(readiness.label(part.part)), icon=icon)
+                note = told(part.note)
+                if part.bones or len(note) <= _MAX_NOTE_LETTERS:
+                    row.label(text=", ".join(part.bones) or note, translate=False)
                 else:
                     sentence(column, note, "BLANK1")
         for warning in ready.warnings if ready is not None else ():
@@ -235,22 +248,22 @@ class S2AG_PT_bone_map(_Below, bpy.types.Panel):
         row.operator("s2ag.save_bone_map", text="Save", icon="FILE_TICK")
 
 
-class S2AG_PT_export(_Below, bpy.types.Panel):
+class S2AG_PT_export(_SubPanel, bpy.types.Panel):
     bl_label = "Export"
 
-    def draw_settings(self, layout, armature, settings, context):
+    def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
         column = layout.column(align=True)
         for suffix in ("bvh", "fbx", "glb"):
-            operator = column.operator("s2ag.export", text=suffix.upper(), icon="EXPORT", translate=False)
-            operator.format = f".{suffix}"
+            button: Any = column.operator("s2ag.export", text=suffix.upper(), icon="EXPORT", translate=False)
+            button.format = f".{suffix}"
         if not draw_beyond(layout, armature, context.scene):
             layout.label(text="Exports the frames of the scene", icon="INFO")
 
 
-class S2AG_PT_advanced(_Below, bpy.types.Panel):
+class S2AG_PT_advanced(_SubPanel, bpy.types.Panel):
     bl_label = "Advanced"
 
-    def draw_settings(self, layout, armature, settings, context):
+    def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
         draw_group(layout, settings, "advanced")
         layout.operator("s2ag.learn", icon="ACTION")
 

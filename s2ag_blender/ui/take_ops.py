@@ -1,44 +1,49 @@
-"""Operators on takes: more of them, and what becomes of those that are there."""
+"""Operators on takes: make more of them, keep or delete them, recall their settings, change their keys."""
+# pyright: reportInvalidTypeForm=false
+
+from typing import Any
 
 import bpy
 
 from .. import provenance
+from ..datablocks import ArmatureObject, Context
 from ..keys import apply, density
 from ..takes import choices, generate, takes
 from ..takes.running import Generating, character
 from ..translations import told
+from .bases import OperatorMixin, OperatorResult, require_character
 from .operators import obstacle
 
 
-def selected(context):
-    """The character and its selected take; None where there is none."""
+def selected(context: Context) -> tuple[ArmatureObject | None, Any]:
+    """Return the character and its selected take, each None if there is none."""
     armature = character(context)
     return armature, takes.active(armature) if armature is not None else None
 
 
-class OnTake:
+class OnTake(OperatorMixin):
     """Base of operators that need a selected take."""
 
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         if selected(context)[1] is not None:
             return True
         cls.poll_message_set(told("Select a take in the list"))
         return False
 
 
-class OfTake(Generating):
-    """Base of operators that make something of the selected take."""
+class OfTake(Generating, OperatorMixin):
+    """Base of operators that generate new takes or versions from the selected take."""
 
     @classmethod
-    def unknown(cls, take) -> str:
-        """What is not known of a take that would have to be; empty if all is."""
+    def unknown(cls, take: Any) -> str:
+        """Return which information, missing on a take, prevents the operator; empty if nothing is missing."""
         return "" if provenance.of(take.action) is not None else told("Nothing is known of how this take was made")
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         armature, take = selected(context)
         reason = obstacle(context) if armature is None or take is not None else told("Select a take in the list")
         reason = reason or cls.unknown(take)
@@ -54,7 +59,7 @@ class S2AG_OT_change_keys(OnTake, bpy.types.Operator):
     bl_label = "All Frames or Poses"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         if not super().poll(context):
             return False
         if density.KEYED not in selected(context)[1].action:
@@ -62,8 +67,9 @@ class S2AG_OT_change_keys(OnTake, bpy.types.Operator):
             return False
         return True
 
-    def execute(self, context):
-        armature, take = selected(context)
+    def execute(self, context: Context) -> OperatorResult:
+        armature = require_character(context)
+        take = takes.active(armature)
         dense = density.is_dense(take.action)
         fps = apply.scene_fps(context.scene)
         density.convert(armature, take.action, armature.s2ag.tolerance if dense else None, fps)
@@ -78,7 +84,7 @@ class S2AG_OT_reroll(OfTake, bpy.types.Operator):
     bl_idname = "s2ag.reroll"
     bl_label = "Re-Roll"
 
-    def planned(self, context, armature):
+    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
         action = takes.active(armature).action
         return generate.plan(context, armature, **takes.rerolled(armature, action))
 
@@ -99,7 +105,7 @@ class S2AG_OT_vary(OfTake, bpy.types.Operator):
     )
     count: bpy.props.IntProperty(name="Variations", description="How many variations to make", default=3, min=1, max=15)
 
-    def planned(self, context, armature):
+    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
         action = takes.active(armature).action
         return generate.plan(context, armature, **takes.varied(armature, action, self.spread, self.count))
 
@@ -111,15 +117,15 @@ class S2AG_OT_style_grid(Generating, bpy.types.Operator):
     bl_label = "One of Each Style"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         reason = obstacle(context)
-        if not reason and len(choices.style_names(character(context).s2ag.checkpoint)) < 2:
+        if not reason and len(choices.style_names(require_character(context).s2ag.checkpoint)) < 2:
             reason = told("This gesture model has one style only")
         if reason:
             cls.poll_message_set(reason)
         return not reason
 
-    def planned(self, context, armature):
+    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
         styles = choices.style_names(armature.s2ag.checkpoint)
         return generate.plan(context, armature, styles=styles, takes=1)
 
@@ -130,7 +136,7 @@ class S2AG_OT_keep_take(OnTake, bpy.types.Operator):
     bl_idname = "s2ag.keep_take"
     bl_label = "Keep Take"
 
-    def execute(self, context):
+    def execute(self, context: Context) -> OperatorResult:
         _, take = selected(context)
         take.keep = not take.keep
         return {"FINISHED"}
@@ -142,8 +148,8 @@ class S2AG_OT_delete_take(OnTake, bpy.types.Operator):
     bl_idname = "s2ag.delete_take"
     bl_label = "Delete Take"
 
-    def execute(self, context):
-        armature, _ = selected(context)
+    def execute(self, context: Context) -> OperatorResult:
+        armature = require_character(context)
         takes.delete(armature, [armature.s2ag.active_take])
         return {"FINISHED"}
 
@@ -154,9 +160,8 @@ class S2AG_OT_delete_others(OnTake, bpy.types.Operator):
     bl_idname = "s2ag.delete_others"
     bl_label = "Delete Others"
 
-    def execute(self, context):
-        armature, _ = selected(context)
-        count = takes.delete_others(armature)
+    def execute(self, context: Context) -> OperatorResult:
+        count = takes.delete_others(require_character(context))
         self.report({"INFO"}, told("{count} takes deleted", count=count))
         return {"FINISHED"}
 
@@ -168,17 +173,17 @@ class S2AG_OT_recall_take(OnTake, bpy.types.Operator):
     bl_label = "Recall Settings"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         _, take = selected(context)
         if take is None or "settings" not in (provenance.of(take.action) or {}):
-            nothing = told("Nothing is known of how this take was made")
-            cls.poll_message_set(told("Select a take in the list") if take is None else nothing)
+            unknown = told("Nothing is known of how this take was made")
+            cls.poll_message_set(told("Select a take in the list") if take is None else unknown)
             return False
         return True
 
-    def execute(self, context):
-        armature, take = selected(context)
-        takes.recall_settings(armature, take.action)
+    def execute(self, context: Context) -> OperatorResult:
+        armature = require_character(context)
+        takes.recall_settings(armature, takes.active(armature).action)
         return {"FINISHED"}
 
 
@@ -188,8 +193,8 @@ class S2AG_OT_fit_range(OnTake, bpy.types.Operator):
     bl_idname = "s2ag.fit_range"
     bl_label = "Fit Range"
 
-    def execute(self, context):
-        takes.fit(character(context), context.scene)
+    def execute(self, context: Context) -> OperatorResult:
+        takes.fit(require_character(context), context.scene)
         return {"FINISHED"}
 
 

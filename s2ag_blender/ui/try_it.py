@@ -1,28 +1,31 @@
-"""One press in an empty scene: a person, a voice and its words, gestures, and the timeline plays."""
+"""Operator that adds a person with the example recording, generates gestures and plays them, in one press."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
 from mathutils import Vector
 
 from ...core.errors import S2agError
-from ..takes import gesture, session, takes
+from ..datablocks import ArmatureObject, Context, current_context, is_armature
+from ..takes import generate, gesture, session, takes
 from ..takes.running import Generating
 from ..translations import told, told_error
+from .bases import OperatorResult
 
 VOICE = Path(__file__).parents[2] / "core" / "assets" / "hello.mp3"
-"""The example voice; its words lie beside it."""
-_ASIDE = 1.0
-"""Metres between the person and what stands in the scene already."""
+"""The example recording; its transcript is beside it."""
+_GAP = 1.0
+"""Metres between the person and the meshes that are in the scene already."""
 
 
-def stage(context) -> bpy.types.Object:
-    """Add the person with the example voice, active, beside whatever is there; returns its armature."""
+def stage(context: Context) -> ArmatureObject:
+    """Add the person beside the meshes of the scene, with the example recording, active; return its armature."""
     armature = gesture.add_character("human")
     context.view_layer.update()
     corners = [item.matrix_world @ corner for item, corner in _corners(context.scene, armature)]
     if corners:
-        armature.location.x += max(corner.x for corner in corners) + _ASIDE
+        armature.location.x += max(corner.x for corner in corners) + _GAP
     for selected in context.selected_objects:
         selected.select_set(False)
     armature.select_set(True)
@@ -33,8 +36,8 @@ def stage(context) -> bpy.types.Object:
     return armature
 
 
-def _corners(scene, armature):
-    """Corners of the boxes of all meshes that were here before."""
+def _corners(scene: bpy.types.Scene, armature: ArmatureObject) -> Iterator[tuple[bpy.types.Object, Vector]]:
+    """Yield the corners of the bounding boxes of all meshes but the armature's own, each with its object."""
     for item in scene.objects:
         if item.type == "MESH" and item.find_armature() is not armature:
             yield from ((item, Vector(corner)) for corner in item.bound_box)
@@ -47,7 +50,7 @@ class S2AG_OT_try_it(Generating, bpy.types.Operator):
     bl_label = "Try It"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         if context.mode != "OBJECT":
             cls.poll_message_set(told("Go to object mode first"))
             return False
@@ -56,18 +59,19 @@ class S2AG_OT_try_it(Generating, bpy.types.Operator):
             return False
         return True
 
-    def execute(self, context):
-        return super().execute(context) if self._staged(context) else {"CANCELLED"}
+    def execute(self, context: Context) -> OperatorResult:
+        return super().execute(context) if self._stage(context) else {"CANCELLED"}
 
-    def invoke(self, context, event):
+    def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
         if bpy.app.background or context.window is None:
             return self.execute(context)
-        if not self._staged(context):
+        if not self._stage(context):
             return {"CANCELLED"}
-        _frame(context)
+        _frame_view(context)
         return super().invoke(context, event)
 
-    def _staged(self, context) -> bool:
+    def _stage(self, context: Context) -> bool:
+        """Add the person; report an error and return False where that fails."""
         try:
             stage(context)
         except S2agError as error:
@@ -75,21 +79,23 @@ class S2AG_OT_try_it(Generating, bpy.types.Operator):
             return False
         return True
 
-    def _done(self, uid, name, outcome):
-        scene = bpy.context.scene
-        armature = next((item for item in scene.objects if item.session_uid == uid), None)
+    def _done(self, uid: int, name: str, outcome: generate.Outcome) -> OperatorResult:
+        context = current_context()
+        scene = context.scene
+        armature = next((item for item in scene.objects if item.session_uid == uid and is_armature(item)), None)
         if armature is not None and takes.active(armature) is not None:
             takes.fit(armature, scene)
         scene.frame_set(scene.frame_start)
-        if not bpy.app.background and not bpy.context.screen.is_animation_playing:
+        if not bpy.app.background and not context.screen.is_animation_playing:
             bpy.ops.screen.animation_play()
         return super()._done(uid, name, outcome)
 
 
-def _frame(context) -> None:
-    """Bring the person into the view that the button was pressed in, from the front."""
-    region = next((region for region in context.area.regions if region.type == "WINDOW"), None) if context.area else None
-    if region is not None and context.area.type == "VIEW_3D":
+def _frame_view(context: Context) -> None:
+    """Frame the person from the front in the viewport in which the button was pressed."""
+    area = context.area
+    region = next((region for region in area.regions if region.type == "WINDOW"), None) if area else None
+    if area is not None and region is not None and area.type == "VIEW_3D":
         with context.temp_override(region=region):
             bpy.ops.view3d.view_axis(type="FRONT")
             bpy.ops.view3d.view_selected()
