@@ -27,6 +27,10 @@ if TYPE_CHECKING:
         window_manager: WindowManager
         preferences: bpy.types.Preferences
         window: bpy.types.Window | None
+        screen: bpy.types.Screen
+        area: bpy.types.Area | None
+        region: bpy.types.Region
+        region_data: bpy.types.RegionView3D | None
 
     Slot = bpy.types.ActionSlot
     Bag = bpy.types.ActionChannelbag

@@ -1,4 +1,6 @@
-"""Registration in one ordered list; unregistration is its exact reverse."""
+"""Registers all classes and properties in one ordered list; unregisters them in reverse."""
+
+from typing import Any
 
 import bpy
 
@@ -57,27 +59,29 @@ CLASSES = (
     *drop.CLASSES,
 )
 SYSTEMS = (translations, presets, command, menus, import_motion, handlers)
-"""Modules with parts of Blender that are no classes: tables of words, folders of presets, commands, entries of menus."""
+"""Modules that register what is no class: translations, preset folders, commands, menu entries, handlers."""
+_OBJECT: Any = bpy.types.Object
+_WINDOW_MANAGER: Any = bpy.types.WindowManager
 
 
-def register():
-    """Register every class and the per-character settings."""
+def register() -> None:
+    """Register every class, the settings of characters and the state of the session."""
     for cls in CLASSES:
         translations.in_context(cls)
         bpy.utils.register_class(cls)
-    bpy.types.Object.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Settings, override={"LIBRARY_OVERRIDABLE"})
-    bpy.types.WindowManager.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Session)
+    _OBJECT.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Settings, override={"LIBRARY_OVERRIDABLE"})
+    _WINDOW_MANAGER.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Session)
     for system in SYSTEMS:
         system.register()
 
 
-def unregister():
+def unregister() -> None:
     """Undo :func:`register` and stop the engine."""
     engine_ops.stop()
     for system in reversed(SYSTEMS):
         system.unregister()
     gesture.stop_engine()
-    del bpy.types.WindowManager.s2ag
-    del bpy.types.Object.s2ag
+    del _WINDOW_MANAGER.s2ag
+    del _OBJECT.s2ag
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

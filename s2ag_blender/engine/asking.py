@@ -1,13 +1,14 @@
-"""A synthesis asked of the engine: what the engine that ships cannot read is decoded first, here in Blender."""
+"""Synthesis requests to the engine; decodes recordings in Blender first, where the engine reads WAV files only."""
 
 import time
+from collections.abc import Callable
 
 from ...core.errors import Cancelled
 from . import client, decoding
 
 
 class Asked:
-    """A :class:`client.Job` that may have to wait for its recording; has its ``stage``, ``value``, ``poll`` and ``outcome``.
+    """A :class:`client.Job` whose recording may have to be decoded first; with ``stage``, ``value``, ``poll``, ``outcome``.
 
     Raises :class:`WorkerFailed` if no engine can be started.
     """
@@ -24,42 +25,44 @@ class Asked:
             self.stage = self._decoding.stage
 
     def poll(self) -> bool:
-        """Whether it ended; never waits. Raises what hinders a recording from being heard."""
-        if self._job is None and self._decoding.poll():
-            heard = self._decoding.outcome()
+        """Return whether it has ended, without waiting; raise the :class:`S2agError` that decoding ended with."""
+        if self._job is None and self._decoding is not None:
+            if not self._decoding.poll():
+                self.value = self._decoding.value
+                return False
+            wav = self._decoding.outcome()
             if self.cancelled:
                 raise Cancelled("Cancelled.")
-            self._job = self._engine.request("synthesize", {**self._params, "audio": heard})
-        if self._job is None:
-            self.value = self._decoding.value
-            return False
+            self._job = self._engine.request("synthesize", {**self._params, "audio": wav})
+        assert self._job is not None
         done = self._job.poll()
         self.stage, self.value = self._job.stage, self._job.value
         return done
 
     def outcome(self) -> dict:
-        """The engine's answer; raises the :class:`S2agError` that it ended with."""
+        """Return the engine's result, once :meth:`poll` was true; raise the :class:`S2agError` that it ended with."""
+        assert self._job is not None
         return self._job.outcome()
 
     def cancel(self) -> None:
-        """Drop it, wherever it is."""
+        """Cancel decoding or synthesis."""
         self.cancelled = True
         if self._job is not None:
             self._engine.cancel(self._job)
-        else:
+        elif self._decoding is not None:
             self._decoding.cancel()
 
 
-def call(engine: client.WorkerClient, params: dict, progress=None) -> dict:
-    """Ask and wait: the answer, or the :class:`S2agError` that it ended with."""
+def call(engine: client.WorkerClient, params: dict, progress: Callable[[str, float], None] | None = None) -> dict:
+    """Send a synthesis request, wait, and return its result; raise the :class:`S2agError` that it ended with."""
     if engine.ships and decoding.needed(params["audio"]):
-        under_way = decoding.Decoding(params["audio"])
+        decoder = decoding.Decoding(params["audio"])
         try:
-            while not under_way.poll():
+            while not decoder.poll():
                 if progress:
-                    progress(under_way.stage, under_way.value)
+                    progress(decoder.stage, decoder.value)
                 time.sleep(client.PAUSE)
         finally:
-            under_way.cancel()
-        params = {**params, "audio": under_way.outcome()}
+            decoder.cancel()
+        params = {**params, "audio": decoder.outcome()}
     return engine.call("synthesize", params, progress)

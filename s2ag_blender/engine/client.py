@@ -1,7 +1,7 @@
-"""Blender's end of the worker: starts it, talks to it without ever blocking, survives its death (design, section 4).
+"""Client of the worker process: starts it, sends requests without blocking, and handles its crashes.
 
-Nothing here imports Blender or torch. A modal operator calls :meth:`WorkerClient.request` and then :meth:`Job.poll` from
-its timer; headless code calls :meth:`WorkerClient.call`, which waits. Use a client from one thread only.
+Imports neither Blender nor torch. Modal operators call :meth:`WorkerClient.request` and then :meth:`Job.poll` from
+their timers; headless code calls :meth:`WorkerClient.call`, which waits. Use a client from one thread only.
 """
 
 import itertools
@@ -10,7 +10,9 @@ import queue
 import shutil
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Self, cast
 
 from ...core.engine import protocol
 from ...core.errors import Cancelled, S2agError, WorkerFailed
@@ -19,36 +21,36 @@ from .process import GRACE, Process
 from .thread import Thread
 
 PATIENCE = 300.0
-"""Seconds without a word from a busy worker after which it counts as hung."""
+"""Seconds without a message from a busy worker after which it counts as hung."""
 PAUSE = 0.02
-"""Seconds between looks while waiting."""
+"""Seconds between polls while waiting."""
 
 _PATHS = ("audio", "transcript", "checkpoint", "vectors", "output_dir")
 _AGAIN = "Try again: it starts anew by itself."
 
 
 def find_interpreter(python: str | os.PathLike | None = None) -> str:
-    """The Python that runs the worker: ``python``, else ``$S2AG_PYTHON``, else the one that runs this, as numpy is enough.
+    """Return the Python that runs the worker: ``python``, else ``$S2AG_PYTHON``, else this one, as numpy is enough.
 
-    Raises :class:`WorkerFailed` where the named one cannot be run, or this one is no program of its own.
+    Raises :class:`WorkerFailed` if the named one cannot be run, or if this one is embedded and has no executable.
     """
     named = os.fspath(python) if python else os.environ.get("S2AG_PYTHON", "")
     if named:
-        found = shutil.which(named)
-        if not found:
+        executable = shutil.which(named)
+        if not executable:
             raise WorkerFailed(
                 f"The Python interpreter {named} cannot be run.", "Name the python of an environment with s2ag[engine]."
             )
-        return found
+        return executable
     if Path(sys.executable or "").stem.lower().startswith("python"):
         return sys.executable
     raise WorkerFailed("Blender's own Python cannot be started.", "Name another one in the preferences or in S2AG_PYTHON.")
 
 
 class Job:
-    """One request under way. After :meth:`poll` returned True, :meth:`outcome` has its result or raises its error."""
+    """A request that was sent. After :meth:`poll` returned True, :meth:`outcome` returns its result or raises its error."""
 
-    def __init__(self, client: "WorkerClient", number: int, method: str):
+    def __init__(self, client: "WorkerClient", number: int, method: str) -> None:
         self._client = client
         self.id = number
         self.method = method
@@ -60,44 +62,51 @@ class Job:
 
     @property
     def done(self) -> bool:
-        """Whether an answer is here; does not look for new messages."""
+        """Whether the reply has arrived; does not read new messages."""
         return self.result is not None or self.error is not None
 
     def poll(self) -> bool:
-        """Take in what the worker has said by now, without waiting; ``stage`` and ``value`` (0..1) are then current."""
+        """Read the worker's messages without waiting, which updates ``stage`` and ``value`` (0..1); return :attr:`done`."""
         self._client.pump()
         return self.done
 
     def outcome(self) -> dict:
-        """The result; raises the :class:`S2agError` that the request ended with."""
+        """Return the result; raise the :class:`S2agError` that the request ended with."""
         if self.error is not None:
             raise self.error
+        assert self.result is not None
         return self.result
 
 
 class WorkerClient:
-    """Owns at most one worker process, started with the first request and again after it died.
+    """Owns at most one worker process, which it starts with the first request and restarts after a crash.
 
     ``python`` is an interpreter (:func:`find_interpreter`), ``log`` a callable that gets each line of the worker's log,
     ``patience`` the seconds of silence after which a busy worker counts as hung, ``command`` replaces the whole command.
     """
 
-    def __init__(self, python=None, log=None, patience: float = PATIENCE, command: list[str] | None = None):
+    def __init__(
+        self,
+        python: str | os.PathLike | None = None,
+        log: Callable[[str], None] | None = None,
+        patience: float = PATIENCE,
+        command: list[str] | None = None,
+    ) -> None:
         self._python = python
         self._log = log
         self._patience = patience
         self._command = command
         self._process: Process | Thread | None = None
         self.ships = not (python or command or os.environ.get("S2AG_PYTHON"))
-        """Whether it is the engine that ships, in the Python that runs this."""
+        """Whether it is the engine that comes with the extension, in this Python."""
         self._numbers = itertools.count(1)
         self._jobs: dict[int, Job] = {}
-        self._heard = 0.0
+        self._last_message = 0.0
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     @property
@@ -107,38 +116,44 @@ class WorkerClient:
 
     @property
     def inside(self) -> bool:
-        """Whether the engine runs in a thread of this process, because no other can be started."""
+        """Whether the engine runs in a thread of this process, because no other process can be started."""
         return isinstance(self._process, Thread)
 
     def request(self, method: str, params: dict | None = None) -> Job:
         """Send a request and return at once; raises :class:`WorkerFailed` if no worker can be started."""
         self.pump()
         if self._process is None:
-            self._process = self._started()
+            self._process = self._start()
         if not self._jobs:
-            self._heard = time.monotonic()
+            self._last_message = time.monotonic()
         job = Job(self, next(self._numbers), method)
         self._jobs[job.id] = job
-        # The worker has its own working directory, so paths leave here absolute.
-        told = {name: os.path.abspath(value) if name in _PATHS and value else value for name, value in (params or {}).items()}
-        self._process.send({"id": job.id, "method": method, "params": told})
+        # The worker has a working directory of its own, so send absolute paths.
+        sent = {name: os.path.abspath(value) if name in _PATHS and value else value for name, value in (params or {}).items()}
+        self._process.send({"id": job.id, "method": method, "params": sent})
         return job
 
-    def call(self, method: str, params: dict | None = None, progress=None, timeout: float | None = None) -> dict:
+    def call(
+        self,
+        method: str,
+        params: dict | None = None,
+        progress: Callable[[str, float], None] | None = None,
+        timeout: float | None = None,
+    ) -> dict:
         """Send a request, wait, and return its result or raise its error.
 
-        ``progress(stage, value)`` hears of the worker's progress. ``timeout`` are seconds of silence, not of work.
-        Ctrl-C cancels the request and is then passed on.
+        ``progress(stage, value)`` is called with the worker's progress. ``timeout`` limits the seconds between messages, not
+        those of the whole request. Ctrl-C cancels the request and is then passed on.
         """
         patience = self._patience
         self._patience = timeout or patience
         try:
             job = self.request(method, params)
-            said = None
+            reported = None
             while not job.poll():
-                if progress and job.stage and (job.stage, job.value) != said:
-                    said = (job.stage, job.value)
-                    progress(*said)
+                if progress and job.stage and (job.stage, job.value) != reported:
+                    reported = (job.stage, job.value)
+                    progress(*reported)
                 time.sleep(PAUSE)
         except KeyboardInterrupt:
             self._abandon()
@@ -148,38 +163,39 @@ class WorkerClient:
         return job.outcome()
 
     def cancel(self, job: Job) -> None:
-        """Ask the worker to drop ``job``, which then ends with :class:`Cancelled`; a worker that cannot is killed.
+        """Tell the worker to cancel ``job``, which then ends with :class:`Cancelled`; kill a worker that does not react.
 
-        A job that waits behind another ends at once: the worker answers one after the other and is not late yet.
+        A job queued behind another ends at once, because the worker serves one request at a time.
         """
         if not job.done and job.cancelled_at is None:
             job.cancelled_at = time.monotonic()
-            self._process.send({"method": "cancel", "id": job.id})
+            if self._process is not None:
+                self._process.send({"method": "cancel", "id": job.id})
             if job.id != min(self._jobs):
                 del self._jobs[job.id]
                 job.error = Cancelled("Cancelled.")
 
     def pump(self) -> None:
-        """Take in all messages that have come, and notice a worker that died or hangs. Never waits."""
+        """Process all messages that have arrived, and detect a worker that died or hangs. Never waits."""
         process = self._process
-        while process is self._process is not None:
+        while process is not None and process is self._process:
             try:
                 message = process.inbox.get_nowait()
             except queue.Empty:
                 break
-            self._take(message)
+            self._receive(process, message)
         if self._jobs:
-            self._watch()
+            self._check_silence()
 
     def close(self) -> None:
-        """End the worker; unfinished jobs end with :class:`Cancelled`. Its result files are gone unless moved."""
+        """End the worker; unfinished jobs end with :class:`Cancelled`. Deletes its result files unless they were moved."""
         process, self._process = self._process, None
         self._fail_all(Cancelled("Cancelled."))
         if process:
             process.end()
 
-    def _started(self) -> Process | Thread:
-        """A worker; the engine that ships runs in a thread where no process can be started."""
+    def _start(self) -> Process | Thread:
+        """Start a worker; the extension's own engine runs in a thread where no process can be started."""
         try:
             return Process(self._command or module_command(find_interpreter(self._python), "core.engine.worker"))
         except WorkerFailed as error:
@@ -189,22 +205,23 @@ class WorkerClient:
                 self._log(f"{error} The engine runs in a thread of Blender's own process.")
             return Thread()
 
-    def _take(self, message: object) -> None:
-        """One item of the inbox: bytes are a line of the protocol, text is a line of the log, None the end."""
+    def _receive(self, process: Process | Thread, message: bytes | str | None) -> None:
+        """Handle an item of the inbox: bytes are a line of the protocol, text is a line of the log, None the end."""
         if message is None:
-            self._lose(self._process.epitaph())
+            self._lose(process.epitaph())
         elif isinstance(message, str):
             if self._log:
                 self._log(message)
         else:
-            self._heard = time.monotonic()
+            self._last_message = time.monotonic()
             try:
                 self._dispatch(protocol.decode(message))
             except (protocol.NotProtocol, TypeError, ValueError):
                 self._lose(f"The engine talks nonsense ({message[:40].decode('ascii', 'replace').strip()}).")
 
     def _dispatch(self, message: dict) -> None:
-        job = self._jobs.get(message.get("id"))
+        """Store a message of the worker in its job; raise ValueError or TypeError if it breaks the protocol."""
+        job = self._jobs.get(cast(int, message.get("id")))
         if "error" in message:
             error = protocol.revive(message["error"])
             if job is None and message.get("id") is None:
@@ -224,15 +241,18 @@ class WorkerClient:
         else:
             raise ValueError("neither event, result nor error")
 
-    def _watch(self) -> None:
+    def _check_silence(self) -> None:
+        """Kill a worker that does not react to a cancellation or has been silent for too long."""
         now = time.monotonic()
         if any(job.cancelled_at is not None and now - job.cancelled_at > GRACE for job in self._jobs.values()):
             self._lose("The engine did not react to the cancellation.")
-        elif now - self._heard > self._patience:
+        elif now - self._last_message > self._patience:
             self._lose(f"The engine has not said a word for {self._patience:g} seconds.")
 
     def _lose(self, message: str) -> None:
+        """Kill the worker and let all jobs fail with ``message``."""
         process, self._process = self._process, None
+        assert process is not None
         process.kill()
         self._fail_all(WorkerFailed(message, process.advice() or _AGAIN))
 
@@ -242,7 +262,7 @@ class WorkerClient:
             job.error = error if job.cancelled_at is None else Cancelled("Cancelled.")
 
     def _abandon(self) -> None:
-        """Cancel everything under way and wait for it, at most :data:`GRACE` seconds."""
+        """Cancel all jobs and wait for their end, at most :data:`GRACE` seconds."""
         for job in list(self._jobs.values()):
             self.cancel(job)
         while self._jobs:

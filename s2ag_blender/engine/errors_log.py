@@ -1,4 +1,4 @@
-"""What a failed engine said, kept where it can be read: a file in the extension's folder, shown as a text block on demand."""
+"""Log of a failed engine: a file in the extension's folder, shown as a text block on demand."""
 
 import platform
 import time
@@ -12,47 +12,48 @@ from ...core.files import new_log
 from . import known
 
 KINDS = ("WorkerFailed", "EngineMissing", "Internal")
-"""Errors whose cause is in the log rather than in what the user gave."""
+"""Kinds of errors whose cause is in the log rather than in the user's input."""
 
 _lines: deque[str] = deque(maxlen=2000)
 _latest: Path | None = None
 
 
 def note(line: str) -> None:
-    """Remember a line of the engine's log."""
+    """Keep a line of the engine's log, with the time."""
     _lines.append(f"{time.strftime('%H:%M:%S')}  {line}")
 
 
 def latest() -> Path | None:
-    """The newest log of something that failed in this session, or None."""
+    """Return the path of the newest log of this session, or None."""
     return _latest
 
 
 def save(error: S2agError) -> Path | None:
-    """Write the log of ``error``, with what Blender and engine are, and return its path; None where no log would help."""
+    """Write the log of ``error``, with the versions of Blender and engine; return its path, None if no log would help."""
     global _latest
     if error.kind not in KINDS:
         return None
     folder = known.folder() / "logs"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        written = new_log(folder, "engine")
-        written.write_text("\n".join([*_header(error), *_lines, ""]), "utf-8")
-    except OSError as failure:  # told here, because the first error is the one that the user must see
+        path = new_log(folder, "engine")
+        path.write_text("\n".join([*_header(error), *_lines, ""]), "utf-8")
+    except OSError as failure:  # only printed, because the user must see the first error
         print(f"S2AG: the log cannot be saved: {failure}")
         return None
-    _latest = written
-    return written
+    _latest = path
+    return path
 
 
 def text_block(path: Path) -> bpy.types.Text:
-    """The log as a text block, replaced by its newer self if it is open already."""
+    """Return a text block with the log; an existing one of the same name is updated."""
     block = next((text for text in bpy.data.texts if text.name == path.name), None) or bpy.data.texts.new(path.name)
     block.from_string(path.read_text("utf-8", "replace"))
     return block
 
 
 def _header(error: S2agError) -> list[str]:
+    """Return the first lines of a log: the error, and the versions of Blender and engine."""
     facts = known.facts()
     return [
         f"{error.kind}: {error.message}",

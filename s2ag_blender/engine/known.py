@@ -4,23 +4,25 @@ import functools
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, cast
 
 import bpy
 
 from ...core import extras
 from ...core.engine import interpreter as checks
 from ...core.errors import S2agError
+from ..datablocks import Context, current_context
 
-PACKAGE = __package__.removesuffix(".s2ag_blender.engine")
-"""The extension's name, under which Blender keeps its preferences."""
+PACKAGE = cast(str, __package__).removesuffix(".s2ag_blender.engine")
+"""The extension's package, the key of its preferences in Blender."""
 
 
 @dataclass
 class State:
-    """What the preferences show besides their own properties; never saved."""
+    """State that the preferences show besides their own properties; never saved."""
 
     work: checks.Check | None = None
-    """The check that is under way."""
+    """The running check."""
     chosen: str = ""
     """The engine that it checks and that is kept if it works; "" for the one in use."""
     engine: str = ""
@@ -33,9 +35,9 @@ class State:
 STATE = State()
 
 
-def settings(context=None) -> bpy.types.AddonPreferences | None:
+def settings(context: Context | None = None) -> Any:
     """Return the extension's preferences, or None where it is registered without being installed, as in tests and scripts."""
-    addon = (context or bpy.context).preferences.addons.get(PACKAGE)
+    addon = (context or current_context()).preferences.addons.get(PACKAGE)
     return addon.preferences if addon else None
 
 
@@ -48,22 +50,22 @@ def folder() -> Path:
         return Path(bpy.utils.user_resource("DATAFILES")) / "s2ag"
 
 
-def chosen(context) -> str:
+def chosen(context: Context) -> str:
     """Return the engine that the user chose: a Python or a folder; "" for the one that comes with the extension."""
-    kept = settings(context)
-    return bpy.path.abspath(kept.engine) if kept else STATE.engine
+    preferences = settings(context)
+    return bpy.path.abspath(preferences.engine) if preferences else STATE.engine
 
 
-def keep(context, path: str) -> None:
+def keep(context: Context, path: str) -> None:
     """Use the engine at ``path`` from now on; "" is the one that comes with the extension."""
-    kept = settings(context)
-    if kept:
-        kept.engine = path
+    preferences = settings(context)
+    if preferences:
+        preferences.engine = path
     STATE.engine = path
     forget()
 
 
-def interpreter(context) -> str | None:
+def interpreter(context: Context) -> str | None:
     """Return the Python of the engine that the user chose; None lets the client find one."""
     path = chosen(context)
     if not path:
@@ -71,10 +73,10 @@ def interpreter(context) -> str | None:
     try:
         return checks.python_in(path)
     except S2agError:
-        return path  # the client says that it cannot be run
+        return path  # the client raises an error for it
 
 
-def ships(context) -> bool:
+def ships(context: Context) -> bool:
     """Return whether the engine is the one that comes with the extension, in Blender's own Python."""
     return not chosen(context) and not os.environ.get("S2AG_PYTHON")
 
@@ -84,10 +86,10 @@ def facts() -> dict:
     return STATE.facts or {}
 
 
-def recogniser(context) -> bool | None:
+def recogniser(context: Context) -> bool | None:
     """Return whether the engine can recognise speech; None where that is unknown before the first check."""
     if not facts() and ships(context):
-        return extras.recogniser()  # it runs in this very Python
+        return extras.recogniser()  # that engine runs in this Python
     return facts().get("recogniser")
 
 

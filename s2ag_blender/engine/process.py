@@ -1,4 +1,4 @@
-"""The engine's process: three pipes, a thread for each, and never a wait."""
+"""The engine as a child process, with a thread for each of its three pipes, so that no call blocks."""
 
 import contextlib
 import os
@@ -14,19 +14,20 @@ from ...core.errors import WorkerFailed
 GRACE = 10.0
 """Seconds that a cancelled request or a closing worker gets before its process is killed."""
 
-_FRUGAL = {"MALLOC_ARENA_MAX": "1"}
-"""A variable of the C library on Linux: without it every thread keeps to itself what it was given, and a worker that has heard
-a few minutes of speech holds 100 MB more."""
+_ENVIRONMENT = {"MALLOC_ARENA_MAX": "1"}
+"""Variable of the GNU C library: one arena for all threads saves 100 MB after a few minutes of speech."""
 
 
 class Process:
-    """A worker process with a thread for each of its three pipes, so that nobody ever waits for a pipe."""
+    """A worker process. ``inbox`` gets lines of its output as bytes, lines of its log as text, and None at the end.
 
-    def __init__(self, command: list[str]):
+    Raises :class:`WorkerFailed` if it cannot be started.
+    """
+
+    def __init__(self, command: list[str]) -> None:
         environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONSAFEPATH")}
-        environment = {**_FRUGAL, **environment}
-        # A terminal's Ctrl-C goes to the whole group: the client decides what it means, not the worker.
-        try:
+        environment = {**_ENVIRONMENT, **environment}
+        try:  # in a process group of its own, so that Ctrl-C in a terminal reaches the client only
             self._popen = subprocess.Popen(
                 command,
                 env=environment,
@@ -37,34 +38,36 @@ class Process:
             )
         except OSError as error:
             raise WorkerFailed(f"The engine cannot be started: {error.strerror}.", f"Check that {command[0]} runs.") from error
-        self.inbox: queue.SimpleQueue = queue.SimpleQueue()
-        self._outbox: queue.SimpleQueue = queue.SimpleQueue()
-        self._said: deque[str] = deque(maxlen=40)
-        self._threads = [threading.Thread(target=work, daemon=True) for work in (self._hear, self._read_log, self._write)]
+        self.inbox: queue.SimpleQueue[bytes | str | None] = queue.SimpleQueue()
+        self._outbox: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._log: deque[str] = deque(maxlen=40)
+        self._threads = [threading.Thread(target=work, daemon=True) for work in (self._read, self._read_log, self._write)]
         for thread in reversed(self._threads):  # the first one joins the second, which must have been started by then
             thread.start()
 
     @property
     def pid(self) -> int:
+        """Process id."""
         return self._popen.pid
 
     def send(self, message: dict) -> None:
+        """Queue a message of the protocol; never waits."""
         self._outbox.put(protocol.encode(message))
 
     def epitaph(self) -> str:
-        """One sentence on how the process ended."""
+        """Return one sentence on how the process ended."""
         code = self._popen.poll()
         if code is None:
             return "The engine closed its output."
         return f"The engine was killed by signal {-code}." if code < 0 else f"The engine ended with status {code}."
 
     def advice(self) -> str:
-        """What the log suggests, when the worker could not even import itself."""
-        missing = next((line for line in self._said if line.startswith(("ModuleNotFoundError", "ImportError"))), "")
+        """Return a remedy if the log says that a package is missing, else an empty text."""
+        missing = next((line for line in self._log if line.startswith(("ModuleNotFoundError", "ImportError"))), "")
         return f"Its Python lacks something ({missing.strip()}); install s2ag[engine] there." if missing else ""
 
     def end(self) -> None:
-        """Ask the process to end, and make sure that it does."""
+        """Request a shutdown; kill the process if it does not end within :data:`GRACE` seconds."""
         self.send({"method": "shutdown"})
         self._outbox.put(None)
         with contextlib.suppress(subprocess.TimeoutExpired):
@@ -72,30 +75,34 @@ class Process:
         self.kill()
 
     def kill(self) -> None:
+        """Kill the process and wait for its end."""
         self._outbox.put(None)
         self._popen.kill()
         self._popen.wait()
         for thread in self._threads:
             thread.join(0.2)
 
-    def _hear(self) -> None:
+    def _read(self) -> None:
+        assert self._popen.stdout is not None
         with self._popen.stdout as pipe:
             for line in pipe:
                 if line.strip():
                     self.inbox.put(line)
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._popen.wait(1.0)
-        self._threads[1].join(1.0)  # the log explains the end, so it comes first
+        self._threads[1].join(1.0)  # the log explains the end, so it must be in the inbox before
         self.inbox.put(None)
 
     def _read_log(self) -> None:
+        assert self._popen.stderr is not None
         with self._popen.stderr as pipe:
             for line in pipe:
                 text = line.decode("utf-8", "replace").rstrip()
-                self._said.append(text)
+                self._log.append(text)
                 self.inbox.put(text)
 
     def _write(self) -> None:
+        assert self._popen.stdin is not None
         with contextlib.suppress(OSError, ValueError), self._popen.stdin as pipe:
             while (line := self._outbox.get()) is not None:
                 pipe.write(line)

@@ -1,4 +1,4 @@
-"""The engine in a thread of Blender's own process, for systems that let Blender start no other. The face is a process's."""
+"""The engine in a thread of Blender's own process, for systems that let Blender start no other process."""
 
 import contextlib
 import importlib
@@ -10,33 +10,35 @@ from ...core.engine import protocol
 
 
 class Thread:
-    """A worker that cannot be killed, but is told to stop at its next look."""
+    """A worker with the interface of :class:`process.Process`. It cannot be killed; it stops when it next checks."""
 
     pid = None
 
-    def __init__(self):
-        # By name: what Blender's process imports holds nothing of the engine but where it must.
+    def __init__(self) -> None:
+        # Imported by name, so that Blender's process imports the engine only where it must.
         worker = importlib.import_module("...core.engine.worker", __package__)
         requests, self._requests = os.pipe()
         self._replies, replies = os.pipe()
-        self.inbox: queue.SimpleQueue = queue.SimpleQueue()
-        self._outbox: queue.SimpleQueue = queue.SimpleQueue()
+        self.inbox: queue.SimpleQueue[bytes | str | None] = queue.SimpleQueue()
+        self._outbox: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._worker = worker.Worker(requests, replies, alone=False)
-        for work, ends in ((self._work, (requests, replies)), (self._hear, ()), (self._write, ())):
-            threading.Thread(target=work, args=ends, name="s2ag engine", daemon=True).start()
+        for work, pipes in ((self._work, (requests, replies)), (self._read, ()), (self._write, ())):
+            threading.Thread(target=work, args=pipes, name="s2ag engine", daemon=True).start()
 
     def send(self, message: dict) -> None:
+        """Queue a message of the protocol; never waits."""
         self._outbox.put(protocol.encode(message))
 
     def epitaph(self) -> str:
-        """One sentence on how it ended."""
+        """Return one sentence on how it ended."""
         return "The engine ended."
 
     def advice(self) -> str:
+        """Return an empty text: there is no log with a remedy."""
         return ""
 
     def end(self) -> None:
-        """Ask it to stop; what it is at is dropped."""
+        """Request a stop; a running request is dropped."""
         self._outbox.put(None)
 
     kill = end
@@ -48,7 +50,7 @@ class Thread:
             os.close(replies)
             os.close(requests)
 
-    def _hear(self) -> None:
+    def _read(self) -> None:
         with os.fdopen(self._replies, "rb") as pipe:
             for line in pipe:
                 self.inbox.put(line)

@@ -1,9 +1,10 @@
-"""The extension's words in other languages, given to Blender, which picks by the language of the preferences."""
+"""Translations of the extension's texts, registered with Blender, which picks the language of its preferences."""
 
 import functools
 import json
 import re
 from pathlib import Path
+from typing import Any, cast
 
 import bpy
 
@@ -11,41 +12,44 @@ from ...core.errors import S2agError
 
 _NAME = "s2ag"
 CONTEXT = "S2AG"
-"""The context of all our words: without one Blender's own catalogue is asked first, in which some mean something else."""
+"""Translation context of our texts, because Blender's own catalogue translates some of the words in other senses."""
 _FOLDER = Path(__file__).parent
-_MOST = 1000
+_MAX_CACHED = 1000
+_PACKAGE = cast(str, __package__).rpartition(".")[0]
 
 
 def _tables(folder: Path) -> dict[str, dict[str, str]]:
+    """Load the tables of a folder, by locale."""
     return {path.stem: json.loads(path.read_text("utf-8")) for path in folder.glob("*.json")}
 
 
 LANGUAGES = _tables(_FOLDER)
-"""Locale -> table of a whole language: ``{message: translation}``, a JSON file each."""
+"""Locale -> ``{message: translation}`` of the interface, from one JSON file per language."""
 STYLES = _tables(_FOLDER / "styles")
-"""The same for the names of the shipped styles."""
+"""Locale -> translations of the names of the shipped styles."""
 
 
 @functools.cache
 def errors(locale: str) -> dict[str, str]:
-    """What the engine and everything else says when it fails, ``{}`` for each name or number in it; empty for no table."""
+    """Return the translations of error sentences, with ``{}`` for each inserted name or number; empty without a table."""
     return _tables(_FOLDER / "errors").get(locale, {})
 
 
-@functools.lru_cache(maxsize=_MOST)
+@functools.lru_cache(maxsize=_MAX_CACHED)
 def sentence(locale: str, text: str) -> str:
-    """A finished sentence of :func:`errors` in another language, or ``text`` where it is none of them."""
-    best, filled = -1, text
+    """Translate a sentence that fits a template of :func:`errors`, the longest one; return ``text`` if none fits."""
+    longest, filled = -1, text
     for template, translated in errors(locale).items():
         fixed = template.split("{}")
-        if len("".join(fixed)) > best and (found := re.fullmatch("(.*)".join(map(re.escape, fixed)), text, re.DOTALL)):
-            best, filled = len("".join(fixed)), translated.format(*found.groups())
+        length = len("".join(fixed))
+        if length > longest and (match := re.fullmatch("(.*)".join(map(re.escape, fixed)), text, re.DOTALL)):
+            longest, filled = length, translated.format(*match.groups())
     return filled
 
 
-def told(text: str, **values) -> str:
-    """A sentence for the user in the user's language; ``values`` fill its ``{names}``."""
-    translated = bpy.app.translations.pgettext_rpt(text, CONTEXT)
+def told(text: str, **values: object) -> str:
+    """Translate a sentence into the user's language and fill its ``{names}`` with ``values``."""
+    translated = cast(str, bpy.app.translations.pgettext_rpt(text, CONTEXT))
     if values:
         return translated.format(**values)
     locale = bpy.app.translations.locale
@@ -53,39 +57,39 @@ def told(text: str, **values) -> str:
 
 
 def named(style: str) -> str:
-    """A style's name in the user's language, where new data is named in it."""
-    shown = style.capitalize()
-    translated = bpy.app.translations.pgettext_data(shown, CONTEXT)
-    return style if translated == shown else translated
+    """Translate a style's name, if the user's preferences say to translate names of new data."""
+    label = style.capitalize()
+    translated = cast(str, bpy.app.translations.pgettext_data(label, CONTEXT))
+    return style if translated == label else translated
 
 
 def told_error(error: S2agError) -> str:
-    """An error and its remedy in one line, in the user's language, for people who have a panel and no command line."""
+    """Translate an error and its remedy into one line; remedies of the command line become those of the panel."""
     if "s2ag rig" in error.remedy:
         return f"{told(error.message)} {told('Choose its bones in the panel Bone Map.')}"
     return f"{told(error.message)} {told(error.remedy)}".strip()
 
 
 def in_context(cls: type) -> None:
-    """Let Blender look up what a class of ours is called, and its properties and their choices, among our words."""
+    """Set our translation context on a class to be registered, and on its properties and their enum items."""
     if issubclass(cls, (bpy.types.Panel, bpy.types.Operator, bpy.types.Menu)):
         cls.bl_translation_context = CONTEXT
     for base in cls.__mro__:
-        if base.__module__.startswith(__package__.rpartition(".")[0]):
+        if base.__module__.startswith(_PACKAGE):
             for declared in getattr(base, "__annotations__", {}).values():
                 declared.keywords.setdefault("translation_context", CONTEXT)
 
 
 def register() -> None:
-    """Give every table to Blender, under our own context and, for plain labels, under Blender's."""
-    tables = {}
+    """Register every table with Blender, under our own context and, for plain labels, under Blender's."""
+    tables: dict[str, Any] = {}
     for locale, table in LANGUAGES.items():
-        words = {**table, **STYLES.get(locale, {})}
-        pairs = {(context, message): text for message, text in words.items() for context in ("*", "Operator", CONTEXT)}
+        texts = {**table, **STYLES.get(locale, {})}
+        pairs = {(context, message): text for message, text in texts.items() for context in ("*", "Operator", CONTEXT)}
         tables[locale] = pairs
     bpy.app.translations.register(_NAME, tables)
 
 
 def unregister() -> None:
-    """Take the tables back."""
+    """Unregister the tables."""
     bpy.app.translations.unregister(_NAME)

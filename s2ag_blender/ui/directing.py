@@ -1,7 +1,7 @@
 """Operators that edit the gestures of a take and flip through its versions."""
 # pyright: reportInvalidTypeForm=false
 
-from typing import Any
+from typing import Any, cast
 
 import bpy
 
@@ -34,7 +34,7 @@ class _Directing(OfTake):
 
     at_gesture = True
     """Whether the edit is about the gesture at the playhead."""
-    pins: Any = ()
+    pins = cast(Any, ())
     """Poses and places that the edits keep."""
 
     @classmethod

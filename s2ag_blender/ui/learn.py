@@ -28,7 +28,7 @@ _ARM_JOINTS = {"Arm": "upper_arm", "ForeArm": "forearm"}
 
 
 def capture(
-    armature: bpy.types.Object, first: int | None = None, last: int | None = None, mapping: Mapping | dict | None = None
+    armature: ArmatureObject, first: int | None = None, last: int | None = None, mapping: Mapping | dict | None = None
 ) -> Motion:
     """Sample the evaluated pose of the armature from frame ``first`` to ``last`` (default: the scene's) at 15 fps.
 

@@ -73,7 +73,7 @@ def test_with_bones_by_hand(speaker, words):
     press(bpy.ops.s2ag.edit_bone_map)
     assert speaker.s2ag.bone_map and not cut(words)
     names = [words.get(readiness.label(part), readiness.label(part)) for part in bone_maps.ORDER]
-    assert not [one for name in names for one in Text(name).cut(subpanels._NAMES * CONTENT)]
+    assert not [one for name in names for one in Text(name).cut(subpanels._NAME_SHARE * CONTENT)]
 
 
 def test_every_kind_of_gesture_is_whole(words):
