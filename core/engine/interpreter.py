@@ -1,4 +1,4 @@
-"""Checks another Python that may run the engine: a child process of it has to decode and gesture a clip."""
+"""Checks whether another Python can run the engine: a child process of it must decode a clip and generate gestures for it."""
 
 import contextlib
 import json
@@ -14,23 +14,23 @@ from ..errors import Cancelled, EngineMissing, S2agError, WorkerFailed
 from ..start import module_command
 
 PAUSE = 0.05
-"""Seconds between looks while waiting."""
+"""Seconds between polls while waiting."""
 _INSTALL = 'In a terminal, let that Python run: -m pip install "s2ag[full]"'
-_LARGEST_OUTPUT = 100_000
-"""Bytes that are read from the end of what the child printed."""
+_MAX_OUTPUT = 100_000
+"""Bytes that are read from the end of the child's output."""
 
 
 def python_in(path: str | os.PathLike) -> str:
-    """Return the Python that ``path`` means: a program itself, or that of an environment's folder.
+    """Return the Python at ``path``: the program itself, or that of an environment's folder.
 
-    A folder with environments ``engine-N`` means the newest of them; earlier set-ups made such folders. Raises
+    In a folder with environments ``engine-N``, as older versions made them, it is that of the newest. Raises
     :class:`EngineMissing` for a folder without a Python.
     """
     path = Path(path)
     if not path.is_dir():
         return str(path)
-    made = [folder for folder in path.glob("engine-*") if folder.name[7:].isdecimal()]
-    for folder in [path, *sorted(made, key=lambda folder: int(folder.name[7:]), reverse=True)]:
+    environments = [folder for folder in path.glob("engine-*") if folder.name[7:].isdecimal()]
+    for folder in [path, *sorted(environments, key=lambda folder: int(folder.name[7:]), reverse=True)]:
         python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
         if python.exists():
             return str(python)
@@ -38,23 +38,23 @@ def python_in(path: str | os.PathLike) -> str:
 
 
 def command(python: str) -> list[str]:
-    """Return the command that prints what ``python`` has for the engine, once that has gestured a clip."""
+    """Return the command by which ``python`` generates gestures for a clip and prints what it has for the engine."""
     return [*module_command(python, "core.engine.inventory"), "--try"]
 
 
 class Check:
-    """Lets ``python`` gesture a clip; after :meth:`poll` returned True, ``result`` has its facts or ``error`` says why not.
+    """Checks ``python`` in a child process; after :meth:`poll` returned True, there are facts in ``result`` or an ``error``.
 
-    With ``full`` it must have PyTorch, too. Raises :class:`WorkerFailed` where it cannot be started.
+    With ``full`` it must have PyTorch, too. Raises :class:`WorkerFailed` if it cannot be started.
     """
 
     stage, value = "Try the engine", 0.0
 
-    def __init__(self, python: str, full: bool = False):
+    def __init__(self, python: str, full: bool = False) -> None:
         self.result: dict | None = None
         self.error: S2agError | None = None
         self.lines: list[str] = []
-        """What the child printed last, once it has ended."""
+        """The last lines of the child's output, once it has ended."""
         self._full = full
         self._output = tempfile.TemporaryFile()  # noqa: SIM115 the child writes to it until it ends
         variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONSAFEPATH")}
@@ -67,7 +67,7 @@ class Check:
 
     @property
     def done(self) -> bool:
-        """Whether it ended, one way or the other."""
+        """Whether it has ended, with a result or an error."""
         return self.result is not None or self.error is not None
 
     def poll(self) -> bool:
@@ -96,7 +96,7 @@ class Check:
         return self.result
 
     def cancel(self) -> None:
-        """Stop the child at once, with all that it has started."""
+        """Kill the child and its own children."""
         if not self.done:
             child.end(self._process)
             self._process.wait()
@@ -104,8 +104,9 @@ class Check:
             self.error = Cancelled("Cancelled.")
 
     def _read(self) -> list[str]:
+        """Return the last lines of the child's output."""
         with self._output as file:
-            file.seek(max(file.seek(0, os.SEEK_END) - _LARGEST_OUTPUT, 0))
+            file.seek(max(file.seek(0, os.SEEK_END) - _MAX_OUTPUT, 0))
             return file.read().decode("utf-8", "replace").splitlines()
 
 

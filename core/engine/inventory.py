@@ -1,6 +1,6 @@
 """Lists what a Python has for the engine: ``python -m s2ag.core.engine.inventory`` prints one JSON object.
 
-With ``--try`` it also gestures a clip. :mod:`interpreter` runs this in a Python that is to be checked.
+With ``--try`` it also generates gestures for a clip. :mod:`interpreter` runs this in a Python that is to be checked.
 """
 
 import importlib
@@ -12,7 +12,9 @@ import platform
 import sys
 import tempfile
 import wave
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from ..extras import recogniser
 from ..version import VERSION
@@ -26,20 +28,18 @@ PACKAGES = {
     "pysubs2": "pysubs2",
     "praatio": "praatio",
 }
-"""Distribution name -> module, of everything that the worker imports where it is there."""
+"""Distribution name -> module, of all packages that the worker imports if they are installed."""
 NEEDED = ("numpy",)
-"""Without these there is no engine; each of the others adds something."""
-
-
+"""The packages without which the engine does not run."""
 _CLIP = Path(__file__).parents[1] / "assets" / "hello.mp3"
 
 
 def take() -> dict:
-    """Versions, device and checkpoint as the worker will see them; ``problem`` is empty where it can work."""
+    """Return versions, device and checkpoint as the worker sees them; ``problem`` is empty where it can run."""
     from ..errors import S2agError
     from ..model import catalogue
 
-    found = {
+    facts: dict[str, Any] = {
         "interpreter": sys.executable,
         "python": platform.python_version(),
         "s2ag": VERSION,
@@ -52,15 +52,16 @@ def take() -> dict:
     }
     try:
         checkpoint = catalogue.describe()
-        found["checkpoint"], found["hash"] = os.path.basename(checkpoint["path"]), checkpoint["hash"] or ""
+        facts["checkpoint"], facts["hash"] = os.path.basename(checkpoint["path"]), checkpoint["hash"] or ""
     except S2agError as error:
-        found["problem"] = found["problem"] or str(error)
-    if not found["problem"]:
-        found["device"] = _device()
-    return found
+        facts["problem"] = facts["problem"] or str(error)
+    if not facts["problem"]:
+        facts["device"] = _device()
+    return facts
 
 
 def _version(distribution: str) -> str:
+    """Return the version of an installed package, else an empty text."""
     try:
         return importlib.metadata.version(distribution)
     except importlib.metadata.PackageNotFoundError:
@@ -68,7 +69,7 @@ def _version(distribution: str) -> str:
 
 
 def _problem() -> str:
-    """The first package that is needed or installed and does not import: its libraries may be missing."""
+    """Return why the first needed or installed package does not import, such as for missing libraries; else an empty text."""
     for name, module in PACKAGES.items():
         if name not in NEEDED and importlib.util.find_spec(module) is None:
             continue
@@ -81,7 +82,7 @@ def _problem() -> str:
 
 
 def _device() -> str:
-    """Where the network runs, and what else there is."""
+    """Return where the network runs by default, and which other device there is."""
     if importlib.util.find_spec("torch") is None:
         return "cpu"
     import torch
@@ -91,10 +92,10 @@ def _device() -> str:
 
 
 def gestured() -> tuple[float, str]:
-    """Seconds of gestures for the clip that comes with the engine, and why there are none.
+    """Generate gestures for the engine's own clip; return their seconds, and why that failed, else an empty text.
 
-    The clip is an MP3 with its words, decoded and aligned as a user's would be, and performed by torch where that is; where
-    nothing decodes, as in Blender's own Python, it is a tone in a WAV file.
+    The clip is an MP3 with a transcript, decoded and aligned like a user's recording, and the network runs by torch if that is
+    installed. Where no decoder is installed, as in Blender's own Python, it is a tone in a WAV file.
     """
     import numpy as np
 
@@ -107,14 +108,15 @@ def gestured() -> tuple[float, str]:
             (motion,) = Session(backend=backend, cache="off").synthesize(Request(**_clip(Path(folder)))).motions
     except S2agError as error:
         return 0.0, str(error)
-    except Exception as error:  # whatever a package of another version raises is what is looked for
+    except Exception as error:  # packages of untested versions may raise anything
         text = (str(error).strip().splitlines() or [""])[0]
         return 0.0, f"a clip is not gestured ({type(error).__name__}: {text[:200]})"
     still = float(np.ptp(motion.directions, axis=0).max()) < 0.1 or not np.isfinite(motion.directions).all()
     return motion.duration, "a clip is gestured without moving" if still else ""
 
 
-def _clip(folder: Path) -> dict:
+def _clip(folder: Path) -> dict[str, Any]:
+    """Return the clip as arguments of a request; a tone is written to ``folder``."""
     if importlib.util.find_spec("av"):
         return {"audio": _CLIP, "transcript": _CLIP.with_suffix(".txt")}
     import numpy as np
@@ -125,12 +127,12 @@ def _clip(folder: Path) -> dict:
     return {"audio": folder / "tone.wav"}
 
 
-def main(arguments: list[str] = ()) -> int:
-    """Print what there is; with ``--try``, after it has made gestures."""
-    found = take()
-    if "--try" in arguments and not found["problem"]:
-        found["gestured"], found["problem"] = gestured()
-    print(json.dumps(found))
+def main(arguments: Sequence[str] = ()) -> int:
+    """Print the inventory as JSON; with ``--try``, generate gestures first."""
+    facts = take()
+    if "--try" in arguments and not facts["problem"]:
+        facts["gestured"], facts["problem"] = gestured()
+    print(json.dumps(facts))
     return 0
 
 

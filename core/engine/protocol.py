@@ -1,15 +1,16 @@
-"""The worker's protocol: one JSON object a line, arrays as ``.npz`` paths, nothing pickled (design, section 4).
+"""The worker's protocol: one JSON object per line, arrays as paths of ``.npz`` files, no pickles.
 
-Both ends use this module; it needs nothing but the standard library, because one end is Blender's own process.
+Both ends use this module. It needs only the standard library, because one end is Blender's own process.
 """
 
 import json
+from typing import Any
 
 from .. import errors, json_text
 
 VERSION = 1
 LARGEST = 16_000_000
-"""Bytes of a line; an hour of words with their times takes half a megabyte."""
+"""Bytes of a line; an hour of words with times takes half a megabyte."""
 METHODS = ("hello", "synthesize", "styles", "cancel", "shutdown")
 
 
@@ -18,12 +19,12 @@ class NotProtocol(ValueError):
 
 
 def encode(message: dict) -> bytes:
-    """One message as an ASCII line, so that no pipe's encoding can damage it."""
+    """Return a message as a line of ASCII, which no pipe's encoding can damage."""
     return json.dumps(message, separators=(",", ":"), allow_nan=False).encode("ascii") + b"\n"
 
 
 def decode(line: bytes) -> dict:
-    """The message in ``line``; raises :class:`NotProtocol`."""
+    """Return the message in ``line``; raises :class:`NotProtocol`."""
     try:
         message = json_text.parse(line, LARGEST)
     except json_text.NotJson as error:
@@ -34,25 +35,25 @@ def decode(line: bytes) -> dict:
 
 
 def failure(request: object, error: errors.S2agError) -> dict:
-    """The reply that carries ``error`` back to the sender of ``request`` (an id, or None where the line had none)."""
+    """Return the reply to ``request`` (an id, or None if the line had none) that carries ``error``."""
     return {"id": request, "error": {"kind": error.kind, "message": error.message, "remedy": error.remedy}}
 
 
 def revive(payload: object) -> errors.S2agError:
-    """The exception that :func:`failure` flattened, of its own class where the kind names one."""
-    payload = payload if isinstance(payload, dict) else {}
-    kind, message, remedy = (str(payload.get(key, "")) for key in ("kind", "message", "remedy"))
-    found = getattr(errors, kind, None)
-    known = isinstance(found, type) and issubclass(found, errors.S2agError)
-    return (found if known else errors.S2agError)(message or "Something failed without saying why.", remedy, kind or "Internal")
+    """Return the exception that :func:`failure` encoded, of the class that its kind names, else :class:`S2agError`."""
+    fields = payload if isinstance(payload, dict) else {}
+    kind, message, remedy = (str(fields.get(key, "")) for key in ("kind", "message", "remedy"))
+    named: Any = getattr(errors, kind, None)
+    cls = named if isinstance(named, type) and issubclass(named, errors.S2agError) else errors.S2agError
+    return cls(message or "Something failed without saying why.", remedy, kind or "Internal")
 
 
 def event(line: bytes) -> dict | None:
-    """The event in a line that a Blender of ours wrote (:mod:`s2ag_blender.program`), or None for chatter."""
+    """Return the event in a line printed by :mod:`s2ag_blender.program`, or None for other output of Blender."""
     if not line.startswith(b"{"):
         return None
     try:
-        told = json.loads(line)
+        message = json.loads(line)
     except ValueError:
         return None
-    return told if told.get("event") in ("progress", "result", "error") else None
+    return message if message.get("event") in ("progress", "result", "error") else None

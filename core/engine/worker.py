@@ -1,8 +1,8 @@
-"""The process that holds the network warm for Blender: ``python -m s2ag.core.engine.worker``.
+"""The worker process that keeps the network in memory for Blender: ``python -m s2ag.core.engine.worker``.
 
-Requests come as JSON lines on standard input, replies leave on standard output, standard error is the log. One request
-is served at a time, on the main thread; a second thread reads, so that a request can be cancelled while it runs and the
-worker ends when its parent does. Nothing heavy is imported before the first request that needs the network.
+Reads requests as JSON lines from standard input and writes replies to standard output; standard error is the log. The main
+thread serves one request at a time; a second thread reads, so that running requests can be cancelled and the worker ends
+with its parent. Heavy modules are imported with the first request that needs the network.
 """
 
 import os
@@ -12,8 +12,9 @@ import sys
 import tempfile
 import threading
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..declaration import KINDS
 from ..errors import Cancelled, EngineMissing, OutputUnwritable, S2agError, UsageError
@@ -23,8 +24,13 @@ from ..threads import share_cores
 from ..version import VERSION
 from . import protocol
 
+if TYPE_CHECKING:
+    from ..direction.directing import Director
+    from ..performance.request import Request, Result
+    from ..performance.synthesis import Session
+
 GRACE = 5.0
-"""Seconds that a running request gets to notice that the parent is gone."""
+"""Seconds that a running request gets to end once the parent is gone."""
 
 _PARAMETERS = {"audio": str} | {name: KINDS[one.kind] for name, one in table(Settings).items() if one.parameter}
 _MODELS = tuple(table(Models))
@@ -33,24 +39,25 @@ _MODELS = tuple(table(Models))
 class Worker:
     """Serves the protocol between two file descriptors until end of file or ``shutdown``.
 
-    If it is ``alone`` in its process, it ends the process where a running request does not notice the end.
+    If it is ``alone`` in its process, it exits the process when a running request does not end within :data:`GRACE` seconds.
     """
 
     def __init__(self, requests: int, replies: int, alone: bool = True) -> None:
         self._alone = alone
         self._requests = requests
         self._replies = replies
-        self._waiting: queue.SimpleQueue = queue.SimpleQueue()
-        self._cancelled: set = set()
+        self._waiting: queue.SimpleQueue[dict | None] = queue.SimpleQueue()
+        self._cancelled: set[int | str] = set()
         self._ending = threading.Event()
         self._writing = threading.Lock()
-        self._session = self._director = None
+        self._session: Session | None = None
+        self._director: Director | None = None
         self._models: dict | None = None
         self._served = 0
         self._folder = tempfile.TemporaryDirectory(prefix="s2ag-", ignore_cleanup_errors=True)
 
     def run(self) -> None:
-        """Serve until the parent goes away or says ``shutdown``."""
+        """Serve until the parent is gone or sends ``shutdown``."""
         threading.Thread(target=self._read, daemon=True).start()
         with self._folder:
             while (message := self._waiting.get()) is not None:
@@ -60,7 +67,7 @@ class Worker:
                     return
 
     def _read(self) -> None:
-        """Sort incoming lines: what must act at once is done here, the rest waits for the main thread."""
+        """Read lines: handle cancellations and shutdown at once, queue requests for the main thread."""
         try:
             for line in _lines(self._requests):
                 if line.strip() and not self._accept(line):
@@ -74,7 +81,7 @@ class Worker:
                 watchdog.start()
 
     def _accept(self, line: bytes) -> bool:
-        """Queue or obey one line; False when it was ``shutdown``."""
+        """Queue or handle one line; return False if it was ``shutdown``."""
         try:
             message = protocol.decode(line)
         except protocol.NotProtocol as error:
@@ -95,6 +102,7 @@ class Worker:
         return True
 
     def _serve(self, message: dict) -> None:
+        """Handle a request and send its result or its error."""
         request = message["id"]
         try:
             if self._is_cancelled(request):
@@ -109,7 +117,7 @@ class Worker:
             if not isinstance(params, dict):
                 raise UsageError("The params of a request must be an object.", "Send names and values.")
             _check_models(params)
-            self._get_ready(message)
+            self._prepare_aligner(message)
             reply = {"id": request, "result": handler(request, params)}
         except S2agError as error:
             reply = protocol.failure(request, error)
@@ -127,49 +135,50 @@ class Worker:
             )
         self._cancelled.discard(request)
         self._send(reply)
-        self._get_ready(message)
+        self._prepare_aligner(message)
 
-    def _get_ready(self, message: dict) -> None:
-        """Start an aligner in advance where a request has words; never within Blender's own process."""
+    def _prepare_aligner(self, message: dict) -> None:
+        """Start an aligner in advance if a request has words, but never within Blender's own process."""
         params, synthesizes = message.get("params"), message.get("method") == "synthesize"
         if self._alone and synthesizes and isinstance(params, dict) and (params.get("transcript") or params.get("text")):
             from ..words import align
 
             align.prepare()
 
-    def _hello(self, request, params: dict) -> dict:
+    def _hello(self, request: int | str, params: dict) -> dict:
         """Return versions and the checkpoint's description; with ``warm`` load the network now, not with the first request."""
         from ..model import catalogue
 
-        answer = {"version": VERSION, "protocol": protocol.VERSION, "python": platform.python_version()}
+        result: dict[str, Any] = {"version": VERSION, "protocol": protocol.VERSION, "python": platform.python_version()}
         try:
-            answer["checkpoint"] = catalogue.describe(params.get("checkpoint"))
+            result["checkpoint"] = catalogue.describe(params.get("checkpoint"))
         except S2agError as error:
-            answer["checkpoint"] = None
-            answer["warning"] = str(error)
-        known = answer["checkpoint"] or {"speakers": [], "controls": []}
-        answer["styles"], answer["controls"] = known["speakers"], known["controls"]
+            result["checkpoint"] = None
+            result["warning"] = str(error)
+        description = result["checkpoint"] or {"speakers": [], "controls": []}
+        result["styles"], result["controls"] = description["speakers"], description["controls"]
         if params.get("warm"):
             self._open(params).warm_up()
-        return answer
+        return result
 
-    def _styles(self, request, params: dict) -> dict:
+    def _styles(self, request: int | str, params: dict) -> dict:
+        """Return the styles and controls of a checkpoint."""
         from ..model import catalogue
 
-        known = catalogue.describe(params.get("checkpoint"))
-        return {"styles": known["speakers"], "controls": known["controls"]}
+        description = catalogue.describe(params.get("checkpoint"))
+        return {"styles": description["speakers"], "controls": description["controls"]}
 
-    def _synthesize(self, request, params: dict) -> dict:
-        """Make ``takes`` motions of one style or, with ``styles``, a list of style expressions, as many of each."""
+    def _synthesize(self, request: int | str, params: dict) -> dict:
+        """Generate ``takes`` motions, in each of the style expressions ``styles`` if there are any, and save them."""
         from ..performance.synthesis import Request
 
-        options = _checked(params)
-        wanted = Request(**options)
-        every = [Request(**{**options, "style": style}) for style in _styles(params)] or [wanted]
+        options = _check_params(params)
+        first = Request(**options)
+        every = [Request(**{**options, "style": style}) for style in _styles(params)] or [first]
         folder = Path(params.get("output_dir") or self._folder.name)
         self._served += 1
-        stem = Path(wanted.audio).stem[:60] if params.get("output_dir") else str(self._served)
-        paths = [check_output(folder / f"{stem}-{take + 1}.npz") for take in range(wanted.takes * len(every))]
+        stem = Path(first.audio).stem[:60] if params.get("output_dir") else str(self._served)
+        paths = [check_output(folder / f"{stem}-{take + 1}.npz") for take in range(first.takes * len(every))]
         last = ("", -1.0)
 
         def progress(stage: str, value: float) -> None:
@@ -180,7 +189,7 @@ class Worker:
                 last = (stage, value)
                 self._send({"id": request, "event": "progress", "stage": stage, "value": round(float(value), 3)})
 
-        results = self._performed(params, every, progress, lambda: self._is_cancelled(request))
+        results = self._generate(params, every, progress, lambda: self._is_cancelled(request))
         result = results[0]
         for motion, path in zip([motion for one in results for motion in one.motions], paths, strict=True):
             motion.save(path)
@@ -192,20 +201,22 @@ class Worker:
             "stages": {stage: round(seconds, 4) for stage, seconds in result.seconds.items()},
         }
 
-    def _performed(self, params: dict, every: list, *told) -> list:
-        """Return the results of all requests; of a single one after its ``edits`` (:mod:`direction.edits`)."""
+    def _generate(
+        self, params: dict, every: list["Request"], progress: Callable[[str, float], None], cancelled: Callable[[], bool]
+    ) -> list["Result"]:
+        """Return the results of all requests; a single one may have ``edits`` (:mod:`direction.edits`)."""
         session, edits = self._open(params), params.get("edits")
         if edits is None:
-            return session.synthesize_all(every, *told)
+            return session.synthesize_all(every, progress, cancelled)
         if len(every) > 1:
             raise UsageError("Several styles cannot be directed at once.", "Ask for the one that the edits are about.")
         from ..direction.directing import Director
 
         self._director = self._director or Director(session)
-        return [self._director.direct(every[0], edits, *told)]
+        return [self._director.direct(every[0], edits, progress, cancelled)]
 
-    def _open(self, params: dict):
-        """Return the session with these models; only one is kept, so that memory stays bounded."""
+    def _open(self, params: dict) -> "Session":
+        """Return the session with these models; only the last one is kept, to bound memory."""
         models = {name: params[name] for name in _MODELS if params.get(name)}
         if self._session is None or models != self._models:
             from ..performance.synthesis import Session
@@ -214,7 +225,7 @@ class Worker:
             self._session, self._models = Session(**models, remember=True), models
         return self._session
 
-    def _is_cancelled(self, request) -> bool:
+    def _is_cancelled(self, request: int | str) -> bool:
         return self._ending.is_set() or request in self._cancelled
 
     def _send(self, message: dict) -> None:
@@ -224,7 +235,7 @@ class Worker:
                 line = line[os.write(self._replies, line) :]
 
 
-def _checked(params: dict) -> dict:
+def _check_params(params: dict) -> dict[str, Any]:
     """Return the parameters of a synthesis request, without absent ones.
 
     Raises :class:`UsageError` for unknown names and for values of the wrong type.
@@ -242,14 +253,14 @@ def _checked(params: dict) -> dict:
 
 
 def _check_models(params: dict) -> None:
-    """Raise :class:`UsageError` unless the parameters that name models are text: most are paths."""
+    """Raise :class:`UsageError` unless the parameters that name models are texts; most are paths."""
     for name in (*_MODELS, "output_dir"):
         if not isinstance(params.get(name) or "", str):
             raise UsageError(f"The parameter {name} cannot be {params[name]!r}.", "Give text.")
 
 
-def _styles(params: dict) -> list:
-    """Return the style expressions of a request that wants several."""
+def _styles(params: dict) -> list[str | dict]:
+    """Return the style expressions of a request for several styles, else an empty list."""
     styles = params.get("styles") or []
     if not isinstance(styles, list) or len(styles) > 64 or not all(isinstance(style, (str, dict)) for style in styles):
         raise UsageError(f"The parameter styles cannot be {styles!r}.", "Give a list of up to 64 style expressions.")
@@ -257,7 +268,7 @@ def _styles(params: dict) -> list:
 
 
 def _lines(descriptor: int) -> Iterator[bytes]:
-    """Yield lines of a file descriptor until end of file, read without a lock that could outlive the thread."""
+    """Yield lines of a file descriptor until end of file, without locks that could outlive the thread."""
     rest: list[bytes] = []
     size = 0
     while chunk := os.read(descriptor, 65536):
@@ -268,19 +279,20 @@ def _lines(descriptor: int) -> Iterator[bytes]:
         size += len(last)
         if size <= protocol.LARGEST:
             rest.append(last)
-        else:  # too long for :func:`protocol.decode`, and so is what is kept of it
+        else:  # too long for :func:`protocol.decode`, which must also refuse what is kept of it
             rest = [b" " * (protocol.LARGEST + 1)]
     if size:
         yield b"".join(rest)
 
 
 def _first_line(error: Exception) -> str:
+    """Return the class of an exception and the first line of its message."""
     text = str(error).strip().splitlines()
     return f"{type(error).__name__}: {text[0][:200]}" if text else f"{type(error).__name__}."
 
 
 def main(_arguments: Sequence[str] = ()) -> int:
-    """Serve the protocol on standard input and output, which libraries and child processes cannot touch from then on."""
+    """Serve the protocol on standard input and output, moved to where libraries and child processes cannot use them."""
     share_cores()
     requests, replies = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)
@@ -295,7 +307,7 @@ def main(_arguments: Sequence[str] = ()) -> int:
 
 
 def _end(code: int) -> None:
-    """End the process at once: threads of libraries may abort it while Python shuts down."""
+    """Exit the process at once, because threads of libraries may abort it while Python shuts down."""
     sys.stderr.flush()
     os._exit(code)
 

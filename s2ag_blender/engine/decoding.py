@@ -9,7 +9,9 @@ import struct
 import tempfile
 import threading
 import time
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any, BinaryIO, cast
 
 import bpy
 import numpy as np
@@ -40,7 +42,7 @@ def needed(path: str) -> bool:
     try:
         head = wavefile.header(Path(path))
     except OSError:
-        return False  # the engine says what is wrong with it
+        return False  # the engine raises an error for it
     if head is not None and head.kind is not None:
         return False
     if _has_aud():
@@ -65,7 +67,7 @@ class Decoding:
 
     stage = "decode audio"
 
-    def __init__(self, path: str):
+    def __init__(self, path: str) -> None:
         self.value = 0.0
         self.result: str | None = None
         self.error: S2agError | None = None
@@ -92,7 +94,7 @@ class Decoding:
 
     def _work(self) -> None:
         try:
-            self.result = str(self._decoded())
+            self.result = str(self._decode())
         except S2agError as error:
             self.error = error
         except OSError as error:
@@ -102,7 +104,8 @@ class Decoding:
             what = f"{self._path} is not a readable recording ({str(error).rstrip('.')})."
             self.error = AudioUnreadable(what, "Export it again, for instance as WAV, FLAC or MP3.")
 
-    def _decoded(self) -> Path:
+    def _decode(self) -> Path:
+        """Return the decoded WAV file, from the cache if the recording has not changed."""
         status = self._path.stat()
         key = str(self._path), status.st_size, status.st_mtime_ns
         wav = _cache.get(key)
@@ -113,9 +116,10 @@ class Decoding:
         return wav
 
     def _write(self) -> Path:
+        """Decode to a new temporary WAV file; raises :class:`AudioUnreadable` for empty and truncated recordings."""
         with tempfile.NamedTemporaryFile(dir=bpy.app.tempdir, prefix="s2ag-", suffix=".wav", delete=False) as file:
             try:
-                count, declared = self._read(file)
+                count, declared = self._read(cast(BinaryIO, file))
                 seconds = count / RATE
                 if not count:
                     raise AudioUnreadable(f"{self._path} holds no sound at all (zero length).", "Choose another recording.")
@@ -130,15 +134,15 @@ class Decoding:
                 raise
         return Path(file.name)
 
-    def _read(self, file) -> tuple[int, float]:
+    def _read(self, file: BinaryIO) -> tuple[int, float]:
         """Write what ``aud`` decodes; return the number of samples and the seconds that the file declares."""
         import aud
 
-        sound = aud.Sound(str(self._path))
+        sound: Any = aud.Sound(str(self._path))  # pyright: ignore[reportCallIssue]
         rate, declared = int(sound.specs[0]), sound.length / sound.specs[0]
         return write_wave(file, resampled(joined(self._pieces(sound, declared), rate), rate, RATE)), declared
 
-    def _pieces(self, sound, declared: float):
+    def _pieces(self, sound: Any, declared: float) -> Iterator[np.ndarray]:
         """Yield mono pieces ``(n,)`` float32, each beginning :data:`OVERLAP` seconds before the end of the one before."""
         begin = 0.0
         while True:
@@ -153,7 +157,7 @@ class Decoding:
             time.sleep(_PAUSE)
 
 
-def joined(pieces, rate: int):
+def joined(pieces: Iterable[np.ndarray], rate: int) -> Iterator[np.ndarray]:
     """Yield the sound ``(n,)`` piece by piece of overlapping ``pieces`` at ``rate`` Hz."""
     overlap, seam = int(OVERLAP * rate), int(SEAM * rate)
     before = None
@@ -164,8 +168,8 @@ def joined(pieces, rate: int):
         before = fresh if before is None or len(fresh) >= overlap else np.concatenate([before[-overlap:], fresh])
 
 
-def write_wave(file, pieces) -> int:
-    """Write mono pieces ``(n,)`` as a WAV of 32-bit floats at :data:`RATE`; returns how many samples there were."""
+def write_wave(file: BinaryIO, pieces: Iterable[np.ndarray]) -> int:
+    """Write mono pieces ``(n,)`` as a WAV of 32-bit floats at :data:`RATE`; return the number of samples."""
     header = struct.Struct("<4sI4s4sIHHIIHH4sI")
     file.write(bytes(header.size))
     count = 0

@@ -1,4 +1,4 @@
-"""What the panel does, as functions that a script can call: request gestures of the engine, export, add characters."""
+"""Functions behind the panel, which scripts can call, too: request gestures from the engine, export, add characters."""
 
 from collections.abc import Callable
 from typing import Any
@@ -44,11 +44,11 @@ def request(settings: Any, audio: str = "") -> dict:
     if not audio:
         raise UsageError("No recording is chosen.", "Choose one in the panel.")
     params: dict[str, Any] = {"audio": audio, "style": choices.expression(settings)}
-    for name, one in table(Settings).items():
-        if one.parts:
-            params[name] = {part: _value(settings, about) for part, about in table(one.parts).items()}
-        elif one.label and _is_wanted(settings, one):
-            params[name] = _value(settings, one)
+    for name, setting in table(Settings).items():
+        if setting.parts:
+            params[name] = {part: _value(settings, about) for part, about in table(setting.parts).items()}
+        elif setting.label and _is_sent(settings, setting):
+            params[name] = _value(settings, setting)
     params |= sources.words(settings, "" if settings.audio_source == "MIXDOWN" else audio)
     models = {one.name: _value(settings, one) for one in sliders(Models)}
     if not {"transcript", "text"} & set(params):
@@ -56,20 +56,20 @@ def request(settings: Any, audio: str = "") -> dict:
     return params | {name: value for name, value in models.items() if value}
 
 
-def _is_wanted(settings: Any, one: Setting) -> bool:
+def _is_sent(settings: Any, setting: Setting) -> bool:
     """Return whether a setting is sent to the engine: switched on, not made meaningless by another, no empty text."""
-    on = not one.switch or getattr(settings, one.switch)
-    return on and not (one.hidden_by and getattr(settings, one.hidden_by)) and _value(settings, one) != ""
+    is_on = not setting.switch or getattr(settings, setting.switch)
+    return is_on and not (setting.hidden_by and getattr(settings, setting.hidden_by)) and _value(settings, setting) != ""
 
 
-def _value(settings: Any, one: Setting) -> Any:
+def _value(settings: Any, setting: Setting) -> Any:
     """Return the value of a setting as the engine takes it."""
-    value = getattr(settings, one.identifier)
-    if one.kind in NUMBERS:
-        return round(value, 4)  # Blender keeps 0.8 as 0.800000012
-    if one.kind == "path":
+    value = getattr(settings, setting.identifier)
+    if setting.kind in NUMBERS:
+        return round(value, 4)  # Blender stores 0.8 as 0.800000012
+    if setting.kind == "path":
         return bpy.path.abspath(value)
-    return value.strip() if one.kind == "text" else value
+    return value.strip() if setting.kind == "text" else value
 
 
 def start(context: Context, params: dict) -> asking.Asked:
@@ -78,7 +78,7 @@ def start(context: Context, params: dict) -> asking.Asked:
 
 
 def cancel(job: asking.Asked | None) -> None:
-    """Drop a job; nothing in the file has been changed by it."""
+    """Cancel a job; it has changed nothing in the file."""
     if job is not None and _engine is not None:
         job.cancel()
 
@@ -88,12 +88,12 @@ def poll(job: asking.Asked, progress: Callable[[str, float], None]) -> dict | No
     if not job.poll():
         progress(job.stage, job.value)
         return None
-    return _warned(job.outcome())
+    return _with_warning(job.outcome())
 
 
 def call(context: Context, params: dict, progress: Callable[[str, float], None] | None = None) -> dict:
-    """Request gestures and wait, as without a window. The result has its motions loaded."""
-    result = _warned(asking.call(engine(context), params, progress))
+    """Request gestures and wait, as in background mode; return the result with its motions loaded."""
+    result = _with_warning(asking.call(engine(context), params, progress))
     return {**result, "motions": [Motion.load(path) for path in result["motions"]]}
 
 
@@ -118,7 +118,7 @@ def file_name(armature: ArmatureObject) -> str:
 
 
 def add_character(name: str, gender: str = "female") -> ArmatureObject:
-    """Build ``human`` or ``mannequin`` in the current scene and return its armature object, whose legs may be keyed."""
+    """Build ``human`` or ``mannequin`` in the current scene, with its default settings; return its armature object."""
     if name == "human":
         from ..cast import human
 
@@ -135,7 +135,8 @@ def add_character(name: str, gender: str = "female") -> ArmatureObject:
     return armature
 
 
-def _warned(result: dict) -> dict:
+def _with_warning(result: dict) -> dict:
+    """Add a warning to a result where the engine runs in a thread of Blender."""
     warnings = list(result.get("warnings", ()))
     if _engine is not None and _engine.inside:
         warnings.append(

@@ -79,7 +79,7 @@ def test_with_bones_by_hand(speaker, words):
 def test_every_kind_of_gesture_is_whole(words):
     inside = CONTENT - 30  # the frame of the list and its scroller
     for label in (*directing.LABELS.values(), "Left", "Right", "Both"):
-        assert not Text(words.get(label, label)).cut((1 - gesture_panel._WORDS) * inside)
+        assert not Text(words.get(label, label)).cut((1 - gesture_panel._WORD_SHARE) * inside)
 
 
 def test_every_style_and_stage_is_whole(extension, words):
