@@ -77,9 +77,9 @@ def sonnet(material: str | PathLike) -> tuple[np.ndarray, list[Spoken], list[str
     for number, line in enumerate(lines):
         # the title is a numeral
         for token in ["one"] if number == 0 else line.split():
-            for shown, said in tokenise(token):
-                tokens.append((shown.lower().replace("’", "'"), said))
+            for word, spoken_forms in tokenise(token):
+                tokens.append((word.lower().replace("’", "'"), spoken_forms))
                 closings.append(token[-1] if token[-1] in PUNCTUATION else "")
                 numbers.append(number)
-    spans, _ = align(audio, [said for _, said in tokens])
-    return audio, placed_by_times(audio, tuple(shown for shown, _ in tokens), spans), closings, numbers
+    spans, _ = align(audio, [spoken_forms for _, spoken_forms in tokens])
+    return audio, placed_by_times(audio, tuple(word for word, _ in tokens), spans), closings, numbers

@@ -96,13 +96,13 @@ class Stroke:
 def plan(repertoire: Repertoire, lexicon: Lexicon, scene: Scene, random: np.random.Generator) -> list[Stroke]:
     """Return the strokes of one performance in order of time."""
     performer = repertoire.performer
-    shown = choosing.meanings(lexicon, repertoire, scene, random)
+    meanings = choosing.meanings(lexicon, repertoire, scene, random)
     strokes: list[Stroke] = []
     memory: deque[str] = deque(maxlen=MEMORY)
     last, side = None, 1.0
-    for accent in choosing.accents(performer, scene, shown, random):
+    for accent in choosing.accents(performer, scene, meanings, random):
         near = last is not None and _holds(performer, scene, last, accent)
-        meaning, said = choosing.meaning(accent, shown, repertoire, random)
+        meaning, said = choosing.meaning(accent, meanings, repertoire, random)
         wish = _wish(performer, scene, accent, meaning, strokes[-1] if near else None, random)
         gesture = repertoire.draw(random, meaning, wish, memory)
         stroke = _schedule(performer, scene, gesture, accent, near, random)

@@ -144,10 +144,10 @@ def speak(script: texts.Script, kind: str, random: np.random.Generator, index: i
         affect = 0.6 * np.array(sentence.affect) + 0.4 * script.affect
         arousal = float(affect[1])
         delivery = acting.deliver(person, affect, random)
-        said = voice.say(sentence, delivery.manner)
-        if said is None:
+        utterance = voice.say(sentence, delivery.manner)
+        if utterance is None:
             continue
-        plain, spoken = said
+        plain, spoken = utterance
         pauses = [acting.comma_pause(arousal, random) for _ in spoken[:-1]] + [0.0]
         audio, spoken = acting.paused(acting.act(plain, spoken, delivery), spoken, pauses)
         numbers = [len(affects)] * len(spoken)

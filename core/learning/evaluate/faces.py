@@ -61,10 +61,10 @@ def measure(recording: str | PathLike) -> dict[str, float]:
     face = motion.face
     assert face is not None  # the request asks for one
     sound = audio.load(recording)
-    heard = transcript.hear(sound, text) if text else None
-    spoken = making.hear(sound, heard.words, heard.phones) if heard else making.hear(sound)
+    aligned = transcript.hear(sound, text) if text else None
+    spoken = making.hear(sound, aligned.words, aligned.phones) if aligned else making.hear(sound)
     figures = {"seconds": round(face.duration, 2), **behaviour(face, spoken, motion.directions)}
-    if heard is None:
+    if aligned is None:
         return figures
     spans = lips(spoken.sounds)
     figures |= {f"closures_{fps}": hit(face, spans, fps) for fps in RATES}

@@ -38,8 +38,8 @@ def recordings(paths: Sequence[str | PathLike], material: str | PathLike | None 
     """
     talks = [(Path(path).parent, human(path)) for path in paths]
     if material is not None:
-        talks += [(LIBRIVOX, replace(human(path, said), name="LibriVox")) for path, said in _librivox()]
-        talks += [(path, replace(human(path, said), name=name)) for path, said, name in _sonnets(Path(material))]
+        talks += [(LIBRIVOX, replace(human(path, text), name="LibriVox")) for path, text in _librivox()]
+        talks += [(path, replace(human(path, text), name=name)) for path, text, name in _sonnets(Path(material))]
     groups = groupby(talks, lambda one: (one[0], None) if _seconds(one[1]) < SHORT else (one[0], id(one[1])))
     return _unique_names([joined([talk for _, talk in group]) for _, group in groups])
 

@@ -157,8 +157,8 @@ class Corpus:
         return np.array(self.arrays[name][begin:end], float)
 
 
-def human(path: str | PathLike, said: str | None = None) -> Talk:
-    """Load a person's recording, aligned with its text: ``said``, or the text file of the same name, or none.
+def human(path: str | PathLike, text: str | None = None) -> Talk:
+    """Load a person's recording, aligned with its ``text``, by default the text file of the same name, if there is one.
 
     Raises :class:`S2agError` for unreadable files.
     """
@@ -167,7 +167,7 @@ def human(path: str | PathLike, said: str | None = None) -> Talk:
 
     path = Path(path)
     sound = audio.load(path)
-    text = path.with_suffix(".txt")
-    words, _ = transcript.resolve(sound, text if said is None and text.is_file() else None, said)
+    file = path.with_suffix(".txt")
+    words, _ = transcript.resolve(sound, file if text is None and file.is_file() else None, text)
     accents = [(accent.time, accent.strength, accent.main) for accent in prosody.analyse(sound, words).accents]
     return Talk(path.stem, path.stem, sound, words, np.array(accents, float).reshape(-1, 3))
