@@ -1,6 +1,6 @@
-"""How a setting is declared: a dataclass field whose metadata say where it appears and which values it may have.
+"""Declares settings as dataclass fields whose metadata say where a setting appears and which values it may have.
 
-:mod:`settings` holds the declarations; the command line, the worker, manifests, provenance and Blender's panel read them by
+The declarations are in :mod:`settings`; the command line, the worker, manifests, provenance and Blender's panel read them by
 :func:`table`. Needs neither numpy nor Blender.
 """
 
@@ -8,29 +8,29 @@ from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields, make_dataclass
 from functools import cache
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 from .errors import UsageError
 
 NUMBERS = ("number", "side")
-"""Kinds that are numbers with a fraction."""
+"""Kinds whose values are floating-point numbers."""
 KINDS: dict[str, type | tuple[type, ...]] = {
     "number": (int, float), "whole": int, "flag": bool, "text": str, "path": str, "style": (str, dict),
     "side": (int, float), "affects": dict, "document": dict, "points": list, "list": list,
 }  # fmt: skip
-"""Kind of a setting -> its types in JSON. A ``side`` is a number that may be written left or right, ``affects`` are numbers by
-name, a ``document`` is a JSON file for people and its content for programs, ``points`` are lists of numbers.
+"""Kind of a setting -> its types in JSON. A ``side`` is a number that may be written left or right; ``affects`` maps names to
+numbers; a ``document`` is a JSON file on the command line and its content in requests; ``points`` are lists of numbers.
 """
 SAME: Any = object()
-"""Stands for what is not declared, where None is a value."""
+"""Marks an attribute that is not declared, where None is a value."""
 _KIND_OF = {float: "number", int: "whole", bool: "flag", str: "text", dict: "affects"}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Setting:
-    """All that is known of a setting. Empty texts mean that it does not appear in the place they are for.
+    """The declaration of a setting. It does not appear in a place whose text here is empty.
 
-    ``default`` is what a script gets that does not mention it, ``usual`` what commands, manifests and the panel begin with.
+    ``default`` is the value in scripts that do not set it, ``usual`` the default of commands, manifests and the panel.
     """
 
     name: str
@@ -41,86 +41,88 @@ class Setting:
     high: float | None = None
     usual: Any = SAME
     by_character: Callable[[str | None], float] | None = None
-    """What a command uses where the option is left out, by the name of the character (None: no character)."""
+    """Default of commands as a function of the character's name (None: no character)."""
     wrong: str = ""
-    """Error sentence for a value out of range, with ``{}`` for the value; by default made of the label."""
+    """Error sentence for a value out of range, with ``{}`` for the value; by default built from the label."""
     remedy: str = ""
     alternatives: str = ""
-    """At most one of the settings with the same text here may be given."""
+    """Name of a group of which at most one setting may be given."""
     conflict: tuple[str, str] = ("", "")
     """Error sentence and remedy for two of the ``alternatives``."""
     control: bool = False
-    """Steers the style, -1..1; only for weights that have learned its direction."""
+    """Whether it steers the style, -1..1; only for networks that have learned its direction."""
     curve: bool = False
-    """Can change over time."""
+    """Whether it can change over time."""
     parts: type | None = None
-    """The class whose settings are the numbers of ``affects``."""
+    """Class that declares the numbers of ``affects``."""
 
     help: str = ""
     metavar: str = ""
     after: str = ""
-    """The option after which this one is listed, where that is not the order of declaration."""
+    """The option after which the help lists this one, if not in the order of declaration."""
     choices: tuple[str, ...] = ()
 
     parameter: bool = True
-    """Whether the worker takes it."""
+    """Whether it is a parameter of the worker."""
     column: bool = False
+    """Whether it is a column of manifests."""
     empty: Any = SAME
-    """What an empty cell of a manifest stands for, where that is not ``usual``."""
+    """Value of an empty cell of a manifest, if not ``usual``."""
     unit: str = ""
 
     recording: bool = False
-    """Part of what is heard: requests that differ in it do not share a heard recording."""
+    """Whether the features of a recording depend on its value, so that requests that differ in it do not share them."""
     heard: bool = False
-    """Whether it is set (not its value) decides what is heard of a recording."""
+    """Whether the features of a recording depend on its being set at all."""
     words: bool = False
-    """Says where the words come from."""
+    """Whether it says where the words come from."""
     cell: tuple[str, ...] = ()
-    """``own``: a cell of a sample brings its value and takes no other; ``sheet``: all cells of a sample have the same value."""
+    """``own``: every cell of a sample has its own value, which cannot be changed; ``sheet``: all cells share one value."""
     meta: Literal["", "always", "set"] = ""
-    """Whether it is written into a motion's provenance: always, or where it is not the default."""
+    """Whether it is stored in a motion's provenance: always, or if it is not the default."""
     restored: tuple[str, ...] = ()
-    """What is made anew with its value from provenance: ``arms``, ``face``."""
+    """Parts that are regenerated with its value from provenance: ``arms``, ``face``."""
     beside_arms: bool = False
-    """Makes a part of the motion that does not depend on arms, trunk and hands being made anew."""
+    """Whether it drives a part of the motion that stays when arms, trunk and hands are regenerated."""
     partner: bool = False
-    """Set by whom a character talks with."""
+    """Whether it follows from the character's partner in a conversation."""
 
     label: str = ""
     tip: str = ""
     rna: str = ""
-    """Its identifier in Blender, where that is not the name."""
+    """Identifier in Blender, if not the name."""
     group: str = ""
-    """The group of rows in the panel."""
+    """Group of the panel."""
     short: str = ""
-    """The label beside a group's title."""
+    """Label in the panel, where the group's title makes part of it needless."""
     soft_high: float | None = None
     panel_high: float | None = None
     shown: float | None = None
-    """Blender's default, where a switch of its own turns the setting on."""
+    """Default in Blender of a setting with a switch."""
     switch: str = ""
-    """The boolean property without which it is not sent to the engine."""
+    """Boolean property that must be on for it to be sent to the engine."""
     hidden_by: str = ""
-    """The boolean property that makes it meaningless."""
+    """Boolean property that makes it meaningless."""
     longest: int = 0
-    """Letters of a text in Blender, 0 for any number."""
+    """Maximal number of letters in Blender, 0 for no limit."""
     previewed: bool = True
-    """Whether the live preview follows it."""
+    """Whether the live preview updates when it changes."""
     preset: bool = False
+    """Whether presets store it."""
 
     @property
     def usually(self) -> Any:
-        """What commands, manifests and the panel begin with."""
+        """Default of commands, manifests and the panel."""
         return self.default if self.usual is SAME else self.usual
 
     @property
     def identifier(self) -> str:
-        """Its name in Blender."""
+        """Identifier of its property in Blender."""
         return self.rna or self.name
 
     @property
     def flag(self) -> str:
-        """Its name on the command line."""
+        """Option of the command line."""
         return "--" + self.name.replace("_", "-")
 
     def check(self, value: Any) -> None:
@@ -135,7 +137,10 @@ class Setting:
 
 
 def setting(default: Any = None, **about: Any) -> Any:
-    """Return a dataclass field that is a setting; ``about`` are attributes of :class:`Setting`, a default ``dict`` is empty."""
+    """Return a dataclass field that declares a setting with attributes ``about`` of :class:`Setting`.
+
+    The default ``dict`` stands for an empty dictionary.
+    """
     metadata = MappingProxyType({"about": about})
     return field(default_factory=default, metadata=metadata) if default is dict else field(default=default, metadata=metadata)
 
@@ -143,13 +148,13 @@ def setting(default: Any = None, **about: Any) -> Any:
 @cache
 def table(cls: type) -> dict[str, Setting]:
     """Return the settings that a dataclass declares or inherits, by name, in order of declaration."""
-    found = {}
-    for one in fields(cls):
-        if "about" in one.metadata:
-            about = {"kind": _KIND_OF.get(one.type, ""), **one.metadata["about"]}
-            default = one.default if one.default_factory is MISSING else one.default_factory()
-            found[one.name] = Setting(name=one.name, default=default, **about)
-    return found
+    settings = {}
+    for declared in fields(cls):
+        if "about" in declared.metadata:
+            about = {"kind": _KIND_OF.get(cast(type, declared.type), ""), **declared.metadata["about"]}
+            default = declared.default if declared.default_factory is MISSING else declared.default_factory()
+            settings[declared.name] = Setting(name=declared.name, default=default, **about)
+    return settings
 
 
 def columns(*classes: type) -> dict[str, Setting]:
@@ -158,9 +163,9 @@ def columns(*classes: type) -> dict[str, Setting]:
 
 
 def row_of(*classes: type) -> type:
-    """Return a dataclass whose fields are the :func:`columns` of classes, with what an empty cell stands for as defaults.
+    """Return a dataclass whose fields are the :func:`columns` of classes, with the values of empty cells as defaults.
 
-    Documents are named by their paths.
+    The values of documents are their paths.
     """
     rows = []
     for name, one in columns(*classes).items():
@@ -171,13 +176,13 @@ def row_of(*classes: type) -> type:
 
 
 def sliders(cls: type) -> list[Setting]:
-    """Return the settings of a class that Blender shows, those with parts replaced by their parts."""
+    """Return the settings of a class that have a label in Blender; settings with parts are replaced by their parts."""
     listed = [part for one in table(cls).values() for part in (sliders(one.parts) if one.parts else [one])]
     return [one for one in listed if one.label]
 
 
 def options(*classes: type) -> list[Setting]:
-    """Return the settings of classes that are options of a command, in the order of its help."""
+    """Return the settings of classes that are options of the command line, in the order of its help."""
     listed = [one for cls in classes for one in table(cls).values() if one.help]
     for one in [one for one in listed if one.after]:
         listed.remove(one)

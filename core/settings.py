@@ -1,9 +1,9 @@
-"""The one table of settings: what a performance is asked for, and which models make it.
+"""The table of all settings of a request and of the models.
 
-A setting is declared here and nowhere else: name, type, default, range, and the texts of command line and panel. The checks of
+A setting is declared only here: name, type, default, range, and the texts of command line and panel. The checks of
 :class:`request.Request`, the worker's parameters, the options of ``s2ag``, the columns of manifests, provenance, and Blender's
-properties, presets and sliders are made of it (:class:`declaration.Setting` explains the attributes). To add a setting, declare
-it here and read ``request.NAME`` where it acts.
+properties, presets and sliders are derived from it (:class:`declaration.Setting` explains the attributes). To add a setting,
+declare it here and read ``request.NAME`` where it is used.
 """
 
 from dataclasses import dataclass
@@ -19,57 +19,56 @@ if TYPE_CHECKING:
 __all__ = ["AFFECTS", "CONTROLS", "CURVES", "SWITCHES", "Documents", "Models", "Setting", "Settings"]
 __all__ += ["named", "options", "sliders", "stated", "table"]
 
-_STEERS = {"low": -1.0, "high": 1.0, "control": True, "curve": True, "group": "expression", "preset": True}
-_SCENE = 13 * 3600.0
-"""Seconds that a scene has at most."""
+_CONTROL: dict[str, Any] = {"low": -1.0, "high": 1.0, "control": True, "curve": True, "group": "expression", "preset": True}
+_MAX_SCENE = 13 * 3600.0
+"""Longest scene, in seconds."""
 _ALONE = "A performer cannot listen in several ways.", "Give one of listen, turn and hears."
 _BOTH = "Both a transcript file and a text were given.", "Give one of them."
 
 
 @dataclass(frozen=True, kw_only=True)
 class Affects:
-    """The numbers of the setting ``affect``, each -1..1, 0 as the speaker would; sliders of their own in Blender."""
+    """The numbers of the setting ``affect``, -1..1 each, where 0 leaves the style as it is; each has a slider in Blender."""
 
     arousal: float = setting(
-        0.0, **_STEERS, label="Arousal",
+        0.0, **_CONTROL, label="Arousal",
         tip="-1 sleepy: small, slow and low gestures; 1 excited: large, fast, frequent and high ones",
     )  # fmt: skip
     valence: float = setting(
-        0.0, **_STEERS, label="Valence",
+        0.0, **_CONTROL, label="Valence",
         tip="-1 displeased: sluggish, arms low and closed; 1 pleased: livelier, hands lifted and open, chin up",
     )  # fmt: skip
     dominance: float = setting(
-        0.0, **_STEERS, label="Dominance",
+        0.0, **_CONTROL, label="Dominance",
         tip="-1 timid: narrow, hasty and unsteady; 1 in command: wide elbows, slower and steadier, long holds, upright",
     )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """What a performance is asked for beside its recording.
+    """Settings of a request, beside its recording.
 
-    Words: ``transcript`` (a path) or ``text``, or neither: audio alone still gestures. With ``recognise`` words that nobody
-    wrote down are recognised, which needs the extra of that name.
+    Words: ``transcript`` (a path) or ``text``; without either, gestures follow the sound alone. With ``recognise`` a speech
+    recogniser writes the transcript, which needs the extra of that name.
 
     Style: ``style`` is an expression (:func:`styles.parse`), steered by ``affect`` (any of :data:`AFFECTS`), ``rate`` and
-    ``hand``, -1..1 each. ``curves`` say how a control or ``intensity`` changes over time, ``{name: [[seconds, value], ...]}``,
-    linear between points and instead of the one number; ``changes`` are styles that begin on the way,
-    ``((seconds, style), ...)``.
+    ``hand``, -1..1 each. ``curves`` replace the number of a control or of ``intensity`` by points over time,
+    ``{name: [[seconds, value], ...]}``, linear in between; ``changes`` are later styles, ``((seconds, style), ...)``.
 
-    Identity: ``seed``, and the numbers ``take`` of the first and ``takes`` of all variations. ``near`` are the steps
-    ``(number, spread)`` that lead to a variation of it; with ``spread`` (0..1, a share of how far takes differ) all takes are
-    one more step away from that, numbered from ``step`` on (:func:`styles.identities`). ``latent`` ``(steps, size)``, as
-    :class:`Result` gives it, is the point of the latent space for each step of the style, instead of drawing it. ``made_by``
-    is the hash of the checkpoint that made the take of which more is wanted; if another performs now, the result says so.
+    Identity: ``seed``, the number ``take`` of the first take, and the count ``takes``. ``near`` are the steps
+    ``(number, spread)`` from a take to a variation of it; with ``spread`` (0..1, a share of the distance between takes) all
+    takes are variations of that one, numbered from ``step`` (:func:`styles.identities`). ``latent`` ``(steps, size)``, as in
+    :class:`Result`, is a point of the latent space for each step of the style, instead of random ones. ``made_by`` is the hash
+    of the checkpoint that made the take to be varied; the result has a warning if another checkpoint is used now.
 
-    Another speaker: with ``listen`` the recording is somebody else's, and the performer listens to all of it; ``turn`` is
-    whose lines of a transcript with names it speaks, listening to the others; ``hears`` is the recording of another speaker of
-    the same scene, which begins ``later`` seconds later than this one, or earlier. That speaker stands ``toward`` degrees to
-    the left.
+    Conversation: with ``listen`` the recording is another speaker's, and the character listens to all of it; ``turn`` names
+    the speaker of a transcript with names whose lines the character speaks, listening to the others; ``hears`` is the
+    recording of another speaker of the same scene, which begins ``later`` seconds after this one (negative: before). That
+    speaker stands ``toward`` degrees to the left.
 
-    Given frames, unit directions ``(9, 3)`` in the canonical frame: ``pose`` is the first (at rest if None), ``end_pose`` the
-    last, and ``kept`` any, as a pair of frame numbers ``(n,)`` and directions ``(n, 9, 3)``; they are kept exactly and the
-    performance leads from one to the next.
+    Constraints, as unit edge directions ``(9, 3)`` in the canonical frame: ``pose`` is the first frame (rest if None),
+    ``end_pose`` the last, and ``kept`` a pair of frame numbers ``(n,)`` and directions ``(n, 9, 3)``; these frames are kept
+    exactly, and the motion connects them.
     """
 
     transcript: str | PathLike | None = setting(
@@ -113,12 +112,12 @@ class Settings:
         help="arousal, valence or dominance from -1 to 1, as in arousal=0.8; several with commas (see: s2ag styles)",
     )  # fmt: skip
     rate: float = setting(
-        0.0, **_STEERS, column=True, cell=("own",), meta="always", restored=("arms",),
+        0.0, **_CONTROL, column=True, cell=("own",), meta="always", restored=("arms",),
         metavar="X", help="-1 fewer gestures, 1 more (default 0)",
         label="Rate", tip="-1 rests through most accents; 1 gestures on nearly every accent",
     )  # fmt: skip
     hand: float = setting(
-        0.0, **_STEERS, kind="side", column=True, cell=("own", "sheet"), meta="always", restored=("arms",),
+        0.0, **_CONTROL, kind="side", column=True, cell=("own", "sheet"), meta="always", restored=("arms",),
         metavar="SIDE", help="left, right, or from -1 (left) to 1 (right); default 0: as the performer does",
         label="Hand", tip="-1 prefers the left hand; 1 the right; 0 is the performer's own habit",
     )  # fmt: skip
@@ -183,7 +182,8 @@ class Settings:
         help="the recording of another speaker, begun together with this one: listen to it between one's own turns",
     )  # fmt: skip
     later: float = setting(
-        0.0, low=-_SCENE, high=_SCENE, wrong="The other recording begins {} s later.", remedy="Give seconds within the scene.",
+        0.0, low=-_MAX_SCENE, high=_MAX_SCENE, wrong="The other recording begins {} s later.",
+        remedy="Give seconds within the scene.",
         unit="seconds", recording=True, column=True, partner=True, meta="set", restored=("arms", "face"),
         metavar="S", help="seconds by which that one begins later (negative: earlier)",
     )  # fmt: skip
@@ -204,9 +204,9 @@ class Settings:
 
 @dataclass(frozen=True, kw_only=True)
 class Models:
-    """Which models a :class:`synthesis.Session` performs with, and where it keeps what it worked out.
+    """Models and cache of a :class:`synthesis.Session`.
 
-    Paths, or None for what is shipped. ``language`` is a code such as ``de``; ``backend`` and ``device`` say what computes the
+    Paths, or None for the shipped ones. ``language`` is a code such as ``de``; ``backend`` and ``device`` say what computes the
     network; ``cache`` is a folder, or "off".
     """
 
@@ -250,7 +250,7 @@ class Models:
 
 @dataclass(frozen=True, kw_only=True)
 class Documents:
-    """Files that are applied to a finished motion: options and columns, no part of a request."""
+    """Files applied to a finished motion; they are options and columns, but not part of a request."""
 
     rhubarb: str | None = setting(
         None, kind="path", column=True, metavar="FILE", after="face",
@@ -268,17 +268,17 @@ SWITCHES = {
         "Move lips, eyes and brows with the gestures: keys the shape keys of this character's meshes, if it has any that speak",
     )
 }
-"""Blender's boolean properties that turn settings on: identifier -> label and tip."""
+"""Boolean properties in Blender that switch settings on: identifier -> label and tip."""
 AFFECTS = tuple(table(Affects))
 CONTROLS = (*AFFECTS, *(name for name, one in table(Settings).items() if one.control and not one.parts))
-"""Steer the style, -1..1 each, 0 as the speaker would; in the network's order."""
+"""Names of the settings that steer the style, -1..1 each, in the network's order; 0 leaves the style as it is."""
 CURVES = tuple(one.name for one in sliders(Settings) if one.curve)
-"""What can change over time."""
+"""Names of the settings that can change over time."""
 
 
 def named(**about: object) -> tuple[str, ...]:
-    """Names of the settings with these attributes, as in ``named(meta="set")`` or, of an attribute that is a tuple and has the
-    value, ``named(restored="face")``.
+    """Return the names of the settings with these attributes, as in ``named(meta="set")``; of an attribute that is a tuple,
+    one element suffices, as in ``named(restored="face")``.
     """
 
     def fits(one: Setting, name: str, value: object) -> bool:

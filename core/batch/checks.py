@@ -1,4 +1,4 @@
-"""Checks whether every clip of a manifest can be made: files, styles, numbers, scenes and names. Changes nothing."""
+"""Checks all clips of a manifest before anything is made: files, styles, numbers, scenes and names."""
 
 import unicodedata
 from collections.abc import Callable, Iterator
@@ -32,47 +32,48 @@ _FILES = (
     *(("vectors", table.check), ("map", maps.load), ("edits", edits.load)),
     *(("face_map", shapes.load), ("rhubarb", rhubarb.load)),
 )
-"""Columns that name files, and what complains of a file that cannot be used."""
+"""Columns that name files, and functions that raise an error for an unusable file."""
 
 
 def check(clips: list[Clip], looked_at: set[int] | None = None) -> list[Problem]:
-    """Return everything wrong with ``clips``, in the order of their lines.
+    """Return all problems of ``clips``, sorted by line.
 
-    Files and values are looked at in the lines ``looked_at`` only (all if None): a task of a farm does its own clips.
+    Files and values are checked in the lines ``looked_at`` only (all if None), because a task of a farm checks its own clips.
     """
-    refusals: dict[tuple, str] = {}
-    described = cache(describe)
+    messages: dict[tuple, str] = {}
+    describe_cached = cache(describe)
     problems = [
         Problem(clip.line, sentence)
         for clip in clips
         if looked_at is None or clip.line in looked_at
-        for sentence in filter(None, _wrong(clip, refusals, described))
+        for sentence in filter(None, _problems_of(clip, messages, describe_cached))
     ]
     problems += _names(clips)
     problems += _scenes(clips)
     return sorted(problems, key=lambda problem: problem.line)
 
 
-def _wrong(clip: Clip, refusals: dict[tuple, str], described: Callable[..., dict]) -> Iterator[str]:
-    """Yield sentences on one row alone; ``refusals`` remembers those on files, ``described`` reads checkpoints."""
+def _problems_of(clip: Clip, messages: dict[tuple, str], describe_cached: Callable[..., dict]) -> Iterator[str]:
+    """Yield sentences on one row, empty where all is well; ``messages`` caches those on files."""
 
-    def refusal(look: Callable, *arguments: object) -> str:
-        if (look, *arguments) not in refusals:
-            refusals[look, *arguments] = _refusal(look, *arguments)
-        return refusals[look, *arguments]
+    def cached_error(function: Callable, *arguments: object) -> str:
+        if (function, *arguments) not in messages:
+            messages[function, *arguments] = _error_of(function, *arguments)
+        return messages[function, *arguments]
 
-    for name, look in _FILES:
+    for name, function in _FILES:
         if getattr(clip, name) is not None:
-            yield refusal(look, getattr(clip, name))
-    yield refusal(language.load, clip.aligner_model, clip.language)
-    yield refusal(vocabulary.load, clip.vocabulary)
+            yield cached_error(function, getattr(clip, name))
+    yield cached_error(language.load, clip.aligner_model, clip.language)
+    yield cached_error(vocabulary.load, clip.vocabulary)
     if clip.transcript is not None:
-        yield refusal(_read_words, clip.transcript)
+        yield cached_error(_read_words, clip.transcript)
     if clip.recognise:
-        yield refusal(recognise.locate, clip.recogniser_model)
-    yield refusal(described, clip.checkpoint) or _refusal(_check_request, clip, described(clip.checkpoint))
+        yield cached_error(recognise.locate, clip.recogniser_model)
+    checkpoint_error = cached_error(describe_cached, clip.checkpoint)
+    yield checkpoint_error or _error_of(_check_request, clip, describe_cached(clip.checkpoint))
     if clip.is_filmed:
-        yield refusal(characters.checked, clip.character)
+        yield cached_error(characters.checked, clip.character)
     if clip.rhubarb is not None and not clip.face:
         yield "Mouth cues move the mouth of a face, and the row has none; its column face is 1."
     if clip.edits is not None and clip.takes != 1:
@@ -85,10 +86,10 @@ def _wrong(clip: Clip, refusals: dict[tuple, str], described: Callable[..., dict
         yield f"A first frame of {clip.start_frame} is out of range (0 to 1000000)."
 
 
-def _refusal(look: Callable, *arguments: object) -> str:
-    """Return what is wrong by the error that ``look(*arguments)`` raises, or nothing."""
+def _error_of(function: Callable, *arguments: object) -> str:
+    """Return the message of the error that ``function(*arguments)`` raises, or an empty text."""
     try:
-        look(*arguments)
+        function(*arguments)
     except S2agError as error:
         return f"{error}"
     except OSError as error:
@@ -123,10 +124,10 @@ def request(clip: Clip) -> "Request":
 
 
 def _names(clips: list[Clip]) -> Iterator[Problem]:
-    """Find names that are taken already, by files or records; file systems may not tell upper from lower case."""
+    """Yield problems of names used twice, ignoring case, which file systems may not distinguish."""
     owners: dict[str, Unit] = {}
     for unit in units(clips):
-        for line, name in _taken(unit):
+        for line, name in _names_of(unit):
             owner = owners.setdefault(unicodedata.normalize("NFC", name).casefold(), unit)
             if owner is not unit:
                 yield Problem(line, f"The name {name} is that of line {owner.clips[0].line}, too.")
@@ -135,8 +136,8 @@ def _names(clips: list[Clip]) -> Iterator[Problem]:
             yield Problem(unit.clips[-1].line, f"Two rows of scene {unit.name} have one name.")
 
 
-def _taken(unit: Unit) -> Iterator[tuple[int, str]]:
-    """Yield the names of a unit, its clips and its takes, with the lines that give them."""
+def _names_of(unit: Unit) -> Iterator[tuple[int, str]]:
+    """Yield the names of a unit, its clips and its takes, with their lines."""
     for clip in unit.clips:
         takes = range(clip.takes if 1 <= clip.takes <= 64 else 0)
         yield from ((clip.line, name) for name in (clip.name, *map(clip.take_name, takes)))
@@ -144,7 +145,7 @@ def _taken(unit: Unit) -> Iterator[tuple[int, str]]:
 
 
 def _scenes(clips: list[Clip]) -> Iterator[Problem]:
-    """Check that rows of one scene agree on what concerns the scene, and on the file that holds it."""
+    """Yield problems of scenes whose rows disagree on settings of the scene or on its .blend file."""
     for unit in units(clips):
         first, *others = unit.clips
         for clip in others:

@@ -1,4 +1,4 @@
-"""One row of a manifest: what is spoken, who performs it how, and which files are wanted."""
+"""A row of a manifest: recording, character, settings and output files; and the units that stages work on."""
 
 import re
 import unicodedata
@@ -12,15 +12,15 @@ from ..errors import UsageError
 from ..settings import Documents, Models, Settings
 
 MOTION_OUTPUTS = ("npz", "bvh", "json", "dataset")
-"""Made from the motion alone, without Blender."""
+"""Outputs that need the motion alone, without Blender."""
 CHARACTER_OUTPUTS = {"rig-bvh": ".bvh", "fbx": ".fbx", "glb": ".glb", "usd": ".usd"}
-"""One file for every character of a scene."""
+"""Outputs with one file for every character of a scene."""
 SCENE_OUTPUTS = {"mp4": ".mp4", "png": ".png", "blend": ".blend", "frames": ".png", "exr": ".exr"}
-"""One file, or one folder of numbered images, for the whole scene."""
+"""Outputs with one file, or one folder of numbered images, for the whole scene."""
 SEQUENCES = ("frames", "exr")
 OUTPUTS = (*MOTION_OUTPUTS, *CHARACTER_OUTPUTS, *SCENE_OUTPUTS)
 REQUESTED = tuple(name for name, one in columns(Settings).items() if one.kind != "document")
-"""Columns that are settings of a request as they stand."""
+"""Columns that are passed to a request unchanged."""
 MODELS = tuple(columns(Models))
 """Columns that are arguments of :class:`synthesis.Session`."""
 
@@ -34,7 +34,7 @@ else:
 
 @dataclass(frozen=True)
 class Preset:
-    """How pictures are made: ``engine``, ``resolution`` in pixels, ``samples`` of the engine, background or none."""
+    """Settings of the renderer: ``engine``, ``resolution`` in pixels, ``samples``, and whether there is no background."""
 
     engine: str
     resolution: tuple[int, int]
@@ -53,14 +53,14 @@ PRESETS = {
 
 @dataclass(frozen=True)
 class Clip(_Row):
-    """A row; ``line`` is where it stands in its manifest, ``name`` that of its files, paths are absolute.
+    """A row; ``line`` is its line in the manifest, ``name`` the stem of its files. Paths are absolute.
 
-    Words come from ``transcript``, ``text`` or ``recognise``, or are none (``no_transcript``). The settings are those of
+    Words come from ``transcript``, ``text`` or ``recognise``, or there are none (``no_transcript``). The settings are those of
     :class:`settings.Settings`, :class:`settings.Models` and :class:`settings.Documents` that are columns; ``curves`` is the
-    path of a document; a setting that follows the character is None where the row leaves that to it. ``scene`` names what
-    several rows are rendered into together, each with its own recording, which begins ``delay`` seconds into the film, whose
+    path of a document; a setting whose default depends on the character is None where the row leaves it empty. Rows with the
+    same ``scene`` are rendered together, each with its own recording, which begins ``delay`` seconds into the film, whose
     first frame is ``start_frame``. ``engine``, ``resolution`` and ``fps`` override the preset; without any of them a
-    ``.blend`` keeps its own.
+    ``.blend`` file keeps its own.
     """
 
     line: int
@@ -82,23 +82,23 @@ class Clip(_Row):
     start_frame: int = 1
 
     def wanted(self, kinds: Collection[str]) -> tuple[str, ...]:
-        """Return those of the outputs that are of these ``kinds``."""
+        """Return the outputs that are among ``kinds``."""
         return tuple(kind for kind in self.outputs if kind in kinds)
 
     @property
     def is_filmed(self) -> bool:
-        """Whether anything of this clip needs Blender."""
+        """Whether any output needs Blender."""
         return bool(self.wanted((*CHARACTER_OUTPUTS, *SCENE_OUTPUTS)))
 
     def take_name(self, take: int) -> str:
-        """Return ``NAME`` of a single take, else ``NAME-1``, ``NAME-2`` ..., as wide as the last number so that names sort."""
+        """Return ``NAME`` for a single take, else ``NAME-1``, ``NAME-2`` ..., padded with zeros so that names sort."""
         return take_name(self.name, take, self.takes)
 
     @property
     def look(self) -> Preset | None:
-        """How its pictures are made; None for the settings of its ``.blend``."""
-        own = Path(self.character).suffix.lower() == ".blend"
-        return PRESETS[self.preset] if self.preset else None if own else PRESETS["preview"]
+        """Settings of the renderer; None for those of its ``.blend`` file."""
+        is_blend = Path(self.character).suffix.lower() == ".blend"
+        return PRESETS[self.preset] if self.preset else None if is_blend else PRESETS["preview"]
 
     def plain(self) -> dict:
         """Return the row as JSON."""
@@ -106,14 +106,14 @@ class Clip(_Row):
 
     @classmethod
     def of(cls, plain: dict) -> "Clip":
-        """Return the clip of what :meth:`plain` gave."""
+        """Return the clip that :meth:`plain` returned as JSON."""
         pairs = {name: tuple(plain[name]) for name in ("outputs", "resolution") if plain.get(name)}
         return replace(cls(**plain), **pairs)
 
 
 @dataclass(frozen=True)
 class Unit:
-    """What stages work on: clips that share a scene, or one clip; ``number`` counts them from 1 in the manifest's order."""
+    """A unit of work of a stage: clips that share a scene, or one clip; ``number`` counts from 1 in the manifest's order."""
 
     number: int
     name: str
@@ -121,21 +121,21 @@ class Unit:
 
     @property
     def takes(self) -> int:
-        """How many takes it has."""
+        """Number of takes."""
         return self.clips[0].takes
 
     @property
     def is_filmed(self) -> bool:
-        """Whether Blender has anything to do."""
+        """Whether any output needs Blender."""
         return any(clip.is_filmed for clip in self.clips)
 
     @property
     def scene_outputs(self) -> tuple[str, ...]:
-        """Kinds of output of the scene as a whole that any of its rows asks for."""
+        """Outputs of the whole scene that any of its rows requests."""
         return tuple(kind for kind in SCENE_OUTPUTS if any(kind in clip.outputs for clip in self.clips))
 
     def take_name(self, take: int) -> str:
-        """As :meth:`Clip.take_name`."""
+        """Return what :meth:`Clip.take_name` returns, for the unit."""
         return take_name(self.name, take, self.takes)
 
 
@@ -149,7 +149,7 @@ def units(clips: list[Clip]) -> list[Unit]:
 
 
 def sliced(every: list[Unit], part: str | None = None, numbers: str | None = None) -> list[Unit]:
-    """Return the units of a slice: ``part`` is ``K/N``, ``numbers`` are like ``1-8`` or ``1,3,5-7``.
+    """Return the units of a slice: ``part`` is ``K/N``, ``numbers`` is like ``1-8`` or ``1,3,5-7``.
 
     Raises :class:`UsageError`.
     """
@@ -160,13 +160,13 @@ def sliced(every: list[Unit], part: str | None = None, numbers: str | None = Non
             raise UsageError(f"{part!r} is not a slice.", "Write it as 3/10, the third of ten.")
         every = every[len(every) * (k - 1) // n : len(every) * k // n]
     if numbers:
-        chosen = ranges(numbers)
-        every = [unit for unit in every if any(first <= unit.number <= last for first, last in chosen)]
+        limits = ranges(numbers)
+        every = [unit for unit in every if any(first <= unit.number <= last for first, last in limits)]
     return every
 
 
 def ranges(text: str) -> list[tuple[int, int]]:
-    """Return first and last of every range in ``1,3,5-7``; raises :class:`UsageError`."""
+    """Return the first and last number of every range in a text like ``1,3,5-7``; raises :class:`UsageError`."""
     limits = []
     for part in text.split(","):
         match = re.fullmatch(r"\s*(\d+)\s*(?:-\s*(\d+)\s*)?", part)
@@ -177,12 +177,12 @@ def ranges(text: str) -> list[tuple[int, int]]:
 
 
 def take_name(name: str, take: int, takes: int) -> str:
-    """Return ``NAME`` of a single take, else ``NAME-1`` and so on with as many digits as the last has."""
+    """Return ``NAME`` for a single take, else ``NAME-1`` and so on, with as many digits as the last number has."""
     return name if takes == 1 else f"{name}-{take + 1:0{len(str(takes))}d}"
 
 
 def safe_name(text: str) -> str:
-    """Return ``text`` as a file name for every system: letters, digits, dots, hyphens and underscores, 150 bytes at most."""
+    """Return ``text`` as a portable file name: letters, digits, dots, hyphens and underscores, 150 bytes at most."""
     short = unicodedata.normalize("NFC", Path(text).name).encode("utf-8", "ignore")[:150].decode("utf-8", "ignore")
     name = re.sub(r"[^\w.-]+", "_", short).strip("._") or "clip"
     return f"{name}_" if re.fullmatch(r"(con|prn|aux|nul|(com|lpt)[\d¹²³])(\..*)?", name, re.IGNORECASE) else name

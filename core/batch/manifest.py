@@ -1,4 +1,4 @@
-"""Manifests, CSV or JSON lines, read and checked whole: every problem is named with its line before anything starts."""
+"""Reads manifests (CSV or JSON lines) and collects all problems, with their lines, before anything starts."""
 
 import csv
 import io
@@ -6,7 +6,7 @@ import json
 import math
 import re
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,23 +22,23 @@ from .clip import OUTPUTS, PRESETS, Clip, safe_name
 SUFFIXES = (".csv", ".jsonl", ".ndjson")
 _MAX_BYTES = 200_000_000
 _WORDS = (*named(words=True), "no_transcript")
-"""Where the words of a recording come from: at most one of them."""
+"""Columns that say where the words of a recording come from; a row has at most one."""
 _YES, _NO = ("1", "true", "yes", "on"), ("0", "false", "no", "off")
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Something wrong in ``line`` (1 is the file's first), one sentence."""
+    """A problem of a line (1 is the file's first), in one sentence."""
 
     line: int
     sentence: str
 
 
 def read(path: str | Path, defaults: dict | None = None) -> tuple[list[Clip], list[Problem]]:
-    """Return the clips of a manifest and what is wrong with its rows, which are then left out.
+    """Return the clips of a manifest and the problems of its rows; rows with problems give no clips.
 
     ``defaults`` are values for columns that a row leaves empty. Paths in the manifest are relative to its folder. Raises
-    :class:`ManifestUnusable` where it cannot be read at all.
+    :class:`ManifestUnusable` if it cannot be read at all.
     """
     path = Path(path)
     rows, problems = _rows(path)
@@ -56,8 +56,8 @@ def read(path: str | Path, defaults: dict | None = None) -> tuple[list[Clip], li
     return clips, problems
 
 
-def write(clips: list[Clip], path: str | Path) -> None:
-    """Write clips as a manifest of JSON lines in which nothing is left to defaults."""
+def write(clips: Sequence[Clip], path: str | Path) -> None:
+    """Write clips as a manifest of JSON lines, with the values of all defaults."""
     from ..files import whole_file
 
     plain = [clip.plain() for clip in clips]
@@ -67,6 +67,7 @@ def write(clips: list[Clip], path: str | Path) -> None:
 
 
 def _rows(path: Path) -> tuple[list[tuple[int, dict]], list[Problem]]:
+    """Return the rows of a manifest with their lines, and problems; raises :class:`ManifestUnusable`."""
     if path.suffix.lower() not in SUFFIXES:
         raise ManifestUnusable(f"{path} is not a manifest.", f"Give a file of {', '.join(SUFFIXES)}.")
     try:
@@ -90,7 +91,7 @@ def _csv_rows(text: str, path: Path) -> tuple[list[tuple[int, dict]], list[Probl
                 continue
             if head is None:
                 head = [cell.strip().lower().replace(" ", "_") for cell in cells]
-                problems += [Problem(here, _unknown(name)) for name in head if name and name not in COLUMNS]
+                problems += [Problem(here, _unknown_column(name)) for name in head if name and name not in COLUMNS]
                 problems += [Problem(here, f"The column {name} is there twice.") for name in set(head) if head.count(name) > 1]
             elif len(cells) > len(head):
                 problems.append(Problem(here, f"The row has {len(cells)} cells, the heading {len(head)}."))
@@ -118,7 +119,7 @@ def _json_rows(text: str) -> tuple[list[tuple[int, dict]], list[Problem]]:
             problems.append(Problem(line, "This is no JSON object."))
             continue
         unknown = [name for name in row if name not in COLUMNS]
-        problems += [Problem(line, _unknown(name)) for name in unknown]
+        problems += [Problem(line, _unknown_column(name)) for name in unknown]
         if not unknown:
             rows.append((line, row))
     return rows, problems
@@ -127,51 +128,51 @@ def _json_rows(text: str) -> tuple[list[tuple[int, dict]], list[Problem]]:
 def _clip(line: int, row: dict, defaults: dict, folder: Path, number: str) -> Clip:
     """Return the clip of a row; raises ValueError with a sentence, or :class:`S2agError`."""
     values = _values({name: value for name, value in row.items() if value not in ("", None)}, folder)
-    chosen, fallback = values.pop("cell", None), dict(defaults)
+    cell, fallback = values.pop("cell", None), dict(defaults)
     recognise = bool(fallback.pop("recognise", False))
-    if chosen:
-        _choose(values, chosen, values.get("checkpoint") or fallback.get("checkpoint"))
+    if cell:
+        _fill_from_cell(values, cell, values.get("checkpoint") or fallback.get("checkpoint"))
     values |= {name: value for name, value in fallback.items() if value is not None and name not in values}
     if "audio" not in values:
         raise ValueError("There is no audio.")
-    given = [name for name in _WORDS if values.get(name)]
-    if len(given) > 1:
-        raise ValueError(f"The row has {given[0]} and {given[1]}; its words come from one of {', '.join(_WORDS)}.")
-    if not given:
+    sources = [name for name in _WORDS if values.get(name)]
+    if len(sources) > 1:
+        raise ValueError(f"The row has {sources[0]} and {sources[1]}; its words come from one of {', '.join(_WORDS)}.")
+    if not sources:
         file = beside(values["audio"])
         values |= {"transcript": str(file)} if file else {"recognise" if recognise else "no_transcript": True}
     values.setdefault("name", safe_name(f"{number}_{Path(values['audio']).stem}"))
     return Clip(line=line, **values)
 
 
-def _values(given: dict, folder: Path) -> dict[str, Any]:
-    """Return the values of cells; raises ValueError with a sentence on each that means nothing."""
-    values, wrong = {}, []
-    for name, value in given.items():
+def _values(cells: dict, folder: Path) -> dict[str, Any]:
+    """Return the values of a row's cells; raises ValueError with a sentence on each invalid cell."""
+    values, errors = {}, []
+    for name, value in cells.items():
         try:
             values[name] = COLUMNS[name](value, folder)
         except ValueError as error:
-            wrong.append(f"{name}: {error}")
-    if wrong:
-        raise ValueError(" ".join(wrong))
+            errors.append(f"{name}: {error}")
+    if errors:
+        raise ValueError(" ".join(errors))
     return values
 
 
-def _choose(values: dict, chosen: str, checkpoint: str | None) -> None:
-    """Fill a row with what makes a cell of a sample again; the row's own recording or words win."""
+def _fill_from_cell(values: dict, cell: str, checkpoint: str | None) -> None:
+    """Add to a row the values that reproduce a cell of a sample; the row's own recording or words take precedence."""
     own = [name for name in named(cell="own") if name in values]
     if own:
         raise ValueError(f"A cell has its own {own[0]}; leave that empty.")
-    made = {name: value for name, value in sheet.request_of_cell(chosen, checkpoint).items() if value not in (None, "")}
-    made |= {name: _points(made[name], None) for name in named(kind="points")}
-    if values.get("audio", made["audio"]) != made["audio"] or any(values.get(name) for name in _WORDS):
-        made = {name: value for name, value in made.items() if name not in _WORDS}
-    elif not any(made.get(name) for name in _WORDS):
-        made["no_transcript"] = True
-    values.update({**made, **values})
+    stored = {name: value for name, value in sheet.request_of_cell(cell, checkpoint).items() if value not in (None, "")}
+    stored |= {name: _points(stored[name], None) for name in named(kind="points")}
+    if values.get("audio", stored["audio"]) != stored["audio"] or any(values.get(name) for name in _WORDS):
+        stored = {name: value for name, value in stored.items() if name not in _WORDS}
+    elif not any(stored.get(name) for name in _WORDS):
+        stored["no_transcript"] = True
+    values.update({**stored, **values})
 
 
-def _unknown(name: str) -> str:
+def _unknown_column(name: str) -> str:
     return f"There is no column {name!r}; columns are {', '.join(COLUMNS)}."
 
 
@@ -198,6 +199,8 @@ def _path(value: Any, folder: Path) -> str:
 
 
 def _number(kind: type, what: str) -> Callable[[Any, Path], Any]:
+    """Return a parser of numbers, which ``what`` names in errors."""
+
     def parse(value: Any, _folder: Path) -> Any:
         try:
             if isinstance(value, bool):
@@ -236,7 +239,7 @@ def _side(value: Any, folder: Path) -> float:
 
 
 def _points(value: Any, _folder: Path | None) -> list[list[float]]:
-    """Read points of the latent space, which stand in a plan for a ``cell``."""
+    """Read points of the latent space, which replace a ``cell`` in a plan."""
     try:
         points = [[float(number) for number in point] for point in value]
     except (TypeError, ValueError):
@@ -263,6 +266,8 @@ def _character(value: Any, folder: Path) -> str:
 
 
 def _choice(*choices: str) -> Callable[[Any, Path], Any]:
+    """Return a parser that accepts only ``choices``."""
+
     def parse(value: Any, _folder: Path) -> Any:
         if value not in choices:
             raise ValueError(f"{value!r} is none of {', '.join(choices)}.")
@@ -282,26 +287,26 @@ def _resolution(value: Any, _folder: Path) -> tuple[int, int]:
     return width, height
 
 
-def _reader(one: Setting) -> Callable[[Any, Path], Any]:
-    """Return what makes a cell the value of a setting."""
-    if one.choices:
-        return _choice(*one.choices)
-    if one.kind == "number":
-        return _number(float, f"number of {one.unit}" if one.unit else "number")
-    return _READERS[one.kind]
+def _parser(setting: Setting) -> Callable[[Any, Path], Any]:
+    """Return the parser of a setting's cells."""
+    if setting.choices:
+        return _choice(*setting.choices)
+    if setting.kind == "number":
+        return _number(float, f"number of {setting.unit}" if setting.unit else "number")
+    return _PARSERS[setting.kind]
 
 
-_READERS: dict[str, Callable[[Any, Path], Any]] = {
+_PARSERS: dict[str, Callable[[Any, Path], Any]] = {
     "whole": _number(int, "whole number"), "flag": _flag, "text": _text, "style": _text, "path": _path, "document": _path,
     "affects": _affect, "side": _side, "points": _points,
 }  # fmt: skip
-"""Kind of a setting -> what makes a cell its value."""
+"""Kind of a setting -> parser of its cells."""
 COLUMNS: dict[str, Callable[[Any, Path], Any]] = {
     "name": _name,
     "audio": _path,
     "cell": _path,
     "no_transcript": _flag,
-    **{name: _reader(one) for name, one in columns(Settings, Documents, Models).items()},
+    **{name: _parser(one) for name, one in columns(Settings, Documents, Models).items()},
     "outputs": outputs,
     "character": _character,
     "gender": _choice("female", "male"),
@@ -316,4 +321,4 @@ COLUMNS: dict[str, Callable[[Any, Path], Any]] = {
     "fps": _number(float, "number"),
     "start_frame": _number(int, "whole number"),
 }
-"""What makes a cell of a column a value: functions of the cell and the manifest's folder, which raise ValueError."""
+"""Column -> parser of its cells: a function of the cell and the manifest's folder that raises ValueError."""

@@ -1,9 +1,10 @@
-"""``s2ag animate``: a recording, or a motion, to a gesturing character, in a Blender process of its own."""
+"""``s2ag animate``: animates a character by a recording or a motion file, in a Blender process of its own."""
 
 import argparse
 import json
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from ...rigs import maps
 from ...rigs.faces import shapes
@@ -39,20 +40,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Synthesise here, then key, render and export each take in Blender."""
+    """Generate the motions, then key, render and export each take in Blender."""
     who = characters.checked(options.character)
     if options.map:
-        maps.load(options.map)  # complain now, not after the synthesis
+        maps.load(options.map)  # raise errors now, not after the synthesis
     if options.face_map:
         shapes.load(options.face_map)
-    there = given.read(options) if given.is_motion(options.audio) else None
-    if options.sound and there is None:
+    motion_file = given.read(options) if given.is_motion(options.audio) else None
+    if options.sound and motion_file is None:
         raise UsageError("--sound belongs to a motion file.", "Leave it out: a recording is heard itself.")
-    wanted = performance.request(options) if there is None else None
+    request = performance.request(options) if motion_file is None else None
     inputs = [*performance.inputs(options), Path(who), *filter(None, [options.map, options.face_map, options.sound])]
-    files = outputs.plan(options.outputs, SUFFIXES, wanted.takes if wanted else 1, inputs)
+    files = outputs.plan(options.outputs, SUFFIXES, request.takes if request else 1, inputs)
     blender.command("film.job")
-    motions = performance.perform(options, wanted).motions if wanted else [there]
+    motions = performance.perform(options, request).motions if request else [motion_file] if motion_file else []
     with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
         for take, (motion, paths) in enumerate(zip(motions, files, strict=True)):
             path = Path(folder) / f"{take}.npz"
@@ -60,18 +61,18 @@ def run(options: argparse.Namespace) -> int:
             job = Path(folder) / f"{take}.json"
             job.write_text(json.dumps(_job(options, who, path, paths)), "utf-8")
             with Progress() as progress:
-                done = blender.run("film.job", str(job), progress=progress, talk="all" if options.verbose else "last")
-            for warning in done.get("warnings", ()):
+                result = blender.run("film.job", str(job), progress=progress, talk="all" if options.verbose else "last")
+            for warning in result.get("warnings", ()):
                 note(warning)
     return 0
 
 
-def _job(options: argparse.Namespace, who: str, motion: Path, paths: list[Path]) -> dict:
-    """What Blender has to do for one take; all paths absolute."""
-    heard = options.sound if given.is_motion(options.audio) else options.audio
+def _job(options: argparse.Namespace, who: str, motion: Path, paths: list[Path]) -> dict[str, Any]:
+    """Return the job of Blender for one take, with absolute paths."""
+    sound = options.sound if given.is_motion(options.audio) else options.audio
     return {
         "motions": [str(motion)],
-        "audio": str(heard.absolute()) if heard else None,
+        "audio": str(sound.absolute()) if sound else None,
         "character": who,
         "gender": options.gender,
         "armature": options.armature,

@@ -1,11 +1,13 @@
-"""``s2ag batch``: a manifest of many clips, made stage by stage, in slices, on as many processes as there are cores."""
+"""``s2ag batch``: makes the clips of a manifest stage by stage, in slices, on many processes."""
 
 import argparse
 import json
 import os
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
 from ..batch.claim import claim
 from ..batch.clip import MODELS, PRESETS, sliced, units
@@ -14,6 +16,10 @@ from ..batch.folder import STAGES, Folder
 from ..errors import ManifestUnusable, OutputUnwritable, UsageError
 from . import blender, performance
 from .progress import TimeLeft, note, say
+
+if TYPE_CHECKING:
+    from ..batch.clip import Clip, Unit
+    from ..batch.stages import Batch
 
 SUMMARY = "make many clips from a manifest: restartable, in slices, in parallel"
 EXAMPLE = """examples:
@@ -54,7 +60,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Check everything, then do the stages; 0 when all is well, 1 when clips failed."""
+    """Check everything, then run the stages; return 0, or 1 if clips failed."""
     from ..batch import stages, summary
 
     clips = _clips(options)
@@ -76,18 +82,18 @@ def _stages(options: argparse.Namespace) -> tuple[str, ...]:
     return STAGES if options.verb == "run" else (options.verb,)
 
 
-def _work(batch, chosen, options: argparse.Namespace) -> int:
-    """Do the stages and report."""
+def _work(batch: "Batch", chosen: list["Unit"], options: argparse.Namespace) -> int:
+    """Run the stages, report, and return the exit status."""
     from ..batch import stages, summary
 
     folder = batch.folder
-    began, wanted = time.perf_counter(), _stages(options)
-    commands = _commands(batch, chosen, wanted)
+    started, names = time.perf_counter(), _stages(options)
+    commands = _commands(batch, chosen, names)
     folder.sweep()
     tried = []
     try:
         with TimeLeft(openjd=options.openjd) as progress:
-            for stage in wanted:
+            for stage in names:
                 jobs = options.jobs or os.cpu_count() or 1
                 tried += stages.perform(batch, stage, chosen, commands[stage], jobs, progress, options.patience)
                 if stage == "encode":
@@ -96,14 +102,14 @@ def _work(batch, chosen, options: argparse.Namespace) -> int:
         note("what is made stays; the same command goes on from here.")
         raise
     folder.sweep()
-    last = {"stages": list(wanted), "tried": len(tried), "seconds": round(time.perf_counter() - began, 1)}
+    last = {"stages": list(names), "tried": len(tried), "seconds": round(time.perf_counter() - started, 1)}
     summary.write(batch, last)
     failed = _report(*summary.take_stock(batch, chosen)[:2])
     return 0 if options.tolerate else failed
 
 
-def _clips(options: argparse.Namespace):
-    """The clips of the manifest; every problem is said with its line, and then nothing is started."""
+def _clips(options: argparse.Namespace) -> list["Clip"]:
+    """Return the clips of the manifest; print all problems with their lines and raise :class:`ManifestUnusable`."""
     from ..batch import checks, manifest
 
     path = options.manifest or _plan_of(options)
@@ -116,13 +122,14 @@ def _clips(options: argparse.Namespace):
     if problems:
         count = f"{len(problems)} problem{'s' * (len(problems) > 1)}"
         raise ManifestUnusable(f"{path} has {count}, so nothing was started.", "Mend the lines above.")
-    mute = sum(clip.no_transcript for clip in clips)
-    if mute and options.verb in ("plan", "run"):
-        note(f"{mute} of {len(clips)} clips have no words, so their gestures follow the sound alone.")
+    wordless = sum(clip.no_transcript for clip in clips)
+    if wordless and options.verb in ("plan", "run"):
+        note(f"{wordless} of {len(clips)} clips have no words, so their gestures follow the sound alone.")
     return clips
 
 
 def _plan_of(options: argparse.Namespace) -> Path:
+    """Return the plan in the output folder, to be continued; raises errors where there is none."""
     plan = Folder(options.folder).plan
     if not (options.resume or options.verb == "status"):
         raise UsageError("No manifest was given.", "Name one, or go on with the plan in OUT by --resume.")
@@ -131,8 +138,8 @@ def _plan_of(options: argparse.Namespace) -> Path:
     return plan
 
 
-def _defaults(options: argparse.Namespace) -> dict:
-    """Values of columns that a row may leave empty."""
+def _defaults(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the values of columns that a row leaves empty."""
     from ..batch import manifest
 
     try:
@@ -147,6 +154,7 @@ def _defaults(options: argparse.Namespace) -> dict:
 
 
 def _folder(path: Path) -> Folder:
+    """Make the output folder; raises :class:`OutputUnwritable`."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -156,14 +164,14 @@ def _folder(path: Path) -> Folder:
     return Folder(path)
 
 
-def _write_plan(batch, options: argparse.Namespace) -> None:
+def _write_plan(batch: "Batch", options: argparse.Namespace) -> None:
     from ..batch import manifest
 
     if not options.manifest or options.manifest.absolute() != batch.folder.plan:
         manifest.write(batch.clips, batch.folder.plan)
 
 
-def _show_plan(batch, chosen) -> int:
+def _show_plan(batch: "Batch", chosen: list["Unit"]) -> int:
     from ..batch import summary
 
     stock, *_ = summary.take_stock(batch, chosen)
@@ -171,17 +179,17 @@ def _show_plan(batch, chosen) -> int:
     return 0
 
 
-def _commands(batch, chosen, wanted) -> dict[str, list[str]]:
-    """How each stage's processes are started; complains now where Blender is needed and absent."""
-    own = [sys.executable, "-m", f"{__package__.rpartition('.')[0]}.batch.work"]
-    commands = dict.fromkeys(STAGES, own)
-    if "render" in wanted and any(unit.is_filmed for unit in chosen):
+def _commands(batch: "Batch", chosen: list["Unit"], names: Sequence[str]) -> dict[str, list[str]]:
+    """Return the commands that start each stage's processes; raises an error if Blender is needed and missing."""
+    own = [sys.executable, "-m", f"{cast(str, __package__).rpartition('.')[0]}.batch.work"]
+    commands: dict[str, list[str]] = {stage: own for stage in STAGES}
+    if "render" in names and any(unit.is_filmed for unit in chosen):
         commands["render"] = blender.command("film.serve")
     return commands
 
 
 def _report(stock: dict, failures: list[dict], complete: bool = False) -> int:
-    """Say how things stand; the exit status is 1 where clips failed or, if they all should be there, are missing."""
+    """Print failures and progress; return the exit status: 1 if clips failed or, with ``complete``, if some are missing."""
     alike = _grouped((one["line"], f"failed to {one['stage']}. {one['message']} {one['remedy']}") for one in failures)
     for line, sentence, more in alike[:20]:
         name = next(one["name"] for one in failures if one["line"] == line)
@@ -190,8 +198,8 @@ def _report(stock: dict, failures: list[dict], complete: bool = False) -> int:
         say("More failed; failures.jsonl lists them.")
     if warned := stock["warnings"]:
         note(f"{warned} clip{'s were' if warned > 1 else ' was'} made with warnings; warnings.jsonl lists them.")
-    told = [f"{stage} {counts['done']} of {counts['steps']}" for stage, counts in stock["stages"].items()]
-    note(f"{'complete' if stock['complete'] else 'not complete'}: {', '.join(told)}." if told else "no clips in this part.")
+    parts = [f"{stage} {counts['done']} of {counts['steps']}" for stage, counts in stock["stages"].items()]
+    note(f"{'complete' if stock['complete'] else 'not complete'}: {', '.join(parts)}." if parts else "no clips in this part.")
     return SOME_FAILED if failures or (complete and not stock["complete"]) else 0
 
 

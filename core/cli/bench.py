@@ -1,4 +1,4 @@
-"""``s2ag bench``: the paper's table on a data set of the user's."""
+"""``s2ag bench``: trains the systems of the paper on a data set and prints its table."""
 
 import argparse
 import re
@@ -75,14 +75,14 @@ def run(options: argparse.Namespace) -> int:
 
     if options.threads:
         torch.set_num_threads(options.threads)
-    late = bench.minutes_left(options.minutes)
+    time_is_up = bench.minutes_left(options.minutes)
     if options.data is None:
         runner = bench.Runner.opened(options.out, options.device, note)
         with Interruption() as interruption:
-            return _tell(runner.collect(shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or late()))
+            return _print_table(runner.collect(shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or time_is_up()))
     if options.setting not in SETTINGS:
         raise UsageError(f"There is no setting {options.setting!r}.", f"Settings are {', '.join(SETTINGS)}.")
-    judge = _named(options.judge)
+    judge = _judged_paths(options.judge)
     systems = options.systems.split(",") if options.systems else [] if judge else [*SYSTEMS, SHIPPED]
     for name in systems:
         if name not in KNOWN and name != SHIPPED:
@@ -94,7 +94,7 @@ def run(options: argparse.Namespace) -> int:
     if options.faithful:
         changes.setdefault("training_ids", "strangers")
     if options.seeds:
-        changes["seeds"] = _numbers(options.seeds)
+        changes["seeds"] = _seeds(options.seeds)
     setting = SETTINGS[options.setting].replace(faithful=options.faithful, **changes)
     runner = bench.Runner(options.out, options.data, setting, options.device, note, kinds(options.log))
     if options.contextual:
@@ -105,12 +105,12 @@ def run(options: argparse.Namespace) -> int:
         runner.use_extractor(options.extractor)
     with Interruption() as interruption:
         report = runner.go(
-            systems, shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or late(), options.jobs, judge
+            systems, shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or time_is_up(), options.jobs, judge
         )
-    return _tell(report)
+    return _print_table(report)
 
 
-def _tell(report: dict | None) -> int:
+def _print_table(report: dict | None) -> int:
     from ..learning.bench import table
 
     if report is None:
@@ -120,19 +120,20 @@ def _tell(report: dict | None) -> int:
     return 0
 
 
-def _named(given: list[str]) -> dict[str, str]:
-    """Paths by the names of their rows."""
+def _judged_paths(arguments: list[str]) -> dict[str, str]:
+    """Return row name -> path of arguments ``NAME=PATH``; raises :class:`UsageError`."""
     from ..learning.systems.catalogue import KNOWN
 
-    found = dict(one.split("=", 1) for one in given if "=" in one)
-    for one in given:
-        name = one.partition("=")[0]
-        if not re.fullmatch(r"[\w .+-]{1,60}", name) or not found.get(name) or name in (*KNOWN, "default"):
-            raise UsageError(f"{one!r} names no row and path.", "Write them as in theirs=s2ag.safetensors, with a new name.")
-    return found
+    paths = dict(argument.split("=", 1) for argument in arguments if "=" in argument)
+    for argument in arguments:
+        name = argument.partition("=")[0]
+        if not re.fullmatch(r"[\w .+-]{1,60}", name) or not paths.get(name) or name in (*KNOWN, "default"):
+            hint = "Write them as in theirs=s2ag.safetensors, with a new name."
+            raise UsageError(f"{argument!r} names no row and path.", hint)
+    return paths
 
 
-def _numbers(text: str) -> tuple[int, ...]:
+def _seeds(text: str) -> tuple[int, ...]:
     try:
         return tuple(int(part) for part in text.split(","))
     except ValueError:

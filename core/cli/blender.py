@@ -1,4 +1,4 @@
-"""Runs a job of s2ag_blender in a Blender process of its own and listens to it."""
+"""Runs a module of s2ag_blender in a Blender process and reads its progress, result and errors."""
 
 import contextlib
 import importlib.util
@@ -8,8 +8,9 @@ import subprocess
 import sys
 import tempfile
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import IO, Any
 
 from .. import child
 from ..engine import protocol
@@ -17,15 +18,15 @@ from ..errors import BlenderUnavailable
 
 ENTRY = Path(__file__).parents[1] / "start.py"
 PREFIX = "s2ag-"
-"""How the commands' temporary folders are called."""
+"""Prefix of the commands' temporary folders."""
 LAST_WORDS = 30
-"""Lines of Blender's own output that are shown when it fails."""
+"""Lines of Blender's own output that are printed when it fails."""
 
 
 def command(module: str, *arguments: str) -> list[str]:
-    """The command that runs ``module`` of s2ag_blender: by ``$S2AG_BLENDER``, the package bpy, or ``blender`` on the path.
+    """Return the command that runs a module of s2ag_blender in ``$S2AG_BLENDER``, the package bpy, or ``blender`` of the path.
 
-    Raises :class:`BlenderUnavailable` when there is none of them.
+    Raises :class:`BlenderUnavailable` if there is none of them.
     """
     named = os.environ.get("S2AG_BLENDER", "")
     if named and not shutil.which(named):
@@ -45,51 +46,53 @@ def command(module: str, *arguments: str) -> list[str]:
 def run(module: str, *arguments: str, progress: Callable[[str, float], None] = lambda *_: None, talk: str = "last") -> dict:
     """Run ``module`` to its end and return the result it reports.
 
-    The first of ``arguments`` is the file that says what to do; its folder goes with this process if it is a temporary one.
-    ``progress(stage, value)`` hears of its progress. Of Blender's own chatter, ``talk`` shows ``all``, the ``last`` lines
-    if it dies, or ``none``. Raises the error that the module reports, or :class:`BlenderUnavailable` if Blender dies.
+    The first of ``arguments`` is the path of the job; its folder is deleted with this process if it is a temporary one.
+    ``progress(stage, value)`` is called with its progress. ``talk`` says which of Blender's other output is printed: ``all``,
+    the ``last`` lines if it crashes, or ``none``. Raises the error that the module reports, or :class:`BlenderUnavailable` if
+    Blender crashes.
     """
-    heard: dict = {}
-    chatter: deque[str] = deque(maxlen=LAST_WORDS)
+    last_event: dict = {}
+    output: deque[str] = deque(maxlen=LAST_WORDS)
     with tempfile.TemporaryFile() as log:
         with _process(command(module, *arguments), None if talk == "all" else log, _own_folder(*arguments[:1])) as process:
+            assert process.stdout is not None
             for line in process.stdout:
                 event = protocol.event(line)
                 if event is None:
-                    chatter.append(line.decode("utf-8", "replace").rstrip())
+                    output.append(line.decode("utf-8", "replace").rstrip())
                     if talk == "all":
-                        print(chatter[-1], file=sys.stderr)
+                        print(output[-1], file=sys.stderr)
                 elif event["event"] == "progress":
                     progress(str(event.get("stage", "")), float(event.get("value", 0)))
                 else:
-                    heard = event
-        if heard.get("event") == "error":
-            raise protocol.revive(heard)
-        if heard.get("event") == "result":
-            return heard
+                    last_event = event
+        if last_event.get("event") == "error":
+            raise protocol.revive(last_event)
+        if last_event.get("event") == "result":
+            return last_event
         log.seek(0)
-        chatter.extend(log.read().decode("utf-8", "replace").splitlines())
+        output.extend(log.read().decode("utf-8", "replace").splitlines())
     if talk == "last":
-        print(*chatter, sep="\n", file=sys.stderr)
+        print(*output, sep="\n", file=sys.stderr)
     code = process.returncode
     ended = f"was killed by signal {-code}" if code < 0 else f"ended with status {code}"
     remedy = "What it said last stands above; s2ag doctor checks the set-up."
     raise BlenderUnavailable(f"Blender {ended} before it was done.", remedy)
 
 
-def _own_folder(task: str = "") -> str:
-    """The folder of ``task`` if it was made for it among the temporary files, else "": others are their owners'."""
-    folder = Path(task).absolute().parent
-    made = folder.parent == Path(tempfile.gettempdir()).absolute() and folder.name.startswith(PREFIX)
-    return str(folder) if task and made else ""
+def _own_folder(job: str = "") -> str:
+    """Return the folder of the file ``job`` if it is one of our temporary folders, else ""."""
+    folder = Path(job).absolute().parent
+    is_ours = folder.parent == Path(tempfile.gettempdir()).absolute() and folder.name.startswith(PREFIX)
+    return str(folder) if job and is_ours else ""
 
 
 @contextlib.contextmanager
-def _process(arguments: list[str], log, folder: str):
-    """A child process that never outlives the block, nor this process: the end of its standard input tells it."""
+def _process(arguments: list[str], log: IO[bytes] | None, folder: str) -> Iterator[subprocess.Popen]:
+    """Run a child process within the block; it also ends with this process, when its standard input ends."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
     environment[child.HELD] = folder
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": log}
+    pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": log}
     try:
         process = subprocess.Popen(arguments, **pipes, env=environment)
     except OSError as error:
@@ -104,5 +107,6 @@ def _process(arguments: list[str], log, folder: str):
                 process.wait(5)
             process.kill()
             process.wait()
+        assert process.stdout is not None and process.stdin is not None
         process.stdout.close()
         process.stdin.close()

@@ -1,4 +1,4 @@
-"""The options that name a character, which ``animate`` and ``rig`` share."""
+"""Options that name a character, shared by ``animate`` and ``rig``."""
 
 import argparse
 from pathlib import Path
@@ -7,7 +7,7 @@ WHO = "human, human:RIG, mannequin, or a .blend, .fbx or .glb file"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Which human, which armature of a file, and a bone map for it."""
+    """Add the options for the human's gender, the armature of a file, and its bone and face maps."""
     parser.add_argument("--gender", choices=("female", "male"), default="female", help="of the human (default female)")
     parser.add_argument("--armature", metavar="NAME", help="which armature of the file gestures, if it has several")
     used = "bone map (JSON) instead of recognising the rig (s2ag rig CHARACTER --save FILE writes one)"

@@ -1,4 +1,4 @@
-"""``s2ag checkpoint``: other people's checkpoints in our format."""
+"""``s2ag checkpoint``: converts other projects' checkpoints to our format."""
 
 import argparse
 from pathlib import Path
@@ -25,7 +25,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Convert and say what was found."""
+    """Convert the file and print its facts."""
     check_output(options.output)
     share_cores()
     from ..model.foreign import import_checkpoint

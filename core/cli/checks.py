@@ -1,4 +1,4 @@
-"""What a machine needs to make gestures, one check after another."""
+"""Checks whether this machine has what is needed to generate gestures."""
 
 import importlib
 import importlib.metadata
@@ -19,16 +19,16 @@ from ..words.cache import Cache, default_folder
 from . import blender
 
 TORCH = (2, 4), (2, 14)
-"""First version of torch that works, first that has not been tried; as in pyproject.toml."""
+"""First version of torch that works, first that is untested; as in pyproject.toml."""
 ENGINE, FULL = 'pip install "s2ag[engine]"', 'pip install "s2ag[full]"'
 VECTORS = Path(__file__).parents[1] / "assets" / "words.npz"
 SPACE = 1e9
-"""Bytes that the frames of a minute of film and its temporary files may need."""
+"""Bytes that a minute of film may need for frames and temporary files."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One finding: ``required`` is whether the main job needs it, ``remedy`` what to do where it is not ``ok``."""
+    """Result of a check: ``required`` says whether the main job needs it, ``remedy`` what to do if it is not ``ok``."""
 
     name: str
     ok: bool
@@ -38,7 +38,7 @@ class Check:
 
 
 def all_checks() -> Iterator[Check]:
-    """Every check, in the order in which a recording passes through the parts."""
+    """Yield all checks, in the order in which the parts process a recording."""
     version = platform.python_version()
     yield Check("python", sys.version_info >= (3, 11), version, "Use Python 3.11 or newer.")
     yield _package("numpy", "numpy", "pip install numpy")
@@ -57,7 +57,7 @@ def all_checks() -> Iterator[Check]:
 
 
 def _package(name: str, module: str, remedy: str, required: bool = True) -> Check:
-    """Whether a package imports: being listed is not enough, its libraries may be missing."""
+    """Check whether a package imports; installed packages may lack libraries."""
     if importlib.util.find_spec(module) is None:
         return Check(name, False, "not installed", remedy, required)
     try:
@@ -112,18 +112,19 @@ def _checkpoint() -> Check:
 
 
 def _blender() -> Iterator[Check]:
-    """Blender itself and whether it renders, tried out in its own process."""
-    told: dict = {}
+    """Check Blender and whether it renders, in its own process."""
+    facts: dict = {}
     try:
         program = blender.command("probe")
-        told = blender.run("probe", talk="none")
+        facts = blender.run("probe", talk="none")
     except S2agError as error:
         yield Check("blender", False, error.message, error.remedy)
         yield Check("rendering", False, "not tried", "Blender comes first.", required=False)
         return
-    yield Check("blender", True, f"{told['blender']} ({'the package bpy' if program[1] == '-P' else program[0]})")
+    yield Check("blender", True, f"{facts['blender']} ({'the package bpy' if program[1] == '-P' else program[0]})")
     remedy = "Install a GL driver (Mesa's libegl1 and libgl1-mesa-dri do); .blend, .bvh, .fbx and .glb work without."
-    yield Check("rendering", bool(told["renders"]), "works" if told["renders"] else "no frame came out", remedy, required=False)
+    renders = bool(facts["renders"])
+    yield Check("rendering", renders, "works" if renders else "no frame came out", remedy, required=False)
 
 
 def _space() -> Check:

@@ -1,4 +1,4 @@
-"""``s2ag data``: other people's data sets, and one's own performer, in the format that training and the bench read."""
+"""``s2ag data``: converts data sets, and the user's own takes, to the format of training and bench."""
 
 import argparse
 from pathlib import Path
@@ -48,7 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Convert and print what there is."""
+    """Convert the data set and print its facts."""
     if options.kind not in KINDS:
         raise UsageError(f"There is no kind of data set {options.kind!r}.", f"Kinds are {', '.join(KINDS)}.")
     share_cores()
@@ -73,19 +73,19 @@ def run(options: argparse.Namespace) -> int:
         if options.kind == "ted":
             source = ted.recordings(options.folder, options.split, left_out.append, fps)
         else:
-            chosen = {"speaker": options.speaker} if options.kind == "plain" else {}
-            found = readers.READERS[options.kind](options.folder, tell=left_out.append, **chosen)
+            speaker = {"speaker": options.speaker} if options.kind == "plain" else {}
+            takes = readers.READERS[options.kind](options.folder, tell=left_out.append, **speaker)
             body = smplx.OFFSETS if options.body is None else smplx.model_offsets(options.body)
-            done = iter(range(1, len(found) + 1))
+            done = iter(range(1, len(takes) + 1))
             source = readers.recordings(
-                found, options.paper_joints, body, lambda name: progress("convert", next(done) / len(found)), fps
+                takes, options.paper_joints, body, lambda name: progress("convert", next(done) / len(takes)), fps
             )
         facts = writer.write(source, options.output, options.kind, options.vectors, fps)
     for sentence in left_out:
         note(sentence)
-    for lack, sentence in LEFT_OUT.items():
-        if facts[lack]:
-            note(sentence.format(facts[lack]))
+    for reason, sentence in LEFT_OUT.items():
+        if facts[reason]:
+            note(sentence.format(facts[reason]))
     train, validation, test = facts["splits"]
     print(f"{options.output}: {facts['recordings']} recordings ({train} train, {validation} validation, {test} test)")
     print(f"{facts['hours']:.2f} hours, {facts['speakers']} speakers, {facts['words']} words")

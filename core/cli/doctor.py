@@ -1,8 +1,12 @@
-"""``s2ag doctor``: says whether this machine has what gestures need, and what to do where it has not."""
+"""``s2ag doctor``: checks whether this machine has what is needed, and prints remedies."""
 
 import argparse
 import dataclasses
 import json
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .checks import Check
 
 SUMMARY = "check that everything needed is installed and works"
 EXAMPLE = """examples:
@@ -18,7 +22,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print every check with its remedy; 0 if a recording can become a character, else 2."""
+    """Print every check with its remedy; return 0 if all required ones pass, else 2."""
     if options.clear_cache:
         from ..words.cache import Cache, default_folder
 
@@ -27,18 +31,18 @@ def run(options: argparse.Namespace) -> int:
         return 0
     from .checks import all_checks
 
-    found = []
+    checks = []
     for check in all_checks():
-        found.append(check)
+        checks.append(check)
         if not options.json:
-            _tell(check)
-    works = all(check.ok for check in found if check.required)
+            _print(check)
+    works = all(check.ok for check in checks if check.required)
     if options.json:
-        print(json.dumps({"ok": works, "checks": [dataclasses.asdict(check) for check in found]}, indent=2))
+        print(json.dumps({"ok": works, "checks": [dataclasses.asdict(check) for check in checks]}, indent=2))
     return 0 if works else 2
 
 
-def _tell(check) -> None:
+def _print(check: "Check") -> None:
     mark = "ok" if check.ok else "MISSING" if check.required else "without"
     print(f"{mark:<8} {check.name:<14} {check.detail}", flush=True)
     if not check.ok:

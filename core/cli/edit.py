@@ -1,4 +1,4 @@
-"""``s2ag edit``: the gestures of a take, and the take after an animator's edits, without Blender."""
+"""``s2ag edit``: lists the gestures of a take, applies edits to it, or moves it to another recording, without Blender."""
 
 import argparse
 import json
@@ -40,25 +40,26 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """List, or edit and write."""
+    """List the gestures, or edit the take and write it."""
     from ..motion.motion import Motion
 
     motion = Motion.load(options.take)
     if options.recording is not None:
-        motion = _retimed(options, motion)
+        motion = _retime(options, motion)
     elif options.edits is not None or options.outputs:
-        motion = _edited(options, motion)
+        motion = _edit(options, motion)
     if options.json or not options.outputs:
         _list(motion, options.json)
     return 0
 
 
-def _heard(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the options that say what is heard beside the recording."""
+def _recording_settings(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the options on words and on other recordings, as settings of a request."""
     return {name: getattr(options, name) for name in named(recording=True) if hasattr(options, name)}
 
 
-def _edited(options: argparse.Namespace, motion: "Motion") -> "Motion":
+def _edit(options: argparse.Namespace, motion: "Motion") -> "Motion":
+    """Apply a document of edits, write the result, and return it."""
     from ..direction import directing, edits, remaking
     from ..performance.stages import Stages
 
@@ -67,17 +68,18 @@ def _edited(options: argparse.Namespace, motion: "Motion") -> "Motion":
     inputs = [path for path in (options.take, *performance.inputs(options)) if path]
     files = outputs.plan(options.outputs, SUFFIXES, 1, inputs)[0]
     changes = edits.load(options.edits)
-    wanted = remaking.request(motion.meta, options.audio, **_heard(options))
+    request = remaking.request(motion.meta, options.audio, **_recording_settings(options))
     director = directing.Director(performance.session(options))
     remaking.check_weights(motion.meta, director.session.checkpoint)
     with Progress() as progress:
-        heard, _ = director.session.hear(wanted, Stages(progress, lambda: False))
-        remaking.check_recording(motion.meta, heard.digest)
-        motion, warnings = director.apply(wanted, motion, changes, progress)
-    return _saved(motion, warnings, files)
+        features, _ = director.session.hear(request, Stages(progress, lambda: False))
+        remaking.check_recording(motion.meta, features.digest)
+        motion, warnings = director.apply(request, motion, changes, progress)
+    return _save(motion, warnings, files)
 
 
-def _retimed(options: argparse.Namespace, motion: "Motion") -> "Motion":
+def _retime(options: argparse.Namespace, motion: "Motion") -> "Motion":
+    """Retime the take to another recording of the same words, write the result, and return it."""
     from ..direction import retiming
 
     if options.edits is not None or options.audio is not None or not options.outputs:
@@ -86,11 +88,11 @@ def _retimed(options: argparse.Namespace, motion: "Motion") -> "Motion":
     files = outputs.plan(options.outputs, SUFFIXES, 1, inputs)[0]
     session = performance.session(options)
     with Progress() as progress:
-        motion, warnings = retiming.carried(session, motion, options.recording, progress, **_heard(options))
-    return _saved(motion, warnings, files)
+        motion, warnings = retiming.carried(session, motion, options.recording, progress, **_recording_settings(options))
+    return _save(motion, warnings, files)
 
 
-def _saved(motion: "Motion", warnings: list[str], files: list[Path]) -> "Motion":
+def _save(motion: "Motion", warnings: list[str], files: list[Path]) -> "Motion":
     from .synth import save
 
     for warning in warnings:
@@ -103,13 +105,13 @@ def _saved(motion: "Motion", warnings: list[str], files: list[Path]) -> "Motion"
 def _list(motion: "Motion", as_json: bool) -> None:
     from ..direction import gestures
 
-    found = gestures.find(motion)
+    rows = gestures.find(motion)
     if as_json:
-        rows = [{name: round(value, 3) if isinstance(value, float) else value for name, value in asdict(one).items()}
-                for one in found]  # fmt: skip
-        print(json.dumps({"gestures": rows, "edits": motion.meta.get("edits", [])}, indent=1))
+        items = [{name: round(value, 3) if isinstance(value, float) else value for name, value in asdict(row).items()}
+                 for row in rows]  # fmt: skip
+        print(json.dumps({"gestures": items, "edits": motion.meta.get("edits", [])}, indent=1))
         return
     print("    at   begin   hold     end  hand   size  kind        word")
-    for one in found:
-        times = f"{one.at:6.2f} {one.begin:7.2f} {one.hold:6.2f} {one.end:7.2f}"
-        print(f"{times}  {one.hand:<5} {one.size:5.2f}  {one.kind:<10}  {one.word}".rstrip())
+    for row in rows:
+        times = f"{row.at:6.2f} {row.begin:7.2f} {row.hold:6.2f} {row.end:7.2f}"
+        print(f"{times}  {row.hand:<5} {row.size:5.2f}  {row.kind:<10}  {row.word}".rstrip())

@@ -19,7 +19,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Check the Python and print what it has; 0."""
+    """Check the Python and print its facts."""
     check = interpreter.Check(interpreter.python_in(options.python), full=True)
     with Progress() as progress:
         facts = check.wait(progress)

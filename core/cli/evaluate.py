@@ -1,4 +1,4 @@
-"""``s2ag evaluate``: are a checkpoint's gestures worth keeping? Figures, pictures and films on held-out speech."""
+"""``s2ag evaluate``: measures a checkpoint's gestures on held-out speech; writes a report with figures, pictures and films."""
 
 import argparse
 import json
@@ -7,11 +7,15 @@ import shlex
 import sys
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import AudioUnreadable, EngineMissing, UsageError
 from ..threads import share_cores
 from . import blender, performance
 from .progress import Progress, note
+
+if TYPE_CHECKING:
+    from ..learning.evaluate.report import Outcome
 
 SUMMARY = "measure a checkpoint's gestures on held-out speech and write a report"
 EXAMPLE = """examples:
@@ -48,7 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Evaluate, write the report, film."""
+    """Evaluate, write the report, and render films."""
     if not 1 <= options.talks <= MOST_TALKS:
         raise UsageError(f"{options.talks} talks were asked for.", f"Ask for 1 to {MOST_TALKS}.")
     if options.performers < 1:
@@ -63,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
         if getattr(options, name) is None:
             raise UsageError(f"--{name} is required.", "Name the folder, or measure faces alone with --faces.")
     if options.films:
-        blender.command("film.job")  # complain now, not after the measuring
+        blender.command("film.job")  # raise errors now, not after the evaluation
     _need_matplotlib()
     share_cores()
     from ..learning.evaluate import folder, report
@@ -93,32 +97,32 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _faces(people: list[Path], report: Path | None) -> int:
-    """Print figures of the faces of recordings; with a folder they are written there as well."""
+    """Print figures of the faces of recordings; write them to the folder ``report``, too, if there is one."""
     from ..files import whole_file
     from ..learning.evaluate import faces
 
     if not people:
         raise UsageError("No recording was given.", "Name one with --human.")
     with Progress() as progress:
-        found = {}
+        figures = {}
         for number, path in enumerate(people):
             progress(path.name, number / len(people))
-            found[path.name] = faces.measure(path)
-    print(faces.table(found))
+            figures[path.name] = faces.measure(path)
+    print(faces.table(figures))
     if report is not None:
         report.mkdir(parents=True, exist_ok=True)
         with whole_file(report / "faces.json") as temporary:
-            told = {
-                name: {key: value if math.isfinite(value) else None for key, value in one.items()}
-                for name, one in found.items()
+            finite = {
+                name: {key: value if math.isfinite(value) else None for key, value in row.items()}
+                for name, row in figures.items()
             }
-            temporary.write_text(json.dumps(told, indent=2) + "\n", "utf-8")
+            temporary.write_text(json.dumps(finite, indent=2) + "\n", "utf-8")
         note(f"{report / 'faces.json'} is written.")
     return 0
 
 
-def _films(outcome, place: Path, progress) -> None:
-    """Films of the first talk, as generated and as directed, and of every recording, with a mannequin."""
+def _films(outcome: "Outcome", place: Path, progress: Progress) -> None:
+    """Render films of the first talk, generated and directed, and of every recording, with a mannequin."""
     from ..learning.evaluate.folder import file_name
     from ..learning.evaluate.studio import write_wave
     from ..motion.motion import Motion
@@ -134,11 +138,11 @@ def _films(outcome, place: Path, progress) -> None:
             Motion(case.directions, words=case.talk.words).save(motion)
             write_wave(case.talk.audio, audio)
             film = str((place / "films" / f"{name}.mp4").absolute())
-            wanted = {"motions": [str(motion)], "audio": str(audio), "character": "mannequin", "outputs": [film]}
-            job.write_text(json.dumps(wanted), "utf-8")
-            tell = lambda stage, value, name=name: progress(f"{name}: {stage}", value)  # noqa: E731
-            done = blender.run("film.job", str(job), progress=tell)
-        for warning in done.get("warnings", ()):
+            content = {"motions": [str(motion)], "audio": str(audio), "character": "mannequin", "outputs": [film]}
+            job.write_text(json.dumps(content), "utf-8")
+            report = lambda stage, value, name=name: progress(f"{name}: {stage}", value)  # noqa: E731
+            result = blender.run("film.job", str(job), progress=report)
+        for warning in result.get("warnings", ()):
             note(warning)
 
 

@@ -1,4 +1,4 @@
-"""Motions among a study's clips become films of one character, each in a Blender process of its own."""
+"""Renders the motions among a study's clips as films of one character."""
 
 import contextlib
 import json
@@ -17,10 +17,10 @@ _SOUNDS = (".wav", ".flac", ".mp3", ".ogg", ".m4a")
 
 @contextlib.contextmanager
 def filmed(clips: Path, character: str, speech: Path | None) -> Iterator[Path]:
-    """``clips`` itself, or a folder beside it in which its motions are films.
+    """Yield a temporary copy of ``clips`` in which motions are rendered as films; without motions, ``clips`` itself.
 
-    Each motion needs its recording, of the same name beside it or in ``speech``. Films that are there are taken as they are.
-    Raises :class:`UsageError` before anything is filmed, and what reading and filming raise.
+    Each motion needs a recording of the same name beside it or in ``speech``; films are copied. Raises :class:`UsageError`
+    before rendering, and the errors of reading and rendering.
     """
     from ..study.design import CLIPS
 
@@ -44,22 +44,23 @@ def filmed(clips: Path, character: str, speech: Path | None) -> Iterator[Path]:
 
 
 def _film(path: Path, sound: Path, who: str, folder: Path) -> None:
+    """Render the motion ``path`` as a film in ``folder``."""
     from ..motion.readers import motion_files
 
     film = folder / "clips" / path.parent.name / f"{path.stem}.mp4"
     motion_files.load(path).save(folder / "motion.npz")
     engine = None if Path(who).suffix.lower() == ".blend" else "workbench"
-    heard = str(sound.absolute())
-    job = {"motions": [str(folder / "motion.npz")], "audio": heard, "character": who, "engine": engine, "outputs": [str(film)]}
+    audio = str(sound.absolute())
+    job = {"motions": [str(folder / "motion.npz")], "audio": audio, "character": who, "engine": engine, "outputs": [str(film)]}
     (folder / "job.json").write_text(json.dumps(job), "utf-8")
     with Progress() as progress:
-        done = blender.run("film.job", str(folder / "job.json"), progress=lambda stage, value: progress(film.name, value))
-    for warning in done.get("warnings", ()):
+        result = blender.run("film.job", str(folder / "job.json"), progress=lambda stage, value: progress(film.name, value))
+    for warning in result.get("warnings", ()):
         note(f"{path.parent.name}/{path.name}: {warning}")
 
 
 def _sound(motion: Path, speech: Path | None) -> Path:
-    """The recording of a motion's name; raises :class:`UsageError`."""
+    """Return the recording with the name of a motion; raises :class:`UsageError`."""
     for place in filter(None, (motion.parent, speech)):
         for suffix in _SOUNDS:
             if (place / f"{motion.stem}{suffix}").is_file():

@@ -1,35 +1,41 @@
-"""A motion that is given as a file, instead of a recording to gesture to."""
+"""Motion files as input of a command, in place of a recording."""
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import UsageError
 from . import performance
 
+if TYPE_CHECKING:
+    from ..motion.motion import Motion
+
 SUFFIXES = (".npz", ".bvh")
-_KEPT = ("audio", "mirror")
-_NAMES = {"chosen": "from"}
+_ALLOWED = ("audio", "mirror")
+"""Options that may be used with a motion file."""
+_FLAGS = {"chosen": "from"}
+"""Names of options that differ from their attributes."""
 
 
 def is_motion(path: Path | None) -> bool:
-    """Whether a file is named as a motion is."""
+    """Return whether a path has the suffix of a motion file."""
     return path is not None and path.suffix.lower() in SUFFIXES
 
 
-def read(options: argparse.Namespace):
-    """The :class:`Motion` that the options name in the recording's place.
+def read(options: argparse.Namespace) -> "Motion":
+    """Return the motion that the options name in place of a recording.
 
-    Raises :class:`UsageError` where they also say how it is to be made, and what reading raises.
+    Raises :class:`UsageError` if they also contain settings of synthesis, and the errors of reading.
     """
     from ..motion.readers import motion_files
 
     parser = argparse.ArgumentParser()
     performance.add_options(parser)
     performance.add_edits(parser)
-    made = vars(parser.parse_args([]))
-    asked = [name for name, value in made.items() if name not in _KEPT and getattr(options, name, value) != value]
-    if asked:
-        named = ", ".join("--" + _NAMES.get(name, name).replace("_", "-") for name in asked)
-        raise UsageError(f"A motion file is performed as it is, without {named}.", "Leave that out, or name the recording.")
+    defaults = vars(parser.parse_args([]))
+    changed = [name for name, value in defaults.items() if name not in _ALLOWED and getattr(options, name, value) != value]
+    if changed:
+        flags = ", ".join("--" + _FLAGS.get(name, name).replace("_", "-") for name in changed)
+        raise UsageError(f"A motion file is performed as it is, without {flags}.", "Leave that out, or name the recording.")
     motion = motion_files.load(options.audio)
     return motion.mirrored() if options.mirror else motion

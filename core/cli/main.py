@@ -1,6 +1,6 @@
-"""The command ``s2ag``: the one place that turns errors into a sentence and an exit status.
+"""The command ``s2ag``: the only place that turns errors into a sentence and an exit status.
 
-Nothing of ours is imported before :func:`main` has begun, so that Ctrl-C is answered while the rest is on its way, too.
+Imports the package only within :func:`main`, so that Ctrl-C is handled during imports, too.
 """
 
 import sys
@@ -10,7 +10,7 @@ INTERRUPTED = 130
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command line and return its exit status: 0, 2 after an error (told on stderr), 130 after Ctrl-C."""
+    """Run the command line and return its exit status: 0, 2 after an error (printed to stderr), 130 after Ctrl-C."""
     try:
         if argv is None:
             settle()
@@ -21,24 +21,25 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def settle() -> None:
-    """Make this process the command's own: what ends it, and what it says."""
+    """Set up signals, output encoding and warnings of this process."""
     import contextlib
     import os
     import signal
     import warnings
 
-    # Leave through the same doors as Ctrl-C, so that a farm's kill also removes temporary files and child processes.
+    # Handle these signals like Ctrl-C, so that a farm's kill also removes temporary files and child processes.
     for name in ("SIGTERM", "SIGHUP"):
-        if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) != signal.SIG_IGN:  # as nohup wants it
+        if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) != signal.SIG_IGN:  # as nohup sets it
             signal.signal(getattr(signal, name), signal.default_int_handler)
-    with contextlib.suppress(AttributeError):  # no console, or a program's own
-        sys.stdout.reconfigure(errors="backslashreplace")  # consoles of Windows know few letters; stderr does so by itself
+    with contextlib.suppress(AttributeError):  # no console, or a replaced stream
+        # for consoles of Windows; stderr does so by default
+        sys.stdout.reconfigure(errors="backslashreplace")  # pyright: ignore[reportAttributeAccessIssue]
     if not (sys.warnoptions or os.environ.get("S2AG_DEBUG")):
-        warnings.simplefilter("ignore")  # of Python and packages: they are for those who write programs
+        warnings.simplefilter("ignore")  # of Python and packages: they are for developers
 
 
 def _run(argv: list[str] | None) -> int:
-    """Parse the command line and run the command; every exception but Ctrl-C becomes one sentence."""
+    """Parse the command line and run the command; every exception but Ctrl-C becomes one sentence on stderr."""
     import contextlib
     import os
 
@@ -52,8 +53,8 @@ def _run(argv: list[str] | None) -> int:
         require(arguments)
         options = parser().parse_args(arguments)
         return options.run(options)
-    except SystemExit as leaving:  # --help and --version
-        return int(leaving.code or 0)
+    except SystemExit as exit_request:  # --help and --version
+        return int(exit_request.code or 0)
     except S2agError as error:
         say(f"{error}" if error.kind != "Cancelled" else "cancelled.")
         return FAILED
@@ -61,7 +62,7 @@ def _run(argv: list[str] | None) -> int:
         say(f"{EngineMissing.of(error)}")
         return FAILED
     except BrokenPipeError:
-        # The reader of our output has enough; without this Python complains again while it ends.
+        # The reader of our output has closed the pipe; without this Python prints an error at its exit, too.
         with contextlib.suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return FAILED

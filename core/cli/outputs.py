@@ -1,4 +1,4 @@
-"""Output files of a command, all checked before any work begins."""
+"""Plans and checks the output files of a command before any work begins."""
 
 import argparse
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from ..files import check_output
 
 
 def add_option(parser: argparse.ArgumentParser, suffixes: Sequence[str]) -> None:
-    """The option ``-o``, which may come several times."""
+    """Add the option ``-o``, which may be given several times."""
     kinds = ", ".join(suffixes)
     parser.add_argument(
         "-o",
@@ -24,7 +24,7 @@ def add_option(parser: argparse.ArgumentParser, suffixes: Sequence[str]) -> None
 
 
 def plan(outputs: Sequence[Path], suffixes: Sequence[str], takes: int, inputs: Sequence[Path] = ()) -> list[list[Path]]:
-    """The files of each take, checked: known suffix, folder there and writable, nothing twice, no input overwritten.
+    """Return the files of each take; check suffixes, folders, duplicates, and that no input is overwritten.
 
     Raises :class:`UsageError` or :class:`OutputUnwritable`.
     """
@@ -42,5 +42,5 @@ def plan(outputs: Sequence[Path], suffixes: Sequence[str], takes: int, inputs: S
 
 
 def numbered(path: Path, take: int, takes: int) -> Path:
-    """``OUT.npz`` for a single take, else ``OUT-1.npz``, ``OUT-2.npz`` ..."""
+    """Return ``OUT.npz`` for a single take, else ``OUT-1.npz``, ``OUT-2.npz`` ..."""
     return path if takes == 1 else path.with_name(f"{path.stem}-{take + 1}{path.suffix}")

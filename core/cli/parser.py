@@ -1,4 +1,4 @@
-"""The parser of the whole command line: every verb's options."""
+"""The parser of the whole command line, with the options of every verb."""
 
 import argparse
 import importlib
@@ -11,7 +11,7 @@ from . import animate, doctor, edit, engine, rig, sample, styles, synth
 from .parsing import Parser
 
 VERBS = (synth, animate, edit, sample, rig, styles, doctor, engine)
-"""Modules of the verbs that both the Python package and Blender's extension have."""
+"""Modules of the verbs that the Python package and Blender's extension have."""
 PACKAGE_VERBS = {
     "batch": "blender",
     "evaluate": "train",
@@ -20,7 +20,7 @@ PACKAGE_VERBS = {
     "data": "train",
     "study": "engine",
 }
-"""Verbs of the Python package alone -> the extras that they need. The extension's zip leaves out their modules."""
+"""Verbs of the Python package alone -> the extras that they need. The extension's zip does not contain them."""
 _ELSEWHERE = {**PACKAGE_VERBS, "train": "train"}
 
 
@@ -33,7 +33,7 @@ def require(arguments: Sequence[str]) -> None:
 
 
 def parser() -> Parser:
-    """Return the parser of ``s2ag`` and all its verbs; what it parses has ``run``, a function that takes it."""
+    """Return the parser of ``s2ag`` and all its verbs; the attribute ``run`` of the options is the verb's function."""
     whole = Parser(
         prog="s2ag",
         description="A voice goes in, a gesturing character comes out.",

@@ -1,12 +1,13 @@
-"""The parser of options, of which every command's is one."""
+"""The class of the parsers of all commands."""
 
 import argparse
+from typing import NoReturn
 
 from ..errors import UsageError
 
 
 class Parser(argparse.ArgumentParser):
-    """argparse, whose complaints are one sentence like all others."""
+    """A parser that raises :class:`UsageError` instead of exiting."""
 
-    def error(self, message):
+    def error(self, message: str) -> NoReturn:
         raise UsageError(f"{message[:1].upper()}{message[1:]}.", f"See: {self.prog} --help")

@@ -1,4 +1,4 @@
-"""The part that ``synth``, ``animate`` and ``sample`` share: from options to motions. Options are made of :mod:`settings`."""
+"""Options of synthesis, made from :mod:`settings`, and the steps from options to motions; shared by several commands."""
 
 import argparse
 from dataclasses import replace
@@ -18,22 +18,22 @@ if TYPE_CHECKING:
 
 
 def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = True) -> None:
-    """Add the recording, its words, and how to perform them; ``chosen`` adds the option that names a cell of a sample."""
+    """Add the recording and the options of a request; ``chosen`` adds the option that names a cell of a sample."""
     parser.add_argument("audio", metavar="AUDIO", type=Path, nargs="?", help="recording: any audio or video file")
     if chosen:
         what = "a cell of s2ag sample, SHEET.json:5: its recording, style, seed and settings"
         parser.add_argument("--from", dest="chosen", metavar="CELL", help=what)
     add_words(parser.add_mutually_exclusive_group(), no_transcript=True)
     for one in options_of(Settings, Documents):
-        if one.words or one.name == "edits":  # added by themselves
+        if one.words or one.name == "edits":  # added separately
             continue
-        if chosen or one.kind != "document":  # a sheet's cells remember numbers, not what changes over time
+        if chosen or one.kind != "document":  # cells of a sample store numbers, no curves
             add_setting(parser, one, {"takes": takes}.get(one.name, one.usually))
     add_models(parser)
 
 
 def add_words(group: argparse._ActionsContainer, no_transcript: bool = False, **helps: str) -> None:
-    """Add the options that say where words come from, with other ``helps`` where given; one with an empty help is left out."""
+    """Add the options of the transcript; ``helps`` replaces their help texts, and an empty help leaves an option out."""
     for name in named(words=True):
         if helps.get(name, True):
             add_setting(group, replace(table(Settings)[name], **({"help": helps[name]} if name in helps else {})))
@@ -65,13 +65,13 @@ def add_edits(parser: argparse.ArgumentParser) -> None:
 
 
 def add_models(parser: argparse.ArgumentParser) -> None:
-    """Add the options that name another network and other models of language, and where word times are kept."""
+    """Add the options of network, language models and cache."""
     for one in options_of(Models):
         add_setting(parser, one)
 
 
 def add_checkpoint(parser: argparse.ArgumentParser) -> None:
-    """Add the option that names another network."""
+    """Add the option that names a network."""
     add_setting(parser, table(Models)["checkpoint"])
 
 
@@ -89,27 +89,29 @@ def request(options: argparse.Namespace, **changes: Any) -> "Request":
     from ..performance.request import Request
 
     if getattr(options, "chosen", None):
-        return _chosen(options)
+        return _request_of_cell(options)
     if options.audio is None:
         raise UsageError("No recording was given.", "Name an audio or video file.")
-    wanted = {one.name: _value(options, one) for one in options_of(Settings) if one.kind != "document"}
+    values = {one.name: _value(options, one) for one in options_of(Settings) if one.kind != "document"}
     curves = getattr(options, "curves", None)
-    wanted |= {} if curves is None else control_curves.load(curves)
-    return Request(options.audio, **(wanted | changes))
+    values |= {} if curves is None else control_curves.load(curves)
+    return Request(options.audio, **(values | changes))
 
 
-def _value(options: argparse.Namespace, one: Setting) -> Any:
-    """Return the value of a setting as the options have it."""
-    value = getattr(options, one.name)
-    if one.name == "transcript":
+def _value(options: argparse.Namespace, setting: Setting) -> Any:
+    """Return the value of a setting by the options."""
+    value = getattr(options, setting.name)
+    if setting.name == "transcript":
         return _transcript(options)
-    if one.kind == "affects":
+    if setting.kind == "affects":
         return dict(value)
-    return one.by_character(getattr(options, "character", None)) if one.by_character and value is None else value
+    if setting.by_character and value is None:
+        return setting.by_character(getattr(options, "character", None))
+    return value
 
 
-def _chosen(options: argparse.Namespace) -> "Request":
-    """Return the request that makes a cell of a sample again; its recording becomes that of the options."""
+def _request_of_cell(options: argparse.Namespace) -> "Request":
+    """Return the request that reproduces a cell of a sample; sets ``options.audio`` to its recording by default."""
     from ..performance.request import Request
     from ..sampling.sheet import request_of_cell
 
@@ -117,22 +119,22 @@ def _chosen(options: argparse.Namespace) -> "Request":
     if any(getattr(options, one.name) not in (one.usually, None, []) for one in own):
         flags = ", ".join(one.flag for one in own if not one.control)
         raise UsageError("A chosen cell has its own style, seed and settings.", f"Leave out {flags} and the controls.")
-    wanted = request_of_cell(options.chosen, options.checkpoint)
-    another = options.audio is not None and str(options.audio.absolute()) != wanted["audio"]
-    options.audio = options.audio or Path(wanted["audio"])
-    if another or _says_words(options):
-        wanted |= {"audio": options.audio, **{name: _value(options, table(Settings)[name]) for name in named(words=True)}}
+    values = request_of_cell(options.chosen, options.checkpoint)
+    is_other = options.audio is not None and str(options.audio.absolute()) != values["audio"]
+    options.audio = options.audio or Path(values["audio"])
+    if is_other or _has_words(options):
+        values |= {"audio": options.audio, **{name: _value(options, table(Settings)[name]) for name in named(words=True)}}
     free = [one for one in options_of(Settings) if not (one.cell or one.alternatives or one.partner)]
-    return Request(**wanted, **{one.name: _value(options, one) for one in free})
+    return Request(**values, **{one.name: _value(options, one) for one in free})
 
 
-def _says_words(options: argparse.Namespace) -> bool:
+def _has_words(options: argparse.Namespace) -> bool:
     """Return whether the options say where the words come from."""
     return options.no_transcript or any(getattr(options, name) not in (None, False) for name in named(words=True))
 
 
 def session(options: argparse.Namespace) -> "Session":
-    """Return the engine that the options describe."""
+    """Return a session with the models of the options."""
     from ..performance.synthesis import Session
 
     share_cores()
@@ -140,7 +142,7 @@ def session(options: argparse.Namespace) -> "Session":
 
 
 def perform(options: argparse.Namespace, wanted: "Request") -> "Result":
-    """Synthesise in this process behind a progress bar and print warnings as notes."""
+    """Generate motions in this process behind a progress bar; print warnings as notes."""
     engine, edits = session(options), getattr(options, "edits", None)
     if edits is not None:
         from ..direction import directing
@@ -154,11 +156,11 @@ def perform(options: argparse.Namespace, wanted: "Request") -> "Result":
             result = engine.synthesize(wanted, progress)
     for warning in result.warnings:
         note(warning)
-    return _by_cues(options, result)
+    return _with_cues(options, result)
 
 
-def _by_cues(options: argparse.Namespace, result: "Result") -> "Result":
-    """Return the result with mouths that Rhubarb's cues move, where the options name some."""
+def _with_cues(options: argparse.Namespace, result: "Result") -> "Result":
+    """Replace the mouths of a result by Rhubarb's cues, if the options name a file of them."""
     if getattr(options, "rhubarb", None) is None:
         return result
     from ..motion import rhubarb
@@ -167,7 +169,7 @@ def _by_cues(options: argparse.Namespace, result: "Result") -> "Result":
 
 
 def _affects(text: str) -> list[tuple[str, float]]:
-    """Return names and values of ``NAME=X`` or ``NAME=X,NAME=X``."""
+    """Return the names and values of ``NAME=X`` or ``NAME=X,NAME=X``."""
     pairs = []
     for part in text.split(","):
         name, _, value = part.partition("=")
@@ -186,14 +188,14 @@ def _side(text: str) -> float:
 
 
 def _transcript(options: argparse.Namespace) -> Path | None:
-    """Return the transcript file: the named one, or one of the recording's name beside it."""
-    if _says_words(options) or options.listen:
+    """Return the transcript file: the named one, or the one with the recording's name beside it, or None; print a note."""
+    if _has_words(options) or options.listen:
         return options.transcript
     from ..words.beside import beside
 
     file = beside(options.audio)
     if file is None and not options.audio.is_file():
-        return None  # what is wrong with the recording is said by whoever reads it
+        return None  # reading the recording raises the error
     if file is None:
         from ..words import recognise
 
@@ -205,4 +207,4 @@ def _transcript(options: argparse.Namespace) -> Path | None:
 
 
 _TYPES = {"number": float, "whole": int, "path": Path, "document": Path, "side": _side, "affects": _affects}
-"""Kind of a setting -> what makes a value of an option's text."""
+"""Kind of a setting -> converter of an option's text."""

@@ -1,4 +1,4 @@
-"""``s2ag rig``: which bone of a character is which part of its body, as a table and as a map to edit."""
+"""``s2ag rig``: prints which bones of a character are which parts of its body, and saves them as maps to edit."""
 
 import argparse
 import json
@@ -31,7 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the table of joints, save the map, and fail where an arm is missing."""
+    """Print the table of bones, save the maps, and raise :class:`RigUnusable` if an arm is missing."""
     job = {
         "character": characters.checked(options.character),
         "gender": options.gender,
@@ -48,19 +48,20 @@ def run(options: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
         path = Path(folder) / "survey.json"
         path.write_text(json.dumps(job), "utf-8")
-        told = blender.run("cast.survey", str(path))
-    print(f"{told['armature']}: {told['family']}, {told['bones']} bones\n\n{told['table']}")
-    print(f"\nface: {told['face']['table']}")
-    for warning in told["warnings"]:
+        survey = blender.run("cast.survey", str(path))
+    print(f"{survey['armature']}: {survey['family']}, {survey['bones']} bones\n\n{survey['table']}")
+    print(f"\nface: {survey['face']['table']}")
+    for warning in survey["warnings"]:
         note(warning)
     if options.save:
-        maps.save(options.save, maps.parse(told["map"]), told["armature"])
+        maps.save(options.save, maps.parse(survey["map"]), survey["armature"])
         note(f"{options.save} holds what was found.")
     if options.save_face:
-        if told["face"]["map"] is None:
-            raise RigUnusable(f"{told['armature']} has no face that speaks.", "Give it shape keys or a jaw with a usual name.")
-        shapes.save(options.save_face, shapes.parse(told["face"]["map"]))
+        if survey["face"]["map"] is None:
+            name = survey["armature"]
+            raise RigUnusable(f"{name} has no face that speaks.", "Give it shape keys or a jaw with a usual name.")
+        shapes.save(options.save_face, shapes.parse(survey["face"]["map"]))
         note(f"{options.save_face} holds the face that was found.")
-    if told["refusal"]:
-        raise RigUnusable(told["refusal"]["message"], told["refusal"]["remedy"])
+    if survey["refusal"]:
+        raise RigUnusable(survey["refusal"]["message"], survey["refusal"]["remedy"])
     return 0

@@ -1,14 +1,20 @@
-"""``s2ag sample``: many takes and styles of one recording on one sheet, to choose from by eye; a map of the styles."""
+"""``s2ag sample``: shows many takes and styles of a recording side by side, and draws a map of the styles."""
 
 import argparse
 import json
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import EngineMissing, UsageError
 from ..files import check_output, whole_file
 from . import blender, performance
 from .progress import Progress, note
+
+if TYPE_CHECKING:
+    from ..motion.motion import Motion
+    from ..sampling.sheet import Sheet
 
 SUMMARY = "show many takes and styles of one recording side by side"
 EXAMPLE = """examples:
@@ -34,7 +40,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Check everything, synthesise in one batch, render all cells as one scene."""
+    """Check everything, generate all takes in one batch, render all cells as one scene."""
     files = _files(options)
     every = [options.style] if options.styles is None else [style.strip() for style in options.styles.split(",")]
     if options.styles is not None and (options.style or not all(every)):
@@ -52,9 +58,9 @@ def run(options: argparse.Namespace) -> int:
 
     session, sheet = performance.session(options), None
     if options.audio:
-        wanted = performance.request(options, takes=1)
+        request = performance.request(options, takes=1)
         with Progress() as progress:
-            sheet, motions, result = sheets.sample(session, wanted, every, options.takes, progress)
+            sheet, motions, result = sheets.sample(session, request, every, options.takes, progress)
         for warning in result.warnings:
             note(warning)
         _show(options, sheet, motions, files)
@@ -69,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _files(options: argparse.Namespace) -> list[Path]:
-    """What is written of the sheet, checked; its JSON is always among it."""
+    """Return the checked output files of the sheet, which always include its JSON."""
     if not options.audio and (options.outputs or not options.map):
         raise UsageError("No recording was given.", "Name one, or ask for --map alone.")
     if options.audio and not (options.outputs or options.map):
@@ -92,10 +98,10 @@ def _files(options: argparse.Namespace) -> list[Path]:
     return files
 
 
-def _show(options: argparse.Namespace, sheet, motions, files: list[Path]) -> None:
-    """Film and contact sheet, by Blender."""
-    shown = [str(path.absolute()) for path in files if path.suffix.lower() != ".json"]
-    if not shown:
+def _show(options: argparse.Namespace, sheet: "Sheet", motions: Sequence["Motion"], files: list[Path]) -> None:
+    """Render the film and the contact sheet in Blender."""
+    pictures = [str(path.absolute()) for path in files if path.suffix.lower() != ".json"]
+    if not pictures:
         return
     with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
         cells = []
@@ -105,7 +111,7 @@ def _show(options: argparse.Namespace, sheet, motions, files: list[Path]) -> Non
             style, seed = cell.label
             cells.append({"motion": str(path), "row": cell.row, "column": cell.column, "label": [f"{number}  {style}", seed]})
         job = Path(folder) / "sheet.json"
-        content = {"cells": cells, "audio": str(options.audio.absolute()), "fps": options.fps, "outputs": shown}
+        content = {"cells": cells, "audio": str(options.audio.absolute()), "fps": options.fps, "outputs": pictures}
         job.write_text(json.dumps(content), "utf-8")
         with Progress() as progress:
             blender.run("film.sheet", str(job), progress=progress)

@@ -1,4 +1,4 @@
-"""``s2ag study``: ask people which gestures they believe, as the paper did."""
+"""``s2ag study``: makes the page of a user study of clips, as in the paper, and analyses its answers."""
 
 import argparse
 import json
@@ -41,7 +41,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Make or analyse."""
+    """Make a study or analyse its answers."""
     return _make(options) if options.verb == "make" else _analyse(options)
 
 
@@ -53,11 +53,11 @@ def _make(options: argparse.Namespace) -> int:
     if options.form not in build.FORMS:
         raise UsageError(f"There is no form {options.form!r}.", f"Forms are {', '.join(build.FORMS)}.")
     with films.filmed(options.clips, options.character, options.speech) as clips, tempfile.TemporaryDirectory() as spoken:
-        found = design.find(clips, options.seed, options.form)
+        study = design.find(clips, options.seed, options.form)
         if options.form == "matched":
-            found = design.mismatched(found, Path(spoken))
-        place = build.build(found, options.output, options.title, options.participants)
-    print(f"{place / 'page' / 'index.html'}: {len(found.conditions)} conditions, {len(found.excerpts)} excerpts")
+            study = design.mismatched(study, Path(spoken))
+        place = build.build(study, options.output, options.title, options.participants)
+    print(f"{place / 'page' / 'index.html'}: {len(study.conditions)} conditions, {len(study.excerpts)} excerpts")
     print(f"Give participants the folder {place / 'page'}; keep {place / 'key.json'} to yourself.")
     return 0
 
@@ -69,12 +69,12 @@ def _analyse(options: argparse.Namespace) -> int:
         check_output(options.output)
     if analysis.read_key(options.key)["form"] == "rating":
         result = analysis.analyse(analysis.read(options.answers, options.key), options.ours)
-        told = analysis.report(result, options.ours)
+        text = analysis.report(result, options.ours)
     else:
         result = pairs.analyse(pairs.read(options.answers, options.key), options.ours)
-        told = pairs.report(result)
+        text = pairs.report(result)
     if options.output is not None:
         with whole_file(options.output) as temporary:
             temporary.write_text(json.dumps(result, indent=1), encoding="utf-8")
-    print(told)
+    print(text)
     return 0

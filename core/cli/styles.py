@@ -1,4 +1,4 @@
-"""``s2ag styles``: whose manners a checkpoint knows, and what can be turned up and down in them."""
+"""``s2ag styles``: lists the styles and controls of a checkpoint."""
 
 import argparse
 import json
@@ -22,24 +22,24 @@ def run(options: argparse.Namespace) -> int:
     """Print names and descriptions."""
     from ..model.catalogue import describe
 
-    known = describe(options.checkpoint)
-    speakers, controls = known["speakers"], known["controls"]
+    description = describe(options.checkpoint)
+    speakers, controls = description["speakers"], description["controls"]
     if options.json:
         print(json.dumps({"styles": speakers, "controls": controls}, indent=2))
         return 0
-    _table([(one["name"], one["description"] + (" (default)" if one["default"] else "")) for one in speakers])
+    _print_table([(one["name"], one["description"] + (" (default)" if one["default"] else "")) for one in speakers])
     if controls:
         print("\nControls, from -1 to 1; 0 is as the performer would:")
-        _table([(_option(one["name"]), one["description"]) for one in controls])
+        _print_table([(_option(one["name"]), one["description"]) for one in controls])
     return 0
 
 
-def _table(rows: list[tuple[str, str]]) -> None:
+def _print_table(rows: list[tuple[str, str]]) -> None:
     width = max((len(name) for name, _ in rows), default=0)
     for name, description in rows:
         print(f"{name:<{width}}  {description}".rstrip())
 
 
 def _option(control: str) -> str:
-    """How the control is set on the command line."""
+    """Return the option that sets a control."""
     return f"--affect {control}=X" if control in AFFECTS else f"--{control} X"

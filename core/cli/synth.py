@@ -1,9 +1,14 @@
-"""``s2ag synth``: a recording to motion files, without Blender."""
+"""``s2ag synth``: generates gestures for a recording and writes motion files, without Blender."""
 
 import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import UsageError
 from . import outputs, performance
+
+if TYPE_CHECKING:
+    from ..motion.motion import Motion
 
 SUMMARY = "make gestures for a recording and write them as motion files"
 EXAMPLE = """examples:
@@ -22,27 +27,27 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write every take to every output."""
-    wanted = performance.request(options)
-    files = outputs.plan(options.outputs, SUFFIXES, wanted.takes, performance.inputs(options))
-    result = performance.perform(options, wanted)
+    request = performance.request(options)
+    files = outputs.plan(options.outputs, SUFFIXES, request.takes, performance.inputs(options))
+    result = performance.perform(options, request)
     for motion, paths in zip(result.motions, files, strict=True):
         for path in paths:
             save(motion, path)
     return 0
 
 
-def save(motion, path) -> None:
+def save(motion: "Motion", path: Path) -> None:
     """Write a motion in the format of the path's suffix."""
     from ...rigs import bvh
     from ..motion import as_json
 
-    writers = {".npz": lambda motion, path: motion.save(path), ".bvh": bvh.save, ".json": as_json.save, ".tsv": _cues}
-    writer = _cues if path.name.lower().endswith(".rhubarb.json") else writers[path.suffix.lower()]
+    writers = {".npz": lambda motion, path: motion.save(path), ".bvh": bvh.save, ".json": as_json.save, ".tsv": _save_cues}
+    writer = _save_cues if path.name.lower().endswith(".rhubarb.json") else writers[path.suffix.lower()]
     writer(motion, path)
 
 
-def _cues(motion, path) -> None:
-    """The mouth as Rhubarb would write it."""
+def _save_cues(motion: "Motion", path: Path) -> None:
+    """Write the mouth as cues in Rhubarb's format; raises :class:`UsageError` without a face."""
     from ..motion import rhubarb
 
     if motion.face is None:

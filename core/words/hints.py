@@ -1,4 +1,4 @@
-"""A transcript's hints as changes to the performance: stress, pauses, gestures, size, side, rest, style."""
+"""Applies the hints of a transcript: stress, pauses, gestures, size, side, rest, style."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -11,8 +11,8 @@ from .markup import Mark
 
 
 class Hint(NamedTuple):
-    """What a hint asks for: the ``word`` whose gesture it is, which a network that cannot be asked for strokes hears instead of
-    the one that is said, and the ``meaning`` of that stroke, as corpora name it, for networks that can.
+    """A hint that requests a gesture. ``meaning`` is its name in the corpora, for networks conditioned on strokes; ``word`` has
+    this gesture and replaces the spoken word in the input of other networks.
     """
 
     word: str
@@ -30,32 +30,32 @@ HINTS = {
     "three": Hint("three", "count"), "thing": Hint("thing", "thing"), "example": Hint("example", "example"),
     "but": Hint("but", "however"), "huge": Hint("huge", "big"), "wide": Hint("huge", "big"), "never": Hint("never", "not"),
 }  # fmt: skip
-"""Hints that ask for a gesture."""
+"""Hints that request a gesture."""
 SIZES = {"big": 1.6, "bigger": 1.6, "large": 1.6, "small": 0.55, "smaller": 0.55, "calm": 0.55}
 REST = ("none", "rest", "still")
 SIDES = {"left": -1.0, "right": 1.0}
 
-_STRESSED = 1.25
-"""How much larger a gesture is on a stressed word."""
-_RAMP = 0.45
-"""Seconds in which a wish comes and goes."""
-_HELD_BACK = 0.8
-"""How far the other arm goes to rest where a side was asked for."""
+_STRESS_SCALE = 1.25
+"""Factor by which gestures on stressed words are scaled."""
+_RAMP_SECONDS = 0.45
+"""Seconds over which an effect fades in and out."""
+_OTHER_ARM_REST = 0.8
+"""Share by which the other arm goes to the rest pose where a side is requested."""
 _AS, _USUAL = "as", "usual"
-"""``{as STYLE}`` begins a style, and ``{as usual}`` the take's own again,"""
-_TURNS = 0.2
-"""so many seconds before the word."""
-_LEAD = 0.5
-"""Seconds before a word in which its gesture is prepared."""
+"""``{as STYLE}`` starts a style, and ``{as usual}`` returns to the take's own."""
+_STYLE_LEAD = 0.2
+"""Seconds before the word at which a style starts."""
+_GESTURE_LEAD = 0.5
+"""Seconds around a word that its gesture takes."""
 
 
 @dataclass(frozen=True)
 class Wishes:
-    """Marks that are understood, for ``words`` ``(text, start, end)``; ``unknown`` are hints that mean nothing here.
+    """Effects of all marks of a transcript; ``unknown`` are hints without a meaning.
 
-    ``stressed`` are numbers of words, ``gestures`` maps some to the hint (of :data:`HINTS`) and the side (-1 left, 1
-    right, 0 either) of what is to be seen there; ``rests`` are spans and the others ``(start, end, value)``, in seconds.
-    ``styles`` begin at ``(seconds, name)``, without a name the take's own.
+    ``stressed`` are indices of words; ``gestures`` maps indices to the hint (of :data:`HINTS`) and side (-1 left, 1 right,
+    0 either) of a gesture; ``rests`` are ``(start, end)``, ``sizes`` and ``sides`` ``(start, end, value)``, in seconds.
+    ``styles`` are ``(start, name)``, with an empty name for the take's own style.
     """
 
     stressed: frozenset[int] = frozenset()
@@ -68,12 +68,12 @@ class Wishes:
 
     @property
     def shapes_motion(self) -> bool:
-        """Whether the finished motion is to be changed."""
+        """Whether :func:`perform` changes the motion."""
         return bool(self.sizes or self.sides or self.rests)
 
 
 def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]]) -> Wishes:
-    """Wishes of marks whose numbers count ``words``."""
+    """Return the effects of marks, whose indices refer to ``words`` ``(text, start, end)``."""
     stressed, gestures, sizes, sides, rests, unknown, styles = set(), {}, [], [], [], [], []
     for mark in marks:
         if mark.kind == "pause":
@@ -86,7 +86,7 @@ def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]])
             stressed.add(mark.first)
         elif names[0] == _AS and len(names) > 1:
             name = " ".join(names[1:])
-            styles.append((max(start - _TURNS, 0.0), "" if name == _USUAL else name))
+            styles.append((max(start - _STYLE_LEAD, 0.0), "" if name == _USUAL else name))
         elif mark.value in REST:
             rests.append((start, end))
         elif mark.value in SIZES:
@@ -94,13 +94,13 @@ def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]])
         elif names[-1] in SIDES and (len(names) == 1 or " ".join(names[:-1]) in HINTS):
             gestures[mark.first] = " ".join(names[:-1]) or "point", SIDES[names[-1]]
             stressed.add(mark.first)
-            sides.append((start - _LEAD, words[mark.first][2] + _LEAD, SIDES[names[-1]]))
+            sides.append((start - _GESTURE_LEAD, words[mark.first][2] + _GESTURE_LEAD, SIDES[names[-1]]))
         elif mark.value in HINTS:
             gestures[mark.first] = mark.value, 0.0
             stressed.add(mark.first)
         else:
             unknown.append(mark.value)
-    sizes += [(words[number][1], words[number][2], _STRESSED) for number in sorted(stressed)]
+    sizes += [(words[number][1], words[number][2], _STRESS_SCALE) for number in sorted(stressed)]
     spans = tuple(sizes), tuple(sides), tuple(rests)
     return Wishes(frozenset(stressed), gestures, *spans, tuple(dict.fromkeys(unknown)), tuple(styles))
 
@@ -108,49 +108,50 @@ def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]])
 def heard(
     words: Sequence[tuple[str, float, float]], wishes: Wishes, understood: bool = True, asked: frozenset[int] = frozenset()
 ) -> list[tuple[str, float, float]]:
-    """Return the words as network input: those of a language that is not ``understood`` as unknown ones.
+    """Return the words as input of the network: empty texts where the language is not ``understood``.
 
-    A hint replaces its word by the one that has the gesture, except at the words whose numbers are in ``asked``.
+    A gesture hint replaces its word by one that has the gesture, except at the indices in ``asked``, where the network is
+    conditioned on a stroke.
     """
-    instead = {number: HINTS[hint].word for number, (hint, _) in wishes.gestures.items() if number not in asked}
+    replaced = {number: HINTS[hint].word for number, (hint, _) in wishes.gestures.items() if number not in asked}
     spoken = [(text if understood else "", start, end) for text, start, end in words]
-    return [(instead.get(number, text), start, end) for number, (text, start, end) in enumerate(spoken)]
+    return [(replaced.get(number, text), start, end) for number, (text, start, end) in enumerate(spoken)]
 
 
 def perform(directions: np.ndarray, wishes: Wishes, pose: np.ndarray) -> np.ndarray:
-    """Directions ``(frames, 9, 3)`` at 15 fps with sizes, sides and rests as wished, and all else as it was to the bit.
+    """Apply the sizes, sides and rests of hints to edge directions ``(frames, 9, 3)`` at 15 fps; all else stays bit-identical.
 
-    ``pose`` is rest, ``(9, 3)``, or ``(frames, 9, 3)`` where it changes on the way.
+    ``pose`` is the rest pose, ``(9, 3)``, or ``(frames, 9, 3)`` if it changes over time.
     """
     if not wishes.shapes_motion:
         return directions
     time = np.arange(len(directions)) / skeleton.FPS
     for start, end, side in wishes.sides:
-        directions = _sided(directions, envelope(time, start, end), side, pose)
+        directions = _lead_with(directions, envelope(time, start, end), side, pose)
     size = np.ones(len(time))
     for start, end, value in wishes.sizes:
         size *= 1 + (value - 1) * envelope(time, start, end)
     directions = rest.scale(directions, size, pose)
-    still = np.zeros(len(time))
+    rest_weight = np.zeros(len(time))
     for start, end in wishes.rests:
-        still = np.maximum(still, envelope(time, start, end))
-    return rest.slerp(directions, pose, still[:, None]).astype(np.float32) if still.any() else directions
+        rest_weight = np.maximum(rest_weight, envelope(time, start, end))
+    return rest.slerp(directions, pose, rest_weight[:, None]).astype(np.float32) if rest_weight.any() else directions
 
 
 def envelope(time: np.ndarray, start: float, end: float) -> np.ndarray:
-    """1 between two moments, easing to 0 within half a second outside."""
-    outside = np.maximum(np.maximum(start - time, time - end), 0) / _RAMP
+    """Return weights that are 1 from ``start`` to ``end`` seconds and ease to 0 within half a second outside."""
+    outside = np.maximum(np.maximum(start - time, time - end), 0) / _RAMP_SECONDS
     share = np.clip(1 - outside, 0, 1)
     return share * share * (3 - 2 * share)
 
 
-def _sided(directions: np.ndarray, weight: np.ndarray, side: float, pose: np.ndarray) -> np.ndarray:
-    """The hand of the wished side leads: the mirror image where the other arm does more, and that arm held back."""
+def _lead_with(directions: np.ndarray, weight: np.ndarray, side: float, pose: np.ndarray) -> np.ndarray:
+    """Let the arm of ``side`` lead: mirror the motion where the other arm moves more, and blend that arm toward ``pose``."""
     lift = np.arccos(np.clip((directions * rest.REST).sum(-1), -1, 1))
     left, right = ((weight[:, None] * lift[:, list(arm)]).sum() for arm in skeleton.ARMS)
     if (right - left) * side < 0:
         directions = rest.slerp(directions, skeleton.mirror(directions), weight[:, None])
     other = list(skeleton.ARMS[side < 0])
     result = directions.astype(np.float32)
-    result[:, other] = rest.slerp(result[:, other], np.asarray(pose)[..., other, :], _HELD_BACK * weight[:, None])
+    result[:, other] = rest.slerp(result[:, other], np.asarray(pose)[..., other, :], _OTHER_ARM_REST * weight[:, None])
     return result
