@@ -47,6 +47,11 @@ class ChildFailed(Exception):
     """The child gave no usable answer; the message completes "It ..."."""
 
 
+def environment() -> dict[str, str]:
+    """Return this process's environment variables for another Python, without those that are meant for the running one."""
+    return {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONSAFEPATH")}
+
+
 def apart() -> dict[str, Any]:
     """Return arguments of :class:`subprocess.Popen` for a child in its own process group, which Ctrl-C does not reach."""
     if os.name == "nt":

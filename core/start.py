@@ -25,12 +25,20 @@ def package(name: str = "s2ag") -> ModuleType:
     return module
 
 
-def module_command(python: str, module: str) -> list[str]:
-    """Return the command that runs ``module`` of this package in ``python``, which need not have it installed.
+def module_command(module: str) -> list[str]:
+    """Return the command that runs ``module`` of this tree in the running Python, which need not have it installed.
 
-    The running Python is isolated from environment variables, which may be meant for another one.
+    It is isolated from environment variables, which may be meant for another Python.
     """
-    return [python, "-I" if python == sys.executable else "-P", os.path.abspath(__file__), "--", module]
+    return [sys.executable, "-I", os.path.abspath(__file__), "--", module]
+
+
+def package_command(python: str, module: str) -> list[str]:
+    """Return the command that runs ``module`` of the package ``s2ag`` that is installed in ``python``.
+
+    The working folder is not searched, so no folder there that is called ``s2ag`` takes the package's place.
+    """
+    return [python, "-P", "-m", f"s2ag.{module}"]
 
 
 if __name__ == "__main__":

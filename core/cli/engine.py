@@ -20,7 +20,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Check the Python and print its facts."""
-    check = interpreter.Check(interpreter.python_in(options.python), full=True)
+    check = interpreter.Check(interpreter.python_in(options.python))
     with Progress() as progress:
         facts = check.wait(progress)
     versions = ", ".join(f"{name} {version}" for name, version in facts["packages"].items() if version)

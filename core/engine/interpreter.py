@@ -1,21 +1,30 @@
-"""Checks whether another Python can run the engine: a child process of it must decode a clip and generate gestures for it."""
+"""Checks whether a Python can run the engine: a child process of it must decode a clip and generate gestures for it.
+
+A full engine is the package ``s2ag[full]`` in a Python of the user's; its version must be that of this code.
+"""
 
 import contextlib
 import json
 import os
+import re
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from .. import child
 from ..errors import Cancelled, EngineMissing, S2agError, WorkerFailed
-from ..start import module_command
+from ..start import module_command, package_command
+from ..version import VERSION
 
 PAUSE = 0.05
 """Seconds between polls while waiting."""
 _INSTALL = 'In a terminal, let that Python run: -m pip install "s2ag[full]"'
+_UPGRADE = f'In a terminal, let that Python run: -m pip install --upgrade "s2ag[full]=={VERSION}"'
+_NO_MODULE = re.compile(r"No module named '?s2ag\b(\.?)")
+_IMPORT_LIMIT = 60
+"""Seconds that a Python may take to import the package."""
 _MAX_OUTPUT = 100_000
 """Bytes that are read from the end of the child's output."""
 
@@ -37,33 +46,37 @@ def python_in(path: str | os.PathLike) -> str:
     raise EngineMissing(f"There is no Python in {path}.", "Choose a Python, or the folder of its environment.")
 
 
-def command(python: str) -> list[str]:
-    """Return the command by which ``python`` generates gestures for a clip and prints what it has for the engine."""
-    return [*module_command(python, "core.engine.inventory"), "--try"]
+def command(python: str | None) -> list[str]:
+    """Return the command by which ``python`` generates gestures for a clip and prints what it has for the engine.
+
+    It runs the package ``s2ag`` of that Python; None is the running Python with this code.
+    """
+    module = "core.engine.inventory"
+    return [*(package_command(python, module) if python else module_command(module)), "--try"]
 
 
 class Check:
     """Checks ``python`` in a child process; after :meth:`poll` returned True, there are facts in ``result`` or an ``error``.
 
-    With ``full`` it must have PyTorch, too. Raises :class:`WorkerFailed` if it cannot be started.
+    It must have the package ``s2ag[full]`` in the version of this code. None is the running Python with this code, which needs
+    no package. Raises :class:`WorkerFailed` if it cannot be started.
     """
 
     stage, value = "Try the engine", 0.0
 
-    def __init__(self, python: str, full: bool = False) -> None:
+    def __init__(self, python: str | None) -> None:
         self.result: dict | None = None
         self.error: S2agError | None = None
         self.lines: list[str] = []
         """The last lines of the child's output, once it has ended."""
-        self._full = full
+        self._full = python is not None
         self._output = tempfile.TemporaryFile()  # noqa: SIM115 the child writes to it until it ends
-        variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONSAFEPATH")}
         pipes = {"stdin": subprocess.DEVNULL, "stdout": self._output, "stderr": subprocess.STDOUT}
         try:
-            self._process = subprocess.Popen(command(python), env=variables, **pipes, **child.apart())
+            self._process = subprocess.Popen(command(python), env=child.environment(), **pipes, **child.apart())
         except OSError as error:
             self._output.close()
-            raise WorkerFailed(f"{python} cannot be run: {error.strerror}.", "Choose another Python.") from error
+            raise _not_run(python or "This Python", error) from error
 
     @property
     def done(self) -> bool:
@@ -111,21 +124,63 @@ class Check:
 
 
 def read_facts(lines: list[str], full: bool = False) -> dict:
-    """Return the facts that the inventory printed; with ``full`` they must include PyTorch.
+    """Return the facts that the inventory printed; with ``full`` they must include this version and PyTorch.
 
-    Raises :class:`WorkerFailed` where there are none or they name a problem, and :class:`EngineMissing` without PyTorch.
+    Raises :class:`WorkerFailed` if there are none or they name a problem, and :class:`EngineMissing` if the package or PyTorch
+    is missing or the package is of another version.
     """
     for line in reversed(lines):
         with contextlib.suppress(ValueError):
             facts = json.loads(line) if line.startswith("{") else None
             if not isinstance(facts, dict):
                 continue
+            if full:
+                require_version(str(facts.get("s2ag", "")))
             if facts.get("problem"):
                 raise WorkerFailed(f"The engine does not work: {facts['problem']}.", _INSTALL)
             if full and not facts.get("packages", {}).get("torch"):
                 raise EngineMissing("This Python has no PyTorch.", _INSTALL)
             return facts
+    raise start_error(lines) or _no_engine(lines)
+
+
+def start_error(lines: Iterable[str]) -> S2agError | None:
+    """Return why a Python did not start the package, from the ``lines`` it printed; None if they do not say so."""
+    for line in lines:
+        if line.startswith("Unknown option: -P"):
+            return WorkerFailed("This Python is older than 3.11.", "Choose Python 3.11 or newer.")
+        if missing := _NO_MODULE.search(line):
+            if missing[1]:
+                return EngineMissing("This Python has another version of the package s2ag.", _UPGRADE)
+            return EngineMissing("This Python does not have the package s2ag.", _INSTALL)
+    return None
+
+
+def require_version(version: str) -> None:
+    """Raise :class:`EngineMissing` unless ``version`` of the package is that of this code."""
+    if version != VERSION:
+        raise EngineMissing(f"This Python has version {version} of the package s2ag instead of {VERSION}.", _UPGRADE)
+
+
+def require_package(python: str) -> None:
+    """Raise :class:`S2agError` unless ``python`` has the package ``s2ag`` in the version of this code; waits for its reply."""
+    probe = [python, "-P", "-c", "import s2ag; print(s2ag.__version__)"]
+    try:
+        done = subprocess.run(probe, env=child.environment(), capture_output=True, text=True, timeout=_IMPORT_LIMIT)
+    except OSError as error:
+        raise _not_run(python, error) from error
+    except subprocess.TimeoutExpired as error:
+        raise _no_engine([]) from error
+    if done.returncode:
+        lines = done.stderr.splitlines()
+        raise start_error(lines) or _no_engine(lines)
+    require_version(done.stdout.strip())
+
+
+def _no_engine(lines: list[str]) -> WorkerFailed:
     last = lines[-1] if lines else "it said nothing"
-    if any(line.startswith("Unknown option: -P") for line in lines):
-        raise WorkerFailed("This Python is older than 3.11.", "Choose Python 3.11 or newer.")
-    raise WorkerFailed(f"This Python cannot run the engine: {last.rstrip('.')}.", _INSTALL)
+    return WorkerFailed(f"This Python cannot run the engine: {last.rstrip('.')}.", _INSTALL)
+
+
+def _not_run(python: str, error: OSError) -> WorkerFailed:
+    return WorkerFailed(f"{python} cannot be run: {error.strerror}.", "Choose another Python.")

@@ -94,15 +94,16 @@ def _device() -> str:
 def gestured() -> tuple[float, str]:
     """Generate gestures for the engine's own clip; return their seconds, and why that failed, else an empty text.
 
-    The clip is an MP3 with a transcript, decoded and aligned like a user's recording, and the network runs by torch if that is
-    installed. Where no decoder is installed, as in Blender's own Python, it is a tone in a WAV file.
+    The clip is an MP3 with a transcript, decoded and aligned like a user's recording, and the network runs by torch in a
+    full engine. Where no decoder is installed, as in Blender's own Python, it is a tone in a WAV file.
     """
     import numpy as np
 
     from ..errors import S2agError
     from ..performance.synthesis import Request, Session
 
-    backend = "torch" if importlib.util.find_spec("torch") else None
+    by_torch = importlib.util.find_spec("torch") and importlib.util.find_spec("..model.by_torch", __package__)
+    backend = "torch" if by_torch else None
     try:
         with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
             (motion,) = Session(backend=backend, cache="off").synthesize(Request(**_clip(Path(folder)))).motions

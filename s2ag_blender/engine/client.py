@@ -14,9 +14,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Self, cast
 
-from ...core.engine import protocol
+from ...core.engine import interpreter, protocol
 from ...core.errors import Cancelled, S2agError, WorkerFailed
-from ...core.start import module_command
+from ...core.start import module_command, package_command
 from .process import GRACE, Process
 from .thread import Thread
 
@@ -39,12 +39,26 @@ def find_interpreter(python: str | os.PathLike | None = None) -> str:
         executable = shutil.which(named)
         if not executable:
             raise WorkerFailed(
-                f"The Python interpreter {named} cannot be run.", "Name the python of an environment with s2ag[engine]."
+                f"The Python interpreter {named} cannot be run.", "Name the python of an environment with s2ag[full]."
             )
         return executable
     if Path(sys.executable or "").stem.lower().startswith("python"):
         return sys.executable
     raise WorkerFailed("Blender's own Python cannot be started.", "Name another one in the preferences or in S2AG_PYTHON.")
+
+
+def engine_command(module: str, python: str | os.PathLike | None = None) -> list[str]:
+    """Return the command that runs ``module`` in the engine's Python (:func:`find_interpreter`).
+
+    A Python that was chosen runs its installed package, this one the code of this tree. Raises :class:`WorkerFailed`.
+    """
+    executable = find_interpreter(python)
+    return package_command(executable, module) if is_chosen(python) else module_command(module)
+
+
+def is_chosen(python: str | os.PathLike | None = None) -> bool:
+    """Return whether ``python`` or ``$S2AG_PYTHON`` names the engine's Python, which then is not the one of the extension."""
+    return bool(python or os.environ.get("S2AG_PYTHON"))
 
 
 class Job:
@@ -97,10 +111,11 @@ class WorkerClient:
         self._patience = patience
         self._command = command
         self._process: Process | Thread | None = None
-        self.ships = not (python or command or os.environ.get("S2AG_PYTHON"))
+        self.ships = not (command or is_chosen(python))
         """Whether it is the engine that comes with the extension, in this Python."""
         self._numbers = itertools.count(1)
         self._jobs: dict[int, Job] = {}
+        self._version_check: Job | None = None
         self._last_message = 0.0
 
     def __enter__(self) -> Self:
@@ -122,14 +137,22 @@ class WorkerClient:
     def request(self, method: str, params: dict | None = None) -> Job:
         """Send a request and return at once; raises :class:`WorkerFailed` if no worker can be started."""
         self.pump()
+        is_new = self._process is None
         if self._process is None:
             self._process = self._start()
         if not self._jobs:
             self._last_message = time.monotonic()
+        if is_new and not (self.ships or self._command):
+            self._version_check = self._send("hello", {})
+        return self._send(method, params or {})
+
+    def _send(self, method: str, params: dict) -> Job:
+        """Send a request to the running worker."""
+        assert self._process is not None
         job = Job(self, next(self._numbers), method)
         self._jobs[job.id] = job
         # The worker has a working directory of its own, so send absolute paths.
-        sent = {name: os.path.abspath(value) if name in _PATHS and value else value for name, value in (params or {}).items()}
+        sent = {name: os.path.abspath(value) if name in _PATHS and value else value for name, value in params.items()}
         self._process.send({"id": job.id, "method": method, "params": sent})
         return job
 
@@ -197,7 +220,7 @@ class WorkerClient:
     def _start(self) -> Process | Thread:
         """Start a worker; the extension's own engine runs in a thread where no process can be started."""
         try:
-            return Process(self._command or module_command(find_interpreter(self._python), "core.engine.worker"))
+            return Process(self._command or engine_command("core.engine.worker", self._python))
         except WorkerFailed as error:
             if not self.ships:
                 raise
@@ -235,6 +258,8 @@ class WorkerClient:
             if job is not None:
                 del self._jobs[job.id]
                 job.result = message["result"]
+                if job is self._version_check:
+                    self._compare_version(message["result"])
         elif message.get("event") == "progress":
             if job is not None:
                 job.stage, job.value = str(message["stage"]) if "stage" in message else "", float(message.get("value", 0))
@@ -249,12 +274,19 @@ class WorkerClient:
         elif now - self._last_message > self._patience:
             self._lose(f"The engine has not said a word for {self._patience:g} seconds.")
 
-    def _lose(self, message: str) -> None:
-        """Kill the worker and let all jobs fail with ``message``."""
+    def _compare_version(self, hello: dict) -> None:
+        """End a worker of another version than this code."""
+        try:
+            interpreter.require_version(str(hello.get("version", "")))
+        except S2agError as error:
+            self._lose("", error)
+
+    def _lose(self, message: str, error: S2agError | None = None) -> None:
+        """Kill the worker and let all jobs fail with ``message`` and its remedy, or with ``error``."""
         process, self._process = self._process, None
         assert process is not None
         process.kill()
-        self._fail_all(WorkerFailed(message, process.advice() or _AGAIN))
+        self._fail_all(error or process.start_error() or WorkerFailed(message, process.advice() or _AGAIN))
 
     def _fail_all(self, error: S2agError) -> None:
         jobs, self._jobs = self._jobs, {}

@@ -1,15 +1,14 @@
 """The engine as a child process, with a thread for each of its three pipes, so that no call blocks."""
 
 import contextlib
-import os
 import queue
 import subprocess
 import threading
 from collections import deque
 
 from ...core import child
-from ...core.engine import protocol
-from ...core.errors import WorkerFailed
+from ...core.engine import interpreter, protocol
+from ...core.errors import S2agError, WorkerFailed
 
 GRACE = 10.0
 """Seconds that a cancelled request or a closing worker gets before its process is killed."""
@@ -25,8 +24,7 @@ class Process:
     """
 
     def __init__(self, command: list[str]) -> None:
-        environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONSAFEPATH")}
-        environment = {**_ENVIRONMENT, **environment}
+        environment = {**_ENVIRONMENT, **child.environment()}
         try:  # in a process group of its own, so that Ctrl-C in a terminal reaches the client only
             self._popen = subprocess.Popen(
                 command,
@@ -61,10 +59,14 @@ class Process:
             return "The engine closed its output."
         return f"The engine was killed by signal {-code}." if code < 0 else f"The engine ended with status {code}."
 
+    def start_error(self) -> S2agError | None:
+        """Return why the Python did not start its package, if the log says so."""
+        return interpreter.start_error(self._log)
+
     def advice(self) -> str:
         """Return a remedy if the log says that a package is missing, else an empty text."""
         missing = next((line for line in self._log if line.startswith(("ModuleNotFoundError", "ImportError"))), "")
-        return f"Its Python lacks something ({missing.strip()}); install s2ag[engine] there." if missing else ""
+        return f"Its Python lacks something ({missing.strip()}); install s2ag[full] there." if missing else ""
 
     def end(self) -> None:
         """Request a shutdown; kill the process if it does not end within :data:`GRACE` seconds."""

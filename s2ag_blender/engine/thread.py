@@ -33,6 +33,9 @@ class Thread:
         """Return one sentence on how it ended."""
         return "The engine ended."
 
+    def start_error(self) -> None:
+        """Return None: it has been started."""
+
     def advice(self) -> str:
         """Return an empty text: there is no log with a remedy."""
         return ""

@@ -1,11 +1,11 @@
 """``blender --command s2ag ...``: runs the verbs of the command line from Blender.
 
 The verbs run in the engine's Python, with the options, messages and exit codes of the command line; it starts this Blender
-again for verbs that need it. Verbs of the Python package alone end with an error (:mod:`core.cli.parser`).
+again for verbs that need it. A Python that was chosen runs its own package; in Blender's Python, verbs that only the package
+has end with an error (:mod:`core.cli.parser`).
 """
 
 import contextlib
-import os
 import signal
 import subprocess
 import sys
@@ -14,8 +14,9 @@ from typing import Any
 
 import bpy
 
+from ...core import child
+from ...core.engine import interpreter
 from ...core.errors import Cancelled, S2agError
-from ...core.start import module_command
 from ..datablocks import current_context
 from ..engine import client, known
 
@@ -51,13 +52,16 @@ def _signal_handler(number: int, handler: Callable[..., Any]) -> Iterator[None]:
 def _verb(arguments: list[str]) -> int:
     """Run a verb in the engine's Python and return its exit code.
 
-    The child shares the terminal, so Ctrl-C reaches it, too; SIGTERM is passed on.
+    The child shares the terminal, so Ctrl-C reaches it, too; SIGTERM is passed on. Raises :class:`S2agError` if a Python that
+    was chosen does not have the package in this version.
     """
-    python = client.find_interpreter(known.interpreter(current_context()))
-    variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONSAFEPATH")}
+    python = known.interpreter(current_context())
+    if client.is_chosen(python):
+        interpreter.require_package(client.find_interpreter(python))
+    variables = child.environment()
     if bpy.app.binary_path:
         variables["S2AG_BLENDER"] = bpy.app.binary_path
-    process = subprocess.Popen([*module_command(python, "core.cli.main"), *arguments], env=variables)
+    process = subprocess.Popen([*client.engine_command("core.cli.main", python), *arguments], env=variables)
     with _signal_handler(signal.SIGTERM, lambda *_: process.terminate()):
         while True:
             with contextlib.suppress(KeyboardInterrupt):

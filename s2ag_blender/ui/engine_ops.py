@@ -11,7 +11,7 @@ from ...core.engine import interpreter
 from ...core.errors import S2agError
 from ..datablocks import Context, current_context
 from ..engine import errors_log, known
-from ..engine.client import find_interpreter
+from ..engine.client import find_interpreter, is_chosen
 from ..engine.known import STATE
 from ..takes import gesture
 from ..takes.running import redraw
@@ -24,9 +24,10 @@ def begin(context: Context, path: str = "") -> interpreter.Check:
 
     Call :func:`tick` until it returns False. Raises :class:`S2agError` if there is no such engine.
     """
-    python = interpreter.python_in(path) if path else find_interpreter(known.interpreter(context))
+    chosen = interpreter.python_in(path) if path else known.interpreter(context)
+    python = find_interpreter(chosen)
     STATE.error = None
-    STATE.work, STATE.chosen = interpreter.Check(python, full=bool(path)), path
+    STATE.work, STATE.chosen = interpreter.Check(python if is_chosen(chosen) else None), path
     return STATE.work
 
 

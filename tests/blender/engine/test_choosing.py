@@ -18,8 +18,9 @@ from s2ag.s2ag_blender.ui import engine_ops
 
 ROOT = Path(__file__).resolve().parents[3]
 @pytest.fixture
-def bare(tmp_path):
+def bare(tmp_path, monkeypatch):
     """A Python that has nothing."""
+    monkeypatch.delenv("PYTHONPATH", raising=False)
     place = tmp_path / "bare"
     subprocess.run([sys.executable, "-I", "-m", "venv", "--without-pip", str(place)], check=True)
     return place
@@ -71,17 +72,17 @@ def test_a_stored_choice_of_an_earlier_version_still_works(extension, old_set_up
 
 
 def test_an_engine_that_does_not_work_is_not_kept(extension, bare):
-    with pytest.raises(RuntimeError, match="cannot run the engine|does not work"):
+    with pytest.raises(RuntimeError, match="does not have the package s2ag.*pip install"):
         bpy.ops.s2ag.engine_choose(filepath=str(bare))
     assert known.ships(bpy.context) and known.STATE.error is not None
-    assert "numpy" in errors_log.latest().read_text() and bpy.ops.s2ag.open_log() == {"FINISHED"}
+    assert "No module named" in errors_log.latest().read_text() and bpy.ops.s2ag.open_log() == {"FINISHED"}
     with pytest.raises(RuntimeError, match="There is no Python in"):
         bpy.ops.s2ag.engine_choose(filepath=str(bare.parent))
 
 
 def test_check_says_what_is_missing(extension, monkeypatch, bare):
     monkeypatch.setenv("S2AG_PYTHON", str(bare / "bin" / "python"))
-    with pytest.raises(RuntimeError, match="cannot run the engine|does not work"):
+    with pytest.raises(RuntimeError, match="does not have the package s2ag"):
         bpy.ops.s2ag.engine_check()
 
 
@@ -142,7 +143,7 @@ def test_no_connection_is_opened_while_gestures_are_made(examples, tmp_path):
     environment = os.environ.get("PYTHONPATH", "")
     os.environ["PYTHONPATH"] = str(hook)
     try:
-        command = module_command(python, "core.engine.worker")
+        command = module_command("core.engine.worker")
         with client.WorkerClient(command=[python, "-P", *command[2:]]) as worker:  # isolated it would not see the hook
             told = worker.call("synthesize", {"audio": str(examples / "hello.flac")})
             assert told["motions"]

@@ -9,7 +9,8 @@ import wave
 
 import numpy as np
 import pytest
-from s2ag.core.errors import Cancelled, S2agError, UsageError, WorkerFailed
+from s2ag.core.engine import interpreter
+from s2ag.core.errors import Cancelled, EngineMissing, S2agError, UsageError, WorkerFailed
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender.engine import client as module
 from s2ag.s2ag_blender.engine.client import WorkerClient, find_interpreter
@@ -291,6 +292,35 @@ def test_a_thread_drops_what_is_cancelled_and_serves_on(no_python, tone):
 def test_a_python_that_was_named_is_not_replaced_by_a_thread(tmp_path):
     with pytest.raises(WorkerFailed, match="cannot be run"):
         WorkerClient(python=tmp_path / "python3").call("hello")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs POSIX")
+def test_a_package_of_another_version_is_refused_before_it_is_used(tmp_path, tone):
+    python = tmp_path / "python"
+    older = (
+        "import sys\n"
+        "import s2ag.core.engine.worker as worker\n"
+        "worker.VERSION = '0.0.1'\n"
+        "sys.exit(worker.main())\n"
+    )
+    (tmp_path / "older.py").write_text(older)
+    python.write_text(f"#!/bin/sh\nexec {sys.executable} {tmp_path / 'older.py'}\n")
+    python.chmod(0o755)
+    with WorkerClient(python=python) as client:
+        for _ in range(2):  # a new process each time
+            with pytest.raises(EngineMissing, match="version 0.0.1 of the package s2ag instead") as raised:
+                client.call("synthesize", {"audio": str(tone)})
+            assert "pip install --upgrade" in raised.value.remedy and client.pid is None
+
+
+def test_a_python_without_the_package_is_one_sentence(monkeypatch, tmp_path):
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    subprocess.run([sys.executable, "-I", "-m", "venv", "--without-pip", str(tmp_path / "bare")], check=True)
+    with (
+        WorkerClient(python=interpreter.python_in(tmp_path / "bare")) as client,
+        pytest.raises(EngineMissing, match="does not have the package s2ag.*pip install"),
+    ):
+        client.call("hello")
 
 
 def test_the_thread_brings_nothing_heavy_into_blender(tmp_path):

@@ -23,10 +23,10 @@ START = (
 def command(tmp_path):
     """Runs the command with a fresh home of Blender and returns the finished process."""
 
-    def run(*arguments, **variables):
+    def run(*arguments, first="", **variables):
         home = {"BLENDER_USER_RESOURCES": str(tmp_path / "home"), **variables}
         return subprocess.run(
-            [sys.executable, "-c", START, *map(str, arguments)],
+            [sys.executable, "-c", first + START, *map(str, arguments)],
             cwd=tmp_path,
             capture_output=True,
             text=True,
@@ -61,6 +61,15 @@ def test_the_other_verbs_and_their_errors(command, engine):
 
 def test_help_names_the_verbs(command, engine):
     assert "animate" in command("--help", S2AG_PYTHON=engine).stdout
+
+
+def test_a_python_without_the_package_is_one_sentence(command, tmp_path):
+    subprocess.run([sys.executable, "-I", "-m", "venv", "--without-pip", str(tmp_path / "bare")], check=True)
+    bare = tmp_path / "bare" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    hide = "import os; os.environ.pop('PYTHONPATH', None)\n"
+    done = command("styles", S2AG_PYTHON=str(bare), first=hide)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+    assert "does not have the package s2ag" in done.stderr and "pip install" in done.stderr
 
 
 def test_without_an_engine_it_says_how_to_get_one(command, tmp_path):

@@ -8,22 +8,50 @@ from pathlib import Path
 
 import pytest
 from s2ag.core.engine import interpreter
-from s2ag.core.errors import Cancelled, EngineMissing, WorkerFailed
+from s2ag.core.errors import Cancelled, EngineMissing, S2agError, WorkerFailed
+from s2ag.core.version import VERSION
 
 
-def printed(folder: Path | None = None) -> list[str]:
-    """What the check prints in this Python, which finds the modules in ``folder`` first."""
-    python, _, *rest = interpreter.command(sys.executable)
-    variables = {**os.environ, "PYTHONPATH": str(folder or "")}  # -I would not see it
-    return subprocess.run([python, "-P", *rest], capture_output=True, text=True, env=variables).stdout.splitlines()
+def printed(folder: Path) -> list[str]:
+    """What the check of the package in this Python prints, which finds the modules in ``folder`` first."""
+    places = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
+    done = subprocess.run(
+        interpreter.command(sys.executable), capture_output=True, text=True, env={**os.environ, "PYTHONPATH": places}
+    )
+    return done.stdout.splitlines()
+
+
+def facts(**others) -> list[str]:
+    """What the check prints for a Python that works, but for ``others``."""
+    return [json.dumps({"s2ag": VERSION, "problem": "", "packages": {"torch": "2.4"}, **others})]
+
+
+def python_with(folder: Path, package: str | None) -> str:
+    """A Python that has nothing but a package ``s2ag`` with this source in its ``__init__.py``; None: not even that."""
+    subprocess.run([sys.executable, "-I", "-m", "venv", "--without-pip", str(folder)], check=True)
+    if package is not None:
+        (place,) = [folder / "Lib" / "site-packages"] if os.name == "nt" else folder.glob("lib/python*/site-packages")
+        (place / "s2ag").mkdir()
+        (place / "s2ag" / "__init__.py").write_text(package)
+    return interpreter.python_in(folder)
+
+
+@pytest.fixture
+def alone(monkeypatch, tmp_path):
+    """The working folder holds a stray folder ``s2ag``, and no variable leads to the package."""
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    (tmp_path / "s2ag").mkdir()
+    (tmp_path / "s2ag" / "__init__.py").write_text(f"__version__ = {VERSION!r}\n")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "python"
 
 
 @pytest.mark.slow
 def test_a_clip_is_decoded_and_gestured():
     pytest.importorskip("av")
     pytest.importorskip("torch")
-    facts = interpreter.Check(sys.executable, full=True).wait()
-    assert facts["gestured"] == pytest.approx(14.7, abs=0.1) and not facts["problem"]
+    told = interpreter.Check(sys.executable).wait()
+    assert told["gestured"] == pytest.approx(14.7, abs=0.1) and not told["problem"]
 
 
 def test_an_engine_that_imports_but_cannot_decode_does_not_pass(tmp_path):
@@ -42,18 +70,21 @@ import importlib.util, runpy, sys
 found = importlib.util.find_spec
 importlib.util.find_spec = lambda name, *rest: None if name in ("av", "torch") else found(name, *rest)
 sys.argv = ["start", "--", "core.engine.inventory", "--try"]
-runpy.run_path({interpreter.command(sys.executable)[2]!r}, run_name="__main__")
+runpy.run_path({interpreter.command(None)[2]!r}, run_name="__main__")
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    facts = interpreter.read_facts(done.stdout.splitlines())
-    assert facts["gestured"] == pytest.approx(5.0, abs=0.1)
+    told = interpreter.read_facts(done.stdout.splitlines())
+    assert told["gestured"] == pytest.approx(5.0, abs=0.1)
 
 
 @pytest.mark.parametrize(
     ("lines", "error", "sentence"),
     [
-        ([json.dumps({"problem": "", "packages": {"torch": ""}})], EngineMissing, "This Python has no PyTorch"),
-        ([json.dumps({"problem": "torch does not load: x"})], WorkerFailed, "does not work: torch does not load: x"),
+        (facts(packages={"torch": ""}), EngineMissing, "This Python has no PyTorch"),
+        (facts(problem="torch does not load: x"), WorkerFailed, "does not work: torch does not load: x"),
+        (facts(s2ag="0.0.1", problem="x"), EngineMissing, f"has version 0.0.1 of the package s2ag instead of {VERSION}"),
+        (["python: ... (ModuleNotFoundError: No module named 's2ag')"], EngineMissing, "does not have the package s2ag"),
+        (["python: No module named s2ag.core.engine.inventory"], EngineMissing, "another version of the package s2ag"),
         (["Unknown option: -P", "usage: python3.9"], WorkerFailed, "older than 3.11"),
         (["Traceback", "ModuleNotFoundError: No module named 'numpy'"], WorkerFailed, "cannot run the engine: ModuleNotFound"),
         (["{broken"], WorkerFailed, "cannot run the engine"),
@@ -64,6 +95,26 @@ def test_what_is_wrong_is_one_sentence_with_its_remedy(lines, error, sentence):
     with pytest.raises(error, match=sentence) as raised:
         interpreter.read_facts(lines, full=True)
     assert raised.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("package", "sentence"),
+    [
+        (None, "This Python does not have the package s2ag"),
+        ("__version__ = '0.0.1'\n", "version 0.0.1 of the package s2ag instead|another version of the package s2ag"),
+        ("1 / 0\n", "cannot run the engine: ZeroDivisionError"),
+    ],
+)
+def test_the_package_of_a_python_counts_and_no_folder_beside_it(alone, package, sentence):
+    python = python_with(alone, package)
+    for check in (interpreter.require_package, lambda python: interpreter.Check(python).wait()):
+        with pytest.raises(S2agError, match=sentence) as raised:
+            check(python)
+        assert "pip install" in raised.value.remedy
+
+
+def test_a_package_of_this_version_is_accepted(alone):
+    interpreter.require_package(python_with(alone, f"__version__ = {VERSION!r}\n"))
 
 
 def test_a_check_that_is_cancelled_ends_its_process(monkeypatch):
