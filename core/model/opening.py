@@ -65,7 +65,12 @@ def _generator(arrays: dict) -> dict:
 
 def _by_torch(path: Path, device: str) -> Loaded:
     try:
-        from . import by_torch
+        from .by_torch import load
     except ModuleNotFoundError as error:
-        raise EngineMissing.of(error) from error
-    return by_torch.load(path, device)
+        if error.name != f"{__package__}.by_torch":
+            raise EngineMissing.of(error) from error
+        raise EngineMissing(
+            "This network, backend or device needs the full engine.",
+            "In the preferences or in S2AG_PYTHON, choose a Python that has the package s2ag[full].",
+        ) from error
+    return load(path, device)

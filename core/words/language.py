@@ -9,6 +9,7 @@ from typing import Any
 
 from .. import json_text
 from ..errors import EngineMissing, TranscriptUnreadable
+from ..extras import pocketsphinx
 from .aligner import sphinx_model
 
 _REMEDY = "See docs/transcripts.md, Other languages."
@@ -101,7 +102,7 @@ def _folder(folder: str | PathLike | None) -> dict[str, Any] | None:
 
 def _check(acoustic: Path) -> None:
     """Raise :class:`EngineMissing` if the acoustic model can only be read by pocketsphinx, which is not installed."""
-    if importlib.util.find_spec("pocketsphinx") is None:
+    if not pocketsphinx():
         try:
             sphinx_model.read(acoustic)
         except sphinx_model.UnreadableModel as error:

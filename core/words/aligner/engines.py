@@ -5,15 +5,18 @@ after such a sentence.
 """
 
 import contextlib
-import importlib.util
 import os
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from ...extras import pocketsphinx
 from . import packed, sphinx_model
 from .ear import Ear
 from .lexicon import Lexicon
-from .sphinx import Sphinx
+
+if TYPE_CHECKING:
+    from .sphinx import Sphinx
 
 SWITCH = "S2AG_ALIGNER"
 """Environment variable that selects the engine: ``pocketsphinx`` (if installed) or ``numpy``."""
@@ -23,7 +26,7 @@ def chosen(model: dict | None = None) -> str:
     """Return the name of the engine for a language model (None: English): ``pocketsphinx``, or "" for numpy."""
     name = os.environ.get(SWITCH, "").strip().lower()
     name = name or ("pocketsphinx" if (model or {}).get("voice") else "numpy")
-    return "pocketsphinx" if name == "pocketsphinx" and importlib.util.find_spec("pocketsphinx") else ""
+    return "pocketsphinx" if name == "pocketsphinx" and pocketsphinx() else ""
 
 
 def make_ready() -> None:
@@ -32,7 +35,7 @@ def make_ready() -> None:
         _english()
 
 
-def engine(vocabulary: set[str], folder: str, model: dict | None = None) -> Ear | Sphinx:
+def engine(vocabulary: set[str], folder: str, model: dict | None = None) -> "Ear | Sphinx":
     """Create an engine for these words; ``folder`` is for temporary files, ``model`` another language (:mod:`..language`).
 
     Raises :class:`UnreadableModel` for an acoustic model that needs pocketsphinx if that is not installed.
@@ -42,8 +45,10 @@ def engine(vocabulary: set[str], folder: str, model: dict | None = None) -> Ear 
         try:
             return Ear(sphinx_model.read(Path(acoustic)) if acoustic else _english(), lexicon, bool(model))
         except sphinx_model.UnreadableModel:
-            if not acoustic or importlib.util.find_spec("pocketsphinx") is None:
+            if not acoustic or not pocketsphinx():
                 raise
+    from .sphinx import Sphinx
+
     return Sphinx(folder, lexicon, acoustic, bool(model))
 
 
