@@ -12,5 +12,5 @@ def pocketsphinx() -> bool:
 
 
 def recogniser() -> bool:
-    """Return whether speech recognition is installed."""
-    return all(importlib.util.find_spec(name) is not None for name in RECOGNISER)
+    """Return whether speech recognition is installed, and so is the program that runs it, which the zip leaves out."""
+    return all(importlib.util.find_spec(name, __package__) is not None for name in (*RECOGNISER, ".words.recogniser"))

@@ -46,7 +46,7 @@ def locate(model: str | os.PathLike | None = None) -> Path:
     """
     if model is None:
         return shipped()
-    if importlib.util.find_spec("faster_whisper") is None:
+    if importlib.util.find_spec("faster_whisper") is None or not _PROGRAM.is_file():
         raise EngineMissing("The speech recogniser is not installed.", ADVICE)
     if not (Path(model) / "model.bin").is_file():
         raise TranscriptUnreadable(f"{model} holds no recogniser (model.bin).", "Name a Whisper model for faster-whisper.")
