@@ -40,7 +40,8 @@ def test_silence_holds_no_words():
 
 def test_without_the_extra_the_message_says_how(sound, monkeypatch):
     find = importlib.util.find_spec
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name, *rest: None if name == "faster_whisper" else find(name, *rest))
+    hide = "faster_whisper"
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name, *rest: None if name == hide else find(name, *rest))
     assert not recognise.available()
     assert transcript.hear(sound) == transcript.Heard()
     with pytest.raises(EngineMissing, match=r"s2ag\[recognise\]"):
