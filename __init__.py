@@ -11,8 +11,8 @@ from .core.version import VERSION as __version__  # noqa: F401
 
 if TYPE_CHECKING:
     from .core.motion.motion import Motion
-    from .core.performance.request import Request
-    from .core.performance.synthesis import Session
+    from .core.synthesis.request import Request
+    from .core.synthesis.session import Session
 
 __all__ = ["Motion", "Request", "Session"]
 
@@ -22,8 +22,8 @@ def __getattr__(name: str) -> type:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from .core.motion.motion import Motion
-    from .core.performance.request import Request
-    from .core.performance.synthesis import Session
+    from .core.synthesis.request import Request
+    from .core.synthesis.session import Session
 
     globals().update(Motion=Motion, Request=Request, Session=Session)
     return globals()[name]

@@ -1,4 +1,4 @@
-"""Names of characters: human, human:RIG, mannequin, or a file. :mod:`s2ag_blender.cast` builds them in Blender."""
+"""Names of characters: human, human:RIG, mannequin, or a file. :mod:`s2ag_blender.characters` builds them in Blender."""
 
 from pathlib import Path
 
@@ -7,22 +7,22 @@ from .errors import RigUnusable, UsageError
 SUFFIXES = (".blend", ".fbx", ".glb", ".gltf")
 
 
-def is_own(name: str) -> bool:
+def is_builtin(name: str) -> bool:
     """Return whether a character is built in, not a file."""
     return name in ("human", "mannequin") or (name.startswith("human:") and not Path(name).suffix)
 
 
-def speaks(name: str) -> bool:
+def has_speaking_face(name: str) -> bool:
     """Return whether a character is built in and has a face that can speak."""
-    return is_own(name) and name != "mannequin"
+    return is_builtin(name) and name != "mannequin"
 
 
-def checked(name: str) -> str:
+def resolve(name: str) -> str:
     """Return a built-in name or the absolute path of a file.
 
     Raises :class:`UsageError` for unknown names and kinds of files, and :class:`RigUnusable` for missing files.
     """
-    if is_own(name):
+    if is_builtin(name):
         return name
     path = Path(name).absolute()
     if path.suffix.lower() not in SUFFIXES:

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import json_text, styles
 from .errors import UsageError
-from .files import whole_file
+from .files import atomic_file
 from .settings import CURVES, Settings, sliders
 
 FORMAT = 1
@@ -42,7 +42,7 @@ def check_changes(changes: Iterable) -> tuple[tuple[float, str | dict], ...]:
         usable = False
     if not usable:
         raise UsageError("The changes of style are not seconds and styles.", _REMEDY)
-    if any(len(styles.steps(style)) > 1 for _, style in turns):
+    if any(len(styles.split_sequence(style)) > 1 for _, style in turns):
         raise UsageError("A style that begins on the way cannot walk itself.", "Name one style, or a blend.")
     return tuple(sorted(turns, key=lambda turn: turn[0]))
 
@@ -87,5 +87,5 @@ def load(path: str | PathLike) -> dict:
 def save(path: str | PathLike, curves: Mapping, changes: Sequence = ()) -> None:
     """Write a document of curves, atomically."""
     content = {"format": FORMAT, "curves": check_curves(curves), "styles": [list(turn) for turn in check_changes(changes)]}
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(json.dumps(content) + "\n", "utf-8")

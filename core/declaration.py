@@ -181,7 +181,7 @@ def sliders(cls: type) -> list[Setting]:
     return [one for one in listed if one.label]
 
 
-def options(*classes: type) -> list[Setting]:
+def command_options(*classes: type) -> list[Setting]:
     """Return the settings of classes that are options of the command line, in the order of its help."""
     listed = [one for cls in classes for one in table(cls).values() if one.help]
     for one in [one for one in listed if one.after]:

@@ -4,7 +4,7 @@ _MAX_WORD, _MAX_MESSAGE = 400, 1200
 """Characters of a word and of a whole message; paths are shorter."""
 
 
-def readable(text: str) -> str:
+def sanitize(text: str) -> str:
     """Make ``text`` safe for a terminal: limit its length and escape control characters."""
     words = [_shorten(word, _MAX_WORD) for word in _shorten(str(text), 4 * _MAX_MESSAGE).split(" ")]
     shown = _shorten(" ".join(words), _MAX_MESSAGE)
@@ -24,10 +24,10 @@ class S2agError(Exception):
     """
 
     def __init__(self, message: str, remedy: str = "", kind: str = ""):
-        message = readable(message)
+        message = sanitize(message)
         super().__init__(message)
         self.message = message
-        self.remedy = readable(remedy)
+        self.remedy = sanitize(remedy)
         self.kind = kind or type(self).__name__
 
     def __str__(self) -> str:

@@ -32,7 +32,7 @@ def sha256(path: str | os.PathLike) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-LOGS = 10
+MAX_LOGS = 10
 """Number of logs of a kind that are kept."""
 
 
@@ -41,11 +41,11 @@ _PENDING: set[Path] = set()
 
 _SWEPT: set[Path] = set()
 _MAX_TRIES = 50
-MARK = ".s2ag@"
+TEMPORARY_PREFIX = ".s2ag@"
 """Prefix of temporary files; host, process id and a random part follow, separated by ``@``."""
 
 
-def abandon() -> None:
+def delete_unfinished() -> None:
     """Delete all temporary files of this process before it exits.
 
     Repeats while files exist, because other threads may still be writing.
@@ -58,9 +58,9 @@ def abandon() -> None:
 
 
 @contextlib.contextmanager
-def part_folder(parent: str | os.PathLike) -> Iterator[Path]:
+def temporary_folder(parent: str | os.PathLike) -> Iterator[Path]:
     """Yield a hidden temporary folder in ``parent`` and delete it at the end. Raises OSError."""
-    sweep(Path(parent))
+    delete_leftovers(Path(parent))
     folder = Path(tempfile.mkdtemp(dir=parent, prefix=_prefix()))
     _PENDING.add(folder)
     try:
@@ -70,18 +70,18 @@ def part_folder(parent: str | os.PathLike) -> Iterator[Path]:
         remove(folder)
 
 
-def sweep(folder: Path) -> None:
+def delete_leftovers(folder: Path) -> None:
     """Delete temporary files of dead processes of this machine from ``folder``, once per folder and process."""
     if folder in _SWEPT:
         return
     _SWEPT.add(folder)
-    for leftover in folder.glob(f"{MARK}{host()}@*@*"):
+    for leftover in folder.glob(f"{TEMPORARY_PREFIX}{host_name()}@*@*"):
         pid = leftover.name.split("@")[2]
         if pid.isdecimal() and not is_running(int(pid)):
             remove(leftover)
 
 
-def host() -> str:
+def host_name() -> str:
     """Return this machine's name in letters, digits and hyphens."""
     return "".join(letter if letter.isalnum() else "-" for letter in platform.node()) or "host"
 
@@ -108,14 +108,14 @@ def _has_ended(pid: int) -> bool:
 
 
 @contextlib.contextmanager
-def whole_file(path: str | os.PathLike) -> Iterator[Path]:
+def atomic_file(path: str | os.PathLike) -> Iterator[Path]:
     """Yield a temporary path beside ``path`` with the same suffix; move it into place on success, delete it on failure.
 
     Raises :class:`OutputUnwritable` on file system errors (no folder, no permission, full disk).
     """
     path = check_output(path)
     try:
-        sweep(path.parent)
+        delete_leftovers(path.parent)
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=_prefix(), suffix=path.suffix)
         os.close(handle)
     except OSError as error:
@@ -134,7 +134,7 @@ def whole_file(path: str | os.PathLike) -> Iterator[Path]:
 
 
 def _prefix() -> str:
-    return f"{MARK}{host()}@{os.getpid()}@"
+    return f"{TEMPORARY_PREFIX}{host_name()}@{os.getpid()}@"
 
 
 def remove(path: Path) -> None:
@@ -156,8 +156,8 @@ def _umask() -> int:
 
 
 def new_log(folder: Path, kind: str) -> Path:
-    """Return the path of a new log in ``folder``; deletes the oldest logs of that kind beyond :data:`LOGS`."""
-    for old in sorted(folder.glob(f"{kind}-*.log"))[: 1 - LOGS]:
+    """Return the path of a new log in ``folder``; deletes the oldest logs of that kind beyond :data:`MAX_LOGS`."""
+    for old in sorted(folder.glob(f"{kind}-*.log"))[: 1 - MAX_LOGS]:
         old.unlink(missing_ok=True)
     stem = f"{kind}-{time.strftime('%Y%m%d-%H%M%S')}"
     names = (folder / f"{stem}{f'-{number}' if number else ''}.log" for number in itertools.count())

@@ -4,9 +4,9 @@ import json
 from os import PathLike
 from typing import Any
 
-LARGEST = 64_000_000
+MAX_BYTES = 64_000_000
 """Largest text in bytes; sample sheets and transcripts of hours have a few megabytes."""
-DEEPEST = 64
+MAX_DEPTH = 64
 """Deepest nesting; this project's formats have ten levels at most."""
 _MAX_DIGITS = 18
 """Digits of integers that fit 64 bits; longer ones become floats, as in most other languages."""
@@ -16,13 +16,13 @@ class NotJson(ValueError):
     """The text is not accepted as JSON; the message, for users, completes "It is no JSON: ..."."""
 
 
-def read(path: str | PathLike, largest: int = LARGEST, once: bool = False) -> Any:
+def read(path: str | PathLike, largest: int = MAX_BYTES, once: bool = False) -> Any:
     """Read a JSON file of at most ``largest`` bytes in UTF-8; raises OSError and :class:`NotJson`."""
     with open(path, "rb") as file:
         return parse(file.read(largest + 1), largest, once)
 
 
-def parse(text: str | bytes, largest: int = LARGEST, once: bool = False) -> Any:
+def parse(text: str | bytes, largest: int = MAX_BYTES, once: bool = False) -> Any:
     """Parse JSON of at most ``largest`` characters or bytes; with ``once`` duplicate keys are errors.
 
     Raises :class:`NotJson`, also for unpaired UTF-16 surrogates, which cannot be encoded.
@@ -47,7 +47,7 @@ def parse(text: str | bytes, largest: int = LARGEST, once: bool = False) -> Any:
     return value
 
 
-_TOO_DEEP = f"its lists and objects lie more than {DEEPEST} deep in each other"
+_TOO_DEEP = f"its lists and objects lie more than {MAX_DEPTH} deep in each other"
 
 
 def _check_depth(value: Any) -> None:
@@ -55,7 +55,7 @@ def _check_depth(value: Any) -> None:
     level, depth = [value], 0
     while level := [item for item in level if isinstance(item, list | dict)]:
         depth += 1
-        if depth > DEEPEST:
+        if depth > MAX_DEPTH:
             raise NotJson(_TOO_DEEP)
         level = [inner for item in level for inner in (item.values() if isinstance(item, dict) else item)]
 

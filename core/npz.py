@@ -9,7 +9,7 @@ from os import PathLike
 
 import numpy as np
 
-LARGEST = 256_000_000
+MAX_BYTES = 256_000_000
 """Bytes that all arrays of a motion may take unpacked; half a day takes 150 MB."""
 DAMAGED = (ValueError, KeyError, IndexError, TypeError, AttributeError, OverflowError, EOFError, RuntimeError, SyntaxError)
 DAMAGED += (MemoryError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
@@ -25,7 +25,7 @@ class NotArrays(ValueError):
 
 
 @contextlib.contextmanager
-def opened(path: str | PathLike, largest: int = LARGEST) -> Iterator[Mapping[str, np.ndarray]]:
+def open_arrays(path: str | PathLike, largest: int = MAX_BYTES) -> Iterator[Mapping[str, np.ndarray]]:
     """Open a file and yield its arrays by name, which may take ``largest`` bytes unpacked.
 
     Errors of the ``with`` block about invalid content (:class:`ValueError`, :class:`KeyError` and the like, see

@@ -11,13 +11,13 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from . import characters
-from .declaration import NUMBERS, Setting, options, setting, sliders, table
+from .declaration import NUMBERS, Setting, command_options, setting, sliders, table
 
 if TYPE_CHECKING:
     import numpy as np
 
 __all__ = ["AFFECTS", "CONTROLS", "CURVES", "SWITCHES", "Documents", "Models", "Setting", "Settings"]
-__all__ += ["named", "options", "sliders", "stated", "table"]
+__all__ += ["command_options", "names_with", "sliders", "stated", "table"]
 
 _CONTROL: dict[str, Any] = {"low": -1.0, "high": 1.0, "control": True, "curve": True, "group": "expression", "preset": True}
 _MAX_SCENE = 13 * 3600.0
@@ -57,7 +57,8 @@ class Settings:
 
     Identity: ``seed``, the number ``take`` of the first take, and the count ``takes``. ``near`` are the steps
     ``(number, spread)`` from a take to a variation of it; with ``spread`` (0..1, a share of the distance between takes) all
-    takes are variations of that one, numbered from ``step`` (:func:`styles.identities`). ``latent`` ``(steps, size)``, as in
+    takes are variations of that one, numbered from ``step`` (:func:`styles.take_identities`). ``latent`` ``(steps, size)``, as
+    in
     :class:`Result`, is a point of the latent space for each step of the style, instead of random ones. ``made_by`` is the hash
     of the checkpoint that made the take to be varied; the result has a warning if another checkpoint is used now.
 
@@ -140,7 +141,7 @@ class Settings:
         group="expression", preset=True,
     )  # fmt: skip
     stance: float = setting(
-        0.0, low=0.0, high=1.0, by_character=lambda name: float(name is None or characters.is_own(name)), empty=None,
+        0.0, low=0.0, high=1.0, by_character=lambda name: float(name is None or characters.is_builtin(name)), empty=None,
         column=True, meta="always", restored=("arms",), beside_arms=True, metavar="X",
         help="how far weight goes from foot to foot, 0 to 1 (default 1, for a character of your own 0: its legs get no keys)",
         label="Stance", group="expression",
@@ -148,8 +149,8 @@ class Settings:
     )  # fmt: skip
     face: float = setting(
         0.0, low=0.0, high=2.0, soft_high=1.5, wrong="Face of {} is out of range.", shown=1.0, column=True, heard=True,
-        meta="set", by_character=lambda name: float(name is not None and characters.speaks(name)), restored=("face",),
-        beside_arms=True, metavar="X",
+        meta="set", by_character=lambda name: float(name is not None and characters.has_speaking_face(name)),
+        restored=("face",), beside_arms=True, metavar="X",
         help="a speaking face: how far the mouth opens, 0 to 2 (--face alone: 1; default 0: none, 1 on human; docs/face.md)",
         label="Face Intensity", short="Intensity", tip="How far the mouth opens and brows rise",
         rna="face_intensity", switch="face", previewed=False, group="face",
@@ -204,7 +205,7 @@ class Settings:
 
 @dataclass(frozen=True, kw_only=True)
 class Models:
-    """Models and cache of a :class:`synthesis.Session`.
+    """Models and cache of a :class:`session.Session`.
 
     Paths, or None for the shipped ones. ``language`` is a code such as ``de``; ``backend`` and ``device`` say what computes the
     network; ``cache`` is a folder, or "off".
@@ -276,7 +277,7 @@ CURVES = tuple(one.name for one in sliders(Settings) if one.curve)
 """Names of the settings that can change over time."""
 
 
-def named(**about: object) -> tuple[str, ...]:
+def names_with(**about: object) -> tuple[str, ...]:
     """Return the names of the settings with these attributes, as in ``named(meta="set")``; of an attribute that is a tuple,
     one element suffices, as in ``named(restored="face")``.
     """

@@ -1,6 +1,6 @@
 """Runs a module of this package by file path: ``python start.py -- MODULE ARGUMENTS``, or with ``blender -b --python``.
 
-``MODULE`` is relative to the package: ``core.engine.worker``, ``core.cli.main``, ``s2ag_blender.film.job``.
+``MODULE`` is relative to the package: ``core.worker.server``, ``core.cli.main``, ``s2ag_blender.render.job``.
 
 Blender's own Python has no package called s2ag, and runs isolated from environment variables and the working folder; so
 the tree around this file is imported as a package, without changing ``sys.path``.
@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 
 
-def package(name: str = "s2ag") -> ModuleType:
+def import_package(name: str = "s2ag") -> ModuleType:
     """Import the tree around this file as the package ``name``."""
     root = Path(__file__).resolve().parent.parent
     spec = importlib.util.spec_from_file_location(name, root / "__init__.py", submodule_search_locations=[str(root)])
@@ -43,6 +43,6 @@ def package_command(python: str, module: str) -> list[str]:
 
 if __name__ == "__main__":
     module, *arguments = sys.argv[sys.argv.index("--") + 1 :]
-    program = importlib.import_module(f"{package().__name__}.{module}")
+    program = importlib.import_module(f"{import_package().__name__}.{module}")
     if status := program.main(arguments):
         sys.exit(status)

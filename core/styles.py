@@ -13,13 +13,13 @@ from .errors import UnknownStyle, UsageError
 from .settings import AFFECTS, CONTROLS, Settings, sliders
 
 RANDOM = "random"
-TAKE_SPREAD, TAKE_WISHES = 0.4, 0.6
+TAKE_SPREAD, TAKE_CONTROL_SPREAD = 0.4, 0.6
 """Variation between takes: of styles, as a share of the spread between speakers, and of controls (standard deviations)."""
 _TRANSITION_FRAMES = 9
 """Frames of the transition from one style to the next."""
 
 
-def default(speakers: list[dict]) -> str:
+def default_speaker(speakers: list[dict]) -> str:
     """Return the name of the default speaker: the one marked as default, else the first."""
     return next((speaker["name"] for speaker in speakers if speaker.get("default")), speakers[0]["name"])
 
@@ -28,7 +28,7 @@ def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
     """Convert a style into ``{speaker index: weight}`` with weights that sum to one, or None for a random style.
 
     ``expression`` is ``NAME``, ``NAME:0.6+NAME:0.4``, ``random``, or a mapping of names to weights; for a sequence of
-    styles parse each of its :func:`steps`. Case, hyphens and underscores do not matter. Raises :class:`UnknownStyle`,
+    styles parse each of its :func:`split_sequence`. Case, hyphens and underscores do not matter. Raises :class:`UnknownStyle`,
     which lists the nearest names.
     """
     pairs = _split(expression)
@@ -50,12 +50,12 @@ def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
     return {index: weight / total for index, weight in weights.items()}
 
 
-def steps(expression: str | dict) -> list[str | dict]:
+def split_sequence(expression: str | dict) -> list[str | dict]:
     """Split a style sequence ``A > B > C``, evenly spaced from the recording's start to its end, into its styles."""
     return [part.strip() for part in expression.split(">")] if isinstance(expression, str) else [expression]
 
 
-def along(points: np.ndarray, frames: int) -> np.ndarray:
+def interpolate_sequence(points: np.ndarray, frames: int) -> np.ndarray:
     """Interpolate evenly spaced styles ``(..., points, size)`` linearly: ``(..., frames, size)`` float32."""
     count = points.shape[-2]
     position = np.linspace(0, count - 1, frames)
@@ -64,7 +64,7 @@ def along(points: np.ndarray, frames: int) -> np.ndarray:
     return ((1 - share) * points[..., low, :] + share * points[..., low + 1, :]).astype(np.float32)
 
 
-def turning(points: np.ndarray, frames: int, begins: np.ndarray) -> np.ndarray:
+def switch_at_frames(points: np.ndarray, frames: int, begins: np.ndarray) -> np.ndarray:
     """Switch smoothly to the next of the styles ``(..., points, size)`` at each frame of ``begins`` ``(points - 1,)``.
 
     Returns the style of every frame, ``(..., frames, size)`` float32.
@@ -94,13 +94,13 @@ def controls(affect: Mapping[str, float], rate: float = 0.0, hand: float = 0.0) 
     return np.array([values.get(name, 0.0) for name in CONTROLS], np.float32)
 
 
-def described(count: int) -> list[dict]:
+def describe_controls(count: int) -> list[dict]:
     """Return ``{"name", "description"}`` of the first ``count`` controls, those of a checkpoint with that many."""
     controls = [slider for slider in sliders(Settings) if slider.control]
     return [{"name": control.name, "description": control.tip} for control in controls[:count]]
 
 
-def identities(
+def take_identities(
     take: int, takes: int, near: Sequence[Sequence[float]] = (), spread: float = 0.0, step: int = 1
 ) -> list[tuple]:
     """Return the identities ``(take, steps)`` of takes: numbers from ``take`` on, all with the steps ``near``.
@@ -114,16 +114,16 @@ def identities(
     return [(take, (*path, (step + number, float(spread)))) for number in range(takes)]
 
 
-def latent(
+def sample_styles(
     weights: dict[int, float] | None, mean: np.ndarray, deviation: np.ndarray, seed: int, takes: int | list[tuple]
 ) -> np.ndarray:
     """Sample latent styles ``(takes, size)`` float32 from the speakers' ``mean`` and ``deviation`` ``(speakers, size)``.
 
     The first take of a named style is the style itself; further takes are sampled from the speaker's distribution, widened
     because it expresses the network's uncertainty rather than a speaker's variation. A random style is sampled from the
-    normal distribution over all speakers. Equal seeds give equal styles. ``takes`` is a number, or :func:`identities`.
+    normal distribution over all speakers. Equal seeds give equal styles. ``takes`` is a number, or :func:`take_identities`.
     """
-    which = identities(0, takes) if isinstance(takes, int) else takes
+    which = take_identities(0, takes) if isinstance(takes, int) else takes
     if weights is None:
         draws = _draws(seed, which, mean.shape[1], first=True)
         return (mean.mean(0) + draws * np.hypot(mean.std(0), deviation.mean(0))).astype(np.float32)
@@ -133,14 +133,14 @@ def latent(
     return (share @ mean + draws * np.hypot(share @ deviation, TAKE_SPREAD * mean.std(0))).astype(np.float32)
 
 
-def vary(controls: np.ndarray, seed: int, takes: int | list[tuple]) -> np.ndarray:
+def vary_controls(controls: np.ndarray, seed: int, takes: int | list[tuple]) -> np.ndarray:
     """Return the controls ``(..., takes, 5)`` float32 of every take from ``(..., 5)``: unchanged in the first take, varied
     in the others except for the hand.
     """
-    which = identities(0, takes) if isinstance(takes, int) else takes
+    which = take_identities(0, takes) if isinstance(takes, int) else takes
     variation = _draws(seed, which, len(CONTROLS), 5)
     variation[:, CONTROLS.index("hand")] = 0
-    return np.clip(controls[..., None, :] + TAKE_WISHES * variation, -1, 1).astype(np.float32)
+    return np.clip(controls[..., None, :] + TAKE_CONTROL_SPREAD * variation, -1, 1).astype(np.float32)
 
 
 def _draws(seed: int, which: list[tuple], size: int, *salt: int, first: bool = False) -> np.ndarray:

@@ -12,7 +12,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 
-def share_cores() -> None:
+def set_passive_waiting() -> None:
     """Let torch's idle threads sleep instead of spinning; call it before torch is imported.
 
     Spinning makes a network as small as this one ten times slower beside other busy processes, and no faster alone.
@@ -21,24 +21,26 @@ def share_cores() -> None:
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 
-ONE_EACH = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
+SINGLE_THREAD_ENVIRONMENT = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
+)
 """Environment of single-threaded processes, one per core: the result does not depend on the number of cores."""
 _MAX_THREADS = 8
 """Number of threads beyond which this project's small tasks gain nothing."""
 
 
 @cache
-def cores() -> int:
+def thread_count() -> int:
     """Return the number of threads to use: one per available core, fewer if environment variables say so."""
     available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     limits = [os.environ.get(name, "") for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")]
     return max(1, min([available, _MAX_THREADS, *(int(number) for number in limits if number.isdecimal())]))
 
 
-def each(work: Callable[[T], R], parts: Iterable[T], most: int = _MAX_THREADS) -> list[R]:
+def parallel_map(work: Callable[[T], R], parts: Iterable[T], most: int = _MAX_THREADS) -> list[R]:
     """Return ``work(part)`` for all parts, computed by up to ``most`` threads, this one included.
 
-    Meant for array work, during which numpy releases the interpreter lock; ``work`` may call :func:`each` itself. If a
+    Meant for array work, during which numpy releases the interpreter lock; ``work`` may call :func:`parallel_map` itself. If a
     call fails, the remaining parts are skipped and its exception is raised.
     """
     parts = list(parts)
@@ -53,7 +55,7 @@ def each(work: Callable[[T], R], parts: Iterable[T], most: int = _MAX_THREADS) -
             for _ in remaining:
                 pass
 
-    futures = [_pool().submit(run_some) for _ in range(min(cores(), most, len(parts)) - 1)]
+    futures = [_pool().submit(run_some) for _ in range(min(thread_count(), most, len(parts)) - 1)]
     try:
         run_some()
     finally:  # cancel futures that have not begun: waiting for them could deadlock nested calls
@@ -64,7 +66,7 @@ def each(work: Callable[[T], R], parts: Iterable[T], most: int = _MAX_THREADS) -
 
 
 @contextlib.contextmanager
-def ahead(*parts: Callable[[], T]) -> Iterator[list[Future]]:
+def run_in_background(*parts: Callable[[], T]) -> Iterator[list[Future]]:
     """Run ``parts`` one after the other in a background thread and yield their futures.
 
     For use while this thread waits for another process. Parts that have not begun at the end are cancelled.
@@ -90,4 +92,4 @@ def ahead(*parts: Callable[[], T]) -> Iterator[list[Future]]:
 
 @cache
 def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(max(cores() - 1, 1), "s2ag")
+    return ThreadPoolExecutor(max(thread_count() - 1, 1), "s2ag")

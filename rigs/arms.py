@@ -9,17 +9,17 @@ from ..core.motion import quaternion
 
 STRAIGHT, BENT = np.radians(15), np.radians(30)
 """Elbow bends, in radians: below the first the plane of an arm is noise, above the second it is trusted in full."""
-SLIGHT = np.radians([5.0, 25.0])
+REST_BENDS = np.radians([5.0, 25.0])
 """Elbow bends at rest: the weight of the modelled bend in the hinge axis rises from 0 at the first to 1 at the second."""
-INWARD = np.radians(40)
+TWIST_MIDDLE = np.radians(40)
 """Middle of the range of an upper arm's twist, measured inwards from a hinge that bends forwards."""
 RESPONSE = 0.08
 """Time constant, in seconds, by which the twist of the upper arm is smoothed."""
-FORGET = 1e-3
+DECAY = 1e-3
 """Weight that pulls the twist of a straight arm to zero, relative to the one that pulls a bent arm to its plane."""
 
 
-def fade(x: np.ndarray, low: float, high: float) -> np.ndarray:
+def smoothstep(x: np.ndarray, low: float, high: float) -> np.ndarray:
     """Return 0 below ``low``, 1 above ``high`` and a smooth step between (same shape as ``x``)."""
     t = np.clip((np.asarray(x) - low) / (high - low), 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t)
@@ -43,9 +43,9 @@ def rest_hinge(upper: np.ndarray, fore: np.ndarray, forward: np.ndarray, up: np.
     if np.linalg.norm(forward_bend) < 0.1:
         forward_bend = np.cross(upper, up)
     forward_bend = forward_bend / np.linalg.norm(forward_bend)
-    if bend < np.radians(3) or (modelled @ forward_bend < 0 and bend < SLIGHT[1]):
+    if bend < np.radians(3) or (modelled @ forward_bend < 0 and bend < REST_BENDS[1]):
         return forward_bend
-    weight = fade(bend, *SLIGHT)
+    weight = smoothstep(bend, *REST_BENDS)
     hinge = weight * modelled / np.linalg.norm(modelled) + (1.0 - weight) * forward_bend
     hinge = hinge - upper * (upper @ hinge)
     return hinge / np.linalg.norm(hinge)
@@ -60,8 +60,8 @@ def upper_arm_turn(hinge: np.ndarray, upper: np.ndarray, fore: np.ndarray, inwar
     """
     normal = np.cross(upper, fore)
     bend = np.arctan2(np.linalg.norm(normal, axis=-1), np.sum(upper * fore, -1))
-    weight = fade(bend, STRAIGHT, BENT)
-    centre = inward * INWARD
+    weight = smoothstep(bend, STRAIGHT, BENT)
+    centre = inward * TWIST_MIDDLE
     angle = np.mod(angle_about(upper, hinge, normal) - centre + np.pi, 2 * np.pi) - np.pi + centre
     return _smooth_weighted(_unwrap_spans(angle, weight > 0, centre), weight, (RESPONSE * fps) ** 2)
 
@@ -81,7 +81,7 @@ def _smooth_weighted(angle: np.ndarray, weight: np.ndarray, stiffness: float) ->
     frames = len(angle)
     neighbours = np.full(frames, 2.0)
     neighbours[[0, -1]] = 1.0 if frames > 1 else 0.0
-    diagonal = (weight + FORGET + stiffness * neighbours).tolist()
+    diagonal = (weight + DECAY + stiffness * neighbours).tolist()
     value = (weight * angle).tolist()
     for t in range(1, frames):
         factor = stiffness / diagonal[t - 1]
@@ -103,7 +103,7 @@ def palm_turn(palm: np.ndarray, fore: np.ndarray, inward: np.ndarray, up: np.nda
     return strength * np.sum(fore * np.cross(palm, ease), -1)
 
 
-def forward_elbows(upper: np.ndarray, fore: np.ndarray, outward: np.ndarray, forward: np.ndarray, inward: float) -> np.ndarray:
+def limit_elbows(upper: np.ndarray, fore: np.ndarray, outward: np.ndarray, forward: np.ndarray, inward: float) -> np.ndarray:
     """Return forearm directions (frames, 3) in which elbows that would bend backwards are limited to their range.
 
     ``outward`` and ``forward`` (frames, 3): the chest's side and front. An arm held out sideways bends forwards; from
@@ -111,8 +111,8 @@ def forward_elbows(upper: np.ndarray, fore: np.ndarray, outward: np.ndarray, for
     """
     carried = quaternion.rotate(quaternion.swing(outward, upper), np.cross(outward, forward))
     angle = angle_about(upper, carried, np.cross(upper, fore)) * inward
-    angle = np.mod(angle - INWARD + np.pi, 2 * np.pi) - np.pi
+    angle = np.mod(angle - TWIST_MIDDLE + np.pi, 2 * np.pi) - np.pi
     excess = np.clip(angle, -np.pi / 2, np.pi / 2) - angle
     # At the far side of the circle both ends of the range are equally near: fade the correction, or it would jump.
-    excess *= 1.0 - fade(np.abs(angle), np.radians(160), np.pi)
+    excess *= 1.0 - smoothstep(np.abs(angle), np.radians(160), np.pi)
     return quaternion.rotate(quaternion.about(upper, excess * inward), fore)

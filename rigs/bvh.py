@@ -11,14 +11,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..core.files import whole_file
+from ..core.files import atomic_file
 from ..core.motion import quaternion, skeleton
 from ..core.motion.motion import Motion
 from .goals import Goals, Options
 from .legs import Leg, Legs
-from .plain import Bones, Mapping
 from .relative_turns import NEUTRAL
 from .retarget import rotations
+from .skeleton import Bones, Mapping
 
 _Joint = tuple[str, str | None, np.ndarray]
 """Name, parent and offset (3,) from it in metres."""
@@ -76,7 +76,7 @@ def save(motion: Motion, path: str | os.PathLike, unit: float = 1.0) -> None:
     Raises :class:`OutputUnwritable`.
     """
     text = hierarchy(unit, motion.pelvis is not None, motion.hands is not None) + frames(motion, unit)
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(text, "ascii")
 
 

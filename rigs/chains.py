@@ -12,7 +12,7 @@ import numpy as np
 from .family import SIDES
 from .limbs import Tree
 from .names import words
-from .plain import Bones
+from .skeleton import Bones
 
 ROLLS = {"twist", "roll", "rol", "tw", "twst"}
 """Words in the names of bones that carry an arm's twist."""
@@ -40,7 +40,7 @@ Reader = Callable[[], Skin | None]
 """Reads the meshes, which is slow; returns None if no mesh is skinned to the armature."""
 
 
-def completed(bones: Bones, chains: Mapping[str, tuple[str, ...]], skin: Reader) -> dict[str, tuple[str, ...]]:
+def complete_chains(bones: Bones, chains: Mapping[str, tuple[str, ...]], skin: Reader) -> dict[str, tuple[str, ...]]:
     """Return ``chains`` completed with all bones between shoulder and hand that deform the arms' skin.
 
     A bone mapped as a clavicle moves to the upper arm if its skin lies there. ``skin`` is called only where needed.

@@ -11,9 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.motion import quaternion
-from .flesh import ALONG, FOREARM, UPPER, Hand
-from .proportions import SIDES, Girth, Placed, carried, envelope, from_chest, in_trunk, smooth, turn_in
-from .skull import Nodding
+from .collision_spheres import ALONG, FOREARM, UPPER, HandSpheres
+from .head_ellipsoid import TurningHead
+from .proportions import (
+    SIDES,
+    ArmOrigin,
+    TrunkShape,
+    chest_rotations,
+    envelope,
+    from_chest,
+    rotation_in_frame,
+    smooth,
+    to_trunk_frame,
+)
 
 TOUCH = 0.01
 """Depth of intersection that counts as contact, in hand lengths: skin is soft."""
@@ -41,33 +51,33 @@ _ALL = slice(None)
 
 
 @dataclass(frozen=True)
-class Held:
+class PosedHand:
     """A hand of a motion: its spheres, its rotation D (frames, 4) and its handshapes (frames, 12) in degrees."""
 
-    balls: Hand
+    balls: HandSpheres
     turned: np.ndarray
     shape: np.ndarray
 
 
-def clearing(
-    girth: Girth,
-    placed: Placed,
+def resolve_contacts(
+    girth: TrunkShape,
+    placed: ArmOrigin,
     directions: np.ndarray,
     torso: np.ndarray,
     clavicles: dict[str, np.ndarray],
-    hands: dict[str, Held],
+    hands: dict[str, PosedHand],
     fps: float,
     strength: float = 1.0,
-    head: Nodding | None = None,
+    head: TurningHead | None = None,
 ) -> Generator[None, None, np.ndarray]:
     """Return ``directions`` (frames, 9, 3) in armature space with arms moved so that hands intersect nothing, in slices.
 
-    ``torso``, ``clavicles`` and ``strength`` as for :func:`proportions.clear`. Frames far from a contact stay equal to the
-    bit; if there is no contact, the same array is returned.
+    ``torso``, ``clavicles`` and ``strength`` as for :func:`proportions.clear_trunk`. Frames far from a contact stay equal to
+    the bit; if there is no contact, the same array is returned.
     """
     if strength <= 0 or not len(directions):
         return directions
-    trunk = _Trunk(girth, carried(placed, torso))
+    trunk = _Trunk(girth, chest_rotations(placed, torso))
     left, right = (_Arm(placed, directions, torso, clavicles[side], side, hands[side], trunk) for side in SIDES)
     for arm in (left, right):
         for body in (trunk, head) if head is not None else (trunk,):
@@ -84,18 +94,18 @@ def clearing(
 
 
 class _Trunk:
-    """A trunk that bends, with the methods of :class:`skull.Nodding`."""
+    """A trunk that bends, with the methods of :class:`head_ellipsoid.TurningHead`."""
 
-    def __init__(self, girth: Girth, carry: np.ndarray):
+    def __init__(self, girth: TrunkShape, carry: np.ndarray):
         self.girth, self.carry = girth, carry
 
     def depth(self, points: np.ndarray, radius: np.ndarray | float, frames: Frames = _ALL) -> np.ndarray:
-        """As :meth:`skull.Nodding.depth`."""
-        return self.girth.depth(in_trunk(self.girth, points, self.carry[frames]), radius)
+        """As :meth:`head_ellipsoid.TurningHead.depth`."""
+        return self.girth.depth(to_trunk_frame(self.girth, points, self.carry[frames]), radius)
 
     def outward(self, points: np.ndarray, side: float) -> np.ndarray:
-        """As :meth:`skull.Nodding.outward`."""
-        return self.girth.outward(in_trunk(self.girth, points[:, None], self.carry)[:, 0], side)
+        """As :meth:`head_ellipsoid.TurningHead.outward`."""
+        return self.girth.outward(to_trunk_frame(self.girth, points[:, None], self.carry)[:, 0], side)
 
 
 class _Arm:
@@ -103,22 +113,22 @@ class _Arm:
 
     def __init__(
         self,
-        placed: Placed,
+        placed: ArmOrigin,
         directions: np.ndarray,
         torso: np.ndarray,
         clavicle: np.ndarray,
         side: str,
-        held: Held,
+        held: PosedHand,
         trunk: _Trunk,
     ):
         self.frame, self.held, self.sign, self.trunk = placed.frame, held, SIDES[side], trunk
         self.edges, (upper, fore) = from_chest(placed, directions, torso, side)
         self.upper, self.fore, _ = placed.lengths[side]
         root, shoulder = placed.roots[side], placed.shoulders[side]
-        self.shoulder = root + quaternion.rotate(turn_in(placed.frame, clavicle), shoulder - root)
+        self.shoulder = root + quaternion.rotate(rotation_in_frame(placed.frame, clavicle), shoulder - root)
         self.elbow = self.shoulder + self.upper * upper
         self.wrist = self.elbow + self.fore * fore
-        self.hand = turn_in(placed.frame, quaternion.multiply(quaternion.conjugate(torso), held.turned))
+        self.hand = rotation_in_frame(placed.frame, quaternion.multiply(quaternion.conjugate(torso), held.turned))
         self.shift = np.zeros_like(self.wrist)
         self.size = held.balls.length
         self.knuckles = self.size * self.to_frames(held.balls.palm.knuckles)
@@ -161,21 +171,21 @@ class _Arm:
         thick = [FOREARM[0] * self.size + 0.2 * self.fore] * 3 + [UPPER[0] * self.size + 0.2 * self.upper] * 2
         return np.stack([*hand, *fore, *upper], 1), np.array([*[_COARSE_RADIUS * self.size] * 3, *thick])
 
-    def near(self, body: _Trunk | Nodding, frames: Frames = _ALL, offset: np.ndarray | float = 0.0) -> np.ndarray:
+    def near(self, body: _Trunk | TurningHead, frames: Frames = _ALL, offset: np.ndarray | float = 0.0) -> np.ndarray:
         """Return whether (frames,) the hand, moved by ``offset`` (frames, 3), may intersect ``body``."""
         wrist = self._wrist(frames) + offset
         spheres = np.stack([wrist + place * self.knuckles[frames] for place in _COARSE_PLACES], 1)
         return (body.depth(spheres, _COARSE_RADIUS * self.size, frames) > 0).any(-1)
 
     def depth(
-        self, body: _Trunk | Nodding, frames: np.ndarray, offset: np.ndarray | None = None, every: int = 1
+        self, body: _Trunk | TurningHead, frames: np.ndarray, offset: np.ndarray | None = None, every: int = 1
     ) -> np.ndarray:
         """Return how deep (frames,) the hand, moved by ``offset`` (frames, 3), lies in ``body``; uses every n-th sphere."""
         outer = self.held.balls.outer[::every]
         points = self.palm(frames)[:, outer] + (0.0 if offset is None else offset[:, None])
         return body.depth(points, self.held.balls.radii[outer] - TOUCH * self.size, frames).max(-1)
 
-    def move_out_of(self, body: _Trunk | Nodding, fps: float) -> None:
+    def move_out_of(self, body: _Trunk | TurningHead, fps: float) -> None:
         """Shift the wrist so that the hand leaves ``body``."""
         near = np.flatnonzero(self.near(body))
         if len(near):

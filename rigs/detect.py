@@ -13,9 +13,9 @@ from ..core.motion.skeleton import EDGE_NAMES
 from . import chains as arms
 from . import limbs
 from .family import SIDES, TRUNK_PARTS, Switch, families
-from .names import Match, Names, missing_reason, rival
-from .plain import ARMS, PARTS, REMEDY, TWISTS, Bones, Finding, Mapping, listed, require_arms, spoken
-from .topology import Shape, Stance, find_body, stance
+from .names import Match, Names, ambiguous_arm, missing_reason
+from .skeleton import ARMS, PARTS, REMEDY, TWISTS, Bones, Finding, Mapping, listing, part_phrase, require_arms
+from .topology import Body, Stance, find_body, stance
 
 BY_POSITION = "found by position"
 _ARM = ("clavicle", "upper_arm", "upper_arm_twist", "forearm", "forearm_twist", "hand")
@@ -90,7 +90,7 @@ class _Detection:
             self.family, self.label = self.known.family, self.known.family
             self._take(self.known.chains, self.known.hips, "map")
         if not self._complete() and best is not None:
-            if best.arms == len(ARMS) and (clash := rival(best, matches[:-1])):
+            if best.arms == len(ARMS) and (clash := ambiguous_arm(best, matches[:-1])):
                 return self._ambiguous(best, *clash)
             self._take_match(best, matches[:-1])
         shape = None if self.family_controls else find_body(self.bones, self.tree)
@@ -115,7 +115,7 @@ class _Detection:
         chains = {part: self.parts[part].bones for part in PARTS if part in self.parts and self.parts[part].bones}
         rows = [row for row in ROWS if row in self.parts or row not in TWISTS]
         findings = [self.parts.get(row) or Finding(row, note=self._why_not(row)) for row in rows]
-        absent = [spoken(part) for part in EDGE_NAMES if part not in self.parts and part not in ARMS]
+        absent = [part_phrase(part) for part in EDGE_NAMES if part not in self.parts and part not in ARMS]
         warnings = [f"{self.where} has no bone for {', '.join(absent)}: these stay at rest."] if absent else []
         return Mapping(
             chains, self.family or BY_POSITION, self._first("hips"), (*warnings, *self.warnings), self.switches, tuple(findings)
@@ -141,7 +141,7 @@ class _Detection:
     def _complete_arms(self) -> None:
         """Complete the arms with all bones between their joints, except parts that a map defines."""
         chains = {part: finding.bones for part, finding in self.parts.items() if finding.bones}
-        completed = arms.completed(self.bones, chains, self.skin)
+        completed = arms.complete_chains(self.bones, chains, self.skin)
         for part, finding in list(self.parts.items()):
             if finding.how != "map" and part in chains and completed.get(part, ()) != finding.bones:
                 kept = completed.get(part, ())
@@ -163,7 +163,7 @@ class _Detection:
             twin = copies[-1].chains["left_upper_arm"][0]
             self.warnings.append(f'{self.where} has its arms twice: "{arm}" gestures, its copy "{twin}" stays at rest.')
 
-    def _take_shape(self, shape: Shape) -> None:
+    def _take_shape(self, shape: Body) -> None:
         """Fill open parts by position; if names cover only some arm parts and disagree with it, discard them."""
         agreed = [part for part in ARMS if part in self.parts and self._first(part) in shape.chains[part]]
         named = [part for part in ARMS if part in self.parts]
@@ -199,12 +199,12 @@ class _Detection:
             carriers = [name for name in finding.bones if self.bones.row(name) in rows] if finding else []
             if finding and carriers:
                 kept = tuple(name for name in finding.bones if name not in carriers)
-                names = listed([f'"{name}"' for name in carriers])
+                names = listing([f'"{name}"' for name in carriers])
                 many = len(carriers) > 1
                 note = f"{names} carry {label} and stay at rest" if many else f"{names} carries {label} and stays at rest"
                 self.parts[part] = replace(finding, bones=kept, how=finding.how if kept else "", note=note)
 
-    def _check_sides(self, shape: Shape | None, standing: Stance, shoulders: tuple[str, str]) -> None:
+    def _check_sides(self, shape: Body | None, standing: Stance, shoulders: tuple[str, str]) -> None:
         """Warn if left and right are only assumed, or if feet and names contradict each other."""
         is_ours = shape is not None and self._first("left_upper_arm") in shape.chains["left_upper_arm"]
         if shape is not None and is_ours and shape.told == "axes" and self.parts["left_upper_arm"].how == "position":
@@ -237,7 +237,7 @@ class _Detection:
 
     def _four_legged(self, front_legs: tuple[str, ...]) -> RigUnusable:
         """Return the error for an armature that stands on four legs, and remove its front legs from the findings."""
-        legs = listed([f'"{name}"' for name in front_legs])
+        legs = listing([f'"{name}"' for name in front_legs])
         self.parts = {part: finding for part, finding in self.parts.items() if part in ("hips", *TRUNK_PARTS)}
         self.reasons = {part: "the limb is a front leg" for part in PARTS if part not in TRUNK_PARTS}
         message = f"{self.where} stands on four legs, of which {legs} are the front ones: {_ALL_ARMS} are missing."
@@ -245,8 +245,8 @@ class _Detection:
 
     def _ambiguous(self, best: Match, part: str, other: Match) -> RigUnusable:
         """Return the error for two equally good sets of arm bones."""
-        names = listed([f'"{match.chains[part][0]}"' for match in (best, other)])
-        message = f"{self.where} has two sets of bones for its arms: {names} could both be {spoken(part)}."
+        names = listing([f'"{match.chains[part][0]}"' for match in (best, other)])
+        message = f"{self.where} has two sets of bones for its arms: {names} could both be {part_phrase(part)}."
         self.reasons = {part: f"two bones could be it, {names}"}
         return RigUnusable(message, f"Remove one set, or choose: {REMEDY[0].lower()}{REMEDY[1:]}")
 
@@ -255,4 +255,4 @@ _MIN_BONES = 3
 """Least number of bones of a match; fewer may have a family's names by chance."""
 _MIN_ARM_PARTS = 3
 """Least number of the four arm parts that must match before a rig is labelled with a family: spine names are too common."""
-_ALL_ARMS = listed([spoken(part) for part in ARMS])
+_ALL_ARMS = listing([part_phrase(part) for part in ARMS])

@@ -39,7 +39,7 @@ class Switch:
 
 @dataclass(frozen=True)
 class Family:
-    """The bone names of one rig family: ``chains`` as in :class:`.plain.Mapping`, with the rig's spelling.
+    """The bone names of one rig family: ``chains`` as in :class:`.skeleton.Mapping`, with the rig's spelling.
 
     ``twists`` lists its twist bones by part (``left_forearm_twist``); a particular rig may lack them.
     """

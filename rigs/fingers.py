@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.motion import quaternion
-from .plain import Bones, Mapping, character_frame
+from .skeleton import Bones, Mapping, character_frame
 
 SIDES = {"left": 1.0, "right": -1.0}
 RELAXED = {"index": np.array([10.0, 19.0, 10.0]), "little": np.array([20.0, 28.0, 14.0]), "thumb": np.array([7.0, 6.0, 9.0])}
@@ -38,7 +38,7 @@ class Hand:
     length: float
 
 
-def find(bones: Bones, mapping: Mapping, side: str, usable: np.ndarray | None = None) -> Hand | None:
+def find_hand(bones: Bones, mapping: Mapping, side: str, usable: np.ndarray | None = None) -> Hand | None:
     """Find the hand on ``side``; None unless three to five chains of two to four bones hang below it.
 
     ``usable`` (n,) are the bones that may be rotated; others are skipped in the hierarchy. If the mapped hand has no
@@ -58,7 +58,9 @@ def find(bones: Bones, mapping: Mapping, side: str, usable: np.ndarray | None = 
     return _orient(bones, mapping, side, row, fingers, () if thumb is None else chains[thumb][:4], length)
 
 
-def relaxed(bones: Bones, mapping: Mapping, strength: float = 1.0, usable: np.ndarray | None = None) -> dict[str, np.ndarray]:
+def relaxed_rotations(
+    bones: Bones, mapping: Mapping, strength: float = 1.0, usable: np.ndarray | None = None
+) -> dict[str, np.ndarray]:
     """Return constant rotations ``{bone: (4,)}``, in each bone's rest space, that relax straight fingers.
 
     ``strength`` scales the bend. The bend at rest is subtracted; bones that are not ``usable`` (n,) are not rotated.
@@ -67,7 +69,7 @@ def relaxed(bones: Bones, mapping: Mapping, strength: float = 1.0, usable: np.nd
     if strength <= 0:
         return result
     for side in SIDES:
-        hand = find(bones, mapping, side, usable)
+        hand = find_hand(bones, mapping, side, usable)
         if hand is None:
             continue
         for chain, angles, axis in _bends(bones, hand):
@@ -79,10 +81,10 @@ def relaxed(bones: Bones, mapping: Mapping, strength: float = 1.0, usable: np.nd
     return result
 
 
-def known(bones: Bones, mapping: Mapping, side: str, usable: np.ndarray | None = None) -> Hand | None:
-    """Find the hand by its usable bones (:func:`find`), else by all bones."""
-    hand = find(bones, mapping, side, usable)
-    return find(bones, mapping, side) if hand is None and usable is not None else hand
+def find_any_hand(bones: Bones, mapping: Mapping, side: str, usable: np.ndarray | None = None) -> Hand | None:
+    """Find the hand by its usable bones (:func:`find_hand`), else by all bones."""
+    hand = find_hand(bones, mapping, side, usable)
+    return find_hand(bones, mapping, side) if hand is None and usable is not None else hand
 
 
 def _hand_rows(bones: Bones, mapping: Mapping, side: str) -> list[int]:

@@ -13,12 +13,24 @@ import numpy as np
 from ..core.motion import quaternion, skeleton
 from ..core.motion.hands import Hands
 from ..core.motion.pelvis import Pelvis
-from . import arms, contact, fingers, flesh, handshapes, limits, palms, proportions, skull, spread, stance
+from . import (
+    arms,
+    chain_weights,
+    collision_spheres,
+    contact,
+    fingers,
+    handshapes,
+    head_ellipsoid,
+    limits,
+    palms,
+    proportions,
+    stance,
+)
 from .legs import Legs
-from .plain import ARMS, Bones, Mapping, character_frame
 from .proportions import SIDES
 from .relative_turns import NEUTRAL, head_turn, torso_turn
-from .slices import whole
+from .skeleton import ARMS, Bones, Mapping, character_frame
+from .slices import run_to_end
 
 
 @dataclass(frozen=True)
@@ -75,7 +87,7 @@ class Goals:
         fps: float = skeleton.FPS,
         options: Options | None = None,
         *,
-        girth: proportions.Girth | None = None,
+        girth: proportions.TrunkShape | None = None,
         free: Collection[str] | None = None,
         frame: np.ndarray | None = None,
         hands: Hands | None = None,
@@ -102,20 +114,20 @@ class Goals:
             bones.row(name): Role(part, place, float(share))
             for part, chain in mapping.chains.items()
             if part in skeleton.EDGE_NAMES
-            for place, (name, share) in enumerate(zip(chain, spread.shares(bones, mapping, part), strict=True))
+            for place, (name, share) in enumerate(zip(chain, chain_weights.turn_shares(bones, mapping, part), strict=True))
             if name not in mapping.held
         }
         self.hands = hands
         self.stood = None
         if pelvis is not None and legs is not None:  # without a spine to compensate, the turn would rotate arms and head, too
             pelvis = pelvis if mapping.chains.get("torso") else replace(pelvis, turn=np.zeros_like(pelvis.turn))
-            self.stood = stance.stand(bones, legs, pelvis, self.frame)
+            self.stood = stance.solve_legs(bones, legs, pelvis, self.frame)
         self.relative = self._relative_turns()
         if self.options.forward_elbows:
             self._bring_elbows_forward()
         self._girth = girth
         if clear:
-            whole(self.clearing())
+            run_to_end(self.clearing())
 
     def still(self) -> np.ndarray:
         """Return the identity as D (frames, 4)."""
@@ -146,7 +158,7 @@ class Goals:
 
     def _find_fingers(self, side: str) -> fingers.Hand | None:
         if side not in self._fingers:
-            self._fingers[side] = fingers.known(self.bones, self.mapping, side, self.usable())
+            self._fingers[side] = fingers.find_any_hand(self.bones, self.mapping, side, self.usable())
         return self._fingers[side]
 
     def _neutral_palm(self, side: str) -> np.ndarray:
@@ -161,14 +173,14 @@ class Goals:
             self._hands[side] = palms.at_rest(self.bones, self.mapping, side, self._find_fingers(side), guess, middle)
         return self._hands[side]
 
-    def wanted_hand(self, side: str) -> np.ndarray:
+    def target_hand(self, side: str) -> np.ndarray:
         """Return D (frames, 4) of the motion's hand on ``side``; call it only for a motion with hands."""
         assert self.hands is not None
         index = list(SIDES).index(side)
         knuckles, normals = (
             skeleton.normalize(self._to_armature(part[:, index])) for part in (self.hands.knuckles, self.hands.palms)
         )
-        return palms.towards(self.hand(side), knuckles, normals)
+        return palms.hand_rotation(self.hand(side), knuckles, normals)
 
     def hand_row(self, side: str) -> int | None:
         """Return the row of the hand that the motion rotates; None if there is none or it may not be rotated."""
@@ -177,7 +189,7 @@ class Goals:
             return None
         return self.bones.row(chain[0])
 
-    def winds(self, part: str) -> bool:
+    def has_twist_bones(self, part: str) -> bool:
         """Return whether ``part`` is a forearm whose twist is carried by twist bones and the hand, not by its own bone."""
         chains = self.mapping.chains
         hand = chains.get(part.replace("_forearm", "_hand"), ())
@@ -193,7 +205,7 @@ class Goals:
 
     def twist_share(self, part: str, place: int) -> float:
         """Return the cumulative share (0..1) of an arm part's twist after the bone with index ``place`` in its chain."""
-        if self.winds(part):
+        if self.has_twist_bones(part):
             return 0.0
         count, shares = len(self.mapping.chains[part]), self.mapping.shares.get(part, ())
         return shares[place] if len(shares) == count else (place + 1) / count
@@ -207,7 +219,7 @@ class Goals:
                 rotations = handshapes.rotations(self.bones, self.hand(side), shape, self.options.fingers)
                 result |= {bone: rotation for bone, rotation in rotations.items() if self.may_turn(bone)}
             return result
-        relaxed = fingers.relaxed(self.bones, self.mapping, self.options.fingers, self.usable())
+        relaxed = fingers.relaxed_rotations(self.bones, self.mapping, self.options.fingers, self.usable())
         return {bone: rotation[None] for bone, rotation in relaxed.items()}
 
     def _to_armature(self, canonical: np.ndarray) -> np.ndarray:
@@ -232,7 +244,7 @@ class Goals:
             local = quaternion.rotate(inverse, self.directions[:, edge])
             swing = quaternion.swing(self.mean[edge], local)
             if self.options.limits:
-                swing = limits.clavicle(swing, self.frame, sign, self.options.clavicle)
+                swing = limits.limit_clavicle(swing, self.frame, sign, self.options.clavicle)
             turns[f"{side}_clavicle"] = (swing, self.options.clavicle)
         return turns
 
@@ -245,21 +257,21 @@ class Goals:
             part: quaternion.power(*self.relative[part]) if part in chains else still
             for part in ("torso", "neck", "head", "left_clavicle", "right_clavicle")
         }
-        girth = proportions.guess(self.bones, self.mapping) if self._girth is None else self._girth
-        placed = proportions.Placed(self.bones, self.mapping)
+        girth = proportions.guess_trunk(self.bones, self.mapping) if self._girth is None else self._girth
+        placed = proportions.ArmOrigin(self.bones, self.mapping)
         clavicles = {side: done[f"{side}_clavicle"] for side in SIDES}
         torso, strength = done["torso"], self.options.clear_body
-        self.directions = proportions.clear(girth, placed, self.directions, torso, clavicles, self.fps, strength)
+        self.directions = proportions.clear_trunk(girth, placed, self.directions, torso, clavicles, self.fps, strength)
         if self.hands is not None:
             yield
             hands = {}
             for index, side in enumerate(SIDES):
-                spheres = flesh.Hand(self.bones, self.hand(side), placed.lengths[side][2])
-                hands[side] = contact.Held(spheres, self.wanted_hand(side), self.hands.shape[:, index])
+                spheres = collision_spheres.HandSpheres(self.bones, self.hand(side), placed.lengths[side][2])
+                hands[side] = contact.PosedHand(spheres, self.target_hand(side), self.hands.shape[:, index])
             head = None
-            if isinstance(girth.skull, skull.Skull):
-                head = skull.Nodding(girth.skull, placed.frame, done["neck"], done["head"])
-            self.directions = yield from contact.clearing(
+            if isinstance(girth.skull, head_ellipsoid.HeadEllipsoid):
+                head = head_ellipsoid.TurningHead(girth.skull, placed.frame, done["neck"], done["head"])
+            self.directions = yield from contact.resolve_contacts(
                 girth, placed, self.directions, torso, clavicles, hands, self.fps, strength, head
             )
 
@@ -269,6 +281,6 @@ class Goals:
         for side, sign in SIDES.items():
             upper, fore = (skeleton.EDGE_NAMES.index(f"{side}_{part}") for part in ("upper_arm", "forearm"))
             outward, forward = (quaternion.rotate(torso, axis) for axis in (sign * self.frame[0], -self.frame[1]))
-            self.directions[:, fore] = arms.forward_elbows(
+            self.directions[:, fore] = arms.limit_elbows(
                 self.directions[:, upper], self.directions[:, fore], outward, forward, sign
             )

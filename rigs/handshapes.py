@@ -7,11 +7,11 @@ import numpy as np
 from ..core.motion import handshape, quaternion
 from . import fingers
 from .palms import Palm
-from .plain import Bones
+from .skeleton import Bones
 
-MIDDLE = 0.6
+MIDDLE_JOINT_SHARE = 0.6
 """Share of the middle joint in the bend of a finger beyond its knuckle."""
-STUMP = 0.75
+SHORT_FINGER_SHARE = 0.75
 """Share of that bend that a finger with a single joint there takes."""
 _PLACES = {2: (0.5, -0.5), 3: (0.5, 0.1, -0.5), 4: (0.5, 0.15, -0.17, -0.5), 5: (0.5, 0.25, 0.0, -0.25, -0.5)}
 """Share of the spread for each finger, by the number of fingers."""
@@ -67,7 +67,7 @@ def _finger(
     bent = np.degrees(np.arcsin(np.clip(first @ palm.normal, -1, 1)))
     sideways = quaternion.about(palm.normal, np.radians(aside) * np.sign(np.cross(palm.normal, first) @ palm.thumbwards or 1))
     turns: dict[int, _Turn] = {chain[0]: quaternion.multiply(sideways, _bend(axis, base - bent))}
-    shares = (MIDDLE, 1 - MIDDLE) if len(chain) > 2 else (STUMP,)
+    shares = (MIDDLE_JOINT_SHARE, 1 - MIDDLE_JOINT_SHARE) if len(chain) > 2 else (SHORT_FINGER_SHARE,)
     for row, share, bend in zip(chain[1:3], shares, bends, strict=True):
         turns[row] = axis, np.radians(share * rest - bend)
     return turns

@@ -8,7 +8,7 @@ import numpy as np
 
 from . import topology
 from .limbs import Tree
-from .plain import Bones, Mapping
+from .skeleton import Bones, Mapping
 
 _STEEP = 0.6
 """Least descent of a leg's segment, as a share of its length; segments of a foot descend less."""

@@ -8,13 +8,13 @@ from itertools import combinations
 
 import numpy as np
 
-from .plain import Bones
+from .skeleton import Bones
 
 MIRRORED = 0.08
 """Largest distance of a joint from the mirror image of its partner, in limb lengths."""
-TINY = 0.2
+MIN_LENGTH_SHARE = 0.2
 """Least length of an arm or leg, as a share of the longest limb; shorter ones are fingers or parts of a face."""
-CROWD = 60
+MAX_CHILDREN = 60
 """Maximum number of children of a bone, those with the longest reach, that are compared in pairs."""
 MEAN_SHOULDER = 0.33
 """A person's half distance between the shoulders, in arm lengths."""
@@ -90,15 +90,15 @@ class Tree:
         candidates = []
         for root, children in enumerate(self.children):
             parents = sorted((child for child in children if self.reach[child] > 0), key=lambda child: -self.reach[child])
-            candidates += [(min(self.reach[a], self.reach[b]), root, a, b) for a, b in combinations(parents[:CROWD], 2)]
+            candidates += [(min(self.reach[a], self.reach[b]), root, a, b) for a, b in combinations(parents[:MAX_CHILDREN], 2)]
         pairs, longest = [], 0.0
         for reach, root, a, b in sorted(candidates, reverse=True):
-            if reach <= TINY * longest:
+            if reach <= MIN_LENGTH_SHARE * longest:
                 break
             if (pair := self._pair(root, self.path(a), self.path(b))) is not None:
                 pairs.append(pair)
                 longest = max(longest, pair.length)
-        return sorted((pair for pair in pairs if pair.length > TINY * longest), key=lambda pair: -pair.length)
+        return sorted((pair for pair in pairs if pair.length > MIN_LENGTH_SHARE * longest), key=lambda pair: -pair.length)
 
     def _pair(self, root: int, a: list[int], b: list[int]) -> Limbs | None:
         """Return the longest mirrored start of two branches, so that an object held in one hand does no harm; None if none."""
@@ -149,7 +149,7 @@ class Limb:
         }
 
 
-def arms_of(tree: Tree, pair: Limbs) -> tuple[Limb, Limb] | None:
+def find_arm_joints(tree: Tree, pair: Limbs) -> tuple[Limb, Limb] | None:
     """Choose shoulder, elbow and wrist, at the same places of both limbs, by the least strangeness; None if impossible."""
     tails = all(not tree.children[path[-1]] and (len(path) < 3 or tree.points_along(path)) for path in pair.paths)
     points = [tree.heads[list(path)] for path in pair.paths]

@@ -19,7 +19,7 @@ _EASE = 0.35
 """Share of the smaller half of a range over which angles are compressed, at either end."""
 
 
-def soft(angle: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+def soft_limit(angle: np.ndarray, bounds: np.ndarray) -> np.ndarray:
     """Limit angles to ``bounds`` (low < 0 < high): unchanged in the middle, compressed by tanh towards the ends."""
     low, high = bounds
     ease = _EASE * min(-low, high)
@@ -27,7 +27,7 @@ def soft(angle: np.ndarray, bounds: np.ndarray) -> np.ndarray:
     return np.clip(angle, low + ease, high - ease) + ease * (np.tanh(above / ease) - np.tanh(below / ease))
 
 
-def clavicle(rotation: np.ndarray, frame: np.ndarray, side: float, strength: float = 1.0) -> np.ndarray:
+def limit_clavicle(rotation: np.ndarray, frame: np.ndarray, side: float, strength: float = 1.0) -> np.ndarray:
     """Limit a clavicle's rotation (frames, 4) away from rest so that ``strength`` of it stays within a shoulder's range.
 
     ``frame`` (3, 3) holds the character's left, back and up, ``side`` is +1 for a left and -1 for a right clavicle.
@@ -39,7 +39,7 @@ def clavicle(rotation: np.ndarray, frame: np.ndarray, side: float, strength: flo
     vector = _rotation_vector(rotation)
     lift, protract = (-side * strength * (vector @ axis) for axis in (back, up))
     kept = (vector @ left)[:, None] * left
-    lift, protract = soft(lift, CLAVICLE_LIFT), soft(protract, CLAVICLE_PROTRACT)
+    lift, protract = soft_limit(lift, CLAVICLE_LIFT), soft_limit(protract, CLAVICLE_PROTRACT)
     vector = kept - side / strength * (lift[:, None] * back + protract[:, None] * up)
     angle = np.linalg.norm(vector, axis=-1)
     return quaternion.about(vector / np.maximum(angle, 1e-12)[:, None], angle)

@@ -24,10 +24,10 @@ from pathlib import Path
 
 from ..core import json_text
 from ..core.errors import RigUnusable
-from ..core.files import whole_file
+from ..core.files import atomic_file
 from .detect import ROWS
 from .family import Switch
-from .plain import Finding, Mapping, spoken
+from .skeleton import Finding, Mapping, part_phrase
 
 VERSION = 1
 LARGEST = 1_000_000
@@ -55,7 +55,7 @@ def save(path: str | PathLike, mapping: Mapping, armature: str = "") -> None:
 
     Raises :class:`OutputUnwritable`.
     """
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(dump(mapping, armature), "utf-8")
 
 
@@ -90,7 +90,9 @@ def parse(data: object, where: str = "The bone map") -> Mapping:
     owners: dict[str, str] = {}
     for row, name in ((row, name) for row, chain in chains.items() for name in chain):
         if name in owners:
-            raise RigUnusable(f'{where} uses "{name}" for {spoken(owners[name])} and {spoken(row)}.', "Keep it in one part.")
+            raise RigUnusable(
+                f'{where} uses "{name}" for {part_phrase(owners[name])} and {part_phrase(row)}.', "Keep it in one part."
+            )
         owners[name] = row
     hips = chains.pop("hips", ())
     if len(hips) > 1:
@@ -127,7 +129,9 @@ def _chain(value: object, row: str, where: str) -> tuple[str, ...]:
     if chain is None:
         return ()
     if not isinstance(chain, list) or not all(isinstance(name, str) for name in chain):
-        raise RigUnusable(f"{where} has no bone names for {spoken(row)}.", 'Write a list, as in ["Spine", "Spine1"], or [].')
+        raise RigUnusable(
+            f"{where} has no bone names for {part_phrase(row)}.", 'Write a list, as in ["Spine", "Spine1"], or [].'
+        )
     return tuple(name for name in chain if name)
 
 

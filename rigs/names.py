@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from .family import LINES, Family
-from .plain import ARMS, Bones, spoken
+from .skeleton import ARMS, Bones, part_phrase
 
 _SEPARATORS = re.compile(r"[\s_.\-:|]+")
 _COPY = re.compile(r"(.+)\.(\d{3})")
@@ -40,7 +40,7 @@ def words(name: str) -> set[str]:
     return {word.casefold() for word in _WORDS.findall(name)}
 
 
-def side(name: str, other: str) -> int:
+def compare_sides(name: str, other: str) -> int:
     """Return 1 if ``name`` says left and its mirror image ``other`` says right, -1 if the reverse, 0 if unclear."""
     first, second = words(name) - words(other), words(other) - words(name)
     return int(bool(first & _LEFT and second & _RIGHT)) - int(bool(first & _RIGHT and second & _LEFT))
@@ -50,7 +50,7 @@ def side(name: str, other: str) -> int:
 class Match:
     """The bones of an armature that match a family's names with one prefix and one copy number.
 
-    ``chains`` as in :class:`.plain.Mapping`, with twist bones; ``reasons`` say why a part was not found. ``strays`` counts
+    ``chains`` as in :class:`.skeleton.Mapping`, with twist bones; ``reasons`` say why a part was not found. ``strays`` counts
     bones with a matching name in the wrong place of the hierarchy, ``driven`` arm bones that constraints or drivers control.
     """
 
@@ -166,7 +166,7 @@ class Names:
         return next(iter([*below, *rows]), None)
 
 
-def rival(best: Match, others: list[Match]) -> tuple[str, Match] | None:
+def ambiguous_arm(best: Match, others: list[Match]) -> tuple[str, Match] | None:
     """Return an arm part with a bone equally good as that of ``best``, and its match; None if the choice is unambiguous."""
     for other in others:
         if other.merit[:4] < best.merit[:4] or other.choice != best.choice or other.arms < len(ARMS):
@@ -184,5 +184,5 @@ def missing_reason(bones: Bones, match: Match, part: str) -> str:
     if rest == "clavicle" and arm in match.chains:
         parent = int(bones.parents[bones.row(match.chains[arm][0])])
         if parent >= 0 and bones.names[parent] in (match.hips, *match.chains.get("torso", ())):
-            return f'{spoken(arm)} hangs on "{bones.names[parent]}" itself'
+            return f'{part_phrase(arm)} hangs on "{bones.names[parent]}" itself'
     return match.reasons.get(part, "")

@@ -8,14 +8,14 @@ from ..core.motion import quaternion
 from . import fingers, limits
 from .arms import angle_about
 from .fingers import SIDES
-from .plain import Bones, Mapping
+from .skeleton import Bones, Mapping
 
 PRONATION = np.radians([-115.0, 115.0])
 """Twist of a forearm in radians, from a palm that faces along the elbow's hinge (thumbs forward in a T pose)."""
 FLEXION = np.radians([-85.0, 85.0])
 DEVIATION = np.radians([-42.0, 42.0])
 """Bend of a wrist in radians: towards the palm and the back of the hand, towards the thumb and the little finger."""
-ALONE = 0.6
+FOREARM_TWIST_SHARE = 0.6
 """Share of the twist that goes to a forearm without twist bones; the wrist takes the rest."""
 
 
@@ -61,14 +61,16 @@ def at_rest(
     return Palm(along, normal, -SIDES[side] * np.cross(along, normal), hand, neutral)
 
 
-def towards(palm: Palm, knuckles: np.ndarray, normals: np.ndarray) -> np.ndarray:
+def hand_rotation(palm: Palm, knuckles: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """Return D (frames, 4) of a hand with these directions of knuckles and palm (frames, 3), which are at right angles."""
     goal = np.stack([knuckles, normals, np.cross(knuckles, normals)], -1)
     rest = np.stack([palm.knuckles, palm.normal, np.cross(palm.knuckles, palm.normal)], -1)
     return quaternion.from_matrix(goal @ rest.T)
 
 
-def human(palm: Palm, target: np.ndarray, fore: np.ndarray, aimed: np.ndarray, free: bool) -> tuple[np.ndarray, np.ndarray]:
+def limit_wrist(
+    palm: Palm, target: np.ndarray, fore: np.ndarray, aimed: np.ndarray, free: bool
+) -> tuple[np.ndarray, np.ndarray]:
     """Return D (frames, 4) of a hand within the wrist's range, and the twist (frames,) of its forearm in radians.
 
     ``target`` is the target D, ``fore`` (frames, 3) the forearm's direction and ``aimed`` its D without twist; if ``free``,
@@ -77,15 +79,15 @@ def human(palm: Palm, target: np.ndarray, fore: np.ndarray, aimed: np.ndarray, f
     if not free:
         axes = quaternion.rotate(target[:, None], palm.frame.T)
         along, out, aside = (np.sum(axes[:, index] * fore, -1) for index in range(3))
-        bent = limits.soft(np.arctan2(out, along), FLEXION)
-        sideways = limits.soft(np.arcsin(np.clip(aside, -1, 1)), DEVIATION)
+        bent = limits.soft_limit(np.arctan2(out, along), FLEXION)
+        sideways = limits.soft_limit(np.arcsin(np.clip(aside, -1, 1)), DEVIATION)
         reached = np.stack([np.cos(sideways) * np.cos(bent), np.cos(sideways) * np.sin(bent), np.sin(sideways)], -1)
         limited = np.sum(axes * reached[..., None], 1)
         target = quaternion.multiply(quaternion.swing(limited, fore), target)
     twist = twist_about(fore, quaternion.multiply(target, quaternion.conjugate(aimed)))
     if free:
         return target, twist
-    allowed = limits.soft(twist + palm.neutral, PRONATION) - palm.neutral
+    allowed = limits.soft_limit(twist + palm.neutral, PRONATION) - palm.neutral
     return quaternion.multiply(quaternion.about(fore, allowed - twist), target), allowed
 
 

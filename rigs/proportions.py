@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.motion import quaternion, skeleton
-from .plain import Bones, Mapping, character_frame
+from .skeleton import Bones, Mapping, character_frame
 
 SIDES = {"left": 1.0, "right": -1.0}
 WIDTH, DEPTH = 0.75, 0.55
@@ -23,7 +23,7 @@ EASE = 0.3
 _SLICES = 12
 _MIN_POINTS = 10
 """Least number of points from which a slice of the trunk is measured."""
-MOST = np.radians(80.0)
+MAX_CORRECTION = np.radians(80.0)
 """Largest correction of a direction, in radians."""
 _HALVINGS = 8
 _UPPER = ((0.75, 0.8), (1.0, 1.0))
@@ -32,12 +32,12 @@ _PASSES = 3
 
 
 @dataclass(frozen=True)
-class Girth:
+class TrunkShape:
     """A trunk at rest, in the character's own frame (left, back, up) with the middle of the shoulders as origin.
 
     ``heights`` (k,) increasing; ``middles`` (k, 2) of the ellipses as left and back; ``halves`` (k, 2) their half-axes.
-    ``waist`` (negative) is the height above which the trunk bends with the chest. ``skull`` is a :class:`.skull.Skull` or None.
-    Its type is not declared, because that module imports this one.
+    ``waist`` (negative) is the height above which the trunk bends with the chest. ``skull`` is a
+    :class:`.head_ellipsoid.HeadEllipsoid` or None. Its type is not declared, because that module imports this one.
     """
 
     heights: np.ndarray
@@ -73,22 +73,22 @@ class Girth:
         return np.stack(columns[:2], -1), np.stack(columns[2:], -1)
 
 
-def guess(bones: Bones, mapping: Mapping) -> Girth:
+def guess_trunk(bones: Bones, mapping: Mapping) -> TrunkShape:
     """Estimate the trunk from the distance between the shoulders."""
-    placed = Placed(bones, mapping)
+    placed = ArmOrigin(bones, mapping)
     half = 0.5 * np.linalg.norm(placed.shoulders["left"] - placed.shoulders["right"])
     heights = np.array([placed.low - 0.35 * half, 0.35 * placed.low, -0.15 * half])
     halves = np.array([[WIDTH, DEPTH], [WIDTH, DEPTH], [0.75 * WIDTH, 0.75 * DEPTH]]) * half
     back = np.array([placed.low_back, 0.5 * placed.low_back, 0.0])
-    return Girth(heights, np.stack([np.zeros(3), back], -1), halves, placed.low)
+    return TrunkShape(heights, np.stack([np.zeros(3), back], -1), halves, placed.low)
 
 
-def measure(bones: Bones, mapping: Mapping, points: np.ndarray) -> Girth:
+def measure_trunk(bones: Bones, mapping: Mapping, points: np.ndarray) -> TrunkShape:
     """Measure the trunk, with hips and thighs as far down as hands reach, from surface ``points`` ``(n, 3)`` in armature space.
 
     Slices with too few points are interpolated.
     """
-    placed, estimate = Placed(bones, mapping), guess(bones, mapping)
+    placed, estimate = ArmOrigin(bones, mapping), guess_trunk(bones, mapping)
     local = (np.asarray(points, float).reshape(-1, 3) - placed.origin) @ placed.frame.T
     edges = np.linspace(estimate.heights[0], estimate.heights[-1], _SLICES + 1)
     step = edges[1] - edges[0]
@@ -105,10 +105,10 @@ def measure(bones: Bones, mapping: Mapping, points: np.ndarray) -> Girth:
         return estimate
     rows = heights[list(ellipses)]
     columns = np.stack([np.interp(heights, rows, column) for column in zip(*ellipses.values(), strict=True)], -1)
-    return Girth(heights, columns[:, :2], np.maximum(columns[:, 2:], 1e-6), estimate.waist)
+    return TrunkShape(heights, columns[:, :2], np.maximum(columns[:, 2:], 1e-6), estimate.waist)
 
 
-class Placed:
+class ArmOrigin:
     """Proportions of a character's upper body at rest.
 
     ``origin`` (3,) is the middle of the shoulders in armature space, ``frame`` (3, 3) the character's left, back and up;
@@ -165,21 +165,21 @@ def _hand_length(bones: Bones, hand: list[int], wrist: np.ndarray, fore: float) 
     return 0.9 * longest if 0.3 * fore < longest < 0.9 * fore else 0.6 * fore
 
 
-def carried(placed: Placed, torso: np.ndarray) -> np.ndarray:
+def chest_rotations(placed: ArmOrigin, torso: np.ndarray) -> np.ndarray:
     """Return the chest's rotation as matrices (frames, 3, 3) for row vectors in the frame of ``placed``."""
-    return np.swapaxes(quaternion.to_matrix(turn_in(placed.frame, torso)), -1, -2)
+    return np.swapaxes(quaternion.to_matrix(rotation_in_frame(placed.frame, torso)), -1, -2)
 
 
-def from_chest(placed: Placed, directions: np.ndarray, torso: np.ndarray, side: str) -> tuple[list[int], list[np.ndarray]]:
+def from_chest(placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, side: str) -> tuple[list[int], list[np.ndarray]]:
     """Return the indices of an arm's two edges and their directions (frames, 3) relative to the chest."""
     edges = [skeleton.EDGE_NAMES.index(f"{side}_{part}") for part in ("upper_arm", "forearm")]
     inverse = quaternion.conjugate(torso)
     return edges, [quaternion.rotate(inverse, directions[:, edge]) @ placed.frame.T for edge in edges]
 
 
-def clear(
-    girth: Girth,
-    placed: Placed,
+def clear_trunk(
+    girth: TrunkShape,
+    placed: ArmOrigin,
     directions: np.ndarray,
     torso: np.ndarray,
     clavicles: dict[str, np.ndarray],
@@ -194,7 +194,7 @@ def clear(
     """
     if strength <= 0 or not len(directions):
         return directions
-    result, carry = directions, carried(placed, torso)
+    result, carry = directions, chest_rotations(placed, torso)
     for side, sign in SIDES.items():
         edges, local = from_chest(placed, directions, torso, side)
         arm = _Arm(girth, placed, side, sign, carry, clavicles.get(side))
@@ -211,7 +211,7 @@ class _Arm:
     """One arm beside the trunk; all coordinates are relative to the chest."""
 
     def __init__(
-        self, girth: Girth, placed: Placed, side: str, sign: float, carry: np.ndarray, clavicle: np.ndarray | None
+        self, girth: TrunkShape, placed: ArmOrigin, side: str, sign: float, carry: np.ndarray, clavicle: np.ndarray | None
     ):
         self.girth, self.sign, self.carry = girth, sign, carry
         self.upper, self.fore, self.hand = placed.lengths[side]
@@ -221,7 +221,7 @@ class _Arm:
         root = np.array([0.15 * shoulder[0], shoulder[1], shoulder[2]])
         self.shoulder = shoulder
         if clavicle is not None:
-            self.shoulder = root + quaternion.rotate(turn_in(placed.frame, clavicle), shoulder - root)
+            self.shoulder = root + quaternion.rotate(rotation_in_frame(placed.frame, clavicle), shoulder - root)
 
     def free(self, upper: np.ndarray, fore: np.ndarray, fps: float) -> tuple[np.ndarray | None, np.ndarray | None]:
         """Return new unit directions (frames, 3) of upper arm and forearm, None for one that is unchanged."""
@@ -275,7 +275,7 @@ class _Arm:
         frames: np.ndarray,
     ) -> np.ndarray:
         """Return the least angle (frames,) towards ``way`` that frees all points, by bisection; ``MOST`` if none does."""
-        low, high = np.zeros(len(along)), np.full(len(along), MOST)
+        low, high = np.zeros(len(along)), np.full(len(along), MAX_CORRECTION)
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
             inside = self._depth(start, _rotate_towards(along, way, middle), reach, radius, frames) > 0
@@ -295,10 +295,10 @@ class _Arm:
         return self.girth.depth(self._in_trunk(points, frames), radius).max(-1)
 
     def _in_trunk(self, points: np.ndarray, frames: slice | np.ndarray = slice(None)) -> np.ndarray:
-        return in_trunk(self.girth, points, self.carry[frames])
+        return to_trunk_frame(self.girth, points, self.carry[frames])
 
 
-def in_trunk(girth: Girth, points: np.ndarray, carry: np.ndarray) -> np.ndarray:
+def to_trunk_frame(girth: TrunkShape, points: np.ndarray, carry: np.ndarray) -> np.ndarray:
     """Map points (frames, n, 3), relative to the chest, to the unbent trunk: only above the waist does it turn with the chest.
 
     ``carry`` (frames, 3, 3) is the chest's rotation as a matrix for row vectors, in the character's own frame.
@@ -309,7 +309,7 @@ def in_trunk(girth: Girth, points: np.ndarray, carry: np.ndarray) -> np.ndarray:
     return points + share * (below - points)
 
 
-def turn_in(frame: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+def rotation_in_frame(frame: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     """Express a rotation in armature space (..., 4) in the axes of ``frame``: the character's left, back and up."""
     return np.concatenate([rotation[..., :1], rotation[..., 1:] @ frame.T], -1)
 

@@ -11,11 +11,11 @@ from ..core.motion import quaternion, skeleton
 from ..core.motion.hands import Hands
 from . import twist
 from .goals import SIDES, Goals, Options
-from .plain import Bones, Mapping
-from .slices import whole
+from .skeleton import Bones, Mapping
+from .slices import run_to_end
 from .walk import Walk
 
-TURNED = 16
+BONES_PER_SLICE = 16
 """Bones per slice; at a minute of motion a slice takes 6 ms."""
 
 
@@ -36,11 +36,11 @@ def solve(
 
 
 def rotations(goals: Goals) -> dict[str, np.ndarray]:
-    """Run :func:`rotating` to its end and return its result."""
-    return whole(rotating(goals))
+    """Run :func:`rotations_in_slices` to its end and return its result."""
+    return run_to_end(rotations_in_slices(goals))
 
 
-def rotating(goals: Goals) -> Generator[None, None, dict[str, np.ndarray]]:
+def rotations_in_slices(goals: Goals) -> Generator[None, None, dict[str, np.ndarray]]:
     """Return rotations ``{bone: (frames, 4)}`` that reach ``goals`` on a plain skeleton, in slices."""
     bones, walk, result = goals.bones, Walk(goals), {}
     turned: dict[int, np.ndarray | None] = {-1: None}  # row -> D (frames, 4), None if the bone is at rest
@@ -60,6 +60,6 @@ def rotating(goals: Goals) -> Generator[None, None, dict[str, np.ndarray]]:
         local = quaternion.multiply(quaternion.conjugate(start), goal)
         basis = quaternion.multiply(quaternion.conjugate(rest[row]), quaternion.multiply(local, rest[row]))
         result[bones.names[row]] = quaternion.continuous(basis)
-        if not len(result) % TURNED:
+        if not len(result) % BONES_PER_SLICE:
             yield
     return twist.rotations(goals, walk) | result

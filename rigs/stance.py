@@ -12,7 +12,7 @@ from ..core.motion import quaternion
 from ..core.motion.pelvis import Pelvis
 from ..core.motion.skeleton import canonical_to_blender, normalize
 from .legs import Leg, Legs
-from .plain import Bones
+from .skeleton import Bones
 
 STRAIGHT = 0.9975
 """Largest reach of a leg while the pelvis moves, as a share of its length: the knee keeps eight degrees, so it never snaps."""
@@ -25,8 +25,8 @@ _MIN_BEND = 0.01
 
 
 @dataclass(frozen=True)
-class Stood:
-    """Result of :func:`stand`.
+class StandingPose:
+    """Result of :func:`solve_legs`.
 
     ``turned`` ``{row: D (frames, 4)}`` of pelvis, thighs, shins and feet; ``places`` ``{bone: (frames, 3)}`` is the pelvis's
     translation in its own rest space (Blender's pose location).
@@ -36,7 +36,7 @@ class Stood:
     places: dict[str, np.ndarray]
 
 
-def stand(bones: Bones, legs: Legs, pelvis: Pelvis, frame: np.ndarray) -> Stood:
+def solve_legs(bones: Bones, legs: Legs, pelvis: Pelvis, frame: np.ndarray) -> StandingPose:
     """Solve pelvis and legs for a ``pelvis`` motion above fixed feet; ``frame`` (3, 3) is the character's left, back and up."""
     up = frame[2]
     joints = [[bones.heads[row] for row in (leg.thigh, leg.shin, leg.foot)] for leg in legs.pair]
@@ -58,7 +58,7 @@ def stand(bones: Bones, legs: Legs, pelvis: Pelvis, frame: np.ndarray) -> Stood:
         turned |= _follow(leg, joint, moved(joint[0]), turn, frame)
     origin = bones.heads[legs.pelvis]
     shift = quaternion.rotate(quaternion.conjugate(bones.rest[legs.pelvis]), moved(origin) - origin)
-    return Stood(turned, {bones.names[legs.pelvis]: shift})
+    return StandingPose(turned, {bones.names[legs.pelvis]: shift})
 
 
 def height(bones: Bones, legs: Legs, up: np.ndarray) -> float:

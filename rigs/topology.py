@@ -10,8 +10,8 @@ from itertools import combinations
 import numpy as np
 
 from . import names
-from .limbs import Limb, Limbs, Tree, arms_of
-from .plain import Bones
+from .limbs import Limb, Limbs, Tree, find_arm_joints
+from .skeleton import Bones
 
 HEAD_HEIGHT = 0.5
 """Arm lengths above the shoulders: higher joints are inside the head."""
@@ -19,15 +19,15 @@ TRUNK_DEPTH = 1.3
 """Arm lengths below the shoulders: lower joints belong to more than a trunk."""
 TRUNK_LENGTHS = 0.3, 2.0
 """Least and greatest distance of shoulders and thighs, in arm lengths."""
-RAISED = 0.6
+MAX_WRIST_HEIGHT = 0.6
 """Greatest height of a wrist above its shoulder at rest, in arm lengths; antlers and fingers exceed it."""
-STRANGE = 1.2
+MAX_STRANGENESS = 1.2
 """A limb with a greater strangeness (:func:`limbs.strangeness`) is no arm."""
 
 
 @dataclass(frozen=True)
-class Shape:
-    """The body found: ``chains`` as in :class:`.plain.Mapping`, ``hips`` ("" if unknown), ``legs``: the two thighs.
+class Body:
+    """The body found: ``chains`` as in :class:`.skeleton.Mapping`, ``hips`` ("" if unknown), ``legs``: the two thighs.
 
     ``told`` says how left was distinguished from right: by ``names``, ``feet``, or ``axes`` (an assumption).
     ``front`` (3,) is the direction of the feet, None if unknown.
@@ -54,7 +54,7 @@ class Stance:
     paths: tuple[tuple[int, ...], ...] = ()
 
 
-def find_body(bones: Bones, tree: Tree | None = None) -> Shape | None:
+def find_body(bones: Bones, tree: Tree | None = None) -> Body | None:
     """Return the most plausible body of an armature, or None if no two mirrored arms hang on one upright trunk."""
     tree = tree or Tree(bones)
     candidates = [rated for arms in tree.limbs if (rated := _Body(tree, arms).rate()) is not None]
@@ -100,8 +100,8 @@ class _Body:
         others = [pair for pair in tree.limbs if pair.length > 0.6 * arms.length]
         self.is_askew = any(abs(pair.normal @ arms.normal) < 0.9 for pair in others)
 
-    def rate(self) -> tuple[tuple[bool, float], Shape] | None:
-        """Return a sort key, greatest for the most plausible, and the :class:`Shape`; None if this cannot be a body."""
+    def rate(self) -> tuple[tuple[bool, float], Body] | None:
+        """Return a sort key, greatest for the most plausible, and the :class:`Body`; None if this cannot be a body."""
         if not self.measure() or not self._is_upright():
             return None
         upward = self._upward_chain()
@@ -117,13 +117,13 @@ class _Body:
             chains |= {f"{side}_{part}": chain for part, chain in limb.parts().items()}
         named = {part: tuple(self.bones.names[row] for row in chain) for part, chain in chains.items() if chain}
         legs = tuple(self.bones.names[path[0]] for path in self.legs.paths) if self.legs else ()
-        shape = Shape(named, self.bones.names[rows[0]] if rows else "", legs, source, front)
+        shape = Body(named, self.bones.names[rows[0]] if rows else "", legs, source, front)
         return (self.legs is not None, -self._oddity(front)), shape
 
     def measure(self) -> bool:
         """Find the arms' joints, the chest and the up direction; return False if these are no arms."""
-        limbs = arms_of(self.tree, self.arms)
-        if limbs is None or limbs[0].strangeness > STRANGE:
+        limbs = find_arm_joints(self.tree, self.arms)
+        if limbs is None or limbs[0].strangeness > MAX_STRANGENESS:
             return False
         self.limbs = limbs
         self.scale = float(np.mean([limb.length for limb in self.limbs]))
@@ -195,7 +195,7 @@ class _Body:
                 down = self._along(path)
                 if down @ self.up > -0.7 * np.linalg.norm(down):
                     return False
-        return all((limb.points[2] - limb.points[0]) @ self.up < RAISED * limb.length for limb in self.limbs)
+        return all((limb.points[2] - limb.points[0]) @ self.up < MAX_WRIST_HEIGHT * limb.length for limb in self.limbs)
 
     def _is_bust(self, rows: list[int]) -> bool:
         """Return whether a body without legs may be a person: upright spine, nothing tall on it, no third limb at the neck."""
@@ -276,9 +276,9 @@ class _Body:
         return self.limbs[0].strangeness + 4 * behind + driven + 0.4 * (not self.limbs[0].has_fingers)
 
     def _left(self, front: np.ndarray | None) -> tuple[np.ndarray, str]:
-        """Return a vector to the character's left and its source (:attr:`Shape.told`); +x is the usual left in files."""
+        """Return a vector to the character's left and its source (:attr:`Body.told`); +x is the usual left in files."""
         first, second = self.arms.paths
-        votes = sum(names.side(self.bones.names[a], self.bones.names[b]) for a, b in zip(first, second, strict=False))
+        votes = sum(names.compare_sides(self.bones.names[a], self.bones.names[b]) for a, b in zip(first, second, strict=False))
         if votes:
             return np.sign(votes) * self.arms.normal, "names"
         if front is not None:

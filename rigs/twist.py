@@ -24,7 +24,7 @@ def rotations(goals: Goals, walk: Walk) -> dict[str, np.ndarray]:
                 continue
             for bone, share in _shares(goals, part):
                 result[bone] = _about(goals, part, bone, share * twist)
-            if goals.winds(part):
+            if goals.has_twist_bones(part):
                 hand = goals.mapping.chains[f"{side}_hand"][0]
                 result[hand] = _about(goals, part, hand, twist)
     return {bone: quaternion.continuous(values) for bone, values in result.items()}

@@ -15,14 +15,14 @@ from dataclasses import dataclass, field
 from types import FrameType
 from typing import Any
 
-from ..core import mistake
-from ..core.child import hold_on, leave
-from ..core.errors import BlenderUnavailable, S2agError, UsageError, readable
-from ..core.files import abandon
+from ..core import crash_log
+from ..core.child_process import exit_now, exit_with_parent
+from ..core.errors import BlenderUnavailable, S2agError, UsageError, sanitize
+from ..core.files import delete_unfinished
 
 
 @dataclass
-class Voice:
+class EventWriter:
     """Writes events for the parent process, one JSON object per line; ``seconds`` are durations by stage."""
 
     write: Callable[[str], None]
@@ -44,16 +44,16 @@ class Voice:
         self.seconds[name] = round(self.seconds.get(name, 0) + time.perf_counter() - started, 3)
 
 
-def run(arguments: list[str], work: Callable[[str, Voice], dict], what: str = "job") -> int:
+def run(arguments: list[str], work: Callable[[str, EventWriter], dict], what: str = "job") -> int:
     """Call ``work(path, voice)`` with the only argument as the path of a job file; write its result or error as an event.
 
     ``what`` names the kind of job in error sentences. Returns the exit status.
     """
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _end)
-    hold_on()
-    with own_stdout() as write:
-        voice = Voice(write)
+    exit_with_parent()
+    with redirect_stdout() as write:
+        voice = EventWriter(write)
         try:
             if len(arguments) != 1:
                 raise UsageError(f"A {what} needs one argument.", f"Name the {what} file.")
@@ -66,14 +66,14 @@ def run(arguments: list[str], work: Callable[[str, Voice], dict], what: str = "j
             if os.environ.get("S2AG_DEBUG"):
                 raise
             message = f"This is a mistake in s2ag ({type(error).__name__}: {error})."
-            voice.say("error", kind="Internal", message=readable(message), remedy=mistake.keep(error))
+            voice.say("error", kind="Internal", message=sanitize(message), remedy=crash_log.write_log(error))
             return 2
     return 0
 
 
 def _end(number: int, _frame: FrameType | None) -> None:
     """Remove unfinished files and exit at once; Blender's handlers would swallow an exception."""
-    abandon()
+    delete_unfinished()
     os._exit(128 + number)
 
 
@@ -88,7 +88,7 @@ def require_bpy() -> None:
 
 
 @contextlib.contextmanager
-def own_stdout() -> Iterator[Callable[[str], None]]:
+def redirect_stdout() -> Iterator[Callable[[str], None]]:
     """Yield a function that writes to the real stdout; everything else that is printed, also by Blender, goes to stderr."""
     sys.stdout.flush()
     real = os.dup(1)
@@ -101,7 +101,7 @@ def own_stdout() -> Iterator[Callable[[str], None]]:
                     stream.write(text)
                     stream.flush()
                 except BrokenPipeError:  # it may be noticed here before standard input ends
-                    leave()
+                    exit_now()
 
             yield write
     finally:

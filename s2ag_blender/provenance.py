@@ -6,7 +6,7 @@ from typing import Any
 import bpy
 
 from ..core.version import VERSION
-from . import stored
+from . import json_properties
 
 PROPERTY = "s2ag"
 """Name of the action's custom property."""
@@ -22,14 +22,18 @@ def stamp(action: bpy.types.Action, meta: dict[str, Any]) -> None:
     action[PROPERTY] = json.dumps({**meta, "version": VERSION}, sort_keys=True)
 
 
-def known(action: bpy.types.Action | None) -> dict[str, Any]:
+def require(action: bpy.types.Action | None) -> dict[str, Any]:
     """Return what :func:`stamp` stored on an action that this package is known to have made."""
-    meta = of(action)
+    meta = read(action)
     assert meta is not None
     return meta
 
 
-def of(action: bpy.types.Action | None) -> dict[str, Any] | None:
+def read(action: bpy.types.Action | None) -> dict[str, Any] | None:
     """Return what :func:`stamp` stored on an action; None if there is none or its values have wrong types."""
-    meta = stored.read(action, PROPERTY) if action is not None else None
-    return meta if meta and stored.fits(meta, _KINDS) and stored.fits(meta.get("place", {}), _PLACE) else None
+    meta = json_properties.read(action, PROPERTY) if action is not None else None
+    return (
+        meta
+        if meta and json_properties.has_types(meta, _KINDS) and json_properties.has_types(meta.get("place", {}), _PLACE)
+        else None
+    )

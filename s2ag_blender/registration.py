@@ -5,7 +5,7 @@ from typing import Any
 import bpy
 
 from . import translations
-from .takes import gesture
+from .takes import engine_requests
 from .ui import (
     bone_check,
     bone_maps,
@@ -67,7 +67,7 @@ _WINDOW_MANAGER: Any = bpy.types.WindowManager
 def register() -> None:
     """Register every class, the settings of characters and the state of the session."""
     for cls in CLASSES:
-        translations.in_context(cls)
+        translations.set_translation_context(cls)
         bpy.utils.register_class(cls)
     _OBJECT.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Settings, override={"LIBRARY_OVERRIDABLE"})
     _WINDOW_MANAGER.s2ag = bpy.props.PointerProperty(type=properties.S2AG_Session)
@@ -80,7 +80,7 @@ def unregister() -> None:
     engine_ops.stop()
     for system in reversed(SYSTEMS):
         system.unregister()
-    gesture.stop_engine()
+    engine_requests.stop_engine()
     del _WINDOW_MANAGER.s2ag
     del _OBJECT.s2ag
     for cls in reversed(CLASSES):

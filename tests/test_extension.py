@@ -18,10 +18,10 @@ ROOT = Path(__file__).resolve().parents[1]
 MOST_LINES = 40_000
 """Of Python in the zip, which is the extension and nothing else."""
 GUARDED = {
-    ("core.model.opening", "core.model.by_torch"),
-    ("core.performance.hearing", "core.model.table_words"),
-    ("core.performance.performing", "core.model.windows"),
-    ("core.words.aligner.engines", "core.words.aligner.sphinx"),
+    ("core.model.loading", "core.model.torch_inference"),
+    ("core.synthesis.features", "core.model.table_features"),
+    ("core.synthesis.generation", "core.model.windows"),
+    ("core.words.aligner.engines", "core.words.aligner.sphinx_engine"),
 }
 """Imports in functions that need the full engine: the first raises :class:`EngineMissing` without it, the next two are for
 networks that only the first loads, and the last is not reached where the module is missing."""
@@ -90,7 +90,7 @@ def test_zip_is_valid(blender_ext, built):
 
 def test_zip_holds_the_extension_and_nothing_else(built):
     names = zipfile.ZipFile(built).namelist()
-    assert {"blender_manifest.toml", "__init__.py", "LICENSE", "core/engine/worker.py", "s2ag_blender/engine/client.py"} <= set(
+    assert {"blender_manifest.toml", "__init__.py", "LICENSE", "core/worker/server.py", "s2ag_blender/engine/client.py"} <= set(
         names
     )
     assert not [name for name in names if name.endswith((".whl", ".pyc", ".blend1", ".zip"))]
@@ -151,7 +151,7 @@ def test_the_zip_gestures_without_the_full_engine_and_says_what_needs_it(built, 
     """Also in a Python that has PyTorch and pocketsphinx: the modules that use them are not in the zip."""
     zipfile.ZipFile(built).extractall(tmp_path)
     start = [sys.executable, "-P", str(tmp_path / "core" / "start.py"), "--"]
-    done = subprocess.run([*start, "core.engine.inventory", "--try"], capture_output=True, text=True)
+    done = subprocess.run([*start, "core.worker.inventory", "--try"], capture_output=True, text=True)
     facts = json.loads(done.stdout)
     assert facts["gestured"] and not facts["problem"], done.stderr
     hello = [str(ROOT / "examples" / "hello.flac"), "-o", str(tmp_path / "hello.npz")]

@@ -136,10 +136,10 @@ def test_the_template_makes_clips(openjd, examples, tmp_path):
 def _has_blender() -> bool:
     from s2ag.core.cli import blender
     from s2ag.core.errors import BlenderUnavailable
-    from s2ag.s2ag_blender.film import opengl
+    from s2ag.s2ag_blender.render import opengl
 
     try:
-        blender.command("film.serve")
+        blender.command("render.serve")
     except BlenderUnavailable:
         return False
     return opengl.is_available()

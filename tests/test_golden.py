@@ -7,7 +7,7 @@ import golden
 import numpy as np
 import pytest
 from rounding import bound
-from s2ag.core.performance.synthesis import Session
+from s2ag.core.synthesis.session import Session
 
 
 @pytest.fixture(scope="module")

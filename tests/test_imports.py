@@ -33,10 +33,10 @@ def offences(files, wrong):
 
 
 def test_the_scan_sees_the_package():
-    assert {"core.engine.worker", "core.cli.main", "s2ag_blender.engine.client", "core.errors"} <= set(ALL)
-    assert "core.engine.protocol" in reachable("s2ag_blender.engine.client")
-    assert "torch" in reachable("core.performance.synthesis")
-    assert "torch" not in reachable("core.performance.synthesis", nested=False)
+    assert {"core.worker.server", "core.cli.main", "s2ag_blender.engine.client", "core.errors"} <= set(ALL)
+    assert "core.worker.protocol" in reachable("s2ag_blender.engine.client")
+    assert "torch" in reachable("core.synthesis.session")
+    assert "torch" not in reachable("core.synthesis.session", nested=False)
 
 
 @pytest.mark.parametrize("name", sorted(modules("core", "rigs")))
@@ -52,7 +52,7 @@ def test_blenders_process_never_reaches_the_engine(name):
 VERBS = [f"core.cli.{verb}" for verb in PACKAGE_VERBS]
 
 
-@pytest.mark.parametrize("name", ["core.cli.parser", *VERBS, "core.engine.worker", "core.performance.synthesis"])
+@pytest.mark.parametrize("name", ["core.cli.parser", *VERBS, "core.worker.server", "core.synthesis.session"])
 def test_nothing_heavy_at_start(name):
     assert not reachable(name, nested=False) & HEAVY
 
@@ -71,7 +71,7 @@ def test_importing_what_blender_imports_loads_numpy_at_most():
 def test_the_front_door_loads_nothing_until_it_is_used():
     code = (
         "import sys, s2ag\n"
-        "before = [name for name in sys.modules if name == 'numpy' or name.startswith('s2ag.core.performance')]\n"
+        "before = [name for name in sys.modules if name == 'numpy' or name.startswith('s2ag.core.synthesis')]\n"
         "print(before, *(getattr(s2ag, name).__name__ for name in s2ag.__all__))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -137,7 +137,7 @@ def test_every_package_is_listed_for_installation():
 
 
 def test_doctor_knows_the_versions_of_torch():
-    from s2ag.core.cli.checks import TORCH
+    from s2ag.core.cli.machine_checks import TORCH
 
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     wanted = next(line for line in project["project"]["optional-dependencies"]["full"] if line.startswith("torch"))

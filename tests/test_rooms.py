@@ -6,10 +6,10 @@ from imports import ALL, PACKAGES, ROOT, modules, statements
 
 ORDER = (
     "s2ag_blender.registration",
-    *("s2ag_blender.ui", "s2ag_blender.takes", "s2ag_blender.film", "s2ag_blender.keys", "s2ag_blender.cast"),
+    *("s2ag_blender.ui", "s2ag_blender.takes", "s2ag_blender.render", "s2ag_blender.keys", "s2ag_blender.characters"),
     *("s2ag_blender.rig", "s2ag_blender.engine", "s2ag_blender.translations", "s2ag_blender"),
-    *("core.cli", "core.batch", "core.study", "core.learning", "core.engine", "core.sampling", "core.direction"),
-    *("core.performance", "core.face", "core.meaning", "core.model", "core.vectors", "core.words", "core.sound"),
+    *("core.cli", "core.batch", "core.study", "core.learning", "core.worker", "core.sampling", "core.editing"),
+    *("core.synthesis", "core.face", "core.meaning", "core.model", "core.vectors", "core.words", "core.sound"),
     *("rigs", "core.motion", "core"),
 )
 """Rooms of all three packages, from the roof to the ground. A package's own name stands for its loose files."""
@@ -68,8 +68,8 @@ def _planted(tmp_path, file, line):
 
 
 def test_a_planted_climb_is_told_with_file_and_line(tmp_path):
-    found = climbs(_planted(tmp_path, "core/sound/audio.py", "from ..performance import synthesis"))
-    assert found == [f"{tmp_path}/core/sound/audio.py:1: core.sound.audio imports core.performance.synthesis"]
+    found = climbs(_planted(tmp_path, "core/sound/audio.py", "from ..synthesis import session"))
+    assert found == [f"{tmp_path}/core/sound/audio.py:1: core.sound.audio imports core.synthesis.session"]
 
 
 def test_a_planted_circle_is_told_with_file_and_line(tmp_path):
@@ -78,5 +78,5 @@ def test_a_planted_circle_is_told_with_file_and_line(tmp_path):
 
 
 def test_rigs_and_blender_keep_apart(tmp_path):
-    found = climbs(_planted(tmp_path, "rigs/arms.py", "from ..core.performance import synthesis"))
+    found = climbs(_planted(tmp_path, "rigs/arms.py", "from ..core.synthesis import session"))
     assert len(found) == 1 and "rigs/arms.py:1" in found[0]

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import pytest
 from s2ag.core.declaration import sliders, table
-from s2ag.core.settings import CURVES, Affects, Documents, Models, Settings, named
+from s2ag.core.settings import CURVES, Affects, Documents, Models, Settings, names_with
 
 ROOT = Path(__file__).resolve().parents[1]
 MOST = 5
@@ -37,20 +37,20 @@ CLASSES = {"Request", "Clip", "Sheet", "Cell", "Settings", "Models", "Documents"
 CALLS = {"Request", "Session", "Clip", "Sheet", "Cell", "again", "plan", "dict", "carried", "request"}
 ELSEWHERE: dict[str, tuple[str, ...]] = {
     "hand": (  # of a gesture or an edit; a bone or its part of a rig
-        *("core/direction/", "core/motion/requested.py", "rigs/", "s2ag_blender/cast/", "s2ag_blender/rig/"),
-        *("s2ag_blender/takes/keeping.py", "s2ag_blender/ui/directing.py", "s2ag_blender/ui/gesture_panel.py"),
+        *("core/editing/", "core/motion/stroke_requests.py", "rigs/", "s2ag_blender/characters/", "s2ag_blender/rig/"),
+        *("s2ag_blender/takes/constraints.py", "s2ag_blender/ui/directing.py", "s2ag_blender/ui/gesture_panel.py"),
     ),
     "hands": ("s2ag_blender/keys/", "s2ag_blender/rig/"),  # which bones are keyed
     "face": (  # arrays of a motion's face, a part of a character, a group of rows
-        *("core/cli/rig.py", "core/motion/", "s2ag_blender/cast/", "s2ag_blender/ui/subpanels.py"),
+        *("core/cli/rig.py", "core/motion/", "s2ag_blender/characters/", "s2ag_blender/ui/subpanels.py"),
     ),
     "intensity": ("core/face/", "core/motion/"),  # in the provenance of a face
     "affect": ("core/model/",),  # a part of imported networks
-    "meaning": ("core/motion/requested.py",),  # a channel
+    "meaning": ("core/motion/stroke_requests.py",),  # a channel
     "rate": ("core/motion/",),  # frames a second
     "turn": ("core/meaning/", "rigs/"),  # of a palm, of a pelvis
     "listen": ("s2ag_blender/takes/stages.py",),  # a stage of the engine
-    "spread": ("core/motion/", "core/performance/answering.py", "core/sampling/", "rigs/"),  # of fingers, chances
+    "spread": ("core/motion/", "core/synthesis/accent_selection.py", "core/sampling/", "rigs/"),  # of fingers, chances
     "rhubarb": ("core/motion/",),  # a format
     "hears": ("core/model/",),  # what a network takes
     "language": ("core/words/",),  # what a recogniser takes
@@ -171,24 +171,24 @@ preset engine resolution fps start_frame"""
 def test_options_are_as_ever():
     import argparse
 
-    from s2ag.core.cli import performance
+    from s2ag.core.cli import synthesis_options
 
     parser = argparse.ArgumentParser()
-    performance.add_options(parser)
+    synthesis_options.add_options(parser)
     listed, ever = [action.dest for action in parser._actions], OPTIONS.split()
     assert [name for name in listed if name in ever] == ever
     options = parser.parse_args(["a.wav", "--face", "--hand", "left", "--affect", "arousal=0.5,valence=1", "--no-transcript"])
-    wanted = performance.request(options)
+    wanted = synthesis_options.request(options)
     assert (wanted.face, wanted.hand, wanted.affect) == (1.0, -1.0, {"arousal": 0.5, "valence": 1.0})
     assert (wanted.hands, wanted.stance, options.device) == (1.0, 1.0, "cpu")
 
 
 def test_parameters_of_the_worker_are_as_ever():
-    from s2ag.core.engine import worker
+    from s2ag.core.worker import server
 
-    assert worker._PARAMETERS.keys() >= set(PARAMETERS.split()) and set(worker._MODELS) >= set(MODELS.split())
-    assert worker._PARAMETERS["style"] == (str, dict) and worker._PARAMETERS["stance"] == (int, float)
-    assert worker._PARAMETERS["kept"] is list and worker._PARAMETERS["mirror"] is bool and worker._PARAMETERS["step"] is int
+    assert server._PARAMETERS.keys() >= set(PARAMETERS.split()) and set(server._MODELS) >= set(MODELS.split())
+    assert server._PARAMETERS["style"] == (str, dict) and server._PARAMETERS["stance"] == (int, float)
+    assert server._PARAMETERS["kept"] is list and server._PARAMETERS["mirror"] is bool and server._PARAMETERS["step"] is int
 
 
 def test_columns_of_manifests_are_as_ever():
@@ -205,7 +205,7 @@ def test_columns_of_manifests_are_as_ever():
 def test_a_session_takes_every_model():
     import inspect
 
-    from s2ag.core.performance.synthesis import Session
+    from s2ag.core.synthesis.session import Session
 
     taken = inspect.signature(Session).parameters
     assert taken.keys() - {"remember"} == table(Models).keys()
@@ -214,8 +214,8 @@ def test_a_session_takes_every_model():
 
 def test_provenance_cells_and_curves_are_as_ever():
     always = "seed intensity affect rate hand meaning hands stance mirror"
-    assert set(named(meta="always")) >= set(always.split())
-    assert set(named(meta="set")) >= {"curves", "changes", "listen", "turn", "later", "toward", "face"}
+    assert set(names_with(meta="always")) >= set(always.split())
+    assert set(names_with(meta="set")) >= {"curves", "changes", "listen", "turn", "later", "toward", "face"}
     shared = {"transcript", "text", "recognise", "intensity", "hand", "meaning", "mirror"}
-    assert set(named(cell="sheet")) >= shared
+    assert set(names_with(cell="sheet")) >= shared
     assert CURVES[:6] == ("intensity", "arousal", "valence", "dominance", "rate", "hand")

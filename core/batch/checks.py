@@ -10,12 +10,12 @@ from ...rigs import maps
 from ...rigs.faces import shapes
 from .. import characters, control_curves, styles
 from ..declaration import columns
-from ..direction import edits
+from ..editing import edits
 from ..errors import S2agError, UsageError
 from ..meaning import vocabulary
-from ..model.catalogue import describe
+from ..model.checkpoint_metadata import describe
 from ..motion import rhubarb
-from ..settings import CONTROLS, Settings, named
+from ..settings import CONTROLS, Settings, names_with
 from ..sound import audio
 from ..vectors import table
 from ..words import language, readers, recognise, transcript
@@ -23,13 +23,13 @@ from .clip import CHARACTER_OUTPUTS, REQUESTED, SCENE_OUTPUTS, Clip, Unit, units
 from .manifest import Problem
 
 if TYPE_CHECKING:
-    from ..performance.request import Request
+    from ..synthesis.request import Request
 
 _SHARED = ("takes", "preset", "engine", "resolution", "fps", "start_frame")
 _AGREE = "Rows of one scene must agree on it."
 _FILES = (
-    *((name, audio.check) for name in ("audio", *named(kind="path", partner=True))),
-    *(("vectors", table.check), ("map", maps.load), ("edits", edits.load)),
+    *((name, audio.check_readable) for name in ("audio", *names_with(kind="path", partner=True))),
+    *(("vectors", table.check_readable), ("map", maps.load), ("edits", edits.load)),
     *(("face_map", shapes.load), ("rhubarb", rhubarb.load)),
 )
 """Columns that name files, and functions that raise an error for an unusable file."""
@@ -64,16 +64,16 @@ def _problems_of(clip: Clip, messages: dict[tuple, str], describe_cached: Callab
     for name, function in _FILES:
         if getattr(clip, name) is not None:
             yield cached_error(function, getattr(clip, name))
-    yield cached_error(language.load, clip.aligner_model, clip.language)
-    yield cached_error(vocabulary.load, clip.vocabulary)
+    yield cached_error(language.load_language, clip.aligner_model, clip.language)
+    yield cached_error(vocabulary.load_vocabulary, clip.vocabulary)
     if clip.transcript is not None:
         yield cached_error(_read_words, clip.transcript)
     if clip.recognise:
-        yield cached_error(recognise.locate, clip.recogniser_model)
+        yield cached_error(recognise.find_model, clip.recogniser_model)
     checkpoint_error = cached_error(describe_cached, clip.checkpoint)
     yield checkpoint_error or _error_of(_check_request, clip, describe_cached(clip.checkpoint))
     if clip.is_filmed:
-        yield cached_error(characters.checked, clip.character)
+        yield cached_error(characters.resolve, clip.character)
     if clip.rhubarb is not None and not clip.face:
         yield "Mouth cues move the mouth of a face, and the row has none; its column face is 1."
     if clip.edits is not None and clip.takes != 1:
@@ -98,14 +98,14 @@ def _error_of(function: Callable, *arguments: object) -> str:
 
 
 def _read_words(path: str) -> None:
-    readers.parse(transcript.read(path), Path(path))
+    readers.parse(transcript.read_text(path), Path(path))
 
 
 def _check_request(clip: Clip, known: dict) -> None:
     """Raise :class:`UsageError` for values out of range, unknown styles and controls that the checkpoint lacks."""
     wanted = request(clip)
     later = [style for _, style in wanted.changes if style]
-    for step in [*styles.steps(clip.style or styles.default(known["speakers"])), *later]:
+    for step in [*styles.split_sequence(clip.style or styles.default_speaker(known["speakers"])), *later]:
         styles.parse(step, [one["name"] for one in known["speakers"]])
     if wanted.steered & set(CONTROLS) and not known["controls"]:
         raise UsageError("This checkpoint has no controls.", "Leave affect, rate and hand at 0.")
@@ -113,7 +113,7 @@ def _check_request(clip: Clip, known: dict) -> None:
 
 def request(clip: Clip) -> "Request":
     """Return the :class:`Request` of a clip; raises :class:`UsageError`."""
-    from ..performance.request import Request
+    from ..synthesis.request import Request
 
     asked = {name: getattr(clip, name) for name in REQUESTED}
     for name, one in columns(Settings).items():

@@ -22,7 +22,7 @@ OUTPUTS = (*MOTION_OUTPUTS, *CHARACTER_OUTPUTS, *SCENE_OUTPUTS)
 REQUESTED = tuple(name for name, one in columns(Settings).items() if one.kind != "document")
 """Columns that are passed to a request unchanged."""
 MODELS = tuple(columns(Models))
-"""Columns that are arguments of :class:`synthesis.Session`."""
+"""Columns that are arguments of :class:`session.Session`."""
 
 if TYPE_CHECKING:
 
@@ -106,7 +106,7 @@ class Clip(_Row):
 
     @classmethod
     def of(cls, plain: dict) -> "Clip":
-        """Return the clip that :meth:`plain` returned as JSON."""
+        """Return the clip that :meth:`skeleton` returned as JSON."""
         pairs = {name: tuple(plain[name]) for name in ("outputs", "resolution") if plain.get(name)}
         return replace(cls(**plain), **pairs)
 
@@ -148,7 +148,7 @@ def units(clips: list[Clip]) -> list[Unit]:
     return [Unit(number, group[0].scene or group[0].name, tuple(group)) for number, group in numbered]
 
 
-def sliced(every: list[Unit], part: str | None = None, numbers: str | None = None) -> list[Unit]:
+def select_units(every: list[Unit], part: str | None = None, numbers: str | None = None) -> list[Unit]:
     """Return the units of a slice: ``part`` is ``K/N``, ``numbers`` is like ``1-8`` or ``1,3,5-7``.
 
     Raises :class:`UsageError`.
@@ -160,12 +160,12 @@ def sliced(every: list[Unit], part: str | None = None, numbers: str | None = Non
             raise UsageError(f"{part!r} is not a slice.", "Write it as 3/10, the third of ten.")
         every = every[len(every) * (k - 1) // n : len(every) * k // n]
     if numbers:
-        limits = ranges(numbers)
+        limits = parse_ranges(numbers)
         every = [unit for unit in every if any(first <= unit.number <= last for first, last in limits)]
     return every
 
 
-def ranges(text: str) -> list[tuple[int, int]]:
+def parse_ranges(text: str) -> list[tuple[int, int]]:
     """Return the first and last number of every range in a text like ``1,3,5-7``; raises :class:`UsageError`."""
     limits = []
     for part in text.split(","):

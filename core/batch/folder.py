@@ -14,7 +14,7 @@ from typing import Any
 
 from .. import files, json_text
 from ..errors import S2agError
-from ..files import host, is_running, sha256, whole_file
+from ..files import atomic_file, host_name, is_running, sha256
 
 STAGES = ("synth", "render", "encode")
 _ABANDONED = 86400.0
@@ -36,7 +36,7 @@ class Folder:
         return self.root / ".work" / f"{name}.{kind}.{key[:16]}"
 
     def works(self, name: str) -> Iterator[Path]:
-        """Yield all existing folders of :meth:`work` for ``name``."""
+        """Yield all existing folders of :meth:`tasks` for ``name``."""
         for path in (self.root / ".work").glob(f"{name}.*"):
             if path.name.count(".") == name.count(".") + 2:
                 yield path
@@ -55,7 +55,7 @@ class Folder:
         """Create a temporary folder for unfinished files, on the same file system as the results; deleted at the end."""
         parts = self.root / ".part"
         parts.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(prefix=f"{host()}@{os.getpid()}@", dir=parts))
+        temporary = Path(tempfile.mkdtemp(prefix=f"{host_name()}@{os.getpid()}@", dir=parts))
         try:
             yield temporary
         finally:
@@ -65,11 +65,11 @@ class Folder:
         """Delete unfinished work of killed processes; that of running processes, and recent work of other machines, stays."""
         for left in (self.root / ".part").glob("*@*@*"):
             machine, pid, _ = left.name.split("@", 2)
-            is_dead = not is_running(int(pid)) if machine == host() and pid.isdecimal() else _age(left) > _ABANDONED
+            is_dead = not is_running(int(pid)) if machine == host_name() and pid.isdecimal() else _age(left) > _ABANDONED
             if is_dead:
                 shutil.rmtree(left, ignore_errors=True)
         for left in (self.root, self.root / "dataset", *(self.root / "records").glob("*")):
-            files.sweep(left)
+            files.delete_leftovers(left)
 
 
 class Record:
@@ -107,7 +107,7 @@ class Record:
         return failure if len(failure) == len(names) else None
 
 
-def land(part: Path, place: Path) -> None:
+def move_to_place(part: Path, place: Path) -> None:
     """Move a finished file or folder from :meth:`Folder.part` to ``place``, replacing what is there."""
     place.parent.mkdir(parents=True, exist_ok=True)
     if part.is_dir() and place.is_dir():
@@ -119,12 +119,12 @@ def land(part: Path, place: Path) -> None:
         os.replace(part, place)
 
 
-def key(*content: object) -> str:
+def content_hash(*content: object) -> str:
     """Return the SHA-256 (hexadecimal) of values that can be JSON."""
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-_seal = key
+_seal = content_hash
 """Checksum of a record's content, which reveals damaged or edited records."""
 
 
@@ -152,7 +152,7 @@ def _read(path: Path) -> dict[str, Any] | None:
 
 def _write(path: Path, content: dict) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(json.dumps(content, sort_keys=True, indent=1) + "\n", "utf-8")
 
 

@@ -15,13 +15,13 @@ from .. import json_text
 from ..declaration import Setting, columns
 from ..errors import ManifestUnusable, S2agError
 from ..sampling import sheet
-from ..settings import Documents, Models, Settings, named
-from ..words.beside import beside
+from ..settings import Documents, Models, Settings, names_with
+from ..words.transcript_search import find_transcript
 from .clip import OUTPUTS, PRESETS, Clip, safe_name
 
 SUFFIXES = (".csv", ".jsonl", ".ndjson")
 _MAX_BYTES = 200_000_000
-_WORDS = (*named(words=True), "no_transcript")
+_WORDS = (*names_with(words=True), "no_transcript")
 """Columns that say where the words of a recording come from; a row has at most one."""
 _YES, _NO = ("1", "true", "yes", "on"), ("0", "false", "no", "off")
 
@@ -58,11 +58,11 @@ def read(path: str | Path, defaults: dict | None = None) -> tuple[list[Clip], li
 
 def write(clips: Sequence[Clip], path: str | Path) -> None:
     """Write clips as a manifest of JSON lines, with the values of all defaults."""
-    from ..files import whole_file
+    from ..files import atomic_file
 
     plain = [clip.plain() for clip in clips]
     rows = [{name: row[name] for name in COLUMNS if row.get(name) is not None} for row in plain]
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text("".join(json.dumps(row, ensure_ascii=False) + "\n" for row in rows), "utf-8")
 
 
@@ -139,7 +139,7 @@ def _clip(line: int, row: dict, defaults: dict, folder: Path, number: str) -> Cl
     if len(sources) > 1:
         raise ValueError(f"The row has {sources[0]} and {sources[1]}; its words come from one of {', '.join(_WORDS)}.")
     if not sources:
-        file = beside(values["audio"])
+        file = find_transcript(values["audio"])
         values |= {"transcript": str(file)} if file else {"recognise" if recognise else "no_transcript": True}
     values.setdefault("name", safe_name(f"{number}_{Path(values['audio']).stem}"))
     return Clip(line=line, **values)
@@ -160,11 +160,11 @@ def _values(cells: dict, folder: Path) -> dict[str, Any]:
 
 def _fill_from_cell(values: dict, cell: str, checkpoint: str | None) -> None:
     """Add to a row the values that reproduce a cell of a sample; the row's own recording or words take precedence."""
-    own = [name for name in named(cell="own") if name in values]
+    own = [name for name in names_with(cell="own") if name in values]
     if own:
         raise ValueError(f"A cell has its own {own[0]}; leave that empty.")
     stored = {name: value for name, value in sheet.request_of_cell(cell, checkpoint).items() if value not in (None, "")}
-    stored |= {name: _points(stored[name], None) for name in named(kind="points")}
+    stored |= {name: _points(stored[name], None) for name in names_with(kind="points")}
     if values.get("audio", stored["audio"]) != stored["audio"] or any(values.get(name) for name in _WORDS):
         stored = {name: value for name, value in stored.items() if name not in _WORDS}
     elif not any(stored.get(name) for name in _WORDS):
@@ -249,7 +249,7 @@ def _points(value: Any, _folder: Path | None) -> list[list[float]]:
     return points
 
 
-def outputs(value: Any, _folder: Path | None = None) -> tuple[str, ...]:
+def parse_outputs(value: Any, _folder: Path | None = None) -> tuple[str, ...]:
     """Read kinds of output from ``"bvh mp4"`` (or with commas) or a list; raises :class:`ValueError`."""
     kinds = value if isinstance(value, list | tuple) else re.split(r"[\s,;+]+", str(value).strip().lower())
     for kind in kinds:
@@ -307,7 +307,7 @@ COLUMNS: dict[str, Callable[[Any, Path], Any]] = {
     "cell": _path,
     "no_transcript": _flag,
     **{name: _parser(one) for name, one in columns(Settings, Documents, Models).items()},
-    "outputs": outputs,
+    "outputs": parse_outputs,
     "character": _character,
     "gender": _choice("female", "male"),
     "armature": _text,

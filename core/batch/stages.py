@@ -9,11 +9,11 @@ from os import PathLike
 from pathlib import Path
 
 from ..errors import S2agError
-from ..model.catalogue import DEFAULT, facts_path
+from ..model.checkpoint_metadata import DEFAULT_CHECKPOINT, metadata_path
 from .clip import CHARACTER_OUTPUTS, MODELS, MOTION_OUTPUTS, REQUESTED, SCENE_OUTPUTS, SEQUENCES, Clip, Unit, units
-from .crew import PATIENCE, Crew, Task
-from .folder import Folder, Record, digest, key
-from .work import motion_paths
+from .folder import Folder, Record, content_hash, digest
+from .process_pool import PATIENCE, ProcessPool, Task
+from .tasks import motion_paths
 
 VERSION = 1
 """Increase it when the same inputs give other results: all steps are then repeated."""
@@ -46,7 +46,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Batch:
-    """Clips, the folder of their results, and the cache of word times (:class:`synthesis.Session`)."""
+    """Clips, the folder of their results, and the cache of word times (:class:`session.Session`)."""
 
     folder: Folder
     clips: Sequence[Clip]
@@ -78,7 +78,7 @@ class Batch:
         models = tuple(getattr(clip, name) for name in MODELS)
         engine = self._engine_facts(models, not clip.no_transcript, clip.recognise)
         extras = [_content(path) for path in (clip.edits, clip.curves, clip.hears, clip.rhubarb) if path is not None]
-        inputs = key("synth", engine, settings, kinds, _content(clip.audio), _content(clip.transcript), *extras)
+        inputs = content_hash("synth", engine, settings, kinds, _content(clip.audio), _content(clip.transcript), *extras)
         params = {"clip": clip.plain(), "cache": self.cache}
         return self._step("synth", clip.name, clip.line, record, inputs, params)
 
@@ -90,7 +90,9 @@ class Batch:
         motions = [facts["motions"][take] for facts in synths if facts is not None]
         if len(motions) < len(synths):
             return Step("render", name, line, record)
-        inputs = key("render", motions, [_visible_facts(clip) for clip in unit.clips], unit.scene_outputs, self._look(unit))
+        inputs = content_hash(
+            "render", motions, [_visible_facts(clip) for clip in unit.clips], unit.scene_outputs, self._look(unit)
+        )
         step = self._step("render", name, line, record, inputs, {"job": self._job(unit, take, inputs)})
         complete = step.facts is None or self._has_images(unit, step, step.facts)
         return step if complete else replace(step, facts=None)
@@ -107,7 +109,7 @@ class Batch:
             **{name: facts[name] for name in ("first", "count", "fps")},
             "sounds": [(clip.audio, clip.delay) for clip in unit.clips],
         }
-        return self._step("encode", render.name, render.line, record, key("encode", render.key), params)
+        return self._step("encode", render.name, render.line, record, content_hash("encode", render.key), params)
 
     def _step(self, stage: str, name: str, line: int, record: Record, inputs: str, params: dict) -> Step:
         task = Task(stage, {**params, "folder": str(self.folder.root), "name": name, "key": inputs})
@@ -118,7 +120,7 @@ class Batch:
         if "mp4" not in unit.scene_outputs:
             return True
         images = self.folder.root / facts["images"]
-        encoded = self.folder.record("encode", step.name).read(key("encode", step.key)) is not None
+        encoded = self.folder.record("encode", step.name).read(content_hash("encode", step.key)) is not None
         return encoded or (images.is_dir() and len(list(images.glob("*.png"))) >= facts["count"])
 
     def _look(self, unit: Unit) -> dict:
@@ -135,7 +137,7 @@ class Batch:
         }
 
     def _job(self, unit: Unit, take: int, inputs: str) -> dict:
-        """Return the job for Blender (:class:`s2ag_blender.film.job.Job`) with the paths of its outputs."""
+        """Return the job for Blender (:class:`s2ag_blender.render.job.Job`) with the paths of its outputs."""
         name, folder = unit.take_name(take), self.folder
         characters, places = [], {}
         for clip in unit.clips:
@@ -162,7 +164,7 @@ class Batch:
         return {"performers": characters, "outputs": scene, "places": places, "sequences": sequences, **self._look(unit)}
 
 
-def perform(
+def run_stage(
     batch: Batch,
     stage: str,
     chosen: Sequence[Unit],
@@ -179,7 +181,7 @@ def perform(
     tasks = [Task(step.task.method, step.task.params, step) for step in steps if step.task is not None]
     shares: dict[str, float] = {}
     results = []
-    with closing(Crew(command, jobs, patience).run(tasks)) as running:
+    with closing(ProcessPool(command, jobs, patience).run(tasks)) as running:
         for task, outcome, share in running:
             shares[task.label.name] = share
             if outcome is not None:
@@ -191,12 +193,12 @@ def perform(
     return results
 
 
-def settle(batch: Batch, chosen: Sequence[Unit]) -> None:
+def delete_leftovers(batch: Batch, chosen: Sequence[Unit]) -> None:
     """Delete images that are encoded as films, and those that were rendered with other settings."""
     for step in batch.steps("render", chosen):
         if step.key is not None:
             current = {batch.folder.work(step.name, kind, step.key) for kind in ("mp4", *SEQUENCES)}
-            encoded = batch.folder.record("encode", step.name).read(key("encode", step.key)) is not None
+            encoded = batch.folder.record("encode", step.name).read(content_hash("encode", step.key)) is not None
             for images in batch.folder.works(step.name):
                 if encoded or images not in current:
                     shutil.rmtree(images, ignore_errors=True)
@@ -205,12 +207,19 @@ def settle(batch: Batch, chosen: Sequence[Unit]) -> None:
 def _engine_facts(models: tuple[str | None, ...], has_words: bool, recognises: bool) -> list:
     """Return all inputs of a motion that are not in its row: versions of this program, and hashes of the models used."""
     from ..meaning import vocabulary
-    from ..performance import finishing
+    from ..synthesis import postprocess
     from ..words import align, recognise
 
     named = dict(zip(MODELS, models, strict=True))
-    weights = Path(named["checkpoint"] or DEFAULT)
-    used = [VERSION, finishing.VERSION, _content(facts_path(weights)), _content(weights), named["backend"], named["device"]]
+    weights = Path(named["checkpoint"] or DEFAULT_CHECKPOINT)
+    used = [
+        VERSION,
+        postprocess.VERSION,
+        _content(metadata_path(weights)),
+        _content(weights),
+        named["backend"],
+        named["device"],
+    ]
     if has_words:
         used += [align.VERSION, _content(named["vectors"]), _contents(named["aligner_model"]), named["language"]]
         used += [_content(vocabulary.PATH), _content(named["vocabulary"])]

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ..files import whole_file
+from ..files import atomic_file
 from ..motion import skeleton
 from .clip import Clip, Unit
 from .folder import STAGES
@@ -26,7 +26,7 @@ Made by `s2ag batch`. One line of `index.jsonl` describes one performance:
 """
 
 
-def take_stock(batch: Batch, chosen: Sequence[Unit]) -> tuple[dict, list[dict], list[dict]]:
+def summarize(batch: Batch, chosen: Sequence[Unit]) -> tuple[dict, list[dict], list[dict]]:
     """Return the counts of each stage's steps by state, the failures, and the warnings of finished steps.
 
     Failures have ``stage``, ``name``, ``line``, ``kind``, ``message``, ``remedy``; warnings all but ``kind`` and ``remedy``.
@@ -49,9 +49,9 @@ def take_stock(batch: Batch, chosen: Sequence[Unit]) -> tuple[dict, list[dict], 
 
 def write(batch: Batch, last_run: dict | None = None) -> None:
     """Write ``summary.json`` of the whole batch, and ``failures.jsonl`` and ``warnings.jsonl`` if there are any."""
-    summary, failures, warnings = take_stock(batch, batch.units)
+    summary, failures, warnings = summarize(batch, batch.units)
     root = batch.folder.root
-    with whole_file(root / "summary.json") as temporary:
+    with atomic_file(root / "summary.json") as temporary:
         temporary.write_text(json.dumps({**summary, "last_run": last_run or {}}, indent=1) + "\n", "utf-8")
     for path, rows in ((root / "failures.jsonl", failures), (root / "warnings.jsonl", warnings)):
         if rows:
@@ -62,7 +62,7 @@ def write(batch: Batch, last_run: dict | None = None) -> None:
 
 
 def _write_rows(path: Path, rows: list[dict]) -> None:
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text("".join(json.dumps(row, ensure_ascii=False) + "\n" for row in rows), "utf-8")
 
 
@@ -88,7 +88,7 @@ def _write_index(batch: Batch) -> None:
     place = batch.folder.root / "dataset"
     _write_rows(place / "index.jsonl", rows)
     edges = ", ".join(f"{name} {pair}" for name, pair in zip(skeleton.EDGE_NAMES, skeleton.EDGES, strict=True))
-    with whole_file(place / "README.md") as temporary:
+    with atomic_file(place / "README.md") as temporary:
         temporary.write_text(CARD.format(joints=", ".join(skeleton.JOINTS), edges=edges), "utf-8")
 
 

@@ -10,7 +10,7 @@ from ...rigs import maps
 from ...rigs.faces import shapes
 from .. import characters
 from ..errors import UsageError
-from . import blender, character, given, outputs, performance
+from . import blender, character_options, motion_input, outputs, synthesis_options
 from .progress import Progress, note
 
 SUMMARY = "make a character gesture to a recording, or perform a motion file"
@@ -23,13 +23,13 @@ SUFFIXES = (".blend", ".bvh", ".fbx", ".glb", ".usd", ".mp4", ".png", ".exr")
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
-    performance.add_options(parser)
-    performance.add_edits(parser)
+    synthesis_options.add_options(parser)
+    synthesis_options.add_edits(parser)
     outputs.add_option(parser, SUFFIXES)
     heard = "what is heard to a motion file: AUDIO may also be an .npz or .bvh, which is performed as it is, without the engine"
     parser.add_argument("--sound", metavar="FILE", type=Path, help=heard)
-    parser.add_argument("--character", metavar="WHO", default="human", help=f"{character.WHO} (default human)")
-    character.add_options(parser)
+    parser.add_argument("--character", metavar="WHO", default="human", help=f"{character_options.WHO} (default human)")
+    character_options.add_options(parser)
     parser.add_argument("--start-frame", metavar="N", type=int, default=1, help="frame of the first key (default 1)")
     parser.add_argument("--fps", metavar="N", type=_rate, help="frames a second of the scene (default 24, or as in a .blend)")
     drawn = "renderer (default workbench, or the one set in a .blend)"
@@ -41,19 +41,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Generate the motions, then key, render and export each take in Blender."""
-    who = characters.checked(options.character)
+    who = characters.resolve(options.character)
     if options.map:
         maps.load(options.map)  # raise errors now, not after the synthesis
     if options.face_map:
         shapes.load(options.face_map)
-    motion_file = given.read(options) if given.is_motion(options.audio) else None
+    motion_file = motion_input.read(options) if motion_input.is_motion(options.audio) else None
     if options.sound and motion_file is None:
         raise UsageError("--sound belongs to a motion file.", "Leave it out: a recording is heard itself.")
-    request = performance.request(options) if motion_file is None else None
-    inputs = [*performance.inputs(options), Path(who), *filter(None, [options.map, options.face_map, options.sound])]
-    files = outputs.plan(options.outputs, SUFFIXES, request.takes if request else 1, inputs)
-    blender.command("film.job")
-    motions = performance.perform(options, request).motions if request else [motion_file] if motion_file else []
+    request = synthesis_options.request(options) if motion_file is None else None
+    inputs = [*synthesis_options.inputs(options), Path(who), *filter(None, [options.map, options.face_map, options.sound])]
+    files = outputs.plan_files(options.outputs, SUFFIXES, request.takes if request else 1, inputs)
+    blender.command("render.job")
+    motions = synthesis_options.synthesize(options, request).motions if request else [motion_file] if motion_file else []
     with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
         for take, (motion, paths) in enumerate(zip(motions, files, strict=True)):
             path = Path(folder) / f"{take}.npz"
@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
             job = Path(folder) / f"{take}.json"
             job.write_text(json.dumps(_job(options, who, path, paths)), "utf-8")
             with Progress() as progress:
-                result = blender.run("film.job", str(job), progress=progress, talk="all" if options.verbose else "last")
+                result = blender.run("render.job", str(job), progress=progress, talk="all" if options.verbose else "last")
             for warning in result.get("warnings", ()):
                 note(warning)
     return 0
@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _job(options: argparse.Namespace, who: str, motion: Path, paths: list[Path]) -> dict[str, Any]:
     """Return the job of Blender for one take, with absolute paths."""
-    sound = options.sound if given.is_motion(options.audio) else options.audio
+    sound = options.sound if motion_input.is_motion(options.audio) else options.audio
     return {
         "motions": [str(motion)],
         "audio": str(sound.absolute()) if sound else None,

@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from ..batch.claim import claim
-from ..batch.clip import MODELS, PRESETS, sliced, units
-from ..batch.crew import PATIENCE
+from ..batch.clip import MODELS, PRESETS, select_units, units
 from ..batch.folder import STAGES, Folder
+from ..batch.folder_lock import lock_clips
+from ..batch.process_pool import PATIENCE
 from ..errors import ManifestUnusable, OutputUnwritable, UsageError
-from . import blender, performance
+from . import blender, synthesis_options
 from .progress import TimeLeft, note, say
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--style", metavar="STYLE", help="where the manifest names none")
     parser.add_argument("--preset", choices=PRESETS, help="of pictures, where the manifest names none (default preview)")
     parser.add_argument("--recognise", action="store_true", help="have the words recognised where there is no transcript")
-    performance.add_models(parser)
+    synthesis_options.add_models(parser)
     parser.add_argument("--tolerate", action="store_true", help="exit 0 although clips failed, so that a farm goes on")
     parser.add_argument("--openjd", action="store_true", help="tell Open Job Description of progress, on standard output")
     parser.add_argument("--patience", type=float, default=PATIENCE, metavar="S", help=argparse.SUPPRESS)
@@ -66,13 +66,13 @@ def run(options: argparse.Namespace) -> int:
     clips = _clips(options)
     folder = _folder(options.folder)
     batch = stages.Batch(folder, clips, options.cache)
-    chosen = sliced(batch.units, options.slice, options.clips)
+    chosen = select_units(batch.units, options.slice, options.clips)
     if options.verb == "status":
-        return _report(*summary.take_stock(batch, chosen)[:2], complete=True)
+        return _report(*summary.summarize(batch, chosen)[:2], complete=True)
     if options.verb == "plan":
         _write_plan(batch, options)
         return _show_plan(batch, chosen)
-    with claim(folder.root, _stages(options), [clip.name for unit in chosen for clip in unit.clips]):
+    with lock_clips(folder.root, _stages(options), [clip.name for unit in chosen for clip in unit.clips]):
         if options.verb == "run":
             _write_plan(batch, options)
         return _work(batch, chosen, options)
@@ -95,16 +95,16 @@ def _work(batch: "Batch", chosen: list["Unit"], options: argparse.Namespace) -> 
         with TimeLeft(openjd=options.openjd) as progress:
             for stage in names:
                 jobs = options.jobs or os.cpu_count() or 1
-                tried += stages.perform(batch, stage, chosen, commands[stage], jobs, progress, options.patience)
+                tried += stages.run_stage(batch, stage, chosen, commands[stage], jobs, progress, options.patience)
                 if stage == "encode":
-                    stages.settle(batch, chosen)
+                    stages.delete_leftovers(batch, chosen)
     except KeyboardInterrupt:
         note("what is made stays; the same command goes on from here.")
         raise
     folder.sweep()
     last = {"stages": list(names), "tried": len(tried), "seconds": round(time.perf_counter() - started, 1)}
     summary.write(batch, last)
-    failed = _report(*summary.take_stock(batch, chosen)[:2])
+    failed = _report(*summary.summarize(batch, chosen)[:2])
     return 0 if options.tolerate else failed
 
 
@@ -114,7 +114,7 @@ def _clips(options: argparse.Namespace) -> list["Clip"]:
 
     path = options.manifest or _plan_of(options)
     clips, problems = manifest.read(path, _defaults(options))
-    own = {clip.line for unit in sliced(units(clips), options.slice, options.clips) for clip in unit.clips}
+    own = {clip.line for unit in select_units(units(clips), options.slice, options.clips) for clip in unit.clips}
     problems += checks.check(clips, None if options.verb in ("plan", "run") else own)
     problems.sort(key=lambda problem: problem.line)
     for line, sentence, more in _grouped((problem.line, problem.sentence) for problem in problems):
@@ -143,7 +143,7 @@ def _defaults(options: argparse.Namespace) -> dict[str, Any]:
     from ..batch import manifest
 
     try:
-        kinds = manifest.outputs(options.outputs) if options.outputs else None
+        kinds = manifest.parse_outputs(options.outputs) if options.outputs else None
         character = manifest.COLUMNS["character"](options.character, Path.cwd()) if options.character else None
     except ValueError as error:
         raise UsageError(f"{error}", "See: s2ag batch --help") from None
@@ -174,17 +174,17 @@ def _write_plan(batch: "Batch", options: argparse.Namespace) -> None:
 def _show_plan(batch: "Batch", chosen: list["Unit"]) -> int:
     from ..batch import summary
 
-    stock, *_ = summary.take_stock(batch, chosen)
+    stock, *_ = summary.summarize(batch, chosen)
     print(json.dumps({**stock, "numbers": [1, len(batch.units)], "plan": str(batch.folder.plan)}, indent=1))
     return 0
 
 
 def _commands(batch: "Batch", chosen: list["Unit"], names: Sequence[str]) -> dict[str, list[str]]:
     """Return the commands that start each stage's processes; raises an error if Blender is needed and missing."""
-    own = [sys.executable, "-m", f"{cast(str, __package__).rpartition('.')[0]}.batch.work"]
+    own = [sys.executable, "-m", f"{cast(str, __package__).rpartition('.')[0]}.batch.tasks"]
     commands: dict[str, list[str]] = {stage: own for stage in STAGES}
     if "render" in names and any(unit.is_filmed for unit in chosen):
-        commands["render"] = blender.command("film.serve")
+        commands["render"] = blender.command("render.serve")
     return commands
 
 

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from ..errors import UsageError
-from ..threads import share_cores
+from ..threads import set_passive_waiting
 from .progress import note
 
 SUMMARY = "train the paper's eight systems on a data set and print its table"
@@ -63,14 +63,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Train or load, judge, write and print the table."""
-    share_cores()
+    set_passive_waiting()
     import torch
 
     from ..learning.bench import run as bench
-    from ..learning.bench.others import SHIPPED
+    from ..learning.bench.external_rows import SHIPPED
     from ..learning.bench.setting import SETTINGS
-    from ..learning.systems.catalogue import KNOWN, SYSTEMS
-    from ..learning.train.logbook import kinds
+    from ..learning.systems.catalogue import ALL_SYSTEMS, SYSTEMS
+    from ..learning.train.logbook import parse_kinds
     from ..learning.train.process import Interruption
 
     if options.threads:
@@ -85,8 +85,8 @@ def run(options: argparse.Namespace) -> int:
     judge = _judged_paths(options.judge)
     systems = options.systems.split(",") if options.systems else [] if judge else [*SYSTEMS, SHIPPED]
     for name in systems:
-        if name not in KNOWN and name != SHIPPED:
-            raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join([*KNOWN, SHIPPED])}.")
+        if name not in ALL_SYSTEMS and name != SHIPPED:
+            raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join([*ALL_SYSTEMS, SHIPPED])}.")
     if options.jobs < 1:
         raise UsageError(f"--jobs is {options.jobs}.", "Set it to 1 or more.")
     named = ("draws", "steps", "precision", "warm_up", "training_ids", "given", "window", "hop")
@@ -96,7 +96,7 @@ def run(options: argparse.Namespace) -> int:
     if options.seeds:
         changes["seeds"] = _seeds(options.seeds)
     setting = SETTINGS[options.setting].replace(faithful=options.faithful, **changes)
-    runner = bench.Runner(options.out, options.data, setting, options.device, note, kinds(options.log))
+    runner = bench.Runner(options.out, options.data, setting, options.device, note, parse_kinds(options.log))
     if options.contextual:
         runner.use_contextual(options.contextual)
     if not options.systems:
@@ -122,12 +122,12 @@ def _print_table(report: dict | None) -> int:
 
 def _judged_paths(arguments: list[str]) -> dict[str, str]:
     """Return row name -> path of arguments ``NAME=PATH``; raises :class:`UsageError`."""
-    from ..learning.systems.catalogue import KNOWN
+    from ..learning.systems.catalogue import ALL_SYSTEMS
 
     paths = dict(argument.split("=", 1) for argument in arguments if "=" in argument)
     for argument in arguments:
         name = argument.partition("=")[0]
-        if not re.fullmatch(r"[\w .+-]{1,60}", name) or not paths.get(name) or name in (*KNOWN, "default"):
+        if not re.fullmatch(r"[\w .+-]{1,60}", name) or not paths.get(name) or name in (*ALL_SYSTEMS, "default"):
             hint = "Write them as in theirs=s2ag.safetensors, with a new name."
             raise UsageError(f"{argument!r} names no row and path.", hint)
     return paths

@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any
 
-from .. import child
-from ..engine import protocol
+from .. import child_process
 from ..errors import BlenderUnavailable
+from ..worker import protocol
 
 ENTRY = Path(__file__).parents[1] / "start.py"
 PREFIX = "s2ag-"
@@ -67,7 +67,7 @@ def run(module: str, *arguments: str, progress: Callable[[str, float], None] = l
                 else:
                     last_event = event
         if last_event.get("event") == "error":
-            raise protocol.revive(last_event)
+            raise protocol.to_exception(last_event)
         if last_event.get("event") == "result":
             return last_event
         log.seek(0)
@@ -91,7 +91,7 @@ def _own_folder(job: str = "") -> str:
 def _process(arguments: list[str], log: IO[bytes] | None, folder: str) -> Iterator[subprocess.Popen]:
     """Run a child process within the block; it also ends with this process, when its standard input ends."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
-    environment[child.HELD] = folder
+    environment[child_process.HELD_VARIABLE] = folder
     pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": log}
     try:
         process = subprocess.Popen(arguments, **pipes, env=environment)

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from ..files import check_output
-from ..threads import share_cores
+from ..threads import set_passive_waiting
 
 SUMMARY = "import the authors' checkpoints of S2AG and GTC"
 EXAMPLE = """examples:
@@ -27,8 +27,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Convert the file and print its facts."""
     check_output(options.output)
-    share_cores()
-    from ..model.foreign import import_checkpoint
+    set_passive_waiting()
+    from ..model.checkpoint_import import import_checkpoint
 
     facts = import_checkpoint(options.file, options.output, options.vocabulary, options.speakers)
     config = facts["config"]

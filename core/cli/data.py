@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from ..errors import UsageError
-from ..threads import share_cores
+from ..threads import set_passive_waiting
 from .progress import Progress, note
 
 SUMMARY = "convert a data set of speech and motion"
@@ -51,15 +51,15 @@ def run(options: argparse.Namespace) -> int:
     """Convert the data set and print its facts."""
     if options.kind not in KINDS:
         raise UsageError(f"There is no kind of data set {options.kind!r}.", f"Kinds are {', '.join(KINDS)}.")
-    share_cores()
+    set_passive_waiting()
     from ..learning.datasets import directed, readers, ted, writer
-    from ..learning.train.storage import RATES
+    from ..learning.train.storage import FPS_RANGE
     from ..motion.readers import smplx
     from ..motion.skeleton import FPS
 
     fps = FPS if options.fps is None else options.fps
-    if not RATES[0] <= fps <= RATES[1]:
-        raise UsageError(f"{fps:g} frames a second are out of range.", f"Give {RATES[0]:g} to {RATES[1]:g}.")
+    if not FPS_RANGE[0] <= fps <= FPS_RANGE[1]:
+        raise UsageError(f"{fps:g} frames a second are out of range.", f"Give {FPS_RANGE[0]:g} to {FPS_RANGE[1]:g}.")
     left_out: list[str] = []
     with Progress() as progress:
         if options.kind == "directed":

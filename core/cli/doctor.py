@@ -6,7 +6,7 @@ import json
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .checks import Check
+    from .machine_checks import Check
 
 SUMMARY = "check that everything needed is installed and works"
 EXAMPLE = """examples:
@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
         cache = Cache(default_folder())
         print(f"{cache.clear()} files removed from {cache.folder or 'nowhere: no cache is kept'}")
         return 0
-    from .checks import all_checks
+    from .machine_checks import all_checks
 
     checks = []
     for check in all_checks():

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UsageError
-from ..settings import Settings, named, table
-from . import outputs, performance
+from ..settings import Settings, names_with, table
+from . import outputs, synthesis_options
 from .progress import Progress, note
 
 if TYPE_CHECKING:
@@ -25,18 +25,18 @@ SUFFIXES = (".npz", ".bvh", ".json")
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     parser.add_argument("take", metavar="TAKE.npz", type=Path, help="a take of s2ag synth")
-    performance.add_edits(parser)
+    synthesis_options.add_edits(parser)
     parser.add_argument("--audio", metavar="FILE", type=Path, help="the recording that the take was made for")
     better = "another recording of the same words: gestures move with them (see docs/directing.md)"
     parser.add_argument("--recording", metavar="FILE", type=Path, help=better)
     heard = "the recording of another speaker, where the take listens to one"
-    performance.add_setting(parser, replace(table(Settings)["hears"], help=heard))
+    synthesis_options.add_setting(parser, replace(table(Settings)["hears"], help=heard))
     same = "what is said, as the take was made with"
-    performance.add_words(parser.add_mutually_exclusive_group(), transcript=same, recognise="")
+    synthesis_options.add_words(parser.add_mutually_exclusive_group(), transcript=same, recognise="")
     parser.add_argument("-o", "--output", dest="outputs", metavar="OUT", type=Path, action="append", default=[],
                         help=f"file to write ({', '.join(SUFFIXES)}); may come several times")  # fmt: skip
     parser.add_argument("--json", action="store_true", help="list the gestures as JSON")
-    performance.add_models(parser)
+    synthesis_options.add_models(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -55,40 +55,41 @@ def run(options: argparse.Namespace) -> int:
 
 def _recording_settings(options: argparse.Namespace) -> dict[str, Any]:
     """Return the options on words and on other recordings, as settings of a request."""
-    return {name: getattr(options, name) for name in named(recording=True) if hasattr(options, name)}
+    return {name: getattr(options, name) for name in names_with(recording=True) if hasattr(options, name)}
 
 
 def _edit(options: argparse.Namespace, motion: "Motion") -> "Motion":
     """Apply a document of edits, write the result, and return it."""
-    from ..direction import directing, edits, remaking
-    from ..performance.stages import Stages
+    from ..editing import director as director_module
+    from ..editing import edits, provenance
+    from ..synthesis.stages import Stages
 
     if options.edits is None or options.audio is None or not options.outputs:
         raise UsageError("Edits, the recording and an output belong together.", "Give --edits, --audio and -o.")
-    inputs = [path for path in (options.take, *performance.inputs(options)) if path]
-    files = outputs.plan(options.outputs, SUFFIXES, 1, inputs)[0]
+    inputs = [path for path in (options.take, *synthesis_options.inputs(options)) if path]
+    files = outputs.plan_files(options.outputs, SUFFIXES, 1, inputs)[0]
     changes = edits.load(options.edits)
-    request = remaking.request(motion.meta, options.audio, **_recording_settings(options))
-    director = directing.Director(performance.session(options))
-    remaking.check_weights(motion.meta, director.session.checkpoint)
+    request = provenance.request_from_meta(motion.meta, options.audio, **_recording_settings(options))
+    director = director_module.Director(synthesis_options.session(options))
+    provenance.check_weights(motion.meta, director.session.checkpoint)
     with Progress() as progress:
         features, _ = director.session.hear(request, Stages(progress, lambda: False))
-        remaking.check_recording(motion.meta, features.digest)
+        provenance.check_recording(motion.meta, features.digest)
         motion, warnings = director.apply(request, motion, changes, progress)
     return _save(motion, warnings, files)
 
 
 def _retime(options: argparse.Namespace, motion: "Motion") -> "Motion":
     """Retime the take to another recording of the same words, write the result, and return it."""
-    from ..direction import retiming
+    from ..editing import retiming
 
     if options.edits is not None or options.audio is not None or not options.outputs:
         raise UsageError("A take is carried to a recording or edited.", "Give --recording and -o; edit what comes of it.")
-    inputs = [path for path in (options.take, options.recording, *performance.inputs(options)) if path]
-    files = outputs.plan(options.outputs, SUFFIXES, 1, inputs)[0]
-    session = performance.session(options)
+    inputs = [path for path in (options.take, options.recording, *synthesis_options.inputs(options)) if path]
+    files = outputs.plan_files(options.outputs, SUFFIXES, 1, inputs)[0]
+    session = synthesis_options.session(options)
     with Progress() as progress:
-        motion, warnings = retiming.carried(session, motion, options.recording, progress, **_recording_settings(options))
+        motion, warnings = retiming.retime(session, motion, options.recording, progress, **_recording_settings(options))
     return _save(motion, warnings, files)
 
 
@@ -103,9 +104,9 @@ def _save(motion: "Motion", warnings: list[str], files: list[Path]) -> "Motion":
 
 
 def _list(motion: "Motion", as_json: bool) -> None:
-    from ..direction import gestures
+    from ..editing import gestures
 
-    rows = gestures.find(motion)
+    rows = gestures.find_gestures(motion)
     if as_json:
         items = [{name: round(value, 3) if isinstance(value, float) else value for name, value in asdict(row).items()}
                  for row in rows]  # fmt: skip

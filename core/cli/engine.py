@@ -2,7 +2,7 @@
 
 import argparse
 
-from ..engine import interpreter
+from ..worker import interpreter
 from .progress import Progress, say
 
 SUMMARY = "check a Python for the full engine, as Blender's preferences do"
@@ -20,7 +20,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Check the Python and print its facts."""
-    check = interpreter.Check(interpreter.python_in(options.python))
+    check = interpreter.Check(interpreter.find_python(options.python))
     with Progress() as progress:
         facts = check.wait(progress)
     versions = ", ".join(f"{name} {version}" for name, version in facts["packages"].items() if version)

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import AudioUnreadable, EngineMissing, UsageError
-from ..threads import share_cores
-from . import blender, performance
+from ..threads import set_passive_waiting
+from . import blender, synthesis_options
 from .progress import Progress, note
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "measure only speaking faces, of the recordings of people: closed lips, jaw and voice, blinks, eyes; needs no corpus"
     )
     parser.add_argument("--faces", action="store_true", help=faces)
-    performance.add_checkpoint(parser)
+    synthesis_options.add_checkpoint(parser)
     parser.add_argument("--compare", metavar="FILE", type=Path, help="another checkpoint to stand beside")
     clips = "folder with smartbody/: the captured clips that motion is held against"
     parser.add_argument("--material", metavar="FOLDER", type=Path, help=clips)
@@ -67,12 +67,12 @@ def run(options: argparse.Namespace) -> int:
         if getattr(options, name) is None:
             raise UsageError(f"--{name} is required.", "Name the folder, or measure faces alone with --faces.")
     if options.films:
-        blender.command("film.job")  # raise errors now, not after the evaluation
+        blender.command("render.job")  # raise errors now, not after the evaluation
     _need_matplotlib()
-    share_cores()
-    from ..learning.evaluate import folder, report
+    set_passive_waiting()
+    from ..learning.evaluate import report, report_files
 
-    place = folder.prepare(options.report)
+    place = report_files.prepare_folder(options.report)
     setting = report.Setting(
         options.data,
         options.speech,
@@ -87,7 +87,7 @@ def run(options: argparse.Namespace) -> int:
     with Progress() as progress:
         outcome = report.evaluate(setting, progress)
         outcome.report["command"] = shlex.join(["s2ag", *sys.argv[1:]])
-        folder.write(outcome, place, progress)
+        report_files.write_report(outcome, place, progress)
         if options.films:
             _films(outcome, place, progress)
     verdicts = [outcome.report["verdicts"], *outcome.report["variety_verdicts"].values()]
@@ -98,7 +98,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _faces(people: list[Path], report: Path | None) -> int:
     """Print figures of the faces of recordings; write them to the folder ``report``, too, if there is one."""
-    from ..files import whole_file
+    from ..files import atomic_file
     from ..learning.evaluate import faces
 
     if not people:
@@ -111,7 +111,7 @@ def _faces(people: list[Path], report: Path | None) -> int:
     print(faces.table(figures))
     if report is not None:
         report.mkdir(parents=True, exist_ok=True)
-        with whole_file(report / "faces.json") as temporary:
+        with atomic_file(report / "faces.json") as temporary:
             finite = {
                 name: {key: value if math.isfinite(value) else None for key, value in row.items()}
                 for name, row in figures.items()
@@ -123,8 +123,8 @@ def _faces(people: list[Path], report: Path | None) -> int:
 
 def _films(outcome: "Outcome", place: Path, progress: Progress) -> None:
     """Render films of the first talk, generated and directed, and of every recording, with a mannequin."""
-    from ..learning.evaluate.folder import file_name
-    from ..learning.evaluate.studio import write_wave
+    from ..learning.evaluate.generation import write_wave
+    from ..learning.evaluate.report_files import file_name
     from ..motion.motion import Motion
 
     shown = {"generated": outcome.made[0], "directed": outcome.directed[0]}
@@ -141,7 +141,7 @@ def _films(outcome: "Outcome", place: Path, progress: Progress) -> None:
             content = {"motions": [str(motion)], "audio": str(audio), "character": "mannequin", "outputs": [film]}
             job.write_text(json.dumps(content), "utf-8")
             report = lambda stage, value, name=name: progress(f"{name}: {stage}", value)  # noqa: E731
-            result = blender.run("film.job", str(job), progress=report)
+            result = blender.run("render.job", str(job), progress=report)
         for warning in result.get("warnings", ()):
             note(warning)
 

@@ -13,14 +13,14 @@ def main(argv: list[str] | None = None) -> int:
     """Run the command line and return its exit status: 0, 2 after an error (printed to stderr), 130 after Ctrl-C."""
     try:
         if argv is None:
-            settle()
+            set_up_process()
         return _run(argv)
     except KeyboardInterrupt:
         print("s2ag: interrupted.", file=sys.stderr)
         return INTERRUPTED
 
 
-def settle() -> None:
+def set_up_process() -> None:
     """Set up signals, output encoding and warnings of this process."""
     import contextlib
     import os
@@ -47,10 +47,10 @@ def _run(argv: list[str] | None) -> int:
     from .progress import say
 
     try:
-        from .parser import parser, require
+        from .parser import parser, require_available
 
         arguments = sys.argv[1:] if argv is None else argv
-        require(arguments)
+        require_available(arguments)
         options = parser().parse_args(arguments)
         return options.run(options)
     except SystemExit as exit_request:  # --help and --version
@@ -75,9 +75,9 @@ def _run(argv: list[str] | None) -> int:
     except Exception as error:
         if os.environ.get("S2AG_DEBUG"):
             raise
-        from .. import mistake
+        from .. import crash_log
 
-        say(f"this is a mistake in s2ag ({type(error).__name__}: {error}). {mistake.keep(error)}")
+        say(f"this is a mistake in s2ag ({type(error).__name__}: {error}). {crash_log.write_log(error)}")
         return FAILED
 
 

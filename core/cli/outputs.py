@@ -23,7 +23,7 @@ def add_option(parser: argparse.ArgumentParser, suffixes: Sequence[str]) -> None
     )
 
 
-def plan(outputs: Sequence[Path], suffixes: Sequence[str], takes: int, inputs: Sequence[Path] = ()) -> list[list[Path]]:
+def plan_files(outputs: Sequence[Path], suffixes: Sequence[str], takes: int, inputs: Sequence[Path] = ()) -> list[list[Path]]:
     """Return the files of each take; check suffixes, folders, duplicates, and that no input is overwritten.
 
     Raises :class:`UsageError` or :class:`OutputUnwritable`.

@@ -24,7 +24,7 @@ PACKAGE_VERBS = {
 _ELSEWHERE = {**PACKAGE_VERBS, "train": "train"}
 
 
-def require(arguments: Sequence[str]) -> None:
+def require_available(arguments: Sequence[str]) -> None:
     """Raise :class:`UsageError` if the verb is one of the Python package and this is Blender's extension."""
     verb = arguments[0] if arguments else ""
     if verb in _ELSEWHERE and not _is_package():

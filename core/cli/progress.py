@@ -5,14 +5,14 @@ import sys
 import time
 from typing import Self
 
-from ..errors import readable
+from ..errors import sanitize
 
 _WIDTH = 40
 
 
 def say(sentence: str) -> None:
     """Print a sentence as one line on stderr, with our prefix."""
-    print(f"s2ag: {readable(' '.join(sentence.split()))}", file=sys.stderr)
+    print(f"s2ag: {sanitize(' '.join(sentence.split()))}", file=sys.stderr)
 
 
 def note(sentence: str) -> None:

@@ -10,7 +10,7 @@ from ...rigs.faces import shapes
 from .. import characters
 from ..errors import RigUnusable
 from ..files import check_output
-from . import blender, character
+from . import blender, character_options
 from .progress import note
 
 SUMMARY = "show which bones of a character would gesture"
@@ -23,8 +23,8 @@ EXAMPLE = """examples:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
-    parser.add_argument("character", metavar="CHARACTER", help=character.WHO)
-    character.add_options(parser)
+    parser.add_argument("character", metavar="CHARACTER", help=character_options.WHO)
+    character_options.add_options(parser)
     parser.add_argument("--save", metavar="FILE", type=Path, help="write what was found as a bone map (JSON)")
     face = "write the face that was found, its shape keys and bones, as a face map (JSON)"
     parser.add_argument("--save-face", metavar="FILE", type=Path, help=face)
@@ -33,7 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print the table of bones, save the maps, and raise :class:`RigUnusable` if an arm is missing."""
     job = {
-        "character": characters.checked(options.character),
+        "character": characters.resolve(options.character),
         "gender": options.gender,
         "armature": options.armature,
         "map": str(options.map.absolute()) if options.map else None,
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
         path = Path(folder) / "survey.json"
         path.write_text(json.dumps(job), "utf-8")
-        survey = blender.run("cast.survey", str(path))
+        survey = blender.run("characters.bone_survey", str(path))
     print(f"{survey['armature']}: {survey['family']}, {survey['bones']} bones\n\n{survey['table']}")
     print(f"\nface: {survey['face']['table']}")
     for warning in survey["warnings"]:

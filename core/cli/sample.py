@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import EngineMissing, UsageError
-from ..files import check_output, whole_file
-from . import blender, performance
+from ..files import atomic_file, check_output
+from . import blender, synthesis_options
 from .progress import Progress, note
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ SHEET_FPS = 24
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
-    performance.add_options(parser, takes=9, chosen=False)
+    synthesis_options.add_options(parser, takes=9, chosen=False)
     parser.add_argument("--styles", metavar="A,B,C", help="a row of takes for each of these styles, instead of --style")
     what = "SHEET.mp4 (film with sound), SHEET.png (contact sheet) or SHEET.json; the .json is always written"
     parser.add_argument("-o", "--output", dest="outputs", metavar="OUT", type=Path, action="append", default=[], help=what)
@@ -52,13 +52,13 @@ def run(options: argparse.Namespace) -> int:
     if options.map:
         _need_matplotlib()
     if any(path.suffix.lower() != ".json" for path in files):
-        blender.command("film.sheet")
+        blender.command("render.sheet")
     from ..sampling import sheet as sheets
     from ..sampling import style_map
 
-    session, sheet = performance.session(options), None
+    session, sheet = synthesis_options.session(options), None
     if options.audio:
-        request = performance.request(options, takes=1)
+        request = synthesis_options.request(options, takes=1)
         with Progress() as progress:
             sheet, motions, result = sheets.sample(session, request, every, options.takes, progress)
         for warning in result.warnings:
@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
     if options.map:
         content = style_map.style_map(session.checkpoint, sheet)
         style_map.draw_map(content, options.map)
-        with whole_file(options.map.with_suffix(".json")) as temporary:
+        with atomic_file(options.map.with_suffix(".json")) as temporary:
             temporary.write_text(json.dumps(content, indent=1) + "\n", "utf-8")
     return 0
 
@@ -89,7 +89,7 @@ def _files(options: argparse.Namespace) -> list[Path]:
     if options.map and options.map.suffix.lower() != ".png":
         raise UsageError(f"The map {options.map} is no .png.", "Name it MAP.png.")
     maps = [options.map, options.map.with_suffix(".json")] if options.map else []
-    taken = {Path(path).resolve() for path in performance.inputs(options)}
+    taken = {Path(path).resolve() for path in synthesis_options.inputs(options)}
     for path in (*files, *maps):
         place = check_output(path).resolve()
         if place in taken:
@@ -114,7 +114,7 @@ def _show(options: argparse.Namespace, sheet: "Sheet", motions: Sequence["Motion
         content = {"cells": cells, "audio": str(options.audio.absolute()), "fps": options.fps, "outputs": pictures}
         job.write_text(json.dumps(content), "utf-8")
         with Progress() as progress:
-            blender.run("film.sheet", str(job), progress=progress)
+            blender.run("render.sheet", str(job), progress=progress)
 
 
 def _need_matplotlib() -> None:

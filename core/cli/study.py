@@ -6,8 +6,8 @@ import tempfile
 from pathlib import Path
 
 from ..errors import UsageError
-from ..files import check_output, whole_file
-from . import films
+from ..files import atomic_file, check_output
+from . import study_films
 
 SUMMARY = "make a user study of clips, and analyse its answers"
 EXAMPLE = """examples:
@@ -52,10 +52,13 @@ def _make(options: argparse.Namespace) -> int:
         raise UsageError(f"{options.participants} participants were asked for.", f"Ask for 1 to {MOST}.")
     if options.form not in build.FORMS:
         raise UsageError(f"There is no form {options.form!r}.", f"Forms are {', '.join(build.FORMS)}.")
-    with films.filmed(options.clips, options.character, options.speech) as clips, tempfile.TemporaryDirectory() as spoken:
+    with (
+        study_films.render_clips(options.clips, options.character, options.speech) as clips,
+        tempfile.TemporaryDirectory() as spoken,
+    ):
         study = design.find(clips, options.seed, options.form)
         if options.form == "matched":
-            study = design.mismatched(study, Path(spoken))
+            study = design.add_mismatched_sound(study, Path(spoken))
         place = build.build(study, options.output, options.title, options.participants)
     print(f"{place / 'page' / 'index.html'}: {len(study.conditions)} conditions, {len(study.excerpts)} excerpts")
     print(f"Give participants the folder {place / 'page'}; keep {place / 'key.json'} to yourself.")
@@ -74,7 +77,7 @@ def _analyse(options: argparse.Namespace) -> int:
         result = pairs.analyse(pairs.read(options.answers, options.key), options.ours)
         text = pairs.report(result)
     if options.output is not None:
-        with whole_file(options.output) as temporary:
+        with atomic_file(options.output) as temporary:
             temporary.write_text(json.dumps(result, indent=1), encoding="utf-8")
     print(text)
     return 0

@@ -4,7 +4,7 @@ import argparse
 import json
 
 from ..settings import AFFECTS
-from . import performance
+from . import synthesis_options
 
 SUMMARY = "list the styles and controls that a checkpoint knows"
 EXAMPLE = """examples:
@@ -15,12 +15,12 @@ EXAMPLE = """examples:
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
     parser.add_argument("--json", action="store_true", help="machine-readable")
-    performance.add_checkpoint(parser)
+    synthesis_options.add_checkpoint(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Print names and descriptions."""
-    from ..model.catalogue import describe
+    from ..model.checkpoint_metadata import describe
 
     description = describe(options.checkpoint)
     speakers, controls = description["speakers"], description["controls"]

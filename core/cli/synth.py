@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import UsageError
-from . import outputs, performance
+from . import outputs, synthesis_options
 
 if TYPE_CHECKING:
     from ..motion.motion import Motion
@@ -20,16 +20,16 @@ SUFFIXES = (".npz", ".bvh", ".json", ".tsv")
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add this command's options."""
-    performance.add_options(parser)
-    performance.add_edits(parser)
+    synthesis_options.add_options(parser)
+    synthesis_options.add_edits(parser)
     outputs.add_option(parser, SUFFIXES)
 
 
 def run(options: argparse.Namespace) -> int:
     """Write every take to every output."""
-    request = performance.request(options)
-    files = outputs.plan(options.outputs, SUFFIXES, request.takes, performance.inputs(options))
-    result = performance.perform(options, request)
+    request = synthesis_options.request(options)
+    files = outputs.plan_files(options.outputs, SUFFIXES, request.takes, synthesis_options.inputs(options))
+    result = synthesis_options.synthesize(options, request)
     for motion, paths in zip(result.motions, files, strict=True):
         for path in paths:
             save(motion, path)
@@ -39,9 +39,9 @@ def run(options: argparse.Namespace) -> int:
 def save(motion: "Motion", path: Path) -> None:
     """Write a motion in the format of the path's suffix."""
     from ...rigs import bvh
-    from ..motion import as_json
+    from ..motion import json_export
 
-    writers = {".npz": lambda motion, path: motion.save(path), ".bvh": bvh.save, ".json": as_json.save, ".tsv": _save_cues}
+    writers = {".npz": lambda motion, path: motion.save(path), ".bvh": bvh.save, ".json": json_export.save, ".tsv": _save_cues}
     writer = _save_cues if path.name.lower().endswith(".rhubarb.json") else writers[path.suffix.lower()]
     writer(motion, path)
 

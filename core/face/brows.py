@@ -23,7 +23,7 @@ _QUESTION = 0.7
 """Height of the raise in a question."""
 
 
-def raises(
+def brow_raises(
     accents: Sequence[tuple[float, float, bool]],
     questions: Sequence[tuple[float, float]],
     count: int,
@@ -45,7 +45,7 @@ def raises(
     return result
 
 
-def mood(
+def mood_channels(
     affect: Mapping[str, float | np.ndarray], speech: np.ndarray, rng: np.random.Generator
 ) -> dict[str, np.ndarray]:
     """Return face channels ``(count,)`` of a mood: a smile or frown by valence, weaker while the mouth speaks.

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..motion import skeleton
-from ..motion.face import GAZE, RATE
+from ..motion.face import GAZE_DEGREES, RATE
 from ..smoothing import gaussian
 
 BLINKS = 26.0
@@ -34,14 +34,14 @@ _LEAD, _ALONG = 0.08, 0.3
 """Seconds by which eyes precede the head, and the share of a head turn by which the point of gaze moves along."""
 
 
-def looks(
+def gaze(
     phrases: np.ndarray, directions: np.ndarray, count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, list[tuple[float, float]]]:
     """Return gaze ``(count, 2)`` in degrees to the left and up, relative to the head, and gaze shifts as (seconds, degrees).
 
     ``phrases`` ``(p, 2)`` are in seconds, ``directions`` ``(frames, 9, 3)`` the pose at 15 fps; gaze has 100 fps.
     """
-    coming = np.clip(turned(directions, count, _LEAD), -_MAX_TURN, _MAX_TURN)
+    coming = np.clip(head_angles(directions, count, _LEAD), -_MAX_TURN, _MAX_TURN)
     moments, places = _fixations(phrases, coming, count / RATE, rng)
     gaze, shifts = np.empty((count, 2)), []
     rows = [0, *(int(moment * RATE) for moment in moments[1:]), count]
@@ -54,12 +54,12 @@ def looks(
         shifts.append((moment, far))
         now = place
     # the eyes arrive first; while the head follows, they turn back by as much
-    relative = gaze + _ALONG * coming - np.clip(turned(directions, count), -_MAX_TURN, _MAX_TURN)
-    limits = np.array([GAZE, 0.6 * GAZE])
+    relative = gaze + _ALONG * coming - np.clip(head_angles(directions, count), -_MAX_TURN, _MAX_TURN)
+    limits = np.array([GAZE_DEGREES, 0.6 * GAZE_DEGREES])
     return limits * np.tanh(relative / limits), shifts
 
 
-def turned(directions: np.ndarray, count: int, ahead: float = 0.0) -> np.ndarray:
+def head_angles(directions: np.ndarray, count: int, ahead: float = 0.0) -> np.ndarray:
     """Return degrees ``(count, 2)`` by which the head is turned to the left and up from its median, ``ahead`` seconds later."""
     neck = directions[:, skeleton.EDGE_NAMES.index("neck")].astype(float)
     aside = np.degrees(np.arctan2(-neck[:, 0], np.maximum(neck[:, 2], 0.2)))
@@ -71,10 +71,10 @@ def turned(directions: np.ndarray, count: int, ahead: float = 0.0) -> np.ndarray
     return gaussian(track, 0.05 * RATE)
 
 
-def blinks(
+def blink_times(
     phrases: np.ndarray, shifts: Sequence[tuple[float, float]], count: int, rng: np.random.Generator
 ) -> np.ndarray:
-    """Return the times in seconds, in order, at which lids begin to close; ``shifts`` are those of :func:`looks`."""
+    """Return the times in seconds, in order, at which lids begin to close; ``shifts`` are those of :func:`gaze`."""
     duration = count / RATE
     ends = phrases[:, 1] if len(phrases) else np.zeros(0)
     candidates = [end + rng.uniform(-0.05, 0.2) for end in ends if rng.random() < _PHRASE_END_CHANCE]
@@ -94,7 +94,7 @@ def blinks(
     return np.array(kept)
 
 
-def lids(moments: np.ndarray, count: int) -> np.ndarray:
+def lid_closure(moments: np.ndarray, count: int) -> np.ndarray:
     """Return how far lids are closed, ``(count,)`` 0..1 at 100 fps, by blinks at ``moments`` in seconds."""
     result = np.zeros(count)
     for moment in moments:

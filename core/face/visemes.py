@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..motion.face import MOUTH, RATE, SHUT, VISEMES
+from ..motion.face import CLOSED_JAW, MOUTH, RATE, VISEMES
 from ..smoothing import gaussian
 from ..words.align import Phone
 
@@ -49,7 +49,7 @@ _QUIET, _LOUD = -24.0, 3.0
 """Levels in dB between which the opening of the mouth depends on loudness."""
 
 
-def tracks(
+def mouth_weights(
     sounds: Sequence[Phone], loudness: np.ndarray, intensity: float = 1.0, smoothness: float = 0.5
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return weights ``(n, 15)`` float64 of :data:`motion.face.MOUTH` and the lip closures ``(k, 2)`` in seconds.
@@ -57,7 +57,7 @@ def tracks(
     ``loudness`` ``(n,)`` is in dB above the speaker's mean at 100 fps; ``intensity`` 0..2 scales the opening of the mouth,
     ``smoothness`` 0..1 smooths its motion. Neither affects closures.
     """
-    count, shut = len(loudness), closures(sounds)
+    count, shut = len(loudness), lip_closures(sounds)
     shapes = np.zeros((count, len(VISEMES)))
     if len(sounds):
         shapes = _blend(_segments(sounds, count / RATE), count)
@@ -74,7 +74,7 @@ def tracks(
     return _apply_closures(mouth, shut), shut
 
 
-def closures(sounds: Sequence[Phone]) -> np.ndarray:
+def lip_closures(sounds: Sequence[Phone]) -> np.ndarray:
     """Return the lip closures ``(k, 2)``, start and end in seconds, in order; those that nearly touch are joined."""
     spans: list[list[float]] = []
     for phone, start, end in sounds:
@@ -165,5 +165,5 @@ def _apply_closures(mouth: np.ndarray, shut: np.ndarray) -> np.ndarray:
         over[low:high] = np.maximum(over[low:high], phase * phase * (3 - 2 * phase))
     result = mouth * (1 - over[:, None])
     result[:, lips] = over
-    result[:, jaw] += over * np.minimum(mouth[:, jaw], SHUT)
+    result[:, jaw] += over * np.minimum(mouth[:, jaw], CLOSED_JAW)
     return result

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..motion import handshape, skeleton
-from .acted import Acted
+from .gesture_clip import GestureClip
 
 ARMS = ("both", "one", "alternate")
 """Both arms alike, the leading one, or left and right in turn."""
@@ -41,7 +41,7 @@ class Gesture:
     shoulders: float = 0.0
     across: float = 0.0
     often: float = 0.9
-    acted: Acted | None = None
+    acted: GestureClip | None = None
 
     @classmethod
     def read(
@@ -54,7 +54,7 @@ class Gesture:
         shape = entry.get("shape")
         if shape is not None and not (isinstance(shape, str) and shape in shapes):
             raise ValueError(f"{name} wants the handshape {shape!r}, which is not there")
-        acted = Acted.read(name, entry, folder) if "clip" in entry else None
+        acted = GestureClip.read(name, entry, folder) if "clip" in entry else None
         if acted is None:
             ready, stroke = (_vectors(name, key, entry.get(key), (2, 3)) for key in ("ready", "stroke"))
         else:

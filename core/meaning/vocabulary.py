@@ -45,7 +45,7 @@ class Vocabulary:
         return matches
 
 
-def load(extra: str | PathLike | None = None) -> Vocabulary:
+def load_vocabulary(extra: str | PathLike | None = None) -> Vocabulary:
     """Load the shipped vocabulary; gestures and handshapes of the file ``extra`` are added or replace those of the same name.
 
     Raises :class:`UsageError` if the file is not a vocabulary.

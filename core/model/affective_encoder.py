@@ -5,9 +5,9 @@ from torch import nn
 from torch.nn import functional
 
 from .config import ModelConfig
+from .flow_solver import affect_reach
 from .graph import PART_LINKS, PARTS, adjacency, edge_links
 from .layers import make_norm
-from .steps import affect_reach
 
 
 class GraphConvolution(nn.Module):

@@ -12,9 +12,9 @@ from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
 
 from ..errors import CheckpointUnreadable, S2agError
-from ..files import sha256, whole_file
+from ..files import atomic_file, sha256
 from . import network
-from .catalogue import DEFAULT, FORMAT, REMEDY, facts_path, read_facts
+from .checkpoint_metadata import DEFAULT_CHECKPOINT, FORMAT, REMEDY, metadata_path, read_metadata
 from .config import ModelConfig
 from .discriminator import Discriminator
 from .encoders import Encoders
@@ -24,7 +24,7 @@ Network = TypeVar("Network", bound=torch.nn.Module)
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A torch generator for training or inspection, with its speakers and metadata; :mod:`opening` loads for synthesis.
+    """A torch generator for training or inspection, with its speakers and metadata; :mod:`loading` loads for synthesis.
 
     ``speakers`` are ``{"name", "description"}`` in the order of the speaker table; ``meta`` is the whole JSON file;
     ``hash`` is the SHA-256 of the weights file; ``discriminator`` is None where the file holds none.
@@ -49,11 +49,11 @@ def save(path: str | PathLike, generator: Encoders, discriminator: Discriminator
     tensors = _prefixed("generator", generator, half)
     if discriminator is not None:
         tensors |= _prefixed("discriminator", discriminator, half)
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         save_file(tensors, temporary)
         digest = sha256(temporary)
     facts = {**meta, "format": FORMAT, "weights_sha256": digest, "config": generator.config.to_dict()}
-    with whole_file(facts_path(path)) as temporary:
+    with atomic_file(metadata_path(path)) as temporary:
         temporary.write_text(json.dumps(facts, indent=1), encoding="utf-8")
     return digest
 
@@ -64,18 +64,18 @@ def load(path: str | PathLike | None = None, device: str = "cpu") -> Checkpoint:
     Raises :class:`CheckpointUnreadable` if a file is missing or damaged, if weights and JSON do not belong together, or
     if the file is of another version.
     """
-    path = Path(path or DEFAULT)
-    facts = read_facts(path)
+    path = Path(path or DEFAULT_CHECKPOINT)
+    facts = read_metadata(path)
     try:
         digest = sha256(path)
         tensors = load_file(path)
     except (OSError, SafetensorError) as error:
         raise CheckpointUnreadable(f"The checkpoint {path} cannot be read: {error}.", REMEDY) from error
     if facts.get("weights_sha256") != digest:
-        raise CheckpointUnreadable(f"{facts_path(path)} describes other weights than {path.name} holds.", REMEDY)
+        raise CheckpointUnreadable(f"{metadata_path(path)} describes other weights than {path.name} holds.", REMEDY)
     try:
         config = ModelConfig.from_dict(facts["config"])
-        generator = _load_module(network.make, config, tensors, "generator", device)
+        generator = _load_module(network.make_generator, config, tensors, "generator", device)
         has_discriminator = any(name.startswith("discriminator.") for name in tensors)
         discriminator = _load_module(Discriminator, config, tensors, "discriminator", device) if has_discriminator else None
         speakers = [dict(speaker) for speaker in facts.get("speakers", [])]

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from ..errors import UsageError
 
-LARGEST, DEEPEST = 10_000_000, 64
+MAX_SIZE, MAX_DEPTH = 10_000_000, 64
 """Upper bounds of rows and channels, and of layers and similar counts."""
 _MAX_FACTOR = 1000.0
 """Upper bound of slopes, shares and factors."""
@@ -105,9 +105,9 @@ class ModelConfig:
         counts = ("layers", "levels", "hops", "kernels", "kernel", "dilations")
         for field in fields(self):
             value = getattr(self, field.name)
-            limit = DEEPEST if field.name.endswith(counts) else LARGEST
+            limit = MAX_DEPTH if field.name.endswith(counts) else MAX_SIZE
             numbers = value if isinstance(value, tuple) else (value,)
-            if len(numbers) > DEEPEST or any(isinstance(number, int) and not 0 <= number <= limit for number in numbers):
+            if len(numbers) > MAX_DEPTH or any(isinstance(number, int) and not 0 <= number <= limit for number in numbers):
                 raise UsageError(f"{field.name} is out of range.", f"It goes from 0 to {limit}.")
             if any(isinstance(number, float) and not abs(number) <= _MAX_FACTOR for number in numbers):
                 raise UsageError(f"{field.name} is out of range.", f"It goes to {_MAX_FACTOR}.")
@@ -124,8 +124,8 @@ class ModelConfig:
             raise UsageError("Raw audio is heard in windows of 34 frames.", "Set frames to 34, or audio to mfcc.")
         if self.affect == "raw" and self.seed_view:
             raise UsageError("Raw seed poses need no second view.", "Set seed_view to 0, or affect to graph.")
-        if not (1 <= self.flow_steps <= DEEPEST and 0.1 <= self.flow_bend <= 10):
-            raise UsageError("flow_steps or flow_bend is out of range.", f"They go from 1 to {DEEPEST} and from 0.1 to 10.")
+        if not (1 <= self.flow_steps <= MAX_DEPTH and 0.1 <= self.flow_bend <= 10):
+            raise UsageError("flow_steps or flow_bend is out of range.", f"They go from 1 to {MAX_DEPTH} and from 0.1 to 10.")
         if self.decoder == "flow" and (self.frames or self.words or self.affect == "raw" or self.norm == "batch"):
             raise UsageError("A flow needs windows of any length.", "Take the default's encoders.")
         if self.decoder == "gru" and (self.extras or self.meanings):
@@ -133,7 +133,7 @@ class ModelConfig:
         if self.discriminator_pool == "linear" and not self.frames:
             raise UsageError("A linear pool needs a fixed number of frames.", "Set frames, or discriminator_pool to mean.")
 
-    def of_extras(self) -> "ModelConfig":
+    def extras_config(self) -> "ModelConfig":
         """Return the settings of the denoiser that samples the extras."""
         names = "size", "condition", "dilations"
         return replace(self, **{f"flow_{name}": getattr(self, f"flow_extras_{name}") for name in names})
@@ -207,7 +207,7 @@ class ModelConfig:
     @classmethod
     def from_dict(cls, settings: Mapping[str, Any]) -> "ModelConfig":
         """Inverse of :meth:`to_dict`; raises :class:`UsageError` on an unknown name or a value of the wrong kind."""
-        return build(cls, settings, "model setting")
+        return build_dataclass(cls, settings, "model setting")
 
     def replace(self, **changes: Any) -> "ModelConfig":
         """Return a copy with some settings changed."""
@@ -226,7 +226,7 @@ _CHOICES = {
 }
 
 
-def build(kind: type[Settings], settings: Mapping[str, Any], what: str) -> Settings:
+def build_dataclass(kind: type[Settings], settings: Mapping[str, Any], what: str) -> Settings:
     """Build a dataclass ``kind`` from JSON ``settings``; ``what`` names a setting in the :class:`UsageError` it may raise."""
     types_by_name: dict[str, Any] = {field.name: field.type for field in fields(kind)}  # pyright: ignore[reportArgumentType]
     unknown = sorted(set(settings) - set(types_by_name))

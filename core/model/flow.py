@@ -11,12 +11,12 @@ from torch import nn
 from torch.nn import functional
 
 from ..motion.skeleton import EDGES
-from .asked_encoder import AskedEncoder
 from .config import ModelConfig
 from .denoiser import Conditions, Denoiser
 from .encoders import POSE, Encoders
-from .steps import hears, looks, noise_scale, noise_size, solve, times
-from .timing import IN_STEP, mfcc_slice
+from .flow_solver import feature_reach, noise_scale, noise_size, solve, time_grid, velocity_reach
+from .mfcc_timing import PHASE_PERIOD, mfcc_slice
+from .request_encoder import RequestEncoder
 
 
 class FlowGenerator(Encoders):
@@ -29,19 +29,19 @@ class FlowGenerator(Encoders):
 
     centre: torch.Tensor
     scale: torch.Tensor
-    asked_encoder: AskedEncoder
+    asked_encoder: RequestEncoder
     extras_denoiser: Denoiser
 
     def __init__(self, config: ModelConfig):
         super().__init__(config)
         self.noise_size = noise_size(config)
         if config.meanings:
-            self.asked_encoder = AskedEncoder(config)
+            self.asked_encoder = RequestEncoder(config)
         self.no_style = nn.Parameter(torch.zeros(config.style_size))
         conditions = self.feature_size + config.style_size
         self.denoiser = Denoiser(config, POSE, conditions)
         if config.extras:
-            self.extras_denoiser = Denoiser(config.of_extras(), config.extras, conditions + POSE)
+            self.extras_denoiser = Denoiser(config.extras_config(), config.extras, conditions + POSE)
         self.register_buffer("centre", torch.zeros(self.noise_size))
         self.register_buffer("scale", torch.full((self.noise_size,), 0.3))
 
@@ -53,12 +53,12 @@ class FlowGenerator(Encoders):
     @property
     def hears(self) -> int:
         """Receptive field of the features: frames to each side on which those of a frame depend."""
-        return hears(self.config)
+        return feature_reach(self.config)
 
     @property
-    def looks(self) -> int:
+    def velocity_reach(self) -> int:
         """Receptive field of one velocity, in frames to each side; a whole sample's is ``flow_steps`` times as large."""
-        return looks(self.config)
+        return velocity_reach(self.config)
 
     def encode(
         self,
@@ -69,7 +69,7 @@ class FlowGenerator(Encoders):
         asked: torch.Tensor | None = None,
     ) -> torch.Tensor:
         """Return the features ``(B, T, channels)``, all but the style; ``asked`` ``(B, T, 7)`` has the channels of
-        :mod:`requested`."""
+        :mod:`stroke_requests`."""
         features = super().encode(mfcc, words, seeds, prosody)
         if not self.config.meanings:
             return features
@@ -97,7 +97,7 @@ class FlowGenerator(Encoders):
         """Prepare the extras denoiser's conditions: as :meth:`conditions`, with normalised poses ``(B, T, 27)``."""
         return self.extras_denoiser.condition(torch.cat([_join_style(features, style), poses], -1), time)
 
-    def exaggerated(self, style: torch.Tensor) -> torch.Tensor:
+    def exaggerate_style(self, style: torch.Tensor) -> torch.Tensor:
         """Extrapolate styles ``(..., size)`` away from the mean of all speakers, by ``flow_style``.
 
         The effect is that of classifier-free guidance (Ho and Salimans 2022) with one evaluation per step instead of two.
@@ -105,12 +105,12 @@ class FlowGenerator(Encoders):
         mean = self.speaker(torch.arange(self.config.speakers, device=style.device))[0].mean(0)
         return torch.lerp(mean, style, self.config.flow_style)
 
-    def emphasized(self, features: torch.Tensor) -> torch.Tensor:
+    def emphasize_speech(self, features: torch.Tensor) -> torch.Tensor:
         """Extrapolate voice and prosody in features ``(B, T, channels)`` away from silence, by ``flow_voice``."""
         config = self.config
         if config.flow_voice == 1:
             return features
-        frames = 4 * IN_STEP
+        frames = 4 * PHASE_PERIOD
         mfcc = features.new_zeros(1, mfcc_slice(0, frames).stop, config.mfcc_features)
         words, seeds, prosody = (
             features.new_zeros(1, frames, size) for size in (config.word_size, self.noise_size + 1, config.prosody_features)
@@ -162,7 +162,7 @@ class FlowGenerator(Encoders):
 
         ``begins()`` is called before each of the ``flow_steps`` for poses, then for extras.
         """
-        features, style = self.emphasized(features), self.exaggerated(style)
+        features, style = self.emphasize_speech(features), self.exaggerate_style(style)
         given, mask = self.numbers(seeds[..., :-1]), seeds[..., -1:]
         noise = noise * noise.new_tensor(noise_scale(self.config))
         start = noise + mask * (given - noise)
@@ -172,7 +172,7 @@ class FlowGenerator(Encoders):
                 begins()
                 return denoiser(x, mask, conditions, x.new_full((1,), time)) * (1 - mask)
 
-            return solve(velocity, start, times(self.config))
+            return solve(velocity, start, time_grid(self.config))
 
         frames = sample(self.denoiser, self.conditions(features, style), start[..., :POSE])
         if self.config.extras:

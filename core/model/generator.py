@@ -7,7 +7,7 @@ from torch.nn import functional
 from ..motion.skeleton import EDGES
 from .config import ModelConfig
 from .encoders import POSE, Encoders
-from .layers import exact, make_gru, run_gru
+from .layers import in_float32, make_gru, run_gru
 
 
 class Generator(Encoders):
@@ -32,7 +32,7 @@ class Generator(Encoders):
         head = self.config.seed_size + self.config.mfcc_size + self.config.text_size
         inputs = torch.cat([features[..., :head], repeated, features[..., head:]], dim=-1)
         hidden = run_gru(self.gru, inputs)
-        poses = exact(self.out, hidden).unflatten(-1, (len(EDGES), 3)) + self.mean
+        poses = in_float32(self.out, hidden).unflatten(-1, (len(EDGES), 3)) + self.mean
         return functional.normalize(poses, dim=-1) if self.config.unit_directions else poses
 
     def forward(

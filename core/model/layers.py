@@ -97,7 +97,7 @@ def run_gru(gru: nn.GRU, x: torch.Tensor) -> torch.Tensor:
     return forward + backward
 
 
-def exact(layer: nn.Module, x: torch.Tensor) -> torch.Tensor:
+def in_float32(layer: nn.Module, x: torch.Tensor) -> torch.Tensor:
     """Apply ``layer`` in float32 regardless of autocast: poses differ little from frame to frame."""
     with torch.autocast(x.device.type, enabled=False):
         return layer(x.float())

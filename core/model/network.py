@@ -6,6 +6,6 @@ from .flow import FlowGenerator
 from .generator import Generator
 
 
-def make(config: ModelConfig) -> Encoders:
+def make_generator(config: ModelConfig) -> Encoders:
     """Create a network with random weights; all kinds share encoders, styles and the arguments of ``forward``."""
     return FlowGenerator(config) if config.decoder == "flow" else Generator(config)

@@ -13,10 +13,10 @@ def seed_input(poses: torch.Tensor, frames: int) -> torch.Tensor:
     """
     poses = poses[:, :frames]
     mask = poses.new_ones(*poses.shape[:2], 1)
-    return functional.pad(kept_input(poses, mask), (0, 0, 0, frames - poses.shape[1]))
+    return functional.pad(given_input(poses, mask), (0, 0, 0, frames - poses.shape[1]))
 
 
-def kept_input(poses: torch.Tensor, mask: torch.Tensor, extras: torch.Tensor | None = None) -> torch.Tensor:
+def given_input(poses: torch.Tensor, mask: torch.Tensor, extras: torch.Tensor | None = None) -> torch.Tensor:
     """Return the input ``(B, T, 28 + extras)`` for poses ``(B, T, 9, 3)`` that are given where ``mask`` ``(B, T, 1)`` is 1.
 
     ``extras`` ``(B, T, n)`` are the channels of a frame beyond its directions.

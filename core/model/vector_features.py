@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..motion import skeleton
-from ..vectors.table import DIMENSIONS, WordVectors, place
-from .timing import mfcc_slice
+from ..vectors.table import DIMENSIONS, WordVectors, vectors_per_frame
+from .mfcc_timing import mfcc_slice
 
 
 class VectorFeatures:
@@ -35,4 +35,4 @@ class VectorFeatures:
         if self.vectors is None:
             return mfcc, np.zeros((stop - start, DIMENSIONS), np.float32), prosody
         span = slice(np.searchsorted(self.ends, start / skeleton.FPS), np.searchsorted(self.starts, stop / skeleton.FPS))
-        return mfcc, place(self.words[span], self.vectors, stop - start, start=start / skeleton.FPS), prosody
+        return mfcc, vectors_per_frame(self.words[span], self.vectors, stop - start, start=start / skeleton.FPS), prosody

@@ -14,7 +14,7 @@ LOOKAHEAD = 12
 """Frames at a window's end that are discarded, because the backward GRU lacks context there."""
 
 
-def starts(frames: int, window: int, seeds: int) -> list[int]:
+def window_starts(frames: int, window: int, seeds: int) -> list[int]:
     """Return first frames of evenly spaced windows that cover ``frames`` and overlap by at least seeds and look-ahead."""
     if frames <= window:
         return [0]
@@ -47,7 +47,7 @@ def generate(
     style = torch.from_numpy(styles).to(device)
     out = np.empty((takes, frames, 9, 3), np.float32)
     out[:, :seeds] = seed_poses[:, :frames]
-    first_frames = starts(frames, window, seeds)
+    first_frames = window_starts(frames, window, seeds)
     for number, start in enumerate(first_frames):
         if cancelled():
             raise Cancelled("Cancelled.")

@@ -16,9 +16,9 @@ MOUTH = (*VISEMES, "JAW")
 _EYES = ("BLINK_LEFT", "BLINK_RIGHT", "LOOK_LEFT", "LOOK_UP", "WIDE")
 _BROWS = ("BROW_INNER", "BROW_OUTER", "BROW_LOWER", "SMILE", "FROWN")
 CHANNELS = (*MOUTH, *_EYES, *_BROWS)
-"""Columns of the weights, 0..1 each. Gaze is -1..1: :data:`GAZE` degrees to the character's left, and up."""
-GAZE = 30.0
-SHUT = 0.03
+"""Columns of the weights, 0..1 each. Gaze is -1..1: :data:`GAZE_DEGREES` degrees to the character's left, and up."""
+GAZE_DEGREES = 30.0
+CLOSED_JAW = 0.03
 """Largest jaw weight of closed lips."""
 _STEPS = 1000
 _MIN_WEIGHT, _MIN_SAMPLES = 0.12, 3
@@ -59,7 +59,9 @@ class Face:
         result = self.weights[index] + share * (self.weights[after] - self.weights[index])
         middles = self.closures.mean(1) if len(self.closures) else np.zeros(0)
         inside = middles[(middles >= times[0] - 0.5 / fps) & (middles <= times[-1] + 0.5 / fps)]
-        return close(result, np.abs(times[nearest(times, inside)] - inside) <= 0.5 / fps + 1e-6, nearest(times, inside))
+        return close_lips(
+            result, np.abs(times[nearest_index(times, inside)] - inside) <= 0.5 / fps + 1e-6, nearest_index(times, inside)
+        )
 
     def frames(self, fps: float) -> np.ndarray:
         """Return weights ``(frames, channels)`` of the whole animation at ``fps`` frames per second."""
@@ -117,7 +119,7 @@ def channel(name: str) -> int:
     return _INDEX[name]
 
 
-def rounded(weights: np.ndarray) -> np.ndarray:
+def round_weights(weights: np.ndarray) -> np.ndarray:
     """Round ``weights`` to thousandths, as files store them, and return them as float32.
 
     Changes ``weights``: a copy of an hour of them would be large.
@@ -128,21 +130,21 @@ def rounded(weights: np.ndarray) -> np.ndarray:
     return weights.astype(np.float32)
 
 
-def close(weights: np.ndarray, sure: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def close_lips(weights: np.ndarray, sure: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Close the lips in those ``rows`` of ``weights`` for which ``sure`` is true, in place; returns ``weights``."""
     rows = rows[sure]
     weights[rows, : _MOUTH_CHANNELS - 1] = 0
     weights[rows, _LIPS] = 1
-    weights[rows, _JAW] = np.minimum(weights[rows, _JAW], SHUT)
+    weights[rows, _JAW] = np.minimum(weights[rows, _JAW], CLOSED_JAW)
     return weights
 
 
-def closed(weights: np.ndarray) -> np.ndarray:
+def lips_closed(weights: np.ndarray) -> np.ndarray:
     """Return which rows of weights ``(..., channels)`` have closed lips."""
-    return (weights[..., _LIPS] >= 0.95) & (weights[..., _JAW] <= SHUT + 1e-6)
+    return (weights[..., _LIPS] >= 0.95) & (weights[..., _JAW] <= CLOSED_JAW + 1e-6)
 
 
-def nearest(times: np.ndarray, moments: np.ndarray) -> np.ndarray:
+def nearest_index(times: np.ndarray, moments: np.ndarray) -> np.ndarray:
     """Return the index of the time nearest to each of ``moments``; ``times`` are sorted."""
     after = np.clip(np.searchsorted(times, moments), 1, max(len(times) - 1, 1))
     after = np.minimum(after, len(times) - 1)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from . import handshape, skeleton
-from .curves import between
+from .interpolation import sample_cubic
 
 FOREARMS = (5, 8)
 """Forearm edges of the left and the right hand."""
@@ -43,7 +43,7 @@ class Hands:
 
     def at(self, places: np.ndarray) -> "Hands":
         """Return the hands at fractional frames."""
-        return Hands.of(*(between(part, places) for part in (self.knuckles, self.palms, self.shape)))
+        return Hands.of(*(sample_cubic(part, places) for part in (self.knuckles, self.palms, self.shape)))
 
     def mirrored(self) -> "Hands":
         """Return the hands with left and right exchanged."""
@@ -56,12 +56,12 @@ class Hands:
         pairs = ((getattr(self, field.name), getattr(other, field.name)) for field in fields(self))
         return Hands.of(*(mine + share * (theirs - mine) for mine, theirs in pairs))
 
-    def carried(self, arms: np.ndarray, others: np.ndarray) -> "Hands":
+    def moved_with_arms(self, arms: np.ndarray, others: np.ndarray) -> "Hands":
         """Rotate the hands with their forearms, from arms ``(frames, 9, 3)`` to ``others``, by the smallest rotation."""
         before, after = (skeleton.normalize(part[:, FOREARMS].astype(float)) for part in (arms, others))
-        return Hands.of(turned(self.knuckles, before, after), turned(self.palms, before, after), self.shape)
+        return Hands.of(rotate_vectors(self.knuckles, before, after), rotate_vectors(self.palms, before, after), self.shape)
 
-    def calmed(self, directions: np.ndarray, strength: float) -> "Hands | None":
+    def scaled(self, directions: np.ndarray, strength: float) -> "Hands | None":
         """Blend towards straight wrists and relaxed hands on arms ``(frames, 9, 3)``; 1 changes nothing, 0 returns None."""
         if strength >= 1:
             return self
@@ -84,7 +84,7 @@ class Hands:
         return cls(*arrays)
 
 
-def turned(vectors: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+def rotate_vectors(vectors: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
     """Rotate vectors ``(..., 3)`` by the smallest rotation from unit vectors ``before`` to ``after``."""
     both = before + after
     half = np.maximum(1 + np.sum(before * after, -1, keepdims=True), 1e-3)  # undefined for opposite vectors

@@ -11,9 +11,9 @@ import numpy as np
 
 from . import rest, skeleton
 
-STRAIGHT = 12.0
+STRAIGHT_DEGREES = 12.0
 """Degrees of elbow flexion below which an arm counts as straight: its plane is not well-defined."""
-FOLDED = 155.0
+FOLDED_DEGREES = 155.0
 """Degrees of elbow flexion at which the forearm touches the upper arm."""
 _RAISED = np.array([0.0, 90.0, 105.0, 140.0])
 _OUTWARD = np.array([75.0, 100.0, 100.0, 180.0])
@@ -22,9 +22,9 @@ _INWARD = np.array([130.0, 130.0, 130.0, 180.0])
 
 WIDTH, DEPTH = 0.15, 0.11
 """Half-axes of the trunk in metres; the shoulders are 0.2 m from its middle."""
-TOUCH = 0.02
+MAX_PENETRATION = 0.02
 """Largest penetration that counts as touching."""
-APART = 0.05
+MIN_WRIST_DISTANCE = 0.05
 """Least distance in metres between two wrists whose forearms do not intersect."""
 
 _SIDES = ((4, 5, -1.0), (7, 8, 1.0))  # upper arm, forearm, sign of outward on x
@@ -63,12 +63,12 @@ def wrist_distance(directions: np.ndarray) -> np.ndarray:
     return np.linalg.norm(positions[..., 6, :] - positions[..., 9, :], axis=-1)
 
 
-def keep_human(directions: np.ndarray) -> np.ndarray:
+def enforce_limits(directions: np.ndarray) -> np.ndarray:
     """Remove impossible poses from directions ``(frames, 9, 3)`` at 15 fps, smoothly in time; returns float32.
 
     Where a rule is broken, the edges concerned are blended towards a possible pose, with a weight that rises and falls
-    within two thirds of a second. Afterwards no elbow bends backwards, penetration is below :data:`TOUCH` and wrists are
-    at least :data:`APART`. All other frames stay unchanged, to the bit.
+    within two thirds of a second. Afterwards no elbow bends backwards, penetration is below :data:`MAX_PENETRATION` and wrists
+    are at least :data:`MIN_WRIST_DISTANCE`. All other frames stay unchanged, to the bit.
     """
     kept = _unit(directions)
     for rule in _RULES:
@@ -116,7 +116,7 @@ def _share_needed(directions: np.ndarray, goal: np.ndarray, rule: _Rule) -> np.n
     last = len(_GRID) - 1 - np.argmax(wrong[:, ::-1], axis=1)
     share = np.where(wrong.any(axis=1), _GRID[np.minimum(last + 1, len(_GRID) - 1)], _GRID[0])
     # Nearly opposite the goal, the path there flips from frame to frame; moving all the way hides the flip.
-    turn = np.degrees(rest.angle(directions[:, rule.edges], goal)).max(axis=1)
+    turn = np.degrees(rest.angle_between(directions[:, rule.edges], goal)).max(axis=1)
     return np.maximum(share, _ease((turn - 130) / 40))
 
 
@@ -142,7 +142,7 @@ def _outside(edge: int) -> _Rule:
     """Rule that turns an edge outside its cone back towards the middle of the cone."""
 
     def wrong(directions: np.ndarray, slack: float) -> np.ndarray:
-        return np.degrees(rest.angle(directions[..., edge, :], _MIDDLES[edge])) > _CONES[edge] - slack
+        return np.degrees(rest.angle_between(directions[..., edge, :], _MIDDLES[edge])) > _CONES[edge] - slack
 
     return _Rule((edge,), wrong, lambda directions: np.broadcast_to(_MIDDLES[edge], (*directions.shape[:-2], 1, 3)))
 
@@ -173,10 +173,10 @@ def _leaves_trunk(sides: tuple[int, ...]) -> _Rule:
         depth = _depth(directions)
         result = np.zeros(directions.shape[:-2], bool)
         for side in sides:
-            result |= (depth[..., side] >= TOUCH * (1 - 0.4 * slack)) | _elbow_wrong(directions, side, slack)
+            result |= (depth[..., side] >= MAX_PENETRATION * (1 - 0.4 * slack)) | _elbow_wrong(directions, side, slack)
             result |= _outside(_SIDES[side][0]).wrong(directions, slack)
         if len(sides) == 2:
-            result |= wrist_distance(directions) < APART * (1 + 0.1 * slack)
+            result |= wrist_distance(directions) < MIN_WRIST_DISTANCE * (1 + 0.1 * slack)
         return result
 
     def goal(directions: np.ndarray) -> np.ndarray:
@@ -200,8 +200,8 @@ def _level(y: np.ndarray, x: float) -> np.ndarray:
 def _elbow_wrong(directions: np.ndarray, side: int, slack: float) -> np.ndarray:
     """Return whether an elbow ``(...)`` bends backwards or too far; slack makes both limits stricter by two degrees."""
     upper, fore, _ = _SIDES[side]
-    bend = np.degrees(rest.angle(directions[..., upper, :], directions[..., fore, :]))
-    return (_elbow_excess(directions, side, 2 * slack) > 0) | (bend > FOLDED - 2 * slack)
+    bend = np.degrees(rest.angle_between(directions[..., upper, :], directions[..., fore, :]))
+    return (_elbow_excess(directions, side, 2 * slack) > 0) | (bend > FOLDED_DEGREES - 2 * slack)
 
 
 def _elbow_excess(directions: np.ndarray, side: int, slack: float = 0.0) -> np.ndarray:
@@ -209,12 +209,12 @@ def _elbow_excess(directions: np.ndarray, side: int, slack: float = 0.0) -> np.n
     upper, fore, _ = _SIDES[side]
     along, front, inner = _arm_frame(directions, side)
     lower = directions[..., fore, :].astype(float)
-    bend = np.degrees(rest.angle(along, lower))
+    bend = np.degrees(rest.angle_between(along, lower))
     turn = _turn(lower, front, inner)
     inward, outward = _limits(along)
     excess = np.maximum(turn - inward + slack, -outward + slack - turn)
     # A sector of the whole circle cannot be exceeded.
-    return np.where((bend > STRAIGHT - slack) & (inward + outward < 359), np.maximum(excess, 0), 0.0)
+    return np.where((bend > STRAIGHT_DEGREES - slack) & (inward + outward < 359), np.maximum(excess, 0), 0.0)
 
 
 def _arm_frame(directions: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -9,16 +9,16 @@ import numpy as np
 
 from .. import json_text, npz
 from ..errors import MotionUnreadable
-from ..files import whole_file
+from ..files import atomic_file
 from . import skeleton
-from .curves import between
 from .face import Face
 from .hands import Hands
+from .interpolation import sample_cubic
 from .pelvis import Pelvis
 
-FASTEST = 1000.0
+MAX_FPS = 1000.0
 """Highest frame rate of a motion file."""
-LONGEST = 13 * 3600.0
+MAX_SECONDS = 13 * 3600.0
 """Longest motion file in seconds: recordings end after twelve hours."""
 _MAX_COORDINATE = 1000.0
 """Largest absolute value in the directions of a file, which another program may have written without unit length."""
@@ -61,7 +61,7 @@ class Motion:
     def at(self, places: np.ndarray, fps: float) -> "Motion":
         """Sample the motion at fractional frames ``places`` ``(n,)``; the result has ``fps`` frames per second."""
         hands, pelvis = (part and part.at(places) for part in (self.hands, self.pelvis))
-        return replace(self, directions=cubic(self.directions, places), fps=float(fps), hands=hands, pelvis=pelvis)
+        return replace(self, directions=sample_directions(self.directions, places), fps=float(fps), hands=hands, pelvis=pelvis)
 
     def frames(self, rows: slice | np.ndarray) -> "Motion":
         """Return the frames selected by a slice, a mask or indices, at the same frame rate and without the face."""
@@ -80,7 +80,7 @@ class Motion:
             **self.extremities(),
             **(self.face.arrays() if self.face else {}),
         )
-        with whole_file(path) as temporary:
+        with atomic_file(path) as temporary:
             temporary.write_bytes(buffer.getbuffer())
 
     def extremities(self) -> dict[str, np.ndarray]:
@@ -91,7 +91,7 @@ class Motion:
     def load(cls, path: str | PathLike) -> "Motion":
         """Read a file of :meth:`save`; raises :class:`MotionUnreadable`."""
         try:
-            with npz.opened(path) as data:
+            with npz.open_arrays(path) as data:
                 directions = np.asarray(data["directions"], float)
                 if (np.abs(directions) > _MAX_COORDINATE).any():
                     raise ValueError("its directions are out of range")
@@ -104,9 +104,9 @@ class Motion:
                     Pelvis.read(data, len(directions)),
                     Face.read(data),
                 )
-                if not 0 < motion.fps <= FASTEST or not isinstance(motion.meta, dict):
+                if not 0 < motion.fps <= MAX_FPS or not isinstance(motion.meta, dict):
                     raise ValueError("its rate or its facts are none")
-                if motion.duration > LONGEST or not np.isfinite([times for _, *times in motion.words]).all():
+                if motion.duration > MAX_SECONDS or not np.isfinite([times for _, *times in motion.words]).all():
                     raise ValueError("its times are out of range")
         except (OSError, npz.NotArrays) as error:
             raise MotionUnreadable(f"{path} is not a motion file.", "Make one with: s2ag synth AUDIO -o OUT.npz") from error
@@ -117,6 +117,6 @@ class Motion:
         return motion
 
 
-def cubic(directions: np.ndarray, at: np.ndarray) -> np.ndarray:
+def sample_directions(directions: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Sample directions ``(frames, 9, 3)`` at fractional frames ``at`` on a Catmull-Rom curve; renormalised, float32."""
-    return skeleton.normalize(between(directions, at)).astype(np.float32)
+    return skeleton.normalize(sample_cubic(directions, at)).astype(np.float32)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .curves import between
+from .interpolation import sample_cubic
 
 _MIRROR_PLACE = np.array([-1, 1, 1], np.float32)
 _MIRROR_TURN = np.array([1, -1, -1], np.float32)
@@ -30,7 +30,7 @@ class Pelvis:
 
     def at(self, places: np.ndarray) -> "Pelvis":
         """Return the pelvis at fractional frames."""
-        return Pelvis(*(between(part, places).astype(np.float32) for part in (self.place, self.turn)))
+        return Pelvis(*(sample_cubic(part, places).astype(np.float32) for part in (self.place, self.turn)))
 
     def mirrored(self) -> "Pelvis":
         """Return the pelvis with left and right exchanged."""
@@ -41,7 +41,7 @@ class Pelvis:
         share = np.reshape(share, (-1, 1)).astype(np.float32)
         return Pelvis(self.place + share * (other.place - self.place), self.turn + share * (other.turn - self.turn))
 
-    def calmed(self, strength: np.ndarray | float) -> "Pelvis | None":
+    def scaled(self, strength: np.ndarray | float) -> "Pelvis | None":
         """Scale the motion by a number or ``(frames,)``; None if all are 0."""
         share = np.reshape(strength, (-1, 1)).astype(np.float32)
         return Pelvis(share * self.place, share * self.turn) if np.any(share > 0) else None

@@ -53,7 +53,7 @@ def settle_weight(activity: np.ndarray, fps: float = skeleton.FPS, at_rest: bool
     return weight
 
 
-def idle(frames: int, fps: float = skeleton.FPS, seed: int = 0, talking: np.ndarray | float = 0.0) -> np.ndarray:
+def idle_offsets(frames: int, fps: float = skeleton.FPS, seed: int = 0, talking: np.ndarray | float = 0.0) -> np.ndarray:
     """Return offsets ``(frames, 9, 3)`` in radians to add to unit directions: breathing and a slow, aperiodic sway.
 
     ``talking``, ``(frames,)`` or a number in 0..1, adds the livelier trunk and head of a speaker.
@@ -80,7 +80,7 @@ def _waves(time: np.ndarray, rates: tuple[float, ...], rng: np.random.Generator)
 
 
 @dataclass(frozen=True)
-class Stillness:
+class RestBlend:
     """Weights of the rest pose and of a speaker's liveliness, shared by all takes of a recording.
 
     Both are ``(frames,)`` in 0..1 at ``fps``.
@@ -91,17 +91,17 @@ class Stillness:
     fps: float = skeleton.FPS
 
     @classmethod
-    def of(cls, activity: np.ndarray, at_rest: bool = True, fps: float = skeleton.FPS) -> "Stillness":
+    def of(cls, activity: np.ndarray, at_rest: bool = True, fps: float = skeleton.FPS) -> "RestBlend":
         """Compute the weights from voice activity ``(frames,)``; ``at_rest`` as for :func:`settle_weight`."""
         return cls(settle_weight(activity, fps, at_rest), gaussian(activity, 0.5 * fps), fps)
 
     def live(self, directions: np.ndarray, pose: np.ndarray = REST, seed: int = 0) -> np.ndarray:
         """Blend a motion ``(frames, 9, 3)`` into ``pose`` where nobody speaks; add breathing and swaying throughout."""
         settled = slerp(directions, pose, self.weight[:, None])
-        return skeleton.normalize(settled + idle(len(directions), self.fps, seed, self.talking)).astype(np.float32)
+        return skeleton.normalize(settled + idle_offsets(len(directions), self.fps, seed, self.talking)).astype(np.float32)
 
 
-def scale(directions: np.ndarray, intensity: float | np.ndarray, pose: np.ndarray = REST) -> np.ndarray:
+def scale_amplitude(directions: np.ndarray, intensity: float | np.ndarray, pose: np.ndarray = REST) -> np.ndarray:
     """Scale a motion's deviation from ``pose``: 0 is ``pose``, 1 changes nothing, above 1 exaggerates, up to 170 degrees.
 
     ``intensity`` is a number, or ``(frames,)`` with one for every frame.
@@ -109,11 +109,11 @@ def scale(directions: np.ndarray, intensity: float | np.ndarray, pose: np.ndarra
     intensity = np.asarray(intensity, float)[..., None]
     if (intensity == 1).all():
         return directions
-    share = np.minimum(intensity, _MAX_ANGLE / np.maximum(angle(directions, pose), 1e-6))
+    share = np.minimum(intensity, _MAX_ANGLE / np.maximum(angle_between(directions, pose), 1e-6))
     return slerp(np.broadcast_to(pose, directions.shape), directions, share).astype(np.float32)
 
 
-def restore(directions: np.ndarray, gain: np.ndarray | float, pose: np.ndarray = REST) -> np.ndarray:
+def restore_amplitude(directions: np.ndarray, gain: np.ndarray | float, pose: np.ndarray = REST) -> np.ndarray:
     """Restore the amplitude of a regressor's motion: small deviations from ``pose`` grow by ``gain``, above 95 degrees none.
 
     ``gain`` is a number, or ``(9,)`` with one for every edge. A network that minimises an error stays nearer to the mean
@@ -121,17 +121,17 @@ def restore(directions: np.ndarray, gain: np.ndarray | float, pose: np.ndarray =
     starts in its seed pose.
     """
     onset = _smooth(np.arange(len(directions)) / skeleton.FPS)[:, None]
-    away = np.degrees(angle(directions, pose))
+    away = np.degrees(angle_between(directions, pose))
     growth = 1 + onset * (gain - 1) * (1 - _smooth((away - 35) / (95 - 35)))
     return slerp(np.broadcast_to(pose, directions.shape), directions, growth).astype(np.float32)
 
 
-def soften(directions: np.ndarray) -> np.ndarray:
+def remove_jitter(directions: np.ndarray) -> np.ndarray:
     """Remove jitter from directions ``(frames, 9, 3)`` by light smoothing in time."""
     return skeleton.normalize(gaussian(directions, _SOFTEN_SIGMA)).astype(np.float32)
 
 
-def angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def angle_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the angle ``(...)`` in radians between unit vectors ``(..., 3)``, accurate for small angles, too.
 
     In float32, the arc cosine of the dot product is 0 for all angles below 0.0003.

@@ -12,15 +12,15 @@ import numpy as np
 from .. import json_text, styles
 from ..declaration import KINDS
 from ..errors import SampleUnreadable, UsageError
-from ..files import whole_file
-from ..model.catalogue import describe
+from ..files import atomic_file
+from ..model.checkpoint_metadata import describe
 from ..motion.motion import Motion
-from ..settings import Settings, named, table
+from ..settings import Settings, names_with, table
 
 FORMAT = 1
 MAX_CELLS = 10_000
 """Cells of a sheet."""
-SHARED = {name: table(Settings)[name] for name in named(cell="sheet")}
+SHARED = {name: table(Settings)[name] for name in names_with(cell="sheet")}
 """Settings that are the same in all cells of a sheet."""
 _REMEDY = "Make one with: s2ag sample AUDIO -o SHEET.mp4"
 
@@ -70,7 +70,7 @@ class Sheet:
         cells = [{"cell": number, **asdict(one)} for number, one in enumerate(self.cells, 1)]
         about = {"audio": self.audio, "checkpoint": self.checkpoint, "cells": cells}
         content = {"format": FORMAT, **about, **self.defaulted, **more}
-        with whole_file(path) as temporary:
+        with atomic_file(path) as temporary:
             temporary.write_text(json.dumps(content, indent=1) + "\n", "utf-8")
 
     @classmethod
@@ -125,10 +125,10 @@ def sample(
         for take, (motion, latent) in enumerate(zip(result.motions, result.latents, strict=True)):
             row, column = divmod(len(cells), columns)
             points = [[float(value) for value in point] for point in latent]
-            cells.append(Cell(row, column, style or styles.default(speakers), request.seed, take, points))
+            cells.append(Cell(row, column, style or styles.default_speaker(speakers), request.seed, take, points))
             motions.append(motion)
     settings = {name: getattr(request, name) for name in SHARED}
-    paths = {name: str(Path(settings[name]).absolute()) for name in named(cell="sheet", kind="path") if settings[name]}
+    paths = {name: str(Path(settings[name]).absolute()) for name in names_with(cell="sheet", kind="path") if settings[name]}
     return Sheet(str(Path(request.audio).absolute()), session.checkpoint.hash, cells, settings | paths), motions, results[0]
 
 

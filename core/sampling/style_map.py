@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from .. import styles
-from ..files import whole_file
+from ..files import atomic_file
 from .sheet import Sheet
 
 
@@ -72,5 +72,5 @@ def draw_map(content: dict, path: str | PathLike) -> None:
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.08)
     FigureCanvasAgg(figure)
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         figure.savefig(temporary, dpi=120, format="png", metadata={"Software": None})

@@ -20,7 +20,10 @@ _WINDOW = 10.0
 def arousal(rhythm: prosody.Prosody, at: np.ndarray) -> np.ndarray:
     """Return the arousal rank ``(n,)`` 0..1, of median 0.5, around each accent; ``at`` ``(n,)`` are the accents' frames."""
     rows = rhythm.features[at]
-    sound = _RANGE * rows[:, prosody.NAMES.index("pitch range")] + _BRIGHT * rows[:, prosody.NAMES.index("brightness")]
+    sound = (
+        _RANGE * rows[:, prosody.FEATURE_NAMES.index("pitch range")]
+        + _BRIGHT * rows[:, prosody.FEATURE_NAMES.index("brightness")]
+    )
     return np.clip(_INTERCEPT + sound + _DENSITY * _density(rhythm), 0, 1)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import AudioUnreadable
 from . import wavefile
-from .resample import resampled
+from .resample import resample
 
 if TYPE_CHECKING:
     from av import AudioFrame, AudioStream
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 SAMPLE_RATE = 16000
 SPEECH_RMS = 0.05
-"""RMS of active speech after :func:`level`: -26 dB relative to full scale, the usual telephony reference."""
+"""RMS of active speech after :func:`normalise_level`: -26 dB relative to full scale, the usual telephony reference."""
 
-RATES = 1_000, 384_000
+RATE_LIMITS = 1_000, 384_000
 """Accepted sampling rates in Hz: lower ones make the result arbitrarily large, higher ones need long filters."""
-SPARSE, LONG = 3600.0, 12 * 3600.0
+LONG_SECONDS, MAX_SECONDS = 3600.0, 12 * 3600.0
 """Limits of duration in seconds: beyond the first a file must hold :data:`_MIN_BYTES_PER_SECOND`, the second is absolute."""
 
 _MIN_BYTES_PER_SECOND = 500
@@ -40,13 +40,13 @@ def load(path: str | PathLike) -> np.ndarray:
     WAV is read by :mod:`wavefile`, other formats by the package ``av``. Decoding goes piece by piece, so memory use is that
     of the result (230 MB an hour). Damaged packets are skipped, as in a player. Raises :class:`AudioUnreadable` if the file
     is missing, a folder, empty, of unknown format, without an audio stream or samples, shorter than its header says, or
-    beyond the limits :data:`RATES`, :data:`SPARSE` and :data:`LONG`.
+    beyond the limits :data:`RATE_LIMITS`, :data:`LONG_SECONDS` and :data:`MAX_SECONDS`.
     """
     path = Path(path)
     _check(path)
-    head = wavefile.header(path)
+    head = wavefile.read_header(path)
     if head and head.kind is not None:
-        audio, declared = _mono(path, wavefile.samples(path, head), head.rate), 0.0
+        audio, declared = _mono(path, wavefile.read_samples(path, head), head.rate), 0.0
     else:
         audio, declared = _decode(path)
     if not len(audio):
@@ -61,11 +61,11 @@ def load(path: str | PathLike) -> np.ndarray:
     return audio
 
 
-def check(path: str | PathLike) -> None:
+def check_readable(path: str | PathLike) -> None:
     """Raise :class:`AudioUnreadable` unless ``path`` opens as a recording; no samples are decoded."""
     path = Path(path)
     _check(path)
-    head = wavefile.header(path)
+    head = wavefile.read_header(path)
     if head and head.kind is not None:
         return
     with _audio_container(path):
@@ -77,12 +77,12 @@ def digest(audio: np.ndarray) -> str:
     return hashlib.sha256(np.ascontiguousarray(audio, "<f4").data).hexdigest()
 
 
-def level(audio: np.ndarray) -> np.ndarray:
+def normalise_level(audio: np.ndarray) -> np.ndarray:
     """Scale the sound so that its active speech level is :data:`SPEECH_RMS`, which cancels the microphone gain."""
-    return np.asarray(audio, np.float32) * np.float32(gain(audio))
+    return np.asarray(audio, np.float32) * np.float32(speech_gain(audio))
 
 
-def gain(audio: np.ndarray) -> float:
+def speech_gain(audio: np.ndarray) -> float:
     """Return the factor that brings the active speech level to :data:`SPEECH_RMS`; 1 for silence.
 
     A 20 ms frame is active if its power is at most 10 dB below the mean of all frames that are not digital silence. These
@@ -102,26 +102,26 @@ def gain(audio: np.ndarray) -> float:
     return SPEECH_RMS / float(np.sqrt(active.mean()))
 
 
-def opened(path: str | PathLike) -> "InputContainer":
+def open_container(path: str | PathLike) -> "InputContainer":
     """Open a file as an ``av`` container; tags in a wrong encoding are ignored.
 
     The path is never read as a URL, and a playlist can refer to local files only.
     """
     import av
 
-    name, options = local(path), {"protocol_whitelist": "file"}
+    name, options = ffmpeg_path(path), {"protocol_whitelist": "file"}
     try:
         return av.open(name, metadata_errors="ignore", options=options)
     except TypeError:  # av 19 always ignores such errors and lacks the argument
         return av.open(name, options=options)
 
 
-def local(path: str | PathLike) -> str:
+def ffmpeg_path(path: str | PathLike) -> str:
     """Return FFmpeg's name for the file at ``path``: without the protocol, ``12:30 talk.wav`` would be read as a URL."""
     return f"file:{path}"
 
 
-def pieces(
+def decode_pieces(
     container: "InputContainer", stream: "AudioStream", rate: int, layout: str | None = None
 ) -> Iterator[np.ndarray]:
     """Decode a stream of an open ``av`` container into pieces ``(channels, n)`` of float32 samples.
@@ -172,7 +172,7 @@ def _audio_container(path: Path) -> "Iterator[InputContainer]":
         what = f"{path} is no WAV file, and the package av, which reads all other recordings, is missing."
         raise AudioUnreadable(what, 'Save it as WAV, or install it with: pip install "s2ag[engine]".') from error
     try:
-        with opened(path) as container:
+        with open_container(path) as container:
             if not container.streams.audio:
                 raise AudioUnreadable(f"{path} has no sound in it.", _CHOOSE)
             if container.streams.audio[0].codec_context is None:
@@ -187,7 +187,7 @@ def _decode(path: Path) -> tuple[np.ndarray, float]:
     with _audio_container(path) as container:
         stream = container.streams.audio[0]
         rate = stream.rate or SAMPLE_RATE
-        audio = _mono(path, pieces(container, stream, rate), rate)
+        audio = _mono(path, decode_pieces(container, stream, rate), rate)
         if stream.duration and stream.time_base and container.format.name in _DECLARES_LENGTH:
             return audio, float(stream.duration * stream.time_base)
         return audio, 0.0
@@ -195,12 +195,12 @@ def _decode(path: Path) -> tuple[np.ndarray, float]:
 
 def _mono(path: Path, parts: Iterable[np.ndarray], rate: int) -> np.ndarray:
     """Mix pieces ``(channels, n)`` to ``(n,)`` float32 at :data:`SAMPLE_RATE`; NaN and infinity become silence."""
-    if not RATES[0] <= rate <= RATES[1]:
-        what = f"{path} has {rate} samples a second; {RATES[0]} to {RATES[1]} are read."
+    if not RATE_LIMITS[0] <= rate <= RATE_LIMITS[1]:
+        what = f"{path} has {rate} samples a second; {RATE_LIMITS[0]} to {RATE_LIMITS[1]} are read."
         raise AudioUnreadable(what, "Export it again, for instance at 48000.")
     mixed = (np.nan_to_num(part.mean(axis=0, dtype=np.float32), nan=0.0, posinf=0.0, neginf=0.0) for part in parts)
-    longest = min(max(SPARSE, path.stat().st_size / _MIN_BYTES_PER_SECOND), LONG)
-    return _join(_limit_duration(path, resampled(mixed, rate, SAMPLE_RATE), longest))
+    longest = min(max(LONG_SECONDS, path.stat().st_size / _MIN_BYTES_PER_SECOND), MAX_SECONDS)
+    return _join(_limit_duration(path, resample(mixed, rate, SAMPLE_RATE), longest))
 
 
 def _limit_duration(path: Path, parts: Iterable[np.ndarray], seconds: float) -> Iterator[np.ndarray]:

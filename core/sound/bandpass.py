@@ -9,7 +9,7 @@ _MEMORY = 4096
 """Samples by which blocks overlap: the impulse responses of the filters used here are below -200 dB by then."""
 
 STEP = _BLOCK - _MEMORY
-"""Samples in a block of :func:`in_blocks`: a multiple of 10 ms at 16 kHz."""
+"""Samples in a block of :func:`bandpass_blocks`: a multiple of 10 ms at 16 kHz."""
 
 
 def bandpasses(
@@ -21,13 +21,13 @@ def bandpasses(
     scale. All filters share one Fourier transform of the sound.
     """
     result = [np.empty(len(audio)) for _ in edges]
-    for begin, blocks in in_blocks(audio, rate, edges, order):
+    for begin, blocks in bandpass_blocks(audio, rate, edges, order):
         for band, block in zip(result, blocks, strict=True):
             band[begin : begin + len(block)] = block
     return result
 
 
-def in_blocks(
+def bandpass_blocks(
     audio: np.ndarray, rate: int, edges: Sequence[tuple[float, float]], order: int = 2
 ) -> Iterator[tuple[int, list[np.ndarray]]]:
     """Yield the results of :func:`bandpasses` as ``(first sample, bands)`` in blocks of :data:`STEP` samples.

@@ -8,8 +8,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..products import rows_by_rows
-from .audio import SAMPLE_RATE, gain
+from ..matrix_products import matmul_transposed
+from .audio import SAMPLE_RATE, speech_gain
 
 WINDOW = 2048
 HOP = 512
@@ -21,11 +21,11 @@ FEATURES = 40
 _BLOCK = 512
 """Frames transformed at a time: 4 MB of windowed samples and 24 MB of spectra."""
 
-QUIET = np.float32(1e-5)
+ROOM_POWER = np.float32(1e-5)
 """Power added to every band of the temporal features, like the noise of a quiet room, so that digital silence is no outlier."""
 
-OFFSET = np.array([-310, 87, 4, 34, -12, -2, -2, -1, 1, 5, -3, 0, 2, 0], np.float32)
-SCALE = np.array([100, 51, 34, 33, 25, 21, 16, 17, 17, 12, 13, 12, 12, 11], np.float32)
+MEAN = np.array([-310, 87, 4, 34, -12, -2, -2, -1, 1, 5, -3, 0, 2, 0], np.float32)
+DEVIATION = np.array([100, 51, 34, 33, 25, 21, 16, 17, 17, 12, 13, 12, 12, 11], np.float32)
 """Rounded mean and standard deviation of the coefficients over clean, level-normalised speech of three speakers."""
 
 
@@ -52,15 +52,15 @@ def published_features(audio: np.ndarray) -> np.ndarray:
 def temporal_features(audio: np.ndarray) -> np.ndarray:
     """Return the ``(frames, 40)`` float32 input of the default network: 14 coefficients and their derivatives in time.
 
-    Columns 0..13 are the coefficients of the level-normalised sound (:func:`audio.gain`) with :data:`QUIET` added, minus
-    ``OFFSET`` and divided by ``SCALE``, so values are of order one. Columns 14..26 are slopes of coefficients 0..12 (c0 is
-    loudness, whose slope marks accents) and columns 27..39 the slopes of those slopes; both are least-squares slopes over
+    Columns 0..13 are the coefficients of the level-normalised sound (:func:`audio.speech_gain`) with :data:`ROOM_POWER` added,
+    minus ``OFFSET`` and divided by ``SCALE``, so values are of order one. Columns 14..26 are slopes of coefficients 0..12 (c0
+    is loudness, whose slope marks accents) and columns 27..39 the slopes of those slopes; both are least-squares slopes over
     five frames (160 ms), scaled to order one by 3 and 6.
     """
     power = _mel_power(audio)
-    power *= np.float32(gain(audio) ** 2)
-    power += QUIET
-    base = (_cepstra(power, COEFFICIENTS) - OFFSET) / SCALE
+    power *= np.float32(speech_gain(audio) ** 2)
+    power += ROOM_POWER
+    base = (_cepstra(power, COEFFICIENTS) - MEAN) / DEVIATION
     first = _slope(base[:, :-1])
     return np.concatenate([base, 3 * first, 6 * _slope(first)], axis=1).astype(np.float32)
 
@@ -79,7 +79,7 @@ def _mel_power(audio: np.ndarray) -> np.ndarray:
         piece = np.pad(audio[max(low, 0) : high], (max(-low, 0), max(high - len(audio), 0)))
         windows = np.lib.stride_tricks.sliding_window_view(piece, WINDOW)[::HOP]
         spectrum = np.fft.rfft(windows * window, axis=1)
-        power[begin:end] = rows_by_rows((spectrum.real**2 + spectrum.imag**2).astype(np.float32), filters)
+        power[begin:end] = matmul_transposed((spectrum.real**2 + spectrum.imag**2).astype(np.float32), filters)
     return power
 
 
@@ -89,7 +89,7 @@ def _cepstra(power: np.ndarray, count: int) -> np.ndarray:
     result, cosines = np.empty((len(power), count), np.float32), _cosines(BANDS)[:count]
     for begin in range(0, len(power), 16 * _BLOCK):
         decibels = 10 * np.log10(np.maximum(power[begin : begin + 16 * _BLOCK], np.float32(1e-10)))
-        result[begin : begin + 16 * _BLOCK] = rows_by_rows(np.maximum(decibels, floor), cosines)
+        result[begin : begin + 16 * _BLOCK] = matmul_transposed(np.maximum(decibels, floor), cosines)
     return result
 
 

@@ -13,7 +13,7 @@ class Peaks(NamedTuple):
     widths: np.ndarray
 
 
-def find(track: np.ndarray, prominence: float, distance: int, depth: float) -> Peaks:
+def find_peaks(track: np.ndarray, prominence: float, distance: int, depth: float) -> Peaks:
     """Find the peaks of ``(n,)`` with at least this ``prominence`` that are at least ``distance`` samples apart.
 
     Of two peaks too close together the higher one stays. Widths are measured below the peak by ``depth`` times its

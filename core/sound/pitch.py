@@ -26,7 +26,7 @@ _BLOCK = 128
 """Frames analysed at a time, because the candidates take most of the memory."""
 
 
-def track(audio: np.ndarray, rate: int, step: float, floor: float, ceiling: float) -> tuple[np.ndarray, np.ndarray]:
+def track_pitch(audio: np.ndarray, rate: int, step: float, floor: float, ceiling: float) -> tuple[np.ndarray, np.ndarray]:
     """Return ``(frames,)`` centre times in seconds and ``(frames,)`` pitch in Hz, 0 where unvoiced.
 
     ``audio`` is ``(n,)`` samples at ``rate`` Hz, ``step`` the seconds between frames; ``floor`` and ``ceiling`` in Hz limit the

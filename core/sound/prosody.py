@@ -15,8 +15,8 @@ import numpy as np
 
 from ..motion.skeleton import FPS
 from ..smoothing import gaussian, running_mean
-from . import bandpass, peaks, pitch, voice
-from .audio import SAMPLE_RATE, gain
+from . import bandpass, peaks, pitch, voice_activity
+from .audio import SAMPLE_RATE, speech_gain
 
 RATE = 100
 """Analysis frames per second."""
@@ -25,12 +25,12 @@ PHRASE_PAUSE = 0.16
 LONGEST_PHRASE = 4.0
 """Seconds; a longer phrase is cut at its quietest point."""
 
-NAMES = (
+FEATURE_NAMES = (
     "voice", "level", "pitch", "pitch trend", "accent", "main accent", "until main accent", "since main accent",
     "phrase strength", "since phrase start", "until phrase end", "pause", "syllable rate", "register", "pitch range",
     "dynamics", "brightness",
 )  # fmt: skip
-FEATURES = len(NAMES)
+FEATURES = len(FEATURE_NAMES)
 
 _STRESSED = 0.95  # strength of an accent that the transcript marks as stressed
 _BUMP = 0.06  # seconds: standard deviation of the bump that marks an accent
@@ -45,10 +45,10 @@ _FUNCTION = (
     "do does did will would can could shall should may might into onto upon about it's i'm that's he's she's they're i'd "
     "i'll you'd we'd he'd some any no nor"
 )
-FUNCTION = frozenset(_FUNCTION.split())
+FUNCTION_WORDS = frozenset(_FUNCTION.split())
 """Words that rarely carry an accent."""
 _EMPHATIC = "very really so too only even just never always must every all no not nothing great big huge best worst"
-EMPHATIC = frozenset(_EMPHATIC.split())
+EMPHATIC_WORDS = frozenset(_EMPHATIC.split())
 """Words that carry an accent more often than others of their word class."""
 
 
@@ -69,8 +69,8 @@ class Prosody:
     """Result of :func:`analyse`.
 
     ``accents`` in order of time; ``phrases`` ``(p, 2)``, start and end in seconds; ``features`` ``(frames, FEATURES)`` float32
-    at 15 fps with columns :data:`NAMES`, all of order one; the 100 Hz tracks ``level`` (dB above the speaker's mean) and
-    ``pitch`` (semitones above the speaker's median, interpolated where unvoiced).
+    at 15 fps with columns :data:`FEATURE_NAMES`, all of order one; the 100 Hz tracks ``level`` (dB above the speaker's mean)
+    and ``pitch`` (semitones above the speaker's median, interpolated where unvoiced).
     """
 
     accents: tuple[Accent, ...]
@@ -92,7 +92,7 @@ class Tracks:
     level: np.ndarray
     pitch: np.ndarray
     register: float
-    bright: np.ndarray
+    tilt: np.ndarray
 
 
 def analyse(
@@ -109,7 +109,7 @@ def analyse(
     of words that get a main accent whatever the sound says. ``measured`` is the result of :func:`measure`, if the caller has
     it. Networks take these features at 15 fps; data sets may have another ``fps``.
     """
-    frames = voice.frame_count(audio, fps) if frames is None else frames
+    frames = voice_activity.frame_count(audio, fps) if frames is None else frames
     tracks = measured or measure(audio)
     phrases = _phrases(tracks)
     units = _word_units(tracks, words) if len(words) else _syllable_units(tracks)
@@ -120,7 +120,7 @@ def analyse(
 def measure(audio: np.ndarray) -> Tracks:
     """Measure the acoustic tracks of ``(n,)`` samples at 16 kHz: the part of the prosody that needs no words."""
     audio = np.asarray(audio, np.float32)
-    active = voice.probability(audio)
+    active = voice_activity.probability(audio)
     count = len(active)
     if not count:
         return Tracks(np.zeros(1), np.zeros(1), np.zeros(1), 0.0, np.zeros(1))
@@ -137,10 +137,10 @@ def _bands(audio: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the power from 200 Hz to 1 kHz and from 1 to 3.4 kHz (the band of vowels), ``(count,)`` each."""
     hop = SAMPLE_RATE // RATE
     power = np.empty((2, count))
-    for begin, bands in bandpass.in_blocks(audio[: count * hop], SAMPLE_RATE, ((200, 1000), (1000, 3400))):
+    for begin, bands in bandpass.bandpass_blocks(audio[: count * hop], SAMPLE_RATE, ((200, 1000), (1000, 3400))):
         for band, track in zip(bands, power, strict=True):
             track[begin // hop : (begin + len(band)) // hop] = np.mean(band.reshape(-1, hop) ** 2, axis=1)
-    power *= gain(audio) ** 2  # scaling the sound instead would copy it: 230 MB an hour
+    power *= speech_gain(audio) ** 2  # scaling the sound instead would copy it: 230 MB an hour
     return power[0], power[1]
 
 
@@ -153,7 +153,7 @@ def _pitch(audio: np.ndarray, count: int) -> tuple[np.ndarray, float]:
         piece = audio[begin : begin + block]
         if len(piece) < SAMPLE_RATE // 10:
             break
-        times, tracked = pitch.track(piece, SAMPLE_RATE, _PITCH_STEP, _PITCH_FLOOR, _PITCH_CEILING)
+        times, tracked = pitch.track_pitch(piece, SAMPLE_RATE, _PITCH_STEP, _PITCH_FLOOR, _PITCH_CEILING)
         at = np.clip(np.round((begin / SAMPLE_RATE + times) * RATE).astype(int), 0, count - 1)
         hertz[at] = tracked
     voiced = np.flatnonzero(hertz)
@@ -171,7 +171,7 @@ def _phrases(tracks: Tracks) -> np.ndarray:
 
     Those longer than :data:`LONGEST_PHRASE` are cut at their quietest point, away from the ends.
     """
-    waiting = [tuple(edge) for edge in voice.stretches(tracks.voice, shortest=0.12, pause=PHRASE_PAUSE)][::-1]
+    waiting = [tuple(edge) for edge in voice_activity.segments_of_track(tracks.voice, shortest=0.12, pause=PHRASE_PAUSE)][::-1]
     quiet = gaussian(tracks.level, 0.06 * RATE)
     phrases = []
     while waiting:
@@ -201,7 +201,7 @@ def _word_units(tracks: Tracks, words: Sequence[tuple[str, float, float]]) -> tu
         pitches[k] = tracks.pitch[max(peak - 5, 0) : peak + 6].max()
         lengths[k] = (end - start) / (0.09 + 0.055 * len(text))
         plain = text.lower().strip(".,;:!?\"'")
-        weights[k] = (plain not in FUNCTION) + 0.7 * (plain in EMPHATIC)
+        weights[k] = (plain not in FUNCTION_WORDS) + 0.7 * (plain in EMPHATIC_WORDS)
     order = np.argsort(times, kind="stable")
     return times[order], levels[order], pitches[order], lengths[order], weights[order], order
 
@@ -209,7 +209,7 @@ def _word_units(tracks: Tracks, words: Sequence[tuple[str, float, float]]) -> tu
 def _syllable_units(tracks: Tracks) -> tuple[np.ndarray, ...]:
     """Return the same arrays from the sound alone, one unit per loudness peak with a prominence of at least 3 dB."""
     loud = gaussian(tracks.level, 0.04 * RATE)
-    syllables = peaks.find(loud, prominence=3.0, distance=8, depth=0.6)
+    syllables = peaks.find_peaks(loud, prominence=3.0, distance=8, depth=0.6)
     voiced = tracks.voice[syllables.places] > 0.5
     at, lengths = syllables.places[voiced], np.clip(syllables.widths[voiced] / RATE, 0.05, 0.4) / 0.16
     return at / RATE, loud[at], tracks.pitch[at], lengths, np.full(len(at), 0.75), np.full(len(at), -1)
@@ -264,7 +264,9 @@ def _local_mean(times: np.ndarray, values: np.ndarray, weights: np.ndarray) -> n
 
 
 def _features(tracks: Tracks, phrases: np.ndarray, accents: tuple[Accent, ...], time: np.ndarray) -> np.ndarray:
-    """Return features ``(frames, FEATURES)`` float32 with columns :data:`NAMES` at ``time`` ``(frames,)`` in seconds."""
+    """Return features ``(frames, FEATURES)`` float32 with columns :data:`FEATURE_NAMES` at ``time`` ``(frames,)`` in
+    seconds.
+    """
     mains = [accent for accent in accents if accent.main]
     manner = _manner(tracks, (tracks.voice > 0.5) & (tracks.level > -15))
     ahead, behind = _distance(time, np.array([accent.time for accent in mains]))
@@ -302,7 +304,7 @@ def _manner(tracks: Tracks, counted: np.ndarray) -> list[np.ndarray]:
     level = _slow(tracks.level * counted) / weight
     spread = np.sqrt(np.maximum(_slow(tracks.pitch**2 * counted) / weight - pitch**2, 0))
     dynamics = np.sqrt(np.maximum(_slow(tracks.level**2 * counted) / weight - level**2, 0))
-    bright = _slow(tracks.bright * counted) / weight
+    bright = _slow(tracks.tilt * counted) / weight
     values = 2 * tracks.register + pitch / 6, (spread - 2.5) / 1.5, (dynamics - 8) / 2, (bright + 6) / 6
     return [sure * value for value in values]
 

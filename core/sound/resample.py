@@ -17,7 +17,7 @@ _PHASES = 512
 """Filters computed at once: there can be 16,000 of them, and for high rates they are long."""
 
 
-def resampled(pieces: Iterable[np.ndarray], source: int, target: int) -> Iterator[np.ndarray]:
+def resample(pieces: Iterable[np.ndarray], source: int, target: int) -> Iterator[np.ndarray]:
     """Resample float32 pieces ``(n,)`` at ``source`` Hz to pieces at ``target`` Hz; the duration stays, up to a sample."""
     if source == target:
         yield from pieces

@@ -31,15 +31,15 @@ class Header:
     channels: int
     begin: int
     there: int
-    promised: int
+    declared_bytes: int
 
     @property
     def share(self) -> float:
         """Return the fraction 0..1 of the declared data that the file contains."""
-        return self.there / self.promised if 0 < self.there < self.promised else 1.0
+        return self.there / self.declared_bytes if 0 < self.there < self.declared_bytes else 1.0
 
 
-def header(path: Path) -> Header | None:
+def read_header(path: Path) -> Header | None:
     """Return the header of a RIFF WAVE file; None for any other file, or if the format or data chunk is missing."""
     layout = None
     with open(path, "rb") as file:
@@ -59,7 +59,7 @@ def header(path: Path) -> Header | None:
     return None
 
 
-def samples(path: Path, head: Header) -> Iterator[np.ndarray]:
+def read_samples(path: Path, head: Header) -> Iterator[np.ndarray]:
     """Yield the samples as ``(channels, n)`` float32 pieces, full scale 1; the header's ``kind`` must not be None."""
     assert head.kind is not None
     width = np.dtype(head.kind or "V3").itemsize

@@ -92,7 +92,7 @@ def find(folder: str | PathLike, seed: int = 0, form: str = "rating") -> Design:
     return Design(tuple(films), tuple(excerpts), clips, names, seed, form)
 
 
-def mismatched(design: Design, folder: Path) -> Design:
+def add_mismatched_sound(design: Design, folder: Path) -> Design:
     """Return a design with every clip twice, written to ``folder``: with its own sound and with that of another excerpt.
 
     Raises :class:`UsageError` for a single excerpt and for films without sound.
@@ -100,12 +100,12 @@ def mismatched(design: Design, folder: Path) -> Design:
     clips: dict[tuple[str, ...], Path] = {}
     for condition in design.conditions:
         films = {excerpt: design.clips[condition, excerpt] for excerpt in design.excerpts}
-        others = sounds.partners({excerpt: sounds.length(film) for excerpt, film in films.items()})
+        others = sounds.sound_partners({excerpt: sounds.film_seconds(film) for excerpt, film in films.items()})
         for excerpt, film in films.items():
             for sound, heard in (("own", film), ("other", films[others[excerpt]])):
                 key = condition, excerpt, sound
                 clips[key] = folder / f"{_digest(design.seed, *key)}{film.suffix.lower()}"
-                sounds.with_sound(film, heard, clips[key])
+                sounds.replace_sound(film, heard, clips[key])
     return replace(design, clips=clips, names={key: path.name for key, path in clips.items()})
 
 

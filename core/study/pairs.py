@@ -7,8 +7,8 @@ from os import PathLike
 
 import numpy as np
 
-from ..corrections import holm
 from ..errors import UsageError
+from ..multiple_testing import holm_correction
 from .analysis import LEVEL, ROUNDS, interval, read_files, read_key
 
 OTHER = "other sound"
@@ -79,7 +79,7 @@ def analyse(votes: Votes, ours: str | None = None, seed: int = 0) -> dict:
         for pair, scores in pairs.items():
             turned = pair[1] == ours
             figures["/".join(pair[::-1] if turned else pair)] = _figures(-scores if turned else scores, draws)
-        for pair, corrected in holm({pair: one["p"] for pair, one in figures.items()}).items():
+        for pair, corrected in holm_correction({pair: one["p"] for pair, one in figures.items()}).items():
             figures[pair]["p_holm"] = corrected
         result["questions"][name] = {"pairs": figures, "strengths": strengths(pairs, votes.conditions)}
     return result

@@ -12,7 +12,7 @@ from ..sound import audio
 RATE = 48000
 
 
-def length(film: str | PathLike) -> float:
+def film_seconds(film: str | PathLike) -> float:
     """Return the seconds of a film's picture; raises :class:`UsageError` if it is unreadable or lacks picture or sound."""
     with _open(film) as container:
         stream = container.streams.video[0]
@@ -21,7 +21,7 @@ def length(film: str | PathLike) -> float:
         return float(container.duration or 0) / 1e6
 
 
-def partners(lengths: dict[str, float]) -> dict[str, str]:
+def sound_partners(lengths: dict[str, float]) -> dict[str, str]:
     """Return for every excerpt the one whose sound it gets: the next longer one, or for the longest the second longest.
 
     Raises :class:`UsageError` for fewer than two.
@@ -32,14 +32,14 @@ def partners(lengths: dict[str, float]) -> dict[str, str]:
     return dict(zip(ranked, [*ranked[1:], ranked[-2]], strict=True))
 
 
-def with_sound(film: str | PathLike, heard: str | PathLike, out: str | PathLike) -> None:
+def replace_sound(film: str | PathLike, heard: str | PathLike, out: str | PathLike) -> None:
     """Write ``film``'s picture with the sound of the film ``heard`` to ``out``, as long as the picture."""
     import av.error
 
     film, out = Path(film), Path(out)
-    samples = _samples(heard, int(round(length(film) * RATE)))
+    samples = _samples(heard, int(round(film_seconds(film) * RATE)))
     try:
-        with _open(film) as own, av.open(audio.local(out), "w") as target:
+        with _open(film) as own, av.open(audio.ffmpeg_path(out), "w") as target:
             source = own.streams.video[0]
             # Older PyAV takes the template as an argument of add_stream.
             old: Any = target.add_stream
@@ -63,7 +63,7 @@ def with_sound(film: str | PathLike, heard: str | PathLike, out: str | PathLike)
 def _samples(film: str | PathLike, count: int) -> np.ndarray:
     """Return ``count`` samples of a film's sound, float32, cut or padded with silence."""
     with _open(film) as container:
-        parts = [piece[0] for piece in audio.pieces(container, container.streams.audio[0], RATE, "mono")]
+        parts = [piece[0] for piece in audio.decode_pieces(container, container.streams.audio[0], RATE, "mono")]
     samples = np.concatenate(parts or [np.zeros(0, np.float32)])[:count]
     return np.pad(samples, (0, count - len(samples))).astype(np.float32)
 
@@ -75,7 +75,7 @@ def _open(film: str | PathLike) -> Any:
     except ImportError as error:
         raise UsageError("Films get another sound by the package av.", 'Install it: pip install "s2ag[engine]".') from error
     try:
-        container = audio.opened(film)
+        container = audio.open_container(film)
     except (av.error.FFmpegError, OSError, ValueError) as error:
         raise UsageError(f"{film} is no film.", "Give .mp4 or .webm that a browser plays.") from error
     if not (container.streams.video and container.streams.audio):

@@ -13,7 +13,7 @@ import argparse
 
 import numpy as np
 
-from ..files import whole_file
+from ..files import atomic_file
 
 SUBSPACES = 100
 CENTROIDS = 256
@@ -28,7 +28,7 @@ def quantise(rows: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray
     """
     norms = np.linalg.norm(rows, axis=1)
     rows = rows / np.maximum(norms, 1e-9)[:, None]
-    order = deal(rows.var(0))
+    order = balanced_order(rows.var(0))
     codes = np.empty((len(rows), SUBSPACES), np.uint8)
     centroids = np.empty((SUBSPACES, CENTROIDS, rows.shape[1] // SUBSPACES), np.float16)
     for space, axes in enumerate(order.reshape(SUBSPACES, -1)):
@@ -36,7 +36,7 @@ def quantise(rows: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray
     return {"codes": codes, "centroids": centroids, "norms": norms.astype(np.float16), "order": order.astype(np.int16)}
 
 
-def deal(variance: np.ndarray) -> np.ndarray:
+def balanced_order(variance: np.ndarray) -> np.ndarray:
     """Return an order of the axes in which consecutive groups have nearly equal products of variances."""
     ranked = np.argsort(-variance, kind="stable").reshape(-1, SUBSPACES)
     groups = ranked[0][:, None]
@@ -95,7 +95,7 @@ def main() -> None:
         worst = np.percentile(cosine, 1)
         print(f"{name}: {len(rows)} rows, cosine to the source: mean {cosine.mean():.4f}, 1st percentile {worst:.4f}")
         arrays.update({f"{name}_{key}": value for key, value in packed.items()})
-    with whole_file(options.output) as temporary, open(temporary, "wb") as file:
+    with atomic_file(options.output) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, **arrays)
 
 

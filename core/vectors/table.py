@@ -15,7 +15,7 @@ import numpy as np
 
 from .. import npz
 from ..errors import VectorsUnreadable
-from ..words.spelling import normalise, spoken
+from ..words.spelling import normalise, spoken_words
 
 DIMENSIONS = 300
 _MAX_VALUE = 65504.0
@@ -57,12 +57,12 @@ class WordVectors:
         All but ``.npz`` need gensim. Raises :class:`VectorsUnreadable`.
         """
         path = Path(path) if path is not None else SHIPPED
-        check(path)
+        check_readable(path)
         if path.suffix == ".npz":
-            return cls(Packed.read(path), path.name)
-        from .own import read
+            return cls(PackedTable.read(path), path.name)
+        from .gensim_reader import read_vectors
 
-        return cls(read(path), path.name)
+        return cls(read_vectors(path), path.name)
 
     @property
     def key_to_index(self) -> dict[str, int]:
@@ -111,14 +111,14 @@ class WordVectors:
         key = self._key(word)
         if key is not None:
             return self._table.rows(np.array([self.key_to_index[key]]))[0]
-        parts = spoken(word)
+        parts = spoken_words(word)
         if parts and parts != [normalise(word)]:
             return self.vectors(parts).mean(0)
         guess = self._table.guess(parts[0]) if parts else None
         return np.zeros(DIMENSIONS, np.float32) if guess is None else guess
 
 
-def check(path: str | PathLike) -> None:
+def check_readable(path: str | PathLike) -> None:
     """Raise :class:`VectorsUnreadable` unless ``path`` is a file that :meth:`WordVectors.load` can read in this environment."""
     path = Path(path)
     if not path.is_file():
@@ -132,7 +132,7 @@ def check(path: str | PathLike) -> None:
         raise VectorsUnreadable(f"{path} needs gensim, which is not installed.", 'Install it with: pip install "s2ag[vectors]"')
 
 
-class Packed:
+class PackedTable:
     """Product-quantised words and FastText n-gram buckets, as :mod:`build` writes them; rows are decoded on demand."""
 
     def __init__(self, arrays: dict[str, np.ndarray]):
@@ -142,10 +142,10 @@ class Packed:
         self._ngrams = {key.removeprefix("ngram_"): value for key, value in arrays.items() if key.startswith("ngram_")}
 
     @classmethod
-    def read(cls, path: Path) -> "Packed":
+    def read(cls, path: Path) -> "PackedTable":
         """Read a packed file; raise :class:`VectorsUnreadable` for anything else."""
         try:
-            with npz.opened(path) as data:
+            with npz.open_arrays(path) as data:
                 packed = cls({key: data[key] for key in data})
             packed.check()
             packed.rows(np.array([0, len(packed.key_to_index) - 1]))
@@ -199,7 +199,7 @@ def ngram_hashes(word: str, shortest: int, longest: int, buckets: int) -> list[i
     return result
 
 
-def spans(
+def word_per_frame(
     words: Sequence[tuple[str, float, float]], frames: int, fps: float = 15.0, start: float = 0.0, mode: str = "span"
 ) -> np.ndarray:
     """Return ``(frames,)`` int32: the number of the ``(word, start, end)`` spoken in each pose frame, -1 for none.
@@ -220,7 +220,7 @@ def spans(
     return index
 
 
-def place(
+def vectors_per_frame(
     words: Sequence[tuple[str, float, float]],
     vectors: WordVectors,
     frames: int,
@@ -228,8 +228,10 @@ def place(
     start: float = 0.0,
     mode: str = "span",
 ) -> np.ndarray:
-    """Return ``(frames, 300)`` float32: the vector of the word spoken in each pose frame, else zero; see :func:`spans`."""
-    index = spans(words, frames, fps, start, mode)
+    """Return ``(frames, 300)`` float32: the vector of the word spoken in each pose frame, else zero; see
+    :func:`word_per_frame`.
+    """
+    index = word_per_frame(words, frames, fps, start, mode)
     numbers, inverse = np.unique(index[index >= 0], return_inverse=True)
     result = np.zeros((frames, DIMENSIONS), np.float32)
     if len(numbers):

@@ -10,10 +10,10 @@ from typing import cast
 
 import numpy as np
 
-from .. import child
-from ..sound import voice
-from ..sound.audio import SAMPLE_RATE, gain
-from .aligner import packed
+from .. import child_process
+from ..sound import voice_activity
+from ..sound.audio import SAMPLE_RATE, speech_gain
+from .aligner import packed_model
 
 Span = tuple[float, float]
 Phone = tuple[str, float, float]
@@ -35,12 +35,12 @@ _MIN_FOUND_SHARE = 0.3
 """If fewer of the words are found, the text is assumed to be that of another recording."""
 _MIN_LAST_WORD_SECONDS = 0.05
 
-_RESERVE = child.Reserve()
+_RESERVE = child_process.StandbyChild()
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Words between two times in seconds; each word is the list of its spoken words (:func:`spelling.spoken`)."""
+    """Words between two times in seconds; each word is the list of its spoken words (:func:`spelling.spoken_words`)."""
 
     words: list[list[str]]
     start: float = 0.0
@@ -49,7 +49,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Alignment:
-    """Result of :func:`place`, for the words of all stretches.
+    """Result of :func:`align_stretches`, for the words of all stretches.
 
     ``spans`` are ``(start, end)`` in seconds, ``confidence`` is 0..1; 0 marks a word that was not found and fills the time
     between its neighbours. ``complaint`` is a sentence if the aligner as a whole failed. ``phones`` of every word are empty
@@ -62,17 +62,17 @@ class Alignment:
     phones: list[tuple[Phone, ...]] = field(default_factory=list)
 
 
-def align(
+def align_words(
     audio: np.ndarray, words: list[list[str]], progress: Callable[[float], object] | None = None
 ) -> tuple[list[Span], list[str]]:
-    """Return ``(start, end)`` in seconds for every word, and warnings for the user; see :func:`place`."""
+    """Return ``(start, end)`` in seconds for every word, and warnings for the user; see :func:`align_stretches`."""
     if not words:
         return [], []
-    alignment = place(audio, [Stretch(words)], progress)
-    return alignment.spans, complaints(alignment, [" ".join(parts) for parts in words])
+    alignment = align_stretches(audio, [Stretch(words)], progress)
+    return alignment.spans, describe_problems(alignment, [" ".join(parts) for parts in words])
 
 
-def place(
+def align_stretches(
     audio: np.ndarray,
     stretches: Sequence[Stretch],
     progress: Callable[[float], object] | None = None,
@@ -80,13 +80,14 @@ def place(
 ) -> Alignment:
     """Align the words of stretches, which are in order of time and do not overlap.
 
-    ``audio`` is ``(n,)`` float32 at 16 kHz; ``model`` is that of another language (:func:`language.load`). ``progress`` is
-    called with 0..1; an exception that it raises stops the child and is passed on. Never fails on a text that does not fit or
-    on a missing or crashing aligner: such words are spread over the voiced parts of their stretch by letter count.
+    ``audio`` is ``(n,)`` float32 at 16 kHz; ``model`` is that of another language (:func:`language.load_language`).
+    ``progress`` is called with 0..1; an exception that it raises stops the child and is passed on. Never fails on a text that
+    does not fit or on a missing or crashing aligner: such words are spread over the voiced parts of their stretch by letter
+    count.
     """
     duration = len(audio) / SAMPLE_RATE
     stretches = [Stretch(part.words, min(part.start, duration), min(part.end, duration)) for part in stretches]
-    segments = voice.stretches(voice.probability(audio))
+    segments = voice_activity.segments_of_track(voice_activity.probability(audio))
     words = [word for part in stretches for word in part.words]
     placements: list[_Placement | None] = [None] * len(words)
     complaint = _misfit(words, segments, model)
@@ -105,7 +106,7 @@ def place(
     return Alignment(_trim(_monotonic(spans), segments), confidence, complaint, phones)
 
 
-def complaints(alignment: Alignment, shown: Sequence[str]) -> list[str]:
+def describe_problems(alignment: Alignment, shown: Sequence[str]) -> list[str]:
     """Return warnings for the user: what failed, or which parts of the text (time and words) were not found in the speech.
 
     ``shown`` are the words as they are written.
@@ -128,7 +129,7 @@ def complaints(alignment: Alignment, shown: Sequence[str]) -> list[str]:
     return [f"{what}: {', '.join(places[:3])}{more}."]
 
 
-def spread(words: list[list[str]], segments: list[Span]) -> list[Span]:
+def spread_by_letters(words: list[list[str]], segments: list[Span]) -> list[Span]:
     """Distribute words over voiced segments by letter count; return their ``(start, end)`` in seconds.
 
     Each segment begins with the start of a word and is filled completely by its words.
@@ -145,13 +146,13 @@ def spread(words: list[list[str]], segments: list[Span]) -> list[Span]:
     return spans
 
 
-def clock(seconds: float) -> str:
+def format_time(seconds: float) -> str:
     """Format seconds as ``1:02:03`` or ``2:03``."""
     minutes, rest = divmod(int(seconds), 60)
     return f"{minutes // 60}:{minutes % 60:02}:{rest:02}" if minutes >= 60 else f"{minutes}:{rest:02}"
 
 
-def prepare() -> None:
+def start_child() -> None:
     """Start the child process for the next alignment in advance."""
     _RESERVE.start(command())
 
@@ -165,7 +166,7 @@ def command() -> list[str]:
 def _describe(start: float, end: float, words: Sequence[str]) -> str:
     """Describe a run of words by its times and its text, abbreviated."""
     text = " ".join(words) if len(words) <= 6 else f"{' '.join(words[:3])} … {' '.join(words[-2:])}"
-    return f"{clock(start)}–{clock(end)} “{text[:80]}”"
+    return f"{format_time(start)}–{format_time(end)} “{text[:80]}”"
 
 
 def _misfit(words: list[list[str]], segments: list[Span], model: dict | None) -> str:
@@ -194,8 +195,11 @@ def _run(
     """Align in the child process; return a placement per word (None: not found) and, if the child failed, a complaint."""
     count = sum(len(part.words) for part in stretches)
     nothing: list[_Placement | None] = [None] * count
-    if not packed.ENGLISH.is_file():
-        return nothing, f"{packed.ENGLISH.name}, the aligner's model of speech, is missing; words are spread over the speech."
+    if not packed_model.ENGLISH.is_file():
+        return (
+            nothing,
+            f"{packed_model.ENGLISH.name}, the aligner's model of speech, is missing; words are spread over the speech.",
+        )
     duration = len(audio) / SAMPLE_RATE
     edges = [0.0, *(edge for segment in segments for edge in segment), duration]
 
@@ -204,11 +208,11 @@ def _run(
             progress(float(answer["progress"]))
             return None
         if len(answer["spans"]) != count:
-            raise child.ChildFailed("answered for another text")
+            raise child_process.ChildFailed("answered for another text")
         try:
             return [None if span is None else _placement(*span) for span in answer["spans"]]
         except (TypeError, ValueError):
-            raise child.ChildFailed("answered nonsense") from None
+            raise child_process.ChildFailed("answered nonsense") from None
 
     with tempfile.TemporaryDirectory(prefix="s2ag-", ignore_cleanup_errors=True) as folder:
         request = {
@@ -219,18 +223,18 @@ def _run(
             "model": model,
         }
         try:
-            answer = child.ask(command(), request, pcm(audio), TIMEOUT + duration, receive, _RESERVE)
-        except child.ChildFailed as error:
+            answer = child_process.run_request(command(), request, pcm(audio), TIMEOUT + duration, receive, _RESERVE)
+        except child_process.ChildFailed as error:
             return nothing, f"The aligner {error}; words are spread over the speech by their letters."
     progress(1.0)
     return cast(list[_Placement | None], answer), ""
 
 
 def _placement(start: float, end: float, sure: float, phones: Iterable) -> _Placement:
-    return float(start), float(end), float(sure), sounds(phones)
+    return float(start), float(end), float(sure), parse_phones(phones)
 
 
-def sounds(phones: Iterable) -> tuple[Phone, ...]:
+def parse_phones(phones: Iterable) -> tuple[Phone, ...]:
     """Convert phones from JSON to tuples; raise TypeError or ValueError if they are not name, start and end in seconds."""
     result = tuple((str(name), float(start), float(end)) for name, start, end in phones)
     if not all(0 <= start <= end < 1e9 for _, start, end in result):
@@ -240,7 +244,7 @@ def sounds(phones: Iterable) -> tuple[Phone, ...]:
 
 def pcm(audio: np.ndarray) -> Iterator[bytes]:
     """Yield the sound as little-endian int16 at twice the normalised speech level, a minute at a time."""
-    factor = 32767 * 2 * gain(audio)
+    factor = 32767 * 2 * speech_gain(audio)
     for begin in range(0, len(audio), 60 * SAMPLE_RATE):
         piece = audio[begin : begin + 60 * SAMPLE_RATE] * factor
         yield np.clip(piece, -32768, 32767).astype("<i2").tobytes()
@@ -262,7 +266,7 @@ def _fill(
         low = filled[-1][1] if filled else start
         high = max(following[0] if following else stop, low)
         inside = [(max(begin, low), min(end, high)) for begin, end in segments if min(end, high) - max(begin, low) > 0.02]
-        filled += spread(words[first:last], inside or [(low, high)])
+        filled += spread_by_letters(words[first:last], inside or [(low, high)])
     return filled
 
 

@@ -10,17 +10,17 @@ from typing import Any
 
 from .. import json_text
 from ..errors import OutputUnwritable
-from ..files import whole_file
+from ..files import atomic_file
 
-LIMIT = 64_000_000
+MAX_BYTES = 64_000_000
 """Maximum bytes; the least recently used files are deleted first. An hour of speech takes half a megabyte."""
-VARIABLE = "S2AG_CACHE"
+ENVIRONMENT_VARIABLE = "S2AG_CACHE"
 """Environment variable that names another folder, or ``off``."""
 
 
 def default_folder() -> Path | None:
-    """Return the folder that :data:`VARIABLE` names, else the platform's cache folder; None to cache nothing."""
-    setting = os.environ.get(VARIABLE, "").strip()
+    """Return the folder that :data:`ENVIRONMENT_VARIABLE` names, else the platform's cache folder; None to cache nothing."""
+    setting = os.environ.get(ENVIRONMENT_VARIABLE, "").strip()
     if setting.lower() == "off":
         return None
     if setting:
@@ -44,13 +44,13 @@ def _platform_folder() -> Path:
 class Cache:
     """Cache in a folder that is created on first use; with ``folder`` None nothing is stored.
 
-    A write that fails raises nothing: :attr:`trouble` then holds a sentence for the user.
+    A write that fails raises nothing: :attr:`warning` then holds a sentence for the user.
     """
 
-    def __init__(self, folder: str | os.PathLike | None, limit: int = LIMIT):
+    def __init__(self, folder: str | os.PathLike | None, limit: int = MAX_BYTES):
         self.folder = None if folder is None else Path(folder)
         self._limit = limit
-        self.trouble = ""
+        self.warning = ""
 
     def get(self, key: str) -> Any:
         """Return the JSON value of a key, or None."""
@@ -71,11 +71,11 @@ class Cache:
             return
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            with whole_file(self._path(key)) as temporary:
+            with atomic_file(self._path(key)) as temporary:
                 temporary.write_text(json.dumps(value, separators=(",", ":")), encoding="utf-8")
         except (OSError, OutputUnwritable) as error:
             why = getattr(error, "strerror", None) or error
-            self.trouble = f"Word times cannot be kept for the next time in {self.folder} ({why})."
+            self.warning = f"Word times cannot be kept for the next time in {self.folder} ({why})."
             return
         self._trim()
 
@@ -114,6 +114,6 @@ class Cache:
         return self.folder / f"{key}.words.json"
 
 
-def key(*parts: Any) -> str:
+def cache_key(*parts: Any) -> str:
     """Return a file name, a hash of these JSON values."""
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:40]

@@ -50,7 +50,7 @@ _GESTURE_LEAD = 0.5
 
 
 @dataclass(frozen=True)
-class Wishes:
+class HintEffects:
     """Effects of all marks of a transcript; ``unknown`` are hints without a meaning.
 
     ``stressed`` are indices of words; ``gestures`` maps indices to the hint (of :data:`HINTS`) and side (-1 left, 1 right,
@@ -68,11 +68,11 @@ class Wishes:
 
     @property
     def shapes_motion(self) -> bool:
-        """Whether :func:`perform` changes the motion."""
+        """Whether :func:`apply_hints` changes the motion."""
         return bool(self.sizes or self.sides or self.rests)
 
 
-def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]]) -> Wishes:
+def parse_hints(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]]) -> HintEffects:
     """Return the effects of marks, whose indices refer to ``words`` ``(text, start, end)``."""
     stressed, gestures, sizes, sides, rests, unknown, styles = set(), {}, [], [], [], [], []
     for mark in marks:
@@ -102,11 +102,11 @@ def understand(marks: Sequence[Mark], words: Sequence[tuple[str, float, float]])
             unknown.append(mark.value)
     sizes += [(words[number][1], words[number][2], _STRESS_SCALE) for number in sorted(stressed)]
     spans = tuple(sizes), tuple(sides), tuple(rests)
-    return Wishes(frozenset(stressed), gestures, *spans, tuple(dict.fromkeys(unknown)), tuple(styles))
+    return HintEffects(frozenset(stressed), gestures, *spans, tuple(dict.fromkeys(unknown)), tuple(styles))
 
 
-def heard(
-    words: Sequence[tuple[str, float, float]], wishes: Wishes, understood: bool = True, asked: frozenset[int] = frozenset()
+def network_words(
+    words: Sequence[tuple[str, float, float]], wishes: HintEffects, understood: bool = True, asked: frozenset[int] = frozenset()
 ) -> list[tuple[str, float, float]]:
     """Return the words as input of the network: empty texts where the language is not ``understood``.
 
@@ -118,7 +118,7 @@ def heard(
     return [(replaced.get(number, text), start, end) for number, (text, start, end) in enumerate(spoken)]
 
 
-def perform(directions: np.ndarray, wishes: Wishes, pose: np.ndarray) -> np.ndarray:
+def apply_hints(directions: np.ndarray, wishes: HintEffects, pose: np.ndarray) -> np.ndarray:
     """Apply the sizes, sides and rests of hints to edge directions ``(frames, 9, 3)`` at 15 fps; all else stays bit-identical.
 
     ``pose`` is the rest pose, ``(9, 3)``, or ``(frames, 9, 3)`` if it changes over time.
@@ -131,7 +131,7 @@ def perform(directions: np.ndarray, wishes: Wishes, pose: np.ndarray) -> np.ndar
     size = np.ones(len(time))
     for start, end, value in wishes.sizes:
         size *= 1 + (value - 1) * envelope(time, start, end)
-    directions = rest.scale(directions, size, pose)
+    directions = rest.scale_amplitude(directions, size, pose)
     rest_weight = np.zeros(len(time))
     for start, end in wishes.rests:
         rest_weight = np.maximum(rest_weight, envelope(time, start, end))

@@ -9,7 +9,7 @@ from typing import Any
 
 from .. import json_text
 from ..errors import EngineMissing, TranscriptUnreadable
-from ..extras import pocketsphinx
+from ..optional_packages import pocketsphinx
 from .aligner import sphinx_model
 
 _REMEDY = "See docs/transcripts.md, Other languages."
@@ -19,7 +19,7 @@ _MAX_DICTIONARY_BYTES, _MAX_LETTERS_BYTES, _MAX_RULE_LENGTH = 256_000_000, 1_000
 _CODE = re.compile(r"^language[ \t]+([\w-]+)", re.MULTILINE)
 
 
-def load(folder: str | PathLike | None = None, code: str | None = None) -> dict | None:
+def load_language(folder: str | PathLike | None = None, code: str | None = None) -> dict | None:
     """Return the aligner's model of a language (None: English) as a dictionary that is sent to its process as JSON.
 
     Keys, each of which may be None: ``voice`` of eSpeak NG, the paths ``acoustic`` and ``dictionary`` in the folder, and
@@ -36,7 +36,7 @@ def load(folder: str | PathLike | None = None, code: str | None = None) -> dict 
     return {**(model or {"acoustic": None, "dictionary": None}), "letters": {}, "voice": voice}
 
 
-def foreign(model: dict | None) -> bool:
+def is_foreign(model: dict | None) -> bool:
     """Return whether numbers and signs are read in another language than English."""
     return model is not None and model["voice"] is not None
 

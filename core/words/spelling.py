@@ -44,7 +44,7 @@ def normalise(word: str) -> str:
     return re.sub(r"^[\W_]+|[\W_]+$", "", word)
 
 
-def spoken(word: str) -> list[str]:
+def spoken_words(word: str) -> list[str]:
     """Return the spoken words of one written word.
 
     ``don't`` gives one word, ``well-known`` two, ``$25`` "twenty five dollars", ``—`` none.
@@ -58,7 +58,7 @@ def spoken(word: str) -> list[str]:
     return result
 
 
-def written(word: str) -> list[str]:
+def split_foreign(word: str) -> list[str]:
     """Split a written word of another language without spelling out numbers.
 
     ``Vor-Ort-Termin`` gives three words, ``3,5`` and ``20€`` one each.

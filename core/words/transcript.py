@@ -12,8 +12,8 @@ from ..errors import TranscriptUnreadable, UsageError
 from ..sound import audio
 from . import align, language, markup, readers, spelling
 from .aligner import engines
-from .cache import Cache, key
-from .readers.items import LONGEST, Item
+from .cache import Cache, cache_key
+from .readers.items import MAX_SECONDS, Item
 
 Word = tuple[str, float, float]
 
@@ -27,7 +27,7 @@ _NO_WORDS = "The transcript holds no words; the gestures follow the sound alone.
 
 
 @dataclass(frozen=True)
-class Heard:
+class TimedTranscript:
     """Timed words of a recording.
 
     ``words`` are ``(word, start, end)`` in seconds, in order of start, each with a ``confidence`` 0..1 (1 for times stated in
@@ -44,9 +44,9 @@ class Heard:
 
 
 @dataclass(frozen=True)
-class Ways:
-    """Options of :func:`hear`: the ``cache``, an aligner ``model`` (:func:`language.load`), whether to ``recognise`` speech
-    that has no transcript, and the folder of a ``recogniser`` (None: the shipped one)."""
+class TranscriptOptions:
+    """Options of :func:`timed_transcript`: the ``cache``, an aligner ``model`` (:func:`language.load_language`), whether to
+    ``recognise`` speech that has no transcript, and the folder of a ``recogniser`` (None: the shipped one)."""
 
     cache: Cache = field(default_factory=lambda: Cache(None))
     model: dict | None = None
@@ -54,57 +54,57 @@ class Ways:
     recogniser: str | PathLike | None = None
 
 
-def resolve(
+def words_and_warnings(
     sound: np.ndarray,
     transcript: str | PathLike | None = None,
     text: str | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> tuple[tuple[Word, ...], list[str]]:
-    """Return only :attr:`Heard.words` and :attr:`Heard.warnings` of :func:`hear`."""
-    heard = hear(sound, transcript, text, progress)
+    """Return only :attr:`TimedTranscript.words` and :attr:`TimedTranscript.warnings` of :func:`timed_transcript`."""
+    heard = timed_transcript(sound, transcript, text, progress)
     return heard.words, heard.warnings
 
 
-def hear(
+def timed_transcript(
     sound: np.ndarray,
     transcript: str | PathLike | None = None,
     text: str | None = None,
     progress: Callable[[float], object] | None = None,
-    ways: Ways | None = None,
-) -> Heard:
+    ways: TranscriptOptions | None = None,
+) -> TimedTranscript:
     """Return the timed words of a recording ``(n,)`` at 16 kHz.
 
     ``transcript`` is a file in one of the formats of :mod:`readers`; ``text`` is plain text itself. With neither there are no
     words, unless ``ways`` asks for speech recognition. ``progress`` is called with 0..1 during alignment. Raises
     :class:`TranscriptUnreadable`, :class:`EngineMissing` and, if both are given, :class:`UsageError`.
     """
-    ways = ways or Ways()
+    ways = ways or TranscriptOptions()
     if transcript is not None and text is not None:
         raise UsageError("A transcript file and a text were both given.", "Give one of them.")
     if transcript is not None:
-        source = readers.parse(read(transcript), Path(transcript))
+        source = readers.parse(read_text(transcript), Path(transcript))
     elif text is not None:
         source = readers.Source("plain text", [Item(text)])
     elif ways.recognise:
         source = readers.Source("recognised speech", _recognise(sound, progress, ways))
     else:
-        return Heard()
+        return TimedTranscript()
     script = _Script(source, len(sound) / audio.SAMPLE_RATE, ways.model)
     if not script.tokens:
-        return Heard(warnings=script.warnings or [_NO_WORDS], form=source.form)
+        return TimedTranscript(warnings=script.warnings or [_NO_WORDS], form=source.form)
     alignment = _align_script(sound, script, progress, ways)
     spans, sure = script.times(alignment)
     order = sorted(range(len(spans)), key=lambda number: spans[number][0])
     words = tuple((script.tokens[number][0], *spans[number]) for number in order)
     shown = [script.tokens[number][0] for number in script.loose]
-    warnings = script.warnings + (align.complaints(alignment, shown) if alignment else [])
+    warnings = script.warnings + (align.describe_problems(alignment, shown) if alignment else [])
     phones_of = dict(zip(script.loose, alignment.phones, strict=True)) if alignment else {}
     phones = tuple(phones_of.get(number, ()) for number in order)
     confidence = tuple(sure[number] for number in order)
-    return Heard(words, confidence, tuple(script.marks), warnings + _cache_warnings(ways), source.form, phones)
+    return TimedTranscript(words, confidence, tuple(script.marks), warnings + _cache_warnings(ways), source.form, phones)
 
 
-def read(path: str | PathLike) -> str:
+def read_text(path: str | PathLike) -> str:
     """Read a text file: UTF-8, UTF-16 with a byte order mark, else Windows-1252. Raises :class:`TranscriptUnreadable`."""
     path = Path(path)
     if path.is_dir():
@@ -135,8 +135,8 @@ def tokenise(text: str, model: dict | None = None) -> list[markup.Token]:
     return _marked(text, model).tokens
 
 
-def _marked(text: str, model: dict | None) -> markup.Marked:
-    return markup.read(text, spelling.written if language.foreign(model) else spelling.spoken)
+def _marked(text: str, model: dict | None) -> markup.ParsedText:
+    return markup.parse(text, spelling.split_foreign if language.is_foreign(model) else spelling.spoken_words)
 
 
 class _Script:
@@ -229,36 +229,36 @@ def _neighbour_times(items: list[Item]) -> tuple[list[float], list[float]]:
 
 
 def _align_script(
-    sound: np.ndarray, script: _Script, progress: Callable[[float], object] | None, ways: Ways
+    sound: np.ndarray, script: _Script, progress: Callable[[float], object] | None, ways: TranscriptOptions
 ) -> align.Alignment | None:
     """Align the loose words of a script, or take the alignment from the cache; None if there are no loose words."""
     if not script.loose:
         return None
     stretches = [(part.words, part.start, min(part.end, 1e9)) for part in script.stretches]
-    engine = engines.chosen(ways.model)
-    name = key("align", align.VERSION, engine, audio.digest(sound), stretches, language.fingerprint(ways.model))
+    engine = engines.engine_name(ways.model)
+    name = cache_key("align", align.VERSION, engine, audio.digest(sound), stretches, language.fingerprint(ways.model))
     cached = ways.cache.get(name)
     try:
         spans = [_span(start, end) for start, end in cached["spans"]]
         sure = [float(value) for value in cached["confidence"]]
-        phones = [align.sounds(of_word) for of_word in cached["phones"]]
+        phones = [align.parse_phones(of_word) for of_word in cached["phones"]]
         if not len(spans) == len(sure) == len(phones) == sum(len(part.words) for part in script.stretches):
             raise ValueError("of other words")
         return align.Alignment(spans, sure, str(cached["complaint"]), phones)
     except (TypeError, KeyError, ValueError):  # not cached, or the file was damaged or edited
         pass
-    alignment = align.place(sound, script.stretches, progress, ways.model)
+    alignment = align.align_stretches(sound, script.stretches, progress, ways.model)
     if not alignment.complaint.startswith("The aligner"):
         ways.cache.put(name, asdict(alignment))
     return alignment
 
 
-def _recognise(sound: np.ndarray, progress: Callable[[float], object] | None, ways: Ways) -> list[Item]:
+def _recognise(sound: np.ndarray, progress: Callable[[float], object] | None, ways: TranscriptOptions) -> list[Item]:
     """Transcribe with the recogniser, or take the result from the cache."""
     from . import recognise
 
     code = (ways.model or {}).get("voice")
-    name = key("recognise", recognise.VERSION, audio.digest(sound), str(ways.recogniser or ""), code or "")
+    name = cache_key("recognise", recognise.VERSION, audio.digest(sound), str(ways.recogniser or ""), code or "")
     cached = ways.cache.get(name)
     try:
         return [_item(*entry) for entry in cached]
@@ -279,10 +279,10 @@ def _item(text: object, start: float, end: float, word: object) -> Item:
 def _span(start: float, end: float) -> tuple[float, float]:
     """Return the times as floats; raise TypeError or ValueError if they are invalid."""
     start, end = float(start), float(end)
-    if not 0 <= start <= end < LONGEST:
+    if not 0 <= start <= end < MAX_SECONDS:
         raise ValueError("no times")
     return start, end
 
 
-def _cache_warnings(ways: Ways) -> list[str]:
-    return [ways.cache.trouble] if ways.cache.trouble else []
+def _cache_warnings(ways: TranscriptOptions) -> list[str]:
+    return [ways.cache.warning] if ways.cache.warning else []

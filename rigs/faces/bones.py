@@ -14,9 +14,9 @@ from typing import Protocol
 import numpy as np
 
 from ...core.motion import quaternion
-from ...core.motion.face import CHANNELS, GAZE
+from ...core.motion.face import CHANNELS, GAZE_DEGREES
 from ..names import plain_name
-from ..plain import Bones, Mapping, character_frame
+from ..skeleton import Bones, Mapping, character_frame
 
 SIDES = ("left", "right")
 PARTS = (
@@ -62,7 +62,7 @@ def find(bones: Bones, mapping: Mapping) -> dict[str, str]:
     return {**_by_position(bones, free, character_frame(bones, mapping), named), **named}
 
 
-def shown(parts: Iterable[str]) -> set[str]:
+def shown_channels(parts: Iterable[str]) -> set[str]:
     """Return the channels that these parts can express."""
     channels = {"jaw": ("JAW", "PP"), "gaze": ("LOOK_LEFT", "LOOK_UP"), "left_eye": ("LOOK_LEFT", "LOOK_UP")}
     channels |= {"left_upper_lid": ("BLINK_LEFT",), "left_lower_lid": ("BLINK_LEFT",), "right_upper_lid": ("BLINK_RIGHT",)}
@@ -70,15 +70,15 @@ def shown(parts: Iterable[str]) -> set[str]:
     return {channel for part in parts for channel in channels.get(part, ())}
 
 
-def needed(parts: Named[str, str], shapes: ShapeKeys | None) -> dict[str, str]:
+def needed_parts(parts: Named[str, str], shapes: ShapeKeys | None) -> dict[str, str]:
     """Return those of ``parts`` whose channels the shape keys do not express."""
     covered = set() if shapes is None else shapes.shown | set(shapes.rest)
     if shapes is not None:
         covered |= {"SMILE", "OU"}
-    return {part: name for part, name in parts.items() if not shown([part.replace("right", "left")]) & covered}
+    return {part: name for part, name in parts.items() if not shown_channels([part.replace("right", "left")]) & covered}
 
 
-def moved(
+def bone_motion(
     bones: Bones, mapping: Mapping, parts: Named[str, str], weights: np.ndarray
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Return rotations ``{bone: (frames, 4)}`` and translations ``{bone: (frames, 3)}`` of ``parts`` for the channels'
@@ -89,7 +89,7 @@ def moved(
     ways: dict[str, np.ndarray] = {}
     if "jaw" in there:
         turns["jaw"] = quaternion.about(left, np.radians(JAW) * _of(weights, "JAW"))
-    yaw, pitch = (np.radians(GAZE) * _of(weights, name) for name in ("LOOK_LEFT", "LOOK_UP"))
+    yaw, pitch = (np.radians(GAZE_DEGREES) * _of(weights, name) for name in ("LOOK_LEFT", "LOOK_UP"))
     eyes = [there[f"{side}_eye"] for side in SIDES if f"{side}_eye" in there]
     if "gaze" in there and eyes:
         far = max(float((bones.heads[eyes].mean(0) - bones.heads[there["gaze"]]) @ back), 0.0)

@@ -19,7 +19,7 @@ import numpy as np
 
 from ...core import json_text
 from ...core.errors import RigUnusable
-from ...core.files import whole_file
+from ...core.files import atomic_file
 from ...core.motion.face import CHANNELS, MOUTH
 from .bones import PARTS as BONE_PARTS
 
@@ -92,7 +92,7 @@ def detect(names: Collection[str]) -> Shapes | None:
 
 def save(path: str | PathLike, shapes: Shapes) -> None:
     """Write a map for :func:`load` that users may edit, atomically. Raises :class:`OutputUnwritable`."""
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(dump(shapes), "utf-8")
 
 

@@ -14,9 +14,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Self, cast
 
-from ...core.engine import interpreter, protocol
 from ...core.errors import Cancelled, S2agError, WorkerFailed
 from ...core.start import module_command, package_command
+from ...core.worker import interpreter, protocol
 from .process import GRACE, Process
 from .thread import Thread
 
@@ -220,7 +220,7 @@ class WorkerClient:
     def _start(self) -> Process | Thread:
         """Start a worker; the extension's own engine runs in a thread where no process can be started."""
         try:
-            return Process(self._command or engine_command("core.engine.worker", self._python))
+            return Process(self._command or engine_command("core.worker.server", self._python))
         except WorkerFailed as error:
             if not self.ships:
                 raise
@@ -246,7 +246,7 @@ class WorkerClient:
         """Store a message of the worker in its job; raise ValueError or TypeError if it breaks the protocol."""
         job = self._jobs.get(cast(int, message.get("id")))
         if "error" in message:
-            error = protocol.revive(message["error"])
+            error = protocol.to_exception(message["error"])
             if job is None and message.get("id") is None:
                 raise ValueError("the worker did not understand a request")
             if job is not None:

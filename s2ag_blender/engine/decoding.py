@@ -18,7 +18,7 @@ import numpy as np
 
 from ...core.errors import AudioUnreadable, Cancelled, OutputUnwritable, S2agError
 from ...core.sound import wavefile
-from ...core.sound.resample import resampled
+from ...core.sound.resample import resample
 
 RATE = 16000
 PIECE, OVERLAP, SEAM = 6.0, 1.0, 0.25
@@ -34,13 +34,13 @@ _MAX_CACHED = 4
 _cache: dict[tuple, Path] = {}
 
 
-def needed(path: str) -> bool:
+def needs_decoding(path: str) -> bool:
     """Return whether Blender has to decode a recording, because it is no WAV file.
 
     Raises :class:`AudioUnreadable` where it is none and neither this Blender nor its Python can decode it.
     """
     try:
-        head = wavefile.header(Path(path))
+        head = wavefile.read_header(Path(path))
     except OSError:
         return False  # the engine raises an error for it
     if head is not None and head.kind is not None:
@@ -140,7 +140,7 @@ class Decoding:
 
         sound: Any = aud.Sound(str(self._path))  # pyright: ignore[reportCallIssue]
         rate, declared = int(sound.specs[0]), sound.length / sound.specs[0]
-        return write_wave(file, resampled(joined(self._pieces(sound, declared), rate), rate, RATE)), declared
+        return write_wave(file, resample(join_pieces(self._pieces(sound, declared), rate), rate, RATE)), declared
 
     def _pieces(self, sound: Any, declared: float) -> Iterator[np.ndarray]:
         """Yield mono pieces ``(n,)`` float32, each beginning :data:`OVERLAP` seconds before the end of the one before."""
@@ -157,7 +157,7 @@ class Decoding:
             time.sleep(_PAUSE)
 
 
-def joined(pieces: Iterable[np.ndarray], rate: int) -> Iterator[np.ndarray]:
+def join_pieces(pieces: Iterable[np.ndarray], rate: int) -> Iterator[np.ndarray]:
     """Yield the sound ``(n,)`` piece by piece of overlapping ``pieces`` at ``rate`` Hz."""
     overlap, seam = int(OVERLAP * rate), int(SEAM * rate)
     before = None

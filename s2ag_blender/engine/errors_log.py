@@ -9,7 +9,7 @@ import bpy
 
 from ...core.errors import S2agError
 from ...core.files import new_log
-from . import known
+from . import engine_state
 
 KINDS = ("WorkerFailed", "EngineMissing", "Internal")
 """Kinds of errors whose cause is in the log rather than in the user's input."""
@@ -18,7 +18,7 @@ _lines: deque[str] = deque(maxlen=2000)
 _latest: Path | None = None
 
 
-def note(line: str) -> None:
+def add_line(line: str) -> None:
     """Keep a line of the engine's log, with the time."""
     _lines.append(f"{time.strftime('%H:%M:%S')}  {line}")
 
@@ -33,7 +33,7 @@ def save(error: S2agError) -> Path | None:
     global _latest
     if error.kind not in KINDS:
         return None
-    folder = known.folder() / "logs"
+    folder = engine_state.folder() / "logs"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         path = new_log(folder, "engine")
@@ -54,7 +54,7 @@ def text_block(path: Path) -> bpy.types.Text:
 
 def _header(error: S2agError) -> list[str]:
     """Return the first lines of a log: the error, and the versions of Blender and engine."""
-    facts = known.facts()
+    facts = engine_state.facts()
     return [
         f"{error.kind}: {error.message}",
         f"Remedy: {error.remedy}",

@@ -6,9 +6,9 @@ import subprocess
 import threading
 from collections import deque
 
-from ...core import child
-from ...core.engine import interpreter, protocol
+from ...core import child_process
 from ...core.errors import S2agError, WorkerFailed
+from ...core.worker import interpreter, protocol
 
 GRACE = 10.0
 """Seconds that a cancelled request or a closing worker gets before its process is killed."""
@@ -24,7 +24,7 @@ class Process:
     """
 
     def __init__(self, command: list[str]) -> None:
-        environment = {**_ENVIRONMENT, **child.environment()}
+        environment = {**_ENVIRONMENT, **child_process.environment()}
         try:  # in a process group of its own, so that Ctrl-C in a terminal reaches the client only
             self._popen = subprocess.Popen(
                 command,
@@ -32,7 +32,7 @@ class Process:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
-                **child.apart(),
+                **child_process.own_group_options(),
             )
         except OSError as error:
             raise WorkerFailed(f"The engine cannot be started: {error.strerror}.", f"Check that {command[0]} runs.") from error

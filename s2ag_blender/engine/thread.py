@@ -6,7 +6,7 @@ import os
 import queue
 import threading
 
-from ...core.engine import protocol
+from ...core.worker import protocol
 
 
 class Thread:
@@ -16,7 +16,7 @@ class Thread:
 
     def __init__(self) -> None:
         # Imported by name, so that Blender's process imports the engine only where it must.
-        worker = importlib.import_module("...core.engine.worker", __package__)
+        worker = importlib.import_module("...core.worker.server", __package__)
         requests, self._requests = os.pipe()
         self._replies, replies = os.pipe()
         self.inbox: queue.SimpleQueue[bytes | str | None] = queue.SimpleQueue()

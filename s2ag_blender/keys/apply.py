@@ -11,12 +11,12 @@ import numpy as np
 from ...core.errors import UsageError
 from ...core.motion.motion import Motion
 from ...rigs.goals import Options
-from ...rigs.plain import Mapping
-from ...rigs.proportions import Girth
-from ...rigs.slices import whole
+from ...rigs.proportions import TrunkShape
+from ...rigs.skeleton import Mapping
+from ...rigs.slices import run_to_end
 from .. import compat, provenance
 from ..datablocks import ArmatureObject, Slot, current_context
-from ..rig import girth, reading, solver
+from ..rig import body_shape, reading, solver
 from ..rig.controls import Take
 from . import faces, keyframes
 
@@ -44,7 +44,7 @@ def apply_motion(
     for everything that keeps a part from its motion (the log, if None).
 
     Only adds data: other actions, the rest pose, transforms and rotation modes stay as they are. A property that the rig
-    needs to follow its bones, such as a switch from IK to FK, is keyed in the action; :func:`take_off` restores it.
+    needs to follow its bones, such as a switch from IK to FK, is keyed in the action; :func:`remove_motion` restores it.
     Raises :class:`RigUnusable` or :class:`UsageError` before anything is changed.
     """
     if step < 1 or int(step) != step:
@@ -52,21 +52,21 @@ def apply_motion(
     reading.require_armature(armature)
     scene = scene or current_context().scene
     start = scene.frame_start if start_frame is None else start_frame
-    keys = pose_keys(armature, motion, start, scene=scene, mapping=mapping, options=options, step=int(step), report=report)
+    keys = solve_keys(armature, motion, start, scene=scene, mapping=mapping, options=options, step=int(step), report=report)
     interpolation = "LINEAR" if step == 1 else "BEZIER"
     name = name or f"{armature.name} gesture"
     about = {"settings": keys.settings, "places": keys.places}
     action, slot = keyframes.write_action(name, armature, keys.rotations, keys.frames, interpolation, **about)
     provenance.stamp(action, motion.meta)
     every, fps = np.arange(float(start), float(max(keys.frames[-1], keys.frames[0] + 1)) + 1), scene_fps(scene)
-    seen = faces.settled(every, fps)
+    seen = faces.end_fade(every, fps)
     if motion.face is not None:
         body = reading.resolve_mapping(armature, reading.read(armature), mapping)
         spoken = faces.bone_channels(armature, motion.face, start, every, fps, body, seen)
         keyframes.write_channels(compat.bag(action, slot), spoken, every)
-    keyframes.remember(action, armature)
+    keyframes.store_former_values(action, armature)
     if motion.face is not None:
-        faces.lay(armature, action, motion.face, start, every, fps, report or _LOG.warning, seen)
+        faces.key_face(armature, action, motion.face, start, every, fps, report or _LOG.warning, seen)
         faces.show(armature, action)
     if strip:
         _push_strip(armature, action, slot, int(start))
@@ -75,7 +75,7 @@ def apply_motion(
     return action
 
 
-def take_off(armature: ArmatureObject, action: bpy.types.Action) -> None:
+def remove_motion(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """Remove a keyed motion from ``armature`` and restore the pose and property values that the rig had before.
 
     Blender itself leaves everything at its last value when an action is unassigned. The action stays in the file.
@@ -89,7 +89,7 @@ def take_off(armature: ArmatureObject, action: bpy.types.Action) -> None:
                 animation.nla_tracks.remove(track)
         if animation.action == action:
             animation.action = None
-    keyframes.give_back(armature, action)
+    keyframes.restore_former_values(armature, action)
     faces.hide(armature, action)
 
 
@@ -107,12 +107,12 @@ class Keys(NamedTuple):
     stood: tuple[str, ...] = ()
 
 
-def pose_keys(armature: ArmatureObject, motion: Motion, start: float, **about: Any) -> Keys:
-    """Run :func:`posing` in one go."""
-    return whole(posing(armature, motion, start, **about))
+def solve_keys(armature: ArmatureObject, motion: Motion, start: float, **about: Any) -> Keys:
+    """Run :func:`solve_keys_in_slices` in one go."""
+    return run_to_end(solve_keys_in_slices(armature, motion, start, **about))
 
 
-def posing(
+def solve_keys_in_slices(
     armature: ArmatureObject,
     motion: Motion,
     start: float,
@@ -125,7 +125,7 @@ def posing(
     last: float = np.inf,
     measured: int = 1,
     report: Callable[[str], None] | None = None,
-    trunk: Callable[[], Girth | None] | None = None,
+    trunk: Callable[[], TrunkShape | None] | None = None,
 ) -> Generator[None, None, Keys]:
     """Compute the keys for ``motion`` starting at frame ``start``, in slices; a rig's ``settings`` let it follow these keys.
 
@@ -150,9 +150,9 @@ def posing(
     near = np.flatnonzero(np.abs(own - np.clip(own, keys.frames[0], keys.frames[-1])) <= 2 * fps / motion.fps)
     near = np.union1d(near[::measured], near[-1:])
     source = _to_take(replace(motion.frames(near), fps=motion.fps / measured), own[near])
-    body = trunk() if trunk else girth.read(armature, bones, mapping)
+    body = trunk() if trunk else body_shape.read_trunk(armature, bones, mapping)
     about = {"scene": scene, "options": options, "tell": tell, "trunk": body}
-    solution = yield from solver.solving(armature, bones, mapping, source, keys, **about)
+    solution = yield from solver.solve_in_slices(armature, bones, mapping, source, keys, **about)
     return Keys(keys.frames, solution.rotations, solution.values, solution.places, solution.stood)
 
 

@@ -7,11 +7,11 @@ import bpy
 import numpy as np
 
 from ...core.motion import quaternion
-from ...rigs.plain import Bones, Mapping
-from .. import compat, stored
+from ...rigs.skeleton import Bones, Mapping
+from .. import compat, json_properties
 from ..datablocks import ArmatureObject
 from ..rig import dependencies, reading
-from . import keyframes, layers, thinning
+from . import key_reduction, keyframes, layers
 
 KEYED = "s2ag_keyed"
 """Name of an action's custom property that holds, as JSON text, the data paths that gestures keyed."""
@@ -20,7 +20,7 @@ _STOOD = "s2ag_stood"
 """Custom property: the bones, as a JSON list, that together keep the feet in place."""
 
 
-def note(action: bpy.types.Action, keyed: list[keyframes.Channels], stood: Collection[str] = ()) -> None:
+def store_keyed_paths(action: bpy.types.Action, keyed: list[keyframes.Channels], stood: Collection[str] = ()) -> None:
     """Store on an action the data paths that gestures key and the bones ``stood`` that keep the feet in place."""
     action[KEYED] = json.dumps(sorted(one.path for one in keyed if one.bone))
     action[_STOOD] = json.dumps(sorted(stood))
@@ -45,7 +45,7 @@ def is_dense(action: bpy.types.Action) -> bool:
 
 def most_keys(action: bpy.types.Action) -> int:
     """Return the largest number of keys that a gesture curve has within the action's place."""
-    paths, place = stored.read(action, KEYED, list), layers.Place.of(action)
+    paths, place = json_properties.read(action, KEYED, list), layers.Place.of(action)
     if place is None:
         return 0
     counts = [0]
@@ -61,7 +61,7 @@ def convert(armature: ArmatureObject, action: bpy.types.Action, tolerance: float
 
     Edits by hand are kept; curves that gestures do not key, and frames outside, stay unchanged.
     """
-    paths, place = stored.read(action, KEYED, list), layers.Place.of(action)
+    paths, place = json_properties.read(action, KEYED, list), layers.Place.of(action)
     assert place is not None
     slot = layers.slot_of(armature, action)
     bag = compat.bag(action, slot)
@@ -72,7 +72,7 @@ def convert(armature: ArmatureObject, action: bpy.types.Action, tolerance: float
             values = np.array([curve.evaluate(frame) for frame in frames])
             held.setdefault(curve.data_path, {})[curve.array_index] = values
     keyed = [keyframes.Channels(dependencies.bone_of(path), path, values) for path, values in held.items()]
-    stood = stored.read(action, _STOOD, list)
+    stood = json_properties.read(action, _STOOD, list)
     thinner = None if tolerance is None else _thinner(armature, keyed, frames, fps, tolerance, stood)
     keyframes.write_channels(bag, keyed, frames, "LINEAR", thinner)
 
@@ -84,11 +84,11 @@ def _thinner(
     fps: float,
     tolerance: float,
     stood: Collection[str],
-) -> thinning.Thinner:
+) -> key_reduction.KeyReducer:
     bones = reading.read(armature)
     turns = {one.bone: _rotations(armature.pose.bones[one.bone], one, len(frames)) for one in keyed if "rotation" in one.path}
     mapping, _ = reading.survey(armature)
-    return thinning.Thinner(turns, limbs(bones, mapping), frames, fps, tolerance, stood)
+    return key_reduction.KeyReducer(turns, limbs(bones, mapping), frames, fps, tolerance, stood)
 
 
 def _rotations(bone: bpy.types.PoseBone, one: keyframes.Channels, count: int) -> np.ndarray:

@@ -14,12 +14,12 @@ import numpy as np
 
 from ...core.motion.face import Face
 from ...rigs.faces import bones as face_bones
-from ...rigs.plain import Mapping
-from .. import compat, provenance, stored
-from ..cast import facial
+from ...rigs.skeleton import Mapping
+from .. import compat, json_properties, provenance
+from ..characters import face_lookup
 from ..datablocks import ArmatureObject, Bag, Slot
 from ..rig import reading
-from ..translations import told
+from ..translations import translate
 from . import keyframes
 
 FACES = "s2ag_faces"
@@ -41,23 +41,23 @@ def bone_channels(
     seen: np.ndarray | None = None,
 ) -> list[keyframes.Channels]:
     """Return the channels of the facial bones for ``face``, which begins at frame ``start``, weighted by ``seen`` (n,)."""
-    parts = facial.find(armature, mapping)
+    parts = face_lookup.find(armature, mapping)
     if parts is None or not parts.bones:
         return []
     weights = _weights(face, start, frames, fps, seen)
-    rotations, places = face_bones.moved(reading.read(armature), mapping, parts.bones, weights)
+    rotations, places = face_bones.bone_motion(reading.read(armature), mapping, parts.bones, weights)
     pose = armature.pose.bones
     keyed = [keyframes.channels(pose[name], values) for name, values in rotations.items()]
     keyed += [keyframes.place_channels(pose[name], values) for name, values in places.items()]
     return [keyframes.Channels("", one.path, one.values) for one in keyed]  # without a bone name all their keys are kept
 
 
-def settled(frames: np.ndarray, fps: float) -> np.ndarray:
+def end_fade(frames: np.ndarray, fps: float) -> np.ndarray:
     """Return the weight (n,) of a face that fades to rest at its end."""
     return np.clip((frames[-1] - np.asarray(frames, float)) / max(_FADE_SECONDS * fps, 1.0), 0, 1)
 
 
-def lay(
+def key_face(
     armature: ArmatureObject,
     action: bpy.types.Action,
     face: Face,
@@ -72,13 +72,13 @@ def lay(
     ``action`` is the body's; nothing is assigned yet (:func:`show`). A sentence about parts that the face cannot show goes to
     ``tell``. ``seen`` (n,) are weights of the face.
     """
-    parts = facial.find(armature, look=False)
+    parts = face_lookup.find(armature, look=False)
     if parts is None:
-        tell(told("No shape keys that speak were found on {name}, so the face stays as it is.", name=armature.name))
+        tell(translate("No shape keys that speak were found on {name}, so the face stays as it is.", name=armature.name))
         return False
     if parts.missing:
-        missing = ", ".join(told(part) for part in parts.missing)
-        tell(told("The face of {name} has nothing for: {parts}", name=armature.name, parts=missing))
+        missing = ", ".join(translate(part) for part in parts.missing)
+        tell(translate("The face of {name} has nothing for: {parts}", name=armature.name, parts=missing))
     frames = np.asarray(frames, float)
     values = parts.shapes.values(_weights(face, start, frames, fps, seen))
     entries = []
@@ -89,7 +89,7 @@ def lay(
             own.name = f"{action.name} face"
             provenance.stamp(own, face.meta)
             action[_ACTION.format(number)] = own
-        if playing is not None and not ours(playing):
+        if playing is not None and not is_ours(playing):
             action[_BASE.format(number)] = playing
         channels = [
             keyframes.Channels("", f'key_blocks["{bpy.utils.escape_identifier(name)}"].value', {0: _clip(key, name, column)})
@@ -127,23 +127,23 @@ def _copied_bag(action: bpy.types.Action, key: bpy.types.Key) -> tuple[bpy.types
     return None
 
 
-def ours(action: bpy.types.Action | None) -> bool:
+def is_ours(action: bpy.types.Action | None) -> bool:
     """Return whether an action of a mesh's shape keys was made by this package."""
-    return action is not None and (FACES in action or provenance.of(action) is not None)
+    return action is not None and (FACES in action or provenance.read(action) is not None)
 
 
 def show(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """Assign the face of an action to a character's meshes; other faces made by this package are unassigned."""
     entries = {entry["key"]: (number, entry) for number, entry in enumerate(_entries(action))}
-    for key in facial.keys(armature):
+    for key in face_lookup.keys(armature):
         playing = key.animation_data.action if key.animation_data else None
         if key.name in entries:
             number, entry = entries[key.name]
             own = action.get(_ACTION.format(number)) or action
-            if playing is not None and not ours(playing) and playing.library is None:
+            if playing is not None and not is_ours(playing) and playing.library is None:
                 playing.use_fake_user = True
             compat.assign_action(key, own, compat.find_slot(own, entry["slot"]))
-        elif ours(playing):
+        elif is_ours(playing):
             compat.assign_action(key, None)
 
 
@@ -151,7 +151,7 @@ def hide(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """Unassign the face of an action: shape keys get back their former action, or their former values."""
     for number, entry in enumerate(_entries(action)):
         own, base = action.get(_ACTION.format(number)) or action, action.get(_BASE.format(number))
-        for key in facial.keys(armature):
+        for key in face_lookup.keys(armature):
             if key.name != entry["key"] or key.animation_data is None or key.animation_data.action != own:
                 continue
             key.animation_data.action = base
@@ -160,7 +160,7 @@ def hide(armature: ArmatureObject, action: bpy.types.Action) -> None:
                     key.key_blocks[name].value = value
 
 
-def apart(action: bpy.types.Action) -> list[bpy.types.Action]:
+def separate_actions(action: bpy.types.Action) -> list[bpy.types.Action]:
     """Return the separate actions of an action's face, as before Blender 4.4; none where it is in slots of the action."""
     actions = [action.get(_ACTION.format(number)) for number in range(len(_entries(action)))]
     return [own for own in actions if own is not None]
@@ -169,8 +169,10 @@ def apart(action: bpy.types.Action) -> list[bpy.types.Action]:
 def _entries(action: bpy.types.Action) -> list[dict[str, Any]]:
     """Return the valid entries of the property :data:`FACES`."""
     kinds = {"key": str, "slot": str, "before": dict}
-    entries = stored.read(action, FACES, list)
-    return [one for one in entries if isinstance(one, dict) and kinds.keys() <= one.keys() and stored.fits(one, kinds)]
+    entries = json_properties.read(action, FACES, list)
+    return [
+        one for one in entries if isinstance(one, dict) and kinds.keys() <= one.keys() and json_properties.has_types(one, kinds)
+    ]
 
 
 def _clip(key: bpy.types.Key, name: str, column: np.ndarray) -> np.ndarray:

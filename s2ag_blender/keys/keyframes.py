@@ -11,12 +11,12 @@ import bpy
 import numpy as np
 
 from ...core.motion import quaternion
-from .. import compat, stored
+from .. import compat, json_properties
 from ..datablocks import ArmatureObject, Bag, Slot
 from ..rig import dependencies
-from ..rig.locks import held
-from .cutting import around, joined, split
-from .thinning import Thin, Thinner, handles
+from ..rig.locks import apply_locks
+from .curve_splitting import join, replace_between, split
+from .key_reduction import KeyReducer, ReducedKeys, handles
 
 FORMER = "s2ag_former"
 """Name of an action's custom property that holds, as JSON text, the values that its keys replaced."""
@@ -53,7 +53,7 @@ def channels(bone: bpy.types.PoseBone, rotations: np.ndarray) -> Channels:
     else:
         locks = [bone.lock_rotation_w, *bone.lock_rotation] if bone.lock_rotations_4d else [all(bone.lock_rotation)] * 4
         if not bone.lock_rotations_4d:
-            rotations = quaternion.continuous(held(bone, rotations))
+            rotations = quaternion.continuous(apply_locks(bone, rotations))
         if mode == "QUATERNION":
             values, name = rotations, "rotation_quaternion"
         else:
@@ -101,7 +101,7 @@ def write_channels(
     keyed: list[Channels],
     frames: np.ndarray,
     interpolation: str = "LINEAR",
-    thinner: Thinner | None = None,
+    thinner: KeyReducer | None = None,
     cut: Collection[tuple[str, int]] = (),
 ) -> None:
     """Write channels at scene ``frames``, replacing the keys of existing curves from the first to the last of them.
@@ -137,35 +137,35 @@ def set_range(action: bpy.types.Action, frames: np.ndarray) -> None:
     action.frame_start, action.frame_end = float(frames[0]), float(frames[-1])
 
 
-def remember(
+def store_former_values(
     action: bpy.types.Action,
     armature: ArmatureObject,
     paths: Iterable[str] | None = None,
     former: dict[str, Any] | None = None,
 ) -> None:
     """Store on ``action`` the current values of all data paths that it keys (or ``paths``); ``former`` ones take precedence."""
-    current = values(armature, {curve.data_path for curve in compat.curves(action)} if paths is None else paths)
+    current = current_values(armature, {curve.data_path for curve in compat.curves(action)} if paths is None else paths)
     stored_before = {path: value for path, value in (former or {}).items() if path in current}
     action[FORMER] = json.dumps({**current, **stored_before}, sort_keys=True)
 
 
-def values(armature: ArmatureObject, paths: Iterable[str]) -> dict[str, Any]:
+def current_values(armature: ArmatureObject, paths: Iterable[str]) -> dict[str, Any]:
     """Return the current values at data paths of ``armature``: numbers, and lists of them."""
     resolved: dict[str, Any] = {path: armature.path_resolve(path) for path in paths}
     return {path: list(value) if hasattr(value, "__len__") else value for path, value in resolved.items()}
 
 
-def former(action: bpy.types.Action | None) -> dict[str, Any]:
-    """Return the values by data path that :func:`remember` stored."""
-    return stored.read(action, FORMER) if action is not None else {}
+def former_values(action: bpy.types.Action | None) -> dict[str, Any]:
+    """Return the values by data path that :func:`store_former_values` stored."""
+    return json_properties.read(action, FORMER) if action is not None else {}
 
 
-def give_back(armature: ArmatureObject, action: bpy.types.Action, but: Collection[str] = ()) -> None:
-    """Restore the values that :func:`remember` stored on an action that no longer plays, except the paths ``but``.
+def restore_former_values(armature: ArmatureObject, action: bpy.types.Action, but: Collection[str] = ()) -> None:
+    """Restore the values that :func:`store_former_values` stored on an action that no longer plays, except the paths ``but``.
 
     Paths that no longer exist, as of renamed bones, are skipped.
     """
-    for path, value in former(action).items():
+    for path, value in former_values(action).items():
         if path not in but:
             with contextlib.suppress(ValueError):
                 dependencies.set_value(armature, path, value)
@@ -177,7 +177,7 @@ def _dense_keys(frames: np.ndarray, values: np.ndarray, interpolation: str) -> d
     return {"co": np.stack([frames, values], -1).astype(np.float32), **_key_style(len(frames), interpolation)}
 
 
-def _thin_keys(frames: np.ndarray, values: np.ndarray, thin: Thin, place: int) -> dict[str, np.ndarray]:
+def _thin_keys(frames: np.ndarray, values: np.ndarray, thin: ReducedKeys, place: int) -> dict[str, np.ndarray]:
     """Return the reduced keys of a channel (column ``place`` of ``thin``), with handles that follow its slopes."""
     at, value = frames[thin.rows].astype(float), values[thin.rows]
     left, right = handles(at, value, thin.slopes[:, place])
@@ -206,7 +206,7 @@ def _write_keys(curve: bpy.types.FCurve, made: dict[str, np.ndarray], last: floa
     points = curve.keyframe_points
     if len(points):
         made = _merge(points, made, last, cut)
-    replace(curve, made)
+    replace_keys(curve, made)
 
 
 def columns(points: bpy.types.FCurveKeyframePoints) -> dict[str, np.ndarray]:
@@ -220,7 +220,7 @@ def columns(points: bpy.types.FCurveKeyframePoints) -> dict[str, np.ndarray]:
     return kept
 
 
-def replace(curve: bpy.types.FCurve, made: dict[str, np.ndarray]) -> None:
+def replace_keys(curve: bpy.types.FCurve, made: dict[str, np.ndarray]) -> None:
     """Replace all keys of a curve by arrays like those of :func:`columns`."""
     points = curve.keyframe_points
     points.clear()
@@ -230,22 +230,22 @@ def replace(curve: bpy.types.FCurve, made: dict[str, np.ndarray]) -> None:
     curve.update()
 
 
-def moved(curve: bpy.types.FCurve, where: Callable[[np.ndarray], np.ndarray]) -> None:
+def move_keys(curve: bpy.types.FCurve, where: Callable[[np.ndarray], np.ndarray]) -> None:
     """Move the keys of a curve, and their handles, to the frames that ``where`` returns for their frames."""
     keys = columns(curve.keyframe_points)
     for name in _PAIRS:
         keys[name][:, 0] = where(keys[name][:, 0].astype(float)).astype(np.float32)
-    replace(curve, keys)
+    replace_keys(curve, keys)
 
 
-def cut(curve: bpy.types.FCurve, first: float, last: float) -> None:
+def trim_curve(curve: bpy.types.FCurve, first: float, last: float) -> None:
     """Trim a curve to the frames from ``first`` to ``last``, where its shape stays the same."""
     keys = columns(curve.keyframe_points)
     if len(keys["co"]) and keys["co"][0, 0] < first:
-        keys = joined(*split(keys, first, _codes())[1:])
+        keys = join(*split(keys, first, _codes())[1:])
     if len(keys["co"]) > 1 and keys["co"][-1, 0] > last:
-        keys = joined(*split(keys, last, _codes())[:2])
-    replace(curve, keys)
+        keys = join(*split(keys, last, _codes())[:2])
+    replace_keys(curve, keys)
 
 
 def _codes() -> dict[str, int]:
@@ -260,7 +260,7 @@ def _merge(
     kept = columns(points)
     filled = {key: made.get(key, _default(key, kind, made["co"])) for key, kind in _KEY_PARTS.items()}
     if cut:
-        return around(kept, filled, last, _codes())
+        return replace_between(kept, filled, last, _codes())
     at = kept["co"][:, 0]
     before, after = at < made["co"][0, 0], at > last
     return {key: np.concatenate([kept[key][before], filled[key], kept[key][after]]) for key in _KEY_PARTS}

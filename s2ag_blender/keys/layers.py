@@ -15,7 +15,7 @@ import numpy as np
 from ...core.motion import quaternion
 from .. import compat, provenance
 from ..datablocks import ArmatureObject, Slot
-from . import faces, keyframes, mixing
+from . import blending, faces, keyframes
 
 TRACK = "Gestures"
 """Prefix of the names of NLA tracks made here."""
@@ -39,7 +39,7 @@ class Place:
     @classmethod
     def of(cls, action: bpy.types.Action | None) -> "Place | None":
         """Return the place for which an action was made, or None if it is not ours."""
-        meta = provenance.of(action)
+        meta = provenance.read(action)
         place: dict[str, Any] | None = meta.get("place") if meta else None
         if not place or not {"result", "first", "last"} <= place.keys() <= cls.__dataclass_fields__.keys():
             return None
@@ -81,7 +81,7 @@ def base_action(armature: ArmatureObject, first: int, last: int, piece: bool = F
 
 def is_draft(action: bpy.types.Action | None) -> bool:
     """Return whether an action is a draft of the live preview."""
-    meta = provenance.of(action)
+    meta = provenance.read(action)
     return bool(meta and meta.get(DRAFT))
 
 
@@ -91,7 +91,7 @@ def draft_of(armature: ArmatureObject) -> bpy.types.Action | None:
     return action if is_draft(action) else None
 
 
-def remember(action: bpy.types.Action, slot: Slot | None, base: bpy.types.Action | None) -> None:
+def store_base(action: bpy.types.Action, slot: Slot | None, base: bpy.types.Action | None) -> None:
     """Store on an action of ours its slot and the action that it was made from."""
     action[_SLOT] = compat.slot_name(slot)
     if base is not None:
@@ -117,7 +117,7 @@ def is_animated(armature: ArmatureObject, base: bpy.types.Action | None) -> bool
     return any(curve.data_path.startswith("pose.") for curve in curves) or any(_foreign_strips(armature))
 
 
-def deltas(
+def layer_channels(
     armature: ArmatureObject,
     rotations: dict[str, np.ndarray],
     neutral: dict[str, np.ndarray],
@@ -142,12 +142,12 @@ def deltas(
     return result
 
 
-def share(place: Place, frames: np.ndarray) -> np.ndarray:
+def influence_over_frames(place: Place, frames: np.ndarray) -> np.ndarray:
     """Return the influence of a layer on its frames (keys,), equal to the keyed influence of its strip."""
-    return place.influence * mixing.ramp(frames, place.blend_in) * mixing.ramp(frames, place.blend_out, at_end=True)
+    return place.influence * blending.ramp(frames, place.blend_in) * blending.ramp(frames, place.blend_out, at_end=True)
 
 
-def added_numbers(armature: ArmatureObject, bones: Iterable[str]) -> list[str]:
+def bones_without_quaternions(armature: ArmatureObject, bones: Iterable[str]) -> list[str]:
     """Return the bones for which an additive layer is only approximate: those without quaternions."""
     return [name for name in bones if armature.pose.bones[name].rotation_mode != "QUATERNION"]
 
@@ -167,7 +167,7 @@ def show(armature: ArmatureObject, action: bpy.types.Action) -> None:
 
 
 @contextlib.contextmanager
-def below(armature: ArmatureObject, base: bpy.types.Action | None, span: Any) -> Iterator[None]:
+def animation_below(armature: ArmatureObject, base: bpy.types.Action | None, span: Any) -> Iterator[None]:
     """Show only the animation below the gestures within a ``with`` block: ``base``, without our strips on these frames.
 
     ``span`` is a ``takes.sources.Span``.
@@ -187,18 +187,18 @@ def below(armature: ArmatureObject, base: bpy.types.Action | None, span: Any) ->
         compat.assign_action(armature, active, slot)
 
 
-def playing(armature: ArmatureObject) -> list[bpy.types.Action]:
+def playing_actions(armature: ArmatureObject) -> list[bpy.types.Action]:
     """Return the actions of ours that the character plays, the active one last."""
     data = armature.animation_data
     actions = [strip.action for strip in strips(armature)] + [data.action if data else None]
     return [action for action in actions if action is not None and Place.of(action) is not None]
 
 
-def formers(armature: ArmatureObject) -> dict[str, Any]:
+def former_values_of_playing(armature: ArmatureObject) -> dict[str, Any]:
     """Return the former values, by data path, of everything that the playing actions of ours key."""
     values = {}
-    for action in playing(armature):
-        values |= keyframes.former(action)
+    for action in playing_actions(armature):
+        values |= keyframes.former_values(action)
     return values
 
 
@@ -215,7 +215,7 @@ def hide(armature: ArmatureObject, action: bpy.types.Action) -> None:
             if not track.strips and track.name.startswith(TRACK):
                 data.nla_tracks.remove(track)
                 break
-    keyframes.give_back(armature, action)
+    keyframes.restore_former_values(armature, action)
     faces.hide(armature, action)
 
 
@@ -236,7 +236,7 @@ def _restore_unkeyed(armature: ArmatureObject, former: bpy.types.Action | None, 
     """Restore the values that an action of ours keyed and the next one does not, which would keep their last value."""
     if former is not None and Place.of(former) is not None:
         keyed = {curve.data_path for curve in compat.curves(action)} if action is not None else set()
-        keyframes.give_back(armature, former, keyed)
+        keyframes.restore_former_values(armature, former, keyed)
 
 
 def assign(armature: ArmatureObject, action: bpy.types.Action | None) -> None:

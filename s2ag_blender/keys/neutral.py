@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.motion import quaternion, skeleton
 from ...core.motion.motion import Motion
-from ...core.performance import living
+from ...core.synthesis import hand_synthesis
 from ..datablocks import ArmatureObject
 from ..rig import readiness
 from . import apply
@@ -26,12 +26,12 @@ def rotations(
     Bones without a neutral rotation, such as legs, are at rest.
     """
     uid = armature.session_uid
-    key = (readiness.made_of(armature), planned.mapping, planned.options, _bone_numbers(armature, former), hands)
+    key = (readiness.rig_signature(armature), planned.mapping, planned.options, _bone_numbers(armature, former), hands)
     if not planned.draft or uid not in _CACHE or _CACHE[uid][0] != key:
         rest = np.repeat(skeleton.REST[None], 2, 0)
-        still = Motion(rest, hands=living.hanging(rest) if hands else None)
+        still = Motion(rest, hands=hand_synthesis.hanging_hands(rest) if hands else None)
         about = {"scene": scene, "mapping": planned.mapping, "options": planned.options}
-        keys = apply.pose_keys(armature, still, 0, **about, report=lambda warning: None)
+        keys = apply.solve_keys(armature, still, 0, **about, report=lambda warning: None)
         _CACHE[uid] = key, {bone: values[0] for bone, values in keys.rotations.items()}
     return {bone: _CACHE[uid][1].get(bone, quaternion.IDENTITY) for bone in bones}
 

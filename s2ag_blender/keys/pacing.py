@@ -10,7 +10,7 @@ APART = 0.16
 """Least seconds between two turning points."""
 
 
-def paced(motion: Motion, speed: float) -> Motion:
+def change_speed(motion: Motion, speed: float) -> Motion:
     """Return the motion with strokes ``speed`` times as fast half-way, and slower where they turn.
 
     The turning points of the hands, which are in sync with the words, keep their times.
@@ -26,7 +26,7 @@ def paced(motion: Motion, speed: float) -> Motion:
     return motion.at(turns[span] + eased * length, motion.fps)
 
 
-def smoothed(rotations: dict[str, np.ndarray], fps: float, seconds: float) -> dict[str, np.ndarray]:
+def smooth_rotations(rotations: dict[str, np.ndarray], fps: float, seconds: float) -> dict[str, np.ndarray]:
     """Smooth rotations ``{bone: (keys, 4)}`` at ``fps`` keys per second over about ``seconds`` with a Gaussian."""
     if seconds <= 0:
         return rotations

@@ -17,12 +17,13 @@ from ...core.motion.hands import Hands
 from ...core.motion.pelvis import Pelvis
 from ...rigs import twist
 from ...rigs.goals import Goals
-from ...rigs.plain import Bones, Mapping, spoken
+from ...rigs.skeleton import Bones, Mapping, part_phrase
 from ...rigs.walk import Walk
 from ..datablocks import ArmatureObject
-from . import locks, turns
+from . import locks
+from . import rotations as rotations_module
 from .control_bones import MIN_GAIN, Control, carriers, list_controls, round_gain
-from .standin import Returning, StandIn, upright
+from .private_copy import PausableCopy, RigCopy, rotations_without_scale
 
 TOLERANCE = np.radians(0.03)
 """Radians by which a bone may miss its goal and count as solved."""
@@ -50,7 +51,7 @@ class Take:
     pelvis: Pelvis | None = None
 
 
-def solving(
+def solve_in_slices(
     armature: ArmatureObject,
     bones: Bones,
     mapping: Mapping,
@@ -71,7 +72,7 @@ def solving(
     :class:`RigUnusable` for an unusable mapping.
     """
     mapped = [name for chain in mapping.chains.values() for name in chain]
-    with Returning(armature, scene, mapped, values, float(motion.frames[0])) as place:
+    with PausableCopy(armature, scene, mapped, values, float(motion.frames[0])) as place:
         rest = place.rig.as_bones(bones)
         yield from place.pause(always=True)
         goals = yield from _cleared(ask(rest, motion, clear=False), place)
@@ -92,12 +93,12 @@ def solving(
             continue
         # The correction by measuring comes before the bone's own rotation: it is due to what the bone follows.
         change = quaternion.multiply(solved[index], quaternion.conjugate(predicted[index]))
-        change = turns.between(quaternion.continuous(change), motion.frames, keys.frames)
+        change = rotations_module.interpolate(quaternion.continuous(change), motion.frames, keys.frames)
         result[control.name] = quaternion.continuous(quaternion.multiply(change, targets[index]))
     return result
 
 
-def _cleared(goals: Goals, place: Returning) -> Generator[None, None, Goals]:
+def _cleared(goals: Goals, place: PausableCopy) -> Generator[None, None, Goals]:
     """Return the goals with the arms moved out of the trunk, working in slices."""
     for _ in goals.clearing():
         yield from place.pause()
@@ -108,7 +109,7 @@ def _cleared(goals: Goals, place: Returning) -> Generator[None, None, Goals]:
 class Solver:
     """Solves one motion on a private copy of a rig. The first axis of arrays is controls, the second frames."""
 
-    def __init__(self, place: Returning, goals: Goals, hands: Collection[str] = ()) -> None:
+    def __init__(self, place: PausableCopy, goals: Goals, hands: Collection[str] = ()) -> None:
         self.place, self.goals, self.frames = place, goals, len(goals.directions)
         self.rest = goals.bones.rest
         self.controls = self._learn(list_controls(goals, hands))
@@ -116,7 +117,7 @@ class Solver:
         self.missed: dict[str, float] = {}
 
     @property
-    def rig(self) -> StandIn:
+    def rig(self) -> RigCopy:
         """The current copy of the rig."""
         return self.place.rig
 
@@ -173,11 +174,11 @@ class Solver:
             rest = self.rest[control.row]
             carried = self._carry(control, former, turned, former[index])
             response = quaternion.multiply(quaternion.conjugate(carried), turned[index])
-            response = turns.to_armature(quaternion.conjugate(rest), response)
-            expected = turns.with_axis_turned(tilt[index], step[index])
-            clear = (turns.angle(step[index]) > MIN_ANGLE) & (turns.angle(response) > MIN_ANGLE)
-            change = quaternion.swing(turns.axis(expected), turns.axis(response))
-            differs = clear & (turns.angle(change) > MIN_ANGLE)
+            response = rotations_module.to_armature(quaternion.conjugate(rest), response)
+            expected = rotations_module.with_axis_turned(tilt[index], step[index])
+            clear = (rotations_module.angle(step[index]) > MIN_ANGLE) & (rotations_module.angle(response) > MIN_ANGLE)
+            change = quaternion.swing(rotations_module.axis(expected), rotations_module.axis(response))
+            differs = clear & (rotations_module.angle(change) > MIN_ANGLE)
             result[index] = np.where(differs[:, None], quaternion.multiply(change, tilt[index]), tilt[index])
         return result
 
@@ -189,7 +190,7 @@ class Solver:
         return quaternion.multiply(quaternion.multiply(end, quaternion.conjugate(start)), turned)
 
     def shortfalls(self) -> list[str]:
-        """Return a sentence for each bone that misses its goal, as found by :meth:`running`."""
+        """Return a sentence for each bone that misses its goal, as found by :meth:`operator_base`."""
         sentences = []
         for control in self.controls:
             if control.gain < MIN_GAIN:
@@ -197,7 +198,7 @@ class Solver:
             elif control.name in self.missed:
                 sentences.append(
                     f'Bone "{control.name}" is up to {self.missed[control.name]:.0f} degrees off the direction of '
-                    f"{spoken(control.part)}: a constraint, a driver or a lock holds it back."
+                    f"{part_phrase(control.part)}: a constraint, a driver or a lock holds it back."
                 )
         return sentences
 
@@ -219,7 +220,7 @@ class Solver:
         for index, control in enumerate(self.controls):
             rest = self.rest[control.row]
             carried = self._carry(control, turned, expected, turned[index])
-            start = quaternion.multiply(carried, quaternion.conjugate(turns.to_armature(rest, basis[index])))
+            start = quaternion.multiply(carried, quaternion.conjugate(rotations_module.to_armature(rest, basis[index])))
             if control.gain != 1.0:  # its own rotation cannot be separated from what it follows
                 start = walk.goals.still()
                 if control.rides >= 0:
@@ -230,14 +231,16 @@ class Solver:
             else:
                 base = expected[control.base] if control.base >= 0 else None
                 goal = walk.turn(control.row, start, base, segments[index])
-            turn = turns.to_armature(quaternion.conjugate(rest), quaternion.multiply(quaternion.conjugate(carried), goal))
+            turn = rotations_module.to_armature(
+                quaternion.conjugate(rest), quaternion.multiply(quaternion.conjugate(carried), goal)
+            )
             turn = quaternion.power(turn, 1.0 / control.gain if control.gain >= MIN_GAIN else 0.0)
-            turn = turns.with_axis_turned(quaternion.conjugate(tilt[index]), turn)
+            turn = rotations_module.with_axis_turned(quaternion.conjugate(tilt[index]), turn)
             turn = self._apply_locks(control, basis[index], turn)
-            left.append(turns.angle(turn))
+            left.append(rotations_module.angle(turn))
             turn = quaternion.power(turn, ease[index])
-            response = quaternion.power(turns.with_axis_turned(tilt[index], turn), control.gain)
-            expected.append(quaternion.multiply(carried, turns.to_armature(rest, response)))
+            response = quaternion.power(rotations_module.with_axis_turned(tilt[index], turn), control.gain)
+            expected.append(quaternion.multiply(carried, rotations_module.to_armature(rest, response)))
             result.append(quaternion.multiply(basis[index], turn))
         return np.array(result), np.array(left)
 
@@ -246,7 +249,7 @@ class Solver:
         bone = self.rig.item.pose.bones[control.name]
         if not any(bone.lock_rotation):
             return turn
-        return quaternion.multiply(quaternion.conjugate(basis), locks.held(bone, quaternion.multiply(basis, turn)))
+        return quaternion.multiply(quaternion.conjugate(basis), locks.apply_locks(bone, quaternion.multiply(basis, turn)))
 
     def _measure(self, rotations: np.ndarray, frame: float | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Return D (controls, 4) and directions (controls, 3) of the parts, measured with ``rotations`` (controls, 4)."""
@@ -254,7 +257,7 @@ class Solver:
         self.rig.pose(dict(zip(names, rotations, strict=True)), frame)
         matrices = self.rig.matrices(names)
         turned = quaternion.multiply(
-            quaternion.from_matrix(upright(matrices[:, :3, :3])),
+            quaternion.from_matrix(rotations_without_scale(matrices[:, :3, :3])),
             quaternion.conjugate(self.rest[[control.row for control in self.controls]]),
         )
         return turned, skeleton.normalize(self._ends() - matrices[:, :3, 3])
@@ -276,13 +279,15 @@ class Solver:
         gains = []
         for index, control in enumerate(controls):
             rotations = np.tile(quaternion.IDENTITY, (len(controls), 1))
-            rotations[index] = turns.to_armature(quaternion.conjugate(self.rest[control.row]), TRIAL_TURN)
+            rotations[index] = rotations_module.to_armature(quaternion.conjugate(self.rest[control.row]), TRIAL_TURN)
             turned, _ = self._measure(rotations)
             own = turned[index]
-            gains.append(round_gain(float(turns.angle(own) / turns.angle(TRIAL_TURN))))
+            gains.append(round_gain(float(rotations_module.angle(own) / rotations_module.angle(TRIAL_TURN))))
             if gains[-1] > 0.2:
-                share = np.round(turns.angle(turned) / turns.angle(own), 2)
-                difference = turns.angle(quaternion.multiply(quaternion.conjugate(quaternion.power(own, share)), turned))
+                share = np.round(rotations_module.angle(turned) / rotations_module.angle(own), 2)
+                difference = rotations_module.angle(
+                    quaternion.multiply(quaternion.conjugate(quaternion.power(own, share)), turned)
+                )
                 shares[index] = np.where(difference < MIN_ANGLE, share, 0.0)
         self._measure(np.tile(quaternion.IDENTITY, (len(controls), 1)))
         measured = []

@@ -35,7 +35,7 @@ def chain(bone: bpy.types.PoseBone, constraint: bpy.types.Constraint) -> Iterato
             return
 
 
-def pulled(armature: ArmatureObject) -> dict[str, list[tuple[bpy.types.PoseBone, bpy.types.Constraint]]]:
+def ik_constraints(armature: ArmatureObject) -> dict[str, list[tuple[bpy.types.PoseBone, bpy.types.Constraint]]]:
     """Return ``{bone: [(bone with the constraint, constraint)]}`` of all bones turned by inverse kinematics constraints."""
     result = {}
     for bone in armature.pose.bones:
@@ -46,9 +46,9 @@ def pulled(armature: ArmatureObject) -> dict[str, list[tuple[bpy.types.PoseBone,
     return result
 
 
-def needed(armature: ArmatureObject, bones: Sequence[str]) -> set[str]:
+def needed_bones(armature: ArmatureObject, bones: Sequence[str]) -> set[str]:
     """Return the names of ``bones`` and of all bones on which their pose depends."""
-    pose, puller, driven = armature.pose.bones, pulled(armature), {}
+    pose, puller, driven = armature.pose.bones, ik_constraints(armature), {}
     for curve in drivers(armature):
         driven.setdefault(bone_of(curve.data_path), []).append(curve)
     names, queue = set(), [*bones, *(_driver_bones(driven.get("", ())))]
@@ -69,7 +69,7 @@ def trim(armature: ArmatureObject, bones: Sequence[str]) -> None:
     """Remove the constraints and drivers on which ``bones`` do not depend from a private copy of a rig."""
     if any(_driver(curve).use_self or "bpy" in _driver(curve).expression for curve in drivers(armature)):
         return  # such a driver may read anything
-    kept = needed(armature, bones)
+    kept = needed_bones(armature, bones)
     curves: Any = armature.animation_data.drivers if armature.animation_data else ()
     for index in reversed(range(len(curves))):
         bone = bone_of(curves[index].data_path)
@@ -84,12 +84,12 @@ def trim(armature: ArmatureObject, bones: Sequence[str]) -> None:
         armature.data.animation_data_clear()
 
 
-def between(copy: bpy.types.Object, armature: ArmatureObject) -> list[bpy.types.Object]:
+def mutual_dependencies(copy: bpy.types.Object, armature: ArmatureObject) -> list[bpy.types.Object]:
     """Return the objects on which ``copy``, a copy of ``armature``, depends and that depend on ``armature`` in turn."""
-    return [item for item in reached(copy) if item not in (copy, armature) and armature in reached(item)]
+    return [item for item in dependencies_of(copy) if item not in (copy, armature) and armature in dependencies_of(item)]
 
 
-def reached(item: bpy.types.Object) -> set[bpy.types.Object]:
+def dependencies_of(item: bpy.types.Object) -> set[bpy.types.Object]:
     """Return an object and all objects on which it depends through constraints, drivers and parents."""
     objects, queue = set(), [item]
     while queue:
@@ -99,7 +99,7 @@ def reached(item: bpy.types.Object) -> set[bpy.types.Object]:
     return objects
 
 
-def redirect(item: bpy.types.Object, copies: Mapping[bpy.types.ID, bpy.types.Object]) -> None:
+def retarget_references(item: bpy.types.Object, copies: Mapping[bpy.types.ID, bpy.types.Object]) -> None:
     """Make a private object refer to ``copies`` instead of the original objects."""
     if item.parent is not None and item.parent in copies:
         inverse = item.matrix_parent_inverse.copy()
@@ -131,7 +131,7 @@ def moves_by_itself(depsgraph: bpy.types.Depsgraph, item: bpy.types.Object) -> b
     """Return whether anything on which ``item``, which has no action itself, depends changes with time."""
     if any(isinstance(datablock.original, bpy.types.Action) for datablock in depsgraph.ids):
         return True
-    return any("frame" in _driver(curve).expression for reference in reached(item) for curve in drivers(reference))
+    return any("frame" in _driver(curve).expression for reference in dependencies_of(item) for curve in drivers(reference))
 
 
 def _driver(curve: bpy.types.FCurve) -> bpy.types.Driver:

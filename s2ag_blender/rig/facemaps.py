@@ -9,7 +9,7 @@ OWN = "s2ag_face_map"
 """Custom property of an armature object: the JSON of a face map."""
 
 
-def chosen(armature: ArmatureObject) -> shapes.Shapes | None:
+def read_face_map(armature: ArmatureObject) -> shapes.Shapes | None:
     """Return the chosen face map, or None where shape keys are to be detected by name."""
     text = armature.get(OWN)
     if not isinstance(text, str):
@@ -20,7 +20,7 @@ def chosen(armature: ArmatureObject) -> shapes.Shapes | None:
         return None  # anybody may have written the property
 
 
-def choose(armature: ArmatureObject, face: shapes.Shapes | None) -> None:
+def store_face_map(armature: ArmatureObject, face: shapes.Shapes | None) -> None:
     """Set the face map of a character; None restores detection by name."""
     if face is not None:
         armature[OWN] = shapes.dump(face)

@@ -20,10 +20,10 @@ def free_bones(armature: ArmatureObject, ruled: bool = False, eased: bool = Fals
     Excludes bones that the user posed or keyed, that are locked, or that have an active constraint or a driver; ``ruled``
     includes those with constraints and drivers. ``eased`` includes bones that still have the character's relaxed rotation.
     """
-    ours, theirs = keyed(armature)
+    ours, theirs = keyed_bones(armature)
     if not ruled:
         theirs |= {dependencies.bone_of(curve.data_path) for curve in dependencies.drivers(armature)}
-        theirs |= set(dependencies.pulled(armature))
+        theirs |= set(dependencies.ik_constraints(armature))
     bones = {
         bone.name: bone.name in ours or _rests(bone) or (eased and _at_ease(bone))
         for bone in armature.pose.bones
@@ -31,22 +31,24 @@ def free_bones(armature: ArmatureObject, ruled: bool = False, eased: bool = Fals
         and not any(bone.lock_rotation)
         and (ruled or not any(constraint.influence > 0 and not constraint.mute for constraint in bone.constraints))
     }
-    return {name for name, free in bones.items() if free} | left_over(armature, [name for name in bones if not bones[name]])
+    return {name for name, free in bones.items() if free} | posed_by_former_actions(
+        armature, [name for name in bones if not bones[name]]
+    )
 
 
-def eased(armature: ArmatureObject) -> list[str]:
+def eased_bones(armature: ArmatureObject) -> list[str]:
     """Return the names of the bones that still have the relaxed rotation with which the character came."""
     return [bone.name for bone in armature.pose.bones if _at_ease(bone)]
 
 
-def left_over(armature: ArmatureObject, names: list[str], what: str = "rotation") -> set[str]:
+def posed_by_former_actions(armature: ArmatureObject, names: list[str], what: str = "rotation") -> set[str]:
     """Return those of ``names`` whose current rotation (or location) equals a frame of an action of this package.
 
     Blender keeps the last pose when an action is removed; such a pose is no work of the user.
     """
     bones = set()
     for action in bpy.data.actions if names else ():
-        if provenance.of(action) is None:
+        if provenance.read(action) is None:
             continue
         curves, (first, last) = {}, action.frame_range
         for curve in compat.curves(action):
@@ -82,7 +84,7 @@ def _at_ease(bone: bpy.types.PoseBone) -> bool:
     return bone.matrix_basis.to_quaternion().rotation_difference(Quaternion(ease)).angle < _AT_REST
 
 
-def keyed(armature: ArmatureObject, what: str = "rotation") -> tuple[set[str], set[str]]:
+def keyed_bones(armature: ArmatureObject, what: str = "rotation") -> tuple[set[str], set[str]]:
     """Return the names of the bones whose rotation (or location) is keyed by this package's actions, and by other actions."""
     ours, theirs = set(), set()
     animation = armature.animation_data
@@ -90,6 +92,6 @@ def keyed(armature: ArmatureObject, what: str = "rotation") -> tuple[set[str], s
         return ours, theirs
     actions = [animation.action, *(strip.action for track in animation.nla_tracks for strip in track.strips)]
     for action in {action for action in actions if action is not None}:
-        names = ours if provenance.of(action) is not None else theirs
+        names = ours if provenance.read(action) is not None else theirs
         names |= {dependencies.bone_of(curve.data_path) for curve in compat.curves(action) if f".{what}" in curve.data_path}
     return ours - theirs, theirs

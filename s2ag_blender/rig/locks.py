@@ -6,7 +6,7 @@ import numpy as np
 from ...core.motion import quaternion
 
 
-def held(bone: bpy.types.PoseBone, rotations: np.ndarray) -> np.ndarray:
+def apply_locks(bone: bpy.types.PoseBone, rotations: np.ndarray) -> np.ndarray:
     """Return rotations ``(frames, 4)`` with the locked channels of a bone set to rest."""
     if not any(bone.lock_rotation):
         return rotations

@@ -9,10 +9,10 @@ import numpy as np
 from ...core.errors import S2agError
 from ...core.motion.skeleton import EDGE_NAMES
 from ...rigs.family import families
-from ...rigs.plain import ARMS, Finding, Mapping
+from ...rigs.skeleton import ARMS, Finding, Mapping
 from ..datablocks import ArmatureObject, current_context, is_armature
-from ..translations import told, told_error
-from . import handpicked, reading, vrm
+from ..translations import translate, translate_error
+from . import chosen_bones, reading, vrm
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ _pending: set[str] = set()
 _change_count = 0
 
 
-def changed(rigs: bool = False) -> None:
+def note_change(rigs: bool = False) -> None:
     """Note a change on which a readiness may depend; ``rigs`` if an armature itself changed.
 
     Called with every change of an object, so it only counts; the next lookup compares states.
@@ -75,35 +75,35 @@ def changed(rigs: bool = False) -> None:
         _look_soon(PAUSE)
 
 
-def of(armature: ArmatureObject) -> Readiness:
+def readiness_of(armature: ArmatureObject) -> Readiness:
     """Return the readiness of a character; slow for a large rig the first time and after changes."""
     return _look_at(armature).ready
 
 
 def mapping(armature: ArmatureObject) -> Mapping | None:
-    """Return the mapping behind :func:`of`, without locked bones; None where it is unusable."""
+    """Return the mapping behind :func:`readiness_of`, without locked bones; None where it is unusable."""
     return _look_at(armature).mapping
 
 
-def made_of(armature: ArmatureObject) -> tuple[Any, ...]:
+def rig_signature(armature: ArmatureObject) -> tuple[Any, ...]:
     """Return the cached :func:`state` of a rig: equal as long as nothing changes on which its mapping depends."""
     return _look_at(armature).made_of
 
 
-def known(armature: ArmatureObject) -> Readiness | None:
+def cached(armature: ArmatureObject) -> Readiness | None:
     """Return the cached readiness, None where there is none. For drawing: never slow.
 
     An outdated one is worked out again as soon as Blender is idle; in background mode, which has no idle time, at once.
     """
     if bpy.app.background:
-        return of(armature)
+        return readiness_of(armature)
     look = _cache.get(_cache_key(armature))
     if look is None or look.seen != _change_count:
-        later(armature, 0.0 if look is None else PAUSE)
+        schedule(armature, 0.0 if look is None else PAUSE)
     return look and look.ready
 
 
-def later(armature: ArmatureObject, seconds: float = 0.0) -> None:
+def schedule(armature: ArmatureObject, seconds: float = 0.0) -> None:
     """Work out the readiness as soon as Blender is idle, but not before ``seconds`` have passed."""
     _pending.add(armature.name)
     _look_soon(seconds)
@@ -111,12 +111,12 @@ def later(armature: ArmatureObject, seconds: float = 0.0) -> None:
 
 def stop() -> None:
     """Clear the cache and stop the timer; a timer that outlives the extension would hang Blender at exit."""
-    forget()
-    if bpy.app.timers.is_registered(catch_up):
-        bpy.app.timers.unregister(catch_up)
+    clear_cache()
+    if bpy.app.timers.is_registered(update_pending):
+        bpy.app.timers.unregister(update_pending)
 
 
-def forget(armature: ArmatureObject | None = None) -> None:
+def clear_cache(armature: ArmatureObject | None = None) -> None:
     """Drop the cached readiness of a character (of all, if None)."""
     for key in [key for key in _cache if armature is None or key[0] == armature.name]:
         del _cache[key]
@@ -157,7 +157,7 @@ def _look_at(armature: ArmatureObject) -> _Look:
     if look is not None and look.made_of == made_of:
         look = replace(look, seen=_change_count)
     else:
-        forget(armature)
+        clear_cache(armature)
         look = _Look(*_work_out(armature), made_of, _change_count)
     _cache[key] = look
     return look
@@ -177,15 +177,15 @@ def state(armature: ArmatureObject) -> tuple[Any, ...]:
 def _work_out(armature: ArmatureObject) -> tuple[Readiness, Mapping | None]:
     try:
         reading.require_armature(armature)
-        mapping, refusal = reading.survey(armature, handpicked.chosen(armature.s2ag))
+        mapping, refusal = reading.survey(armature, chosen_bones.mapping_of_settings(armature.s2ag))
     except S2agError as error:
-        return Readiness(problem=told_error(error)), None
+        return Readiness(problem=translate_error(error)), None
     findings = {finding.part: finding for finding in mapping.findings}
     moved = {part: tuple(name for name in chain if name not in mapping.held) for part, chain in mapping.chains.items()}
     rows = [_row(part, moved.get(part, ()), findings.get(part)) for part in EDGE_NAMES]
     names = {family.key: family.name for family in families()}
     family = names.get(mapping.family, mapping.family)
-    problem = "" if refusal is None else told_error(refusal)
+    problem = "" if refusal is None else translate_error(refusal)
     return Readiness(tuple(rows), family, mapping.warnings, problem), None if problem else mapping
 
 
@@ -193,10 +193,10 @@ def _row(part: str, bones: tuple[str, ...], finding: Finding | None) -> Row:
     if bones:
         return Row(part, bones, True)
     note = finding.note if finding is not None else ""
-    return Row(part, (), False, note or (told("needed") if part in ARMS else told("stays as it is")))
+    return Row(part, (), False, note or (translate("needed") if part in ARMS else translate("stays as it is")))
 
 
-def catch_up() -> None:
+def update_pending() -> None:
     """Work out the pending readinesses, and redraw the 3D views if one of them changed."""
     names = list(_pending)
     _pending.clear()
@@ -205,7 +205,7 @@ def catch_up() -> None:
         armature = bpy.data.objects.get(name)
         if is_armature(armature):
             before = _cache.get(_cache_key(armature))
-            now = of(armature)
+            now = readiness_of(armature)
             news |= before is None or before.ready is not now
     for window in current_context().window_manager.windows if news else ():
         for area in window.screen.areas:
@@ -214,5 +214,5 @@ def catch_up() -> None:
 
 
 def _look_soon(seconds: float) -> None:
-    if not bpy.app.timers.is_registered(catch_up):
-        bpy.app.timers.register(catch_up, first_interval=seconds)
+    if not bpy.app.timers.is_registered(update_pending):
+        bpy.app.timers.register(update_pending, first_interval=seconds)

@@ -11,7 +11,7 @@ from ...core.errors import RigUnusable
 from ...core.motion.skeleton import EDGE_NAMES
 from ...rigs import chains as arm_chains
 from ...rigs.detect import survey as detect_all
-from ...rigs.plain import ARMS, MARKS, TWISTS, Bones, Finding, Mapping, spoken
+from ...rigs.skeleton import ARMS, MARKS, TWISTS, Bones, Finding, Mapping, part_phrase
 from ..datablocks import ArmatureObject
 from . import skin, vrm
 
@@ -56,11 +56,11 @@ def survey(armature: ArmatureObject, mapping: Mapping | dict | None = None) -> t
     """Return the mapping of an armature and the error that makes it unusable, or None; changes and raises nothing."""
     bones = read(armature)
     if mapping is None:
-        mapping, refusal = found(armature, bones)
+        mapping, refusal = detect_mapping(armature, bones)
         if refusal is not None:
             return mapping, refusal
     elif not isinstance(mapping, Mapping):
-        mapping = by_hand(armature, bones, mapping)
+        mapping = mapping_by_hand(armature, bones, mapping)
     try:
         return resolve_mapping(armature, bones, mapping), None
     except RigUnusable as error:
@@ -70,7 +70,7 @@ def survey(armature: ArmatureObject, mapping: Mapping | dict | None = None) -> t
         return replace(mapping, findings=tuple(by_part.get(one.part, one) for one in mapping.findings)), error
 
 
-def found(
+def detect_mapping(
     armature: ArmatureObject, bones: Bones, seen: arm_chains.Reader | None = None
 ) -> tuple[Mapping, RigUnusable | None]:
     """Detect the mapping of an armature, locked bones included; return it and the error that makes it unusable, or None.
@@ -92,18 +92,18 @@ def resolve_mapping(armature: ArmatureObject, bones: Bones, mapping: Mapping | d
     """
     seen = _skin(armature, bones)
     if mapping is None:
-        mapping, refusal = found(armature, bones, seen)
+        mapping, refusal = detect_mapping(armature, bones, seen)
         if refusal is not None:
             raise refusal
     elif not isinstance(mapping, Mapping):
-        mapping = by_hand(armature, bones, mapping)
+        mapping = mapping_by_hand(armature, bones, mapping)
     mapping = _drop_locked(armature, mapping.check(bones))
     if not mapping.shares:
         mapping = replace(mapping, shares=arm_chains.twist_shares(bones, mapping.chains, seen))
     return replace(mapping, warnings=(*mapping.warnings, *_obstacles(armature, mapping)))
 
 
-def by_hand(armature: ArmatureObject, bones: Bones, chosen: dict) -> Mapping:
+def mapping_by_hand(armature: ArmatureObject, bones: Bones, chosen: dict) -> Mapping:
     """Return a mapping of ``{part: bone or bones}``, with hips, hands and switches of the detected mapping if its arms agree.
 
     The end of each forearm must be known. If the map does not give it and detection finds other arms, the bone below the
@@ -111,7 +111,7 @@ def by_hand(armature: ArmatureObject, bones: Bones, chosen: dict) -> Mapping:
     """
     chains = {part: (chain,) if isinstance(chain, str) else tuple(chain) for part, chain in chosen.items()}
     mapping = Mapping({part: chain for part, chain in chains.items() if chain})
-    seen, refusal = found(armature, bones)
+    seen, refusal = detect_mapping(armature, bones)
     if refusal is not None or any(seen.chains[part] != mapping.chains.get(part) for part in ARMS):
         return replace(mapping, chains=arm_chains.with_hands(bones, mapping.chains))
     taken = {name for chain in mapping.chains.values() for name in chain}
@@ -160,7 +160,7 @@ def _obstacles(armature: ArmatureObject, mapping: Mapping) -> list[str]:
     for part in ARMS:
         partly = [name for name in mapping.chains[part] if any(pose[name].lock_rotation) and name not in mapping.held]
         if partly:
-            warnings.append(f"{_quoted(partly)}: {spoken(part)} cannot point everywhere, part of its rotation is locked.")
+            warnings.append(f"{_quoted(partly)}: {part_phrase(part)} cannot point everywhere, part of its rotation is locked.")
     return warnings
 
 

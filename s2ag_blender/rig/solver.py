@@ -11,10 +11,10 @@ from ...core.motion import quaternion
 from ...core.motion.skeleton import EDGE_NAMES
 from ...rigs import retarget
 from ...rigs.goals import Goals, Options
-from ...rigs.plain import ARMS, Bones, Mapping, character_frame
-from ...rigs.proportions import Girth
+from ...rigs.proportions import TrunkShape
+from ...rigs.skeleton import ARMS, Bones, Mapping, character_frame
 from ..datablocks import ArmatureObject
-from . import controls, dependencies, hands, standing
+from . import controls, dependencies, hands, weight_shift
 from .controls import Take
 
 _TRANSFORMS = ("location", "rotation_quaternion", "rotation_euler", "rotation_axis_angle", "scale")
@@ -36,7 +36,7 @@ class Solution:
     stood: tuple[str, ...] = ()
 
 
-def solving(
+def solve_in_slices(
     armature: ArmatureObject,
     bones: Bones,
     mapping: Mapping,
@@ -46,7 +46,7 @@ def solving(
     scene: bpy.types.Scene,
     options: Options | None = None,
     tell: Callable[[str], None],
-    trunk: Girth | None,
+    trunk: TrunkShape | None,
 ) -> Generator[None, None, Solution]:
     """Solve the rotations of the mapped bones at ``keys``, by the solver that the rig needs; a generator that works in slices.
 
@@ -55,15 +55,15 @@ def solving(
     reach their goals go to ``tell``. Nothing in the file changes. Raises :class:`RigUnusable` for an unusable mapping.
     """
     values = switches(armature, mapping, tell)
-    why = entangled(armature, bones, mapping, values)
+    why = why_not_plain(armature, bones, mapping, values)
     free = hands.free_bones(armature, eased=motion.hands is not None)
 
     frame = character_frame(bones, mapping.check(bones))
     legs, places, obstacle = None, {}, ""
     if keys.pelvis is not None:
-        legs, obstacle = (None, _FEET_SLIP) if why else standing.find(armature, bones, mapping, frame[2], free)
-        if legs is None and (why or dependencies.pulled(armature)):
-            places = standing.ride(armature, bones, mapping, frame, keys.pelvis, scene=scene, values=values)
+        legs, obstacle = (None, _FEET_SLIP) if why else weight_shift.find_legs(armature, bones, mapping, frame[2], free)
+        if legs is None and (why or dependencies.ik_constraints(armature)):
+            places = weight_shift.hip_locations(armature, bones, mapping, frame, keys.pelvis, scene=scene, values=values)
         if legs is None and not places:
             tell(obstacle)
 
@@ -71,7 +71,7 @@ def solving(
         about |= {"girth": trunk, "free": free, "frame": frame, "hands": take.hands, "pelvis": take.pelvis, "legs": legs}
         return Goals(rest, mapping, take.directions, take.fps, options, **about)
 
-    resting = [name for name in hands.eased(armature) if name in free] if motion.hands is not None else ()
+    resting = [name for name in hands.eased_bones(armature) if name in free] if motion.hands is not None else ()
     yield
     goals = ask(bones, keys, clear=False)
     yield
@@ -80,9 +80,9 @@ def solving(
     if why:
         followers = hands.free_bones(armature, ruled=True, eased=motion.hands is not None)
         about = {"scene": scene, "ask": ask, "values": values, "hands": followers, "tell": tell}
-        rotations = yield from controls.solving(armature, bones, mapping, motion, keys, **about)
+        rotations = yield from controls.solve_in_slices(armature, bones, mapping, motion, keys, **about)
     else:
-        rotations = yield from retarget.rotating(goals)
+        rotations = yield from retarget.rotations_in_slices(goals)
     yield
     # Relaxed bones that are neither fingers nor wrists, such as those of the palm, get rest rotations.
     rotations = {name: quaternion.IDENTITY[None] for name in resting} | goals.extras() | rotations
@@ -112,7 +112,7 @@ def switches(armature: ArmatureObject, mapping: Mapping, tell: Callable[[str], N
     return result
 
 
-def entangled(armature: ArmatureObject, bones: Bones, mapping: Mapping, values: dict[str, float] | None = None) -> str:
+def why_not_plain(armature: ArmatureObject, bones: Bones, mapping: Mapping, values: dict[str, float] | None = None) -> str:
     """Return why the closed form for plain skeletons does not hold for a rig, in words; "" where it does.
 
     ``values`` are property values that will be set, by data path from the object.
@@ -146,7 +146,7 @@ def _constrained(armature: ArmatureObject, lineage: set[str], values: dict[str, 
         for constraint in armature.pose.bones[name].constraints:
             if acts(constraint):
                 return f'bone "{name}" has the constraint "{constraint.name}"'
-    for name, pullers in dependencies.pulled(armature).items():
+    for name, pullers in dependencies.ik_constraints(armature).items():
         for bone, constraint in pullers:
             if name in lineage and acts(constraint):
                 return f'the constraint "{constraint.name}" of bone "{bone.name}" turns bone "{name}"'

@@ -5,7 +5,7 @@ from typing import Any
 
 import bpy
 
-from ...rigs.plain import ARMS, Finding, Mapping
+from ...rigs.skeleton import ARMS, Finding, Mapping
 from .. import compat
 from ..datablocks import ArmatureObject
 

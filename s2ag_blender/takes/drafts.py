@@ -11,7 +11,7 @@ from typing import Any
 
 import bpy
 
-from .. import compat, stored
+from .. import compat, json_properties
 from ..datablocks import ArmatureObject, is_armature
 from ..keys import faces, keyframes, layers
 
@@ -48,9 +48,9 @@ def drop(armature: ArmatureObject) -> None:
     """Remove the draft and restore the former action and the former values of bones and switches."""
     action = layers.draft_of(armature)
     if armature.get(STAGED) is not None:
-        _unstage(armature, stored.read(armature, STAGED))
+        _unstage(armature, json_properties.read(armature, STAGED))
     if action is not None:
-        keyframes.give_back(armature, action)
+        keyframes.restore_former_values(armature, action)
         layers.assign(armature, action.get(layers.BEFORE))
         _restore_face(armature, action)
         bpy.data.actions.remove(action)
@@ -61,7 +61,7 @@ def _restore_face(armature: ArmatureObject, action: bpy.types.Action) -> None:
     if faces.FACES not in action:
         return
     faces.hide(armature, action)
-    for played in layers.playing(armature):
+    for played in layers.playing_actions(armature):
         if faces.FACES in played:
             faces.show(armature, played)
 

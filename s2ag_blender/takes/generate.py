@@ -15,38 +15,38 @@ import numpy as np
 from ...core.declaration import KINDS
 from ...core.errors import AudioUnreadable, S2agError
 from ...core.motion.motion import Motion
-from ...core.settings import CONTROLS, Settings, named, table
-from ...rigs.plain import PARTS as BODY_PARTS
-from ...rigs.slices import whole
-from .. import compat, provenance, stored
+from ...core.settings import CONTROLS, Settings, names_with, table
+from ...rigs.skeleton import PARTS as BODY_PARTS
+from ...rigs.slices import run_to_end
+from .. import compat, json_properties, provenance
 from ..datablocks import ArmatureObject, Context, current_context
-from ..keys import layers, posing, trying
-from ..keys.laying import Laying
-from ..rig import handpicked, readiness, reading
-from ..translations import told
+from ..keys import layers, poses, test_pose
+from ..keys.action_builder import ActionBuilder
+from ..rig import chosen_bones, readiness, reading
+from ..translations import translate
 from . import (
-    choices,
-    company,
-    directing,
+    constraints,
+    context_poses,
+    control_curves,
+    conversation,
     drafts,
-    feelings,
-    gesture,
-    keeping,
+    engine_requests,
+    gesture_edits,
     markers,
-    recall,
+    menu_items,
     retiming,
+    sound_strips,
     sources,
-    surroundings,
-    takes,
+    stored_settings,
+    take_list,
     timing,
     versions,
-    voices,
 )
 from .plans import Handle, Outcome, Plan
 
 _TIMED, _PARTNER = "over_time", "others"
 """Keys of time-varying controls and of the conversation partner in the settings of a take."""
-_PARTNER_TYPES = {name: KINDS[table(Settings)[name].kind] for name in named(partner=True)}
+_PARTNER_TYPES = {name: KINDS[table(Settings)[name].kind] for name in names_with(partner=True)}
 
 
 def plan(
@@ -64,39 +64,43 @@ def plan(
 ) -> Plan:
     """Read a character's settings and pose; ``changes`` are passed to the engine (``styles``, ``near`` and so on).
 
-    ``kept`` are settings of an earlier take (:func:`recall.snapshot`) to use instead of the current ones,
+    ``kept`` are settings of an earlier take (:func:`stored_settings.snapshot`) to use instead of the current ones,
     ``keyed_pose`` is the pose ``{bone: (4,)}`` that it started from, and ``around`` are the poses before and after it
-    (:func:`surroundings.poses`). With ``former`` the result becomes the next version of the take that plays this action, and
-    keeps its constraints ``pins``. If the take of ``like`` followed its sound, the result has its timing, or the frames
-    ``span``.
+    (:func:`context_poses.poses_around`). With ``former`` the result becomes the next version of the take that plays this
+    action, and keeps its constraints ``pins``. If the take of ``like`` followed its sound, the result has its timing, or the
+    frames ``span``.
 
     Raises :class:`S2agError` for everything that the user must fix first.
     """
     reading.require_armature(armature)
-    trying.end(armature)
-    settings, scene = recall.view(kept) if kept else armature.s2ag, context.scene
+    test_pose.end_test_pose(armature)
+    settings, scene = stored_settings.settings_view(kept) if kept else armature.s2ag, context.scene
     if former is not None:
         retiming.check_recording(former)
-    voice = (retiming.voice(like, scene, span) if like is not None else None) or sources.voice(settings, scene)
+    voice = (retiming.voice(like, scene, span) if like is not None else None) or sources.find_voice(settings, scene)
     if not kept and not keyed_pose:
         keyed_pose, changes = _pose_of_draft(armature, settings, changes)
     felt, unknown = _curve_params(armature, scene, voice.span, kept)
-    params = {**gesture.request(settings, voice.path), **felt, **({"takes": 1} if draft else {}), **changes}
+    params = {**engine_requests.request(settings, voice.path), **felt, **({"takes": 1} if draft else {}), **changes}
     params = {name: value for name, value in params.items() if value is not None}
     warnings = _drop_unknown_controls(params, settings) + unknown
-    mapping = handpicked.chosen(settings)
+    mapping = chosen_bones.mapping_of_settings(settings)
     bones = reading.read(armature)
     resolved = (readiness.mapping(armature) if draft else None) or reading.resolve_mapping(armature, bones, mapping)
-    others = _partner_params(kept, lambda: company.asked(armature, scene, voice, settings, (bones, resolved)))
+    others = _partner_params(
+        kept, lambda: conversation.conversation_parameters(armature, scene, voice, settings, (bones, resolved))
+    )
     params = {**params, **others}
     pose = {bone: np.array(values) for bone, values in (keyed_pose or {}).items()}
     layered = settings.result == "LAYER"  # the animation below has the poses already
     if not pose and not layered and "CURRENT" in (settings.start_pose, settings.end_pose):
-        pose = posing.current_rotations(armature, [name for part in BODY_PARTS for name in resolved.chains.get(part, ())])
+        pose = poses.current_rotations(armature, [name for part in BODY_PARTS for name in resolved.chains.get(part, ())])
     if settings.start_pose == "CURRENT" and not layered and "pose" not in params:
-        params["pose"] = posing.directions(armature, bones, resolved, recall.options(settings)).tolist()
+        params["pose"] = poses.directions(armature, bones, resolved, stored_settings.options(settings)).tolist()
     if not kept:
-        around = surroundings.poses(armature, scene, voice.span, settings, (bones, resolved, recall.options(settings)))
+        around = context_poses.poses_around(
+            armature, scene, voice.span, settings, (bones, resolved, stored_settings.options(settings))
+        )
     if around:
         params["kept"] = around
     return Plan(
@@ -104,10 +108,10 @@ def plan(
         Handle.of(scene),
         params,
         voice,
-        kept or {**recall.snapshot(settings), _TIMED: felt, _PARTNER: others},
+        kept or {**stored_settings.snapshot(settings), _TIMED: felt, _PARTNER: others},
         resolved if draft else mapping,
         None if draft else (readiness.state(armature), resolved),
-        recall.options(settings),
+        stored_settings.options(settings),
         pose,
         draft,
         warnings,
@@ -117,20 +121,20 @@ def plan(
     )
 
 
-def following(context: Context, armature: ArmatureObject) -> Plan:
+def follow_arguments(context: Context, armature: ArmatureObject) -> Plan:
     """Return the plan that makes the selected take follow a strip that plays another recording, or more of its own."""
-    action, scene = takes.active(armature).action, context.scene
-    what, strip = retiming.change(action, scene), retiming.strip_of(action, scene)
+    action, scene = take_list.active(armature).action, context.scene
+    what, strip = retiming.change(action, scene), retiming.strip_of_take(action, scene)
     assert what is not None and strip is not None
     if not what.replaced:
         span = round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1
-        return plan(context, armature, **directing.directed(action, directing.made(action)), span=span)
-    path, again = sources.strip_file(strip), takes.again(action, like=None)
+        return plan(context, armature, **gesture_edits.plan_arguments(action, gesture_edits.edits_of(action)), span=span)
+    path, again = sources.strip_file(strip), take_list.remake_arguments(action, like=None)
     again["kept"] = {**again["kept"], "audio_source": "FILE", "audio": path, "range": "OWN"}
     planned = plan(context, armature, **again)
-    replaced = {*named(words=True), "kept", "curves", "changes"}
+    replaced = {*names_with(words=True), "kept", "curves", "changes"}
     params = {name: value for name, value in planned.params.items() if name not in replaced}
-    beside, spoken = sources.beside(path), " ".join(word for word, *_ in directing.words(action))
+    beside, spoken = sources.transcript_beside(path), " ".join(word for word, *_ in gesture_edits.stored_words(action))
     words: dict[str, Any] = {"transcript": beside} if beside else {"text": spoken}
     words = {"recognise": True} if "recognise" in planned.params else words
     return replace(planned, params={**params, **words, "audio": path}, follows=True)
@@ -142,7 +146,7 @@ def _partner_params(kept: dict[str, Any] | None, look: Callable[[], dict[str, An
         return look()
     known = kept.get(_PARTNER)
     known = {name: known[name] for name in _PARTNER_TYPES if name in known} if isinstance(known, dict) else {}
-    return known if stored.fits(known, _PARTNER_TYPES) else {}
+    return known if json_properties.has_types(known, _PARTNER_TYPES) else {}
 
 
 def _curve_params(
@@ -153,8 +157,8 @@ def _curve_params(
         timed = kept.get(_TIMED)
         timed = timed if isinstance(timed, dict) else {}
         return {name: timed[name] for name in ("curves", "changes") if name in timed}, ()
-    changes, unknown = feelings.begun(armature, scene, span)
-    params = {"curves": feelings.sampled(armature, scene, span), "changes": changes}
+    changes, unknown = control_curves.style_changes(armature, scene, span)
+    params = {"curves": control_curves.sample_curves(armature, scene, span), "changes": changes}
     return {name: value for name, value in params.items() if value}, unknown
 
 
@@ -168,7 +172,7 @@ def _pose_of_draft(
     shown = layers.draft_of(armature)
     if shown is None or "CURRENT" not in (settings.start_pose, settings.end_pose):
         return None, changes
-    meta = provenance.known(shown)
+    meta = provenance.require(shown)
     if any(meta["settings"][name] != getattr(settings, name) for name in ("start_pose", "end_pose", "result")):
         drafts.drop(armature)
         current_context().view_layer.update()
@@ -178,19 +182,19 @@ def _pose_of_draft(
 
 def _drop_unknown_controls(params: dict[str, Any], settings: Any) -> tuple[str, ...]:
     """Remove sliders that the checkpoint does not have from the engine's parameters; return a warning if any was set."""
-    if choices.control_names(settings.checkpoint):
+    if menu_items.control_names(settings.checkpoint):
         return ()
-    removed = [params.pop(name, 0) for name in named(control=True)]
+    removed = [params.pop(name, 0) for name in names_with(control=True)]
     rest = {name: points for name, points in params.pop("curves", {}).items() if name not in CONTROLS}
     params |= {"curves": rest} if rest else {}
     if not any(any(value.values()) if isinstance(value, dict) else value for value in removed):
         return ()
-    return (told("This gesture model has intensity only: the other sliders were left out."),)
+    return (translate("This gesture model has intensity only: the other sliders were left out."),)
 
 
 def wait(context: Context, planned: Plan, progress: Callable[[str, float], None] | None = None) -> Outcome:
     """Run the engine and finish, without returning in between; ``progress(stage, value)`` is called meanwhile."""
-    return finish(planned, gesture.call(context, planned.params, progress))
+    return finish(planned, engine_requests.call(context, planned.params, progress))
 
 
 def finish(planned: Plan, result: dict[str, Any]) -> Outcome:
@@ -198,10 +202,10 @@ def finish(planned: Plan, result: dict[str, Any]) -> Outcome:
 
     Raises :class:`S2agError`, also if the character or the scene is gone.
     """
-    return whole(finishing(planned, result))
+    return run_to_end(finish_in_slices(planned, result))
 
 
-def finishing(planned: Plan, result: dict[str, Any]) -> Generator[float, None, Outcome]:
+def finish_in_slices(planned: Plan, result: dict[str, Any]) -> Generator[float, None, Outcome]:
     """Run :func:`finish` in slices: yield the share done (0..1) whenever Blender may draw, and return the outcome.
 
     Blender's data is looked up again in every slice, since anything may happen to it in between. A draft is a single slice.
@@ -214,17 +218,17 @@ def finishing(planned: Plan, result: dict[str, Any]) -> Generator[float, None, O
     if planned.follows:
         armature, scene = _find_target(planned)
         what = retiming.follow(armature, scene, motions[0])
-        return Outcome([], motions[0].duration, warnings, [retiming.warned(what)])
+        return Outcome([], motions[0].duration, warnings, [retiming.change_sentence(what)])
     try:
         for number, performed in enumerate(motions):
-            motion = timing.played(performed, planned.voice.way)
+            motion = timing.retimed_motion(performed, planned.voice.way)
             armature, scene = _find_target(planned)
             if laying is None:
                 if not planned.draft or (drafts.is_staged(armature) and planned.settings["result"] != "LAYER"):
                     drafts.drop(armature)
-                laying = Laying(planned, armature, scene, warnings.append)
+                laying = ActionBuilder(planned, armature, scene, warnings.append)
             if planned.draft:
-                action = whole(laying.acting(motion, whole(laying.keying(motion)), made))
+                action = run_to_end(laying.acting(motion, run_to_end(laying.keying(motion)), made))
                 drafts.show(armature, action)
                 return Outcome([action], motion.duration, warnings)
             keys = yield from _run_slices(planned, laying, laying.keying(motion), number / len(motions))
@@ -237,7 +241,7 @@ def finishing(planned: Plan, result: dict[str, Any]) -> Generator[float, None, O
 
 
 def _run_slices(
-    planned: Plan, laying: Laying, slices: Generator[None, None, Any], done: float
+    planned: Plan, laying: ActionBuilder, slices: Generator[None, None, Any], done: float
 ) -> Generator[float, None, Any]:
     """Run ``slices`` of a take, each with the character looked up again; return their result."""
     while True:
@@ -270,34 +274,36 @@ def _find_actions(made: list[int]) -> list[bpy.types.Action]:
 def _finish(
     planned: Plan, made: list[int], motions: list[Motion], warnings: list[str]
 ) -> Generator[float, None, Outcome]:
-    """Annotate the actions and add them as takes, in slices as :func:`finishing`; only the last slice changes the view."""
+    """Annotate the actions and add them as takes, in slices as :func:`finish_in_slices`; only the last slice changes the
+    view.
+    """
     for number, performed in enumerate(motions):
-        directing.note(_find_actions(made)[number], performed, _find_target(planned)[1])
+        gesture_edits.store_gestures(_find_actions(made)[number], performed, _find_target(planned)[1])
         yield 1.0
     armature, scene = _find_target(planned)
     actions, motion = _find_actions(made), motions[0]
-    own = _add_sound_and_markers(planned, scene, timing.played(motion, planned.voice.way), warnings)
+    own = _add_sound_and_markers(planned, scene, timing.retimed_motion(motion, planned.voice.way), warnings)
     for action in actions:
-        action[voices.TAG] = own
+        action[sound_strips.TAG] = own
         if planned.settings["result"] == "ACTION":
-            feelings.carry(armature, action, compat.bag(action, layers.slot_of(armature, action)))
+            control_curves.copy_curves(armature, action, compat.bag(action, layers.slot_of(armature, action)))
     warnings = list(dict.fromkeys(warnings))
     former = planned.former.find(bpy.data.actions) if planned.former else None
     if former is not None:
-        directing.settle(former, actions[0], scene)
-        keeping.carry(former, actions[0], scene, list(planned.pins))
+        gesture_edits.restore_untouched_keys(former, actions[0], scene)
+        constraints.reapply_pins(former, actions[0], scene, list(planned.pins))
     for action in actions:
         if former is None or planned.grown:
-            retiming.note(action, scene)
+            retiming.store_strip(action, scene)
         else:
-            retiming.carry(former, action)
-    silent = voices.hear(armature, actions[0])
-    if former is None or not versions.put(armature, former, actions[0], warnings):
-        takes.add(armature, actions, planned.voice.name, warnings)
-    news = [keeping.reach(armature, actions[0], scene, pin) for pin in planned.pins if "object" in pin]
+            retiming.copy_follow_state(former, action)
+    silent = sound_strips.unmute_strip_of(armature, actions[0])
+    if former is None or not versions.add_version(armature, former, actions[0], warnings):
+        take_list.add_takes(armature, actions, planned.voice.name, warnings)
+    news = [constraints.reach_target(armature, actions[0], scene, pin) for pin in planned.pins if "object" in pin]
     if any(news):
-        takes.active(armature).warnings = "\n".join([*warnings, *filter(None, news)])
-    notes = [told("The sound of an earlier take is silent now: {name}", name=name) for name in silent]
+        take_list.active(armature).warnings = "\n".join([*warnings, *filter(None, news)])
+    notes = [translate("The sound of an earlier take is silent now: {name}", name=name) for name in silent]
     return Outcome(actions, motion.duration, warnings, notes)
 
 
@@ -310,7 +316,7 @@ def _add_sound_and_markers(planned: Plan, scene: bpy.types.Scene, motion: Motion
     else:
         name = f"{planned.armature.name} – {Path(voice.path).stem}"
         try:
-            own, news = voices.lay(scene, voice.path, round(span.start), name, kept["add_sound"])
+            own, news = sound_strips.add_strip(scene, voice.path, round(span.start), name, kept["add_sound"])
             warnings.extend(news)
         except AudioUnreadable as error:  # the engine reads more formats than Blender's sound system
             warnings.append(f"The gestures are there, the sound strip is not: {error}")

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 
 from ...rigs.goals import Options
-from ...rigs.plain import Mapping
+from ...rigs.skeleton import Mapping
 from . import retiming, sources, timing
 
 
@@ -47,7 +47,7 @@ class Plan:
     former: Handle | None = None
     """The action of an edited take, whose next version the result becomes."""
     pins: tuple[dict, ...] = ()
-    """Additional constraints of that version (:mod:`keeping`)."""
+    """Additional constraints of that version (:mod:`constraints`)."""
     grown: bool = False
     """Whether the result shows more of the recording than the former version."""
     follows: bool = False
@@ -57,7 +57,7 @@ class Plan:
     def lies(self) -> dict[str, Any]:
         """Return the provenance of a take with a time warp or a followed strip; {} for others."""
         voice = self.voice
-        timed = {timing.WAY: timing.stated(voice.way), retiming.FOLLOWS: retiming.performed_for(voice.path)}
+        timed = {timing.WAY: timing.time_map_as_meta(voice.way), retiming.FOLLOWS: retiming.recording_meta(voice.path)}
         return timed if voice.followed or voice.way is not None else {}
 
 

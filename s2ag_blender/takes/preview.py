@@ -12,8 +12,8 @@ import bpy
 
 from ...core.errors import S2agError
 from ..datablocks import ArmatureObject, Context, current_context, is_armature
-from . import drafts, generate, gesture, session
-from .running import character, redraw
+from . import drafts, engine_requests, generate, session
+from .operator_base import character, redraw
 
 TICK = 0.03
 """Seconds between polls while a draft is being computed."""
@@ -29,7 +29,7 @@ def is_on(context: Context | None = None) -> bool:
     return (context or current_context()).window_manager.s2ag.live
 
 
-def touch(armature: ArmatureObject) -> None:
+def request_draft(armature: ArmatureObject) -> None:
     """Request a new draft, because a setting of this character changed."""
     if not is_on() or armature.session_uid in session.RUNS:
         return
@@ -39,13 +39,13 @@ def touch(armature: ArmatureObject) -> None:
         bpy.app.timers.register(tick, first_interval=TICK)
 
 
-def switched(context: Context) -> None:
+def preview_switched(context: Context) -> None:
     """Start or stop the preview after its switch was changed."""
     armature = character(context)
     if not is_on(context):
         stop()
     elif armature is not None:
-        touch(armature)
+        request_draft(armature)
 
 
 def stop() -> None:
@@ -70,12 +70,12 @@ def _request(uid: int) -> None:
     armature = _find(uid)
     if armature is not None and uid not in session.RUNS:
         planned = generate.plan(current_context(), armature, draft=True)
-        _jobs[uid] = gesture.start(current_context(), planned.params), planned
+        _jobs[uid] = engine_requests.start(current_context(), planned.params), planned
 
 
 def _receive(uid: int) -> None:
     job, planned = _jobs[uid]
-    result = gesture.poll(job, lambda stage, value: None)
+    result = engine_requests.poll(job, lambda stage, value: None)
     if result is None:
         return
     del _jobs[uid]
@@ -101,7 +101,7 @@ def _run_guarded(uid: int, work: Callable[[int], None]) -> None:
 
 def _abandon(uid: int) -> None:
     job, _ = _jobs.pop(uid, (None, None))
-    gesture.cancel(job)
+    engine_requests.cancel(job)
 
 
 def _find(uid: int) -> ArmatureObject | None:

@@ -12,7 +12,7 @@ _CACHE_SECONDS = 0.5
 _cache: dict[str, tuple[float, str]] = {}
 
 
-def mark(path: str) -> str:
+def content_mark(path: str) -> str:
     """Return a hash of a file's content, "" if it does not exist. Fast enough for drawing."""
     checked, digest = _cache.get(path, (-_CACHE_SECONDS, ""))
     if time.monotonic() - checked > _CACHE_SECONDS:
@@ -24,8 +24,8 @@ def mark(path: str) -> str:
 
 
 def differs(path: str, known: object) -> bool:
-    """Return whether a file's :func:`mark` differs from the ``known`` one; False if either is missing."""
-    now = mark(path) if isinstance(known, str) and known else ""
+    """Return whether a file's :func:`content_mark` differs from the ``known`` one; False if either is missing."""
+    now = content_mark(path) if isinstance(known, str) and known else ""
     return now != "" and now != known
 
 

@@ -11,26 +11,38 @@ from typing import Any, NamedTuple
 import bpy
 import numpy as np
 
-from ...core.direction import ways
-from ...core.direction.ways import Way
+from ...core.editing import time_alignment
+from ...core.editing.time_alignment import TimeMap
 from ...core.errors import UsageError
 from ...core.motion.motion import Motion
-from .. import compat, provenance, stored
+from .. import compat, json_properties, provenance
 from ..datablocks import ArmatureObject, SoundStrip
 from ..keys import faces, keyframes, layers
 from ..keys.apply import scene_fps
-from ..translations import told
-from . import directing, keeping, markers, recall, recordings, sources, takes, tempo, timing, versions, voices
+from ..translations import translate
+from . import (
+    constraints,
+    gesture_edits,
+    markers,
+    recordings,
+    sound_strips,
+    sources,
+    stored_settings,
+    strip_speed,
+    take_list,
+    timing,
+    versions,
+)
 
 SOUND = "s2ag_sound"
 """Name of an action's custom property: JSON of the state of the strip that its keys follow."""
 FOLLOWS = "follows"
-"""Key in the provenance of a take that followed its sound: ``path`` and ``file`` (:func:`recordings.mark`) of the recording for
-which it was generated."""
+"""Key in the provenance of a take that followed its sound: ``path`` and ``file`` (:func:`recordings.content_mark`) of the
+recording for which it was generated."""
 _MIN_SHIFT = 0.5
 """Smaller changes of a strip, in frames, are ignored."""
 _FILE = "file"
-"""Key in a strip's state: the hash of its file (:func:`recordings.mark`); older takes have none."""
+"""Key in a strip's state: the hash of its file (:func:`recordings.content_mark`); older takes have none."""
 _KINDS = {"left": (int, float), "right": (int, float), "keys": list, "path": str}
 
 
@@ -44,27 +56,27 @@ class Change(NamedTuple):
     replaced: bool
 
 
-def strip_of(action: bpy.types.Action, scene: bpy.types.Scene) -> SoundStrip | None:
+def strip_of_take(action: bpy.types.Action, scene: bpy.types.Scene) -> SoundStrip | None:
     """Return the sound strip for which a take was generated, or that was added for it, or None."""
-    tag = action.get(voices.TAG, "")
+    tag = action.get(sound_strips.TAG, "")
     if tag:
-        return next((strip for strip in compat.sound_strips(scene) if strip.get(voices.TAG) == tag), None)
-    origin = provenance.of(action)
+        return next((strip for strip in compat.sound_strips(scene) if strip.get(sound_strips.TAG) == tag), None)
+    origin = provenance.read(action)
     if not origin or "settings" not in origin or origin["settings"].get("audio_source") == "MIXDOWN":
         return None
-    known = stored.read(action, SOUND)
+    known = json_properties.read(action, SOUND)
     named = [strip for strip in compat.sound_strips(scene) if strip.name == known.get("name")]
-    return named[0] if named else sources.chosen_strip(recall.view(origin["settings"]), scene)
+    return named[0] if named else sources.chosen_strip(stored_settings.settings_view(origin["settings"]), scene)
 
 
-def note(action: bpy.types.Action, scene: bpy.types.Scene) -> None:
+def store_strip(action: bpy.types.Action, scene: bpy.types.Scene) -> None:
     """Store the state of a take's strip, which its keys follow from now on."""
-    strip = strip_of(action, scene)
+    strip = strip_of_take(action, scene)
     if strip is not None and strip.sound is not None:
         action[SOUND] = json.dumps({**_state(strip), "name": strip.name})
 
 
-def carry(former: bpy.types.Action, action: bpy.types.Action) -> None:
+def copy_follow_state(former: bpy.types.Action, action: bpy.types.Action) -> None:
     """Copy the stored state of the strip from the former version of a take."""
     if SOUND in former:
         action[SOUND] = former[SOUND]
@@ -76,25 +88,25 @@ def _state(strip: SoundStrip) -> dict[str, Any]:
     start = compat.strip_start(strip)
     sides = {"left": compat.visible_start(strip) - start, "right": compat.strip_end(strip) - start}
     path = sources.strip_path(strip)
-    held = "" if strip.sound.packed_file else recordings.mark(path)
+    held = "" if strip.sound.packed_file else recordings.content_mark(path)
     return {**sides, "keys": [at - start for at in compat.retiming_frames(strip)], "path": path, _FILE: held}
 
 
 def change(action: bpy.types.Action, scene: bpy.types.Scene) -> Change | None:
     """Return the changes of a take's strip since the take was generated or followed it last; None without changes or strip."""
-    origin, strip = provenance.of(action), strip_of(action, scene)
+    origin, strip = provenance.read(action), strip_of_take(action, scene)
     if not origin or "start" not in origin or "place" not in origin or strip is None or strip.sound is None:
         return None
-    now, before = _state(strip), stored.read(action, SOUND)
+    now, before = _state(strip), json_properties.read(action, SOUND)
     by = compat.strip_start(strip) - origin["start"]
-    if not before.keys() >= _KINDS.keys() or not stored.fits(before, _KINDS):
+    if not before.keys() >= _KINDS.keys() or not json_properties.has_types(before, _KINDS):
         before = {**now, "keys": []}  # of older takes only the start is known
     apart = {side: now[side] - before[side] for side in ("left", "right")}
     stretched = len(now["keys"]) != len(before["keys"]) or any(
         abs(one - other) >= _MIN_SHIFT for one, other in zip(now["keys"], before["keys"], strict=True)
     )
     written = now[_FILE] and before.get(_FILE) and now[_FILE] != before[_FILE]
-    replaced = bool(written) or not sources.same(now["path"], before["path"])
+    replaced = bool(written) or not sources.is_same_file(now["path"], before["path"])
     trimmed = not stretched and max(map(abs, apart.values())) >= _MIN_SHIFT
     longer = apart["left"] <= -_MIN_SHIFT or apart["right"] >= _MIN_SHIFT
     grown = trimmed and not replaced and longer and _is_cut(origin, now, by)
@@ -113,49 +125,49 @@ def follow(armature: ArmatureObject, scene: bpy.types.Scene, heard: Motion | Non
 
     Raises :class:`UsageError` if nothing has changed, or if the take was blended into other animation, which must stay.
     """
-    take = takes.active(armature)
+    take = take_list.active(armature)
     what, place = change(take.action, scene), layers.Place.of(take.action)
     if what is None or place is None:
         raise UsageError("The sound strip lies where it lay.", "Move, trim or stretch it in the sequencer first.")
     if place.result == "ACTION" and layers.base_action(armature, place.first, place.last, place.piece) is not None:
         raise UsageError("The take lies within other animation, which would move, too.", "Generate it anew, or use a layer.")
-    strip, fps = strip_of(take.action, scene), scene_fps(scene)
+    strip, fps = strip_of_take(take.action, scene), scene_fps(scene)
     assert strip is not None and strip.sound is not None  # else there is no change
     if heard is not None:
-        voices.reload(strip.sound)
-    if heard is not None and not (what.trimmed or tempo.stretched(strip)):
-        strip = voices.renewed(scene, strip)
+        sound_strips.reload(strip.sound)
+    if heard is not None and not (what.trimmed or strip_speed.is_stretched(strip)):
+        strip = sound_strips.renew_strip(scene, strip)
     way = _new_warp(take.action, scene, strip, what, heard)
     seen = (round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1)
     span = seen if what.trimmed or what.stretched else None
-    own = timing.clock(provenance.known(take.action), fps)
+    own = timing.clock_of(provenance.require(take.action), fps)
     where = _frame_map(own, compat.strip_start(strip), fps, way)
     _move_markers(armature, scene, place, where, span)
-    for action in versions.actions(take):
-        old = timing.clock(provenance.known(action), fps)
+    for action in versions.version_actions(take):
+        old = timing.clock_of(provenance.require(action), fps)
         _retime(action, scene, _frame_map(old, compat.strip_start(strip), fps, way), way, strip, span)
         if heard is not None and heard.face is not None:
-            _replace_face(armature, action, timing.played(heard, tempo.way(scene, strip)), fps)
-        note(action, scene)
+            _replace_face(armature, action, timing.retimed_motion(heard, strip_speed.strip_time_map(scene, strip)), fps)
+        store_strip(action, scene)
     if heard is not None:
         take.recording = Path(sources.strip_path(strip)).name
-    takes.located(take)
-    takes.show(armature)
+    take_list.note_frames(take)
+    take_list.show(armature)
     return what
 
 
 def _new_warp(
     action: bpy.types.Action, scene: bpy.types.Scene, strip: SoundStrip, what: Change, heard: Motion | None
-) -> Way | None:
+) -> TimeMap | None:
     """Return the new time warp of a take's own recording: by the words of both recordings, then by the strip's retiming."""
-    stretched = tempo.way(scene, strip) if what.stretched or what.replaced else None
+    stretched = strip_speed.strip_time_map(scene, strip) if what.stretched or what.replaced else None
     if heard is None:
-        return stretched if what.stretched else timing.way(provenance.known(action))
-    there = ways.way(directing.words(action), heard.words)
-    return there if stretched is None else Way(stretched.there(there.new), there.old)
+        return stretched if what.stretched else timing.stored_time_map(provenance.require(action))
+    there = time_alignment.align_words(gesture_edits.stored_words(action), heard.words)
+    return there if stretched is None else TimeMap(stretched.there(there.new), there.old)
 
 
-def _frame_map(old: timing.Clock, start: float, fps: float, way: Way | None) -> Callable[[Any], Any]:
+def _frame_map(old: timing.Clock, start: float, fps: float, way: TimeMap | None) -> Callable[[Any], Any]:
     """Return the function that maps scene frames of the old clock to those of a new start and time warp."""
     if old.way is None and way is None:
         return lambda frames: frames + (start - old.start)
@@ -182,39 +194,39 @@ def _retime(
     action: bpy.types.Action,
     scene: bpy.types.Scene,
     where: Callable[[Any], Any],
-    way: Way | None,
+    way: TimeMap | None,
     strip: SoundStrip,
     span: tuple[int, int] | None,
 ) -> None:
     """Move keys, provenance and pose markers of an action by ``where``, and cut it to ``span``."""
-    origin = provenance.known(action)
+    origin = provenance.require(action)
     place = {name: round(float(where(origin["place"][name]))) for name in ("first", "last")}
     cut = span is not None and (place["first"] < span[0] or place["last"] > span[1])
     if span is not None:
         place = {"first": max(place["first"], span[0]), "last": min(place["last"], span[1])}
     if place["first"] >= place["last"]:
         raise UsageError("Nothing of the take is heard any more.", "Let the strip show some of it.")
-    for one in dict.fromkeys([action, *faces.apart(action)]):
+    for one in dict.fromkeys([action, *faces.separate_actions(action)]):
         for curve in compat.curves(one):
-            keyframes.moved(curve, where)
+            keyframes.move_keys(curve, where)
             if cut:
-                keyframes.cut(curve, place["first"], place["last"])
+                keyframes.trim_curve(curve, place["first"], place["last"])
         if one.use_frame_range:
             start, end = (float(where(at)) for at in (one.frame_start, one.frame_end))
             one.frame_start, one.frame_end = (place["first"], place["last"]) if cut else (start, end)
     origin["start"] = compat.strip_start(strip)
     origin["place"] |= place
-    known = stored.read(action, SOUND)
+    known = json_properties.read(action, SOUND)
     if cut or way is not None or FOLLOWS in origin:
         path = known.get("path", sources.strip_path(strip))
         origin.setdefault(FOLLOWS, {"path": path, _FILE: known.get(_FILE, "")})
-    origin[timing.WAY] = timing.stated(way)
+    origin[timing.WAY] = timing.time_map_as_meta(way)
     settings = origin["settings"]
     if settings.get("audio_source") == "FILE" and settings.get("range") != "STRIP":
         settings |= {"range": "OWN", "start_frame": round(origin["start"])}
-    still = {one.name for one in directing.shown(action, scene) if one.frame == _marker_frame(action, one.name)}
+    still = {one.name for one in gesture_edits.shown_gestures(action, scene) if one.frame == _marker_frame(action, one.name)}
     action[provenance.PROPERTY] = json.dumps(origin, sort_keys=True)
-    frames = {one.name: one.frame for one in directing.shown(action, scene) if one.name in still}
+    frames = {one.name: one.frame for one in gesture_edits.shown_gestures(action, scene) if one.name in still}
     for marker in list(action.pose_markers):
         marker.frame = frames.get(marker.name, round(float(where(marker.frame))))
         if cut and not place["first"] <= marker.frame <= place["last"]:
@@ -228,15 +240,15 @@ def _marker_frame(action: bpy.types.Action, name: str) -> int | None:
 
 def _replace_face(armature: ArmatureObject, action: bpy.types.Action, heard: Motion, fps: float) -> None:
     """Replace a take's face by that of another recording, ``heard``."""
-    origin, place = provenance.known(action), layers.Place.of(action)
+    origin, place = provenance.require(action), layers.Place.of(action)
     assert place is not None and heard.face is not None
     every = np.arange(place.first, place.last + 1)
-    seen = None if place.piece else layers.share(place, every) * faces.settled(every, fps)
-    _, mapping, _ = keeping.figure(armature, action)
+    seen = None if place.piece else layers.influence_over_frames(place, every) * faces.end_fade(every, fps)
+    _, mapping, _ = constraints.resolved_figure(armature, action)
     spoken = faces.bone_channels(armature, heard.face, origin["start"], every, fps, mapping, seen)
     keyframes.write_channels(compat.bag(action, layers.slot_of(armature, action)), spoken, every, "LINEAR")
     if faces.FACES in action:
-        faces.lay(armature, action, heard.face, origin["start"], every, fps, lambda warning: None, seen)
+        faces.key_face(armature, action, heard.face, origin["start"], every, fps, lambda warning: None, seen)
 
 
 def voice(action: bpy.types.Action, scene: bpy.types.Scene, span: tuple[int, int] | None = None) -> sources.Voice | None:
@@ -244,7 +256,7 @@ def voice(action: bpy.types.Action, scene: bpy.types.Scene, span: tuple[int, int
 
     Raises :class:`UsageError` if that recording is gone or was overwritten.
     """
-    origin, place = provenance.of(action) or {}, layers.Place.of(action)
+    origin, place = provenance.read(action) or {}, layers.Place.of(action)
     follows = origin.get(FOLLOWS)
     if not isinstance(follows, dict) or not isinstance(follows.get("path"), str) or place is None:
         return None
@@ -253,18 +265,20 @@ def voice(action: bpy.types.Action, scene: bpy.types.Scene, span: tuple[int, int
         raise UsageError(f"{path} is gone, for which the take was performed.", "Put it back, or generate a new take.")
     _check(path, follows)
     first, last = span or (place.first, place.last)
-    name, tag = Path(path).name, action.get(voices.TAG, "")
-    return sources.Voice(path, sources.Span(origin["start"], first, last), True, name, tag, timing.way(origin), True)
+    name, tag = Path(path).name, action.get(sound_strips.TAG, "")
+    return sources.Voice(
+        path, sources.Span(origin["start"], first, last), True, name, tag, timing.stored_time_map(origin), True
+    )
 
 
-def performed_for(path: str) -> dict[str, str]:
+def recording_meta(path: str) -> dict[str, str]:
     """Return the provenance entry :data:`FOLLOWS` of a take that is generated for the recording ``path``."""
-    return {"path": path, _FILE: recordings.mark(path)}
+    return {"path": path, _FILE: recordings.content_mark(path)}
 
 
 def check_recording(action: bpy.types.Action) -> None:
     """Raise :class:`UsageError` if the recording for which a take was generated was overwritten by another one."""
-    known = (provenance.of(action) or {}).get(FOLLOWS) or stored.read(action, SOUND)
+    known = (provenance.read(action) or {}).get(FOLLOWS) or json_properties.read(action, SOUND)
     if isinstance(known, dict) and isinstance(known.get("path"), str):
         _check(bpy.path.abspath(known["path"]), known)
 
@@ -276,10 +290,10 @@ def _check(path: str, known: dict[str, Any]) -> None:
         )
 
 
-def warned(what: Change) -> str:
+def change_sentence(what: Change) -> str:
     """Return a sentence for the user about what was done."""
     if what.replaced:
-        return told("The take follows the other recording")
+        return translate("The take follows the other recording")
     if what.stretched or what.trimmed:
-        return told("The take follows its sound")
-    return told("The take was moved by {count:g} frames", count=what.by)
+        return translate("The take follows its sound")
+    return translate("The take was moved by {count:g} frames", count=what.by)

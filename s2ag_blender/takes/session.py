@@ -6,8 +6,8 @@ from collections.abc import Generator
 from ...core.errors import Cancelled, S2agError
 from ..datablocks import ArmatureObject, Context
 from ..engine import errors_log
-from ..translations import told, told_error
-from . import generate, gesture, stages
+from ..translations import translate, translate_error
+from . import engine_requests, generate, stages
 
 SLICE = 0.02
 """Seconds of keying before Blender may draw again; a single slice of a take can take longer."""
@@ -21,7 +21,7 @@ class Run:
         self.stage, self.value = "", 0.0
         self.cancelled = False
         self.count = len(planned.params.get("styles") or "1") * planned.params.get("takes", 1)
-        self._job = gesture.start(context, planned.params)
+        self._job = engine_requests.start(context, planned.params)
         self._laying: Generator[float, None, generate.Outcome] | None = None
         RUNS[armature.session_uid] = self
 
@@ -29,13 +29,13 @@ class Run:
     def text(self) -> str:
         """Return its progress for display: the stage, or which take of how many."""
         if self.cancelled:
-            return told("Cancelling")
+            return translate("Cancelling")
         if self.count == 1 or not self.stage:
             return stages.shown(self.stage)
         if self._laying is None:
-            return told("{stage}: {count} takes", stage=stages.shown(self.stage), count=self.count)
+            return translate("{stage}: {count} takes", stage=stages.shown(self.stage), count=self.count)
         number = min(int(self.value * self.count) + 1, self.count)
-        return told("Writing take {number} of {count}", number=number, count=self.count)
+        return translate("Writing take {number} of {count}", number=number, count=self.count)
 
     def step(self) -> generate.Outcome | None:
         """Poll the engine or key for a slice, without waiting; return the outcome when finished, else None.
@@ -46,9 +46,9 @@ class Run:
             raise Cancelled("Cancelled.")
         if self._laying is not None:
             return self._lay(self._laying)
-        result = gesture.poll(self._job, self._note)
+        result = engine_requests.poll(self._job, self._note)
         if result is not None:
-            self._laying, self.count = generate.finishing(self.planned, result), len(result["motions"])
+            self._laying, self.count = generate.finish_in_slices(self.planned, result), len(result["motions"])
             self.stage, self.value = stages.KEYING, 0.0
         return None
 
@@ -64,7 +64,7 @@ class Run:
     def cancel(self) -> None:
         """Cancel at once, in the engine, too."""
         self.cancelled = True
-        gesture.cancel(self._job)
+        engine_requests.cancel(self._job)
         if self._laying is not None:
             self._laying.close()  # removes its actions
 
@@ -95,12 +95,12 @@ def messages(armature: ArmatureObject) -> list[tuple[str, str]]:
 
 def fail(uid: int, error: S2agError) -> str:
     """Store an error and its remedy for the panel, save the engine's log, and return both as one line."""
-    lines = [(told(error.message), "ERROR")]
+    lines = [(translate(error.message), "ERROR")]
     if error.remedy:
-        lines.append((told(error.remedy), "BLANK1"))
+        lines.append((translate(error.remedy), "BLANK1"))
     MESSAGES[uid] = lines
     errors_log.save(error)
-    return told_error(error)
+    return translate_error(error)
 
 
 def clear() -> None:

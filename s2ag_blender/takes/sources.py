@@ -7,13 +7,13 @@ from typing import Any
 
 import bpy
 
-from ...core.direction.ways import Way
+from ...core.editing.time_alignment import TimeMap
 from ...core.errors import AudioUnreadable, UsageError
-from ...core.words import beside as transcripts
+from ...core.words import transcript_search as transcripts
 from .. import compat
 from ..datablocks import SoundStrip
-from ..translations import told
-from . import tempo, voices
+from ..translations import translate
+from . import sound_strips, strip_speed
 
 _CACHE_SECONDS = 2.0
 """Seconds for which the panel reuses the result of a look at the disk."""
@@ -41,7 +41,7 @@ class Span:
 class Voice:
     """The recording for the engine, with its display name.
 
-    ``placed`` if the sequencer plays it already; ``tag`` is that of our strip which does (:data:`voices.TAG`), or "".
+    ``placed`` if the sequencer plays it already; ``tag`` is that of our strip which does (:data:`sound_strips.TAG`), or "".
     """
 
     path: str
@@ -49,58 +49,58 @@ class Voice:
     placed: bool = False
     name: str = ""
     tag: str = ""
-    way: Way | None = None
-    """The strip's time warp (:mod:`tempo`)."""
+    way: TimeMap | None = None
+    """The strip's time warp (:mod:`strip_speed`)."""
     followed: bool = False
     """Whether it belongs to a take that followed its strip (:mod:`retiming`)."""
 
 
-def voice(settings: Any, scene: bpy.types.Scene) -> Voice:
+def find_voice(settings: Any, scene: bpy.types.Scene) -> Voice:
     """Return the recording of a character and its frames; writes a mixdown if that is chosen.
 
     Raises :class:`UsageError` for missing choices and :class:`AudioUnreadable` for unreadable sound.
     """
-    reason = missing(settings, scene)
+    reason = missing_inputs(settings, scene)
     if reason:
         raise UsageError(f"{reason}.", "The panel has it at its top or under Frames and Sound.")
     if settings.audio_source == "MIXDOWN":
         limits = _limits(settings, scene)
-        return Voice(mixdown(scene, *limits), Span(limits[0], *limits), placed=True, name=told("Sequencer"))
+        return Voice(mixdown(scene, *limits), Span(limits[0], *limits), placed=True, name=translate("Sequencer"))
     if settings.audio_source == "STRIP":
         strip = chosen_strip(settings, scene)
         assert strip is not None  # see missing()
-        span, tag = strip_span(settings, scene, strip), strip.get(voices.TAG, "")
-        return Voice(strip_file(strip), span, True, strip.name, tag, tempo.way(scene, strip))
+        span, tag = strip_span(settings, scene, strip), strip.get(sound_strips.TAG, "")
+        return Voice(strip_file(strip), span, True, strip.name, tag, strip_speed.strip_time_map(scene, strip))
     path = str(Path(bpy.path.abspath(settings.audio)).resolve())
     name = Path(path).name
     strip = {"STRIP": chosen_strip, "PREVIEW": _audible_strip}.get(settings.range, lambda *_: None)(settings, scene)
     if strip is not None:
-        own, span = strip.get(voices.TAG, ""), strip_span(settings, scene, strip)
-        return Voice(path, span, True, name, own, tempo.way(scene, strip))
+        own, span = strip.get(sound_strips.TAG, ""), strip_span(settings, scene, strip)
+        return Voice(path, span, True, name, own, strip_speed.strip_time_map(scene, strip))
     if settings.range == "OWN":
         return Voice(path, Span(settings.start_frame, settings.start_frame), name=name)
     first, last = _limits(settings, scene)
     return Voice(path, Span(first, first, last), name=name)
 
 
-def missing(settings: Any, scene: bpy.types.Scene) -> str:
+def missing_inputs(settings: Any, scene: bpy.types.Scene) -> str:
     """Return what must be chosen before gestures can be generated, as a short phrase, or "". Fast enough for drawing."""
     if settings.audio_source == "FILE" and not settings.audio:
-        return told("Choose a recording")
+        return translate("Choose a recording")
     if settings.audio_source == "FILE" and not _exists(bpy.path.abspath(settings.audio)):
-        return told("The recording is not there")
+        return translate("The recording is not there")
     if settings.audio_source == "STRIP" and not compat.sound_strips(scene):
-        return told("The sequencer has no sound strip")
+        return translate("The sequencer has no sound strip")
     if settings.audio_source == "STRIP" and chosen_strip(settings, scene) is None:
-        return told("Choose a sound strip")
+        return translate("Choose a sound strip")
     if settings.audio_source == "MIXDOWN" and not compat.sound_strips(scene):
-        return told("The sequencer has nothing to hear")
+        return translate("The sequencer has nothing to hear")
     if settings.range == "PREVIEW" and not scene.use_preview_range:
-        return told("The scene has no preview range")
+        return translate("The scene has no preview range")
     if settings.range == "STRIP" and chosen_strip(settings, scene) is None:
         if settings.audio_source == "FILE":
-            return told("The recording is not in the sequencer")
-        return told("Choose a sound strip")
+            return translate("The recording is not in the sequencer")
+        return translate("Choose a sound strip")
     return ""
 
 
@@ -116,7 +116,7 @@ def chosen_strip(settings: Any, scene: bpy.types.Scene) -> SoundStrip | None:
 def _of_file(settings: Any, scene: bpy.types.Scene) -> list[SoundStrip]:
     """Return the strips that play a character's file."""
     path = bpy.path.abspath(settings.audio)
-    return [strip for strip in compat.sound_strips(scene) if strip.sound and same(strip_path(strip), path)]
+    return [strip for strip in compat.sound_strips(scene) if strip.sound and is_same_file(strip_path(strip), path)]
 
 
 def _audible_strip(settings: Any, scene: bpy.types.Scene) -> SoundStrip | None:
@@ -176,7 +176,7 @@ def mixdown(scene: bpy.types.Scene, first: int, last: int) -> str:
     return str(path)
 
 
-def words(settings: Any, audio: str) -> dict[str, str | bool]:
+def words_parameters(settings: Any, audio: str) -> dict[str, str | bool]:
     """Return the engine's parameters for the words: ``transcript``, ``text`` or ``recognise``, or {}.
 
     Raises :class:`UsageError` if a text block is to be used and none is chosen.
@@ -184,7 +184,7 @@ def words(settings: Any, audio: str) -> dict[str, str | bool]:
     if settings.transcript_source == "RECOGNISE":
         return {"recognise": True}
     if settings.transcript_source == "FILE":
-        named = bpy.path.abspath(settings.transcript) if settings.transcript else beside(audio)
+        named = bpy.path.abspath(settings.transcript) if settings.transcript else transcript_beside(audio)
         return {"transcript": named} if named else {}
     if settings.transcript_source == "BLOCK":
         if settings.transcript_block is None:
@@ -195,9 +195,9 @@ def words(settings: Any, audio: str) -> dict[str, str | bool]:
     return {"text": text} if text.strip() else {}
 
 
-def beside(audio: str) -> str:
+def transcript_beside(audio: str) -> str:
     """Return the path of the transcript next to a recording, or "". Fast enough for drawing."""
-    path = transcripts.beside(bpy.path.abspath(audio), lambda path: _exists(str(path))) if audio else None
+    path = transcripts.find_transcript(bpy.path.abspath(audio), lambda path: _exists(str(path))) if audio else None
     return str(path or "")
 
 
@@ -225,6 +225,6 @@ def _limits(settings: Any, scene: bpy.types.Scene) -> tuple[int, int]:
     return scene.frame_start, scene.frame_end
 
 
-def same(one: str, other: str) -> bool:
+def is_same_file(one: str, other: str) -> bool:
     """Return whether two paths are of the same file."""
     return one == other or Path(one).resolve() == Path(other).resolve()

@@ -1,6 +1,6 @@
 """Display names of the stages of a run."""
 
-from ..translations import told
+from ..translations import translate
 
 KEYING = "key the takes"
 """The stage in which Blender keys the engine's motions; the other stages are the engine's."""
@@ -24,4 +24,4 @@ SHOWN = {
 
 def shown(stage: str) -> str:
     """Return the display name of a stage in the user's language."""
-    return told(SHOWN.get(stage, stage))
+    return translate(SHOWN.get(stage, stage))

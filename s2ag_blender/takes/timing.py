@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.direction.ways import Way
+from ...core.editing.time_alignment import TimeMap
 from ...core.motion.face import RATE, Face
 from ...core.motion.motion import Motion
 
@@ -20,7 +20,7 @@ class Clock:
 
     start: float
     fps: float
-    way: Way | None = None
+    way: TimeMap | None = None
 
     def frame(self, seconds: Any) -> Any:
         """Return the frames at which these seconds are played; numbers or arrays."""
@@ -32,12 +32,12 @@ class Clock:
         return played if self.way is None else self.way.back(played)
 
 
-def clock(meta: Mapping[str, Any], fps: float) -> Clock:
+def clock_of(meta: Mapping[str, Any], fps: float) -> Clock:
     """Return the clock of a take from its provenance."""
-    return Clock(meta["start"], fps, way(meta))
+    return Clock(meta["start"], fps, stored_time_map(meta))
 
 
-def way(meta: Mapping[str, Any]) -> Way | None:
+def stored_time_map(meta: Mapping[str, Any]) -> TimeMap | None:
     """Return the time warp of a take's recording from its provenance; None for none, or if invalid."""
     pairs = meta.get(WAY)
     try:
@@ -45,15 +45,15 @@ def way(meta: Mapping[str, Any]) -> Way | None:
     except (TypeError, ValueError):
         return None
     valid = old.ndim == 1 and len(old) > 1 and np.isfinite([old, new]).all() and (np.diff([old, new]) > 0).all()
-    return Way(new, old) if valid else None
+    return TimeMap(new, old) if valid else None
 
 
-def stated(way: Way | None) -> list[list[float]] | None:
+def time_map_as_meta(way: TimeMap | None) -> list[list[float]] | None:
     """Return a time warp as stored in provenance."""
     return None if way is None else [way.old.round(4).tolist(), way.new.round(4).tolist()]
 
 
-def played(motion: Motion, way: Way | None) -> Motion:
+def retimed_motion(motion: Motion, way: TimeMap | None) -> Motion:
     """Return a motion with its words and face, warped in time like its recording."""
     if way is None:
         return motion
@@ -63,7 +63,7 @@ def played(motion: Motion, way: Way | None) -> Motion:
     return replace(warped, words=words, face=motion.face and _face(motion.face, way))
 
 
-def _face(face: Face, way: Way) -> Face:
+def _face(face: Face, way: TimeMap) -> Face:
     count = max(round(float(way.there(face.duration)) * RATE), 1)
     weights = face.at(way.back(np.arange(count) / RATE), RATE)
     sounds = tuple((phone, *way.there([start, end]).tolist()) for phone, start, end in face.sounds)

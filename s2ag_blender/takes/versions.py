@@ -7,10 +7,12 @@ import bpy
 
 from .. import provenance
 from ..datablocks import ArmatureObject
-from . import takes
+from . import take_list
 
 
-def put(armature: ArmatureObject, former: bpy.types.Action, action: bpy.types.Action, warnings: Sequence[str] = ()) -> bool:
+def add_version(
+    armature: ArmatureObject, former: bpy.types.Action, action: bpy.types.Action, warnings: Sequence[str] = ()
+) -> bool:
     """Add ``action`` as the newest version of the take that plays ``former``; return False if no take plays that."""
     settings = armature.s2ag
     number = next((number for number, take in enumerate(settings.takes) if take.action == former), None)
@@ -24,7 +26,7 @@ def put(armature: ArmatureObject, former: bpy.types.Action, action: bpy.types.Ac
     return True
 
 
-def place(take: Any) -> tuple[int, int]:
+def version_position(take: Any) -> tuple[int, int]:
     """Return (number of the version that a take plays, from 1, count of versions); (1, 1) for one that was never edited."""
     at = next((number for number, one in enumerate(take.versions, 1) if one.action == take.action), 1)
     return at, max(len(take.versions), 1)
@@ -32,9 +34,9 @@ def place(take: Any) -> tuple[int, int]:
 
 def flip(armature: ArmatureObject, by: int) -> None:
     """Play the version of the selected take that is ``by`` further on, cyclically."""
-    take = takes.active(armature)
+    take = take_list.active(armature)
     count = len(take.versions)
-    at = place(take)[0] - 1
+    at = version_position(take)[0] - 1
     for step in range(1, count):
         version = (at + by * step) % count
         if take.versions[version].action is not None:
@@ -44,23 +46,23 @@ def flip(armature: ArmatureObject, by: int) -> None:
 
 def drop_others(armature: ArmatureObject) -> int:
     """Delete all versions of the selected take except the one that it plays; return their number."""
-    take = takes.active(armature)
+    take = take_list.active(armature)
     others = [one.action for one in take.versions if one.action not in (None, take.action)]
     take.versions.clear()
     for action in others:
-        takes.discard(armature, action)
+        take_list.discard(armature, action)
     return len(others)
 
 
-def actions(take: Any) -> list[bpy.types.Action]:
+def version_actions(take: Any) -> list[bpy.types.Action]:
     """Return all existing actions of a take."""
     candidates = [take.action, *(one.action for one in take.versions)]
     return list(dict.fromkeys(action for action in candidates if action is not None))
 
 
-def edits(take: Any) -> list[list[dict]]:
+def version_edits(take: Any) -> list[list[dict]]:
     """Return the edits of each version of a take."""
-    return [list((provenance.of(action) or {}).get("edits", [])) for action in actions(take)]
+    return [list((provenance.read(action) or {}).get("edits", [])) for action in version_actions(take)]
 
 
 def _add(take: Any, action: bpy.types.Action, warnings: str) -> None:
@@ -72,6 +74,6 @@ def _play(armature: ArmatureObject, number: int, version: int) -> None:
     settings = armature.s2ag
     take, one = settings.takes[number], settings.takes[number].versions[version]
     take.action, take.warnings = one.action, one.warnings
-    takes.located(take)
-    takes.rename(armature, take)
+    take_list.note_frames(take)
+    take_list.rename(armature, take)
     settings.active_take = number  # shows it

@@ -36,7 +36,7 @@ def errors(locale: str) -> dict[str, str]:
 
 
 @functools.lru_cache(maxsize=_MAX_CACHED)
-def sentence(locale: str, text: str) -> str:
+def translate_sentence(locale: str, text: str) -> str:
     """Translate a sentence that fits a template of :func:`errors`, the longest one; return ``text`` if none fits."""
     longest, filled = -1, text
     for template, translated in errors(locale).items():
@@ -47,30 +47,30 @@ def sentence(locale: str, text: str) -> str:
     return filled
 
 
-def told(text: str, **values: object) -> str:
+def translate(text: str, **values: object) -> str:
     """Translate a sentence into the user's language and fill its ``{names}`` with ``values``."""
     translated = cast(str, bpy.app.translations.pgettext_rpt(text, CONTEXT))
     if values:
         return translated.format(**values)
     locale = bpy.app.translations.locale
-    return sentence(locale, text) if translated == text and locale in LANGUAGES else translated
+    return translate_sentence(locale, text) if translated == text and locale in LANGUAGES else translated
 
 
-def named(style: str) -> str:
+def translate_style(style: str) -> str:
     """Translate a style's name, if the user's preferences say to translate names of new data."""
     label = style.capitalize()
     translated = cast(str, bpy.app.translations.pgettext_data(label, CONTEXT))
     return style if translated == label else translated
 
 
-def told_error(error: S2agError) -> str:
+def translate_error(error: S2agError) -> str:
     """Translate an error and its remedy into one line; remedies of the command line become those of the panel."""
     if "s2ag rig" in error.remedy:
-        return f"{told(error.message)} {told('Choose its bones in the panel Bone Map.')}"
-    return f"{told(error.message)} {told(error.remedy)}".strip()
+        return f"{translate(error.message)} {translate('Choose its bones in the panel Bone Map.')}"
+    return f"{translate(error.message)} {translate(error.remedy)}".strip()
 
 
-def in_context(cls: type) -> None:
+def set_translation_context(cls: type) -> None:
     """Set our translation context on a class to be registered, and on its properties and their enum items."""
     if issubclass(cls, (bpy.types.Panel, bpy.types.Operator, bpy.types.Menu)):
         cls.bl_translation_context = CONTEXT

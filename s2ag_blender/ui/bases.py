@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from ..datablocks import ArmatureObject, Context
-from ..takes.running import character
+from ..takes.operator_base import character
 
 if TYPE_CHECKING:
     from bpy.stub_internal.rna_enums import IconItems as Icon

@@ -7,25 +7,25 @@ from ...core.errors import S2agError
 from ...rigs.detect import ROWS
 from .. import compat
 from ..datablocks import ArmatureObject, Context
-from ..keys import trying
-from ..rig import handpicked, readiness
-from ..takes.recall import options
-from ..translations import told, told_error
+from ..keys import test_pose
+from ..rig import chosen_bones, readiness
+from ..takes.stored_settings import options
+from ..translations import translate, translate_error
 from .bases import OperatorResult, require_character
 from .bone_maps import OfCharacter
 
 
-def take(armature: ArmatureObject, part: str, names: list[str]) -> None:
+def assign_bones(armature: ArmatureObject, part: str, names: list[str]) -> None:
     """Assign bones to a body part, lowest first, and remove them from all other parts."""
     for item in armature.s2ag.bone_map:
-        kept = [name for name in handpicked.split(item.bones) if name not in names]
-        item.bones = handpicked.join(names if item.name == part else kept)
-    readiness.forget(armature)
+        kept = [name for name in chosen_bones.split(item.bones) if name not in names]
+        item.bones = chosen_bones.join(names if item.name == part else kept)
+    readiness.clear_cache(armature)
 
 
-def mapped(armature: ArmatureObject) -> list[str]:
+def gesturing_bones(armature: ArmatureObject) -> list[str]:
     """Return the names of the bones that are animated."""
-    return [name for row in readiness.of(armature).rows for name in row.bones if name in armature.data.bones]
+    return [name for row in readiness.readiness_of(armature).rows for name in row.bones if name in armature.data.bones]
 
 
 class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
@@ -46,9 +46,9 @@ class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
             return False
         armature, reason = require_character(context), ""
         if not armature.s2ag.bone_map:
-            reason = told("Press Choose Bones first")
+            reason = translate("Press Choose Bones first")
         elif armature.mode != "POSE" or not compat.selected_bones(armature):
-            reason = told("Select the bones in pose mode first")
+            reason = translate("Select the bones in pose mode first")
         if reason:
             cls.poll_message_set(reason)
         return not reason
@@ -56,7 +56,7 @@ class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
     def execute(self, context: Context) -> OperatorResult:
         armature = require_character(context)
         names = compat.selected_bones(armature)
-        take(armature, self.part, names[:1] if self.part == "hips" else names)
+        assign_bones(armature, self.part, names[:1] if self.part == "hips" else names)
         return {"FINISHED"}
 
 
@@ -71,7 +71,7 @@ class S2AG_OT_select_bones(OfCharacter, bpy.types.Operator):
         context.view_layer.objects.active = armature
         if armature.mode != "POSE":
             bpy.ops.object.mode_set(mode="POSE")
-        compat.select_bones(armature, mapped(armature))
+        compat.select_bones(armature, gesturing_bones(armature))
         return {"FINISHED"}
 
 
@@ -83,18 +83,18 @@ class S2AG_OT_test_pose(OfCharacter, bpy.types.Operator):
 
     def execute(self, context: Context) -> OperatorResult:
         armature = require_character(context)
-        if trying.is_shown(armature):
-            trying.end(armature)
+        if test_pose.is_shown(armature):
+            test_pose.end_test_pose(armature)
             return {"FINISHED"}
         warnings: list[str] = []
         try:
-            mapping = handpicked.chosen(armature.s2ag)
-            trying.show(armature, context.scene, mapping, options(armature.s2ag), warnings.append)
+            mapping = chosen_bones.mapping_of_settings(armature.s2ag)
+            test_pose.show_test_pose(armature, context.scene, mapping, options(armature.s2ag), warnings.append)
         except S2agError as error:
-            self.report({"ERROR"}, told_error(error))
+            self.report({"ERROR"}, translate_error(error))
             return {"CANCELLED"}
         for warning in dict.fromkeys(warnings):
-            self.report({"WARNING"}, told(warning))
+            self.report({"WARNING"}, translate(warning))
         return {"FINISHED"}
 
 

@@ -14,32 +14,32 @@ from ...core.motion.skeleton import EDGE_NAMES
 from ...rigs import maps
 from ...rigs.detect import ROWS
 from ...rigs.faces import shapes
-from ...rigs.plain import Mapping, spoken
-from ..cast import facial
+from ...rigs.skeleton import Mapping, part_phrase
+from ..characters import face_lookup
 from ..datablocks import ArmatureObject, Context
-from ..rig import facemaps, handpicked, readiness, reading
-from ..takes.running import character
-from ..translations import told, told_error
+from ..rig import chosen_bones, facemaps, readiness, reading
+from ..takes.operator_base import character
+from ..translations import translate, translate_error
 from .bases import OperatorMixin, OperatorResult, require_character
 
 ORDER = (*ROWS, "crown")
 """Parts that a map may name, in the order of the panel."""
-SHOWN = ("hips", *EDGE_NAMES, "left_hand", "right_hand")
+ALWAYS_SHOWN = ("hips", *EDGE_NAMES, "left_hand", "right_hand")
 """Parts that always have a row; twist bones and the crown have one only where the map names some."""
 
 
 def edit(armature: ArmatureObject) -> None:
     """Start a bone map from all detected bones, so that nothing changes yet; keep a map that is there."""
     if not armature.s2ag.bone_map:
-        _fill(armature.s2ag, reading.found(armature, reading.read(armature))[0])
-        readiness.forget(armature)
+        _fill(armature.s2ag, reading.detect_mapping(armature, reading.read(armature))[0])
+        readiness.clear_cache(armature)
 
 
 def reset(armature: ArmatureObject) -> None:
     """Go back to the detected bones."""
     armature.s2ag.bone_map.clear()
     armature.s2ag.bone_map_notes = ""
-    readiness.forget(armature)
+    readiness.clear_cache(armature)
 
 
 def load(armature: ArmatureObject, path: str | Path) -> Mapping:
@@ -51,7 +51,7 @@ def load(armature: ArmatureObject, path: str | Path) -> Mapping:
     _require_bones(armature, mapping.chains | ({"hips": (mapping.hips,)} if mapping.hips else {}))
     armature.s2ag.bone_map.clear()
     _fill(armature.s2ag, mapping)
-    readiness.forget(armature)
+    readiness.clear_cache(armature)
     return mapping
 
 
@@ -59,9 +59,9 @@ def _fill(settings: Any, mapping: Mapping) -> None:
     """Store a mapping as the bone map of the settings."""
     chains = mapping.chains | ({"hips": (mapping.hips,)} if mapping.hips else {})
     for part in ORDER:
-        if part in chains or part in SHOWN:
+        if part in chains or part in ALWAYS_SHOWN:
             item = settings.bone_map.add()
-            item.name, item.bones = part, handpicked.join(chains.get(part, ()))
+            item.name, item.bones = part, chosen_bones.join(chains.get(part, ()))
     switches = [{"bone": one.bone, "path": one.path, "value": one.value} for one in mapping.switches]
     settings.bone_map_notes = json.dumps({"family": mapping.family, "switches": switches})
 
@@ -71,11 +71,11 @@ def save(armature: ArmatureObject, path: str | Path) -> Mapping:
 
     Raises :class:`OutputUnwritable`, and :class:`RigUnusable` if a bone is in two parts.
     """
-    mapping = handpicked.chosen(armature.s2ag)
+    mapping = chosen_bones.mapping_of_settings(armature.s2ag)
     if mapping is None:
         mapping, _ = reading.survey(armature)
     elif not isinstance(mapping, Mapping):
-        mapping = reading.by_hand(armature, reading.read(armature), mapping)
+        mapping = reading.mapping_by_hand(armature, reading.read(armature), mapping)
     maps.parse(json.loads(maps.dump(mapping)))  # do not write what cannot be loaded
     maps.save(path, mapping, armature.name)
     return mapping
@@ -92,7 +92,7 @@ def _require_bones(armature: ArmatureObject, chains: dict[str, tuple[str, ...]])
     if len(missing) == 1:
         near = get_close_matches(bone, names, 1)
         hint = f'Did you mean "{near[0]}"?' if near else "Correct the bone map."
-        raise RigUnusable(f'The armature has no bone "{bone}" for {spoken(part)}.', hint)
+        raise RigUnusable(f'The armature has no bone "{bone}" for {part_phrase(part)}.', hint)
     total = sum(map(len, chains.values()))
     raise RigUnusable(
         f'The armature lacks {len(missing)} of the {total} bones of this map, "{bone}" among them.', "Load the map of this rig."
@@ -109,11 +109,11 @@ class OfCharacter(OperatorMixin):
         armature = character(context)
         reason = ""
         if armature is None:
-            reason = told("Select a character's armature")
+            reason = translate("Select a character's armature")
         elif armature.library is not None:
-            reason = told("The character is linked: make a library override of it first")
+            reason = translate("The character is linked: make a library override of it first")
         elif armature.mode == "EDIT":
-            reason = told("Leave edit mode first")
+            reason = translate("Leave edit mode first")
         if reason:
             cls.poll_message_set(reason)
         return not reason
@@ -155,7 +155,7 @@ class _WithJsonFile(OperatorMixin):
         try:
             self.work(require_character(context), bpy.path.abspath(self.filepath))
         except S2agError as error:
-            self.report({"ERROR"}, told_error(error))
+            self.report({"ERROR"}, translate_error(error))
             return {"CANCELLED"}
         return {"FINISHED"}
 
@@ -168,7 +168,7 @@ class S2AG_OT_load_bone_map(_WithJsonFile, OfCharacter, bpy.types.Operator, Impo
 
     def work(self, armature: ArmatureObject, path: str) -> None:
         load(armature, path)
-        self.report({"INFO"}, told("{name} has the bones of {file}", name=armature.name, file=Path(path).name))
+        self.report({"INFO"}, translate("{name} has the bones of {file}", name=armature.name, file=Path(path).name))
 
 
 class S2AG_OT_save_bone_map(_WithJsonFile, OfCharacter, bpy.types.Operator, ExportHelper):
@@ -184,7 +184,7 @@ class S2AG_OT_save_bone_map(_WithJsonFile, OfCharacter, bpy.types.Operator, Expo
 
     def work(self, armature: ArmatureObject, path: str) -> None:
         save(armature, path)
-        self.report({"INFO"}, told("Written: {path}", path=path))
+        self.report({"INFO"}, translate("Written: {path}", path=path))
 
 
 class S2AG_OT_load_face_map(_WithJsonFile, OfCharacter, bpy.types.Operator, ImportHelper):
@@ -194,8 +194,8 @@ class S2AG_OT_load_face_map(_WithJsonFile, OfCharacter, bpy.types.Operator, Impo
     bl_label = "Load Face Map"
 
     def work(self, armature: ArmatureObject, path: str) -> None:
-        facemaps.choose(armature, shapes.load(path))
-        self.report({"INFO"}, told("{name} has the face of {file}", name=armature.name, file=Path(path).name))
+        facemaps.store_face_map(armature, shapes.load(path))
+        self.report({"INFO"}, translate("{name} has the face of {file}", name=armature.name, file=Path(path).name))
 
 
 class S2AG_OT_save_face_map(_WithJsonFile, OfCharacter, bpy.types.Operator, ExportHelper):
@@ -210,11 +210,11 @@ class S2AG_OT_save_face_map(_WithJsonFile, OfCharacter, bpy.types.Operator, Expo
         return ExportHelper.invoke(self, context, event)
 
     def work(self, armature: ArmatureObject, path: str) -> None:
-        face = facial.whole(armature)
+        face = face_lookup.face_map(armature)
         if face is None:
             raise RigUnusable(f"{armature.name} has no face that speaks.", "Give it shape keys or a jaw with a usual name.")
         shapes.save(path, face)
-        self.report({"INFO"}, told("Written: {path}", path=path))
+        self.report({"INFO"}, translate("Written: {path}", path=path))
 
 
 class S2AG_OT_reset_face_map(OfCharacter, bpy.types.Operator):
@@ -224,7 +224,7 @@ class S2AG_OT_reset_face_map(OfCharacter, bpy.types.Operator):
     bl_label = "Find Face"
 
     def execute(self, context: Context) -> OperatorResult:
-        facemaps.choose(require_character(context), None)
+        facemaps.store_face_map(require_character(context), None)
         return {"FINISHED"}
 
 

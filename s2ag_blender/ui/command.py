@@ -14,11 +14,11 @@ from typing import Any
 
 import bpy
 
-from ...core import child
-from ...core.engine import interpreter
+from ...core import child_process
 from ...core.errors import Cancelled, S2agError
+from ...core.worker import interpreter
 from ..datablocks import current_context
-from ..engine import client, known
+from ..engine import client, engine_state
 
 FAILED, INTERRUPTED = 2, 130
 
@@ -55,10 +55,10 @@ def _verb(arguments: list[str]) -> int:
     The child shares the terminal, so Ctrl-C reaches it, too; SIGTERM is passed on. Raises :class:`S2agError` if a Python that
     was chosen does not have the package in this version.
     """
-    python = known.interpreter(current_context())
+    python = engine_state.interpreter(current_context())
     if client.is_chosen(python):
         interpreter.require_package(client.find_interpreter(python))
-    variables = child.environment()
+    variables = child_process.environment()
     if bpy.app.binary_path:
         variables["S2AG_BLENDER"] = bpy.app.binary_path
     process = subprocess.Popen([*client.engine_command("core.cli.main", python), *arguments], env=variables)

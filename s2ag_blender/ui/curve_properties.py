@@ -10,11 +10,11 @@ EDITABLE: Any = {"LIBRARY_OVERRIDABLE"}
 """Option of properties that can be changed on library overrides."""
 
 
-def changed(settings: Any, context: bpy.types.Context) -> None:
+def update_preview(settings: Any, context: bpy.types.Context) -> None:
     """Update the live preview after a change of a setting."""
     from ..takes import preview
 
-    preview.touch(settings.id_data)
+    preview.request_draft(settings.id_data)
 
 
 class CurveSettings:
@@ -27,7 +27,7 @@ class CurveSettings:
         min=0.6,
         max=2.0,
         override=EDITABLE,
-        update=changed,
+        update=update_preview,
     )
     smoothing: bpy.props.FloatProperty(
         name="Smoothing",
@@ -37,7 +37,7 @@ class CurveSettings:
         max=1.0,
         subtype="TIME_ABSOLUTE",
         override=EDITABLE,
-        update=changed,
+        update=update_preview,
     )
     curves: bpy.props.EnumProperty(
         name="Keys",
@@ -64,5 +64,5 @@ class CurveSettings:
         min=1,
         max=12,
         override=EDITABLE,
-        update=changed,
+        update=update_preview,
     )

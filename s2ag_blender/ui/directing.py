@@ -5,15 +5,15 @@ from typing import Any, cast
 
 import bpy
 
-from ...core.direction import gestures
-from ...core.direction.edits import LARGEST, LEAST
+from ...core.editing import gestures
+from ...core.editing.edits import LARGEST, LEAST
 from ...core.errors import S2agError, UsageError
 from ...core.meaning import vocabulary
 from .. import compat, provenance
 from ..datablocks import ArmatureObject, Context
-from ..takes import directing, generate, keeping, retiming, session, takes, versions
-from ..takes.running import Generating
-from ..translations import told, told_error
+from ..takes import constraints, generate, gesture_edits, retiming, session, take_list, versions
+from ..takes.operator_base import GeneratingOperator
+from ..translations import translate, translate_error
 from .bases import OperatorResult, require_character
 from .take_ops import OfTake, OnTake, selected
 
@@ -22,7 +22,7 @@ _AS_IT_IS = ("keep", "As It Is", "")
 _RESET: Any = {"SKIP_SAVE"}  # else Blender starts with the values of the last press: a changed hand also grows
 _KINDS = (
     (gestures.BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
-    *((name, name.replace("_", " ").capitalize(), "") for name in vocabulary.load().gestures),
+    *((name, name.replace("_", " ").capitalize(), "") for name in vocabulary.load_vocabulary().gestures),
 )
 LABELS = {name: label for name, label, _ in (*_KINDS, *_HANDS)}
 """Labels of kinds and hands."""
@@ -39,21 +39,21 @@ class _Directing(OfTake):
 
     @classmethod
     def unknown(cls, take: Any) -> str:
-        has_gestures = provenance.of(take.action) and directing.GESTURES in take.action
-        return "" if has_gestures else told("The gestures of this take are not known: generate it again")
+        has_gestures = provenance.read(take.action) and gesture_edits.GESTURES in take.action
+        return "" if has_gestures else translate("The gestures of this take are not known: generate it again")
 
     def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
-        action = takes.active(armature).action
+        action = take_list.active(armature).action
         before, new = self.edits(context, action)
         pins = {"pins": self.pins} if self.pins else {}
-        return generate.plan(context, armature, **directing.directed(action, [*before, *new]), **pins)
+        return generate.plan(context, armature, **gesture_edits.plan_arguments(action, [*before, *new]), **pins)
 
     def edits(self, context, action) -> tuple[list, list]:
         """Return the edits that the take was made with, and the new ones."""
-        gesture = directing.nearest(action, context.scene) if self.at_gesture else None
+        gesture = gesture_edits.nearest_gesture(action, context.scene) if self.at_gesture else None
         if self.at_gesture and gesture is None:
             raise UsageError("The take has no gesture.", "Add one.")
-        return directing.made(action), [self.edit(context, action, gesture)]
+        return gesture_edits.edits_of(action), [self.edit(context, action, gesture)]
 
     def edit(self, context: Context, action: bpy.types.Action, gesture: Any) -> dict[str, Any]:
         """Return the new edit; ``gesture`` is the one at the playhead, None if the edit is about no gesture."""
@@ -74,10 +74,10 @@ class S2AG_OT_apply_markers(_Directing, bpy.types.Operator):
     bl_label = "Apply Markers"
 
     def edits(self, context: Context, action: bpy.types.Action) -> tuple[list, list]:
-        new = directing.by_markers(action, context.scene)
+        new = gesture_edits.edits_from_markers(action, context.scene)
         if not new:
             raise UsageError("All markers are where they were.", "Move or delete pose markers of the action first.")
-        return directing.made(action), new
+        return gesture_edits.edits_of(action), new
 
 
 class S2AG_OT_delete_gesture(_Directing, bpy.types.Operator):
@@ -125,15 +125,19 @@ class S2AG_OT_add_gesture(_Directing, bpy.types.Operator):
 
     def edit(self, context: Context, action: bpy.types.Action, gesture: Any) -> dict[str, Any]:
         if self.word >= 0:
-            word, nth = directing.nth(action, self.word)
+            word, nth = gesture_edits.word_occurrence(action, self.word)
             return {"do": "add", "word": word, "nth": nth, **_edit_options(self)}
-        return {"do": "add", "at": directing.seconds(action, context.scene, context.scene.frame_current), **_edit_options(self)}
+        return {
+            "do": "add",
+            "at": gesture_edits.seconds_at(action, context.scene, context.scene.frame_current),
+            **_edit_options(self),
+        }
 
 
 def _word_items(operator: Any, context: Any) -> list[tuple[str, str, str]]:
     """Return enum items for the words of the selected take, labelled with their start in seconds."""
     take = selected(context)[1]
-    words = directing.words(take.action) if take is not None else []
+    words = gesture_edits.stored_words(take.action) if take is not None else []
     _SEARCH_ITEMS[:] = [(str(number), f"{word}  {start:.1f} s", "") for number, (word, start, _) in enumerate(words)]
     return _SEARCH_ITEMS
 
@@ -153,8 +157,8 @@ class S2AG_OT_add_at_word(OnTake, bpy.types.Operator):
     def poll(cls, context: Context) -> bool:
         if not super().poll(context):
             return False
-        if not directing.words(takes.active(require_character(context)).action):
-            cls.poll_message_set(told("The words of this take are not known"))
+        if not gesture_edits.stored_words(take_list.active(require_character(context)).action):
+            cls.poll_message_set(translate("The words of this take are not known"))
             return False
         return True
 
@@ -186,8 +190,8 @@ class S2AG_OT_reroll_range(_Directing, bpy.types.Operator):
 
     def edits(self, context: Context, action: bpy.types.Action) -> tuple[list, list]:
         armature = require_character(context)
-        span = directing.RANGES[self.what](action, context.scene, armature.s2ag)
-        return directing.anew(takes.active(armature), span)
+        span = gesture_edits.RANGES[self.what](action, context.scene, armature.s2ag)
+        return gesture_edits.reroll_edits(take_list.active(armature), span)
 
 
 class S2AG_OT_keep_pose(_Directing, bpy.types.Operator):
@@ -208,9 +212,9 @@ class S2AG_OT_keep_pose(_Directing, bpy.types.Operator):
     def edits(self, context: Context, action: bpy.types.Action) -> tuple[list, list]:
         armature, scene = require_character(context), context.scene
         bones = compat.selected_bones(armature) if armature.mode == "POSE" else None
-        frames = keeping.keyed_frames(action, bones) if self.what == "KEYS" else [float(scene.frame_current)]
-        new, self.pins = keeping.poses(armature, action, scene, frames, bones or None)
-        return directing.made(action), new
+        frames = constraints.keyed_frames(action, bones) if self.what == "KEYS" else [float(scene.frame_current)]
+        new, self.pins = constraints.pose_edits(armature, action, scene, frames, bones or None)
+        return gesture_edits.edits_of(action), new
 
 
 class S2AG_OT_keep_place(_Directing, bpy.types.Operator):
@@ -232,11 +236,11 @@ class S2AG_OT_keep_place(_Directing, bpy.types.Operator):
         if scene.use_preview_range:
             span = scene.frame_preview_start, scene.frame_preview_end
         target = armature.s2ag.target
-        new, self.pins = keeping.place(armature, action, scene, span, self.hand, target, self.pointing)
-        return directing.made(action), new
+        new, self.pins = constraints.place_edit(armature, action, scene, span, self.hand, target, self.pointing)
+        return gesture_edits.edits_of(action), new
 
 
-class S2AG_OT_follow_sound(Generating, bpy.types.Operator):
+class S2AG_OT_follow_sound(GeneratingOperator, bpy.types.Operator):
     """Bring the selected take, with all its versions, to where its sound is now: moved, trimmed, stretched, or said anew"""
 
     bl_idname = "s2ag.follow_sound"
@@ -248,15 +252,15 @@ class S2AG_OT_follow_sound(Generating, bpy.types.Operator):
             return False
         armature = require_character(context)
         if session.run_of(armature) is not None:
-            cls.poll_message_set(told("Gestures are being made"))
+            cls.poll_message_set(translate("Gestures are being made"))
             return False
-        if not retiming.change(takes.active(armature).action, context.scene):
-            cls.poll_message_set(told("The sound strip lies where it lay"))
+        if not retiming.change(take_list.active(armature).action, context.scene):
+            cls.poll_message_set(translate("The sound strip lies where it lay"))
             return False
         return True
 
     def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
-        return generate.following(context, armature)
+        return generate.follow_arguments(context, armature)
 
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
         what = _sound_change(context)
@@ -269,15 +273,15 @@ class S2AG_OT_follow_sound(Generating, bpy.types.Operator):
         try:
             retiming.follow(require_character(context), context.scene)
         except S2agError as error:
-            self.report({"ERROR"}, told_error(error))
+            self.report({"ERROR"}, translate_error(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, retiming.warned(what))
+        self.report({"INFO"}, retiming.change_sentence(what))
         return {"FINISHED"}
 
 
 def _sound_change(context: Context) -> retiming.Change:
     """Return how the sound of the selected take has changed, where a poll has made sure that it has."""
-    what = retiming.change(takes.active(require_character(context)).action, context.scene)
+    what = retiming.change(take_list.active(require_character(context)).action, context.scene)
     assert what is not None
     return what
 
@@ -289,8 +293,8 @@ class _OnVersions(OnTake):
     def poll(cls, context: Context) -> bool:
         if not super().poll(context):
             return False
-        if versions.place(takes.active(require_character(context)))[1] < 2:
-            cls.poll_message_set(told("This take has one version only"))
+        if versions.version_position(take_list.active(require_character(context)))[1] < 2:
+            cls.poll_message_set(translate("This take has one version only"))
             return False
         return True
 
@@ -318,7 +322,7 @@ class S2AG_OT_drop_versions(_OnVersions, bpy.types.Operator):
 
     def execute(self, context: Context) -> OperatorResult:
         count = versions.drop_others(require_character(context))
-        self.report({"INFO"}, told("{count} versions deleted", count=count))
+        self.report({"INFO"}, translate("{count} versions deleted", count=count))
         return {"FINISHED"}
 
 

@@ -7,10 +7,10 @@ from typing import Any
 import bpy
 from bpy_extras import view3d_utils
 
-from ...core.words.beside import beside
+from ...core.words.transcript_search import find_transcript
 from ..datablocks import ArmatureObject, Context, is_armature
-from ..takes.running import armature_of, character
-from ..translations import told
+from ..takes.operator_base import armature_of, character
+from ..translations import translate
 from .bases import OperatorMixin, OperatorResult
 
 EXTENSIONS = (".wav", ".flac", ".mp3", ".ogg")
@@ -33,7 +33,7 @@ def character_under(context: Context, x: int, y: int) -> ArmatureObject | None:
     return armature_of(context.scene.objects[name]) if distance < _MAX_PIXELS else None
 
 
-def target(context: Context, x: int | None = None, y: int | None = None) -> ArmatureObject | None:
+def find_target(context: Context, x: int | None = None, y: int | None = None) -> ArmatureObject | None:
     """Return the character under the mouse, else the active one, else the scene's only one, else None."""
     armature = character_under(context, x, y) if x is not None and y is not None else None
     armature = armature or character(context)
@@ -43,12 +43,12 @@ def target(context: Context, x: int | None = None, y: int | None = None) -> Arma
     return armature
 
 
-def give(armature: ArmatureObject, recording: str) -> str:
+def set_recording(armature: ArmatureObject, recording: str) -> str:
     """Set the character's recording and the transcript beside it; return that transcript's path, "" if there is none."""
     settings = armature.s2ag
     settings.audio_source, settings.audio = "FILE", recording
     settings.transcript_source = "FILE"
-    settings.transcript = str(beside(bpy.path.abspath(recording)) or "")
+    settings.transcript = str(find_transcript(bpy.path.abspath(recording)) or "")
     return settings.transcript
 
 
@@ -73,7 +73,7 @@ class S2AG_OT_drop_recording(OperatorMixin, bpy.types.Operator):
     )
 
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
-        armature = target(context, event.mouse_region_x, event.mouse_region_y)
+        armature = find_target(context, event.mouse_region_x, event.mouse_region_y)
         if armature is not None:
             self.character = armature.name
         return context.window_manager.invoke_props_dialog(self, width=360)
@@ -87,21 +87,21 @@ class S2AG_OT_drop_recording(OperatorMixin, bpy.types.Operator):
         if armature is not None:
             layout.prop(armature.s2ag, "style_pick")
             layout.prop(armature.s2ag, "intensity", slider=True)
-        transcript = beside(self.filepath)
+        transcript = find_transcript(self.filepath)
         if transcript:
-            text = told("{name} beside it tells the words", name=transcript.name)
+            text = translate("{name} beside it tells the words", name=transcript.name)
             layout.label(text=text, icon="CHECKMARK", translate=False)
         else:
             layout.label(text="No transcript beside it: the sound alone gestures", icon="INFO")
         layout.prop(self, "generate")
 
     def execute(self, context: Context) -> OperatorResult:
-        item = context.scene.objects.get(self.character) if self.character else target(context)
+        item = context.scene.objects.get(self.character) if self.character else find_target(context)
         armature = armature_of(item)
         if armature is None:
-            self.report({"ERROR"}, told("There is no character to gesture; select one"))
+            self.report({"ERROR"}, translate("There is no character to gesture; select one"))
             return {"CANCELLED"}
-        give(armature, self.filepath)
+        set_recording(armature, self.filepath)
         for selected in context.selected_objects:
             selected.select_set(selected == armature)
         armature.select_set(True)

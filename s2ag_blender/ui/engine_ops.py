@@ -7,15 +7,15 @@ from typing import Any
 
 import bpy
 
-from ...core.engine import interpreter
 from ...core.errors import S2agError
+from ...core.worker import interpreter
 from ..datablocks import Context, current_context
-from ..engine import errors_log, known
+from ..engine import engine_state, errors_log
 from ..engine.client import find_interpreter, is_chosen
-from ..engine.known import STATE
-from ..takes import gesture
-from ..takes.running import redraw
-from ..translations import told, told_error
+from ..engine.engine_state import STATE
+from ..takes import engine_requests
+from ..takes.operator_base import redraw
+from ..translations import translate, translate_error
 from .bases import OperatorResult
 
 
@@ -24,7 +24,7 @@ def begin(context: Context, path: str = "") -> interpreter.Check:
 
     Call :func:`tick` until it returns False. Raises :class:`S2agError` if there is no such engine.
     """
-    chosen = interpreter.python_in(path) if path else known.interpreter(context)
+    chosen = interpreter.find_python(path) if path else engine_state.interpreter(context)
     python = find_interpreter(chosen)
     STATE.error = None
     STATE.work, STATE.chosen = interpreter.Check(python if is_chosen(chosen) else None), path
@@ -70,9 +70,9 @@ def _finish(context: Context) -> None:
     assert work is not None
     if work.error is None:
         if STATE.chosen:
-            known.keep(context, STATE.chosen)
+            engine_state.choose(context, STATE.chosen)
         STATE.facts = work.result
-        gesture.stop_engine()  # the next request starts the new one
+        engine_requests.stop_engine()  # the next request starts the new one
     elif work.error.kind != "Cancelled":
         _store_error(work.error, work.lines)
 
@@ -81,7 +81,7 @@ def _store_error(error: S2agError, lines: Sequence[str] = ()) -> None:
     """Show ``error`` in the preferences, and save the log with what the check printed."""
     STATE.error = error
     for line in lines:
-        errors_log.note(line)
+        errors_log.add_line(line)
     errors_log.save(error)
 
 
@@ -93,7 +93,7 @@ def _on_timer() -> float | None:
 def _is_idle(cls: Any) -> bool:
     """Return whether no check is under way; else set the poll message of an operator class."""
     if STATE.work is not None:
-        cls.poll_message_set(told("The engine is being tried"))
+        cls.poll_message_set(translate("The engine is being tried"))
         return False
     return True
 
@@ -103,14 +103,14 @@ def _check(operator: bpy.types.Operator, context: Context, path: str = "") -> Op
     try:
         if bpy.app.background:
             check(context, path)
-            operator.report({"INFO"}, told("The engine works"))
+            operator.report({"INFO"}, translate("The engine works"))
         else:
             begin(context, path)
             bpy.app.timers.register(_on_timer, first_interval=0.1)
     except S2agError as error:
         if STATE.error is not error:
             _store_error(error)
-        operator.report({"ERROR"}, told_error(error))
+        operator.report({"ERROR"}, translate_error(error))
         return {"CANCELLED"}
     return {"FINISHED"}
 
@@ -138,7 +138,7 @@ class S2AG_OT_engine_choose(bpy.types.Operator):
     def execute(self, context: Context) -> OperatorResult:
         path = bpy.path.abspath(self.filepath)
         if not path:
-            self.report({"ERROR"}, told("Choose a folder or a Python"))
+            self.report({"ERROR"}, translate("Choose a folder or a Python"))
             return {"CANCELLED"}
         return _check(self, context, path)
 
@@ -181,14 +181,14 @@ class S2AG_OT_engine_leave(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if not known.chosen(context):
-            cls.poll_message_set(told("The engine that comes with the extension is used"))
+        if not engine_state.chosen_path(context):
+            cls.poll_message_set(translate("The engine that comes with the extension is used"))
             return False
         return _is_idle(cls)
 
     def execute(self, context: Context) -> OperatorResult:
-        gesture.stop_engine()
-        known.keep(context, "")
+        engine_requests.stop_engine()
+        engine_state.choose(context, "")
         return {"FINISHED"}
 
 
@@ -201,7 +201,7 @@ class S2AG_OT_open_log(bpy.types.Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         if errors_log.latest() is None:
-            cls.poll_message_set(told("Nothing has failed in this session"))
+            cls.poll_message_set(translate("Nothing has failed in this session"))
             return False
         return True
 
@@ -211,10 +211,12 @@ class S2AG_OT_open_log(bpy.types.Operator):
         try:
             block = errors_log.text_block(path)
         except OSError as error:
-            self.report({"ERROR"}, told("{path} cannot be read: {reason}", path=path, reason=error.strerror))
+            self.report({"ERROR"}, translate("{path} cannot be read: {reason}", path=path, reason=error.strerror))
             return {"CANCELLED"}
         is_open = _show(context, block)
-        self.report({"INFO"}, told("{path} is open", path=path) if is_open else told("{path} is in the texts", path=path))
+        self.report(
+            {"INFO"}, translate("{path} is open", path=path) if is_open else translate("{path} is in the texts", path=path)
+        )
         return {"FINISHED"}
 
 

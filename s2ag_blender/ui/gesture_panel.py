@@ -5,14 +5,14 @@ from typing import Any
 
 import bpy
 
-from ...core.direction import gestures
+from ...core.editing import gestures
 from ..datablocks import Context
-from ..takes import directing, retiming, takes, versions
-from ..takes.running import character
-from ..translations import told
+from ..takes import gesture_edits, retiming, take_list, versions
+from ..takes.operator_base import character
+from ..translations import translate
 from .bases import OperatorResult, require_character
 from .directing import LABELS
-from .panel import Sidebar, draw_progress, sentence
+from .panel import Sidebar, draw_progress, draw_sentence
 from .take_ops import OnTake
 
 _MIN_PIXELS, _NEW_SHARE = 150, 0.3
@@ -28,19 +28,19 @@ class S2AG_UL_gestures(bpy.types.UIList):
         self, context: Context, layout: bpy.types.UILayout, data: Any, item: Any, icon: Any, active_data: Any,
         active_property: Any, index: Any = 0, flt_flag: Any = 0,
     ) -> None:  # fmt: skip
-        gesture = next((one for one in directing.shown(data, context.scene) if one.name == item.name), None)
+        gesture = next((one for one in gesture_edits.shown_gestures(data, context.scene) if one.name == item.name), None)
         if gesture is None:
             return
         row = layout.split(factor=_WORD_SHARE, align=True)
         moved = item.frame != gesture.frame
-        kind = _hand_label(gesture.hand) if gesture.kind == gestures.BEAT else told(LABELS.get(gesture.kind, gesture.kind))
+        kind = _hand_label(gesture.hand) if gesture.kind == gestures.BEAT else translate(LABELS.get(gesture.kind, gesture.kind))
         row.label(text=f"{item.frame}  {gesture.word}", icon="MARKER_HLT" if moved else "BLANK1", translate=False)
         row.label(text=kind, translate=False)
 
     def filter_items(self, context: Context, data: Any, prop: str) -> tuple[Sequence[int], Sequence[int]]:
         """Show markers of gestures only, sorted by frame."""
         marks = list(getattr(data, prop))
-        names = {gesture.name for gesture in directing.shown(data, context.scene)}
+        names = {gesture.name for gesture in gesture_edits.shown_gestures(data, context.scene)}
         flags = [self.bitflag_filter_item if mark.name in names else 0 for mark in marks]
         places = sorted(range(len(marks)), key=lambda number: marks[number].frame)
         order = [0] * len(marks)
@@ -51,7 +51,7 @@ class S2AG_UL_gestures(bpy.types.UIList):
 
 def _hand_label(name: str) -> str:
     """Return the label of a hand in one word."""
-    return {"left": told("Left"), "right": told("Right"), "both": told("Both")}.get(name, name)
+    return {"left": translate("Left"), "right": translate("Right"), "both": translate("Both")}.get(name, name)
 
 
 class S2AG_OT_show_markers(OnTake, bpy.types.Operator):
@@ -64,7 +64,7 @@ class S2AG_OT_show_markers(OnTake, bpy.types.Operator):
     def execute(self, context: Context) -> OperatorResult:
         area = _dope_sheet(context)
         if area is None:
-            self.report({"ERROR"}, told("There is no room for a Dope Sheet in this window: open one first"))
+            self.report({"ERROR"}, translate("There is no room for a Dope Sheet in this window: open one first"))
             return {"CANCELLED"}
         context.view_layer.objects.active = character(context)  # whose action the editor shows
         space: Any = area.spaces.active
@@ -98,14 +98,14 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
     @classmethod
     def poll(cls, context: Context) -> bool:
         armature = character(context)
-        return armature is not None and takes.active(armature) is not None
+        return armature is not None and take_list.active(armature) is not None
 
     def draw(self, context: Context) -> None:
         layout, armature = self.layout, require_character(context)
-        take = takes.active(armature)
+        take = take_list.active(armature)
         draw_progress(layout, armature)
         session = context.window_manager.s2ag
-        if directing.shown(take.action, context.scene):
+        if gesture_edits.shown_gestures(take.action, context.scene):
             layout.template_list("S2AG_UL_gestures", "", take.action, "pose_markers", session, "gesture", rows=5)
         else:
             layout.label(text="No gestures are known", icon="INFO")
@@ -125,7 +125,7 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
         row.operator_menu_enum("s2ag.change_gesture", "kind", text="Kind")
         row.operator_menu_enum("s2ag.change_gesture", "hand", text="Hands")
         row = layout.row(align=True)
-        for text, size in ((told("Smaller"), 1 / _SIZE_STEP), (told("Larger"), _SIZE_STEP)):
+        for text, size in ((translate("Smaller"), 1 / _SIZE_STEP), (translate("Larger"), _SIZE_STEP)):
             button: Any = row.operator("s2ag.change_gesture", text=f"{text} × {size:.1f}", translate=False)
             button.size = size
         column = layout.column(align=True)
@@ -139,25 +139,25 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
 
 def draw_markers(layout: bpy.types.UILayout, take: Any, context: Context) -> None:
     """Draw the button that applies moved markers, with their number; without any, a hint how to move them."""
-    count = len(directing.by_markers(take.action, context.scene))
+    count = len(gesture_edits.edits_from_markers(take.action, context.scene))
     if count:
-        text = told("Apply Moved Markers ({count})", count=count)
+        text = translate("Apply Moved Markers ({count})", count=count)
         layout.operator("s2ag.apply_markers", text=text, icon="MARKER_HLT", translate=False)
-    elif directing.shown(take.action, context.scene):
+    elif gesture_edits.shown_gestures(take.action, context.scene):
         column = layout.column(align=True)
-        sentence(column, told("To move or delete gestures, move or delete their markers"), "INFO")
+        draw_sentence(column, translate("To move or delete gestures, move or delete their markers"), "INFO")
         column.operator("s2ag.show_markers", icon="ACTION")
 
 
 def draw_versions(layout: bpy.types.UILayout, take: Any) -> None:
     """Draw which version of a take is shown, and the buttons that flip through versions."""
-    at, count = versions.place(take)
+    at, count = versions.version_position(take)
     if count < 2:
         return
     row = layout.row(align=True)
     button: Any = row.operator("s2ag.flip_version", text="", icon="TRIA_LEFT")
     button.back = True
-    row.label(text=told("Version {at} of {count}", at=at, count=count))
+    row.label(text=translate("Version {at} of {count}", at=at, count=count))
     button = row.operator("s2ag.flip_version", text="", icon="TRIA_RIGHT")
     button.back = False
     row.operator("s2ag.drop_versions", text="", icon="TRASH")

@@ -23,7 +23,7 @@ def _before_save(*_: Any) -> None:
 
 @persistent
 def _after_undo(*_: Any) -> None:
-    readiness.forget()
+    readiness.clear_cache()
     if not preview.is_on():
         preview.stop()  # undo may restore a draft action
 
@@ -32,9 +32,9 @@ def _after_undo(*_: Any) -> None:
 def _after_update(_scene: bpy.types.Scene, depsgraph: Any = None, *_: Any) -> None:
     # Called on every change of anything, so it must be cheap.
     if depsgraph.id_type_updated("ARMATURE"):
-        readiness.changed(rigs=True)
+        readiness.note_change(rigs=True)
     elif depsgraph.id_type_updated("OBJECT"):
-        readiness.changed()
+        readiness.note_change()
 
 
 _HANDLERS: tuple[tuple[list, Any], ...] = (

@@ -11,16 +11,16 @@ from ...core.errors import S2agError
 from ...core.motion.readers import motion_files
 from ..datablocks import ArmatureObject, Context
 from ..keys.apply import apply_motion
-from ..rig import handpicked
-from ..takes import drafts, recall
-from ..translations import told, told_error
+from ..rig import chosen_bones
+from ..takes import drafts, stored_settings
+from ..translations import translate, translate_error
 from .bases import LayoutMixin, OperatorResult, require_character
 from .bone_maps import OfCharacter
 
 _PATTERNS = ";".join(f"*{suffix}" for suffix in motion_files.SUFFIXES)
 
 
-def perform(
+def apply_motion_file(
     armature: ArmatureObject,
     path: str | Path,
     start: int | None = None,
@@ -37,8 +37,8 @@ def perform(
         armature,
         motion.mirrored() if mirror else motion,
         start,
-        mapping=handpicked.chosen(settings),
-        options=recall.options(settings),
+        mapping=chosen_bones.mapping_of_settings(settings),
+        options=stored_settings.options(settings),
         name=f"{armature.name} {Path(path).stem}",
         report=report,
     )
@@ -62,13 +62,13 @@ class S2AG_OT_import_motion(OfCharacter, bpy.types.Operator, ImportHelper):
         drafts.drop(armature)
         start = context.scene.frame_current if self.at_playhead else None
         try:
-            action = perform(armature, bpy.path.abspath(self.filepath), start, self.mirror, warnings.append)
+            action = apply_motion_file(armature, bpy.path.abspath(self.filepath), start, self.mirror, warnings.append)
         except S2agError as error:
-            self.report({"ERROR"}, told_error(error))
+            self.report({"ERROR"}, translate_error(error))
             return {"CANCELLED"}
         for warning in warnings:
             self.report({"WARNING"}, warning)
-        self.report({"INFO"}, told("{name} performs {file}", name=armature.name, file=action.name))
+        self.report({"INFO"}, translate("{name} performs {file}", name=armature.name, file=action.name))
         return {"FINISHED"}
 
 

@@ -13,13 +13,13 @@ from ...core.errors import OutputUnwritable, S2agError, UsageError
 from ...core.motion import skeleton
 from ...core.motion.motion import Motion
 from ...core.motion.readers import ten_joints
-from ...rigs.plain import Mapping, character_frame
+from ...rigs.skeleton import Mapping, character_frame
 from ..datablocks import ArmatureObject, Context, current_context
 from ..keys.apply import scene_fps
-from ..rig import handpicked, reading
+from ..rig import chosen_bones, reading
 from ..takes import drafts, sources
-from ..takes.running import character
-from ..translations import told, told_error
+from ..takes.operator_base import character
+from ..translations import translate, translate_error
 from .bases import OperatorMixin, OperatorResult, require_character
 
 _NECK_JOINTS = {"Neck": "neck", "Head": "head"}
@@ -116,17 +116,17 @@ def _bones_of_joints(mapping: Mapping) -> dict[str, tuple[str, bool]]:
     return joints
 
 
-def spoken(armature: ArmatureObject, scene: bpy.types.Scene) -> dict[str, Any]:
+def speech_of(armature: ArmatureObject, scene: bpy.types.Scene) -> dict[str, Any]:
     """Return the character's speech by the settings of its panel, as arguments of :func:`save_take`.
 
     Raises :class:`UsageError` where nothing is chosen, and :class:`AudioUnreadable` for an unreadable recording.
     """
     settings = armature.s2ag
-    voice = sources.voice(settings, scene)
-    words = sources.words(settings, "" if settings.audio_source == "MIXDOWN" else voice.path)
+    voice = sources.find_voice(settings, scene)
+    words = sources.words_parameters(settings, "" if settings.audio_source == "MIXDOWN" else voice.path)
     span = {"first": round(voice.span.start), "last": scene.frame_end if voice.span.last is None else voice.span.last}
     texts = {name: words.get(name, "") for name in ("transcript", "text")}
-    return {"mapping": handpicked.chosen(settings), "sound": voice.path, **texts, **span}
+    return {"mapping": chosen_bones.mapping_of_settings(settings), "sound": voice.path, **texts, **span}
 
 
 def is_animated(armature: ArmatureObject) -> bool:
@@ -148,13 +148,13 @@ class S2AG_OT_learn(OperatorMixin, bpy.types.Operator):
         armature = character(context)
         reason = ""
         if armature is None:
-            reason = told("Select a character's armature")
+            reason = translate("Select a character's armature")
         elif armature.mode == "EDIT":
-            reason = told("Leave edit mode first")
+            reason = translate("Leave edit mode first")
         elif not is_animated(armature):
-            reason = told("The character has no animation to learn from")
+            reason = translate("The character has no animation to learn from")
         else:
-            reason = sources.missing(armature.s2ag, context.scene)
+            reason = sources.missing_inputs(armature.s2ag, context.scene)
         if reason:
             cls.poll_message_set(reason)
         return not reason
@@ -167,9 +167,9 @@ class S2AG_OT_learn(OperatorMixin, bpy.types.Operator):
         armature = require_character(context)
         drafts.drop(armature)  # a draft is no animation of the user's
         try:
-            path = save_take(armature, bpy.path.abspath(self.directory), **spoken(armature, context.scene))
+            path = save_take(armature, bpy.path.abspath(self.directory), **speech_of(armature, context.scene))
         except S2agError as error:
-            self.report({"ERROR"}, told_error(error))
+            self.report({"ERROR"}, translate_error(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, told("{name} is saved; train with: s2ag data plain", name=path.name))
+        self.report({"INFO"}, translate("{name} is saved; train with: s2ag data plain", name=path.name))
         return {"FINISHED"}

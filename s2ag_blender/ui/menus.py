@@ -5,7 +5,7 @@ from typing import Any
 import bpy
 
 from ..datablocks import Context, current_context
-from ..takes.running import character
+from ..takes.operator_base import character
 from .bases import Icon, LayoutMixin
 
 PIE = "S2AG_MT_pie"

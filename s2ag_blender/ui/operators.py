@@ -9,34 +9,34 @@ from bpy_extras.io_utils import ExportHelper
 
 from ...core.errors import S2agError
 from ..datablocks import Context
-from ..engine import known
+from ..engine import engine_state
 from ..rig import readiness
-from ..takes import gesture, markers, session, sources, takes
-from ..takes.running import Generating, character
-from ..translations import told, told_error
+from ..takes import engine_requests, markers, session, sources, take_list
+from ..takes.operator_base import GeneratingOperator, character
+from ..translations import translate, translate_error
 from .bases import OperatorMixin, OperatorResult, require_character
 
 
-def obstacle(context: Context) -> str:
+def why_disabled(context: Context) -> str:
     """Return why gestures cannot be generated now, as a short phrase; empty if they can."""
     armature = character(context)
     if armature is None:
-        return told("Select a character's armature")
+        return translate("Select a character's armature")
     if session.run_of(armature) is not None:
-        return told("Gestures are being made for this character")
+        return translate("Gestures are being made for this character")
     if armature.library is not None:
-        return told("The character is linked: make a library override of it first")
+        return translate("The character is linked: make a library override of it first")
     if armature.mode == "EDIT":
-        return told("Leave edit mode first")
-    ready = readiness.known(armature)
+        return translate("Leave edit mode first")
+    ready = readiness.cached(armature)
     if ready is not None and ready.problem:
         return ready.problem
-    if armature.s2ag.transcript_source == "RECOGNISE" and known.recogniser(context) is False:
-        return told("The engine has no speech recogniser yet")
-    return sources.missing(armature.s2ag, context.scene)
+    if armature.s2ag.transcript_source == "RECOGNISE" and engine_state.has_recogniser(context) is False:
+        return translate("The engine has no speech recogniser yet")
+    return sources.missing_inputs(armature.s2ag, context.scene)
 
 
-class S2AG_OT_generate(Generating, bpy.types.Operator):
+class S2AG_OT_generate(GeneratingOperator, bpy.types.Operator):
     """Make the character gesture to its recording"""
 
     bl_idname = "s2ag.generate"
@@ -44,7 +44,7 @@ class S2AG_OT_generate(Generating, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        reason = obstacle(context)
+        reason = why_disabled(context)
         if reason:
             cls.poll_message_set(reason)
         return not reason
@@ -60,7 +60,7 @@ class S2AG_OT_cancel(bpy.types.Operator):
     def poll(cls, context: Context) -> bool:
         if session.run_of(character(context)) is not None:
             return True
-        cls.poll_message_set(told("No gestures are being made for this character"))
+        cls.poll_message_set(translate("No gestures are being made for this character"))
         return False
 
     def execute(self, context: Context) -> OperatorResult:
@@ -79,7 +79,7 @@ class NeedsCharacter(OperatorMixin):
     def poll(cls, context: Context) -> bool:
         if character(context) is not None:
             return True
-        cls.poll_message_set(told("Select a character's armature"))
+        cls.poll_message_set(translate("Select a character's armature"))
         return False
 
 
@@ -93,13 +93,13 @@ class S2AG_OT_remove_markers(NeedsCharacter, bpy.types.Operator):
     def poll(cls, context: Context) -> bool:
         armature = character(context)
         if armature is None or not markers.ours(context.scene, armature.s2ag.marker_prefix):
-            cls.poll_message_set(told("No marker starts with this prefix"))
+            cls.poll_message_set(translate("No marker starts with this prefix"))
             return False
         return True
 
     def execute(self, context: Context) -> OperatorResult:
         count = markers.remove(context.scene, require_character(context).s2ag.marker_prefix)
-        self.report({"INFO"}, told("{count} markers removed", count=count))
+        self.report({"INFO"}, translate("{count} markers removed", count=count))
         return {"FINISHED"}
 
 
@@ -128,21 +128,21 @@ class S2AG_OT_export(NeedsCharacter, bpy.types.Operator, ExportHelper):
 
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
         """Propose a path beside the .blend file, named after character and take."""
-        name = gesture.file_name(require_character(context)) + self.format
+        name = engine_requests.file_name(require_character(context)) + self.format
         self.filepath = str(Path(bpy.data.filepath).with_name(name)) if bpy.data.filepath else name
         return super().invoke(context, event)
 
     def execute(self, context: Context) -> OperatorResult:
         armature = require_character(context)
         try:
-            gesture.export(context, armature, self.filepath)
+            engine_requests.export(context, armature, self.filepath)
         except S2agError as error:
-            self.report({"ERROR"}, told_error(error))
+            self.report({"ERROR"}, translate_error(error))
             return {"CANCELLED"}
-        if takes.beyond(armature, context.scene) is not None:
-            self.report({"WARNING"}, told("Cut where the scene ends: {path}", path=self.filepath))
+        if take_list.frames_beyond_scene(armature, context.scene) is not None:
+            self.report({"WARNING"}, translate("Cut where the scene ends: {path}", path=self.filepath))
         else:
-            self.report({"INFO"}, told("Written: {path}", path=self.filepath))
+            self.report({"INFO"}, translate("Written: {path}", path=self.filepath))
         return {"FINISHED"}
 
 
@@ -155,9 +155,9 @@ class _AddCharacter(OperatorMixin):
 
     def execute(self, context: Context) -> OperatorResult:
         try:
-            armature = gesture.add_character(self.character, getattr(self, "gender", "female"))
+            armature = engine_requests.add_character(self.character, getattr(self, "gender", "female"))
         except S2agError as error:
-            self.report({"ERROR"}, told_error(error))
+            self.report({"ERROR"}, translate_error(error))
             return {"CANCELLED"}
         for selected in context.selected_objects:
             selected.select_set(False)

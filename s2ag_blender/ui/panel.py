@@ -4,16 +4,16 @@ from typing import Any
 
 import bpy
 
-from ...core.engine import interpreter
+from ...core.worker import interpreter
 from ..datablocks import ArmatureObject, Context
-from ..engine import errors_log, known
+from ..engine import engine_state, errors_log
 from ..rig import readiness
-from ..takes import choices, preview, session, sources, takes
-from ..takes.running import character
-from ..translations import told
+from ..takes import menu_items, preview, session, sources, take_list
+from ..takes.operator_base import character
+from ..translations import translate
 from . import presets
 from .bases import Icon, LayoutMixin
-from .operators import obstacle
+from .operators import why_disabled
 
 _FIELD_PIXELS = 100
 """Pixels of a path that its field shows."""
@@ -60,21 +60,21 @@ def draw_character(layout: bpy.types.UILayout, armature: ArmatureObject) -> None
     """Draw the character's name and how many of its parts were found."""
     row = layout.row()
     row.label(text=armature.name, icon="ARMATURE_DATA", translate=False)
-    ready = readiness.known(armature)
+    ready = readiness.cached(armature)
     if ready is None:
         row.label(text="Looking", icon="TIME")
     elif not ready.problem:  # a problem is shown beside the button that it greys
         icon = "CHECKMARK" if ready.found == len(ready.rows) else "INFO"
-        row.label(text=told("{found} of {all} parts", found=ready.found, all=len(ready.rows)), icon=icon)
-        missing = [told(readiness.label(row.part)) for row in ready.rows if not row.found]
+        row.label(text=translate("{found} of {all} parts", found=ready.found, all=len(ready.rows)), icon=icon)
+        missing = [translate(readiness.label(row.part)) for row in ready.rows if not row.found]
         if missing:
-            sentence(layout, told("Not found: {parts}", parts=", ".join(missing)), "BLANK1")
+            draw_sentence(layout, translate("Not found: {parts}", parts=", ".join(missing)), "BLANK1")
 
 
-def sentence(layout: bpy.types.UILayout, text: str, icon: Icon) -> None:
+def draw_sentence(layout: bpy.types.UILayout, text: str, icon: Icon) -> None:
     """Draw a sentence wrapped into lines, with an icon before the first."""
     column = layout.column(align=True)
-    for number, line in enumerate(choices.wrapped(text)):
+    for number, line in enumerate(menu_items.wrap_text(text)):
         column.label(text=line, icon="BLANK1" if number else icon, translate=False)
 
 
@@ -84,13 +84,13 @@ def draw_voice(layout: bpy.types.UILayout, settings: Any, scene: bpy.types.Scene
     column.prop(settings, "audio_source")
     if settings.audio_source == "FILE":
         column.prop(settings, "audio")
-        if choices.wide(settings.audio) > _FIELD_PIXELS:  # the field shows only the beginning of the path
+        if menu_items.text_width(settings.audio) > _FIELD_PIXELS:  # the field shows only the beginning of the path
             column.label(text=bpy.path.basename(settings.audio), icon="SOUND", translate=False)
     elif settings.audio_source == "STRIP":
         strip = sources.chosen_strip(settings, scene)
         column.prop(settings, "sound_strip", icon="SOUND")
         if strip is not None and not settings.sound_strip:
-            column.label(text=told("The only strip: {name}", name=strip.name), icon="SOUND")
+            column.label(text=translate("The only strip: {name}", name=strip.name), icon="SOUND")
 
 
 def draw_words(layout: bpy.types.UILayout, settings: Any, context: Context) -> None:
@@ -98,10 +98,10 @@ def draw_words(layout: bpy.types.UILayout, settings: Any, context: Context) -> N
     column = layout.column()
     column.prop(settings, "transcript_source")
     if settings.transcript_source == "FILE":
-        transcript = "" if settings.transcript else words_beside(settings, context.scene)
+        transcript = "" if settings.transcript else find_transcript(settings, context.scene)
         column.prop(settings, "transcript", placeholder=bpy.path.basename(transcript))
-        if not settings.transcript and not sources.missing(settings, context.scene):
-            draw_beside(column, transcript)
+        if not settings.transcript and not sources.missing_inputs(settings, context.scene):
+            draw_found_transcript(column, transcript)
     elif settings.transcript_source == "BLOCK":
         column.prop(settings, "transcript_block")
     elif settings.transcript_source == "TYPED":
@@ -112,20 +112,22 @@ def draw_words(layout: bpy.types.UILayout, settings: Any, context: Context) -> N
 
 def draw_recogniser(layout: bpy.types.UILayout, context: Context) -> None:
     """Draw what the speech recogniser can do; if the engine has none, how to add one."""
-    if known.recogniser(context) is not False:
+    if engine_state.has_recogniser(context) is not False:
         layout.label(text="English speech only", icon="INFO")
         return
-    sentence(layout, told("The engine has no speech recogniser yet"), "INFO")
-    if known.ships(context):
-        sentence(layout, told('In a Python of your own: pip install "s2ag[full,recognise]", then choose it'), "BLANK1")
+    draw_sentence(layout, translate("The engine has no speech recogniser yet"), "INFO")
+    if engine_state.is_bundled(context):
+        draw_sentence(
+            layout, translate('In a Python of your own: pip install "s2ag[full,recognise]", then choose it'), "BLANK1"
+        )
         layout.operator("s2ag.engine_choose", icon="FILE_FOLDER")
     else:
-        sentence(layout, told('Add it to the engine\'s Python: pip install "s2ag[recognise]"'), "BLANK1")
+        draw_sentence(layout, translate('Add it to the engine\'s Python: pip install "s2ag[recognise]"'), "BLANK1")
 
 
-def words_beside(settings: Any, scene: bpy.types.Scene) -> str:
+def find_transcript(settings: Any, scene: bpy.types.Scene) -> str:
     """Return the path of the transcript beside the recording; empty if there is none."""
-    if sources.missing(settings, scene):
+    if sources.missing_inputs(settings, scene):
         return ""
     recording = settings.audio
     if settings.audio_source == "MIXDOWN":
@@ -133,41 +135,41 @@ def words_beside(settings: Any, scene: bpy.types.Scene) -> str:
     elif settings.audio_source == "STRIP":
         strip = sources.chosen_strip(settings, scene)
         recording = sources.strip_path(strip) if strip is not None and strip.sound else ""
-    return sources.beside(recording) or ""
+    return sources.transcript_beside(recording) or ""
 
 
-def draw_beside(layout: bpy.types.UILayout, transcript: str) -> None:
+def draw_found_transcript(layout: bpy.types.UILayout, transcript: str) -> None:
     """Draw which transcript was found beside the recording, if any."""
     if transcript:
-        text = told("{name} beside it has the words", name=bpy.path.basename(transcript))
-        sentence(layout, text, "CHECKMARK")
+        text = translate("{name} beside it has the words", name=bpy.path.basename(transcript))
+        draw_sentence(layout, text, "CHECKMARK")
     else:
-        sentence(layout, told("No words: the audio alone gestures"), "INFO")
+        draw_sentence(layout, translate("No words: the audio alone gestures"), "INFO")
 
 
 def draw_style(layout: bpy.types.UILayout, settings: Any) -> None:
     """Draw the style as a menu of names, and as text where it is an expression."""
     column = layout.column()
     column.prop(settings, "style_pick")
-    if choices.is_written(settings):
+    if menu_items.is_written(settings):
         column.prop(settings, "style", text="Mixture")
 
 
 def draw_run(layout: bpy.types.UILayout, armature: ArmatureObject, context: Context) -> None:
     """Draw the button or the progress of a run; then the messages and warnings of the last run."""
-    if known.STATE.work is not None:
-        draw_engine_work(layout, known.STATE.work)
+    if engine_state.STATE.work is not None:
+        draw_engine_work(layout, engine_state.STATE.work)
     elif not draw_progress(layout, armature):
         draw_button(layout, context)
     icon: Any
     for text, icon in session.messages(armature):
-        sentence(layout, text, icon)
+        draw_sentence(layout, text, icon)
     if errors_log.latest() is not None and session.messages(armature):
         layout.operator("s2ag.open_log", icon="TEXT")
-    take = takes.active(armature)
+    take = take_list.active(armature)
     for warning in take.warnings.splitlines() if take is not None else ():
-        sentence(layout, told(warning), "ERROR")
-    draw_beyond(layout, armature, context.scene)
+        draw_sentence(layout, translate(warning), "ERROR")
+    draw_range_warning(layout, armature, context.scene)
 
 
 def draw_progress(layout: bpy.types.UILayout, armature: ArmatureObject) -> bool:
@@ -180,14 +182,14 @@ def draw_progress(layout: bpy.types.UILayout, armature: ArmatureObject) -> bool:
     return run is not None
 
 
-def draw_beyond(layout: bpy.types.UILayout, armature: ArmatureObject, scene: bpy.types.Scene) -> bool:
+def draw_range_warning(layout: bpy.types.UILayout, armature: ArmatureObject, scene: bpy.types.Scene) -> bool:
     """Warn, with a button that lengthens the scene, if it ends before the gestures do; return whether it does."""
-    seconds = takes.beyond(armature, scene)
+    seconds = take_list.frames_beyond_scene(armature, scene)
     if seconds is None:
         return False
     gestures, end = seconds
-    text = told("{gestures:.0f} s of gestures, scene ends at {end:.0f} s", gestures=gestures, end=end)
-    sentence(layout, text, "ERROR")
+    text = translate("{gestures:.0f} s of gestures, scene ends at {end:.0f} s", gestures=gestures, end=end)
+    draw_sentence(layout, text, "ERROR")
     layout.operator("s2ag.fit_range", icon="PREVIEW_RANGE")
     return True
 
@@ -198,9 +200,9 @@ def draw_button(layout: bpy.types.UILayout, context: Context) -> None:
     row = column.row(align=True)
     row.scale_y = 1.4
     row.operator("s2ag.generate", icon="PLAY")
-    reason = obstacle(context)
+    reason = why_disabled(context)
     if reason:
-        sentence(column, reason, "INFO")
+        draw_sentence(column, reason, "INFO")
     row = column.row()
     row.use_property_split = False  # so that the label is inside the button
     row.prop(context.window_manager.s2ag, "live", toggle=True, icon="HIDE_OFF" if preview.is_on(context) else "HIDE_ON")
@@ -209,5 +211,5 @@ def draw_button(layout: bpy.types.UILayout, context: Context) -> None:
 def draw_engine_work(layout: bpy.types.UILayout, work: interpreter.Check) -> None:
     """Draw the progress of a check of the engine, with the button that stops it."""
     row = layout.row(align=True)
-    row.progress(factor=work.value, text=told(work.stage))
+    row.progress(factor=work.value, text=translate(work.stage))
     row.operator("s2ag.engine_cancel", text="", icon="X")

@@ -7,12 +7,12 @@ from typing import Any
 
 import bpy
 
-from ...core.engine import interpreter
 from ...core.errors import S2agError
+from ...core.worker import interpreter
 from .. import compat
 from ..datablocks import Context, current_context
-from ..engine import errors_log, known
-from ..translations import told, told_error
+from ..engine import engine_state, errors_log
+from ..translations import translate, translate_error
 from . import menus
 from .bases import Icon, LayoutMixin
 
@@ -20,11 +20,11 @@ _LINE_LETTERS = 96
 
 
 def _forget_check(preferences: Any, context: Any) -> None:
-    known.forget()
+    engine_state.forget()
 
 
 class S2AG_Preferences(LayoutMixin, bpy.types.AddonPreferences):
-    bl_idname = known.PACKAGE
+    bl_idname = engine_state.PACKAGE
 
     engine: bpy.props.StringProperty(
         name="Full Engine",
@@ -43,10 +43,10 @@ class S2AG_Preferences(LayoutMixin, bpy.types.AddonPreferences):
         row.label(text="In the 3D viewport: press N, then choose the tab Gestures", icon="INFO")
         row.operator("s2ag.show_panel", icon="OUTLINER_OB_ARMATURE")
         _draw_facts(layout.box().column(align=True))
-        if known.STATE.work is not None:
-            _draw_work(layout, known.STATE.work)
-        if known.STATE.error is not None:
-            _draw_error(layout, known.STATE.error)
+        if engine_state.STATE.work is not None:
+            _draw_work(layout, engine_state.STATE.work)
+        if engine_state.STATE.error is not None:
+            _draw_error(layout, engine_state.STATE.error)
         self._draw_full(layout, context)
         menus.draw_key(layout, context)
 
@@ -56,7 +56,7 @@ class S2AG_Preferences(LayoutMixin, bpy.types.AddonPreferences):
         header.label(text="Advanced: Full Engine")
         if body is None:
             return
-        about = told(
+        about = translate(
             "A Python of your own with PyTorch, for gesture models of other kinds and other devices, and with the speech "
             "recogniser if wanted. Gestures do not need it. It is 3.11 or newer, and made outside Blender: install the package "
             "there, then choose that Python."
@@ -75,13 +75,13 @@ class S2AG_Preferences(LayoutMixin, bpy.types.AddonPreferences):
 def _draw_facts(column: bpy.types.UILayout) -> None:
     """Draw the facts that the last check of the engine found, one per line."""
     context = current_context()
-    facts = known.facts()
+    facts = engine_state.facts()
     if not facts:
-        if known.ships(context):
+        if engine_state.is_bundled(context):
             column.label(text="The engine that comes with the extension is used", icon="CHECKMARK")
         else:
             column.label(text="An engine is there that has not been tried yet", icon="QUESTION")
-            _row(column, "Full Engine", known.chosen(context) or os.environ["S2AG_PYTHON"])
+            _row(column, "Full Engine", engine_state.chosen_path(context) or os.environ["S2AG_PYTHON"])
         return
     column.label(text="The engine works", icon="CHECKMARK")
     _row(column, "Python", facts.get("interpreter", ""))
@@ -90,7 +90,7 @@ def _draw_facts(column: bpy.types.UILayout) -> None:
     _row(column, "S2AG", facts.get("s2ag", ""))
     _row(column, "Gesture Model", f"{facts.get('checkpoint', '')}  {facts.get('hash', '')[:12]}")
     _row(column, "Runs On", facts.get("device", ""))
-    _row(column, "Recogniser", told("installed") if facts.get("recogniser") else told("not installed"))
+    _row(column, "Recogniser", translate("installed") if facts.get("recogniser") else translate("not installed"))
 
 
 def _row(column: bpy.types.UILayout, name: str, value: str) -> None:
@@ -101,13 +101,13 @@ def _row(column: bpy.types.UILayout, name: str, value: str) -> None:
 
 def _draw_work(layout: bpy.types.UILayout, work: interpreter.Check) -> None:
     row = layout.row(align=True)
-    row.progress(factor=work.value, text=told(work.stage))
+    row.progress(factor=work.value, text=translate(work.stage))
     row.operator("s2ag.engine_cancel", text="", icon="X")
 
 
 def _draw_error(layout: bpy.types.UILayout, error: S2agError) -> None:
     box = layout.box().column(align=True)
-    _draw_wrapped(box, told_error(error), icon="ERROR")
+    _draw_wrapped(box, translate_error(error), icon="ERROR")
     if errors_log.latest() is not None:
         box.operator("s2ag.open_log", icon="TEXT")
 

@@ -7,8 +7,8 @@ from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
 from ..datablocks import Context
-from ..takes.running import character
-from ..translations import told
+from ..takes.operator_base import character
+from ..translations import translate
 from . import setting_properties
 
 LABEL = "Gesture Presets"
@@ -45,7 +45,7 @@ class S2AG_OT_preset_add(AddPresetBase, bpy.types.Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         if character(context) is None:
-            cls.poll_message_set(told("Select a character"))
+            cls.poll_message_set(translate("Select a character"))
             return False
         return True
 

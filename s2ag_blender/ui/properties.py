@@ -9,10 +9,10 @@ import bpy
 from .. import compat
 from ..datablocks import Context, current_context
 from ..rig import readiness
-from ..takes import choices, directing, preview, takes
-from ..takes.choices import control_names, style_names
-from ..takes.running import character
-from .curve_properties import EDITABLE, CurveSettings, changed
+from ..takes import gesture_edits, menu_items, preview, take_list
+from ..takes.menu_items import control_names, style_names
+from ..takes.operator_base import character
+from .curve_properties import EDITABLE, CurveSettings, update_preview
 from .setting_properties import SettingProperties
 
 __all__ = ["S2AG_BoneChoice", "S2AG_Session", "S2AG_Settings", "S2AG_Take", "S2AG_Version", "control_names", "style_names"]
@@ -27,25 +27,25 @@ PARTS = (
 
 
 def _on_live(settings: Any, context: Context) -> None:
-    preview.switched(context)
+    preview.preview_switched(context)
 
 
 def _on_active_take(settings: Any, context: Context) -> None:
-    takes.show(settings.id_data)
+    take_list.show(settings.id_data)
 
 
 def _get_gesture(session: Any) -> int:
     context = current_context()
-    return directing.row(character(context), context.scene)
+    return gesture_edits.marker_row(character(context), context.scene)
 
 
 def _set_gesture(session: Any, row: int) -> None:
     context = current_context()
-    directing.go_to(character(context), context.scene, row)
+    gesture_edits.go_to(character(context), context.scene, row)
 
 
 def _on_title(take: Any, context: Context) -> None:
-    takes.rename(take.id_data, take)
+    take_list.rename(take.id_data, take)
 
 
 def _on_keep(take: Any, context: Context) -> None:
@@ -54,7 +54,7 @@ def _on_keep(take: Any, context: Context) -> None:
 
 
 def _on_bones(item: Any, context: Context) -> None:
-    readiness.forget(item.id_data)
+    readiness.clear_cache(item.id_data)
 
 
 _PARTNER = "Another character, or what stands for one: it is looked at, and listened to while it speaks"
@@ -73,7 +73,7 @@ class S2AG_BoneChoice(bpy.types.PropertyGroup):
     bones: bpy.props.StringProperty(
         name="Bones",
         description="Bones that carry this part, from the lowest to the highest, with commas between; empty leaves it out",
-        search=choices.search_bones,
+        search=menu_items.search_bones,
         search_options={"SUGGESTION"},
         override=EDITABLE,
         update=_on_bones,
@@ -151,7 +151,7 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
     sound_strip: bpy.props.StringProperty(
         name="Sound Strip",
         description="Sound strip of this scene's sequencer to gesture to",
-        search=choices.search_strips,
+        search=menu_items.search_strips,
         override=EDITABLE,
     )
     transcript_source: bpy.props.EnumProperty(
@@ -182,28 +182,28 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
     style: bpy.props.StringProperty(
         name="Style",
         description="A speaker, a blend such as calm lecturer:0.6+stern:0.4, or random",
-        search=choices.search_styles,
+        search=menu_items.search_styles,
         search_options={"SUGGESTION"},
         override=EDITABLE,
-        update=changed,
+        update=update_preview,
     )
     style_pick: bpy.props.EnumProperty(
         name="Style",
         description="Whose manner of gesturing to take on",
-        items=choices.style_items,
-        get=choices.get_style,
-        set=choices.set_style,
+        items=menu_items.style_items,
+        get=menu_items.get_style,
+        set=menu_items.set_style,
         options={"SKIP_SAVE"},
     )
     style_second: bpy.props.StringProperty(
-        name="Second Style", description="Name of the style that is blended in", override=EDITABLE, update=changed
+        name="Second Style", description="Name of the style that is blended in", override=EDITABLE, update=update_preview
     )
     style_second_pick: bpy.props.EnumProperty(
         name="Blend With",
         description="A second style to blend in",
-        items=choices.second_items,
-        get=choices.get_second,
-        set=choices.set_second,
+        items=menu_items.second_items,
+        get=menu_items.get_second,
+        set=menu_items.set_second,
         options={"SKIP_SAVE"},
     )
     style_mix: bpy.props.FloatProperty(
@@ -214,10 +214,10 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
         max=1.0,
         subtype="FACTOR",
         override=EDITABLE,
-        update=changed,
+        update=update_preview,
     )
     partner: bpy.props.PointerProperty(
-        type=bpy.types.Object, name="Talks With", description=_PARTNER, override=EDITABLE, update=changed
+        type=bpy.types.Object, name="Talks With", description=_PARTNER, override=EDITABLE, update=update_preview
     )
 
     range: bpy.props.EnumProperty(
@@ -230,10 +230,14 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
             ("STRIP", "Strip", "The frames that the sound strip covers, in sync with it"),
         ],
         override=EDITABLE,
-        update=changed,
+        update=update_preview,
     )
     start_frame: bpy.props.IntProperty(
-        name="Start Frame", description="Frame on which the recording starts", default=1, override=EDITABLE, update=changed
+        name="Start Frame",
+        description="Frame on which the recording starts",
+        default=1,
+        override=EDITABLE,
+        update=update_preview,
     )
     result: bpy.props.EnumProperty(
         name="Result",
@@ -244,9 +248,9 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
             ("LAYER", "Layer", "An NLA strip that adds gestures to the animation that is there"),
         ],
         override=EDITABLE,
-        update=changed,
+        update=update_preview,
     )
-    influence: _factor("Influence", "How much of the strip or layer is seen", 1.0, 1.0, update=changed)
+    influence: _factor("Influence", "How much of the strip or layer is seen", 1.0, 1.0, update=update_preview)
     blend_in: bpy.props.IntProperty(
         name="Blend In",
         description="Frames over which the animation that is there turns into gestures",
@@ -254,7 +258,7 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
         min=0,
         soft_max=48,
         override=EDITABLE,
-        update=changed,
+        update=update_preview,
     )
     blend_out: bpy.props.IntProperty(
         name="Blend Out",
@@ -263,7 +267,7 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
         min=0,
         soft_max=48,
         override=EDITABLE,
-        update=changed,
+        update=update_preview,
     )
     start_pose: bpy.props.EnumProperty(
         name="Start",
@@ -273,7 +277,7 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
             ("CURRENT", "This Pose", "Continue from the pose that the character has now"),
         ],
         override=EDITABLE,
-        update=changed,
+        update=update_preview,
     )
     end_pose: bpy.props.EnumProperty(
         name="End",
@@ -284,7 +288,7 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
             ("THERE", "Pose There", "Reach the pose that the character's animation has on the last frame"),
         ],
         override=EDITABLE,
-        update=changed,
+        update=update_preview,
     )
     add_sound: bpy.props.BoolProperty(
         name="Sound Strip", description="Put the recording into the sequencer", default=True, override=EDITABLE
@@ -299,10 +303,10 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
         override=EDITABLE,
     )
 
-    torso_strength: _factor("Torso", "How much the spine takes part", 1.0, update=changed)
-    head_strength: _factor("Head", "How much neck and head take part", 1.0, update=changed)
-    clavicle_strength: _factor("Clavicles", "How much the shoulders take part", 0.6, update=changed)
-    palms: _factor("Palms", "How far forearms turn the palms inwards and down", 0.4, 1.0, update=changed)
+    torso_strength: _factor("Torso", "How much the spine takes part", 1.0, update=update_preview)
+    head_strength: _factor("Head", "How much neck and head take part", 1.0, update=update_preview)
+    clavicle_strength: _factor("Clavicles", "How much the shoulders take part", 0.6, update=update_preview)
+    palms: _factor("Palms", "How far forearms turn the palms inwards and down", 0.4, 1.0, update=update_preview)
     parts: bpy.props.EnumProperty(
         name="Parts",
         description="Parts of the body that are keyed; the others keep what they have",
@@ -310,7 +314,7 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
         options={"ENUM_FLAG"},
         default={part for part, _, _ in PARTS},
         override=EDITABLE,
-        update=changed,
+        update=update_preview,
     )
     target: bpy.props.PointerProperty(
         type=bpy.types.Object,

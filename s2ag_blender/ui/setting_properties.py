@@ -7,11 +7,11 @@ import bpy
 from ...core.declaration import Setting
 from ...core.settings import SWITCHES, Models, Settings, sliders
 from .. import compat
-from .curve_properties import EDITABLE, changed
+from .curve_properties import EDITABLE, update_preview
 
-SHOWN = {one.identifier: one for one in sliders(Settings) + sliders(Models)}
+SETTINGS = {one.identifier: one for one in sliders(Settings) + sliders(Models)}
 """Identifier in Blender -> setting, in the order of the panels."""
-PRESETS = tuple(identifier for identifier, one in SHOWN.items() if one.preset)
+PRESETS = tuple(identifier for identifier, one in SETTINGS.items() if one.preset)
 """Properties that a preset sets."""
 _CONTROL_STEP = 5
 """Hundredths by which the arrows of a control's slider change it."""
@@ -24,7 +24,7 @@ def _switch(label: str, tip: str) -> Any:
 def _property(one: Setting) -> Any:
     """Return the deferred Blender property of a setting."""
     about: dict = {"name": one.label, "description": one.tip, "override": EDITABLE}
-    about |= {"update": changed} if one.previewed else {}
+    about |= {"update": update_preview} if one.previewed else {}
     if one.kind == "flag":
         return bpy.props.BoolProperty(default=one.usually, **about)
     if one.kind == "path":
@@ -44,7 +44,7 @@ class SettingProperties:
     """The settings that are declared in :mod:`core.settings`, a part of a character's settings."""
 
     __annotations__ = {name: _switch(*texts) for name, texts in SWITCHES.items()}
-    __annotations__ |= {identifier: _property(one) for identifier, one in SHOWN.items()}
+    __annotations__ |= {identifier: _property(one) for identifier, one in SETTINGS.items()}
 
 
 def draw_group(layout: bpy.types.UILayout, settings: Any, group: str, steered: bool = True) -> None:
@@ -52,7 +52,7 @@ def draw_group(layout: bpy.types.UILayout, settings: Any, group: str, steered: b
     drawn below it, greyed while it is off.
     """
     blocks: dict = {}
-    for identifier, one in SHOWN.items():
+    for identifier, one in SETTINGS.items():
         if one.group != group or (one.hidden_by and getattr(settings, one.hidden_by)):
             continue
         block = "steered" if one.control else one.switch

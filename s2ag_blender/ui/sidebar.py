@@ -5,7 +5,7 @@ from typing import Any
 import bpy
 
 from ..datablocks import Context
-from ..translations import told
+from ..translations import translate
 from .bases import OperatorResult
 from .panel import Sidebar
 
@@ -22,17 +22,17 @@ class S2AG_OT_show_panel(bpy.types.Operator):
     def execute(self, context: Context) -> OperatorResult:
         views = [area for window in context.window_manager.windows for area in window.screen.areas if area.type == "VIEW_3D"]
         if not views:
-            self.report({"ERROR"}, told("No 3D viewport is open: open one, press N in it, then choose the tab Gestures"))
+            self.report({"ERROR"}, translate("No 3D viewport is open: open one, press N in it, then choose the tab Gestures"))
             return {"CANCELLED"}
         view: Any = context.area if context.area in views else max(views, key=lambda area: area.width * area.height)
         view.spaces.active.show_region_ui = True
         tries = iter(range(_MAX_TRIES))
-        if not turned_to(view) and not bpy.app.background:  # in background mode nothing is ever drawn
-            bpy.app.timers.register(lambda: _WAIT if next(tries, None) is not None and not turned_to(view) else None)
+        if not show_tab(view) and not bpy.app.background:  # in background mode nothing is ever drawn
+            bpy.app.timers.register(lambda: _WAIT if next(tries, None) is not None and not show_tab(view) else None)
         return {"FINISHED"}
 
 
-def turned_to(area: bpy.types.Area) -> bool:
+def show_tab(area: bpy.types.Area) -> bool:
     """Show our tab in an area's sidebar; return False where the tab does not exist yet."""
     sidebar: Any = next((region for region in area.regions if region.type == "UI"), None)
     area.tag_redraw()

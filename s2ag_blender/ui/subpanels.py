@@ -4,15 +4,15 @@ from typing import Any
 
 import bpy
 
-from ..cast import facial
+from ..characters import face_lookup
 from ..datablocks import ArmatureObject, Context
-from ..keys import density, trying
-from ..rig import facemaps, handpicked, readiness
-from ..takes import choices, markers, takes
-from ..takes.running import character
-from ..translations import told
+from ..keys import density, test_pose
+from ..rig import chosen_bones, facemaps, readiness
+from ..takes import markers, menu_items, take_list
+from ..takes.operator_base import character
+from ..translations import translate
 from .bases import Icon, require_character
-from .panel import Sidebar, draw_beyond, draw_progress, sentence
+from .panel import Sidebar, draw_progress, draw_range_warning, draw_sentence
 from .setting_properties import draw_group
 
 _NAME_SHARE = 0.48
@@ -70,11 +70,11 @@ class S2AG_PT_takes(_SubPanel, bpy.types.Panel):
         column = row.column(align=True)
         column.operator("s2ag.delete_take", text="", icon="REMOVE")
         column.operator("s2ag.delete_others", text="", icon="TRASH")
-        take = takes.active(armature)
+        take = take_list.active(armature)
         if take is None:
             layout.label(text="Takes to choose from appear here", icon="INFO")
         elif take.recording:
-            layout.label(text=told("{name} from frame {frame}", name=take.recording, frame=take.first), icon="SOUND")
+            layout.label(text=translate("{name} from frame {frame}", name=take.recording, frame=take.first), icon="SOUND")
         column = layout.column(align=True)
         column.operator("s2ag.reroll", icon="FILE_REFRESH")
         column.operator("s2ag.vary", icon="MOD_NOISE")
@@ -88,7 +88,7 @@ class S2AG_PT_expression(_SubPanel, bpy.types.Panel):
 
     def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
         draw_blend(layout, settings)
-        controls = choices.control_names(settings.checkpoint)
+        controls = menu_items.control_names(settings.checkpoint)
         draw_group(layout, settings, "expression", steered=bool(controls))
         layout.prop(settings, "partner")
         draw_group(layout, settings, "talk")
@@ -98,13 +98,13 @@ class S2AG_PT_expression(_SubPanel, bpy.types.Panel):
 
 def draw_blend(layout: bpy.types.UILayout, settings: Any) -> None:
     """Draw the description of the style, and the choice of a second style to blend in."""
-    if choices.is_written(settings):
+    if menu_items.is_written(settings):
         return
     column = layout.column()
-    description = choices.description(settings)
-    for line in choices.wrapped(told(description)) if description else ():
+    description = menu_items.style_description(settings)
+    for line in menu_items.wrap_text(translate(description)) if description else ():
         column.label(text=line, translate=False)
-    if not choices.can_blend(settings):
+    if not menu_items.can_blend(settings):
         column.label(text="Random styles are not blended", icon="INFO")
         return
     column.prop(settings, "style_second_pick")
@@ -120,15 +120,15 @@ class S2AG_PT_face(_SubPanel, bpy.types.Panel):
         row = layout.row(align=True)
         row.operator("s2ag.load_face_map", text="Load", icon="FILE_FOLDER")
         row.operator("s2ag.save_face_map", text="Save", icon="FILE_TICK")
-        if facemaps.chosen(armature) is not None:
+        if facemaps.read_face_map(armature) is not None:
             row.operator("s2ag.reset_face_map", text="", icon="LOOP_BACK")
-        face = facial.find(armature, look=bpy.app.background)
+        face = face_lookup.find(armature, look=bpy.app.background)
         if face is None:
-            sentence(layout, told("No shape keys that speak were found"), "INFO")
+            draw_sentence(layout, translate("No shape keys that speak were found"), "INFO")
             return
         layout.label(text=face.shapes.family, icon="CHECKMARK", translate=False)
         for part in face.missing:
-            sentence(layout, told("Nothing for: {parts}", parts=told(part)), "INFO")
+            draw_sentence(layout, translate("Nothing for: {parts}", parts=translate(part)), "INFO")
 
 
 class S2AG_PT_frames(_SubPanel, bpy.types.Panel):
@@ -146,7 +146,7 @@ class S2AG_PT_frames(_SubPanel, bpy.types.Panel):
         sound.active = settings.audio_source == "FILE" and settings.range != "STRIP"
         sound.prop(settings, "add_sound")
         if not sound.active:
-            sentence(column, told("The sequencer plays the voice already"), "INFO")
+            draw_sentence(column, translate("The sequencer plays the voice already"), "INFO")
         column.prop(settings, "add_markers")
         if settings.add_markers or markers.ours(context.scene, settings.marker_prefix):
             column.prop(settings, "marker_prefix")
@@ -171,7 +171,7 @@ class S2AG_PT_layers(_SubPanel, bpy.types.Panel):
         ends.prop(settings, "start_pose")
         ends.prop(settings, "end_pose")
         if layered:
-            sentence(layout, told("A layer starts and ends in what is below it"), "INFO")
+            draw_sentence(layout, translate("A layer starts and ends in what is below it"), "INFO")
 
 
 class S2AG_PT_body(_SubPanel, bpy.types.Panel):
@@ -200,7 +200,7 @@ class S2AG_PT_curves(_SubPanel, bpy.types.Panel):
             row = layout.row()
             row.active = settings.curves == curves
             row.prop(settings, name)
-        take = takes.active(armature)
+        take = take_list.active(armature)
         dense = take is not None and density.is_dense(take.action)
         layout.operator("s2ag.change_keys", text="Key Only Poses" if dense else "Key All Frames", icon="IPO_BEZIER")
 
@@ -209,17 +209,17 @@ class S2AG_PT_bone_map(_SubPanel, bpy.types.Panel):
     bl_label = "Bone Map"
 
     def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
-        ready = readiness.known(armature)
+        ready = readiness.cached(armature)
         if settings.bone_map:
             layout.label(text="By hand; commas between bones", icon="GREASEPENCIL")
         elif ready is not None and ready.family:
-            sentence(layout, told("Found as: {family}", family=ready.family), "ARMATURE_DATA")
+            draw_sentence(layout, translate("Found as: {family}", family=ready.family), "ARMATURE_DATA")
         column = layout.column(align=True)
         if settings.bone_map:
             for item in settings.bone_map:
                 row = column.split(factor=_NAME_SHARE)
-                row.alert = not all(bone in armature.data.bones for bone in handpicked.split(item.bones))
-                row.label(text=told(readiness.label(item.name)), translate=False)
+                row.alert = not all(bone in armature.data.bones for bone in chosen_bones.split(item.bones))
+                row.label(text=translate(readiness.label(item.name)), translate=False)
                 row = row.row(align=True)
                 row.prop(item, "bones", text="")
                 button: Any = row.operator("s2ag.bones_from_selection", text="", icon="EYEDROPPER")
@@ -228,21 +228,21 @@ class S2AG_PT_bone_map(_SubPanel, bpy.types.Panel):
             for part in ready.rows:
                 row = column.row()
                 icon: Icon = "CHECKMARK" if part.found else "REMOVE"
-                row.label(text=told(readiness.label(part.part)), icon=icon)
-                note = told(part.note)
+                row.label(text=translate(readiness.label(part.part)), icon=icon)
+                note = translate(part.note)
                 if part.bones or len(note) <= _MAX_NOTE_LETTERS:
                     row.label(text=", ".join(part.bones) or note, translate=False)
                 else:
-                    sentence(column, note, "BLANK1")
+                    draw_sentence(column, note, "BLANK1")
         for warning in ready.warnings if ready is not None else ():
-            sentence(layout, told(warning), "ERROR")
+            draw_sentence(layout, translate(warning), "ERROR")
         if settings.bone_map:
             layout.operator("s2ag.reset_bone_map", icon="LOOP_BACK")
         else:
             layout.operator("s2ag.edit_bone_map", icon="GREASEPENCIL")
         row = layout.row(align=True)
         row.operator("s2ag.select_bones", icon="RESTRICT_SELECT_OFF")
-        row.operator("s2ag.test_pose", icon="LOOP_BACK" if trying.is_shown(armature) else "ARMATURE_DATA")
+        row.operator("s2ag.test_pose", icon="LOOP_BACK" if test_pose.is_shown(armature) else "ARMATURE_DATA")
         row = layout.row(align=True)
         row.operator("s2ag.load_bone_map", text="Load", icon="FILE_FOLDER")
         row.operator("s2ag.save_bone_map", text="Save", icon="FILE_TICK")
@@ -256,7 +256,7 @@ class S2AG_PT_export(_SubPanel, bpy.types.Panel):
         for suffix in ("bvh", "fbx", "glb"):
             button: Any = column.operator("s2ag.export", text=suffix.upper(), icon="EXPORT", translate=False)
             button.format = f".{suffix}"
-        if not draw_beyond(layout, armature, context.scene):
+        if not draw_range_warning(layout, armature, context.scene):
             layout.label(text="Exports the frames of the scene", icon="INFO")
 
 

@@ -8,17 +8,17 @@ import bpy
 from .. import provenance
 from ..datablocks import ArmatureObject, Context
 from ..keys import apply, density
-from ..takes import choices, generate, takes
-from ..takes.running import Generating, character
-from ..translations import told
+from ..takes import generate, menu_items, take_list
+from ..takes.operator_base import GeneratingOperator, character
+from ..translations import translate
 from .bases import OperatorMixin, OperatorResult, require_character
-from .operators import obstacle
+from .operators import why_disabled
 
 
 def selected(context: Context) -> tuple[ArmatureObject | None, Any]:
     """Return the character and its selected take, each None if there is none."""
     armature = character(context)
-    return armature, takes.active(armature) if armature is not None else None
+    return armature, take_list.active(armature) if armature is not None else None
 
 
 class OnTake(OperatorMixin):
@@ -30,22 +30,22 @@ class OnTake(OperatorMixin):
     def poll(cls, context: Context) -> bool:
         if selected(context)[1] is not None:
             return True
-        cls.poll_message_set(told("Select a take in the list"))
+        cls.poll_message_set(translate("Select a take in the list"))
         return False
 
 
-class OfTake(Generating, OperatorMixin):
+class OfTake(GeneratingOperator, OperatorMixin):
     """Base of operators that generate new takes or versions from the selected take."""
 
     @classmethod
     def unknown(cls, take: Any) -> str:
         """Return which information, missing on a take, prevents the operator; empty if nothing is missing."""
-        return "" if provenance.of(take.action) is not None else told("Nothing is known of how this take was made")
+        return "" if provenance.read(take.action) is not None else translate("Nothing is known of how this take was made")
 
     @classmethod
     def poll(cls, context: Context) -> bool:
         armature, take = selected(context)
-        reason = obstacle(context) if armature is None or take is not None else told("Select a take in the list")
+        reason = why_disabled(context) if armature is None or take is not None else translate("Select a take in the list")
         reason = reason or cls.unknown(take)
         if reason:
             cls.poll_message_set(reason)
@@ -63,18 +63,18 @@ class S2AG_OT_change_keys(OnTake, bpy.types.Operator):
         if not super().poll(context):
             return False
         if density.KEYED not in selected(context)[1].action:
-            cls.poll_message_set(told("Nothing is known of how this take was made"))
+            cls.poll_message_set(translate("Nothing is known of how this take was made"))
             return False
         return True
 
     def execute(self, context: Context) -> OperatorResult:
         armature = require_character(context)
-        take = takes.active(armature)
+        take = take_list.active(armature)
         dense = density.is_dense(take.action)
         fps = apply.scene_fps(context.scene)
         density.convert(armature, take.action, armature.s2ag.tolerance if dense else None, fps)
         keys = density.most_keys(take.action)
-        self.report({"INFO"}, told("{name} has up to {count} keys a curve now", name=take.title, count=keys))
+        self.report({"INFO"}, translate("{name} has up to {count} keys a curve now", name=take.title, count=keys))
         return {"FINISHED"}
 
 
@@ -85,8 +85,8 @@ class S2AG_OT_reroll(OfTake, bpy.types.Operator):
     bl_label = "Re-Roll"
 
     def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
-        action = takes.active(armature).action
-        return generate.plan(context, armature, **takes.rerolled(armature, action))
+        action = take_list.active(armature).action
+        return generate.plan(context, armature, **take_list.reroll_arguments(armature, action))
 
 
 class S2AG_OT_vary(OfTake, bpy.types.Operator):
@@ -106,11 +106,11 @@ class S2AG_OT_vary(OfTake, bpy.types.Operator):
     count: bpy.props.IntProperty(name="Variations", description="How many variations to make", default=3, min=1, max=15)
 
     def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
-        action = takes.active(armature).action
-        return generate.plan(context, armature, **takes.varied(armature, action, self.spread, self.count))
+        action = take_list.active(armature).action
+        return generate.plan(context, armature, **take_list.variation_arguments(armature, action, self.spread, self.count))
 
 
-class S2AG_OT_style_grid(Generating, bpy.types.Operator):
+class S2AG_OT_style_grid(GeneratingOperator, bpy.types.Operator):
     """Make one take in every style of the gesture model, to choose from"""
 
     bl_idname = "s2ag.style_grid"
@@ -118,15 +118,15 @@ class S2AG_OT_style_grid(Generating, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        reason = obstacle(context)
-        if not reason and len(choices.style_names(require_character(context).s2ag.checkpoint)) < 2:
-            reason = told("This gesture model has one style only")
+        reason = why_disabled(context)
+        if not reason and len(menu_items.style_names(require_character(context).s2ag.checkpoint)) < 2:
+            reason = translate("This gesture model has one style only")
         if reason:
             cls.poll_message_set(reason)
         return not reason
 
     def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
-        styles = choices.style_names(armature.s2ag.checkpoint)
+        styles = menu_items.style_names(armature.s2ag.checkpoint)
         return generate.plan(context, armature, styles=styles, takes=1)
 
 
@@ -150,7 +150,7 @@ class S2AG_OT_delete_take(OnTake, bpy.types.Operator):
 
     def execute(self, context: Context) -> OperatorResult:
         armature = require_character(context)
-        takes.delete(armature, [armature.s2ag.active_take])
+        take_list.delete(armature, [armature.s2ag.active_take])
         return {"FINISHED"}
 
 
@@ -161,8 +161,8 @@ class S2AG_OT_delete_others(OnTake, bpy.types.Operator):
     bl_label = "Delete Others"
 
     def execute(self, context: Context) -> OperatorResult:
-        count = takes.delete_others(require_character(context))
-        self.report({"INFO"}, told("{count} takes deleted", count=count))
+        count = take_list.delete_others(require_character(context))
+        self.report({"INFO"}, translate("{count} takes deleted", count=count))
         return {"FINISHED"}
 
 
@@ -175,15 +175,15 @@ class S2AG_OT_recall_take(OnTake, bpy.types.Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         _, take = selected(context)
-        if take is None or "settings" not in (provenance.of(take.action) or {}):
-            unknown = told("Nothing is known of how this take was made")
-            cls.poll_message_set(told("Select a take in the list") if take is None else unknown)
+        if take is None or "settings" not in (provenance.read(take.action) or {}):
+            unknown = translate("Nothing is known of how this take was made")
+            cls.poll_message_set(translate("Select a take in the list") if take is None else unknown)
             return False
         return True
 
     def execute(self, context: Context) -> OperatorResult:
         armature = require_character(context)
-        takes.recall_settings(armature, takes.active(armature).action)
+        take_list.recall_settings(armature, take_list.active(armature).action)
         return {"FINISHED"}
 
 
@@ -194,7 +194,7 @@ class S2AG_OT_fit_range(OnTake, bpy.types.Operator):
     bl_label = "Fit Range"
 
     def execute(self, context: Context) -> OperatorResult:
-        takes.fit(require_character(context), context.scene)
+        take_list.fit_scene(require_character(context), context.scene)
         return {"FINISHED"}
 
 

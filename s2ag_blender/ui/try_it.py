@@ -8,9 +8,9 @@ from mathutils import Vector
 
 from ...core.errors import S2agError
 from ..datablocks import ArmatureObject, Context, current_context, is_armature
-from ..takes import generate, gesture, session, takes
-from ..takes.running import Generating
-from ..translations import told, told_error
+from ..takes import engine_requests, generate, session, take_list
+from ..takes.operator_base import GeneratingOperator
+from ..translations import translate, translate_error
 from .bases import OperatorResult
 
 VOICE = Path(__file__).parents[2] / "core" / "assets" / "hello.mp3"
@@ -21,7 +21,7 @@ _GAP = 1.0
 
 def stage(context: Context) -> ArmatureObject:
     """Add the person beside the meshes of the scene, with the example recording, active; return its armature."""
-    armature = gesture.add_character("human")
+    armature = engine_requests.add_character("human")
     context.view_layer.update()
     corners = [item.matrix_world @ corner for item, corner in _corners(context.scene, armature)]
     if corners:
@@ -43,7 +43,7 @@ def _corners(scene: bpy.types.Scene, armature: ArmatureObject) -> Iterator[tuple
             yield from ((item, Vector(corner)) for corner in item.bound_box)
 
 
-class S2AG_OT_try_it(Generating, bpy.types.Operator):
+class S2AG_OT_try_it(GeneratingOperator, bpy.types.Operator):
     """Add a person who says the example with gestures, and play it"""
 
     bl_idname = "s2ag.try_it"
@@ -52,10 +52,10 @@ class S2AG_OT_try_it(Generating, bpy.types.Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         if context.mode != "OBJECT":
-            cls.poll_message_set(told("Go to object mode first"))
+            cls.poll_message_set(translate("Go to object mode first"))
             return False
         if session.RUNS:
-            cls.poll_message_set(told("Gestures are being made"))
+            cls.poll_message_set(translate("Gestures are being made"))
             return False
         return True
 
@@ -75,7 +75,7 @@ class S2AG_OT_try_it(Generating, bpy.types.Operator):
         try:
             stage(context)
         except S2agError as error:
-            self.report({"ERROR"}, told_error(error))
+            self.report({"ERROR"}, translate_error(error))
             return False
         return True
 
@@ -83,8 +83,8 @@ class S2AG_OT_try_it(Generating, bpy.types.Operator):
         context = current_context()
         scene = context.scene
         armature = next((item for item in scene.objects if item.session_uid == uid and is_armature(item)), None)
-        if armature is not None and takes.active(armature) is not None:
-            takes.fit(armature, scene)
+        if armature is not None and take_list.active(armature) is not None:
+            take_list.fit_scene(armature, scene)
         scene.frame_set(scene.frame_start)
         if not bpy.app.background and not context.screen.is_animation_playing:
             bpy.ops.screen.animation_play()

@@ -15,8 +15,8 @@ for needed in ("torch", "bpy", "piper"):
     pytest.importorskip(needed)
 
 from load import resident_of_children  # noqa: E402
-from s2ag.core.batch import crew, folder, manifest, stages  # noqa: E402
-from s2ag.core.performance.synthesis import Request, Session  # noqa: E402
+from s2ag.core.batch import folder, manifest, process_pool, stages  # noqa: E402
+from s2ag.core.synthesis.session import Request, Session  # noqa: E402
 from short_clips import make  # noqa: E402
 from sounds import write_wav  # noqa: E402
 
@@ -143,19 +143,19 @@ def test_memory_over_two_hundred_clips(benchmark, clips, calm, tmp_path, stage):
     whole = [one for one in whole if one.line != POISONED]
     shutil.copytree(calm[0], out)
     batch = stages.Batch(folder.Folder(out), whole)
-    command = [*S2AG[:1], "-m", "s2ag.core.batch.work"] if stage == "synth" else blender.command("film.serve")
+    command = [*S2AG[:1], "-m", "s2ag.core.batch.tasks"] if stage == "synth" else blender.command("render.serve")
     ready = batch.steps(stage, batch.units)
     if stage == "render":  # one short film again and again, its images thrown away
         job = {**ready[0].task.params["job"], "sequences": [], "outputs": [], "places": {}}
         job["performers"] = [{**one, "outputs": ["c.fbx"]} for one in job["performers"]]
         job["places"] = {"c.fbx": str(out / "c.fbx")}
-        tasks = [crew.Task("render", {**ready[0].task.params, "job": job}, n) for n in range(200)]
+        tasks = [process_pool.Task("render", {**ready[0].task.params, "job": job}, n) for n in range(200)]
     else:
-        tasks = [crew.Task("synth", step.task.params, n) for n, step in enumerate(ready)]
+        tasks = [process_pool.Task("synth", step.task.params, n) for n, step in enumerate(ready)]
     sizes = {}
 
     def work():
-        for task, outcome, _ in crew.Crew(command, 1).run(tasks):
+        for task, outcome, _ in process_pool.ProcessPool(command, 1).run(tasks):
             if outcome is not None and task.label + 1 in (20, 100, len(tasks)):
                 assert isinstance(outcome, dict), outcome
                 sizes[task.label + 1] = resident_of_children()

@@ -18,7 +18,7 @@ pytest.importorskip("pytest_benchmark")
 from s2ag.core.learning.bench.data import Data  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS  # noqa: E402
 from s2ag.core.learning.bench.training import Training  # noqa: E402
-from s2ag.core.learning.systems.catalogue import SYSTEMS, Build  # noqa: E402
+from s2ag.core.learning.systems.catalogue import SYSTEMS, BuildOptions  # noqa: E402
 from toy_bench import write_bench_corpus  # noqa: E402
 
 DEVICE = os.environ.get("S2AG_DEVICE", "cpu")
@@ -46,7 +46,9 @@ def test_published_step(benchmark, tmp_path, name, precision):
     data = Data(write_bench_corpus(tmp_path / "data", talks=24), tmp_path, filtered=False)
     setting = SETTINGS["full"].replace(batch=BATCH, precision=precision)
     torch.manual_seed(0)
-    training = Training(SYSTEMS[name].build(Build(data.vectors, data.speakers)), data, setting, 1, tmp_path / name, DEVICE)
+    training = Training(
+        SYSTEMS[name].build(BuildOptions(data.vectors, data.speakers)), data, setting, 1, tmp_path / name, DEVICE
+    )
     sample = data.sample(data.windows[0][np.arange(BATCH) % len(data.windows[0])])
 
     def step():

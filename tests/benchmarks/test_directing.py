@@ -7,11 +7,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from s2ag.core.direction import aims, filling, gestures
-from s2ag.core.direction.directing import Director
+from s2ag.core.editing import gestures, regeneration, targets
+from s2ag.core.editing.director import Director
 from s2ag.core.motion import rest, skeleton
-from s2ag.core.performance.synthesis import Request, Session
 from s2ag.core.sound import audio
+from s2ag.core.synthesis.session import Request, Session
 from sounds import write_wav
 
 SECONDS = 60
@@ -24,7 +24,7 @@ def minute(examples, tmp_path_factory):
     path = tmp_path_factory.mktemp("minute") / "minute.wav"
     write_wav(path, np.tile(sound, 5)[: SECONDS * audio.SAMPLE_RATE])
     director, request = Director(Session(cache="off")), Request(path, seed=2, hands=1.0, stance=1.0)
-    return director, request, gestures.find(director.direct(request, []).motions[0])[2:-2]
+    return director, request, gestures.find_gestures(director.direct(request, []).motions[0])[2:-2]
 
 
 @pytest.mark.benchmark(group="an edit of a minute's take")
@@ -57,9 +57,9 @@ def test_a_hundred_edits(benchmark, minute, kind):
         made = director.direct(request, [edit]).motions[0]
         took.append((time.perf_counter() - began[0], time.process_time() - began[1]))
         rows = np.flatnonzero((made.directions != base.directions).reshape(len(base.directions), -1).any(1))
-        strains.append(filling.strain(base, made, [(rows[0], rows[-1] + 1)]))
-        others = [other for other in gestures.find(base) if other != one]
-        off = aim(made) if aim else 2 * gestures.left(made, one, others) / one.size
+        strains.append(regeneration.join_strain(base, made, [(rows[0], rows[-1] + 1)]))
+        others = [other for other in gestures.find_gestures(base) if other != one]
+        off = aim(made) if aim else 2 * gestures.residual_stroke(made, one, others) / one.size
         missed.extend([edit] if off > 1 else [])
 
     benchmark.pedantic(one_edit, rounds=100)
@@ -79,30 +79,32 @@ def _edit(kind: str, one: gestures.Gesture, rng) -> tuple[dict, Callable | None]
     """A random edit of a gesture and how far a motion is from it (1: as far as is allowed), None for one that is to be gone."""
     if kind == "hand":
         hand = rng.choice([hand for hand in gestures.HANDS if hand != one.hand])
-        return {"do": "change", "at": one.at, "hand": hand}, aims.Aim(one.at, hand, one.size).miss
+        return {"do": "change", "at": one.at, "hand": hand}, targets.StrokeTarget(one.at, hand, one.size).miss
     if kind == "size":
         size = rng.choice([0.6, 0.8, 1.25, 1.4])
-        return {"do": "change", "at": one.at, "size": size}, aims.Aim(one.at, one.hand, one.size * size).miss
+        return {"do": "change", "at": one.at, "size": size}, targets.StrokeTarget(one.at, one.hand, one.size * size).miss
     if kind == "move":
         to = one.at + rng.choice([-1, 1]) * rng.uniform(0.2, 0.8)
-        return {"do": "move", "at": one.at, "to": to}, aims.Aim(to, one.hand, one.size).miss
+        return {"do": "move", "at": one.at, "to": to}, targets.StrokeTarget(to, one.hand, one.size).miss
     return {"do": "delete", "at": one.at}, None
 
 
 def _other(kind: str, one: gestures.Gesture, rng, kinds: list[str], base) -> tuple[dict, Callable]:
     """A random edit of another kind, and how far a motion is from it."""
     if kind == "kind":
-        return {"do": "change", "at": one.at, "kind": rng.choice(kinds)}, aims.Aim(one.at).miss
+        return {"do": "change", "at": one.at, "kind": rng.choice(kinds)}, targets.StrokeTarget(one.at).miss
     at = rng.uniform(2, SECONDS - 4)
     if kind == "add":
-        return {"do": "add", "at": at, "kind": rng.choice([gestures.BEAT, gestures.BEAT, *kinds])}, aims.Aim(at).miss
+        return {"do": "add", "at": at, "kind": rng.choice([gestures.BEAT, gestures.BEAT, *kinds])}, targets.StrokeTarget(
+            at
+        ).miss
     if kind == "reroll":
         return {"do": "reroll", "from": at, "to": at + rng.uniform(0.8, 3.5), "seed": rng.randrange(99)}, lambda made: 0.0
     if kind == "pose":
         pose = base.directions[int(one.hold * base.fps)].astype(float)
         row = int(at * base.fps)
         edit = {"do": "pose", "at": at, "directions": pose.tolist()}
-        return edit, lambda made: np.degrees(rest.angle(made.directions[row], pose)).max() / 0.5
+        return edit, lambda made: np.degrees(rest.angle_between(made.directions[row], pose)).max() / 0.5
     hand, until = rng.choice(gestures.HANDS[:2]), at + rng.uniform(0.2, 1.5)
     place = [rng.uniform(0.1, 0.4) * (1 if hand == "right" else -1), rng.uniform(-0.45, 0.0), rng.uniform(0.2, 0.4)]
     frames, joint = slice(int(np.ceil(at * base.fps)), int(until * base.fps) + 1), {"left": 6, "right": 9}[hand]

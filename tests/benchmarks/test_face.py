@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from s2ag.core.face import making
+from s2ag.core.face import animation
 from s2ag.core.motion import skeleton
 from s2ag.core.sound import audio, prosody
 from s2ag.core.words import transcript
@@ -12,7 +12,7 @@ LIMIT = 0.2
 @pytest.mark.benchmark(group="face")
 def test_a_minute_of_speech(benchmark, examples):
     sound = audio.load(examples / "hello.flac")
-    heard = transcript.hear(sound, examples / "hello.txt")
+    heard = transcript.timed_transcript(sound, examples / "hello.txt")
     length, copies = len(sound) / audio.SAMPLE_RATE, 4
 
     def later(spans, number):
@@ -24,7 +24,7 @@ def test_a_minute_of_speech(benchmark, examples):
     words, phones = zip(*[pair for pair in zip(words, phones, strict=True) if pair[0][2] < 59.5], strict=True)
     directions = np.repeat(skeleton.REST[None], 900, 0)
     rhythm = prosody.analyse(sound, words)  # which the network hears, too
-    benchmark(lambda: making.make(making.hear(sound, words, phones, rhythm), directions))
+    benchmark(lambda: animation.make_face(animation.analyse(sound, words, phones, rhythm), directions))
     assert benchmark.stats.stats.min < LIMIT
 
 
@@ -33,5 +33,5 @@ def test_a_minute_of_speech_by_ear_alone(benchmark, examples):
     sound = np.tile(audio.load(examples / "hello.flac"), 5)[: 60 * audio.SAMPLE_RATE]
     directions = np.repeat(skeleton.REST[None], 900, 0)
     rhythm = prosody.analyse(sound)
-    benchmark(lambda: making.make(making.hear(sound, rhythm=rhythm), directions))
+    benchmark(lambda: animation.make_face(animation.analyse(sound, rhythm=rhythm), directions))
     assert benchmark.stats.stats.min < LIMIT

@@ -5,8 +5,8 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from s2ag.core.errors import S2agError  # noqa: E402
-from s2ag.s2ag_blender.cast import human  # noqa: E402
-from s2ag.s2ag_blender.film import render, stage  # noqa: E402
+from s2ag.s2ag_blender.characters import human  # noqa: E402
+from s2ag.s2ag_blender.render import render, stage  # noqa: E402
 
 FRAMES = 24
 
@@ -26,7 +26,7 @@ def test_build(benchmark, person):
 
 def test_film(benchmark, person, tmp_path):
     scene = bpy.context.scene
-    stage.dress(scene, [person])
+    stage.set_up_scene(scene, [person])
     scene.frame_start, scene.frame_end = 1, FRAMES
     benchmark.pedantic(render.film, args=(scene, tmp_path / "film.mp4"), rounds=2, warmup_rounds=1)
     benchmark.extra_info["seconds_a_frame"] = a_frame = benchmark.stats.stats.mean / FRAMES

@@ -14,7 +14,7 @@ bpy = pytest.importorskip("bpy")
 pytest.importorskip("pytest_benchmark")
 
 import s2ag  # noqa: E402
-from s2ag.s2ag_blender.takes import choices, generate, gesture, session  # noqa: E402
+from s2ag.s2ag_blender.takes import engine_requests, generate, menu_items, session  # noqa: E402
 
 HELD = 0.1
 """Seconds that no step may take."""
@@ -24,10 +24,10 @@ HELD = 0.1
 def figure(request):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     s2ag.register()
-    armature = gesture.add_character(request.param)
+    armature = engine_requests.add_character(request.param)
     bpy.context.view_layer.objects.active = armature
     yield armature
-    gesture.stop_engine()
+    engine_requests.stop_engine()
     s2ag.unregister()
 
 
@@ -65,7 +65,7 @@ def steps(armature, **changes) -> dict[str, list[float]]:
 
 def test_generate_and_24_takes_hold_blender_briefly(benchmark, figure, minute):
     figure.s2ag.audio, figure.s2ag.curves = str(minute), "POSES"
-    styles = choices.style_names()[:24]
+    styles = menu_items.style_names()[:24]
     taken = benchmark.pedantic(steps, (figure,), {"styles": styles}, rounds=1)
     told = {name: round(1000 * max(values)) for name, values in taken.items()}
     benchmark.extra_info["longest_ms"] = told

@@ -16,7 +16,7 @@ pytest.importorskip("pytest_benchmark")
 import s2ag  # noqa: E402
 from acted import drawn  # noqa: E402
 from s2ag.s2ag_blender.rig import readiness  # noqa: E402
-from s2ag.s2ag_blender.takes import takes  # noqa: E402
+from s2ag.s2ag_blender.takes import take_list  # noqa: E402
 
 DRAW, REGISTER = 0.001, 0.150
 """Seconds that all panels, and registering, may cost; of the processor's time, so that a busy machine does not count."""
@@ -35,8 +35,8 @@ def figure():
     armature.s2ag.active_take, armature.s2ag.result = 3, "LAYER"
     armature.s2ag.style_second = "tired"
     armature.s2ag.audio = "/voice.wav"
-    readiness.of(armature)
-    assert takes.active(armature)
+    readiness.readiness_of(armature)
+    assert take_list.active(armature)
     yield armature
     s2ag.unregister()
 

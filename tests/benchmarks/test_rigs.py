@@ -73,17 +73,17 @@ def test_control_rig_solver(benchmark, tmp_path):
         updates.append(time.perf_counter() - started)
     bone.rotation_quaternion = (1, 0, 0, 0)
     update, motion = float(np.median(updates[10:])), Motion(performance(FRAMES // 6))
-    evaluations, pose = [], controls.StandIn.pose
+    evaluations, pose = [], controls.RigCopy.pose
 
     def counted(self, *arguments):
         evaluations.append(1)
         pose(self, *arguments)
 
-    controls.StandIn.pose = counted
+    controls.RigCopy.pose = counted
     try:
         benchmark.pedantic(apply_motion, (item, motion, 1), {"report": print}, rounds=3)
     finally:
-        controls.StandIn.pose = pose
+        controls.RigCopy.pose = pose
     frame = benchmark.stats.stats.median / len(motion.directions)
     benchmark.extra_info |= {
         "bones": len(item.data.bones),

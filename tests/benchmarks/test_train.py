@@ -13,10 +13,10 @@ pytest.importorskip("pytest_benchmark")
 
 from s2ag.core.learning.train.adversarial import Adversarial  # noqa: E402
 from s2ag.core.learning.train.config import TrainConfig  # noqa: E402
-from s2ag.core.learning.train.dataset import Corpus, draw  # noqa: E402
-from s2ag.core.learning.train.process import start  # noqa: E402
+from s2ag.core.learning.train.dataset import Corpus, draw_windows  # noqa: E402
+from s2ag.core.learning.train.process import launch  # noqa: E402
+from s2ag.core.model.mfcc_timing import mfcc_slice  # noqa: E402
 from s2ag.core.model.seeds import seed_input  # noqa: E402
-from s2ag.core.model.timing import mfcc_slice  # noqa: E402
 from toy_corpus import PROSODY, write_toy_corpus  # noqa: E402
 
 
@@ -39,7 +39,7 @@ def report(benchmark, windows):
 @pytest.mark.parametrize("precision", ["32-true", "bf16-mixed"])
 def test_adversarial_step(benchmark, folder, precision):
     config = settings(precision=precision)
-    trainer = Adversarial(config, Corpus.load(folder), start(config))
+    trainer = Adversarial(config, Corpus.load(folder), launch(config))
     trainer.setup()
     trainer.step()
     trainer.outside_seconds = 0.0
@@ -57,7 +57,7 @@ def test_adversarial_step(benchmark, folder, precision):
 def test_batches_against_window_by_window(benchmark, folder):
     config = settings()
     corpus = Corpus.load(folder)
-    windows = draw(corpus, config, np.random.default_rng(0))
+    windows = draw_windows(corpus, config, np.random.default_rng(0))
     benchmark.pedantic(corpus.batch, args=(windows, config.frames, config.seed_frames), rounds=20, warmup_rounds=1)
     rate = report(benchmark, config.batch)
     singly = min(timeit.repeat(lambda: one_by_one(corpus, windows, config), number=1, repeat=10))

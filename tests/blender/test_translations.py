@@ -10,19 +10,19 @@ import bpy
 import pytest
 import s2ag
 from s2ag.core import errors
-from s2ag.core.engine.interpreter import Check
 from s2ag.core.motion import skeleton
+from s2ag.core.worker.interpreter import Check
 from s2ag.rigs.faces import shapes
 from s2ag.s2ag_blender import registration, translations
 from s2ag.s2ag_blender.rig import readiness
-from s2ag.s2ag_blender.takes import choices, stages
+from s2ag.s2ag_blender.takes import menu_items, stages
 from s2ag.s2ag_blender.ui import bone_maps, setting_properties
 from s2ag.s2ag_blender.ui.properties import S2AG_Settings
 
 FOLDER = Path(__file__).resolve().parents[2] / "s2ag_blender"
 PRESETS = FOLDER.parent / "presets"
 SHOWN = {"text", "heading"}
-TOLD = {"told": 0, "_row": 1, "pgettext_rpt": 0, "pgettext_iface": 0}
+TOLD = {"translate": 0, "_row": 1, "pgettext_rpt": 0, "pgettext_iface": 0}
 REFUSED = {"report": 1, "poll_message_set": 0}
 """Calls whose text Blender does not translate by itself, with the place of the text among the arguments."""
 SENTENCE = re.compile(r"[A-Z][a-z']+ [\w'{}-]+ .*[^.;,(]$")
@@ -150,7 +150,7 @@ def wanted():
     found = {*texts_of_calls(), *texts_of_classes(), *texts_of_choices(), *texts_of_reasons()}
     found |= {readiness.label(part) for part in (*bone_maps.ORDER, *skeleton.EDGE_NAMES)}
     found |= {*shapes.PARTS, Check.stage, *stages.SHOWN.values()}
-    found |= {one.short for one in setting_properties.SHOWN.values()}
+    found |= {one.short for one in setting_properties.SETTINGS.values()}
     found -= stages.SHOWN.keys()
     found |= {bpy.path.display_name(path.name, title_case=False) for path in PRESETS.rglob("*.py")}
     return {text for text in found if any(letter.isalpha() for letter in text)}
@@ -181,14 +181,14 @@ def test_translations_keep_their_places_and_differ(locale):
 
 @pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
 def test_every_style_has_a_name_that_differs_from_the_others(locale):
-    names = {name.capitalize() for name in choices.style_names()}
+    names = {name.capitalize() for name in menu_items.style_names()}
     table = translations.STYLES[locale]
     assert names <= set(table) and len({table[name] for name in names}) == len(names)
 
 
 @pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
 def test_every_style_is_described_in_the_users_language(locale):
-    told = {one["description"] for one in choices.known("")["speakers"]}
+    told = {one["description"] for one in menu_items.speakers_and_controls("")["speakers"]}
     described = {text: german for text, german in translations.STYLES[locale].items() if text.endswith(".")}
     assert told == set(described)
     assert all(german.endswith(".") and german != text for text, german in described.items())
@@ -209,7 +209,7 @@ def test_notes_on_parts_that_are_not_found_have_a_translation(locale):
     assert len(said) > 5
     for text in said:
         filled = [text.format(*names) for names in (('Bone "a"', "the arms"), ("the left upper arm", "a"))]
-        assert [one for one in filled if translations.sentence(locale, one) != one], text
+        assert [one for one in filled if translations.translate_sentence(locale, one) != one], text
 
 
 def notes(path):
@@ -246,8 +246,8 @@ def template(node):
 
 ELSEWHERE = (
     *("core/cli", "core/batch", "core/study", "core/learning", "core/sampling", "core/vectors/build.py"),
-    *("core/model/config.py", "core/model/foreign.py", "core/model/pickles.py"),
-    *("s2ag_blender/film/job.py", "s2ag_blender/film/sheet.py", "s2ag_blender/program.py", "s2ag_blender/ui/command.py"),
+    *("core/model/config.py", "core/model/checkpoint_import.py", "core/model/safe_pickle.py"),
+    *("s2ag_blender/render/job.py", "s2ag_blender/render/sheet.py", "s2ag_blender/program.py", "s2ag_blender/ui/command.py"),
 )
 """What runs in other processes, for other people."""
 
@@ -283,10 +283,10 @@ def test_every_error_has_a_translation(locale):
 
 
 def test_errors_are_told_in_german_with_their_names():
-    told = translations.sentence("de_DE", "The recording /a {b} c.wav does not exist.")
+    told = translations.translate_sentence("de_DE", "The recording /a {b} c.wav does not exist.")
     assert told == "Die Aufnahme /a {b} c.wav gibt es nicht."
-    assert translations.sentence("de_DE", "Nobody thought of this.") == "Nobody thought of this."
-    assert translations.sentence("de_DE", "There is no Python in /a/b.") == "In /a/b ist kein Python."
+    assert translations.translate_sentence("de_DE", "Nobody thought of this.") == "Nobody thought of this."
+    assert translations.translate_sentence("de_DE", "There is no Python in /a/b.") == "In /a/b ist kein Python."
 
 
 def test_the_scan_sees_what_is_there(extension):
@@ -303,7 +303,7 @@ def test_descriptions_are_one_line_without_a_full_stop(extension):
 
 
 def test_no_text_is_made_of_pieces_that_cannot_be_translated():
-    """An f-string has no fixed words to look up: told() fills names into a whole sentence."""
+    """An f-string has no fixed words to look up: translate() fills names into a whole sentence."""
     wrong = []
     for path, name, node in calls():
         untouched = any(word.arg == "translate" for word in node.keywords)
@@ -312,7 +312,7 @@ def test_no_text_is_made_of_pieces_that_cannot_be_translated():
             text = node.args[REFUSED[name]]
             parts.append(text)
             if literals(text):
-                wrong.append(f"{path.name}:{node.lineno} wants told()")
+                wrong.append(f"{path.name}:{node.lineno} wants translate()")
         if name in TOLD and node.args:
             parts.append(node.args[0])
         if any(isinstance(inner, ast.JoinedStr) for part in parts for inner in ast.walk(part)):
@@ -322,7 +322,7 @@ def test_no_text_is_made_of_pieces_that_cannot_be_translated():
 
 def test_blender_takes_the_tables(extension):
     """The wheels of bpy know no languages, so the words come back as they are; in a window it was tried by hand."""
-    assert translations.told("The engine works") == "The engine works"
-    assert translations.told("{path} is open", path="log") == "log is open"
+    assert translations.translate("The engine works") == "The engine works"
+    assert translations.translate("{path} is open", path="log") == "log is open"
     failed = errors.S2agError("It {broke}.", "Mend it.")
-    assert translations.told_error(failed) == "It {broke}. Mend it."
+    assert translations.translate_error(failed) == "It {broke}. Mend it."

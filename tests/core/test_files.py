@@ -9,7 +9,7 @@ from s2ag.core import files
 LEAVES = """
 import os, sys
 from s2ag.core import files
-with files.whole_file(sys.argv[1]) as temporary, files.part_folder(os.path.dirname(sys.argv[1])) as folder:
+with files.atomic_file(sys.argv[1]) as temporary, files.temporary_folder(os.path.dirname(sys.argv[1])) as folder:
     temporary.write_text("half")
     (folder / "1.png").write_text("half")
     os._exit(1)
@@ -20,34 +20,34 @@ def test_what_a_killed_process_left_is_removed_by_the_next_run(tmp_path):
     path = tmp_path / "a {x}.txt"
     subprocess.run([sys.executable, "-c", LEAVES, str(path)], check=False)
     assert len(list(tmp_path.iterdir())) == 2
-    elsewhere = tmp_path / f"{files.MARK}another-machine@1@x.txt"
+    elsewhere = tmp_path / f"{files.TEMPORARY_PREFIX}another-machine@1@x.txt"
     elsewhere.write_text("still at it")
-    with files.whole_file(path) as temporary, files.part_folder(tmp_path) as folder:
+    with files.atomic_file(path) as temporary, files.temporary_folder(tmp_path) as folder:
         assert {one.name for one in tmp_path.iterdir()} == {temporary.name, folder.name, elsewhere.name}
         assert "{" not in temporary.name
-        files.sweep(tmp_path)
+        files.delete_leftovers(tmp_path)
         temporary.write_text("whole")
     assert {one.name for one in tmp_path.iterdir()} == {path.name, elsewhere.name} and path.read_text() == "whole"
 
 
 def test_nothing_unfinished_stays(tmp_path):
-    with pytest.raises(ZeroDivisionError), files.whole_file(tmp_path / "a.txt"), files.part_folder(tmp_path):
+    with pytest.raises(ZeroDivisionError), files.atomic_file(tmp_path / "a.txt"), files.temporary_folder(tmp_path):
         print(1 / 0)
     assert not list(tmp_path.iterdir())
 
 
 def test_a_folder_is_looked_through_once(tmp_path):
     """A batch writes thousands of files into one: a look through it for each would take the square of them."""
-    left = tmp_path / f"{files.MARK}{files.host()}@{2**22 + 1}@x.txt"
+    left = tmp_path / f"{files.TEMPORARY_PREFIX}{files.host_name()}@{2**22 + 1}@x.txt"
     for there in (True, False):
         left.write_text("half")
-        files.sweep(tmp_path)
+        files.delete_leftovers(tmp_path)
         assert left.exists() is not there
 
 
 def test_a_number_that_is_no_process_stays(tmp_path):
-    left = tmp_path / f"{files.MARK}{files.host()}@²@x"
+    left = tmp_path / f"{files.TEMPORARY_PREFIX}{files.host_name()}@²@x"
     left.touch()
-    with files.whole_file(tmp_path / "a.txt") as temporary:
+    with files.atomic_file(tmp_path / "a.txt") as temporary:
         temporary.write_text("a")
     assert left.exists() and (tmp_path / "a.txt").read_text() == "a"

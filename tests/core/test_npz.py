@@ -31,20 +31,20 @@ def promise(shape):
 
 
 def test_arrays_are_read(tmp_path):
-    with npz.opened(packed(tmp_path / "a.npz", x=array(np.arange(3)))) as data:
+    with npz.open_arrays(packed(tmp_path / "a.npz", x=array(np.arange(3)))) as data:
         assert data["x"].tolist() == [0, 1, 2]
 
 
 @pytest.mark.parametrize("shape", [(10**9, 9, 3), (10**15,), (2**63, 2)])
 def test_what_inflates_without_limit_is_refused_before_it_does(tmp_path, shape):
     path = packed(tmp_path / "a.npz", directions=promise(shape))
-    with pytest.raises(npz.NotArrays, match="larger than 256 MB"), npz.opened(path):
+    with pytest.raises(npz.NotArrays, match="larger than 256 MB"), npz.open_arrays(path):
         pass
     with pytest.raises(MotionUnreadable):
         Motion.load(path)
     full = packed(tmp_path / "b.npz", x=array(np.zeros(2_000_000, np.float32)))
     assert full.stat().st_size < 100_000
-    with pytest.raises(npz.NotArrays, match="larger than 1 MB"), npz.opened(full, 1_000_000):
+    with pytest.raises(npz.NotArrays, match="larger than 1 MB"), npz.open_arrays(full, 1_000_000):
         pass
 
 
@@ -60,7 +60,7 @@ def test_damaged_files_are_one_kind_of_error(tmp_path, damage):
         packed(path, x=array(np.array([{}], dtype=object)))
     else:
         packed(path, x=b"\x93NUMPY\x01\x00\x20\x00" + b"{'descr': '<f4', 'shape': (((" + b" " * 9)
-    with pytest.raises(npz.NotArrays), npz.opened(path) as data:
+    with pytest.raises(npz.NotArrays), npz.open_arrays(path) as data:
         data["x"]
 
 

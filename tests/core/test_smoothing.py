@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from s2ag.core import products, smoothing
+from s2ag.core import matrix_products, smoothing
 
 LENGTHS = [1, 2, 11, 1000]
 
@@ -45,8 +45,8 @@ def test_nothing_stays_nothing():
 def test_products_with_and_without_blas(monkeypatch):
     left, right = (np.random.default_rng(0).normal(size=(n, 27)).astype(np.float32) for n in (50, 8))
     for there in (True, False):
-        monkeypatch.setattr(products, "has_fast_blas", lambda there=there: there)
-        np.testing.assert_allclose(products.rows_by_rows(left, right), left @ right.T, atol=1e-5)
+        monkeypatch.setattr(matrix_products, "has_fast_blas", lambda there=there: there)
+        np.testing.assert_allclose(matrix_products.matmul_transposed(left, right), left @ right.T, atol=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -62,6 +62,6 @@ def test_products_with_and_without_blas(monkeypatch):
 def test_the_reference_blas_is_no_fast_one(monkeypatch, name, found, replaced, fast):
     """A distribution's numpy says "blas": the reference at 1.6 GFLOP/s, unless its user has put another in its place."""
     built = {"Build Dependencies": {"blas": {"name": name, "found": found}}}
-    monkeypatch.setattr(products.np, "show_config", lambda mode: built)
-    monkeypatch.setattr(products, "_has_fast_symbols", lambda: replaced)
-    assert products.has_fast_blas.__wrapped__() is fast
+    monkeypatch.setattr(matrix_products.np, "show_config", lambda mode: built)
+    monkeypatch.setattr(matrix_products, "_has_fast_symbols", lambda: replaced)
+    assert matrix_products.has_fast_blas.__wrapped__() is fast

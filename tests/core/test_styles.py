@@ -29,21 +29,21 @@ def test_an_unknown_style_lists_the_near_ones():
 
 
 def test_the_default_is_the_speaker_marked_so_or_the_first():
-    assert styles.default([{"name": "a"}, {"name": "b", "default": True}]) == "b"
-    assert styles.default([{"name": "a"}, {"name": "b"}]) == "a"
+    assert styles.default_speaker([{"name": "a"}, {"name": "b", "default": True}]) == "b"
+    assert styles.default_speaker([{"name": "a"}, {"name": "b"}]) == "a"
 
 
 def test_latents():
     rng = np.random.default_rng(0)
     mean, deviation = rng.normal(size=(3, 16)), np.full((3, 16), 0.1)
-    named = styles.latent({1: 1.0}, mean, deviation, seed=4, takes=3)
+    named = styles.sample_styles({1: 1.0}, mean, deviation, seed=4, takes=3)
     np.testing.assert_allclose(named[0], mean[1], atol=1e-6)
     assert not np.allclose(named[1], named[2])
-    blend = styles.latent({0: 0.5, 1: 0.5}, mean, deviation, seed=4, takes=1)
+    blend = styles.sample_styles({0: 0.5, 1: 0.5}, mean, deviation, seed=4, takes=1)
     np.testing.assert_allclose(blend[0], mean[:2].mean(0), atol=1e-6)
-    drawn = styles.latent(None, mean, deviation, seed=4, takes=2)
-    assert np.array_equal(drawn, styles.latent(None, mean, deviation, seed=4, takes=2))
-    assert not np.allclose(drawn, styles.latent(None, mean, deviation, seed=5, takes=2))
+    drawn = styles.sample_styles(None, mean, deviation, seed=4, takes=2)
+    assert np.array_equal(drawn, styles.sample_styles(None, mean, deviation, seed=4, takes=2))
+    assert not np.allclose(drawn, styles.sample_styles(None, mean, deviation, seed=5, takes=2))
 
 
 def test_controls_stand_in_the_networks_order():
@@ -82,5 +82,5 @@ def test_an_unknown_affect_lists_the_known():
 
 
 def test_every_control_is_explained():
-    assert [one["name"] for one in styles.described(len(styles.CONTROLS))] == list(styles.CONTROLS)
-    assert all(one["description"] for one in styles.described(5)) and styles.described(0) == []
+    assert [one["name"] for one in styles.describe_controls(len(styles.CONTROLS))] == list(styles.CONTROLS)
+    assert all(one["description"] for one in styles.describe_controls(5)) and styles.describe_controls(0) == []

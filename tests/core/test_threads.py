@@ -4,7 +4,7 @@ import threading
 
 import numpy as np
 import pytest
-from s2ag.core import products, threads
+from s2ag.core import matrix_products, threads
 
 
 @pytest.fixture(params=[1, 3])
@@ -13,23 +13,23 @@ def cores(request, monkeypatch):
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
         monkeypatch.setenv(name, str(request.param))
     monkeypatch.setattr(threads.os, "sched_getaffinity", lambda process: range(4), raising=False)
-    threads.cores.cache_clear()
+    threads.thread_count.cache_clear()
     threads._pool.cache_clear()
     yield request.param
     threads._pool().shutdown()
     threads._pool.cache_clear()
-    threads.cores.cache_clear()
+    threads.thread_count.cache_clear()
 
 
 def test_every_part_is_done_once_and_answers_stand_in_order(cores):
-    assert threads.cores() == cores
-    assert threads.each(lambda part: part * part, range(100)) == [part * part for part in range(100)]
-    assert threads.each(str, []) == []
+    assert threads.thread_count() == cores
+    assert threads.parallel_map(lambda part: part * part, range(100)) == [part * part for part in range(100)]
+    assert threads.parallel_map(str, []) == []
 
 
 def test_parts_may_be_shared_out_again(cores):
-    inner = lambda part: sum(threads.each(lambda number: number, range(part)))  # noqa: E731
-    assert threads.each(inner, range(40)) == [part * (part - 1) // 2 for part in range(40)]
+    inner = lambda part: sum(threads.parallel_map(lambda number: number, range(part)))  # noqa: E731
+    assert threads.parallel_map(inner, range(40)) == [part * (part - 1) // 2 for part in range(40)]
 
 
 def test_no_more_at_once_than_asked(cores):
@@ -43,7 +43,7 @@ def test_no_more_at_once_than_asked(cores):
         with lock:
             at_once[0] -= 1
 
-    threads.each(work, range(30), 2)
+    threads.parallel_map(work, range(30), 2)
     assert most[0] <= min(cores, 2) and at_once[0] == 0
 
 
@@ -56,18 +56,18 @@ def test_what_fails_is_raised_and_ends_the_rest(cores):
         done.append(part)
 
     with pytest.raises(ValueError, match="five"):
-        threads.each(work, range(10_000))
+        threads.parallel_map(work, range(10_000))
     assert len(done) < 9_999
-    assert threads.each(abs, [-1]) == [1]
+    assert threads.parallel_map(abs, [-1]) == [1]
 
 
 def test_products_are_one_threads_and_the_number_comes_back():
-    ask, tell = products._openblas()
+    ask, tell = matrix_products._openblas()
     before = ask()
     tell(2)
     try:
         wanted = ask()
-        with products.one_thread_each(), products.one_thread_each():
+        with matrix_products.single_threaded_blas(), matrix_products.single_threaded_blas():
             assert ask() == 1
         assert ask() == wanted
     finally:
@@ -82,7 +82,7 @@ def test_work_ahead_is_done_beside_what_goes_on_and_in_its_order():
         done.append(1)
         return "first"
 
-    with threads.ahead(first, lambda: done.append(2)) as futures:
+    with threads.run_in_background(first, lambda: done.append(2)) as futures:
         assert not done
         waits.set()
         assert futures[0].result(10) == "first"
@@ -91,7 +91,7 @@ def test_work_ahead_is_done_beside_what_goes_on_and_in_its_order():
 
 
 def test_what_work_ahead_raises_meets_who_asks_for_it():
-    with threads.ahead(lambda: 1 / 0, lambda: 2) as futures:
+    with threads.run_in_background(lambda: 1 / 0, lambda: 2) as futures:
         with pytest.raises(ZeroDivisionError):
             futures[0].result(10)
         assert futures[1].result(10) == 2
@@ -99,7 +99,7 @@ def test_what_work_ahead_raises_meets_who_asks_for_it():
 
 def test_work_ahead_that_nobody_waits_for_any_more_is_not_begun():
     waits, done = threading.Event(), []
-    with pytest.raises(KeyError), threads.ahead(lambda: waits.wait(10), lambda: done.append(1)) as futures:
+    with pytest.raises(KeyError), threads.run_in_background(lambda: waits.wait(10), lambda: done.append(1)) as futures:
         raise KeyError
     waits.set()
     futures[0].result(10)

@@ -22,12 +22,12 @@ def motions() -> Seeds:
 
 
 def read_motion(path: Path) -> None:
-    from s2ag.core.motion import as_json
+    from s2ag.core.motion import json_export
     from s2ag.core.motion.motion import Motion
     from s2ag.rigs import bvh
 
     motion = Motion.load(path)
-    as_json.save(motion, path.with_name("out.json"))
+    json_export.save(motion, path.with_name("out.json"))
     bvh.save(motion, path.with_name("out.bvh"))
 
 
@@ -40,9 +40,9 @@ def performances() -> Seeds:
 
 
 def read_performance(path: Path) -> None:
-    from s2ag.core.learning.datasets.readers import Found, recordings
+    from s2ag.core.learning.datasets.readers import PerformanceFiles, recordings
 
-    (one,) = recordings([Found("a", path, HELLO, None, "me", "train")])
+    (one,) = recordings([PerformanceFiles("a", path, HELLO, None, "me", "train")])
     assert one.directions.shape[1:] == (9, 3) and np.isfinite(one.directions).all()
 
 
@@ -84,9 +84,9 @@ def pickles() -> Seeds:
 
 
 def read_pickle(path: Path) -> None:
-    from s2ag.core.model import pickles
+    from s2ag.core.model import safe_pickle
 
-    pickles.read(path)
+    safe_pickle.read(path)
 
 
 def cues() -> Seeds:
@@ -100,7 +100,7 @@ def cues() -> Seeds:
 def read_cues(path: Path) -> None:
     from s2ag.core.motion import rhubarb
 
-    weights, closures = rhubarb.mouth(rhubarb.load(path), 2.0)
+    weights, closures = rhubarb.mouth_weights(rhubarb.load(path), 2.0)
     assert 0 <= weights.min() <= weights.max() <= 1 and np.isfinite(closures.astype(np.float32)).all()
 
 

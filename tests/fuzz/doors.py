@@ -1,4 +1,4 @@
-"""Every door by which files of others come in; :mod:`networks` adds those that need torch."""
+"""Every door by which files of others come in; :mod:`step_modules` adds those that need torch."""
 
 import data
 import folders

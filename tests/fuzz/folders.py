@@ -53,17 +53,17 @@ def read_acoustic(path: Path) -> None:
     """Refused, or a model whose phones are found in sound."""
     from s2ag.core.words import language
     from s2ag.core.words.aligner import sphinx_model
-    from s2ag.core.words.aligner.ear import Ear
     from s2ag.core.words.aligner.lexicon import Lexicon
+    from s2ag.core.words.aligner.numpy_engine import NumpyEngine
 
-    model = language.load(beside(sphinx_files.write, path))
+    model = language.load_language(beside(sphinx_files.write, path))
     words = ["hello", "there"]
     try:
         parts = sphinx_model.read(Path(model["acoustic"]))
     except sphinx_model.UnreadableModel as error:
         assert str(error)
         return
-    ear = Ear(parts, Lexicon(set(words), model), True)
+    ear = NumpyEngine(parts, Lexicon(set(words), model), True)
     noise = np.random.default_rng(0).normal(0, 3000, 8000).astype(np.int16)
     said = [word for word in words if word in ear.learn(set(words))]
     for word in ear.chain(noise, said, False, False) or () if said else ():
@@ -107,10 +107,10 @@ def read_pages(path: Path) -> None:
 
 def read_record(path: Path) -> None:
     from s2ag.core.errors import CorpusUnreadable
-    from s2ag.core.learning.datasets import serialised
+    from s2ag.core.learning.datasets import pyarrow_serialized
 
     try:
-        serialised.read(path.read_bytes(), ("skeletons",))
+        pyarrow_serialized.read(path.read_bytes(), ("skeletons",))
     except ValueError as error:
         raise CorpusUnreadable("It is no record.", "Download it again.") from error
 

@@ -36,7 +36,7 @@ def _checkpoint() -> tuple[bytes, dict]:
 
 def _load(path: Path) -> None:
     """Both backends, with facts that know the weights or weights that the facts know."""
-    from s2ag.core.model import opening
+    from s2ag.core.model import loading
 
     weights, facts = path.with_name("net.safetensors"), path.with_name("net.json")
     if path.suffix == ".json":
@@ -48,11 +48,11 @@ def _load(path: Path) -> None:
     outcomes = []
     for backend in ("numpy", "torch"):
         try:
-            outcomes.append(opening.load(weights, backend))
-        except opening.S2agError as error:
+            outcomes.append(loading.load(weights, backend))
+        except loading.S2agError as error:
             outcomes.append(error)
     for outcome in outcomes:
-        if isinstance(outcome, opening.S2agError):
+        if isinstance(outcome, loading.S2agError):
             raise outcome
 
 
@@ -84,9 +84,9 @@ def _foreign() -> Seeds:
 
 
 def _import(path: Path) -> None:
-    from s2ag.core.model import foreign
+    from s2ag.core.model import checkpoint_import
 
-    foreign.import_checkpoint(path, path.with_name("out.safetensors"))
+    checkpoint_import.import_checkpoint(path, path.with_name("out.safetensors"))
 
 
 def _corpus(folder: Path) -> None:

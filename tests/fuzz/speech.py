@@ -60,7 +60,7 @@ def read_words(path: Path) -> None:
     """What was read makes sense, and so does all that follows before the sound is needed."""
     from s2ag.core.words import readers, transcript
 
-    source = readers.parse(transcript.read(path), path)
+    source = readers.parse(transcript.read_text(path), path)
     for item in source.items:
         assert item.text.strip() or source.form == "plain text"
         assert item.start is None or 0 <= item.start <= item.end < 2e9
@@ -77,7 +77,7 @@ def _check_script(script) -> None:
     edges = [edge for part in script.stretches for edge in (part.start, part.end)]
     assert edges == sorted(edges)
     words = [(shown, 0.1 * number, 0.1 * number + 0.1) for number, (shown, _) in enumerate(script.tokens)]
-    hints.understand(script.marks, words)
+    hints.parse_hints(script.marks, words)
 
 
 def scripts() -> Seeds:
@@ -102,7 +102,7 @@ def letters(path: Path) -> None:
     folder = path.parent / "model"
     folder.mkdir(exist_ok=True)
     shutil.copy(path, folder / "letters.json")
-    language.fingerprint(language.load(str(folder), None))
+    language.fingerprint(language.load_language(str(folder), None))
 
 
 def vocabularies() -> Seeds:
@@ -114,7 +114,7 @@ def vocabularies() -> Seeds:
 def read_vocabulary(path: Path) -> None:
     from s2ag.core.meaning import vocabulary
 
-    vocabulary.load(path).find(["i", "do", "not", "know"], [False] * 4)
+    vocabulary.load_vocabulary(path).find(["i", "do", "not", "know"], [False] * 4)
 
 
 def clips() -> Seeds:
@@ -135,10 +135,10 @@ def read_clip(path: Path) -> None:
     """The clip played over a body."""
     from s2ag.core.meaning import vocabulary
 
-    for gesture in vocabulary.load(folders.beside(_acted, path) / "words.json").gestures.values():
+    for gesture in vocabulary.load_vocabulary(folders.beside(_acted, path) / "words.json").gestures.values():
         if gesture.acted is not None:
             body = np.tile(MEAN_POSE, (20, 1, 1))
-            gesture.acted.play(body, np.arange(20) / 15 - 0.5, np.ones(20), (True, True))
+            gesture.acted.blend_into(body, np.arange(20) / 15 - 0.5, np.ones(20), (True, True))
             gesture.acted.hands(np.arange(20) / 15, (True, False))
             assert np.isfinite(body).all()
 
@@ -150,13 +150,13 @@ def dialogues() -> Seeds:
 
 def read_turns(path: Path) -> None:
     """What Anna says of a text whose words follow each other."""
-    from s2ag.core.words import markup, transcript, turns
+    from s2ag.core.words import markup, speaker_turns, transcript
 
-    text = transcript.read(path)
-    marked = markup.read(text)
+    text = transcript.read_text(path)
+    marked = markup.parse(text)
     words = tuple((shown, 0.1 * number, 0.1 * number + 0.1) for number, (shown, _) in enumerate(marked.tokens))
-    heard = transcript.Heard(words, (1.0,) * len(words), tuple(marked.marks))
-    mine, spans = turns.own(heard, text, "anna")
+    heard = transcript.TimedTranscript(words, (1.0,) * len(words), tuple(marked.marks))
+    mine, spans = speaker_turns.words_of_speaker(heard, text, "anna")
     assert len(mine.words) == len(mine.confidence)
     assert (spans[:, 0] <= spans[:, 1]).all() and (spans[1:, 0] >= spans[:-1, 1]).all()
     assert all(0 <= mark.first <= mark.last <= len(mine.words) for mark in mine.marks)

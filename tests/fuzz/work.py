@@ -62,13 +62,13 @@ def edits() -> Seeds:
 
 
 def read_edits(path: Path) -> None:
-    from s2ag.core.direction import edits
+    from s2ag.core.editing import edits
 
     assert edits.check(edits.load(path)) is not None
 
 
 def sheets() -> Seeds:
-    from s2ag.core.model.catalogue import describe
+    from s2ag.core.model.checkpoint_metadata import describe
 
     cell = {"row": 0, "column": 0, "style": "a", "seed": 1, "take": 0, "latent": [[0.1] * 16]}
     content = {"format": 1, "audio": str(HELLO), "checkpoint": describe()["hash"]}
@@ -138,7 +138,7 @@ def _sealed(data: bytes, key: str) -> bytes:
 
     data = data.replace(b'"key": "k"', b'"key": "%s"' % key.encode())
     files, facts = {"npz/a.npz": 5}, {"motions": ["d"], "recording": "r", "duration": 1.0, "warnings": []}
-    return data.replace(b'"seal": "s"', b'"seal": "%s"' % folder.key(key, files, facts).encode())
+    return data.replace(b'"seal": "s"', b'"seal": "%s"' % folder.content_hash(key, files, facts).encode())
 
 
 def read_record(path: Path) -> None:
@@ -157,7 +157,7 @@ def read_record(path: Path) -> None:
     result.parent.mkdir(parents=True, exist_ok=True)
     result.write_bytes(b"12345")
     try:
-        summary.take_stock(batch, batch.units)
+        summary.summarize(batch, batch.units)
         batch.steps("encode", batch.units)
         summary.write(batch, {})
     finally:
@@ -185,8 +185,8 @@ def lines() -> Seeds:
 
 
 def serve_line(path: Path) -> None:
-    from s2ag.core.engine import protocol
-    from s2ag.core.engine.worker import Worker
+    from s2ag.core.worker import protocol
+    from s2ag.core.worker.server import Worker
 
     replies, end = os.pipe()
     worker = Worker(0, end, alone=False)

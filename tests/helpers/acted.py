@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.keys import keyframes
-from s2ag.s2ag_blender.takes import generate, preview, takes
+from s2ag.s2ag_blender.takes import generate, preview, take_list
 
 
 def press(operator, **options):
@@ -31,7 +31,7 @@ def take_of(armature, audio, **settings):
 
 def now(armature=None):
     """The action of the take that a character shows; of the file's mannequin if none is named."""
-    return takes.active(armature or bpy.data.objects["Mannequin"]).action
+    return take_list.active(armature or bpy.data.objects["Mannequin"]).action
 
 
 def settle(seconds=60.0):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from s2ag.core.motion import quaternion, skeleton
-from s2ag.rigs.plain import Bones, Mapping
+from s2ag.rigs.skeleton import Bones, Mapping
 
 ARM_EDGES = ("left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")
 Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])  # rows: where x, y, z of the armature's frame lie

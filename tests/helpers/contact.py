@@ -6,7 +6,7 @@ Everything is read from where joints are, so that it holds for any solver: by fo
 import numpy as np
 from s2ag.rigs import fingers
 from s2ag.rigs.goals import SIDES
-from s2ag.rigs.plain import character_frame
+from s2ag.rigs.skeleton import character_frame
 
 PALM, FINGER, THUMB = (0.10, 0.09), (0.068, 0.06, 0.05, 0.045), (0.085, 0.072, 0.055, 0.05)
 """Radii in hand lengths (wrist to the farthest joint): at wrist and knuckles, and along fingers and thumb."""
@@ -25,7 +25,7 @@ class Solids:
     def __init__(self, bones, mapping, girth, usable=None):
         self.bones, self.mapping, self.girth = bones, mapping, girth
         self.frame = character_frame(bones, mapping)
-        self.hands = {side: fingers.find(bones, mapping, side, usable) for side in SIDES}
+        self.hands = {side: fingers.find_hand(bones, mapping, side, usable) for side in SIDES}
         self.length = float(np.mean([hand.length for hand in self.hands.values()]))
         self.rows = {part: [bones.row(name) for name in chain] for part, chain in mapping.chains.items()}
         self.origin = 0.5 * sum(bones.heads[self.rows[f"{side}_upper_arm"][0]] for side in SIDES)

@@ -9,7 +9,7 @@ from s2ag.core.learning.train.config import TrainConfig
 from safetensors.torch import save_file
 
 
-class Told(loop.Run):
+class Told(loop.TrainingRun):
     """A run whose every process tells what it holds in the end."""
 
     def save(self):
@@ -21,5 +21,5 @@ class Told(loop.Run):
         save_file(tensors, self.config.out_path / f"{os.environ['RANK']}.safetensors")
 
 
-loop.Run = Told
+loop.TrainingRun = Told
 loop.train(TrainConfig.from_dict(json.loads(sys.argv[1])))

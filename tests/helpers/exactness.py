@@ -5,8 +5,8 @@ import rigging
 from bodies import ARM_EDGES, degrees, turned_degrees
 from s2ag.core.motion import quaternion, skeleton
 from s2ag.rigs.goals import Options
-from s2ag.rigs.plain import character_frame
 from s2ag.rigs.relative_turns import NEUTRAL, head_turn, torso_turn
+from s2ag.rigs.skeleton import character_frame
 from s2ag.s2ag_blender.rig import reading
 
 EXACT = Options(clear_body=0.0, limits=False)

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from s2ag.core.direction.directing import Director
+from s2ag.core.editing.director import Director
 from s2ag.core.motion.motion import Motion
-from s2ag.core.performance.synthesis import Request, Session
+from s2ag.core.synthesis.session import Request, Session
 
 FOLDER = Path(__file__).resolve().parents[1] / "golden"
 MOTIONS, KEYS, TAKE = FOLDER / "motions.npz", FOLDER / "keys.npz", FOLDER / "take.npz"

@@ -5,7 +5,7 @@ import golden
 import numpy as np
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import compat
-from s2ag.s2ag_blender.cast import cast
+from s2ag.s2ag_blender.characters import loading
 from s2ag.s2ag_blender.keys.apply import apply_motion
 
 STEP = 15
@@ -14,7 +14,7 @@ STEP = 15
 
 def keys(character: str) -> dict[str, np.ndarray]:
     """Sampled values of all F-curves on a character and its meshes, by data path, with their components in columns."""
-    _, (actor,), _ = cast.assemble([(character, "female", None, None)])
+    _, (actor,), _ = loading.build_scene([(character, "female", None, None)])
     bpy.context.scene.render.fps = 24
     action = apply_motion(actor.armature, Motion.load(golden.TAKE), 1)
     shapes = [mesh.data.shape_keys for mesh in actor.meshes if mesh.data.shape_keys is not None]

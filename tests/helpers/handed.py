@@ -30,8 +30,8 @@ def pelvis(frames: int, fps: float = 15.0) -> Pelvis:
 def read_back(bones, mapping, side: str, heads: np.ndarray, palm: np.ndarray, usable=None) -> tuple[np.ndarray, np.ndarray]:
     """Knuckles and palm's normal (frames, 3) that posed ``heads`` (frames, n, 3) show; ``palm`` (3,) is the normal at rest.
 
-    ``usable`` as in :func:`fingers.find`."""
-    hand = fingers.find(bones, mapping, side, usable)
+    ``usable`` as in :func:`fingers.find_hand`."""
+    hand = fingers.find_hand(bones, mapping, side, usable)
     wrist = bones.row(mapping.chains[f"{side}_hand"][0])
 
     def shown(at):

@@ -5,7 +5,7 @@ as it is at first, labels of settings are whole up to 86 pixels, buttons and sen
 """
 
 from acted import Sheet
-from s2ag.s2ag_blender.takes import choices
+from s2ag.s2ag_blender.takes import menu_items
 
 CONTENT = 236
 """Pixels inside a panel where the sidebar is 280 wide, as it is at first."""
@@ -18,7 +18,7 @@ class Text:
 
     def __init__(self, text: str, icon: bool = False, more: float = 0.0):
         self.text, self.used = text, _EDGE + _UNIT * icon + more
-        self.wide = choices.wide(text) if text else 0.0
+        self.wide = menu_items.text_width(text) if text else 0.0
         self.natural = _UNIT if not text else self.wide + (_WITH_ICON if icon else _PLAIN) + more
 
     def cut(self, room: float) -> list[tuple]:

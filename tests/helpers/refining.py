@@ -1,6 +1,6 @@
 """One refine rule by itself, as tests try it."""
 
-from s2ag.core.performance.refine import Take, refine
+from s2ag.core.synthesis.refine import Take, refine
 
 
 def apply(rule, directions, given=(), passes=1, **about):

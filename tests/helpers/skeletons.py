@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from bodies import Body
 from s2ag.rigs.family import ARM_PARTS, SIDES, Family
-from s2ag.rigs.plain import Bones
+from s2ag.rigs.skeleton import Bones
 
 SIGN = {"left": 1.0, "right": -1.0}
 REACH = {

@@ -3,7 +3,7 @@
 import numpy as np
 import torch
 from s2ag.core.learning.bench.data import Data
-from s2ag.core.learning.bench.judging import Bench
+from s2ag.core.learning.bench.evaluation import Bench
 from s2ag.core.learning.metrics.extractor import Extractor
 from s2ag.core.learning.train.storage import save_arrays
 from s2ag.core.sound.prosody import FEATURES

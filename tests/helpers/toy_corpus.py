@@ -2,7 +2,7 @@
 
 import numpy as np
 from s2ag.core.learning.train.storage import save_arrays
-from s2ag.core.model.timing import nearest_mfcc
+from s2ag.core.model.mfcc_timing import nearest_mfcc
 from s2ag.core.motion.skeleton import MEAN_UNIT, normalize
 from s2ag.core.styles import CONTROLS
 

@@ -10,11 +10,11 @@ from bodies import BACKWARDS, Y_UP, degrees, pose
 from hands import with_hands
 from s2ag.core.motion import handshape, skeleton
 from s2ag.core.motion.hands import FOREARMS, Hands
-from s2ag.rigs import proportions, retarget, skull
+from s2ag.rigs import head_ellipsoid, proportions, retarget
 from s2ag.rigs.goals import Goals, Options
-from s2ag.rigs.plain import Bones
-from s2ag.rigs.retarget import rotating, rotations
-from s2ag.rigs.slices import whole
+from s2ag.rigs.retarget import rotations, rotations_in_slices
+from s2ag.rigs.skeleton import Bones
+from s2ag.rigs.slices import run_to_end
 
 ARMS = list(skeleton.ARM_EDGES)
 FRAMES = 120
@@ -42,7 +42,7 @@ def laid(motion, hands, *, frame=None, size=1.0, fps=15.0, **options):
     matrices[:, :3, 3] *= size
     bones = Bones(bones.names, bones.parents, matrices, size * bones.lengths)
     goals = Goals(bones, whole.mapping, motion, fps, Options(**options), hands=hands)
-    solids = contact.Solids(bones, whole.mapping, proportions.guess(bones, whole.mapping))
+    solids = contact.Solids(bones, whole.mapping, proportions.guess_trunk(bones, whole.mapping))
     heads, orientations = pose(bones, rotations(goals) | goals.extras())
     return goals, contact.depths(solids, heads, orientations), solids.length
 
@@ -82,10 +82,12 @@ def test_arms_are_parted_and_bones_turned_in_slices_that_come_to_the_same():
     bones = body.bones()
     goals = Goals(bones, body.mapping, motion, 15.0, Options(), hands=hands, clear=False)
     assert len(list(goals.clearing())) >= 5  # the trunk, each arm, and the parting, pass by pass
-    assert len(list(rotating(goals))) == len(rotations(goals)) // retarget.TURNED
+    assert len(list(rotations_in_slices(goals))) == len(rotations(goals)) // retarget.BONES_PER_SLICE
     at_once = Goals(bones, body.mapping, motion, 15.0, Options(), hands=hands)
     assert np.array_equal(goals.directions, at_once.directions)
-    assert all(np.array_equal(rotations(goals)[name], values) for name, values in whole(rotating(at_once)).items())
+    assert all(
+        np.array_equal(rotations(goals)[name], values) for name, values in run_to_end(rotations_in_slices(at_once)).items()
+    )
 
 
 def test_what_does_not_meet_stays_to_the_bit():
@@ -123,7 +125,7 @@ def nodding(frames, reach=0.0):
     turn = np.random.default_rng(3).normal(size=(400, 3))
     at = bones.heads[bones.row(whole.chains["head"][-1])] + [0, -2, 10]
     points = at + [8, 10, 12] * skeleton.normalize(turn)
-    known = skull.measure(bones, whole.mapping, points)
+    known = head_ellipsoid.fit_head(bones, whole.mapping, points)
     share = reach * np.exp(-(((np.arange(frames) - 0.5 * frames) / 18) ** 4))[:, None]
     motion = np.tile(skeleton.REST, (frames, 1, 1)).astype(float)
     motion[:, 1, 2] += 0.3 * np.sin(np.arange(frames) / 9)
@@ -135,7 +137,7 @@ def nodding(frames, reach=0.0):
     motion = skeleton.normalize(motion).astype(np.float32)
     palms = np.tile([[0.1, 0.3, -1.0], [-0.1, 0.3, -1.0]], (frames, 1, 1))
     hands = Hands.of(motion[:, FOREARMS], palms, np.tile(handshape.RELAXED, (frames, 2, 1)))
-    girth = proportions.guess(bones, whole.mapping)
+    girth = proportions.guess_trunk(bones, whole.mapping)
     made = []
     for head in (None, known):
         seen = replace(girth, skull=head)
@@ -146,7 +148,7 @@ def nodding(frames, reach=0.0):
 def in_head(goals, known, bones, whole):
     """How deep the joints of both hands lie in the head (frames,), read from the pose, negative outside."""
     heads, orientations = pose(bones, rotations(goals) | goals.extras())
-    row, placed = bones.row(whole.chains["head"][-1]), proportions.Placed(bones, whole.mapping)
+    row, placed = bones.row(whole.chains["head"][-1]), proportions.ArmOrigin(bones, whole.mapping)
     turned = orientations[:, row] @ bones.matrices[row, :3, :3].T
     joints = [
         number for number, name in enumerate(bones.names) if any(finger in name for finger in ("index", "middle", "ring"))

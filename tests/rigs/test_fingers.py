@@ -4,7 +4,7 @@ from bodies import BACKWARDS, Y_UP, Body, body, degrees, pose
 from hands import FINGERS, with_hands
 from s2ag.core.motion import quaternion
 from s2ag.rigs import fingers
-from s2ag.rigs.plain import Bones
+from s2ag.rigs.skeleton import Bones
 
 PARTS = [f"{side}_{finger}" for side in ("left", "right") for finger in FINGERS]
 
@@ -12,7 +12,7 @@ PARTS = [f"{side}_{finger}" for side in ("left", "right") for finger in FINGERS]
 def posed(whole, seed=0, **how):
     """The bones, and their heads (n, 3) before and after the hands are put at ease."""
     bones = whole.bones(seed)
-    found = fingers.relaxed(bones, whole.mapping, **how)
+    found = fingers.relaxed_rotations(bones, whole.mapping, **how)
     heads, _ = pose(bones, {name: q[None] for name, q in found.items()} or {bones.names[0]: quaternion.IDENTITY[None]})
     return bones, bones.heads, heads[0]
 
@@ -57,7 +57,7 @@ def test_axes_rolls_and_scale_do_not_matter():
     small = Body({name: (0.001 * np.array(at), above) for name, (at, above) in whole.joints.items()}, whole.chains)
     bones = small.bones()
     bones = Bones(bones.names, bones.parents, bones.matrices, 0.001 * bones.lengths)
-    found = fingers.relaxed(bones, small.mapping)
+    found = fingers.relaxed_rotations(bones, small.mapping)
     heads, _ = pose(bones, {name: q[None] for name, q in found.items()})
     np.testing.assert_allclose(heads[0], 0.001 * reference, atol=1e-9)
 
@@ -73,7 +73,7 @@ def test_what_is_bent_at_rest_bends_less_or_not_at_all():
     angles = [bend(bones, after, "left_middle") for bones, _, after in (posed(with_hands(curl=curl)) for curl in (0, 10, 15))]
     assert max(angles) - min(angles) < 15
     curled = with_hands(curl=35)
-    assert not any("thumb" not in name for name in fingers.relaxed(curled.bones(), curled.mapping))
+    assert not any("thumb" not in name for name in fingers.relaxed_rotations(curled.bones(), curled.mapping))
 
 
 def test_strength_scales_the_bend():
@@ -81,14 +81,14 @@ def test_strength_scales_the_bend():
     full, half = (posed(whole, strength=strength) for strength in (1.0, 0.5))
     for part in PARTS:
         assert bend(half[0], half[2], part) == pytest.approx(0.5 * bend(full[0], full[2], part), abs=1e-6)
-    assert fingers.relaxed(whole.bones(), whole.mapping, 0.0) == {}
+    assert fingers.relaxed_rotations(whole.bones(), whole.mapping, 0.0) == {}
 
 
 @pytest.mark.parametrize("kept", [("index", "middle", "ring"), ("index", "ring"), ("index", "middle", "ring", "little")])
 @pytest.mark.parametrize("thumb", [True, False])
 def test_hands_with_fewer_fingers(kept, thumb):
     whole = with_hands(fingers=kept, thumb=thumb)
-    found = fingers.find(whole.bones(2), whole.mapping, "left")
+    found = fingers.find_hand(whole.bones(2), whole.mapping, "left")
     if len(kept) + thumb < 3:
         assert found is None
         return
@@ -112,7 +112,7 @@ def test_bones_that_may_not_be_turned_are_looked_through():
     whole = Body({name: joints[name] for name in order}, whole.chains)
     bones = whole.bones(4)
     usable = np.array(["mechanism" not in name for name in bones.names])
-    found = fingers.relaxed(bones, whole.mapping, usable=usable)
+    found = fingers.relaxed_rotations(bones, whole.mapping, usable=usable)
     assert {f"{part}{link}" for part in PARTS for link in (1, 2, 3)} <= set(found)
     assert not any("mechanism" in name for name in found)
 
@@ -126,13 +126,13 @@ def test_fingers_on_another_bone_at_the_wrist():
     parents = np.append(bones.parents, bones.row("left_fore"))
     bones = Bones(names, parents, np.append(bones.matrices, bones.matrices[hand : hand + 1], 0), np.append(bones.lengths, 8.0))
     whole.chains["left_hand"] = ("control",)
-    found = fingers.find(bones, whole.mapping, "left")
+    found = fingers.find_hand(bones, whole.mapping, "left")
     assert found.row == hand and len(found.fingers) == 4 and len(found.thumb) == 4
 
 
 def test_a_body_without_fingers_or_hands():
-    assert fingers.relaxed(body().bones(), body().mapping) == {}
+    assert fingers.relaxed_rotations(body().bones(), body().mapping) == {}
     whole = with_hands()
     whole.chains.pop("left_hand"), whole.chains.pop("right_hand")
-    assert fingers.relaxed(whole.bones(), whole.mapping) == {}
-    assert fingers.known(whole.bones(), whole.mapping, "left") is None
+    assert fingers.relaxed_rotations(whole.bones(), whole.mapping) == {}
+    assert fingers.find_any_hand(whole.bones(), whole.mapping, "left") is None

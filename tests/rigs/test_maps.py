@@ -10,7 +10,7 @@ from s2ag.core.errors import OutputUnwritable, RigUnusable
 from s2ag.rigs import maps
 from s2ag.rigs.detect import ROWS, detect
 from s2ag.rigs.family import Switch, families
-from s2ag.rigs.plain import ARMS, Finding, Mapping
+from s2ag.rigs.skeleton import ARMS, Finding, Mapping
 
 FAMILIES = {family.key: family for family in families()}
 

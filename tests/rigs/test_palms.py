@@ -10,8 +10,8 @@ from s2ag.core.motion.hands import FOREARMS, Hands
 from s2ag.rigs import fingers, palms
 from s2ag.rigs.family import families
 from s2ag.rigs.goals import SIDES, Goals, Options
-from s2ag.rigs.plain import character_frame
 from s2ag.rigs.retarget import rotations
+from s2ag.rigs.skeleton import character_frame
 from skeletons import person
 
 FREE = Options(clear_body=0.0, limits=False)
@@ -59,7 +59,7 @@ def test_every_family(family, shape):
     whole, motion = person(family, shape), performance(24)
     hands = handed.hands(motion)
     bones, goals, heads, _ = laid(whole, motion, hands)
-    if fingers.find(bones, whole.mapping, "left") is not None and whole.mapping.chains.get("left_hand"):
+    if fingers.find_hand(bones, whole.mapping, "left") is not None and whole.mapping.chains.get("left_hand"):
         assert off(bones, goals, heads, hands) < 0.01
     else:
         assert "left_hand" not in whole.mapping.chains
@@ -96,7 +96,7 @@ def test_the_forearm_takes_its_share_of_the_twist():
     for side in SIDES:
         before, after = (one[0, bones.row(f"{side}_fore")] for one in both)
         q = quaternion.from_matrix(after @ before.T)
-        assert np.degrees(2 * np.arccos(abs(q[0]))) == pytest.approx(60 * palms.ALONE, abs=0.5)
+        assert np.degrees(2 * np.arccos(abs(q[0]))) == pytest.approx(60 * palms.FOREARM_TWIST_SHARE, abs=0.5)
 
 
 def angles(bones, heads, side, finger, palm):

@@ -4,7 +4,7 @@ from bodies import BACKWARDS, Y_UP, body, degrees, performance
 from s2ag.core.motion import limits, quaternion, skeleton
 from s2ag.rigs import proportions
 from s2ag.rigs.goals import Goals, Options
-from s2ag.rigs.plain import Bones
+from s2ag.rigs.skeleton import Bones
 
 ARMS = [skeleton.EDGE_NAMES.index(f"{side}_{part}") for side in ("left", "right") for part in ("upper_arm", "forearm")]
 
@@ -27,17 +27,17 @@ def gesturing(frames=150, seed=2):
     calm = np.apply_along_axis(lambda column: np.convolve(column, kernel, "same"), 0, steps) / 25
     mean = skeleton.MEAN.copy()
     mean[[5, 8]] = [[0.75, 0.15, 0.5], [-0.75, 0.15, 0.5]]
-    return limits.keep_human(skeleton.normalize(mean + calm).astype(np.float32))
+    return limits.enforce_limits(skeleton.normalize(mean + calm).astype(np.float32))
 
 
 def cleared(points, motion, rest="A", frame=Z_UP, fps=15.0, **options):
     """Directions before and after (frames, 9, 3), the girth and where the arms hang."""
     whole = body(rest).turned(frame)
     bones = whole.bones()
-    girth = proportions.measure(bones, whole.mapping, points @ frame.T)
+    girth = proportions.measure_trunk(bones, whole.mapping, points @ frame.T)
     plain = Goals(bones, whole.mapping, motion, fps, Options(clear_body=0.0))
     moved = Goals(bones, whole.mapping, motion, fps, Options(**options), girth=girth)
-    return plain.directions, moved.directions, girth, proportions.Placed(bones, whole.mapping)
+    return plain.directions, moved.directions, girth, proportions.ArmOrigin(bones, whole.mapping)
 
 
 def hands(directions, placed, side):
@@ -116,7 +116,7 @@ def test_scale_does_not_matter():
     matrices[:, :3, 3] *= 0.01
     small = Bones(bones.names, bones.parents, matrices, 0.01 * bones.lengths)
     large, little = (
-        Goals(b, whole.mapping, motion, girth=proportions.measure(b, whole.mapping, p)).directions
+        Goals(b, whole.mapping, motion, girth=proportions.measure_trunk(b, whole.mapping, p)).directions
         for b, p in ((bones, points), (small, 0.01 * points))
     )
     np.testing.assert_allclose(large, little, atol=1e-9)
@@ -128,23 +128,25 @@ def test_a_trunk_is_measured_and_gaps_are_filled():
     points = barrel(15, 10, middle=(0, 3))
     gap = points[(points[:, 2] < 105) | (points[:, 2] > 125)]
     for seen in (points, gap):
-        girth = proportions.measure(bones, whole.mapping, seen)
+        girth = proportions.measure_trunk(bones, whole.mapping, seen)
         np.testing.assert_allclose(girth.halves[1:-1], [[15, 10]] * (len(girth.halves) - 2), rtol=0.03)
         np.testing.assert_allclose(girth.middles[1:-1, 1] + 2, 3, atol=0.2)  # the shoulders lie 2 cm behind the origin
-    few = proportions.measure(bones, whole.mapping, points[:5])
-    np.testing.assert_array_equal(few.halves, proportions.guess(bones, whole.mapping).halves)
+    few = proportions.measure_trunk(bones, whole.mapping, points[:5])
+    np.testing.assert_array_equal(few.halves, proportions.guess_trunk(bones, whole.mapping).halves)
 
 
 def test_hips_and_thighs_are_measured_as_far_as_hands_hang():
     whole = body()
     bones = whole.bones()
     trunk, skirt = barrel(15, 10), barrel(24, 18, low=5, high=89)
-    alone, whole_body = (proportions.measure(bones, whole.mapping, points) for points in (trunk, np.vstack([trunk, skirt])))
+    alone, whole_body = (
+        proportions.measure_trunk(bones, whole.mapping, points) for points in (trunk, np.vstack([trunk, skirt]))
+    )
     above = len(alone.heights)
     np.testing.assert_allclose(whole_body.heights[-above:], alone.heights)
     np.testing.assert_allclose(whole_body.halves[-above + 1 :], alone.halves[1:])
     np.testing.assert_allclose(whole_body.halves[:-above], [[24, 18]] * (len(whole_body.heights) - above), rtol=0.02)
-    reach = sum(proportions.Placed(bones, whole.mapping).lengths["left"])
+    reach = sum(proportions.ArmOrigin(bones, whole.mapping).lengths["left"])
     step = np.diff(alone.heights)[0]
     assert -reach < whole_body.heights[0] - 0.5 * step < -reach + step
     hanging = np.tile(skeleton.MEAN_UNIT, (30, 1, 1))
@@ -156,7 +158,7 @@ def test_hips_and_thighs_are_measured_as_far_as_hands_hang():
 
 
 def test_depth_is_positive_inside_only_and_never_jumps():
-    girth = proportions.guess(body().bones(), body().mapping)
+    girth = proportions.guess_trunk(body().bones(), body().mapping)
     line = np.stack([np.linspace(-30, 30, 601), np.full(601, 1.0), np.full(601, -25.0)], -1)
     deep = girth.depth(line, 0.0)
     assert deep[300] > 5 and deep[0] < -10 and np.abs(np.diff(deep)).max() < 0.3
@@ -167,15 +169,15 @@ def test_the_trunk_turns_with_the_spine_and_the_hips_do_not():
     """A hand beside the chest stays free when both turn; one frame is enough, and no frame at all is no error."""
     whole = body()
     bones = whole.bones()
-    girth, placed = proportions.measure(bones, whole.mapping, barrel(20, 12)), proportions.Placed(bones, whole.mapping)
+    girth, placed = proportions.measure_trunk(bones, whole.mapping, barrel(20, 12)), proportions.ArmOrigin(bones, whole.mapping)
     rest = np.array([[[0.0, 0, 1]] * 9])
     rest[0, [4, 7]], rest[0, [5, 8]] = [[0.7, 0, -0.71], [-0.7, 0, -0.71]], [[0.0, -1, 0]] * 2
     rest = skeleton.normalize(rest)
     turn = quaternion.about(np.array([0.0, 0, 1]), np.radians([40.0]))
     still, turned = (
-        proportions.clear(girth, placed, quaternion.rotate(q[:, None], rest), q, {}, 15.0)
+        proportions.clear_trunk(girth, placed, quaternion.rotate(q[:, None], rest), q, {}, 15.0)
         for q in (quaternion.IDENTITY[None], turn)
     )
     np.testing.assert_allclose(quaternion.rotate(turn[:, None], still), turned, atol=0.2)
-    assert proportions.clear(girth, placed, rest[:0], turn[:0], {}, 15.0).shape == (0, 9, 3)
+    assert proportions.clear_trunk(girth, placed, rest[:0], turn[:0], {}, 15.0).shape == (0, 9, 3)
     assert performance(1).shape == (1, 9, 3)

@@ -8,8 +8,8 @@ from s2ag.core.motion.pelvis import Pelvis
 from s2ag.rigs import legs, stance
 from s2ag.rigs.family import families
 from s2ag.rigs.goals import Goals, Options
-from s2ag.rigs.plain import character_frame
 from s2ag.rigs.retarget import rotations
+from s2ag.rigs.skeleton import character_frame
 from skeletons import person
 
 FAMILIES = {family.key: family for family in families()}

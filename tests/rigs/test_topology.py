@@ -7,7 +7,7 @@ from bodies import BACKWARDS, Y_UP, Body
 from s2ag.core.errors import RigUnusable
 from s2ag.rigs.detect import BY_POSITION, detect, twist_bones
 from s2ag.rigs.family import families
-from s2ag.rigs.plain import ARMS, Bones
+from s2ag.rigs.skeleton import ARMS, Bones
 from s2ag.rigs.topology import find_body, stance
 
 FAMILIES = {family.key: family for family in families()}

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from bodies import ARM_EDGES, Body, body, degrees, performance, pose, turned_degrees
 from s2ag.core.motion import quaternion, skeleton
-from s2ag.rigs import limits, spread
+from s2ag.rigs import chain_weights, limits
 from s2ag.rigs.goals import Goals, Options
-from s2ag.rigs.plain import Mapping
 from s2ag.rigs.retarget import rotations
+from s2ag.rigs.skeleton import Mapping
 from s2ag.rigs.walk import Walk
 
 OPTIONS = {"clear_body": 0.0, "palms": 1.0}
@@ -96,18 +96,18 @@ def test_clavicles_stay_in_a_shoulders_range(side):
     up = quaternion.about(np.array([0.0, -side, 0]), np.radians([-40.0, -4, 0, 5, 15, 60]))
     forward = quaternion.about(np.array([0.0, 0, -side]), np.radians([-40.0, -4, 0, 5, 10, 60]))
     for turn, axis, bounds in ((up, [0, -side, 0], limits.CLAVICLE_LIFT), (forward, [0, 0, -side], limits.CLAVICLE_PROTRACT)):
-        kept = limits.clavicle(turn, frame, side)
+        kept = limits.limit_clavicle(turn, frame, side)
         np.testing.assert_allclose(kept[1:4], turn[1:4], atol=1e-12)
         angle = 2 * np.arctan2(kept[:, 1:] @ axis, kept[:, 0])
         assert bounds[0] - 1e-9 < angle.min() and angle.max() < bounds[1] + 1e-9
         assert (np.diff(angle) > 0).all()
-    half = quaternion.power(limits.clavicle(up, frame, side, 0.5), 0.5)
+    half = quaternion.power(limits.limit_clavicle(up, frame, side, 0.5), 0.5)
     assert 2 * np.arctan2(-half[-1, 2] * side, half[-1, 0]) < limits.CLAVICLE_LIFT[1] + 1e-9
 
 
 def test_soft_limits_are_smooth_and_exact_in_the_middle():
     angle = np.radians(np.linspace(-200, 200, 4001))
-    held = limits.soft(angle, limits.UPPER_ARM)
+    held = limits.soft_limit(angle, limits.UPPER_ARM)
     middle = (angle > np.radians(-45)) & (angle < np.radians(100))
     np.testing.assert_array_equal(held[middle], angle[middle])
     assert limits.UPPER_ARM[0] <= held.min() and held.max() <= limits.UPPER_ARM[1]
@@ -118,14 +118,16 @@ def test_soft_limits_are_smooth_and_exact_in_the_middle():
 def test_a_turn_is_shared_by_length():
     whole = body()
     bones = whole.bones()
-    np.testing.assert_allclose(spread.shares(bones, whole.mapping, "torso"), np.array([13.04, 27.07, 45.1]) / 45.1, atol=2e-3)
-    assert spread.shares(bones, whole.mapping, "head") == [1.0]
+    np.testing.assert_allclose(
+        chain_weights.turn_shares(bones, whole.mapping, "torso"), np.array([13.04, 27.07, 45.1]) / 45.1, atol=2e-3
+    )
+    assert chain_weights.turn_shares(bones, whole.mapping, "head") == [1.0]
     stacked = {
         name: ((0, 0, 150) if name in ("spine1", "spine2", "spine3", "neck") else at, up)
         for name, (at, up) in whole.joints.items()
     }
     flat = Body(stacked, whole.chains)
-    np.testing.assert_allclose(spread.shares(flat.bones(), flat.mapping, "torso"), [1 / 3, 2 / 3, 1])
+    np.testing.assert_allclose(chain_weights.turn_shares(flat.bones(), flat.mapping, "torso"), [1 / 3, 2 / 3, 1])
 
 
 @pytest.mark.parametrize("neck", [0.0, 0.3, 1.0])

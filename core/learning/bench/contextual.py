@@ -11,9 +11,9 @@ import numpy as np
 from ... import json_text, npz
 from ...errors import CorpusUnreadable, UsageError
 from ...files import sha256
-from ...vectors.table import spans
+from ...vectors.table import word_per_frame
 from ..train.dataset import Corpus
-from ..train.storage import META, whole_folder
+from ..train.storage import META, atomic_folder
 
 FOLDER = "contextual"
 LARGEST = 4_000_000_000
@@ -34,12 +34,12 @@ class Contextual(NamedTuple):
         return np.where(row[..., None] >= 0, self.vectors[row], 0).astype(np.float32)
 
 
-def name(recording: dict, number: int) -> str:
+def recording_name(recording: dict, number: int) -> str:
     """Return the name of a data set's recording in files of other programs, from its entry in ``meta.json``."""
     return str(recording.get("name") or Path(str(recording.get("speech", number))).stem)
 
 
-def bring(path: str | PathLike, corpus: Corpus, bench: Path) -> None:
+def import_vectors(path: str | PathLike, corpus: Corpus, bench: Path) -> None:
     """Import vectors for the words of ``corpus`` from the file ``path`` into the folder of a ``bench``.
 
     The file (.npz) holds one array ``(words, width)`` for every recording, by its name: a vector for each of its words in
@@ -52,14 +52,14 @@ def bring(path: str | PathLike, corpus: Corpus, bench: Path) -> None:
             if json_text.read(place / META).get("key") != key:
                 raise UsageError(f"{bench} has other vectors of words in context.", "Choose another folder.")
             return
-        with npz.opened(path, LARGEST) as arrays:
+        with npz.open_arrays(path, LARGEST) as arrays:
             vectors = [_read(arrays, *recording) for recording in _recordings(corpus)]
     except (OSError, npz.NotArrays) as error:
         reason = " ".join(str(error).split())[:150]
         raise UsageError(f"{path} holds no vectors for the words of this data set: {reason}.", _REMEDY) from error
     if len({part.shape[1] for part in vectors}) != 1:
         raise UsageError(f"{path} holds vectors of different widths.", _REMEDY)
-    with whole_folder(place) as folder:
+    with atomic_folder(place) as folder:
         np.save(folder / "vectors.npy", np.concatenate(vectors).astype(np.float16))
         np.save(folder / "row.npy", _rows(corpus, [len(part) for part in vectors]))
         (folder / META).write_text(json.dumps({"key": key}), encoding="utf-8")
@@ -82,7 +82,7 @@ _REMEDY = "Make a .npz with an array (words, width) for every recording, named a
 
 def _recordings(corpus: Corpus) -> list[tuple[str, int]]:
     """Return name and count of words of every recording."""
-    return [(name(entry, number), len(entry["words"])) for number, entry in enumerate(corpus.meta["recordings"])]
+    return [(recording_name(entry, number), len(entry["words"])) for number, entry in enumerate(corpus.meta["recordings"])]
 
 
 def _read(arrays: Mapping[str, np.ndarray], called: str, count: int) -> np.ndarray:
@@ -103,7 +103,7 @@ def _rows(corpus: Corpus, counts: Sequence[int]) -> np.ndarray:
     for number, (entry, count) in enumerate(zip(corpus.meta["recordings"], counts, strict=True)):
         words = [(str(word), float(start), float(end)) for word, start, end in entry["words"]]
         frames = int(corpus.frame_starts[number + 1] - corpus.frame_starts[number])
-        spoken = spans(words, frames, corpus.fps)
+        spoken = word_per_frame(words, frames, corpus.fps)
         rows.append(np.where(spoken >= 0, spoken + before, -1))
         before += count
     return np.concatenate(rows).astype(np.int32)

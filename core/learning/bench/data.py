@@ -10,18 +10,18 @@ import numpy as np
 import torch
 
 from ...errors import CorpusUnreadable
-from ...model.timing import nearest_mfcc
+from ...model.mfcc_timing import nearest_mfcc
 from ...model.wave_encoder import FRAMES
 from ...motion import skeleton
 from ...sound.audio import SAMPLE_RATE
 from ...sound.mfcc import mfcc
-from ...vectors.table import spans
+from ...vectors.table import word_per_frame
 from ..datasets.filters import usable
-from ..systems import timing
+from ..systems import word_timing
 from ..systems.lengths import Lengths
 from ..systems.sample import PAD, SPECIAL, Sample
 from ..train.dataset import TEST, TRAIN, VALIDATION, Corpus
-from ..train.storage import whole_folder
+from ..train.storage import atomic_folder
 from . import contextual
 
 HOP, SEEDS = 10, 4
@@ -180,11 +180,11 @@ def _features(data: Data, cache: Path, progress: Callable[[float], None]) -> dic
         cepstra = mfcc(sound)[:length] / 1000
         parts["cepstra"].append(np.pad(cepstra, ((0, length - len(cepstra)), (0, 0)), mode="edge").astype(np.float16))
         table = np.array([rows[word] + SPECIAL for word, _, _ in words] + [PAD], np.int32)
-        parts["onsets"].append(table[spans(words, frames, data.lengths.fps, mode="onset")])
-        parts["timing"].append(timing.describe(words, frames, data.lengths.fps).astype(np.float16))
+        parts["onsets"].append(table[word_per_frame(words, frames, data.lengths.fps, mode="onset")])
+        parts["timing"].append(word_timing.word_timing_features(words, frames, data.lengths.fps).astype(np.float16))
         progress((number + 1) / count)
     features = {name: np.concatenate(part) for name, part in parts.items()}
-    with whole_folder(folder) as temporary:
+    with atomic_folder(folder) as temporary:
         for name, array in features.items():
             np.save(temporary / f"{name}.npy", array, allow_pickle=False)
         (temporary / "meta.json").write_text(json.dumps({_KEY: key}), encoding="utf-8")

@@ -4,10 +4,10 @@ import numpy as np
 
 from ...motion import skeleton
 from . import rows, table
-from .judging import Bench
+from .evaluation import Bench
 
 
-def rows_of(bench: Bench) -> dict[str, dict]:
+def reference_rows(bench: Bench) -> dict[str, dict]:
     """Return title and figures by name: last seed pose held, mean pose, recorded motion of other windows, and the own one."""
     held, mean = bench.real.copy(), bench.real.copy()
     held[:, bench.given :] = held[:, bench.given - 1 : bench.given]
@@ -25,7 +25,7 @@ def rows_of(bench: Bench) -> dict[str, dict]:
     }
     if bench.elsewhere is not None:
         others = bench.data.motions(bench.elsewhere)
-        result["real"] |= rows.answers(bench.judge_elsewhere(lambda draw: others, 1).draws, [bench.judge(bench.real)])
+        result["real"] |= rows.speech_gains(bench.judge_elsewhere(lambda draw: others, 1).draws, [bench.judge(bench.real)])
     return result
 
 

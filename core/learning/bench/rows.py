@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from ... import npz
-from ...corrections import holm
 from ...errors import CorpusUnreadable
-from ...files import whole_file
-from ..systems.catalogue import KNOWN
-from . import certainty, table
-from .judging import APPROPRIATE, BY_WINDOW, Bench, Judged
+from ...files import atomic_file
+from ...multiple_testing import holm_correction
+from ..systems.catalogue import ALL_SYSTEMS
+from . import significance, table
+from .evaluation import APPROPRIATE, BY_WINDOW, Bench, Evaluation
 
 FIGURES, WINDOWS = "figures.json", "windows.npz"
 IDS = ("own", "random")
@@ -35,7 +35,7 @@ class Row:
     @property
     def title(self) -> str:
         """Its title in the table."""
-        return self.facts[0].get("title") or (KNOWN[self.name].title if self.name in KNOWN else self.name)
+        return self.facts[0].get("title") or (ALL_SYSTEMS[self.name].title if self.name in ALL_SYSTEMS else self.name)
 
     @property
     def ids(self) -> str:
@@ -47,32 +47,32 @@ class Row:
         return np.stack([one[f"{ids or self.ids}_{figure}"] for one in self.windows])
 
 
-def judged(folder: Path) -> bool:
+def is_evaluated(folder: Path) -> bool:
     """Return whether a system's folder holds all that a row needs; older benches have no figures by window."""
     return (folder / FIGURES).is_file() and (folder / WINDOWS).is_file()
 
 
-def keep(folder: Path, facts: dict, protocols: dict[str, Judged], elsewhere: Judged | None) -> None:
+def write_figures(folder: Path, facts: dict, protocols: dict[str, Evaluation], elsewhere: Evaluation | None) -> None:
     """Write the figures of each speaker mode (``protocols``), and those of motion generated for other speech."""
     folder.mkdir(parents=True, exist_ok=True)
     parts = protocols if elsewhere is None else {**protocols, ELSEWHERE: elsewhere}
     arrays = {f"{ids}_{name}": values for ids, part in parts.items() for name, values in part.windows.items()}
-    with whole_file(folder / WINDOWS) as temporary, open(temporary, "wb") as file:
+    with atomic_file(folder / WINDOWS) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, **arrays)
     content = facts | {"draws": {ids: part.draws for ids, part in protocols.items()}}
     content |= {} if elsewhere is None else {ELSEWHERE: elsewhere.draws}
-    with whole_file(folder / FIGURES) as temporary:
+    with atomic_file(folder / FIGURES) as temporary:
         temporary.write_text(json.dumps(content), encoding="utf-8")
 
 
-def found(folder: Path) -> list[Row]:
+def read_rows(folder: Path) -> list[Row]:
     """Read all rows of a bench: the paper's systems in its order, then the others."""
     seeds: dict[str, list[int]] = {}
     for path in sorted(folder.iterdir()):
         match = re.fullmatch(r"(.+)-(\d+)", path.name)
-        if match and judged(path):
+        if match and is_evaluated(path):
             seeds.setdefault(match[1], []).append(int(match[2]))
-    order = [*KNOWN, *sorted(name for name in seeds if name not in KNOWN)]
+    order = [*ALL_SYSTEMS, *sorted(name for name in seeds if name not in ALL_SYSTEMS)]
     return [_read(folder, name, sorted(seeds[name])) for name in order if name in seeds]
 
 
@@ -98,11 +98,11 @@ def correct(rows: dict[str, dict]) -> None:
     """Correct the p values of ``against`` in place for the number of tested systems, by Holm's method."""
     for figure in table.PAPER:
         values = {name: row["against"][figure] for name, row in rows.items() if figure in row["against"]}
-        for name, value in holm(values).items():
+        for name, value in holm_correction(values).items():
             rows[name]["against"][figure] = value
 
 
-def answers(elsewhere: Sequence[dict], own: Sequence[dict]) -> dict:
+def speech_gains(elsewhere: Sequence[dict], own: Sequence[dict]) -> dict:
     """Return the mean figures of motion for other speech, and what motion for ``own`` speech gains over it (more is better)."""
     there, here = table.summarise(elsewhere), table.summarise([{name: one[name] for name in APPROPRIATE} for one in own])
     signs = {name: -1 if name in ("beat_alignment", "cca") else 1 for name in APPROPRIATE}
@@ -116,7 +116,7 @@ def _read(folder: Path, name: str, seeds: Sequence[int]) -> Row:
         place = folder / f"{name}-{seed}"
         try:
             facts.append(json.loads((place / FIGURES).read_text("utf-8")))
-            with npz.opened(place / WINDOWS) as data:
+            with npz.open_arrays(place / WINDOWS) as data:
                 windows.append({key: np.asarray(data[key]) for key in data})
         except (OSError, ValueError, npz.NotArrays) as error:
             remedy = f"Delete its {FIGURES}; the bench judges again."
@@ -138,19 +138,19 @@ def _training(facts: Sequence[dict]) -> dict:
 
 
 def _intervals(row: Row, bench: Bench, ids: str) -> dict[str, list[float] | None]:
-    by_window = {name: certainty.interval(row.of(name, ids), bench.talk) for name in BY_WINDOW}
-    return by_window | {"fgd": certainty.interval_of_distance(row.of("features", ids), bench.features, bench.talk)}
+    by_window = {name: significance.interval(row.of(name, ids), bench.talk) for name in BY_WINDOW}
+    return by_window | {"fgd": significance.distance_interval(row.of("features", ids), bench.features, bench.talk)}
 
 
 def _against(winner: Row, row: Row, bench: Bench) -> dict[str, float]:
     """Return the p values of no difference between two rows, each in its first speaker mode."""
-    if certainty.numbered(bench.talk)[1] < 2:
+    if significance.number_talks(bench.talk)[1] < 2:
         return {}
     means = {name: [one.of(name).mean((0, 1)) for one in (winner, row)] for name in ("maje_code", "mad_code")}
     features = [one.of("features").reshape(-1, *bench.features.shape) for one in (winner, row)]
-    values = {name: certainty.paired(ours, theirs, bench.talk) for name, (ours, theirs) in means.items()}
+    values = {name: significance.paired_test(ours, theirs, bench.talk) for name, (ours, theirs) in means.items()}
     ours, theirs = features
-    return values | {"fgd": certainty.paired_distance(ours, theirs, bench.features, bench.talk)}
+    return values | {"fgd": significance.paired_distance_test(ours, theirs, bench.features, bench.talk)}
 
 
 def _answers(row: Row, bench: Bench) -> dict:
@@ -158,12 +158,12 @@ def _answers(row: Row, bench: Bench) -> dict:
     draws = [draw for one in row.facts for draw in one.get(ELSEWHERE, ())]
     if not draws:
         return {"elsewhere": {}, "gains": {}}
-    result = answers(draws, [draw for one in row.facts for draw in one["draws"][row.ids]])
+    result = speech_gains(draws, [draw for one in row.facts for draw in one["draws"][row.ids]])
     result |= {"gain_intervals": {}, "gain_p": {}}
     for name in ("maje_code", "beat_alignment"):
         other, own = row.of(name, ELSEWHERE), row.of(name)
         gain = (own - other) if name == "beat_alignment" else (other - own)
-        result["gain_intervals"][name] = certainty.interval(gain, bench.talk)
-        if certainty.numbered(bench.talk)[1] > 1:
-            result["gain_p"][name] = certainty.paired(other.mean((0, 1)), own.mean((0, 1)), bench.talk)
+        result["gain_intervals"][name] = significance.interval(gain, bench.talk)
+        if significance.number_talks(bench.talk)[1] > 1:
+            result["gain_p"][name] = significance.paired_test(other.mean((0, 1)), own.mean((0, 1)), bench.talk)
     return result

@@ -12,18 +12,18 @@ import numpy as np
 import torch
 
 from ...errors import OutputUnwritable, UsageError
-from ...files import whole_file
+from ...files import atomic_file
 from ..metrics import extractor as extractors
-from ..systems.catalogue import KNOWN, Build
+from ..systems.catalogue import ALL_SYSTEMS, BuildOptions
 from ..systems.system import System
 from ..train.dataset import TEST, TRAIN, VALIDATION
-from ..train.storage import rate, require_folder
-from . import contextual, curves, others, references, rows, table, weights
+from ..train.storage import corpus_fps, require_folder
+from . import contextual, external_rows, references, rows, table, validation_plot, weights
 from .data import Data
-from .drawing import unfit
-from .jobs import train as side_by_side
-from .judging import Bench
-from .setting import Held, Setting, claim, read
+from .evaluation import Bench
+from .flow_networks import why_unfit
+from .parallel import train as side_by_side
+from .setting import BenchStart, Setting, claim, read
 from .training import STATE, Training
 
 REPORT, TABLE, EXTRACTOR = "table.json", "table.md", "extractor.safetensors"
@@ -46,7 +46,7 @@ class Runner:
             raise UsageError("There is no cuda device here.", "Leave --device out.")
         self.folder, self.setting, self.device, self.say, self.logs = Path(folder), setting, device, say, logs
         self._arguments = (folder, data, setting, device, say, logs)
-        fps = rate(require_folder(data))  # before anything is written
+        fps = corpus_fps(require_folder(data))  # before anything is written
         self._claim(str(data), fps)
         self.data = Data(data, self.folder, setting.filtered, given=setting.given, window=setting.window, hop=setting.hop)
 
@@ -58,9 +58,9 @@ class Runner:
 
     def unfit(self, name: str) -> str:
         """Return why a system or the shipped network cannot use this bench's windows, in a sentence; empty if it can."""
-        if name != others.SHIPPED:
-            return KNOWN[name].unfit(self.data.lengths, self.data.width)
-        return unfit(self.data.lengths)
+        if name != external_rows.SHIPPED:
+            return ALL_SYSTEMS[name].unfit(self.data.lengths, self.data.width)
+        return why_unfit(self.data.lengths)
 
     def fitting(self, names: Sequence[str]) -> list[str]:
         """Return those of ``names`` that can use this bench's windows; report the others."""
@@ -72,11 +72,13 @@ class Runner:
         """Evaluate finished trainings without training any more; write and return the report, or None if stopped."""
         for place in sorted(self.folder.glob(f"*-*/{STATE}")):
             name, _, seed = place.parent.name.rpartition("-")
-            if name not in KNOWN or not seed.isdecimal() or rows.judged(place.parent):
+            if name not in ALL_SYSTEMS or not seed.isdecimal() or rows.is_evaluated(place.parent):
                 continue
             training = self._training(name, int(seed))
             if training.done < training.steps:
-                self.say(f"{KNOWN[name].title}, seed {seed}, is at {training.done} of {training.steps} steps and left out.")
+                self.say(
+                    f"{ALL_SYSTEMS[name].title}, seed {seed}, is at {training.done} of {training.steps} steps and left out."
+                )
             elif not self.one(name, int(seed), stopping):
                 return None
         return self._write(command, "")
@@ -92,11 +94,11 @@ class Runner:
         """Train and evaluate what is left, write and return the report; None if ``stopping()`` came first.
 
         ``systems`` are names of the catalogue, and "default" for the shipped network, which is only evaluated. ``judge`` maps
-        the names of further rows to paths for :func:`others.brought`. ``jobs`` systems are trained in parallel, each with its
-        share of the threads. Raises :class:`UsageError` for systems that do not fit.
+        the names of further rows to paths for :func:`external_rows.external_row`. ``jobs`` systems are trained in parallel,
+        each with its share of the threads. Raises :class:`UsageError` for systems that do not fit.
         """
         for path in judge.values():
-            others.check(path)
+            external_rows.check(path)
         for reason in filter(None, map(self.unfit, systems)):
             raise UsageError(reason, "Leave it out of --systems, or change the windows.")
         if self.setting.validate_every and not len(self.data.windows[VALIDATION]):
@@ -104,18 +106,18 @@ class Runner:
         checks = self._extractor[1]
         if not checks["trusted"]:
             self.say(checks["problem"])
-        shipped = others.SHIPPED in systems
-        systems = [name for name in systems if name != others.SHIPPED]
+        shipped = external_rows.SHIPPED in systems
+        systems = [name for name in systems if name != external_rows.SHIPPED]
         # Seeds are the outer loop, so that a bench that is stopped early compares all systems.
         pairs = [(name, seed) for seed in self.setting.seeds for name in systems]
-        left = [(name, seed) for name, seed in pairs if not rows.judged(self.folder / f"{name}-{seed}")]
+        left = [(name, seed) for name, seed in pairs if not rows.is_evaluated(self.folder / f"{name}-{seed}")]
         threads = max(torch.get_num_threads() // jobs, 1)
         if jobs > 1 and len(left) > 1 and not side_by_side(Runner, self._arguments, left, jobs, threads, stopping):
             return None
         if not all(self.one(name, seed, stopping) for name, seed in pairs):
             return None
         if shipped:
-            self.other(others.SHIPPED, None)
+            self.other(external_rows.SHIPPED, None)
         for name, path in judge.items():
             self.other(name, path)
         device = torch.cuda.get_device_name() if self.device == "cuda" else f"{threads} CPU threads"
@@ -132,7 +134,7 @@ class Runner:
     def system(self, name: str, seed: int) -> System:
         """Build a system with the weights at the start of its training."""
         setting = self.setting
-        build = Build(
+        build = BuildOptions(
             self.data.vectors,
             self.data.speakers,
             setting.share,
@@ -146,15 +148,15 @@ class Runner:
             self.data.width,
         )
         torch.manual_seed(seed)
-        return KNOWN[name].build(build)
+        return ALL_SYSTEMS[name].build(build)
 
     def one(self, name: str, seed: int, stopping: Callable[[], bool] = lambda: False) -> bool:
         """Train and evaluate one system, if that is not done yet; return False if ``stopping()`` came first."""
         folder = self.folder / f"{name}-{seed}"
-        if rows.judged(folder):
+        if rows.is_evaluated(folder):
             return True
         training = self._training(name, seed)
-        self.say(f"{KNOWN[name].title}, seed {seed}: {training.steps - training.done} of {training.steps} steps to go")
+        self.say(f"{ALL_SYSTEMS[name].title}, seed {seed}: {training.steps - training.done} of {training.steps} steps to go")
 
         def validate() -> dict[str, float]:
             return self._held_out.score(self._held_out.perform(training.system, seed, self.device))
@@ -181,18 +183,18 @@ class Runner:
     def other(self, name: str, path: str | None) -> None:
         """Evaluate an external row, or the shipped network if there is no path, unless that is done."""
         folder = self.folder / f"{name}-0"
-        if rows.judged(folder):
+        if rows.is_evaluated(folder):
             return
         bench = self._bench
-        row = others.shipped(bench) if path is None else others.brought(path, bench, self.device)
+        row = external_rows.shipped_row(bench) if path is None else external_rows.external_row(path, bench, self.device)
         title = "default, as shipped" if path is None else name
         self.say(f"{title}: {row.made}")
         facts = {"title": title, "made": row.made}
         self._judge(folder, facts, row.perform, row.ids, self.setting.draws if row.draws else 1, row.answers)
 
     def use_contextual(self, path: str) -> None:
-        """Import contextual word vectors from a file (:func:`contextual.bring`)."""
-        contextual.bring(path, self.data.corpus, self.folder)
+        """Import contextual word vectors from a file (:func:`contextual.import_vectors`)."""
+        contextual.import_vectors(path, self.data.corpus, self.folder)
         self.data.contextual = contextual.load(self.folder)
 
     def use_extractor(self, path: str) -> None:
@@ -233,7 +235,7 @@ class Runner:
         mismatched = None
         if answers and bench.elsewhere is not None:
             mismatched = bench.judge_elsewhere(lambda draw: perform(draw, first, bench.elsewhere), draws)
-        rows.keep(folder, facts, figures, mismatched)
+        rows.write_figures(folder, facts, figures, mismatched)
         mean = table.summarise(figures[first].draws)
         speed = f", {facts['windows_per_second']:.0f} windows/s" if "windows_per_second" in facts else ""
         self.say("  " + ", ".join(f"{key} {mean[key][0]:.3f}" for key in table.PAPER) + speed)
@@ -250,11 +252,13 @@ class Runner:
             def take(rng: np.random.Generator, count: int) -> np.ndarray:
                 return self.data.motions(windows[rng.integers(len(windows), size=count)])
 
-            extractor = extractors.train(take, self.setting.extractor_steps, device=self.device, frames=self.setting.window)
+            extractor = extractors.train_extractor(
+                take, self.setting.extractor_steps, device=self.device, frames=self.setting.window
+            )
             extractor.save(path)
-        checks: dict = extractors.checks(extractor, self.data.motions(self.data.spread(TEST, self.setting.windows)))
+        checks: dict = extractors.check_extractor(extractor, self.data.motions(self.data.spread(TEST, self.setting.windows)))
         try:
-            extractors.require_sound(checks)
+            extractors.require_valid(checks)
             checks["trusted"] = True
         except UsageError as error:
             checks |= {"trusted": False, "problem": str(error)}
@@ -262,7 +266,7 @@ class Runner:
         return extractor, checks
 
     def _write(self, command: str, device: str) -> dict:
-        entries, bench = rows.found(self.folder), self._bench
+        entries, bench = rows.read_rows(self.folder), self._bench
         if not entries:
             raise UsageError(f"{self.folder} holds nothing that has been trained.", "Train with --data and --setting.")
         winner = next((row for row in entries if row.name == rows.WINNER), None)
@@ -281,13 +285,13 @@ class Runner:
                 "talks": len(np.unique(bench.talk)),
             },
             "systems": systems,
-            "references": references.rows_of(bench),
+            "references": references.reference_rows(bench),
             "extractor": self._extractor[1],
         }
         for name, text in ((REPORT, json.dumps(report, indent=1)), (TABLE, table.markdown(report))):
-            with whole_file(self.folder / name) as temporary:
+            with atomic_file(self.folder / name) as temporary:
                 temporary.write_text(text, encoding="utf-8")
-        curves.draw(report, self.folder / CURVES)
+        validation_plot.plot(report, self.folder / CURVES)
         return report
 
     def _claim(self, data: str, fps: float) -> None:
@@ -296,7 +300,7 @@ class Runner:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise OutputUnwritable(f"{self.folder} cannot be made: {error.strerror}.", "Choose another folder.") from error
-        claim(self.folder, Held(self.setting, data, fps))
+        claim(self.folder, BenchStart(self.setting, data, fps))
 
 
 def minutes_left(minutes: float) -> Callable[[], bool]:

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 
 from ... import json_text
 from ...errors import UsageError
-from ...files import whole_file
-from ...model.config import build
+from ...files import atomic_file
+from ...model.config import build_dataclass
 from ...model.wave_encoder import FRAMES
 from ...motion.skeleton import FPS
-from ..systems.lengths import LONGEST, SHORTEST
+from ..systems.lengths import MAX_FRAMES, MIN_FRAMES
 
 SETTING = "setting.json"
 """The file of settings in a bench's folder."""
@@ -73,9 +73,9 @@ class Setting:
         for name, choices in _CHOICES.items():
             if getattr(self, name) not in choices:
                 raise UsageError(f"There is no {name} {getattr(self, name)!r}.", f"Known are {' and '.join(choices)}.")
-        if not (SHORTEST <= self.window <= LONGEST and 1 <= self.hop <= self.window):
+        if not (MIN_FRAMES <= self.window <= MAX_FRAMES and 1 <= self.hop <= self.window):
             message = f"Windows of {self.window} frames every {self.hop} are out of range."
-            raise UsageError(message, f"Take {SHORTEST} to {LONGEST} frames, no farther apart than they are long.")
+            raise UsageError(message, f"Take {MIN_FRAMES} to {MAX_FRAMES} frames, no farther apart than they are long.")
         if not 2 <= self.given <= self.window - 2:
             message = f"{self.given} poses of a window of {self.window} would be given."
             raise UsageError(message, f"Give 2 to {self.window - 2}.")
@@ -106,7 +106,7 @@ class Setting:
     @classmethod
     def from_dict(cls, settings: dict) -> "Setting":
         """Return the settings in a dict of :meth:`to_dict`; raises :class:`UsageError`."""
-        return build(cls, settings, "bench setting")
+        return build_dataclass(cls, settings, "bench setting")
 
 
 SETTINGS = {
@@ -125,7 +125,7 @@ SETTINGS = {
 published, for a GPU."""
 
 
-class Held(NamedTuple):
+class BenchStart(NamedTuple):
     """The start of a bench: its settings, the folder of its data set, and the frame rate of that."""
 
     setting: Setting
@@ -133,7 +133,7 @@ class Held(NamedTuple):
     fps: float
 
 
-def read(folder: str | PathLike) -> Held:
+def read(folder: str | PathLike) -> BenchStart:
     """Read the settings of the bench in ``folder``; raises :class:`UsageError` if there is none or they are damaged."""
     path = Path(folder) / SETTING
     if not path.is_file():
@@ -146,10 +146,10 @@ def read(folder: str | PathLike) -> Held:
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         reason = " ".join(str(error).split())[:100]
         raise UsageError(f"{path} is damaged: {reason}.", "Begin the bench in another folder.") from error
-    return Held(Setting.from_dict(held), data, float(fps))
+    return BenchStart(Setting.from_dict(held), data, float(fps))
 
 
-def claim(folder: Path, begun: Held) -> None:
+def claim(folder: Path, begun: BenchStart) -> None:
     """Write the settings of a new bench; raise :class:`UsageError` if the folder holds one with other settings or data.
 
     Seeds may be added later. Settings that an older bench does not have count as their defaults.
@@ -161,5 +161,5 @@ def claim(folder: Path, begun: Held) -> None:
             raise UsageError(f"{folder} holds a bench with other settings or data.", "Choose another folder.")
         return
     rate = {} if begun.fps == FPS else {"fps": begun.fps}
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(json.dumps({"data": absolute.data, **rate, **begun.setting.to_dict()}, indent=1), encoding="utf-8")

@@ -6,9 +6,9 @@ import numpy as np
 
 from ...model.wave_encoder import FRAMES
 from ...motion.skeleton import FPS
-from ..systems.catalogue import KNOWN
+from ..systems.catalogue import ALL_SYSTEMS
 from .data import HOP
-from .judging import FIGURES
+from .evaluation import FIGURES
 
 PAPER = ("maje_code", "mad_code", "fgd")
 OF_FEATURES = ("fgd", "feature_distance", "diversity", "multimodality")
@@ -250,7 +250,7 @@ def _certainty_title(title: str) -> str:
 
 
 def _paper(name: str) -> list[str]:
-    system = KNOWN.get(name)
+    system = ALL_SYSTEMS.get(name)
     numbers = None if system is None else system.paper or system.genea
     mark = "*" if system is not None and system.paper is None else ""
     return [f"{number:.2f}{mark}" for number in numbers] if numbers else [""] * 3

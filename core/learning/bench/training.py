@@ -12,8 +12,8 @@ from ...errors import UsageError
 from ..systems.sample import Sample
 from ..systems.system import System
 from ..train import state
+from ..train.balance import Means
 from ..train.dataset import TRAIN
-from ..train.health import Means
 from ..train.logbook import Logbook
 from ..train.prefetch import Prefetch
 from .data import Data
@@ -101,7 +101,7 @@ class Training:
         report = {}
         with self._autocast:
             made = system.make(sample, progress)
-            if system.judging(progress):
+            if system.judge_active(progress):
                 report["judge"] = system.judge_loss(sample, made.directions.detach())
         if "judge" in report:
             self._update("judge", report["judge"])

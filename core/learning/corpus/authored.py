@@ -7,11 +7,11 @@ times these clips like captured ones.
 import numpy as np
 
 from ...motion import rest, skeleton
-from ...motion.curves import ramp
 from ...motion.hands import Hands
-from ...performance import living
+from ...motion.interpolation import ramp
+from ...synthesis import hand_synthesis
 from .clips import Clip
-from .curves import smooth
+from .smoothing import smooth
 
 FAMILY = "authored"
 FPS = 30.0
@@ -81,7 +81,7 @@ def _clip(label: str, meaning: str, ready: np.ndarray, emphasis: np.ndarray) -> 
 
 def _hands(meaning: str, directions: np.ndarray) -> Hands:
     """Return hands that open and turn their palms to the meaning's direction on the way to the emphasis."""
-    time, hands = np.arange(len(directions)) / FPS, living.hanging(directions)
+    time, hands = np.arange(len(directions)) / FPS, hand_synthesis.hanging_hands(directions)
     share = ramp(time, _ONSET, _EMPHASIS) * (1 - ramp(time, _RELAX, _REST))
     palm = skeleton.normalize(np.array(_PALMS[meaning]))
     palms = np.stack([rest.slerp(hands.palms[:, side], palm * way, share) for side, way in enumerate((1.0, _MIRROR))], 1)

@@ -8,16 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ...motion import hand_numbers, skeleton
+from ...motion import hand_channels, skeleton
 from ...motion.hands import Hands
 from ...styles import CONTROLS
 from ...vectors.table import WordVectors
-from . import handwork, heard, idling, library, performance, planning, speakers, speech, speech_cache
+from . import hand_blending, idle_motion, library, planning, rendering, speakers, speech, speech_cache, talk_features
 from .lexicon import Lexicon
 from .repertoire import Repertoire
 from .scene import Scene
 
-UNSTEERED = 0.4
+UNCONTROLLED_SHARE = 0.4
 """Share of performances in which every control is zero."""
 _CONTROL_CHANCE = 0.45
 """Chance of each control to be non-zero in the others."""
@@ -36,8 +36,8 @@ class Task:
 @dataclass(frozen=True)
 class Performance:
     """One performer's motion for a talk: ``directions`` ``(frames, 9, 3)`` at 15 fps, ``hands`` as numbers
-    (:mod:`hand_numbers`), ``controls`` ``(5,)``, ``strokes`` ``(k, 7)`` as :func:`records`, ``active`` share of frames within
-    a gesture."""
+    (:mod:`hand_channels`), ``controls`` ``(5,)``, ``strokes`` ``(k, 7)`` as :func:`stroke_records`, ``active`` share of frames
+    within a gesture."""
 
     speaker: int
     controls: np.ndarray
@@ -98,7 +98,7 @@ def build(
     return talks
 
 
-def cast(index: int, each: int) -> list[tuple[int, int]]:
+def performers_of_talk(index: int, each: int) -> list[tuple[int, int]]:
     """Return the performers of talk ``index`` as (id, number of the take): all performers in rotation, in varying groups.
 
     A quarter of the performances are second takes with the same controls, which show the network that motion varies.
@@ -114,7 +114,7 @@ def cast(index: int, each: int) -> list[tuple[int, int]]:
 def draw_controls(index: int, number: int, seed: int) -> np.ndarray:
     """Draw the controls of performer ``number`` in talk ``index``, ``(5,)`` in -1..1."""
     random = np.random.default_rng((seed, index, number))
-    if random.random() < UNSTEERED:
+    if random.random() < UNCONTROLLED_SHARE:
         return np.zeros(len(CONTROLS), np.float32)
     values = random.uniform(-1, 1, len(CONTROLS))
     return np.where(random.random(len(CONTROLS)) < _CONTROL_CHANCE, values, 0).astype(np.float32)
@@ -130,10 +130,10 @@ def _set_task(task: Task) -> None:
 
 def _talk(index: int) -> Talk | None:
     """Return talk ``index`` with its performances; None if it could not be synthesized."""
-    spoken = speech_cache.obtain(_task.material, _task.cache, index, _task.seed)
+    spoken = speech_cache.load_or_synthesize(_task.material, _task.cache, index, _task.seed)
     if spoken is None:
         return None
-    features = heard.obtain(_task.cache, spoken)
+    features = talk_features.load_or_analyse(_task.cache, spoken)
     scene = Scene(spoken, features.prosody, np.zeros(len(CONTROLS)))
     return Talk(
         index,
@@ -145,7 +145,7 @@ def _talk(index: int) -> Talk | None:
         [(word.text, word.start, word.end) for word in spoken.words],
         np.array([[accent.time, accent.strength, accent.main] for accent in scene.accents], np.float32).reshape(-1, 3),
         spoken.affect.mean(axis=0).astype(np.float32),
-        [_performance(scene, number, take) for number, take in cast(index, _task.performers_each)],
+        [_performance(scene, number, take) for number, take in performers_of_talk(index, _task.performers_each)],
     )
 
 
@@ -155,27 +155,29 @@ def direct(material: str, scene: Scene, number: int, take: int, seed: int) -> tu
     All randomness follows from ``seed``, the talk, the performer and the take.
     """
     random = np.random.default_rng((seed, scene.speech.index, number, take))
-    performer = speakers.PERFORMERS[number].handed(scene.controls[4])
+    performer = speakers.PERFORMERS[number].with_hand(scene.controls[4])
     strokes = planning.plan(_repertoire(material, performer), _lexicon(), scene, random)
     time = np.arange(len(scene.prosody.features)) / skeleton.FPS
     steady = 1 - 0.4 * scene.dominance
     trunk, head = (0.3 + 0.3 * performer.sway) * steady, (0.2 + 0.15 * performer.drift) * steady
     idle_seed = int(random.integers(2**31))
     texture = _idling(material).texture(len(time), idle_seed, trunk, head, 0.35 + 0.25 * performer.sway, scene.speaking(time))
-    ease = performance.resting_pose(performer)
-    body = performance.perform(performer, strokes, scene, ease, texture, random)
-    return body, handwork.perform(performer, strokes, scene, body, int(random.integers(2**31))), strokes
+    ease = rendering.resting_pose(performer)
+    body = rendering.render(performer, strokes, scene, ease, texture, random)
+    return body, hand_blending.blend_hands(performer, strokes, scene, body, int(random.integers(2**31))), strokes
 
 
 def _performance(scene: Scene, number: int, take: int) -> Performance:
     controls = draw_controls(scene.speech.index, number, _task.seed)
     scene = Scene(scene.speech, scene.prosody, controls)
     directions, hands, strokes = direct(_task.material, scene, number, take, _task.seed)
-    numbers = hand_numbers.numbers(hands, directions)
-    return Performance(number, controls, directions, numbers, records(strokes), _active_share(strokes, scene.speech.duration))
+    numbers = hand_channels.to_channels(hands, directions)
+    return Performance(
+        number, controls, directions, numbers, stroke_records(strokes), _active_share(strokes, scene.speech.duration)
+    )
 
 
-def records(strokes: list[planning.Stroke]) -> np.ndarray:
+def stroke_records(strokes: list[planning.Stroke]) -> np.ndarray:
     """Return the stored facts of strokes ``(k, 7)`` float32: ready, emphasis, end (s), meaning, hand, size (m), ``said``."""
     number = {meaning: k for k, meaning in enumerate(library.ALL_MEANINGS)}
     rows = [(s.ready, s.emphasis, s.end, number[s.meaning], s.hand, s.size, s.said) for s in strokes]
@@ -194,8 +196,8 @@ def _library(material: str) -> list[library.Gesture]:
 
 
 @lru_cache(maxsize=1)
-def _idling(material: str) -> idling.Idling:
-    return idling.load(material)
+def _idling(material: str) -> idle_motion.IdleMotion:
+    return idle_motion.load(material)
 
 
 @lru_cache(maxsize=1)

@@ -12,8 +12,8 @@ import numpy as np
 
 from ...motion import skeleton
 from ...motion.hands import Hands
-from ...motion.motion import cubic
-from . import extremities, rotation, skm
+from ...motion.motion import sample_directions
+from . import captured_hands, rotation, smartbody
 
 _MIN_MARKED_SHARE = 0.3  # of the hands' largest distance from rest; an emphasis mark at less is wrong
 
@@ -29,7 +29,7 @@ class Roles:
     head: str
     left: tuple[str, str, str, str]
     right: tuple[str, str, str, str]
-    fingers: extremities.Names | None = None
+    fingers: captured_hands.FingerJoints | None = None
 
     def all(self) -> set[str]:
         """Return every name."""
@@ -39,12 +39,12 @@ class Roles:
 SMARTBODY = Roles(
     "JtRoot", "JtSpineB", "JtSpineC", "JtNeckA", "JtSkullA",
     ("JtClavicleLf", "JtShoulderLf", "JtElbowLf", "JtWristLf"),
-    ("JtClavicleRt", "JtShoulderRt", "JtElbowRt", "JtWristRt"), extremities.SMARTBODY,
+    ("JtClavicleRt", "JtShoulderRt", "JtElbowRt", "JtWristRt"), captured_hands.SMARTBODY,
 )  # fmt: skip
 PERCEPTION_NEURON = Roles(
     "Hips", "Spine1", "Spine3", "Neck", "Head",
     ("LeftShoulder", "LeftArm", "LeftForeArm", "LeftHand"),
-    ("RightShoulder", "RightArm", "RightForeArm", "RightHand"), extremities.PERCEPTION_NEURON,
+    ("RightShoulder", "RightArm", "RightForeArm", "RightHand"), captured_hands.PERCEPTION_NEURON,
 )  # fmt: skip
 
 
@@ -79,7 +79,7 @@ class Clip:
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """Interpolate directions ``(n, 9, 3)`` at seconds ``times``; the first and last pose are held outside."""
-        return cubic(self.directions, np.asarray(times) * self.fps)
+        return sample_directions(self.directions, np.asarray(times) * self.fps)
 
     def mirrored(self) -> "Clip":
         """Return the clip with sides swapped."""
@@ -88,10 +88,10 @@ class Clip:
         return replace(self, name=self.name + "~", directions=mirrored, hands=self.hands[::-1], fingers=fingers)
 
 
-def to_directions(joints: list[skm.Joint], recording: skm.Recording | None, roles: Roles) -> np.ndarray:
+def to_directions(joints: list[smartbody.Joint], recording: smartbody.Recording | None, roles: Roles) -> np.ndarray:
     """Return canonical directions ``(frames, 9, 3)`` of a recording; the body faces forward at its first frame, and rotations
     of its root about the vertical are removed."""
-    positions, rotations = skm.forward(joints, recording, roles.all())
+    positions, rotations = smartbody.forward_kinematics(joints, recording, roles.all())
     straight = _face_forward(positions, rotations, roles)
     result = np.zeros((len(straight), len(skeleton.EDGES), 3))
     relative = {}
@@ -109,11 +109,11 @@ def to_directions(joints: list[skm.Joint], recording: skm.Recording | None, role
     return skeleton.normalize(skeleton.y_up_to_canonical(result)).astype(np.float32)
 
 
-def to_hands(joints: list[skm.Joint], recording: skm.Recording | None, roles: Roles) -> Hands:
+def to_hands(joints: list[smartbody.Joint], recording: smartbody.Recording | None, roles: Roles) -> Hands:
     """Return the hands of a recording in the axes of :func:`to_directions`; ``roles`` must name the fingers."""
     assert roles.fingers is not None
-    straight = _face_forward(*skm.forward(joints, recording, roles.all()), roles)
-    return extremities.read(joints, recording, roles.fingers, straight)
+    straight = _face_forward(*smartbody.forward_kinematics(joints, recording, roles.all()), roles)
+    return captured_hands.read_hands(joints, recording, roles.fingers, straight)
 
 
 def _face_forward(positions: dict[str, np.ndarray], rotations: dict[str, np.ndarray], roles: Roles) -> np.ndarray:
@@ -123,10 +123,10 @@ def _face_forward(positions: dict[str, np.ndarray], rotations: dict[str, np.ndar
     return rotation.conjugate(rotation.about(1, np.arctan2(-shoulders[2], shoulders[0]) + turn - turn[0]))
 
 
-def load(path: str | PathLike, joints: list[skm.Joint], roles: Roles, name: str) -> Clip:
+def load(path: str | PathLike, joints: list[smartbody.Joint], roles: Roles, name: str) -> Clip:
     """Read one motion file. Raises ``ValueError`` if it has fewer than 12 frames or lacks its phases."""
-    recording = skm.load_recording(path)
-    missing = [phase for phase in skm.PHASES if phase not in recording.phases]
+    recording = smartbody.load_recording(path)
+    missing = [phase for phase in smartbody.PHASES if phase not in recording.phases]
     if missing or len(recording.times) < 12:
         raise ValueError(f"{path}: no {missing or 'motion'}")
     directions = to_directions(joints, recording, roles)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...sound.prosody import FUNCTION
+from ...sound.prosody import FUNCTION_WORDS
 
 WORDS = {
     "me": "i me my mine myself i'm i've i'd i'll",
@@ -68,7 +68,7 @@ class Lexicon:
         return self._meanings[word]
 
     def _similar(self, word: str) -> str | None:
-        if word in FUNCTION:
+        if word in FUNCTION_WORDS:
             return None
         cosine = self._table @ _unit(self._vectors([word]))[0]
         best: dict[str, list[float]] = {}

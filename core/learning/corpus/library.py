@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...motion import skeleton
-from . import authored, clips, skm
+from . import authored, clips, smartbody
 from .clips import Clip
 
 SETS = {
@@ -111,7 +111,7 @@ def load(material: str | PathLike) -> list[Gesture]:
     gestures: list[Gesture] = []
     for family, (skeleton_file, roles) in SETS.items():
         folder = Path(material) / "smartbody" / family
-        joints = skm.load_skeleton(folder / "skeletons" / skeleton_file)
+        joints = smartbody.load_skeleton(folder / "skeletons" / skeleton_file)
         seen = set()
         for path in sorted((folder / "motions").glob("*.skm")):
             parsed = parse_name(path.stem)

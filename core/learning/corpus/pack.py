@@ -6,11 +6,11 @@ from os import PathLike
 import numpy as np
 
 from ...motion import rest, skeleton
-from ...performance import answering
 from ...sound import prosody
 from ...sound.mfcc import HOP
 from ...styles import CONTROLS
-from ...vectors.table import WordVectors, spans
+from ...synthesis import accent_selection
+from ...vectors.table import WordVectors, word_per_frame
 from ..evaluate.kinematics import FOREARMS, UPPER_ARMS, angular_speed
 from ..train.storage import FORMAT, save_arrays
 from . import speakers
@@ -47,8 +47,8 @@ def _meta(talks: list[Talk], words: list[str], seed: int, figures: dict) -> dict
         "speakers": [{**speaker, "rest": pose.round(4).tolist(), "answers": taste} for speaker, pose, taste in performers],
         "controls": list(CONTROLS),
         "meanings": list(ALL_MEANINGS),
-        "prosody": list(prosody.NAMES),
-        "mfcc": f"core.sound.mfcc.temporal_features of core.sound.audio.level, {HOP} samples at 16 kHz a frame",
+        "prosody": list(prosody.FEATURE_NAMES),
+        "mfcc": f"core.sound.mfcc.temporal_features of core.sound.audio.normalise_level, {HOP} samples at 16 kHz a frame",
         "words": words,
         "recordings": [{"speech": f"{talk.index:04d}.npz", "kind": talk.kind, "words": talk.words} for talk in talks],
         "seed": seed,
@@ -57,9 +57,9 @@ def _meta(talks: list[Talk], words: list[str], seed: int, figures: dict) -> dict
 
 
 def _accent_selection(performances: list[Performance]) -> list[dict]:
-    """Return each performer's accent selection (:data:`answering.FACTS`); an empty dict for one without performances."""
+    """Return each performer's accent selection (:data:`accent_selection.FACTS`); an empty dict for one without performances."""
     minutes = np.array([len(p.directions) / skeleton.FPS / 60 for p in performances])
-    tastes = answering.tastes(_strokes(performances), minutes, np.array([p.speaker for p in performances]))
+    tastes = accent_selection.corpus_tastes(_strokes(performances), minutes, np.array([p.speaker for p in performances]))
     return tastes + [{}] * (len(speakers.PERFORMERS) - len(tastes))
 
 
@@ -167,7 +167,7 @@ def rest_poses(performances: list[Performance]) -> np.ndarray:
 
 def _word_rows(talk: Talk, row: dict[str, int]) -> np.ndarray:
     """Return the vocabulary row ``(frames,)`` of the word spoken in each frame, -1 for none."""
-    number = spans(talk.words, talk.frames, skeleton.FPS)
+    number = word_per_frame(talk.words, talk.frames, skeleton.FPS)
     table = np.array([row[word] for word, _, _ in talk.words] + [-1], np.int32)
     return table[number]
 

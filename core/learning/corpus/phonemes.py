@@ -14,7 +14,7 @@ STRESS, SECOND_STRESS = "ˈ", "ˌ"
 
 
 @dataclass(frozen=True)
-class Spoken:
+class SpokenWord:
     """A word in samples of the audio: start and end, start and end of its most stressed vowel, stress 0, 1 or 2.
 
     ``pause`` is the sample in the middle of the pause after it, or -1 for none.
@@ -35,7 +35,7 @@ class _Run:
     pause: int = -1
 
 
-def runs(alignment: list[tuple[str, int]]) -> list[_Run]:
+def split_runs(alignment: list[tuple[str, int]]) -> list[_Run]:
     """Split ``(phoneme, samples)`` at spaces; punctuation and the marks of begin and end belong to no run."""
     result, at, current, start = [], 0, _Run([]), None
     for phoneme, samples in alignment:
@@ -55,11 +55,11 @@ def runs(alignment: list[tuple[str, int]]) -> list[_Run]:
     return result + [current] if current.tokens else result
 
 
-def words(
+def place_words(
     texts: tuple[str, ...], alignment: list[tuple[str, int]], pronounce: Callable[[str], str]
-) -> list[Spoken] | None:
+) -> list[SpokenWord] | None:
     """Return every word's times; ``pronounce`` gives a word's phonemes. None where runs and words do not match."""
-    spoken = runs(alignment)
+    spoken = split_runs(alignment)
     expected = [max(1, sum(c.isalpha() for c in pronounce(text))) for text in texts]
     counts = _match(expected, [sum(c.isalpha() for c, _, _ in run.tokens) for run in spoken])
     if counts is None:
@@ -94,7 +94,7 @@ def _match(expected: list[int], lengths: list[int]) -> list[int] | None:
     return counts if cost <= 2 + 0.12 * sum(expected) else None
 
 
-def _place_word(text: str, tokens: list[tuple[str, int, int]], pause: int) -> Spoken:
+def _place_word(text: str, tokens: list[tuple[str, int, int]], pause: int) -> SpokenWord:
     symbols = [token[0] for token in tokens]
     stress = 2 if STRESS in symbols else 1 if SECOND_STRESS in symbols else 0
     first = symbols.index(STRESS) if stress == 2 else symbols.index(SECOND_STRESS) if stress else 0
@@ -103,4 +103,4 @@ def _place_word(text: str, tokens: list[tuple[str, int, int]], pause: int) -> Sp
     while last + 1 < len(tokens) and (symbols[last + 1] in VOWELS or symbols[last + 1] == "ː"):
         last += 1
     begin = tokens[first if stress else vowels[0]][1]
-    return Spoken(text, tokens[0][1], tokens[-1][2], (begin, tokens[last][2]), stress, pause)
+    return SpokenWord(text, tokens[0][1], tokens[-1][2], (begin, tokens[last][2]), stress, pause)

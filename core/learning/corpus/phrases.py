@@ -48,7 +48,7 @@ def _compile() -> dict[str, list[tuple[tuple[str, ...], int, str]]]:
 _TABLE = _compile()
 
 
-def find(words: Sequence[str], breaks: Sequence[bool] = ()) -> dict[int, tuple[str, range]]:
+def find_phrases(words: Sequence[str], breaks: Sequence[bool] = ()) -> dict[int, tuple[str, range]]:
     """Find phrases: index of the word on which the gesture falls -> meaning and the indices of the phrase's words.
 
     ``words`` in lower case without punctuation; ``breaks[k]``: the sentence ends after word ``k``. Longer phrases win, and

@@ -12,24 +12,24 @@ import numpy as np
 
 from ...motion import skeleton
 from ...sound.prosody import Accent
-from . import choosing, variation
+from . import accent_choice, variation
 from .lexicon import Lexicon
 from .library import Gesture
-from .repertoire import BEAT, MEMORY, Repertoire, Wish
+from .repertoire import BEAT, MEMORY, Repertoire, StrokeWish
 from .scene import Scene
 from .speakers import Performer
-from .variation import Part
+from .variation import ArmPart
 
 LEAD = 0.02
 """Seconds by which a stroke's emphasis precedes the accent's energy peak."""
 
-KEEP_UP = 1.3
+HOLD_SECONDS = 1.3
 """The hands stay up if the next stroke lands within 1.4 s plus these seconds times the performer's hold."""
 
 LONG_SILENCE = 1.3
 """Seconds of silence in which the hands always go down."""
 
-WORKING = 0.35
+MIN_PARTICIPATION = 0.35
 """Participation in a clip from which an arm counts as gesturing."""
 
 _SETTLE = 0.12
@@ -67,8 +67,8 @@ class Stroke:
     amplitude: float
     chained: bool
     meaning: str = BEAT
-    parts: tuple[Part | None, Part | None] = (None, None)
-    perch: np.ndarray | None = None
+    parts: tuple[ArmPart | None, ArmPart | None] = (None, None)
+    waiting_pose: np.ndarray | None = None
     leave: float = 0.0
     both_wait: bool = False
     side: float = 0.0
@@ -96,13 +96,13 @@ class Stroke:
 def plan(repertoire: Repertoire, lexicon: Lexicon, scene: Scene, random: np.random.Generator) -> list[Stroke]:
     """Return the strokes of one performance in order of time."""
     performer = repertoire.performer
-    meanings = choosing.meanings(lexicon, repertoire, scene, random)
+    meanings = accent_choice.draw_meanings(lexicon, repertoire, scene, random)
     strokes: list[Stroke] = []
     memory: deque[str] = deque(maxlen=MEMORY)
     last, side = None, 1.0
-    for accent in choosing.accents(performer, scene, meanings, random):
+    for accent in accent_choice.draw_accents(performer, scene, meanings, random):
         near = last is not None and _holds(performer, scene, last, accent)
-        meaning, said = choosing.meaning(accent, meanings, repertoire, random)
+        meaning, said = accent_choice.draw_meaning(accent, meanings, repertoire, random)
         wish = _wish(performer, scene, accent, meaning, strokes[-1] if near else None, random)
         gesture = repertoire.draw(random, meaning, wish, memory)
         stroke = _schedule(performer, scene, gesture, accent, near, random)
@@ -117,12 +117,14 @@ def plan(repertoire: Repertoire, lexicon: Lexicon, scene: Scene, random: np.rand
 
 def _holds(performer: Performer, scene: Scene, last: Accent, accent: Accent) -> bool:
     """Return whether the hands stay up from the last stroke to this one: it is near and no long silence is between."""
-    return accent.time - last.time < 1.4 + KEEP_UP * performer.hold and scene.silence(last.time, accent.time) < LONG_SILENCE
+    return (
+        accent.time - last.time < 1.4 + HOLD_SECONDS * performer.hold and scene.silence(last.time, accent.time) < LONG_SILENCE
+    )
 
 
 def _wish(
     performer: Performer, scene: Scene, accent: Accent, meaning: str, before: Stroke | None, random: np.random.Generator
-) -> Wish:
+) -> StrokeWish:
     level = int(accent.strength > _STRENGTH_LEVELS[0]) + int(accent.strength > _STRENGTH_LEVELS[1])
     height = _HEIGHTS[performer.height][level] + 0.03 * np.clip(scene.pitch(accent) / 3, -1, 1) + random.normal(0, 0.09)
     height += 0.06 * scene.valence + 0.05 * scene.dominance
@@ -138,15 +140,15 @@ def _wish(
     if before is not None:
         pose = before.gesture.clip.at(np.array([before.gesture.clip.relax]))[0]
         wrists = skeleton.to_positions(pose)[[6, 9]]
-    return Wish(hand, float(height), float(size), accent.strength > 0.6 and performer.size > 0.8, wrists)
+    return StrokeWish(hand, float(height), float(size), accent.strength > 0.6 and performer.size > 0.8, wrists)
 
 
 def _draw_parts(
-    repertoire: Repertoire, stroke: Stroke, wish: Wish, memory: deque[str], random: np.random.Generator
-) -> tuple[Part | None, Part | None]:
+    repertoire: Repertoire, stroke: Stroke, wish: StrokeWish, memory: deque[str], random: np.random.Generator
+) -> tuple[ArmPart | None, ArmPart | None]:
     """Draw each arm's part: the same clip for both arms, one arm alone, or different clips with different timing."""
     performer, gesture = repertoire.performer, stroke.gesture
-    pair: list[Gesture | None] = [gesture if share > WORKING else None for share in gesture.clip.hands]
+    pair: list[Gesture | None] = [gesture if share > MIN_PARTICIPATION else None for share in gesture.clip.hands]
     delays = [0.0, 0.0]
     if not any(pair):
         pair = [gesture, gesture]  # a shrug of the shoulders alone
@@ -162,10 +164,10 @@ def _draw_parts(
         elif alone or random.random() < performer.apart:
             own = replace(wish, hand=("left", "right")[arm], wrists=None)
             other = repertoire.draw(random, BEAT, own, memory)
-            if other.clip.hands[arm] > WORKING:
+            if other.clip.hands[arm] > MIN_PARTICIPATION:
                 pair[arm] = other
                 delays[arm] = float(np.clip(random.normal(0.02, 0.07), -0.12, 0.2))
-    return variation.draw(random, (pair[0], pair[1]), performer.plane, (delays[0], delays[1]), _LIFTS[performer.height])
+    return variation.draw_parts(random, (pair[0], pair[1]), performer.plane, (delays[0], delays[1]), _LIFTS[performer.height])
 
 
 def _next_side(meaning: str, side: float) -> float:
@@ -181,8 +183,8 @@ def _add_perch(performer: Performer, scene: Scene, stroke: Stroke, random: np.ra
         return stroke
     both = bool(random.random() < 0.5)
     leave = min(stroke.end + 0.8 + float(random.exponential(2.0)), _next_silence(scene, stroke.emphasis) - 0.2)
-    perch = variation.perch(random, performer.rest == "front")
-    return replace(stroke, perch=perch, leave=max(leave, stroke.end), both_wait=both)
+    perch = variation.draw_waiting_pose(random, performer.rest == "front")
+    return replace(stroke, waiting_pose=perch, leave=max(leave, stroke.end), both_wait=both)
 
 
 def _next_silence(scene: Scene, time: float) -> float:

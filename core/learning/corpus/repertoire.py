@@ -15,7 +15,7 @@ BEAT = "beat"
 MEMORY = 8
 """Number of last gestures that are not drawn again."""
 
-SHOWN = {
+CLIP_MEANINGS = {
     "unknown": {"unknown": 1, "maybe": 0.5},
     "small": {"small": 1, "thing": 0.5},
     "count": {"list": 1, "count": 1},
@@ -41,7 +41,7 @@ _OVERHEAD = 0.4
 
 
 @dataclass(frozen=True)
-class Wish:
+class StrokeWish:
     """Wanted properties of a stroke: ``hand``, ``height`` of the wrist (m above the hip), ``size`` (m of the wrist's path),
     whether an intense clip fits the accent, and the wrists' present places ``(2, 3)``, None if they come from rest."""
 
@@ -69,9 +69,9 @@ class Repertoire:
     def meanings(self) -> set[str]:
         """Return the meanings that can be shown."""
         own = set(self._meaning.tolist())
-        return own | {meaning for meaning, sources in SHOWN.items() if own & set(sources)}
+        return own | {meaning for meaning, sources in CLIP_MEANINGS.items() if own & set(sources)}
 
-    def draw(self, random: np.random.Generator, meaning: str, wish: Wish, memory: deque[str]) -> Gesture:
+    def draw(self, random: np.random.Generator, meaning: str, wish: StrokeWish, memory: deque[str]) -> Gesture:
         """Draw a gesture of ``meaning`` that fits the wish and is not in ``memory``, and append its name to ``memory``."""
         weight = self._pool(meaning) * self._fit(wish)
         fresh = weight * ~np.isin(self._stem, list(memory))
@@ -88,12 +88,12 @@ class Repertoire:
             if meaning == BEAT:
                 pool = self._neutral * np.clip(self._bend / _BENT, 0.1, 1) * (self._height < _OVERHEAD)
             else:
-                sources = SHOWN.get(meaning, {meaning: 1.0})
+                sources = CLIP_MEANINGS.get(meaning, {meaning: 1.0})
                 pool = np.array([float(sources.get(name, 0)) for name in self._meaning])
             self._pools[meaning] = pool * self._taste
         return self._pools[meaning]
 
-    def _fit(self, wish: Wish) -> np.ndarray:
+    def _fit(self, wish: StrokeWish) -> np.ndarray:
         weight = np.exp(-0.5 * ((self._height - wish.height) / _HEIGHT_SPREAD) ** 2)
         weight *= np.exp(-0.5 * (np.log(self._size / wish.size) / _SIZE_SPREAD) ** 2)
         opposite = {"left": "right", "right": "left"}.get(wish.hand, "")

@@ -8,10 +8,10 @@ import numpy as np
 from ...motion.skeleton import FPS
 from ...sound.prosody import RATE, Accent, Prosody, analyse
 from ...styles import CONTROLS
-from .curves import smooth
+from .smoothing import smooth
 from .speech import Speech, Word
 
-STEER = 0.55
+CONTROL_GAIN = 0.55
 """Offset that a control of 1 adds to an affect rank (0..1) of the voice."""
 _AUDIBLE = np.array([0.35, 1.0, 0.5])
 """Share of a sentence's valence, arousal and dominance that shows without a control: valence is hardly audible."""
@@ -45,7 +45,7 @@ class Scene:
         """Return valence, arousal, dominance ``(..., 3)`` at seconds ``time``: ranks about 0..1, -0.3..1.3 with controls."""
         starts, ranks = self._word_affect
         spoken = np.stack([np.interp(time, starts, column) for column in ranks.T], axis=-1)
-        return 0.5 + _AUDIBLE * (spoken - 0.5) + STEER * self.controls[[1, 0, 2]]
+        return 0.5 + _AUDIBLE * (spoken - 0.5) + CONTROL_GAIN * self.controls[[1, 0, 2]]
 
     def arousal(self, accent: Accent) -> float:
         """Return the arousal at an accent."""

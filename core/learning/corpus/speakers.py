@@ -43,7 +43,7 @@ class Performer:
     chain: float
     linger: float
 
-    def handed(self, preference: float) -> "Performer":
+    def with_hand(self, preference: float) -> "Performer":
         """Return this performer with a hand preference from -1 (left) to 1 (right); small values change nothing."""
         if abs(preference) < _MIN_PREFERENCE:
             return self
@@ -177,12 +177,12 @@ PERFORMERS = (
 )  # fmt: skip
 
 
-CHANCES = {
+NOISE_SCALES = {
     "shy student": 0.82, "deadpan": 0.88, "tired": 0.93, "skeptic": 0.95, "news anchor": 0.96, "stern": 0.96,
     "calm lecturer": 0.97,
 }  # fmt: skip
 """Scale of the noise for performers that must be calm: sampled motion is livelier than the motion it was trained on."""
-HANGS = {
+ARM_REST = {
     "warm host": 0.54, "thoughtful explainer": 0.54, "news anchor": 0.54, "diplomat": 0.54, "brisk presenter": 0.45,
     "nervous": 0.36, "eager storyteller": 0.36, "street preacher": 0.36, "sales rep": 0.36, "excited teenager": 0.36,
     "tour guide": 0.36, "shy student": 0.23, "elegant host": 0.27, "skeptic": 0.09,
@@ -200,8 +200,8 @@ def describe() -> list[dict]:
             "description": performer.description,
             "default": performer.name == DEFAULT,
             "semantic": performer.semantic,
-            "chance": CHANCES.get(performer.name, 1.0),
-            "hangs": HANGS.get(performer.name, 0.0),
+            "chance": NOISE_SCALES.get(performer.name, 1.0),
+            "hangs": ARM_REST.get(performer.name, 0.0),
         }
         for performer in PERFORMERS
     ]

@@ -7,10 +7,10 @@ from os import PathLike
 
 import numpy as np
 
-from ...files import whole_file
+from ...files import atomic_file
 from ...sound.audio import SAMPLE_RATE
-from . import acting, human, recording, texts, voices
-from .phonemes import Spoken
+from . import human_speech, recording_simulation, texts, vocal_delivery, voices
+from .phonemes import SpokenWord
 
 KINDS = (
     *("piper", "flite:slt", "piper", "flite:rms", "piper", "flite:awb", "piper", "flite:kal16", "piper", "flite:slt"),
@@ -65,7 +65,7 @@ class Speech:
         words = [asdict(word) for word in self.words]
         text = json.dumps({"index": self.index, "split": self.split, "words": words, "voice": self.voice})
         pcm = {name: np.round(getattr(self, name) * 32767).astype(np.int16) for name in ("clean", "recorded")}
-        with whole_file(path) as temporary, open(temporary, "wb") as file:
+        with atomic_file(path) as temporary, open(temporary, "wb") as file:
             np.savez(file, **pcm, affect=self.affect, text=np.array(text))
 
     @classmethod
@@ -101,7 +101,7 @@ def talks(material: str, seed: int) -> list[Talk]:
 
     Every prefix of the list has all splits and nearly the same share of every voice.
     """
-    scripts = texts.scripts(texts.load_sentences(material), seed)
+    scripts = texts.group_scripts(texts.load_sentences(material), seed)
     result, persons = [], 0
     for reading in (0, 1):
         turn = [reading] * len(texts.SPLITS)
@@ -138,21 +138,21 @@ def make(material: str, index: int, seed: int) -> Speech | None:
 
 def speak(script: texts.Script, kind: str, random: np.random.Generator, index: int = 0) -> Speech | None:
     """Speak a script in a voice of this kind; None if no sentence's words could be aligned."""
-    person, voice = acting.draw_voice(kind, random), voices.voice(kind)
+    person, voice = vocal_delivery.draw_voice(kind, random), voices.voice(kind)
     pieces, words, affects = [_silence(random.uniform(0.3, 1.5))], [], []
     for sentence in script.sentences:
         affect = 0.6 * np.array(sentence.affect) + 0.4 * script.affect
         arousal = float(affect[1])
-        delivery = acting.deliver(person, affect, random)
+        delivery = vocal_delivery.draw_delivery(person, affect, random)
         utterance = voice.say(sentence, delivery.manner)
         if utterance is None:
             continue
         plain, spoken = utterance
-        pauses = [acting.comma_pause(arousal, random) for _ in spoken[:-1]] + [0.0]
-        audio, spoken = acting.paused(acting.act(plain, spoken, delivery), spoken, pauses)
+        pauses = [vocal_delivery.comma_pause(arousal, random) for _ in spoken[:-1]] + [0.0]
+        audio, spoken = vocal_delivery.insert_pauses(vocal_delivery.apply_delivery(plain, spoken, delivery), spoken, pauses)
         numbers = [len(affects)] * len(spoken)
-        words += _words(spoken, sum(map(len, pieces)), numbers, texts.closings(sentence.text))
-        pieces += [audio, _silence(acting.sentence_pause(arousal, random))]
+        words += _words(spoken, sum(map(len, pieces)), numbers, texts.closing_marks(sentence.text))
+        pieces += [audio, _silence(vocal_delivery.sentence_pause(arousal, random))]
         affects.append(affect)
     if not affects:
         return None
@@ -162,13 +162,13 @@ def speak(script: texts.Script, kind: str, random: np.random.Generator, index: i
 def _person_talk(material: str, talk: Talk, seed: int, random: np.random.Generator) -> Speech | None:
     words, voice = [], {"kind": talk.kind}
     if talk.kind == "human:sonnet":
-        audio, spoken, closings, numbers = human.sonnet(material)
+        audio, spoken, closings, numbers = human_speech.sonnet(material)
         words = _words(spoken, 0, numbers, closings)
     else:
-        groups = human.prompt_talks(seed)
+        groups = human_speech.prompt_talks(seed)
         if talk.number > len(groups):
             return None
-        audio = human.join_prompts(groups[talk.number - 1], random)
+        audio = human_speech.join_prompts(groups[talk.number - 1], random)
     rows = 1 + (words[-1].sentence if words else 0)
     return _finish(talk.index, 0, audio, words, np.full((rows, 3), 0.5), voice, random)
 
@@ -184,11 +184,11 @@ def _finish(
 ) -> Speech:
     """Normalise the peak, simulate a recording, and return the talk."""
     clean = (audio / max(np.abs(audio).max(), 1e-9) * 0.9).astype(np.float32)
-    recorded = recording.record(clean, random).astype(np.float32)
+    recorded = recording_simulation.simulate_recording(clean, random).astype(np.float32)
     return Speech(index, split, clean, recorded, tuple(words), affect, voice)
 
 
-def _words(spoken: list[Spoken], offset: int, sentences: list[int], closings: list[str]) -> list[Word]:
+def _words(spoken: list[SpokenWord], offset: int, sentences: list[int], closings: list[str]) -> list[Word]:
     """Convert words in samples, ``offset`` samples into the talk, to words in seconds."""
     result = []
     for word, sentence, closing in zip(spoken, sentences, closings, strict=True):

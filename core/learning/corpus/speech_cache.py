@@ -17,10 +17,10 @@ import numpy as np
 
 from ...errors import S2agError
 from ...sound.audio import SAMPLE_RATE
-from . import human, speech
+from . import human_speech, speech
 
 
-def obtain(material: str, cache: str | PathLike, index: int, seed: int) -> speech.Speech | None:
+def load_or_synthesize(material: str, cache: str | PathLike, index: int, seed: int) -> speech.Speech | None:
     """Return talk ``index`` of :func:`speech.talks` from the ``cache`` folder, synthesized first if missing; None on failure.
 
     The result is always read from the file, so that a second build gives the same corpus.
@@ -49,8 +49,8 @@ def fill(
     """
     count, total = len(speech.talks(material, seed)), 0.0
     Path(cache).mkdir(parents=True, exist_ok=True)
-    if not human.prompts():
-        print(human.MISSING, file=sys.stderr)
+    if not human_speech.prompts():
+        print(human_speech.MISSING, file=sys.stderr)
     # spawn: the neural voice's threads do not survive a fork
     with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _single_thread) as pool:
         pending = []

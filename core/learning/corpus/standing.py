@@ -1,6 +1,6 @@
 """Captured standing: the pelvis's place over the feet, its sway, and shifts of weight from foot to foot.
 
-``python -m s2ag.core.learning.corpus.standing --material PATH -o core/performance/standing.npz``
+``python -m s2ag.core.learning.corpus.standing --material PATH -o core/synthesis/standing.npz``
 """
 
 import argparse
@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ...files import whole_file
+from ...files import atomic_file
 from ...motion import skeleton
 from ...smoothing import gaussian
-from . import skm
+from . import smartbody
 
 SWAY_FPS = 7.5
 """Frames a second of sway; it is slow."""
@@ -33,18 +33,18 @@ _EDGE = 0.02
 """A transition is cut where less than this share of its sideways path is done or left."""
 
 
-def read(folder: str | PathLike, name: str, joints: list[skm.Joint] | None = None) -> tuple[np.ndarray, float]:
+def read_pelvis(folder: str | PathLike, name: str, joints: list[smartbody.Joint] | None = None) -> tuple[np.ndarray, float]:
     """Return the pelvis's motion ``(frames, 6)``, canonical axes, and frames a second.
 
     Its place over the middle of both ankles in hip heights, and its rotation vector in radians. The vertical part is how far
     the straighter leg is from straight; lowering by a wide stance is not part of it.
     """
-    joints = joints or skm.load_skeleton(Path(folder) / "ChrRachel.sk")
-    recording = skm.load_recording(Path(folder) / f"ChrBrad@{name}.skm")
+    joints = joints or smartbody.load_skeleton(Path(folder) / "ChrRachel.sk")
+    recording = smartbody.load_recording(Path(folder) / f"ChrBrad@{name}.skm")
     channels = {(_NAMES.get(joint, joint), kind): values for (joint, kind), values in recording.channels.items()}
     names = {"JtPelvis", *(f"Jt{joint}{side}" for joint in ("Hip", "Knee", "Ankle") for side in ("Lf", "Rt"))}
-    positions, rotations = skm.forward(joints, skm.Recording(recording.times, channels, {}), names)
-    rest, _ = skm.forward(joints, None, names)
+    positions, rotations = smartbody.forward_kinematics(joints, smartbody.Recording(recording.times, channels, {}), names)
+    rest, _ = smartbody.forward_kinematics(joints, None, names)
 
     def over_feet(at: dict[str, np.ndarray]) -> np.ndarray:
         return 0.5 * (at["JtHipLf"] + at["JtHipRt"] - at["JtAnkleLf"] - at["JtAnkleRt"])
@@ -59,22 +59,22 @@ def read(folder: str | PathLike, name: str, joints: list[skm.Joint] | None = Non
     return skeleton.y_up_to_canonical(smooth).reshape(-1, 6), float(fps)
 
 
-def learn(folder: str | PathLike) -> dict[str, np.ndarray]:
-    """Return the table from which :mod:`s2ag.core.performance.stance` draws.
+def extract_tables(folder: str | PathLike) -> dict[str, np.ndarray]:
+    """Return the table from which :mod:`s2ag.core.synthesis.stance` draws.
 
     ``postures`` ``(3, 6)`` of :data:`STANDING`, relative to standing straight; ``sway0`` and so on ``(frames, 6)`` about them
     at :data:`SWAY_FPS`; ``change0`` and so on ``(frames, 7)`` at 15 fps: share of the sideways path, and place and rotation
     relative to a linear blend by that share; ``onto``: whether a change ends on one foot; ``ways``: its sideways distance.
     """
-    joints = skm.load_skeleton(Path(folder) / "ChrRachel.sk")
+    joints = smartbody.load_skeleton(Path(folder) / "ChrRachel.sk")
     tracks, postures = {}, []
     for number, name in enumerate(STANDING):
-        track, fps = read(folder, name, joints)
+        track, fps = read_pelvis(folder, name, joints)
         postures.append(track.mean(0))
         tracks[f"sway{number}"] = _resample(track - track.mean(0), fps, SWAY_FPS)
     distances = []
     for number, (name, _) in enumerate(CHANGES):
-        tracks[f"change{number}"], distance = _change(*read(folder, name, joints))
+        tracks[f"change{number}"], distance = _change(*read_pelvis(folder, name, joints))
         distances.append(distance)
     postures = np.array(postures)
     postures[:, 2:] -= postures[0, 2:]  # the captured person's own lean and heading are not part of the posture
@@ -93,7 +93,7 @@ def _reach(positions: dict[str, np.ndarray], side: str) -> np.ndarray:
 
 
 def _change(track: np.ndarray, fps: float) -> tuple[np.ndarray, float]:
-    """Return a transition ``(frames, 7)`` as :func:`learn` describes it, and its sideways distance."""
+    """Return a transition ``(frames, 7)`` as :func:`extract_tables` describes it, and its sideways distance."""
     track = _resample(track, fps, skeleton.FPS)
     first, last = track[0], track[-1]
     share = (track[:, 0] - first[0]) / (last[0] - first[0])
@@ -123,10 +123,10 @@ def main() -> None:
     parser.add_argument("--material", required=True, type=Path, help="folder with smartbody/idle/")
     parser.add_argument("-o", "--output", required=True, type=Path)
     options = parser.parse_args()
-    learnt = learn(options.material / "smartbody" / "idle")
+    learnt = extract_tables(options.material / "smartbody" / "idle")
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **{name: values.astype(np.float16) for name, values in learnt.items()})
-    with whole_file(options.output) as temporary:
+    with atomic_file(options.output) as temporary:
         temporary.write_bytes(buffer.getbuffer())
     for name, posture in zip(STANDING, learnt["postures"], strict=True):
         print(name, "place", posture[:3].round(4), "turn", np.degrees(posture[3:]).round(1), "degrees")

@@ -48,7 +48,7 @@ class Script:
         return np.mean([sentence.affect for sentence in self.sentences], axis=0)
 
 
-def clean(text: str) -> str | None:
+def clean_text(text: str) -> str | None:
     """Return text that a voice reads word for word, or None if it holds digits, symbols, acronyms or several sentences."""
     text = re.sub(r"\s*\.(\s*\.)+\s*", ". ", text.translate(_REPLACE))
     text = re.sub(r"\s+([,.?!;:])", r"\1", re.sub(r"\s+", " ", text)).strip(" ,.;:'")
@@ -63,7 +63,7 @@ def load_sentences(material: str | PathLike) -> list[Sentence]:
     rows = []
     with open(Path(material) / "emobank" / "emobank.csv", newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
-            text = clean(row["text"])
+            text = clean_text(row["text"])
             words = tuple(_WORD.findall(text.lower())) if text else ()
             if 3 <= len(words) <= 32:
                 judged = [float(row[key]) for key in "VAD"]
@@ -77,12 +77,12 @@ def load_sentences(material: str | PathLike) -> list[Sentence]:
     ]
 
 
-def closings(text: str) -> list[str]:
+def closing_marks(text: str) -> list[str]:
     """Return the punctuation mark after each word of a cleaned sentence, or ""."""
     return [mark if mark.strip() else "" for mark in (text[m.end() : m.end() + 1] for m in _WORD.finditer(text.lower()))]
 
 
-def scripts(sentences: list[Sentence], seed: int) -> list[Script]:
+def group_scripts(sentences: list[Sentence], seed: int) -> list[Script]:
     """Group the sentences into talks of 40 to 70 s, shuffled so that every prefix of the list has all splits.
 
     The list does not depend on how many talks are used, so that a corpus can grow without making its talks again.

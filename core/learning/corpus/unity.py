@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import clips, rotation, skm
+from . import clips, rotation, smartbody
 
 BIPED = clips.Roles(
     "Bip01", "Bip01 Spine1", "Bip01 Spine2", "Bip01 Neck", "Bip01 Head",
@@ -98,8 +98,9 @@ def _curves(section: str) -> dict[str, Curve]:
     return curves
 
 
-def to_recording(animation: Animation) -> tuple[list[skm.Joint], skm.Recording]:
-    """Return the clip's bones, parents before children, and its frames, both right-handed, for :func:`skm.forward`.
+def to_recording(animation: Animation) -> tuple[list[smartbody.Joint], smartbody.Recording]:
+    """Return the clip's bones, parents before children, and its frames, both right-handed, for
+    :func:`smartbody.forward_kinematics`.
 
     The pose at the clip's start (the Biped's T pose) becomes the rest pose, in which no bone is rotated. A bone's name is the
     last part of its path.
@@ -108,7 +109,7 @@ def to_recording(animation: Animation) -> tuple[list[skm.Joint], skm.Recording]:
 
     times = np.arange(round(animation.duration * animation.fps) + 1) / animation.fps
     paths = sorted(filter(None, animation.rotations), key=lambda path: path.count("/"))
-    joints: list[skm.Joint] = []
+    joints: list[smartbody.Joint] = []
     channels = {}
     start = {"": Rotation.identity()}  # world rotations at the start
     for path in paths:
@@ -116,10 +117,10 @@ def to_recording(animation: Animation) -> tuple[list[skm.Joint], skm.Recording]:
         turn = Rotation.from_quat(animation.rotations[path].at(times) * _MIRROR_TURN)
         start[path] = start[parent] * turn[0]
         position = start[parent].apply(animation.positions[path].at(times) * _MIRROR)
-        joints.append(skm.Joint(name, paths.index(parent) if parent else -1, position[0], rotation.IDENTITY))
+        joints.append(smartbody.Joint(name, paths.index(parent) if parent else -1, position[0], rotation.IDENTITY))
         channels[name, "Quat"] = (start[parent] * turn * start[path].inv()).as_rotvec()
         channels |= {(name, kind): (position - position[0])[:, [axis]] for axis, kind in enumerate(("XPos", "YPos", "ZPos"))}
-    return joints, skm.Recording(times, channels, {})
+    return joints, smartbody.Recording(times, channels, {})
 
 
 def to_directions(animation: Animation, start: float, end: float) -> np.ndarray:
@@ -141,4 +142,4 @@ def to_directions(animation: Animation, start: float, end: float) -> np.ndarray:
     turns[_PELVIS], turns[BIPED.root] = slow.inv() * turns[_PELVIS], slow
     frames = {(name, "Quat"): np.vstack([turn.mean().as_rotvec(), turn.as_rotvec()]) for name, turn in turns.items()}
     times = np.arange(1 + len(heading)) / animation.fps
-    return clips.to_directions(joints, skm.Recording(times, frames, {}), BIPED)[1:]
+    return clips.to_directions(joints, smartbody.Recording(times, frames, {}), BIPED)[1:]

@@ -18,7 +18,7 @@ _MAX_DEVIATIONS = 2.2
 
 
 @dataclass(frozen=True)
-class Part:
+class ArmPart:
     """One arm's part in a stroke: the gesture it follows, ``delay`` in seconds against the other arm, ``turn`` as a
     rotation vector ``(3,)`` in radians, ``extent`` factors of the upper arm and the forearm."""
 
@@ -28,32 +28,34 @@ class Part:
     extent: tuple[float, float]
 
 
-def draw(
+def draw_parts(
     random: np.random.Generator,
     pair: tuple[Gesture | None, Gesture | None],
     plane: float,
     delays: tuple[float, float],
     lift: float,
-) -> tuple[Part | None, Part | None]:
-    """Draw a :class:`Part` for the left and the right arm; None where ``pair`` has no gesture for the arm.
+) -> tuple[ArmPart | None, ArmPart | None]:
+    """Draw a :class:`ArmPart` for the left and the right arm; None where ``pair`` has no gesture for the arm.
 
     ``plane`` scales the rotations, ``lift`` in degrees rotates every stroke upwards.
     """
     shared = SHARED * _bounded(random, 3)
     up = np.array([np.radians(lift), 0, 0])
     spread = SPREAD * _bounded(random, 1)[0]
-    parts: list[Part | None] = []
+    parts: list[ArmPart | None] = []
     for arm, gesture in enumerate(pair):
         own = OWN * _bounded(random, 3) + [0, spread * (1, -1)[arm], 0]
         extent, link = np.exp(_EXTENT * _bounded(random, 1)[0]), np.exp(_LINK * _bounded(random, 1)[0])
         if gesture is None:
             parts.append(None)
             continue
-        parts.append(Part(gesture, delays[arm], plane * (shared + own) + up, (float(extent * link), float(extent / link**0.5))))
+        parts.append(
+            ArmPart(gesture, delays[arm], plane * (shared + own) + up, (float(extent * link), float(extent / link**0.5)))
+        )
     return parts[0], parts[1]
 
 
-def perch(random: np.random.Generator, close: bool) -> np.ndarray:
+def draw_waiting_pose(random: np.random.Generator, close: bool) -> np.ndarray:
     """Draw a pose ``(9, 3)`` of idle hands waiting in front of the body; ``close``: near the body's middle line.
 
     Each arm is drawn by itself: how far forward and outward the elbow is, how far the forearm is bent and turned inwards.
@@ -70,7 +72,7 @@ def perch(random: np.random.Generator, close: bool) -> np.ndarray:
     return skeleton.normalize(pose)
 
 
-def turned(directions: np.ndarray, turn: np.ndarray, share: np.ndarray) -> np.ndarray:
+def rotate_by_share(directions: np.ndarray, turn: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Rotate directions ``(frames, 3)`` by a share ``(frames,)`` of a rotation vector ``(3,)``."""
     return rotation.rotate(rotation.from_vector(share[:, None] * turn), directions)
 

@@ -1,7 +1,7 @@
 """Synthetic voices that speak a sentence and report each word's times: Piper's `joe`, four of Flite, espeak-ng.
 
 A voice is named by its kind, as in ``piper``, ``flite:slt`` or ``espeak:en-us+f3``. All speak at 16 kHz. They control only
-the tempo; pitch, loudness and accents are applied to their audio (:mod:`acting`).
+the tempo; pitch, loudness and accents are applied to their audio (:mod:`vocal_delivery`).
 """
 
 import json
@@ -15,13 +15,13 @@ import numpy as np
 
 from ...errors import EngineMissing, S2agError
 from ...sound.audio import SAMPLE_RATE
-from ...words.align import align
+from ...words.align import align_words
 from . import phonemes
-from .lexicon import FUNCTION
+from .flite import Flite
+from .lexicon import FUNCTION_WORDS
 from .texts import Sentence
-from .voices_flite import Flite
 
-Said = tuple[np.ndarray, list[phonemes.Spoken]]
+Said = tuple[np.ndarray, list[phonemes.SpokenWord]]
 """Audio ``(n,)`` at 16 kHz and its words in samples."""
 
 ESPEAK = ("en-us+f3", "en-gb", "en-us+m3", "en-us", "en-gb+f2", "en-us+m7")
@@ -93,7 +93,7 @@ class Piper:
         if not chunks or any(chunk.phoneme_alignments is None for chunk in chunks):
             return None
         alignment = [(a.phoneme, int(a.num_samples)) for chunk in chunks for a in chunk.phoneme_alignments]
-        spoken = phonemes.words(sentence.words, alignment, self.pronounce)
+        spoken = phonemes.place_words(sentence.words, alignment, self.pronounce)
         if not spoken:
             return None
         audio = np.concatenate([chunk.audio_float_array for chunk in chunks])
@@ -116,11 +116,11 @@ class Espeak:
         # a WAV header that is written to a pipe does not state the length
         rate = int.from_bytes(run.stdout[24:28], "little")
         audio = resample(np.frombuffer(run.stdout[44:], "<i2") / 32768, rate)
-        spans, warnings = align(audio.astype(np.float32), [[word] for word in sentence.words])
-        return None if warnings else (audio, placed_by_times(audio, sentence.words, spans))
+        spans, warnings = align_words(audio.astype(np.float32), [[word] for word in sentence.words])
+        return None if warnings else (audio, words_from_times(audio, sentence.words, spans))
 
 
-def placed_by_times(audio: np.ndarray, words: tuple[str, ...], spans: list[tuple[float, float]]) -> list[phonemes.Spoken]:
+def words_from_times(audio: np.ndarray, words: tuple[str, ...], spans: list[tuple[float, float]]) -> list[phonemes.SpokenWord]:
     """Return words from their times alone: the vowel is where the word is loudest, content words are stressed.
 
     ``audio`` ``(n,)`` at 16 kHz, ``spans`` in seconds. A gap of 50 ms between words counts as a pause.
@@ -130,8 +130,8 @@ def placed_by_times(audio: np.ndarray, words: tuple[str, ...], spans: list[tuple
         start, stop = round(begin * SAMPLE_RATE), round(end * SAMPLE_RATE)
         following = round(spans[k + 1][0] * SAMPLE_RATE) if k + 1 < len(spans) else len(audio)
         pause = (stop + following) // 2 if following - stop > 0.05 * SAMPLE_RATE else -1
-        stress = 0 if word in FUNCTION else 2
-        result.append(phonemes.Spoken(word, start, stop, _loudest(audio, start, stop), stress, pause))
+        stress = 0 if word in FUNCTION_WORDS else 2
+        result.append(phonemes.SpokenWord(word, start, stop, _loudest(audio, start, stop), stress, pause))
     return result
 
 
@@ -158,7 +158,7 @@ def resample(audio: np.ndarray, rate: int) -> np.ndarray:
     return resample_poly(np.asarray(audio, float), SAMPLE_RATE // common, rate // common)
 
 
-def _scale(word: phonemes.Spoken, factor: float) -> phonemes.Spoken:
+def _scale(word: phonemes.SpokenWord, factor: float) -> phonemes.SpokenWord:
     begin, end = (round(x * factor) for x in word.vowel)
     pause = round(word.pause * factor) if word.pause >= 0 else -1
     return replace(word, start=round(word.start * factor), end=round(word.end * factor), vowel=(begin, end), pause=pause)

@@ -10,8 +10,8 @@ import numpy as np
 from ...errors import CorpusUnreadable
 from ...motion.skeleton import FPS
 from ...sound.audio import SAMPLE_RATE
-from ..train.storage import load_arrays, whole_folder
-from .stream import GrowingArray
+from ..train.storage import atomic_folder, load_arrays
+from .growing_array import GrowingArray
 
 
 def add_sound(
@@ -25,7 +25,7 @@ def add_sound(
     frames = np.diff(arrays["frame_starts"])
     if len(meta.get("recordings", ())) != len(frames):
         raise CorpusUnreadable(f"{corpus} does not name its recordings.", "Build it with: python -m s2ag.core.learning.corpus")
-    with whole_folder(out) as folder:
+    with atomic_folder(out) as folder:
         for path in Path(corpus).iterdir():
             if path.suffix in (".npy", ".json"):
                 shutil.copyfile(path, folder / path.name)

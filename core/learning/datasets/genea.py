@@ -7,40 +7,40 @@ from pathlib import Path
 
 from ...errors import CorpusUnreadable
 from . import transcripts
-from .found import LARGEST_TABLE, Found, Tell, left_out, silent, some, top
+from .listing import LARGEST_TABLE, PerformanceFiles, Report, data_folder, ignore, report_skipped, require_some
 
 PARTS = {"trn": "train", "val": "validation", "tst": "test"}
 MAIN, OTHER = "main-agent", "interloctr"
 UNKNOWN = "unknown"
 
 
-def trinity(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
+def trinity(folder: str | PathLike, tell: Report = ignore) -> list[PerformanceFiles]:
     """List the performances of GENEA 2020: ``Training_data`` and ``Test_data`` with Motion, Audio, Transcripts (reference D.3).
 
     Recording_001 is for validation, as in Gesticulator; all other training recordings for training. Nothing is skipped:
     a missing sound raises :class:`CorpusUnreadable`.
     """
-    folder, performances = top(folder), []
+    folder, performances = data_folder(folder), []
     for part, split in (("Training_data", "train"), ("Test_data", "test")):
         place = folder / part
         for motion in sorted((place / "Motion").glob("*.bvh")):
             sound = place / "Audio" / f"{motion.stem}.wav"
             if not sound.is_file():
                 raise CorpusUnreadable(f"{sound} is missing.", "Download the release again.")
-            words = transcripts.beside(motion, place / "Transcripts")
+            words = transcripts.transcript_beside(motion, place / "Transcripts")
             own_split = "validation" if split == "train" and motion.stem == "Recording_001" else split
-            performances.append(Found(motion.stem, motion, sound, words, "trinity", own_split))
-    return some(performances, folder, "Training_data/Motion/*.bvh")
+            performances.append(PerformanceFiles(motion.stem, motion, sound, words, "trinity", own_split))
+    return require_some(performances, folder, "Training_data/Motion/*.bvh")
 
 
-def genea(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
+def genea(folder: str | PathLike, tell: Report = ignore) -> list[PerformanceFiles]:
     """List the performances of GENEA 2022 and 2023: ``trn``, ``val``, ``tst`` with ``bvh``, ``wav``, ``tsv``, speaker table.
 
     Of 2023's two people the main agent is read; in ``trn`` the interlocutor is the main agent of another recording.
     Recordings without motion (the challenges' own ``tst``) or sound are skipped and reported. Speakers are the table's
     numbers.
     """
-    folder, performances = top(folder), []
+    folder, performances = data_folder(folder), []
     without_sound: list[str] = []
     without_motion: list[str] = []
     without_speaker: list[str] = []
@@ -59,15 +59,15 @@ def genea(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
             speaker = people.get(name.removesuffix(f"_{MAIN}"), UNKNOWN)
             if speaker == UNKNOWN:
                 without_speaker.append(name)
-            performances.append(Found(name, motion, sound, words if words.is_file() else None, speaker, split))
-    left_out(without_sound, "no sound in wav", tell)
-    left_out(without_motion, "no motion in bvh", tell)
+            performances.append(PerformanceFiles(name, motion, sound, words if words.is_file() else None, speaker, split))
+    report_skipped(without_sound, "no sound in wav", tell)
+    report_skipped(without_motion, "no motion in bvh", tell)
     if interlocutors:
         tell(f"Interlocutors are left out ({interlocutors}): the main agents are read.")
     if without_speaker:
         count, first = len(without_speaker), without_speaker[0]
         tell(f"Recordings without a line in metadata.csv have one speaker, {UNKNOWN} ({count}): {first}, ...")
-    return some(performances, folder, "trn/bvh/*.bvh (2022) or trn/main-agent/bvh/*.bvh (2023)")
+    return require_some(performances, folder, "trn/bvh/*.bvh (2022) or trn/main-agent/bvh/*.bvh (2023)")
 
 
 def _part(folder: Path, part: str) -> Path:

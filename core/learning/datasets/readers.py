@@ -14,21 +14,21 @@ from ...motion.readers import motion_files, smplx, ten_joints
 from ...motion.skeleton import FPS
 from ...sound import audio
 from . import transcripts
-from .found import LARGEST_TABLE, Found, Tell, left_out, silent, some, tenth, top
 from .genea import genea, trinity
+from .listing import LARGEST_TABLE, PerformanceFiles, Report, data_folder, ignore, report_skipped, require_some, split_of
 from .recording import Recording
 
 SOUNDS = (".wav", ".flac", ".mp3", ".ogg", ".m4a")
 
 
-def plain(folder: str | PathLike, speaker: str | None = None, tell: Tell = silent) -> list[Found]:
+def plain(folder: str | PathLike, speaker: str | None = None, tell: Report = ignore) -> list[PerformanceFiles]:
     """List motion files with a sound file of the same name, and a transcript if there is one.
 
     ``tell(sentence)`` is called with reports on skipped recordings, as in all readers. The speaker is ``speaker``, else the
     name of the file's folder. One recording in ten, by its name, is for validation and one for the test, independent of the
     place of the folder.
     """
-    folder = top(folder)
+    folder = data_folder(folder)
     performances, without_sound = [], []
     for motion in sorted(path for path in folder.rglob("*") if path.suffix.lower() in motion_files.SUFFIXES):
         sound = next((motion.with_suffix(suffix) for suffix in SOUNDS if motion.with_suffix(suffix).is_file()), None)
@@ -37,14 +37,14 @@ def plain(folder: str | PathLike, speaker: str | None = None, tell: Tell = silen
             continue
         name = motion.relative_to(folder).with_suffix("").as_posix()
         owner = speaker or (motion.parent.name if motion.parent != folder else folder.name)
-        performances.append(Found(name, motion, sound, transcripts.beside(motion), owner, tenth(name)))
-    left_out([path.name for path in without_sound], "no sound file of the same name beside them", tell)
-    return some(performances, folder, "a .bvh or .npz with a sound file of the same name")
+        performances.append(PerformanceFiles(name, motion, sound, transcripts.transcript_beside(motion), owner, split_of(name)))
+    report_skipped([path.name for path in without_sound], "no sound file of the same name beside them", tell)
+    return require_some(performances, folder, "a .bvh or .npz with a sound file of the same name")
 
 
-def zeroeggs(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
+def zeroeggs(folder: str | PathLike, tell: Report = ignore) -> list[PerformanceFiles]:
     """List the files of ZeroEGGS, such as ``010_Happy_1_x_1_0.bvh``, with the style as speaker, split like :func:`plain`."""
-    folder = top(folder)
+    folder = data_folder(folder)
     performances, unnamed, without_sound = [], [], []
     for motion in sorted(folder.rglob("*.bvh")):
         match = re.fullmatch(r"\d+_([A-Za-z_]+?)_\d+.*", motion.stem)
@@ -53,16 +53,16 @@ def zeroeggs(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
         if match is None or sound is None:
             (unnamed if match is None else without_sound).append(motion)
             continue
-        words = transcripts.beside(motion) or transcripts.beside(sound)
-        performances.append(Found(motion.stem, motion, sound, words, match[1].lower(), tenth(motion.stem)))
-    left_out([path.name for path in unnamed], "no style in their names", tell)
-    left_out([path.name for path in without_sound], "no .wav of the same name", tell)
-    return some(performances, folder, "files such as 010_Happy_1_x_1_0.bvh with a .wav of the same name")
+        words = transcripts.transcript_beside(motion) or transcripts.transcript_beside(sound)
+        performances.append(PerformanceFiles(motion.stem, motion, sound, words, match[1].lower(), split_of(motion.stem)))
+    report_skipped([path.name for path in unnamed], "no style in their names", tell)
+    report_skipped([path.name for path in without_sound], "no .wav of the same name", tell)
+    return require_some(performances, folder, "files such as 010_Happy_1_x_1_0.bvh with a .wav of the same name")
 
 
-def beat2(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
+def beat2(folder: str | PathLike, tell: Report = ignore) -> list[PerformanceFiles]:
     """List BEAT2's ``smplxflame_30/*.npz``, ``wave16k``, ``textgrid`` and ``train_test_split.csv``; by NUMBER_SPEAKER_..."""
-    folder = top(folder)
+    folder = data_folder(folder)
     performances, unnamed, without_sound = [], [], []
     table = folder / "train_test_split.csv"
     parts_by_name = _read_parts(table) if table.is_file() else {}
@@ -73,12 +73,12 @@ def beat2(folder: str | PathLike, tell: Tell = silent) -> list[Found]:
         if not sound.is_file() or len(parts) < 2:
             (without_sound if len(parts) >= 2 else unnamed).append(motion)
             continue
-        words = transcripts.beside(motion, folder / "textgrid")
-        split = kinds.get(parts_by_name.get(motion.stem, ""), "train") if parts_by_name else tenth(motion.stem)
-        performances.append(Found(motion.stem, motion, sound, words, parts[1], split))
-    left_out([path.name for path in unnamed], "no speaker in their names", tell)
-    left_out([path.name for path in without_sound], "no sound in wave16k", tell)
-    return some(performances, folder, "smplxflame_30/*.npz with wave16k/*.wav")
+        words = transcripts.transcript_beside(motion, folder / "textgrid")
+        split = kinds.get(parts_by_name.get(motion.stem, ""), "train") if parts_by_name else split_of(motion.stem)
+        performances.append(PerformanceFiles(motion.stem, motion, sound, words, parts[1], split))
+    report_skipped([path.name for path in unnamed], "no speaker in their names", tell)
+    report_skipped([path.name for path in without_sound], "no sound in wave16k", tell)
+    return require_some(performances, folder, "smplxflame_30/*.npz with wave16k/*.wav")
 
 
 def _read_parts(table: Path) -> dict[str, str]:
@@ -92,10 +92,10 @@ def _read_parts(table: Path) -> dict[str, str]:
 
 
 def recordings(
-    performances: list[Found],
+    performances: list[PerformanceFiles],
     paper_joints: bool = False,
     body: np.ndarray = smplx.OFFSETS,
-    tell: Tell = lambda name: None,
+    tell: Report = lambda name: None,
     fps: float = FPS,
 ) -> Iterator[Recording]:
     """Read one performance after the other at ``fps`` frames per second; ``tell`` is called with the name of each.
@@ -111,6 +111,6 @@ def recordings(
         yield Recording(one.name, sound, words, directions, one.speaker, one.split)
 
 
-READERS: dict[str, Callable[..., list[Found]]] = {
+READERS: dict[str, Callable[..., list[PerformanceFiles]]] = {
     "plain": plain, "trinity": trinity, "genea": genea, "zeroeggs": zeroeggs, "beat2": beat2,
 }  # fmt: skip

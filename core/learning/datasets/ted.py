@@ -12,8 +12,8 @@ from ...errors import CorpusUnreadable, UsageError
 from ...motion import skeleton
 from ...motion.readers.ten_joints import FARTHEST, resample
 from ...sound.audio import SAMPLE_RATE
-from . import lmdb_file, serialised
-from .found import Tell, silent, tenth
+from . import lmdb_file, pyarrow_serialized
+from .listing import Report, ignore, split_of
 from .recording import Recording
 
 PARTS = {"train": "train", "val": "validation", "test": "test"}
@@ -29,7 +29,7 @@ class _SkippedClip(ValueError):
 
 
 def recordings(
-    folder: str | PathLike, split: str = "original", tell: Tell = silent, fps: float = skeleton.FPS
+    folder: str | PathLike, split: str = "original", tell: Report = ignore, fps: float = skeleton.FPS
 ) -> Iterator[Recording]:
     """Yield one recording per clip with ``fps`` poses per second; the speaker is the video.
 
@@ -58,7 +58,7 @@ def _videos(place: Path, split: str | None, skipped: Counter[str], fps: float) -
     try:
         for key, value in lmdb_file.records(place):
             name = key
-            video = cast(dict, serialised.read(value, _UNWANTED))  # another kind raises a TypeError below
+            video = cast(dict, pyarrow_serialized.read(value, _UNWANTED))  # another kind raises a TypeError below
             for number, clip in enumerate(video["clips"]):
                 try:
                     yield _clip(str(video["vid"]), number, clip, split, fps)
@@ -89,4 +89,4 @@ def _clip(vid: str, number: int, clip: dict, split: str | None, fps: float) -> R
     samples = int(round(duration * SAMPLE_RATE))
     audio = np.pad(sound[:samples], (0, max(samples - len(sound), 0))) / max(float(np.abs(sound).max(initial=0)), 1.0)
     words = [(str(word), float(a) - begin, float(b) - begin) for word, a, b in clip["words"]]
-    return Recording(f"{vid}-{number}", audio, words, directions, vid, split or tenth(vid))
+    return Recording(f"{vid}-{number}", audio, words, directions, vid, split or split_of(vid))

@@ -29,12 +29,12 @@ def read(path: Path, audio: np.ndarray) -> list[Word]:
     except (OSError, ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
         reason = " ".join(str(error).split())[:100]
         raise CorpusUnreadable(f"The transcript {path} cannot be read: {reason}.", "Mend it or take it away.") from error
-    from ...words.transcript import resolve
+    from ...words.transcript import words_and_warnings
 
-    return list(resolve(audio, path)[0])
+    return list(words_and_warnings(audio, path)[0])
 
 
-def beside(path: Path, folder: Path | None = None) -> Path | None:
+def transcript_beside(path: Path, folder: Path | None = None) -> Path | None:
     """Return the transcript of a recording, a file of the same name beside it or in ``folder``, or None."""
     places = (path.with_suffix(suffix) if folder is None else folder / f"{path.stem}{suffix}" for suffix in SUFFIXES)
     return next((place for place in places if place.is_file()), None)

@@ -11,14 +11,14 @@ from ...errors import CorpusUnreadable
 from ...motion import skeleton
 from ...motion.rest import REST
 from ...sound import prosody
-from ...sound.audio import SAMPLE_RATE, level
+from ...sound.audio import SAMPLE_RATE, normalise_level
 from ...sound.mfcc import FEATURES, HOP, temporal_features
 from ...styles import CONTROLS
-from ...vectors.table import WordVectors, spans
+from ...vectors.table import WordVectors, word_per_frame
 from ...words.spelling import normalise
-from ..train.storage import FORMAT, META, whole_folder
+from ..train.storage import FORMAT, META, atomic_folder
+from .growing_array import GrowingArray
 from .recording import SPLITS, Recording
-from .stream import GrowingArray
 
 SHORTEST = 34
 """Least pose frames of a recording: those of one window."""
@@ -37,7 +37,7 @@ def write(
     skipped as "too short" or "silent", and "words outside" of their recording, are counted. Raises :class:`CorpusUnreadable`
     without a recording of 34 frames, and :class:`OutputUnwritable`.
     """
-    with whole_folder(folder) as place:
+    with atomic_folder(folder) as place:
         writer = _Writer(place, fps)
         try:
             for recording in recordings:
@@ -80,8 +80,8 @@ class _Writer:
         directions = skeleton.normalize(np.asarray(recording.directions[:frames], np.float32))
         rows = np.array([self.rows.setdefault(word, len(self.rows)) for word, _, _ in words] + [-1], np.int32)
         parts = {
-            "mfcc": temporal_features(level(audio)),
-            "word_index": rows[spans(words, frames, self.fps)],
+            "mfcc": temporal_features(normalise_level(audio)),
+            "word_index": rows[word_per_frame(words, frames, self.fps)],
             "prosody": prosody.analyse(audio, words, frames, fps=self.fps).features,
             "prosody_plain": prosody.analyse(audio, (), frames, fps=self.fps).features,
             "directions": directions,
@@ -116,8 +116,9 @@ class _Writer:
         for name, array in small.items():
             np.save(self.folder / f"{name}.npy", array, allow_pickle=False)
         meta = {
-            "format": FORMAT, "fps": self.fps, "source": source, "controls": list(CONTROLS), "prosody": list(prosody.NAMES),
-            "mfcc": f"core.sound.mfcc.temporal_features of core.sound.audio.level, {HOP} samples at 16 kHz a frame",
+            "format": FORMAT, "fps": self.fps, "source": source, "controls": list(CONTROLS),
+            "prosody": list(prosody.FEATURE_NAMES),
+            "mfcc": f"core.sound.mfcc.temporal_features of core.sound.audio.normalise_level, {HOP} samples at 16 kHz a frame",
             "words": words,
             "speakers": [{"name": name, "description": "", "rest": _rest(total)} for name, (_, total) in self.speakers.items()],
             "recordings": self.facts,

@@ -21,17 +21,17 @@ from pathlib import Path
 
 import numpy as np
 
-from ...face import eyes, making
-from ...motion.face import GAZE, RATE, VISEMES, Face, channel, closed
-from ...performance.synthesis import Request, Session
+from ...face import animation, eyes
+from ...motion.face import GAZE_DEGREES, RATE, VISEMES, Face, channel, lips_closed
 from ...sound import audio
+from ...synthesis.session import Request, Session
 from ...words import transcript
 from ...words.align import Phone
-from ...words.beside import beside
+from ...words.transcript_search import find_transcript
 
 RATES = (24, 60)
 """Frame rates at which closures are checked."""
-PEOPLE = {
+HUMAN_VALUES = {
     "closures seen": "all",
     "jaw with loudness": "together, at 2 to 7 Hz (Chandrasekaran et al. 2009)",
     "blinks a minute": "26 in conversation (Bentivoglio et al. 1997)",
@@ -56,47 +56,47 @@ def measure(recording: str | PathLike) -> dict[str, float]:
     Raises :class:`S2agError` for unreadable input.
     """
     recording = Path(recording)
-    text = beside(recording)
+    text = find_transcript(recording)
     motion = Session().synthesize(Request(recording, transcript=text, face=1.0)).motions[0]
     face = motion.face
     assert face is not None  # the request asks for one
     sound = audio.load(recording)
-    aligned = transcript.hear(sound, text) if text else None
-    spoken = making.hear(sound, aligned.words, aligned.phones) if aligned else making.hear(sound)
+    aligned = transcript.timed_transcript(sound, text) if text else None
+    spoken = animation.analyse(sound, aligned.words, aligned.phones) if aligned else animation.analyse(sound)
     figures = {"seconds": round(face.duration, 2), **behaviour(face, spoken, motion.directions)}
     if aligned is None:
         return figures
-    spans = lips(spoken.sounds)
-    figures |= {f"closures_{fps}": hit(face, spans, fps) for fps in RATES}
-    alone = making.make(making.hear(sound), motion.directions)
-    figures |= {f"closures_by_ear_{fps}": hit(alone, spans, fps) for fps in RATES}
-    return figures | {"false_closures_by_ear": false(alone, spans)}
+    spans = closure_times(spoken.sounds)
+    figures |= {f"closures_{fps}": closures_hit(face, spans, fps) for fps in RATES}
+    alone = animation.make_face(animation.analyse(sound), motion.directions)
+    figures |= {f"closures_by_ear_{fps}": closures_hit(alone, spans, fps) for fps in RATES}
+    return figures | {"false_closures_by_ear": false_closures(alone, spans)}
 
 
-def lips(sounds: tuple[Phone, ...]) -> list[tuple[float, float]]:
+def closure_times(sounds: tuple[Phone, ...]) -> list[tuple[float, float]]:
     """Return the times of sounds with closed lips, ``(start, end)`` in seconds."""
     return [(start, end) for phone, start, end in sounds if phone in ("P", "B", "M")]
 
 
-def hit(face: Face, spans: list[tuple[float, float]], fps: float) -> float:
+def closures_hit(face: Face, spans: list[tuple[float, float]], fps: float) -> float:
     """Return the share of ``spans`` with closed lips within a frame, at ``fps`` frames a second; NaN of none."""
-    times = np.flatnonzero(closed(face.frames(fps))) / fps
+    times = np.flatnonzero(lips_closed(face.frames(fps))) / fps
     hits = [((times >= start - 1 / fps) & (times <= end + 1 / fps)).any() for start, end in spans]
     return float(np.mean(hits)) if hits else float("nan")
 
 
-def false(face: Face, spans: list[tuple[float, float]], near: float = 0.05) -> float:
+def false_closures(face: Face, spans: list[tuple[float, float]], near: float = 0.05) -> float:
     """Return the share of a face's closures that are not within ``near`` seconds of any of ``spans``; NaN of none."""
     wrong = [not any(start <= end_ + near and end >= begin - near for begin, end_ in spans) for start, end in face.closures]
     return float(np.mean(wrong)) if wrong else float("nan")
 
 
-def behaviour(face: Face, spoken: making.Spoken, directions: np.ndarray) -> dict[str, float]:
+def behaviour(face: Face, spoken: animation.SpeechFeatures, directions: np.ndarray) -> dict[str, float]:
     """Return the figures that need no text: jaw, blinks, gaze of the eyes and of a head with ``directions`` ``(frames, 9, 3)``
     at 15 fps, and the shortest visible viseme in milliseconds."""
     speech = _during(spoken.phrases, len(face.weights))
-    head = eyes.turned(directions, len(face.weights))
-    gaze = GAZE * face.weights[:, [channel("LOOK_LEFT"), channel("LOOK_UP")]] + head
+    head = eyes.head_angles(directions, len(face.weights))
+    gaze = GAZE_DEGREES * face.weights[:, [channel("LOOK_LEFT"), channel("LOOK_UP")]] + head
     at = np.hypot(*gaze.T) <= _AT_LISTENER
     begins = np.stack([spoken.phrases[:, 0], spoken.phrases[:, 0] + _PHRASE_EDGE], 1)
     ends = np.stack([spoken.phrases[:, 1] - _PHRASE_EDGE, spoken.phrases[:, 1]], 1)
@@ -110,11 +110,11 @@ def behaviour(face: Face, spoken: making.Spoken, directions: np.ndarray) -> dict
         "gaze_as_phrases_end": _share(at, _during(ends, len(at))),
         "gaze_before_head_ms": 1000 * _lead(gaze[:, 0], head[:, 0]),
         "shifts_a_second": _shifts(face),
-        "shortest_viseme_ms": 1000 * shortest(face),
+        "shortest_viseme_ms": 1000 * shortest_viseme(face),
     }
 
 
-def shortest(face: Face) -> float:
+def shortest_viseme(face: Face) -> float:
     """Return the smallest width at half height of the visible peaks of visemes in seconds; infinite of none."""
     widths = [width for column in face.weights[:, : len(VISEMES)].T for width in half_widths(column)]
     return min(widths, default=float("inf"))
@@ -148,7 +148,7 @@ def table(recordings: dict[str, dict[str, float]]) -> str:
             "shifts of the eyes": f"{figures['shifts_a_second']:.1f} a second",
             "shortest viseme": f"{figures['shortest_viseme_ms']:.0f} ms",
         }
-        rows += [f"  {row:<23}{value:<44}{PEOPLE.get(row, '')}".rstrip() for row, value in cells.items() if value]
+        rows += [f"  {row:<23}{value:<44}{HUMAN_VALUES.get(row, '')}".rstrip() for row, value in cells.items() if value]
     return "\n".join([f"{'':25}{'THIS FACE':<44}PEOPLE", *rows])
 
 
@@ -160,7 +160,7 @@ def _closures(figures: dict[str, float], name: str, suffix: str = "") -> str:
 
 def _shifts(face: Face) -> float:
     """Return the saccades a second: eye movements of at least half a degree in 30 ms."""
-    gaze = GAZE * face.weights[:, [channel("LOOK_LEFT"), channel("LOOK_UP")]]
+    gaze = GAZE_DEGREES * face.weights[:, [channel("LOOK_LEFT"), channel("LOOK_UP")]]
     fast = np.linalg.norm(gaze[3:] - gaze[:-3], axis=1) > 0.5
     return float((np.diff(fast.astype(int)) > 0).sum() / face.duration)
 

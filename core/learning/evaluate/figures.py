@@ -9,9 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...motion import limits, skeleton
-from ...motion.motion import cubic
+from ...motion.motion import sample_directions
 from . import kinematics
-from .strokes import nearest
+from .strokes import distance_to_nearest
 
 ON_ACCENT = 0.15
 """Seconds from an accent within which a stroke lands on it."""
@@ -29,7 +29,7 @@ _BEAT_OVERSAMPLING = 4  # interpolated frames a frame
 
 def share_near(times: np.ndarray, marks: np.ndarray, within: float = ON_ACCENT) -> float:
     """Return the share of ``times`` within so many seconds of one of ``marks``; 0 without times."""
-    return float((nearest(times, marks) <= within).mean()) if len(times) else 0.0
+    return float((distance_to_nearest(times, marks) <= within).mean()) if len(times) else 0.0
 
 
 def accent_alignment(strokes: np.ndarray, accents: np.ndarray) -> tuple[float, float]:
@@ -39,7 +39,7 @@ def accent_alignment(strokes: np.ndarray, accents: np.ndarray) -> tuple[float, f
     """
     if not len(accents):
         return 0.0, 0.0
-    return float(accents[:, 1] @ _gaussian(nearest(accents[:, 0], strokes))), float(accents[:, 1].sum())
+    return float(accents[:, 1] @ _gaussian(distance_to_nearest(accents[:, 0], strokes))), float(accents[:, 1].sum())
 
 
 def kinematic_beats(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
@@ -48,7 +48,7 @@ def kinematic_beats(directions: np.ndarray, fps: float = skeleton.FPS) -> np.nda
 
     rate = fps * _BEAT_OVERSAMPLING
     samples = np.arange((len(directions) - 1) * _BEAT_OVERSAMPLING + 1)
-    fine = cubic(np.asarray(directions, np.float32), samples / _BEAT_OVERSAMPLING)
+    fine = sample_directions(np.asarray(directions, np.float32), samples / _BEAT_OVERSAMPLING)
     speed = np.linalg.norm(np.diff(skeleton.to_positions(fine), axis=0), axis=-1).sum(axis=1)
     if not len(speed) or speed.max() < 1e-6:
         return np.zeros(0)  # a still figure has no beats
@@ -59,7 +59,7 @@ def kinematic_beats(directions: np.ndarray, fps: float = skeleton.FPS) -> np.nda
 
 def beat_align(beats: np.ndarray, accents: np.ndarray) -> float:
     """Return the mean over the motion's beats of exp(-d^2 / 2 sigma^2), d to the nearest accent (AIST++); 0 without beats."""
-    return float(_gaussian(nearest(beats, accents[:, 0])).mean()) if len(beats) else 0.0
+    return float(_gaussian(distance_to_nearest(beats, accents[:, 0])).mean()) if len(beats) else 0.0
 
 
 def speeds(motions: Sequence[np.ndarray]) -> dict[str, float]:
@@ -78,7 +78,7 @@ def gesture_motion(motions: Sequence[np.ndarray]) -> dict[str, float | list[floa
     """Measure the speed of edges and the jerk of wrists during gestures, in performances and in captured clips alike.
 
     ``energy``: mean angular speed (degrees a second) of each edge over frames in which a wrist is gesturing
-    (:func:`kinematics.moving`), mean of both sides. ``jerk``: median magnitude of the wrists' jerk (m/s^3, third difference
+    (:func:`kinematics.gesturing`), mean of both sides. ``jerk``: median magnitude of the wrists' jerk (m/s^3, third difference
     of positions relative to the shoulder) over that wrist's frames; the median, because a few outliers dominate the mean.
     ``jerk_per_speed``: mean jerk over mean speed of the same frames (1/s^2), a smoothness that is independent of size.
     """
@@ -87,7 +87,7 @@ def gesture_motion(motions: Sequence[np.ndarray]) -> dict[str, float | list[floa
         speed, jerk = kinematics.derivatives(kinematics.wrists(motion))
         if not len(speed):
             continue
-        active = kinematics.moving(speed)
+        active = kinematics.gesturing(speed)
         jerks.append(jerk[active])
         wrist_speeds.append(speed[active])
         energies.append(kinematics.angular_speed(motion)[1:-1][active.any(axis=1)])
@@ -123,7 +123,7 @@ def body(motions: Sequence[np.ndarray]) -> dict[str, float]:
     """Return the shares of frames with a hand in the trunk, with an elbow bent backwards, and with intersecting hands."""
     directions = skeleton.normalize(np.concatenate(motions))
     return {
-        "through_body": float((limits.penetration(directions) > limits.TOUCH).mean()),
+        "through_body": float((limits.penetration(directions) > limits.MAX_PENETRATION).mean()),
         "backward_elbows": float(limits.backward_elbows(directions).any(axis=-1).mean()),
         "hands_touch": float((limits.wrist_distance(directions) < TOUCHING).mean()),
     }
@@ -152,7 +152,7 @@ def seams(motions: Sequence[np.ndarray], joins: Sequence[Sequence[int]], width: 
     return {"seam_speed": float(ratio[0]), "seam_acceleration": float(ratio[1])}
 
 
-def apart(motions: np.ndarray) -> float:
+def mean_arm_angle(motions: np.ndarray) -> float:
     """Return the mean angle in degrees between the arms of ``(k, frames, 9, 3)`` motions at the same time, over all pairs."""
     arms = np.asarray(motions, float)[:, :, skeleton.ARM_EDGES]
     angles = [

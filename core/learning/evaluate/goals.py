@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from .dull import DULL
+from .baselines import BASELINES
 
 Columns = Mapping[str, dict | None]
 """Figures by key, by name of the column; None for a column without figures."""
@@ -169,7 +169,7 @@ VARIETY = (
 The goal "from 8 to 40 degrees a second" means: the calmest performer at most 8, the liveliest at least 40."""
 
 
-def written(row: Row, base: float = math.nan) -> str:
+def format_goal(row: Row, base: float = math.nan) -> str:
     """Format the goal; one that is relative to another column needs that column's value as ``base``."""
     bounds = row.goal.bounds(base)
     if bounds is None:
@@ -182,21 +182,21 @@ def written(row: Row, base: float = math.nan) -> str:
     return f"{row.form(low)} to {row.form(high)}"
 
 
-def value(figures: dict | None, key: str) -> float:
+def figure_value(figures: dict | None, key: str) -> float:
     """Return a figure of a column; NaN where it is missing."""
     number = (figures or {}).get(key)
     return float(number) if isinstance(number, int | float) else math.nan
 
 
-def base(row: Row, columns: Columns) -> float:
+def reference_value(row: Row, columns: Columns) -> float:
     """Return the value to which a relative goal refers."""
-    return value(columns.get(row.goal.of), row.key)
+    return figure_value(columns.get(row.goal.of), row.key)
 
 
-def passed_by_dull(row: Row, columns: Columns) -> list[str]:
-    """Return the :data:`DULL` performances that reach this goal."""
-    reference = base(row, columns)
-    return [name for name in DULL if row.goal.reached(value(columns.get(name), row.key), reference)]
+def passed_by_baselines(row: Row, columns: Columns) -> list[str]:
+    """Return the :data:`BASELINES` performances that reach this goal."""
+    reference = reference_value(row, columns)
+    return [name for name in BASELINES if row.goal.reached(figure_value(columns.get(name), row.key), reference)]
 
 
 def table(columns: Columns, rows: tuple[Row, ...] = ROWS) -> list[str]:
@@ -205,14 +205,14 @@ def table(columns: Columns, rows: tuple[Row, ...] = ROWS) -> list[str]:
     The others are "compare", "directed", the dull performances and any further ones.
     """
     verdict_heads = ["reached", *(["not worse than compared"] if columns.get("compare") else [])]
-    verdict_heads += ["dull ones reach it"] * any(columns.get(name) for name in DULL)
+    verdict_heads += ["dull ones reach it"] * any(columns.get(name) for name in BASELINES)
     lines = _head(["figure", "wanted", *(HEADS.get(name, name) for name in columns), *verdict_heads])
     for row in rows:
-        reference = base(row, columns)
-        values = {name: value(figures, row.key) for name, figures in columns.items()}
-        if all(math.isnan(each) for name, each in values.items() if name not in DULL):
+        reference = reference_value(row, columns)
+        values = {name: figure_value(figures, row.key) for name, figures in columns.items()}
+        if all(math.isnan(each) for name, each in values.items() if name not in BASELINES):
             continue
-        cells = [row.label, written(row, reference)]
+        cells = [row.label, format_goal(row, reference)]
         cells += ["" if math.isnan(each) else row.form(each) for each in values.values()]
         if "directed" in values and row.goal.reached(values["directed"], reference) is False:
             cells[2 + list(values).index("directed")] += " (misses)"
@@ -220,7 +220,7 @@ def table(columns: Columns, rows: tuple[Row, ...] = ROWS) -> list[str]:
         if columns.get("compare"):
             cells.append(_yes_or_no(row.goal.beats(values["this"], values["compare"], reference)))
         if "dull ones reach it" in verdict_heads:
-            cells.append(", ".join(passed_by_dull(row, columns)))
+            cells.append(", ".join(passed_by_baselines(row, columns)))
         lines.append("| " + " | ".join(cells) + " |")
     return lines
 
@@ -231,7 +231,7 @@ def short_table(recordings: dict[str, dict[str, dict]], picked: Sequence[tuple[s
     heads = [by_key[key].name + ("" if column == "this" else f", {HEADS.get(column, column)}") for column, key in picked]
     lines = _head(["recording", *heads])
     for name, columns in recordings.items():
-        values = [(by_key[key], value(columns.get(column), key)) for column, key in picked]
+        values = [(by_key[key], figure_value(columns.get(column), key)) for column, key in picked]
         lines.append("| " + " | ".join([name, *("" if math.isnan(v) else row.form(v) for row, v in values)]) + " |")
     return lines
 
@@ -240,12 +240,12 @@ def verdicts(columns: Columns, rows: tuple[Row, ...] = ROWS) -> dict[str, dict]:
     """Return ``{key: {"reached": ..., "missing": ..., "not_worse": ..., "dull": [...]}}`` for the JSON file."""
     result = {}
     for row in rows:
-        reference, this = base(row, columns), value(columns.get("this"), row.key)
+        reference, this = reference_value(row, columns), figure_value(columns.get("this"), row.key)
         result[row.key] = {
             "reached": row.goal.reached(this, reference),
             "missing": row.goal.missing(this, reference),
-            "not_worse": row.goal.beats(this, value(columns.get("compare"), row.key), reference),
-            "dull": passed_by_dull(row, columns),
+            "not_worse": row.goal.beats(this, figure_value(columns.get("compare"), row.key), reference),
+            "dull": passed_by_baselines(row, columns),
         }
     return result
 

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from . import experiments, kinematics
-from .company import Performance
-from .experiments import spread
+from . import comparisons, kinematics
+from .comparisons import evenly_spaced
+from .generation import Generator, PerformanceOptions
 from .measure import Case, measure
-from .studio import Studio, Wish
+from .performers import Performance
 from .talks import Talk
 
-FEW = 12
+FEW_TALKS = 12
 """Number of talks with several takes, and of recordings performed by all speakers."""
 TAKES = 3
 STYLES = 3
@@ -31,7 +31,7 @@ class Judge:
     """Judges one checkpoint; ``folder`` holds temporary files, ``progress`` is called with a stage and a share."""
 
     def __init__(self, checkpoint: Path | None, folder: str, progress: Progress) -> None:
-        self.studio = Studio(checkpoint, folder)
+        self.studio = Generator(checkpoint, folder)
         self.studio.session.warm_up()  # raises errors before any long work
         self.progress = progress
 
@@ -49,40 +49,40 @@ class Judge:
             self.progress("perform talks", number / len(talks))
             style, new = self.studio.known(talk.style), talk.recording not in seen and talk.affect is not None
             seen.add(talk.recording)
-            wishes = [Wish(style, takes=TAKES if number < FEW else 1, controls=talk.controls or {})]
-            motions, *others = self.studio.perform(talk, wishes + [Wish(name) for name in energy if new])
+            wishes = [PerformanceOptions(style, takes=TAKES if number < FEW_TALKS else 1, controls=talk.controls or {})]
+            motions, *others = self.studio.perform(talk, wishes + [PerformanceOptions(name) for name in energy if new])
             cases.append(self.case(talk, style, motions[0]))
-            variations += [motions] if number < FEW else []
+            variations += [motions] if number < FEW_TALKS else []
             if new and talk.affect is not None:
                 acted.append(talk.affect[1])
                 for values, (motion,) in zip(energy.values(), others, strict=True):
                     values.append(kinematics.arm_speed(motion).mean())
         column = {
             **measure(cases, self.studio.seed_frames),
-            **experiments.takes(variations),
-            **experiments.arousal(acted, energy),
-            **self.excerpts(list({talk.recording: talk for talk in talks}.values())[:FEW]),
+            **comparisons.takes(variations),
+            **comparisons.arousal(acted, energy),
+            **self.excerpts(list({talk.recording: talk for talk in talks}.values())[:FEW_TALKS]),
         }
         return cases, column
 
     def excerpts(self, talks: Sequence[Talk]) -> dict:
         """Measure the beginnings of recordings by all speakers, and by the default one over the arousal slider's range."""
         names, excerpts = self.studio.names, []
-        ends = [Wish(self.studio.known(""), controls={"arousal": value}) for value in (-1.0, 0.0, 1.0)]
-        wishes = [Wish(name) for name in names] + ends * self.studio.steerable
+        ends = [PerformanceOptions(self.studio.known(""), controls={"arousal": value}) for value in (-1.0, 0.0, 1.0)]
+        wishes = [PerformanceOptions(name) for name in names] + ends * self.studio.steerable
         for number, talk in enumerate(talks):
             self.progress("speakers", number / len(talks))
-            motions = self.studio.perform(talk.cut(experiments.EXCERPT), wishes)
+            motions = self.studio.perform(talk.cut(comparisons.EXCERPT), wishes)
             excerpts.append(np.stack([motion for (motion,) in motions]))
-        column = experiments.speakers([motions[: len(names)] for motions in excerpts])
+        column = comparisons.speakers([motions[: len(names)] for motions in excerpts])
         if self.studio.steerable:
-            column |= experiments.slider(*([motions[len(names) + end] for motions in excerpts] for end in range(3)))
+            column |= comparisons.slider(*([motions[len(names) + end] for motions in excerpts] for end in range(3)))
         return column
 
     def cast(self, most: int) -> list[str]:
         """Return at most ``most`` styles: the default one and others, evenly spread."""
         names = [name for name in self.studio.names if name != self.studio.known("")]
-        return [self.studio.known(""), *spread(names, most - 1)]
+        return [self.studio.known(""), *evenly_spaced(names, most - 1)]
 
     def company(self, talks: Sequence[Talk], names: Sequence[str]) -> dict[str, list[Performance]]:
         """Generate every recording by the named performers that the checkpoint has, with :data:`SEEDS` seeds, one in two takes.
@@ -95,7 +95,9 @@ class Judge:
             self.progress("perform recordings", number / len(talks))
             for begin in range(0, len(names), AT_ONCE):
                 group = names[begin : begin + AT_ONCE]
-                wishes = [Wish(name, seed=seed, takes=1 if seed else 2) for name in group for seed in range(SEEDS)]
+                wishes = [
+                    PerformanceOptions(name, seed=seed, takes=1 if seed else 2) for name in group for seed in range(SEEDS)
+                ]
                 motions = iter(self.studio.motions(talk, wishes))
                 for name in group:
                     (first, take), *others = islice(motions, SEEDS)
@@ -110,4 +112,4 @@ class Judge:
 
     def styles(self) -> list[str]:
         """Return :data:`STYLES` styles, evenly spread over the checkpoint's speakers."""
-        return spread(self.studio.names, STYLES)
+        return evenly_spaced(self.studio.names, STYLES)

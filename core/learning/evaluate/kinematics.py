@@ -25,7 +25,7 @@ def arm_speed(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
     return angular_speed(directions, fps)[:, skeleton.ARM_EDGES].mean(axis=1)
 
 
-def away(directions: np.ndarray, rest: np.ndarray) -> np.ndarray:
+def wrist_distance_from_rest(directions: np.ndarray, rest: np.ndarray) -> np.ndarray:
     """Return each wrist's distance ``(..., 2)`` in metres from its place in the resting pose ``(9, 3)``, from the shoulder."""
     return np.linalg.norm(wrists(directions) - wrists(rest), axis=-1)
 
@@ -37,7 +37,7 @@ def derivatives(points: np.ndarray, fps: float = skeleton.FPS) -> tuple[np.ndarr
     return (steps[:-2] + steps[1:-1] + steps[2:]) / 3, jerk
 
 
-def moving(speed: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
+def gesturing(speed: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
     """Return whether each wrist is gesturing from its speed ``(frames, ...)`` in m/s: it is fast in or near the frame."""
     from scipy.ndimage import maximum_filter1d
 

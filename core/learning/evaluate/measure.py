@@ -52,7 +52,7 @@ class Case:
     @cached_property
     def at_rest(self) -> np.ndarray:
         """Share of the two hands ``(frames,)`` that are at rest."""
-        return (kinematics.away(self.directions, self.rest) < strokes.NEAR_REST).mean(axis=1)
+        return (kinematics.wrist_distance_from_rest(self.directions, self.rest) < strokes.NEAR_REST).mean(axis=1)
 
     @cached_property
     def silence(self) -> tuple[np.ndarray, np.ndarray]:
@@ -85,7 +85,9 @@ def timing(cases: Sequence[Case], shifts: Sequence[float]) -> dict[str, float]:
     """Return the figures of timing, with every motion shifted cyclically by its shift (s) against its speech."""
     stroke_times = [_shift(case.strokes, shift, case) for case, shift in zip(cases, shifts, strict=True)]
     beats = [_shift(case.beats, shift, case) for case, shift in zip(cases, shifts, strict=True)]
-    away = np.concatenate([strokes.nearest(times, case.talk.main) for times, case in zip(stroke_times, cases, strict=True)])
+    away = np.concatenate(
+        [strokes.distance_to_nearest(times, case.talk.main) for times, case in zip(stroke_times, cases, strict=True)]
+    )
     alignment = np.sum(
         [figures.accent_alignment(times, case.talk.accents) for times, case in zip(stroke_times, cases, strict=True)], axis=0
     )

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...motion import skeleton
-from ...motion.motion import cubic
-from ..corpus import sheet
+from ...motion.motion import sample_directions
+from ..corpus import contact_sheet as contact_sheet_module
 from . import kinematics
 from .measure import Case
 
@@ -41,9 +41,11 @@ def contact_sheet(
         times = start + np.arange(begin, min(begin + across, count)) * step
         captions = [_words_within(first.talk.words, time, time + step) for time in times]
         for number, (name, case) in enumerate(performances.items()):
-            poses = skeleton.normalize(cubic(case.directions, np.minimum(times * skeleton.FPS, len(case.directions) - 1)))
+            poses = skeleton.normalize(
+                sample_directions(case.directions, np.minimum(times * skeleton.FPS, len(case.directions) - 1))
+            )
             rows.append((f"{name} {times[0]:.3g} s", poses, [] if number else captions))
-    sheet.save(rows, path)
+    contact_sheet_module.save_sheet(rows, path)
 
 
 def film_sheet(performances: dict[str, Case], path: str | PathLike, seconds: float = 10.0) -> None:

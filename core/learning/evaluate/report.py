@@ -9,13 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from ...motion import rest, skeleton
-from . import company, experiments, figures, goals, people, strokes
-from .company import Performance
-from .dull import DULL
+from . import comparisons, figures, goals, human_recordings, strokes
+from . import performers as performers_module
+from .baselines import BASELINES
+from .director import Director
 from .judge import Judge, Progress
 from .measure import Case, measure
+from .performers import Performance
 from .talks import Corpus, Talk
-from .teacher import Teacher
 
 VERSION = 2
 _PARTS = {"forearms": (5, 8), "upper_arms": (4, 7), "clavicles": (3, 6), "head": (1, 2), "torso": (0,)}
@@ -59,7 +60,7 @@ def evaluate(setting: Setting, progress: Progress = lambda stage, value: None) -
     talks = [corpus.talk(number) for number in corpus.chosen(setting.talks)]
     real = reference(setting.material) if setting.material else None
     progress("listen to people", 0)
-    spoken = people.recordings(setting.humans, None if setting.named else setting.material)
+    spoken = human_recordings.load_recordings(setting.humans, None if setting.named else setting.material)
     with tempfile.TemporaryDirectory(prefix="s2ag-evaluate-") as folder:
         judges = {"this": Judge(setting.checkpoint, folder, progress)}
         if setting.compare:
@@ -70,7 +71,7 @@ def evaluate(setting: Setting, progress: Progress = lambda stage, value: None) -
     if setting.material and spoken:
         troupes["directed"] = _directed_company(corpus, setting.material, names, spoken, progress)
     if spoken:
-        troupes |= {name: {name: _dull_company(name, spoken)} for name in DULL}
+        troupes |= {name: {name: _dull_company(name, spoken)} for name in BASELINES}
     progress("measure", 0)
     directed = [_directed_case(talk) for talk in talks]
     columns = _talk_columns(judged, directed, corpus, real)
@@ -78,7 +79,7 @@ def evaluate(setting: Setting, progress: Progress = lambda stage, value: None) -
         "version": VERSION,
         "talks": [talk.name for talk in talks],
         "checkpoints": {name: judge.facts() for name, judge in judges.items()},
-        "detector": strokes.agreement(
+        "detector": strokes.detection_accuracy(
             [case.strokes for case in directed], [talk.strokes for talk in talks if talk.strokes is not None]
         ),
         "real clips": real,
@@ -87,13 +88,19 @@ def evaluate(setting: Setting, progress: Progress = lambda stage, value: None) -
         **_variety(judged, directed, troupes),
         "human": {talk.name: _recording(troupes, row, real) for row, talk in enumerate(spoken)},
     }
-    shown = {name: troupe for name, troupe in troupes.items() if name not in DULL}
-    return Outcome(report, judged["this"][0], directed, shown, people.captured(setting.material) if setting.material else {})
+    shown = {name: troupe for name, troupe in troupes.items() if name not in BASELINES}
+    return Outcome(
+        report,
+        judged["this"][0],
+        directed,
+        shown,
+        human_recordings.captured_motion(setting.material) if setting.material else {},
+    )
 
 
 def reference(material: str | PathLike) -> dict:
     """Measure the captured clips at 15 fps from onset to rest: :func:`figures.gesture_motion`."""
-    clips = [gesture.clip for gesture in people.gestures_of(material)]
+    clips = [gesture.clip for gesture in human_recordings.load_gestures(material)]
     return figures.gesture_motion([clip.at(np.arange(clip.onset, clip.rest, 1 / skeleton.FPS)) for clip in clips])
 
 
@@ -111,10 +118,10 @@ def _talk_columns(judged: _Judged, directed: list[Case], corpus: Corpus, real: d
     columns = {name: column for name, (_, column) in judged.items()}
     columns["directed"] = {
         **measure(directed),
-        **experiments.directed_speakers(corpus),
-        **experiments.directed_arousal(corpus),
+        **comparisons.directed_speakers(corpus),
+        **comparisons.directed_arousal(corpus),
     }
-    for name, perform in DULL.items():
+    for name, perform in BASELINES.items():
         columns[name] = measure([Case(case.talk, perform(case.talk, case.rest), case.rest) for case in directed])
     return _finish(columns, real)
 
@@ -122,10 +129,14 @@ def _talk_columns(judged: _Judged, directed: list[Case], corpus: Corpus, real: d
 def _variety(judged: _Judged, directed: list[Case], troupes: dict[str, Company]) -> dict:
     """Return columns and verdicts of variety: of all recordings of people together, and of the test talks."""
     casts = {name: _by_performer(cases) for name, (cases, _) in judged.items()} | {"directed": _by_performer(directed)}
-    for name, perform in DULL.items():
+    for name, perform in BASELINES.items():
         casts[name] = _by_performer([Case(case.talk, perform(case.talk, case.rest), case.rest) for case in directed])
     parts = {"people": troupes, "talks": casts}
-    columns = {part: {name: company.column(cast) for name, cast in each.items()} for part, each in parts.items() if each}
+    columns = {
+        part: {name: performers_module.variety_column(cast) for name, cast in each.items()}
+        for part, each in parts.items()
+        if each
+    }
     return {
         "variety": columns,
         "variety_verdicts": {part: goals.verdicts(each, goals.VARIETY) for part, each in columns.items()},
@@ -141,7 +152,7 @@ def _by_performer(cases: Sequence[Case]) -> Company:
 
 def _directed_company(corpus: Corpus, material: Path, names: list[str], talks: Sequence[Talk], progress: Progress) -> Company:
     """Direct recordings of people in two takes by the named performers, or by all if the director has none of them."""
-    teacher = Teacher(material)
+    teacher = Director(material)
     rests = {speaker["name"]: corpus.rest(row) for row, speaker in enumerate(corpus.speakers)}
     troupe: Company = {name: [] for name in [name for name in names if name in teacher.names] or teacher.names}
     for number, talk in enumerate(talks):
@@ -153,7 +164,7 @@ def _directed_company(corpus: Corpus, material: Path, names: list[str], talks: S
 
 
 def _dull_company(name: str, talks: Sequence[Talk]) -> list[Performance]:
-    perform = DULL[name]
+    perform = BASELINES[name]
     return [Performance(Case(talk, perform(talk, rest.REST), rest.REST), [perform(talk, rest.REST, 1)]) for talk in talks]
 
 
@@ -163,7 +174,9 @@ def _recording(troupes: dict[str, Company], row: int, real: dict | None) -> dict
     for name, troupe in troupes.items():
         performers = {performer: performances[row : row + 1] for performer, performances in troupe.items()}
         columns[name] = measure([performance.case for (performance,) in performers.values()])
-        columns[name]["variety"] = {key: value for key, value in company.column(performers).items() if key != "performers"}
+        columns[name]["variety"] = {
+            key: value for key, value in performers_module.variety_column(performers).items() if key != "performers"
+        }
     return _finish(columns, real)
 
 

@@ -2,25 +2,25 @@
 
 A stroke lands when a wrist has slowed down to a quarter of its peak speed. A landing at the wrist's rest is a retraction.
 Of landings close to each other the earlier ones belong to the preparation, unless the later one is much slower. The
-constants were chosen on directed performances, whose emphasis times are known (:func:`agreement`); accuracy hardly changes
-near them.
+constants were chosen on directed performances, whose emphasis times are known (:func:`detection_accuracy`); accuracy hardly
+changes near them.
 """
 
 import numpy as np
 
 from ...motion import skeleton
-from ...motion.motion import cubic
+from ...motion.motion import sample_directions
 from . import kinematics
 
-FASTEST = 0.25
+MIN_PEAK_SPEED = 0.25
 """Metres a second: peaks of lower wrist speed are no strokes."""
 LANDED = 0.25
 """Share of the peak speed at which a hand has landed."""
 NEAR_REST = 0.10
 """Metres from the resting wrist within which a hand is at rest."""
-APART = 0.6
+MIN_GAP_SECONDS = 0.6
 """Shortest time between two strokes in seconds; of closer landings only one counts."""
-SLOWER = 0.5
+MIN_RELATIVE_SPEED = 0.5
 """A landing with less than this share of the former one's peak speed does not replace it."""
 
 _OVERSAMPLING = 4  # interpolated frames a frame, so that landings can be between frames
@@ -34,7 +34,9 @@ def detect(directions: np.ndarray, rest: np.ndarray, fps: float = skeleton.FPS) 
     if len(directions) < 4:
         return np.zeros(0)
     rate = fps * _OVERSAMPLING
-    fine = cubic(np.asarray(directions, np.float32), np.arange((len(directions) - 1) * _OVERSAMPLING + 1) / _OVERSAMPLING)
+    fine = sample_directions(
+        np.asarray(directions, np.float32), np.arange((len(directions) - 1) * _OVERSAMPLING + 1) / _OVERSAMPLING
+    )
     points = gaussian_filter1d(kinematics.wrists(fine), _SMOOTHING * rate, axis=0)
     speed = np.linalg.norm(np.gradient(points, axis=0), axis=-1) * rate
     away = np.linalg.norm(points - kinematics.wrists(rest), axis=-1)
@@ -42,7 +44,7 @@ def detect(directions: np.ndarray, rest: np.ndarray, fps: float = skeleton.FPS) 
     return np.array(_thin(sorted(landings)))
 
 
-def agreement(detected: list[np.ndarray], truth: list[np.ndarray], tolerance: float = 0.2) -> dict[str, float]:
+def detection_accuracy(detected: list[np.ndarray], truth: list[np.ndarray], tolerance: float = 0.2) -> dict[str, float]:
     """Return precision, recall, F1 and bias (seconds, detected minus true) of detected strokes, one array a performance."""
     pairs = [_pair(times, true_times, tolerance) for times, true_times in zip(detected, truth, strict=True)]
     errors = np.concatenate([*pairs, np.zeros(0)])
@@ -52,7 +54,7 @@ def agreement(detected: list[np.ndarray], truth: list[np.ndarray], tolerance: fl
     return {"precision": precision, "recall": recall, "f1": score, "bias": float(errors.mean()) if len(errors) else 0.0}
 
 
-def nearest(times: np.ndarray, marks: np.ndarray) -> np.ndarray:
+def distance_to_nearest(times: np.ndarray, marks: np.ndarray) -> np.ndarray:
     """Return the seconds from each of ``times`` ``(n,)`` to the nearest of ``marks``; infinite if there are none."""
     if not len(marks):
         return np.full(len(times), np.inf)
@@ -62,7 +64,7 @@ def nearest(times: np.ndarray, marks: np.ndarray) -> np.ndarray:
 def _landings(speed: np.ndarray, away: np.ndarray, rate: float) -> list[tuple[float, float]]:
     """Return ``(second, peak speed)`` of one hand's landings that do not end at rest."""
     landings = []
-    peaks = np.flatnonzero((speed[1:-1] >= speed[:-2]) & (speed[1:-1] > speed[2:]) & (speed[1:-1] > FASTEST)) + 1
+    peaks = np.flatnonzero((speed[1:-1] >= speed[:-2]) & (speed[1:-1] > speed[2:]) & (speed[1:-1] > MIN_PEAK_SPEED)) + 1
     for peak in peaks:
         slow = np.flatnonzero(speed[peak:] < LANDED * speed[peak])
         if not len(slow):
@@ -80,9 +82,9 @@ def _thin(landings: list[tuple[float, float]]) -> list[float]:
     """Keep one landing of each close group: the last that is not much slower than the one before it."""
     kept: list[tuple[float, float]] = []
     for landing in landings:
-        while kept and landing[0] - kept[-1][0] < APART and landing[1] >= SLOWER * kept[-1][1]:
+        while kept and landing[0] - kept[-1][0] < MIN_GAP_SECONDS and landing[1] >= MIN_RELATIVE_SPEED * kept[-1][1]:
             kept.pop()
-        if not kept or landing[0] - kept[-1][0] >= APART:
+        if not kept or landing[0] - kept[-1][0] >= MIN_GAP_SECONDS:
             kept.append(landing)
     return [time for time, _ in kept]
 

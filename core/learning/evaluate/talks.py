@@ -10,7 +10,7 @@ import numpy as np
 from ... import styles
 from ...errors import CorpusUnreadable
 from ...motion import skeleton
-from ...sound import prosody, voice
+from ...sound import prosody, voice_activity
 from ...sound.audio import SAMPLE_RATE
 
 TEST = 2
@@ -46,7 +46,7 @@ class Talk:
     @cached_property
     def spoken(self) -> tuple[tuple[str, float, float], ...]:
         """The words with times, or voiced segments where the words are unknown."""
-        return self.words or tuple(("", start, end) for start, end in voice.segments(self.audio))
+        return self.words or tuple(("", start, end) for start, end in voice_activity.segments(self.audio))
 
     @cached_property
     def loudness(self) -> np.ndarray:
@@ -157,7 +157,7 @@ class Corpus:
         return np.array(self.arrays[name][begin:end], float)
 
 
-def human(path: str | PathLike, text: str | None = None) -> Talk:
+def load_human_recording(path: str | PathLike, text: str | None = None) -> Talk:
     """Load a person's recording, aligned with its ``text``, by default the text file of the same name, if there is one.
 
     Raises :class:`S2agError` for unreadable files.
@@ -168,6 +168,6 @@ def human(path: str | PathLike, text: str | None = None) -> Talk:
     path = Path(path)
     sound = audio.load(path)
     file = path.with_suffix(".txt")
-    words, _ = transcript.resolve(sound, file if text is None and file.is_file() else None, text)
+    words, _ = transcript.words_and_warnings(sound, file if text is None and file.is_file() else None, text)
     accents = [(accent.time, accent.strength, accent.main) for accent in prosody.analyse(sound, words).accents]
     return Talk(path.stem, path.stem, sound, words, np.array(accents, float).reshape(-1, 3))

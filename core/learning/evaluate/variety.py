@@ -11,9 +11,9 @@ import numpy as np
 from ...motion import skeleton
 from .kinematics import FOREARMS, UPPER_ARMS, angular_speed, wrists
 
-FASTEST, PROMINENCE = 0.25, 0.15
+MIN_PEAK_SPEED, PROMINENCE = 0.25, 0.15
 """Least height and prominence (m/s) of a stroke's peak of wrist speed."""
-APART = 6
+MIN_GAP_FRAMES = 6
 """Shortest distance of two strokes in frames."""
 WINDOW = 15
 """Frames around a peak that make the stroke."""
@@ -21,7 +21,7 @@ DRAWN, DRAWS = 15, 60
 """Number of strokes that are compared, so that long performances do not look poorer, and number of random draws of them."""
 SHIFT = 3
 """Largest shift in frames of one stroke against another when they are compared."""
-ALIKE = 0.5
+SAME_GESTURE_DISTANCE = 0.5
 """Distance below which two strokes look like the same gesture; people's nearest neighbours are at about 0.85."""
 CELL = 0.05
 """Metres: edge of a cell of space."""
@@ -37,7 +37,7 @@ def wrist_speed(directions: np.ndarray) -> np.ndarray:
 
 def strokes(directions: np.ndarray) -> np.ndarray:
     """Return the frames ``(n,)`` at which the faster wrist's speed peaks."""
-    return peaks(wrist_speed(directions).max(axis=1), FASTEST, PROMINENCE, APART)
+    return peaks(wrist_speed(directions).max(axis=1), MIN_PEAK_SPEED, PROMINENCE, MIN_GAP_FRAMES)
 
 
 def peaks(values: np.ndarray, height: float, prominence: float, apart: int) -> np.ndarray:
@@ -77,7 +77,11 @@ def most_repeated(*motions: np.ndarray) -> float:
     stroke's nearest captured clip is rarely its source.
     """
     distance = _stroke_distances(motions, both_ways=True)
-    return float(((distance < ALIKE).sum(axis=1).max() + 1) / len(distance)) if len(distance) >= 3 else float("nan")
+    return (
+        float(((distance < SAME_GESTURE_DISTANCE).sum(axis=1).max() + 1) / len(distance))
+        if len(distance) >= 3
+        else float("nan")
+    )
 
 
 def cells(directions: np.ndarray) -> float:
@@ -102,7 +106,7 @@ def components(directions: np.ndarray, share: float = 0.95) -> int:
     return int(np.searchsorted(np.cumsum(values) / max(values.sum(), 1e-12), share) + 1)
 
 
-def symmetry(directions: np.ndarray) -> float:
+def left_right_correlation(directions: np.ndarray) -> float:
     """Return the correlation of the left and the right wrist's speed."""
     return _correlation(*wrist_speed(directions).T)
 
@@ -123,7 +127,7 @@ def shoulder_yaw(directions: np.ndarray, seconds: float = 5.0) -> float:
     return float(np.lib.stride_tricks.sliding_window_view(heading, width)[:: max(width // 2, 1)].std(axis=-1).mean())
 
 
-def follows(directions: np.ndarray, level: np.ndarray) -> float:
+def loudness_correlation(directions: np.ndarray, level: np.ndarray) -> float:
     """Return the correlation of the faster wrist's speed with the voice's level ``(frames,)``, both smoothed over 1/3 s."""
     count = min(len(directions), len(level))
     kernel = np.hanning(7)[1:-1] / np.hanning(7)[1:-1].sum()
@@ -138,13 +142,13 @@ def arms_apart(first: np.ndarray, second: np.ndarray) -> float:
     return float(np.degrees(2 * np.arcsin(np.clip(chord / 2, 0, 1))).mean())
 
 
-def same_places(first: np.ndarray, second: np.ndarray) -> float:
+def shared_stroke_places(first: np.ndarray, second: np.ndarray) -> float:
     """Return the share of strokes of two performances of the same speech with a stroke of the other within 0.2 s."""
     return _share_in_common(strokes(first) / skeleton.FPS, strokes(second) / skeleton.FPS)
 
 
-def places_by_chance(first: np.ndarray, second: np.ndarray, shifts: int = 20) -> float:
-    """Return :func:`same_places` by chance: mean over cyclic time shifts of the second by more than two seconds."""
+def shared_places_by_chance(first: np.ndarray, second: np.ndarray, shifts: int = 20) -> float:
+    """Return :func:`shared_stroke_places` by chance: mean over cyclic time shifts of the second by more than two seconds."""
     times, duration = [strokes(motion) / skeleton.FPS for motion in (first, second)], len(second) / skeleton.FPS
     offsets = np.random.default_rng(0).uniform(2, max(duration - 2, 2), shifts)
     return float(np.mean([_share_in_common(times[0], (times[1] + offset) % duration) for offset in offsets]))
@@ -158,13 +162,13 @@ def measure(directions: np.ndarray, level: np.ndarray | None = None) -> dict[str
         "cells": cells(directions),
         "first axis": first_axis(directions),
         "components": float(components(directions)),
-        "left/right": symmetry(directions),
+        "left/right": left_right_correlation(directions),
         **speeds(directions),
         "shoulder yaw": shoulder_yaw(directions),
         "strokes a minute": len(strokes(directions)) / len(directions) * skeleton.FPS * 60,
     }
     if level is not None:
-        result["follows voice"] = follows(directions, level)
+        result["follows voice"] = loudness_correlation(directions, level)
     return result
 
 

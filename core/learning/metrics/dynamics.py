@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...motion import skeleton
-from .errors import MILLIMETRES, positions
+from .joint_errors import MILLIMETRES, positions
 
 WRISTS = (skeleton.JOINTS.index("left_wrist"), skeleton.JOINTS.index("right_wrist"))
 CENTIMETRES = 100.0

@@ -16,7 +16,7 @@ from torch import nn
 from torch.nn import functional
 
 from ...errors import CheckpointUnreadable, UsageError
-from ...files import whole_file
+from ...files import atomic_file
 from ...model.wave_encoder import FRAMES
 from ...motion.skeleton import MEAN
 from .frechet import frechet_distance
@@ -24,11 +24,11 @@ from .frechet import frechet_distance
 SIZE = 32
 POSE = 27
 BATCH = 128
-MOST_ERROR = 0.8
+MAX_ERROR = 0.8
 """Share of the data's variance that the reconstruction may miss before the extractor counts as collapsed."""
 _STATE_KEYS = "embedding_dict", "gen_dict"
 _ROTATION_CHANNELS = 330
-LEAST_RATIO = 10.0
+MIN_RATIO = 10.0
 """Least ratio of the distance between real motion and a frozen mean pose to that between halves of real motion."""
 
 
@@ -78,7 +78,7 @@ class Extractor(nn.Module):
 
     def save(self, path: str | PathLike) -> None:
         """Write the weights to ``path`` (.safetensors) atomically."""
-        with whole_file(path) as temporary:
+        with atomic_file(path) as temporary:
             save_file({name: value.cpu().contiguous() for name, value in self.state_dict().items()}, temporary)
 
     @classmethod
@@ -102,9 +102,9 @@ def load_any(path: str | PathLike) -> Extractor:
     """
     if Path(path).suffix == ".safetensors":
         return Extractor.load(path)
-    from ...model import foreign
+    from ...model import checkpoint_import
 
-    stored = foreign.read(path)
+    stored = checkpoint_import.read(path)
     if _reads_rotations(stored):
         message = f"{path} is BEAT2's extractor: it sees rotations of SMPL-X's 55 joints at 30 frames a second."
         raise CheckpointUnreadable(message, "Nine directions hold neither twists nor fingers, legs and face: leave it out.")
@@ -138,7 +138,7 @@ def reconstruction_loss(made: torch.Tensor, real: torch.Tensor) -> torch.Tensor:
     return loss * len(real)
 
 
-def train(
+def train_extractor(
     take: Callable[[np.random.Generator, int], np.ndarray],
     steps: int,
     seed: int = 0,
@@ -159,7 +159,7 @@ def train(
 
 
 @torch.inference_mode()
-def checks(extractor: Extractor, real: np.ndarray, seed: int = 0) -> dict[str, float]:
+def check_extractor(extractor: Extractor, real: np.ndarray, seed: int = 0) -> dict[str, float]:
     """Measure the quality of an extractor on held-out real motions ``(n, T, 9, 3)``.
 
     ``missed``: share of the variance that its reconstruction misses. ``halves``: Frechet distance of two random halves of
@@ -177,14 +177,14 @@ def checks(extractor: Extractor, real: np.ndarray, seed: int = 0) -> dict[str, f
     return {"missed": missed, "halves": halves, "still": still, "ratio": still / max(halves, 1e-12)}
 
 
-def require_sound(found: dict[str, float]) -> None:
-    """Raise :class:`UsageError` if the results of :func:`checks` show a collapsed extractor."""
-    if found["missed"] > MOST_ERROR:
+def require_valid(found: dict[str, float]) -> None:
+    """Raise :class:`UsageError` if the results of :func:`check_extractor` show a collapsed extractor."""
+    if found["missed"] > MAX_ERROR:
         raise UsageError(
             f"The feature extractor has collapsed: its reconstruction misses {found['missed']:.0%} of the variance.",
             "Train it for more steps or on more motion.",
         )
-    if found["ratio"] < LEAST_RATIO:
+    if found["ratio"] < MIN_RATIO:
         raise UsageError(
             f"The feature extractor cannot tell a held mean pose from motion (ratio {found['ratio']:.1f}).",
             "Train it for more steps or evaluate more windows.",

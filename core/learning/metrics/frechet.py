@@ -18,13 +18,15 @@ def frechet_distance(a: np.ndarray, b: np.ndarray) -> float:
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise UsageError("Features hold values that are not finite.", "Train the network or the extractor again.")
     cov_a, cov_b = (np.atleast_2d(np.cov(part, rowvar=False)) for part in (a, b))
-    return float(of_moments(a.mean(0), cov_a, b.mean(0), cov_b, root(cov_b)))
+    return float(distance_of_moments(a.mean(0), cov_a, b.mean(0), cov_b, matrix_root(cov_b)))
 
 
-def of_moments(mean_a: np.ndarray, cov_a: np.ndarray, mean_b: np.ndarray, cov_b: np.ndarray, root_b: np.ndarray) -> np.ndarray:
+def distance_of_moments(
+    mean_a: np.ndarray, cov_a: np.ndarray, mean_b: np.ndarray, cov_b: np.ndarray, root_b: np.ndarray
+) -> np.ndarray:
     """Return the :func:`frechet_distance` ``(...)`` of normal distributions: means ``(..., d)``, covariances ``(..., d, d)``.
 
-    ``root_b`` is the :func:`root` of ``cov_b``, computed once for many distances.
+    ``root_b`` is the :func:`matrix_root` of ``cov_b``, computed once for many distances.
     """
     shared = np.linalg.eigvalsh(root_b @ cov_a @ root_b)
     traces = np.trace(cov_a, axis1=-2, axis2=-1) + np.trace(cov_b, axis1=-2, axis2=-1)
@@ -37,7 +39,7 @@ def feature_distance(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.abs(np.asarray(a, np.float64) - np.asarray(b, np.float64)).sum(1).mean())
 
 
-def root(matrix: np.ndarray) -> np.ndarray:
+def matrix_root(matrix: np.ndarray) -> np.ndarray:
     """Return the symmetric square root of positive semidefinite matrices ``(..., d, d)``."""
     values, vectors = np.linalg.eigh(matrix)
     return (vectors * np.sqrt(np.maximum(values, 0))[..., None, :]) @ np.swapaxes(vectors, -1, -2)

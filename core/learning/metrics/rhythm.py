@@ -9,7 +9,7 @@ import numpy as np
 
 from ...errors import EngineMissing
 from ...motion import skeleton
-from .errors import positions
+from .joint_errors import positions
 
 AIST_SIGMA = 3 / 60
 """Seconds: three frames at 60 per second."""

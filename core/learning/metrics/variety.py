@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .errors import MILLIMETRES, positions
+from .joint_errors import MILLIMETRES, positions
 
 
 def diversity(features: np.ndarray, seed: int = 0) -> float:

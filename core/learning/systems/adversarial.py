@@ -8,9 +8,9 @@ from ...model.config import ModelConfig
 from ...model.discriminator import Discriminator
 from ...model.generator import Generator
 from ..train import losses
-from ..train.networks import Judge, Performer
+from ..train.step_modules import DiscriminatorStep, GeneratorStep
 from .sample import Sample, WordTable, word_vectors
-from .system import Made, System
+from .system import Generated, System
 
 HUBER, ADVERSARIAL, DIVERSITY, DIVERGENCE = 500.0, 5.0, 0.05, 0.1
 
@@ -39,9 +39,9 @@ class Adversarial(System):
         super().__init__()
         self.config, self.warm_up = config, warm_up
         self.diversity_share, self.foreign_ids = diversity_share, foreign_ids
-        self.performer = Performer(Generator(config))
+        self.performer = GeneratorStep(Generator(config))
         if judge != "none":
-            self.judge = Judge(Discriminator(config.replace(affect=judge or config.affect)), together=False)
+            self.judge = DiscriminatorStep(Discriminator(config.replace(affect=judge or config.affect)), together=False)
         table = word_vectors(vectors, trained=bool(config.words))
         if config.words:
             self.generator.text_encoder.embedding.weight.data.copy_(table)
@@ -50,16 +50,16 @@ class Adversarial(System):
     @property
     def generator(self) -> Generator:
         """The gesture generator."""
-        return cast(Performer, self.performer).generator
+        return cast(GeneratorStep, self.performer).generator
 
-    def make(self, sample: Sample, progress: float) -> Made:
+    def make(self, sample: Sample, progress: float) -> Generated:
         """Generate in the speaker's style, and a part of the batch also in another style."""
         ids = self._ids(sample)
         others = round(len(ids) * self.diversity_share)
         result = self.performer(*self._inputs(sample), sample.seeds, None, ids, ids.new_empty(len(ids), 0), others)
-        return Made(result.directions, result)
+        return Generated(result.directions, result)
 
-    def terms(self, sample: Sample, made: Made, progress: float) -> dict[str, torch.Tensor]:
+    def terms(self, sample: Sample, made: Generated, progress: float) -> dict[str, torch.Tensor]:
         """Return the published terms (paper eq. 15 and 17)."""
         extra = made.extra
         terms = {
@@ -70,14 +70,14 @@ class Adversarial(System):
         if count:
             diversity = losses.diversity(made.directions[:count], extra.other, extra.style[:count], extra.other_style)
             terms["diversity"] = DIVERSITY * diversity
-        if self.judging(progress):
-            judge = cast(Judge, self.judge)
+        if self.judge_active(progress):
+            judge = cast(DiscriminatorStep, self.judge)
             judge.requires_grad_(False)
             terms["adversarial"] = ADVERSARIAL * losses.adversarial(judge.discriminator(made.directions))
             judge.requires_grad_(True)
         return terms
 
-    def judging(self, progress: float) -> bool:
+    def judge_active(self, progress: float) -> bool:
         """Whether the discriminator is in use: after the warm-up."""
         return self.judge is not None and progress >= self.warm_up
 

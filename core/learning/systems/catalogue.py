@@ -13,11 +13,11 @@ from .joint_embedding import JointEmbedding
 from .lengths import PUBLISHED, Lengths
 from .seq2seq import Seq2Seq
 from .speech2gesture import Speech2Gesture
-from .system import System, narrow, wide
+from .system import System, scale_small_width, scale_width
 
 
 @dataclass(frozen=True)
-class Known:
+class SystemInfo:
     """A row of the table: ``paper`` and ``genea`` are MAJE (mm), MAD and FGD as printed, or None.
 
     ``raw``: the system takes raw audio (GTC's encoder); ``least``: least number of frames; ``contextual``: it takes
@@ -47,7 +47,7 @@ class Known:
 
 
 @dataclass(frozen=True)
-class Build:
+class BuildOptions:
     """Options for building systems. ``share`` scales the published widths; ``faithful`` reproduces the public code's bugs.
 
     ``trained_words``: whether the word table is trained, as published, or frozen. ``diversity_share`` and ``strangers``
@@ -75,16 +75,16 @@ _WIDTH_LISTS = ("mfcc_channels", "wave_channels", "discriminator_channels")
 _MAX_WARM_UP = 0.25
 
 
-def shrunk(config: ModelConfig, share: float) -> ModelConfig:
+def scale_widths(config: ModelConfig, share: float) -> ModelConfig:
     """Scale all widths of a published configuration by ``share``, of generator and discriminator alike.
 
     The last channels of an MFCC encoder along coefficients are pose frames and stay unchanged.
     """
     if share == 1:
         return config
-    sizes = {name: wide(getattr(config, name), share) for name in _LARGE_WIDTHS}
-    sizes |= {name: narrow(getattr(config, name), share) for name in _SMALL_WIDTHS}
-    lists = {name: tuple(narrow(size, share) for size in getattr(config, name)) for name in _WIDTH_LISTS}
+    sizes = {name: scale_width(getattr(config, name), share) for name in _LARGE_WIDTHS}
+    sizes |= {name: scale_small_width(getattr(config, name), share) for name in _SMALL_WIDTHS}
+    lists = {name: tuple(scale_small_width(size, share) for size in getattr(config, name)) for name in _WIDTH_LISTS}
     if config.mfcc_axis == "coefficient":
         lists["mfcc_channels"] = (*lists["mfcc_channels"][:-1], config.frames)
     return config.replace(**sizes, **lists)
@@ -98,14 +98,14 @@ def _with_lengths(config: ModelConfig, lengths: Lengths) -> ModelConfig:
     return config.replace(frames=lengths.frames, mfcc_frames=lengths.cepstra, mfcc_channels=channels)
 
 
-Builder = Callable[[Build], System]
+Builder = Callable[[BuildOptions], System]
 
 
 def _adversarial(preset: Callable[..., ModelConfig], trimodal: bool = False, judge: str = "") -> Builder:
-    def build(options: Build) -> System:
+    def build(options: BuildOptions) -> System:
         words = len(options.vectors) + 4 if options.trained_words else 0
         config = preset(words, options.speakers, word_size=options.vectors.shape[1])
-        config = shrunk(_with_lengths(config, options.lengths), options.share)
+        config = scale_widths(_with_lengths(config, options.lengths), options.share)
         if options.faithful and trimodal:
             config = config.replace(head_slope=1.0)
         foreign = options.strangers and not trimodal
@@ -132,40 +132,40 @@ def _gesticulator(contextual: bool) -> Builder:
     )
 
 
-SYSTEMS: dict[str, Known] = {
-    "seq2seq": Known("Seq2Seq", lambda of: Seq2Seq(of.vectors, of.trained_words, of.share), (45.62, 6.33, 6.62)),
-    "s2g": Known("S2G-IS", lambda of: Speech2Gesture(of.faithful, of.share, of.given), (45.11, 7.22, 6.73), least=32),
-    "jem": Known("JEM", _joint(audio=True), (48.56, 4.31, 5.88), raw=True),
-    "gtc": Known("GTC", _adversarial(ModelConfig.trimodal, trimodal=True), (27.30, 3.20, 4.49), raw=True),
-    "gesticulator": Known("Gesticulator", _gesticulator(contextual=False), None, (82.41, 3.62, 31.04)),
-    "s2ag-no-mfcc": Known(
+SYSTEMS: dict[str, SystemInfo] = {
+    "seq2seq": SystemInfo("Seq2Seq", lambda of: Seq2Seq(of.vectors, of.trained_words, of.share), (45.62, 6.33, 6.62)),
+    "s2g": SystemInfo("S2G-IS", lambda of: Speech2Gesture(of.faithful, of.share, of.given), (45.11, 7.22, 6.73), least=32),
+    "jem": SystemInfo("JEM", _joint(audio=True), (48.56, 4.31, 5.88), raw=True),
+    "gtc": SystemInfo("GTC", _adversarial(ModelConfig.trimodal, trimodal=True), (27.30, 3.20, 4.49), raw=True),
+    "gesticulator": SystemInfo("Gesticulator", _gesticulator(contextual=False), None, (82.41, 3.62, 31.04)),
+    "s2ag-no-mfcc": SystemInfo(
         "S2AG w/o MFCC Enc.", _adversarial(ModelConfig.without_mfcc), (27.84, 3.02, 4.21), (105.71, 1.57, 23.03), raw=True
     ),
-    "s2ag-no-affect": Known(
+    "s2ag-no-affect": SystemInfo(
         "S2AG w/o Aff. Enc.", _adversarial(ModelConfig.without_affect), (25.38, 3.51, 4.84), (92.90, 2.81, 24.28)
     ),
-    "s2ag": Known("S2AG", _adversarial(ModelConfig.published), (24.49, 2.93, 3.54), (54.93, 1.49, 20.36)),
+    "s2ag": SystemInfo("S2AG", _adversarial(ModelConfig.published), (24.49, 2.93, 3.54), (54.93, 1.49, 20.36)),
 }
 """Seq2Seq to S2AG in the paper's order; it reports Gesticulator on GENEA alone."""
 
-PROBES: dict[str, Known] = {
-    "s2ag-no-judge": Known("S2AG w/o discriminator", _adversarial(ModelConfig.published, judge="none")),
-    "s2ag-gtc-judge": Known("S2AG with GTC's discriminator", _adversarial(ModelConfig.published, judge="raw")),
-    "no-affect-s2ag-judge": Known(
+PROBES: dict[str, SystemInfo] = {
+    "s2ag-no-judge": SystemInfo("S2AG w/o discriminator", _adversarial(ModelConfig.published, judge="none")),
+    "s2ag-gtc-judge": SystemInfo("S2AG with GTC's discriminator", _adversarial(ModelConfig.published, judge="raw")),
+    "no-affect-s2ag-judge": SystemInfo(
         "S2AG w/o Aff. Enc. with S2AG's discriminator", _adversarial(ModelConfig.without_affect, judge="graph")
     ),
 }
 """Not in the paper, whose ablation removes the affective encoder from generator and discriminator at once; these do not."""
 
-VARIANTS: dict[str, Known] = {
-    "paper": Known("S2AG as the paper words it", _adversarial(_paper)),
-    "jem-words": Known("JEM of words alone", _joint(audio=False)),
-    "gesticulator-contextual": Known(
+VARIANTS: dict[str, SystemInfo] = {
+    "paper": SystemInfo("S2AG as the paper words it", _adversarial(_paper)),
+    "jem-words": SystemInfo("JEM of words alone", _joint(audio=False)),
+    "gesticulator-contextual": SystemInfo(
         "Gesticulator with words in context", _gesticulator(contextual=True), contextual=True
     ),
 }
 """Alternatives where paper and code differ: Table 1's sizes with section 3.1.4's adjacency, a JEM without audio; and
 Gesticulator with contextual word vectors (such as BERT's, as in its own code), if the user provides them."""
 
-KNOWN = SYSTEMS | VARIANTS | PROBES
+ALL_SYSTEMS = SYSTEMS | VARIANTS | PROBES
 """All systems that can be trained."""

@@ -11,8 +11,8 @@ from ...sound.audio import SAMPLE_RATE
 from .lengths import PUBLISHED, Lengths
 from .sample import POSE, Sample, WordTable, word_vectors
 from .spectrogram import log_mel
-from .system import Made, System, wide
-from .timing import FEATURES
+from .system import Generated, System, scale_width
+from .word_timing import FEATURES
 
 BANDS, LOW, HIGH, WINDOW = 64, 100.0, 7500.0, 2048
 PAST, FUTURE = 0.5, 1.0
@@ -40,11 +40,11 @@ class Gesticulator(System):
         self.table = None if contextual else WordTable(word_vectors(vectors, trained=False), trained=False)
         self.performer = _Network(contextual or vectors.shape[1], share, lengths.fps)
 
-    def make(self, sample: Sample, progress: float) -> Made:
+    def make(self, sample: Sample, progress: float) -> Generated:
         """Generate without previous poses at first, then with true ones in fewer and fewer frames."""
-        return Made(self._roll_out(sample, *schedule(progress)))
+        return Generated(self._roll_out(sample, *schedule(progress)))
 
-    def terms(self, sample: Sample, made: Made, progress: float) -> dict[str, torch.Tensor]:
+    def terms(self, sample: Sample, made: Generated, progress: float) -> dict[str, torch.Tensor]:
         """Return the squared error of poses and, with weight 0.6, of their velocities."""
         real, fake = sample.directions, made.directions
         return {
@@ -81,7 +81,7 @@ class _Network(nn.Module):
     def __init__(self, width: int, share: float, fps: float):
         super().__init__()
         self.past, self.future = int(PAST * fps), int(FUTURE * fps)
-        a, b, c, d = (wide(channels, share) for channels in (248, 124, 612, 256))
+        a, b, c, d = (scale_width(channels, share) for channels in (248, 124, 612, 256))
         self.frame = nn.Sequential(*_layer(BANDS + width + FEATURES, a), *_layer(a, b))
         self.context, self.size = nn.Sequential(*_layer((self.past + self.future) * b, c), *_layer(c, d)), d
         self.film = nn.Sequential(nn.Linear(POSES * POSE, 2 * d), nn.Tanh(), nn.Dropout(0.8))

@@ -8,7 +8,7 @@ import torch
 from ...errors import UsageError
 from ...model.checkpoint import Checkpoint
 from ...model.encoders import Encoders
-from ...model.table_words import row
+from ...model.table_features import word_row
 from ...model.wave_encoder import FRAMES
 from .lengths import PUBLISHED, Lengths
 from .sample import SPECIAL, Sample
@@ -41,7 +41,7 @@ class Imported(System):
         self.performer, self.config, self.speakers = checkpoint.generator, config, config.speakers
         vocabulary = checkpoint.meta.get("vocabulary")
         rows: dict[str, int] = {word: number for number, word in enumerate(vocabulary or ()) if word}
-        word_rows = [row(word, rows) if rows else 0 for word in words]
+        word_rows = [word_row(word, rows) if rows else 0 for word in words]
         special = list(range(SPECIAL)) if rows else [0] * SPECIAL
         self.register_buffer("rows", torch.tensor(special + word_rows), persistent=False)
         names = [speaker["name"] for speaker in checkpoint.speakers]

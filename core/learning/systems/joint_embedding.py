@@ -7,12 +7,12 @@ from torch import nn
 from torch.nn import functional
 
 from ...model.config import ModelConfig
-from ...model.layers import exact, make_gru, run_gru
+from ...model.layers import in_float32, make_gru, run_gru
 from ...model.text_encoder import TextEncoder
 from ...model.wave_encoder import FRAMES, WaveEncoder
 from ..metrics.extractor import Extractor
 from .sample import POSE, Sample, WordTable, word_vectors
-from .system import Made, System, narrow, wide
+from .system import Generated, System, scale_small_width, scale_width
 
 LATENT = 32
 
@@ -38,11 +38,11 @@ class JointEmbedding(System):
         table = WordTable(word_vectors(vectors, trained_words), trained_words)
         self.performer = _Network(table, audio, share, given, frames)
 
-    def make(self, sample: Sample, progress: float) -> Made:
+    def make(self, sample: Sample, progress: float) -> Generated:
         """Generate the whole batch from speech or from the motion itself, at random."""
-        return Made(self._decode(sample, from_speech=bool(torch.rand(()) < 0.5)))
+        return Generated(self._decode(sample, from_speech=bool(torch.rand(()) < 0.5)))
 
-    def terms(self, sample: Sample, made: Made, progress: float) -> dict[str, torch.Tensor]:
+    def terms(self, sample: Sample, made: Generated, progress: float) -> dict[str, torch.Tensor]:
         """Return the L1 loss, summed over the batch as published."""
         return {"places": functional.l1_loss(made.directions, sample.directions) * len(sample.directions)}
 
@@ -60,12 +60,12 @@ class _Network(nn.Module):
     def __init__(self, table: WordTable, audio: bool, share: float, given: int, frames: int):
         super().__init__()
         self.table = table
-        features, inner = narrow(32, share), wide(128, share)
-        sizes = {"text_channels": wide(200, share), "text_size": features, "word_size": table.weight.shape[1]}
+        features, inner = scale_small_width(32, share), scale_width(128, share)
+        sizes = {"text_channels": scale_width(200, share), "text_size": features, "word_size": table.weight.shape[1]}
         self.text = TextEncoder(ModelConfig.published(words=0, text_levels=2, **sizes))
-        a, b, c = (narrow(channels, share) for channels in (16, 32, 64))
+        a, b, c = (scale_small_width(channels, share) for channels in (16, 32, 64))
         self.audio = WaveEncoder(features, (a, b, c)) if audio else None
-        size = wide(256, share)
+        size = scale_width(256, share)
         self.context = nn.GRU(2 * features if audio else features, size, 2, batch_first=True)
         self.enter = nn.Sequential(nn.Linear(size, inner), nn.BatchNorm1d(inner), nn.ReLU(), nn.Linear(inner, LATENT))
         self.mu, self.log_var = nn.Linear(LATENT, LATENT), nn.Linear(LATENT, LATENT)
@@ -73,7 +73,7 @@ class _Network(nn.Module):
         layers = nn.LazyLinear(features), nn.BatchNorm1d(features), nn.ReLU(), nn.Linear(features, features)
         self.pose = nn.Sequential(*layers)
         self.pose(torch.zeros(2, given * POSE))
-        size = wide(300, share)
+        size = scale_width(300, share)
         self.gru = make_gru(LATENT + features, size, 4, 0.3)
         self.out = nn.Sequential(nn.Linear(size, size // 2), nn.LeakyReLU(0.01), nn.Linear(size // 2, POSE))
 
@@ -86,4 +86,4 @@ class _Network(nn.Module):
     def decode(self, latent: torch.Tensor, given: torch.Tensor, frames: int) -> torch.Tensor:
         """Return poses ``(B, frames, 27)`` for a latent and the given poses."""
         x = torch.cat([self.pose(given.flatten(1)), latent], 1)[:, None].expand(-1, frames, -1)
-        return exact(self.out, run_gru(self.gru, x))
+        return in_float32(self.out, run_gru(self.gru, x))

@@ -3,12 +3,12 @@
 import math
 from dataclasses import dataclass
 
-from ...model.timing import nearest_mfcc
+from ...model.mfcc_timing import nearest_mfcc
 from ...model.wave_encoder import FRAMES
 from ...motion.skeleton import FPS
 from ...sound.audio import SAMPLE_RATE
 
-SHORTEST, LONGEST = 16, 600
+MIN_FRAMES, MAX_FRAMES = 16, 600
 """Allowed range of pose frames in a window."""
 
 

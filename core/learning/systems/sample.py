@@ -20,7 +20,7 @@ class Sample:
     """Windows of T pose frames; lengths are given for the public code, where T is 34 (:mod:`lengths`).
 
     ``wave`` (B, 36267) at 16 kHz in -1..1; ``cepstra`` (B, 71, 14) MFCCs over 1000; ``words`` (B, T) row of the word table
-    at each word's onset and 0 elsewhere; ``timing`` (B, T, 5) of :func:`timing.describe`; ``speaker`` (B,);
+    at each word's onset and 0 elsewhere; ``timing`` (B, T, 5) of :func:`word_timing.word_timing_features`; ``speaker`` (B,);
     ``directions`` (B, T, 9, 3) recorded unit vectors. The first ``seed_frames`` poses are given to the system.
     ``contextual`` (B, T, n) are contextual vectors of the current words, such as BERT's, if the user provides them.
     """

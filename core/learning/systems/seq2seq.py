@@ -6,7 +6,7 @@ from torch.nn import functional
 from torch.nn.utils.rnn import pack_padded_sequence, pad_packed_sequence
 
 from .sample import PAD, POSE, Sample, WordTable, word_vectors
-from .system import Made, System, wide
+from .system import Generated, System, scale_width
 
 
 class Seq2Seq(System):
@@ -21,13 +21,13 @@ class Seq2Seq(System):
 
     def __init__(self, vectors: torch.Tensor, trained_words: bool = True, share: float = 1.0):
         super().__init__()
-        self.performer = _Network(WordTable(word_vectors(vectors, trained_words), trained_words), wide(200, share))
+        self.performer = _Network(WordTable(word_vectors(vectors, trained_words), trained_words), scale_width(200, share))
 
-    def make(self, sample: Sample, progress: float) -> Made:
+    def make(self, sample: Sample, progress: float) -> Generated:
         """Generate with the true previous poses in frames 1 to 3 (teacher forcing), and its own later."""
-        return Made(self.perform(sample))
+        return Generated(self.perform(sample))
 
-    def terms(self, sample: Sample, made: Made, progress: float) -> dict[str, torch.Tensor]:
+    def terms(self, sample: Sample, made: Generated, progress: float) -> dict[str, torch.Tensor]:
         """Return the published terms: squared error, a penalty on frame-to-frame motion, a reward for motion over time."""
         poses = (made.directions - self.mean).flatten(2)
         count = poses.numel()

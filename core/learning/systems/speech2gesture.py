@@ -6,10 +6,10 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from ...model.layers import exact
+from ...model.layers import in_float32
 from .sample import POSE, Sample
 from .spectrogram import decibels, log_mel
-from .system import Made, System, narrow, wide
+from .system import Generated, System, scale_small_width, scale_width
 
 WINDOW, HOP = 1024, 512
 PIXELS, JUDGED = 100.0, 10.0
@@ -32,11 +32,11 @@ class Speech2Gesture(System):
         self.performer = _Network(port, share, given)
         self.judge = _judge(share)
 
-    def make(self, sample: Sample, progress: float) -> Made:
+    def make(self, sample: Sample, progress: float) -> Generated:
         """Generate as in use."""
-        return Made(self.perform(sample))
+        return Generated(self.perform(sample))
 
-    def terms(self, sample: Sample, made: Made, progress: float) -> dict[str, torch.Tensor]:
+    def terms(self, sample: Sample, made: Generated, progress: float) -> dict[str, torch.Tensor]:
         """Return the L1 and the least-squares adversarial term."""
         judge = cast(nn.Module, self.judge)
         judge.requires_grad_(False)
@@ -96,7 +96,7 @@ def _block1d(inputs: int, outputs: int, kernel: int = 3, stride: int = 1) -> nn.
 class _Network(nn.Module):
     def __init__(self, port: bool, share: float, seeds: int):
         super().__init__()
-        a, b, c = (wide(channels, share) for channels in (64, 128, 256))
+        a, b, c = (scale_width(channels, share) for channels in (64, 128, 256))
         self.audio = nn.Sequential(
             _block2d(1, a, 3), _block2d(a, a, 4, 2), _block2d(a, b, 3), _block2d(b, b, 4, 2), _block2d(b, c, 3),
             _block2d(c, c, 4, 2), _block2d(c, c, 3), _block2d(c, c, 3 if port else (3, 8), same=False),
@@ -104,7 +104,7 @@ class _Network(nn.Module):
         self.enter = nn.Sequential(_block1d(c, c), _block1d(c, c))
         self.down = nn.ModuleList(_block1d(c, c, 4, 2) for _ in range(5))
         self.up = nn.ModuleList(_block1d(c, c) for _ in range(5))
-        inner, pose = narrow(32, share), narrow(16, share)
+        inner, pose = scale_small_width(32, share), scale_small_width(16, share)
         self.pose = nn.Sequential(nn.LazyLinear(inner), nn.BatchNorm1d(inner), nn.ReLU(), nn.Linear(inner, pose))
         self.pose(torch.zeros(2, seeds * POSE))
         self.out = nn.Sequential(_block1d(c + pose, c), *(_block1d(c, c) for _ in range(3)), nn.Conv1d(c, POSE, 1))
@@ -121,11 +121,11 @@ class _Network(nn.Module):
         for block, skip in zip(self.up, reversed(skips), strict=True):
             x = block(functional.interpolate(x, scale_factor=2.0, mode="nearest")[..., : skip.shape[-1]] + skip)
         pose = self.pose(given.flatten(1))[:, :, None].expand(-1, -1, frames)
-        return exact(self.out[-1], self.out[:-1](torch.cat([x, pose], 1))).transpose(1, 2)
+        return in_float32(self.out[-1], self.out[:-1](torch.cat([x, pose], 1))).transpose(1, 2)
 
 
 def _judge(share: float) -> nn.Sequential:
-    a, b, c = (wide(channels, share) for channels in (64, 128, 256))
+    a, b, c = (scale_width(channels, share) for channels in (64, 128, 256))
     return nn.Sequential(
         nn.Conv1d(POSE, a, 4, 2), nn.LeakyReLU(0.2), nn.Conv1d(a, b, 4, 2), nn.BatchNorm1d(b), nn.LeakyReLU(0.2),
         nn.Conv1d(b, c, 4), nn.BatchNorm1d(c), nn.LeakyReLU(0.2), nn.Conv1d(c, 1, 3),

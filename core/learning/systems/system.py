@@ -9,7 +9,7 @@ from ...motion.skeleton import EDGES, MEAN
 from .sample import Sample
 
 
-class Made(NamedTuple):
+class Generated(NamedTuple):
     """Directions ``(B, T, 9, 3)`` that a system generates in training, and further data for its losses."""
 
     directions: torch.Tensor
@@ -36,15 +36,15 @@ class System(nn.Module):
         self.judge: nn.Module | None = None
         self.register_buffer("mean", torch.from_numpy(MEAN.copy()), persistent=False)
 
-    def make(self, sample: Sample, progress: float) -> Made:
+    def make(self, sample: Sample, progress: float) -> Generated:
         """Generate in training; ``progress`` is the share of the training that is done."""
         raise NotImplementedError
 
-    def terms(self, sample: Sample, made: Made, progress: float) -> dict[str, torch.Tensor]:
+    def terms(self, sample: Sample, made: Generated, progress: float) -> dict[str, torch.Tensor]:
         """Return the weighted loss terms of the performer, scalars."""
         raise NotImplementedError
 
-    def judging(self, progress: float) -> bool:
+    def judge_active(self, progress: float) -> bool:
         """Return whether the judge is trained at this point of the training."""
         return self.judge is not None
 
@@ -65,11 +65,13 @@ class System(nn.Module):
         return poses.unflatten(-1, (len(EDGES), 3)) + self.mean
 
 
-def wide(channels: int, share: float, multiple: int = 8) -> int:
+def scale_width(channels: int, share: float, multiple: int = 8) -> int:
     """Scale a published width by ``share``, rounded to a multiple of ``multiple`` and at least that."""
     return channels if share == 1 else max(multiple * round(channels * share / multiple), multiple)
 
 
-def narrow(channels: int, share: float) -> int:
-    """Scale a small width by ``share`` as :func:`wide`, rounded to an even number: a quarter of eight channels is two."""
-    return wide(channels, share, 2)
+def scale_small_width(channels: int, share: float) -> int:
+    """Scale a small width by ``share`` as :func:`scale_width`, rounded to an even number: a quarter of eight channels is
+    two.
+    """
+    return scale_width(channels, share, 2)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ... import json_text
 from ...errors import S2agError, UsageError
-from ...threads import share_cores
+from ...threads import set_passive_waiting
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -29,7 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--log", metavar="KINDS", help="beside log.jsonl: csv, tensorboard, or both with a comma")
     parser.add_argument("--resume", action="store_true", default=None, help="continue the run in the folder")
     options = vars(parser.parse_args(arguments))
-    share_cores()
+    set_passive_waiting()
     from .config import TrainConfig
     from .loop import train
 

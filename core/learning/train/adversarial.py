@@ -8,9 +8,9 @@ import torch
 from ...model.discriminator import Discriminator
 from ...model.generator import Generator
 from . import losses
+from .balance import BalanceWatch
 from .dataset import Batch
-from .health import Watch
-from .networks import Judge, Performed, Performer
+from .step_modules import DiscriminatorStep, GeneratorOutput, GeneratorStep
 from .trainer import Trainer
 
 
@@ -22,7 +22,7 @@ class Adversarial(Trainer):
         return self._watch.look(means, steps)
 
     def _begin(self) -> None:
-        self._watch = Watch()
+        self._watch = BalanceWatch()
         self.discriminator = Discriminator(self.model_config).to(self.fabric.device)
         self.networks["discriminator"] = self.discriminator
         self.optimizers["discriminator"] = _adam(self.discriminator, self.config.discriminator_rate)
@@ -35,8 +35,8 @@ class Adversarial(Trainer):
 
     def _wrapped(self) -> dict[str, torch.nn.Module]:
         together = self.model_config.norm == "layer"
-        generator = Performer(cast(Generator, self.generator))
-        return {"generator": generator, "discriminator": Judge(self.discriminator, together)}
+        generator = GeneratorStep(cast(Generator, self.generator))
+        return {"generator": generator, "discriminator": DiscriminatorStep(self.discriminator, together)}
 
     def _learn(self, batch: Batch, chosen: slice) -> dict[str, torch.Tensor]:
         config = self.config
@@ -66,7 +66,7 @@ class Adversarial(Trainer):
             "right_made": (p_generated < 0.5).float().mean(),
         }
 
-    def _terms(self, real: torch.Tensor, generated: Performed, cut: slice) -> dict[str, torch.Tensor]:
+    def _terms(self, real: torch.Tensor, generated: GeneratorOutput, cut: slice) -> dict[str, torch.Tensor]:
         config, directions = self.config, generated.directions
         terms = {
             "huber": config.huber * losses.huber(directions, real, config.arm_weight),
@@ -74,9 +74,9 @@ class Adversarial(Trainer):
         }
         for name, order in (("velocity", 1), ("acceleration", 2)):
             if getattr(config, name):
-                terms[name] = getattr(config, name) * losses.motion(directions, real, order, config.arm_weight)
+                terms[name] = getattr(config, name) * losses.difference_loss(directions, real, order, config.arm_weight)
         if config.wrist:
-            terms["wrist"] = config.wrist * losses.reach(directions, real)
+            terms["wrist"] = config.wrist * losses.arm_position_loss(directions, real)
         count = len(generated.other)
         if count:
             styles = generated.style[:count], generated.other_style

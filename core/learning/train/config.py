@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import UsageError
-from ...model.config import ModelConfig, build
-from .kept import KINDS
-from .logbook import kinds
+from ...model.config import ModelConfig, build_dataclass
+from .given_frames import KINDS
+from .logbook import parse_kinds
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class TrainConfig:
         for name, allowed in choices.items():
             if getattr(self, name) not in allowed:
                 raise UsageError(f"{name} is {getattr(self, name)!r}.", f"Use one of {', '.join(allowed)}.")
-        kinds(self.log)
+        parse_kinds(self.log)
         if self.learns == "extras" and not (self.model == "flow" and self.start):
             raise UsageError("Extras are learned on poses that a flow has learned.", "Name its checkpoint with --start.")
         for name in ("steps", "batch", "frames", "log_steps", "validate_steps", "validation_windows"):
@@ -113,4 +113,4 @@ class TrainConfig:
     @classmethod
     def from_dict(cls, settings: Mapping[str, Any]) -> "TrainConfig":
         """Inverse of :meth:`to_dict`; raises :class:`UsageError` on an unknown name or a value of the wrong kind."""
-        return build(cls, settings, "training setting")
+        return build_dataclass(cls, settings, "training setting")

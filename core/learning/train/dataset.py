@@ -10,18 +10,18 @@ from torch.nn import functional
 
 from ... import npz
 from ...errors import CorpusUnreadable
-from ...model.seeds import kept_input
-from ...model.timing import mfcc_slice, nearest_mfcc
-from ...motion import hand_numbers
+from ...model.mfcc_timing import mfcc_slice, nearest_mfcc
+from ...model.seeds import given_input
+from ...motion import hand_channels
 from ...motion.skeleton import FPS, mirror
 from ...styles import CONTROLS
 from .config import TrainConfig
-from .kept import draw_kept
-from .revealing import Revealing, mirrored
-from .storage import RATES, load_arrays
+from .given_frames import draw_masks
+from .storage import FPS_RANGE, load_arrays
+from .stroke_reveal import StrokeReveal, mirror_channels
 
 TRAIN, VALIDATION, TEST = range(3)
-HAND = CONTROLS.index("hand")
+HAND_CONTROL = CONTROLS.index("hand")
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Windows:
     ``talk`` is the index of the performance, ``first`` its first frame; ``flip`` windows are mirrored, ``wordless`` ones
     have no words and the prosody of sound alone (None: no window). ``kept`` ``(B, T)`` marks the frames whose poses are
     given; None: the seed frames at the start. ``draws`` ``(B, T)`` are random numbers that select the strokes to reveal
-    (:mod:`revealing`); None: no strokes.
+    (:mod:`stroke_reveal`); None: no strokes.
     """
 
     talk: np.ndarray
@@ -47,7 +47,7 @@ class Batch:
     """Inputs and targets of a network, on one device.
 
     ``mfcc`` (B, Ta, 40), ``words`` (B, T, 300), ``seeds`` (B, T, 28 + n), ``prosody`` (B, T, K), ``directions``
-    (B, T, 9, 3), ``extras`` (B, T, n), ``speaker`` (B,), ``controls`` (B, 5), ``asked`` (B, T, 7) (:mod:`requested`).
+    (B, T, 9, 3), ``extras`` (B, T, n), ``speaker`` (B,), ``controls`` (B, 5), ``asked`` (B, T, 7) (:mod:`stroke_requests`).
     """
 
     mfcc: torch.Tensor
@@ -62,7 +62,7 @@ class Batch:
 
 
 @dataclass(frozen=True)
-class Raw:
+class RawBatch:
     """A batch as read from the files: compact dtypes in main memory, words as rows of the vector table."""
 
     mfcc: torch.Tensor
@@ -75,9 +75,9 @@ class Raw:
     asked: torch.Tensor
     kept: torch.Tensor
 
-    def pinned(self) -> "Raw":
+    def pin_memory(self) -> "RawBatch":
         """Return a copy in page-locked memory, which a GPU copies from asynchronously."""
-        return Raw(*(getattr(self, field.name).pin_memory() for field in fields(self)))
+        return RawBatch(*(getattr(self, field.name).pin_memory() for field in fields(self)))
 
 
 class Corpus:
@@ -106,7 +106,7 @@ class Corpus:
             setattr(self, name, self.arrays[name].astype(np.int64))
         self.extras = self.arrays.get("extras", np.zeros((len(self.directions), 0), np.float16))
         self._check()
-        self.revealing = Revealing(self.arrays.get("strokes"), self.starts)
+        self.revealing = StrokeReveal(self.arrays.get("strokes"), self.starts)
         silent = np.zeros((1, self.arrays["vectors"].shape[1]), np.float32)
         self.vectors = torch.from_numpy(np.concatenate([self.arrays["vectors"], silent]).astype(np.float32)).to(self.device)
 
@@ -163,7 +163,7 @@ class Corpus:
         talks, starts = self.window_starts(split, frames)
         return _pick(talks, starts, np.unique(np.linspace(0, starts.sum() - 1, count).astype(np.int64)))
 
-    def gather(self, windows: Windows, frames: int, seed_frames: int) -> Raw:
+    def gather(self, windows: Windows, frames: int, seed_frames: int) -> RawBatch:
         """Copy windows of ``frames`` frames out of the files; thread-safe."""
         talk, first = windows.talk, windows.first
         recording = self.recording[talk]
@@ -182,9 +182,9 @@ class Corpus:
             directions = directions.astype(np.float32)
             directions[windows.flip] = mirror(directions[windows.flip])
             if extras.shape[-1]:
-                extras[windows.flip] = hand_numbers.mirrored(extras[windows.flip])
-            controls[windows.flip, HAND] *= -1
-            asked[windows.flip] = mirrored(asked[windows.flip])
+                extras[windows.flip] = hand_channels.mirror_channels(extras[windows.flip])
+            controls[windows.flip, HAND_CONTROL] *= -1
+            asked[windows.flip] = mirror_channels(asked[windows.flip])
         if windows.wordless is not None and windows.wordless.any():
             words[windows.wordless] = len(self.vectors) - 1
             prosody[windows.wordless] = self.prosody_plain[in_recording[windows.wordless]]
@@ -200,9 +200,9 @@ class Corpus:
             asked,
             kept,
         )
-        return Raw(*map(torch.from_numpy, parts))
+        return RawBatch(*map(torch.from_numpy, parts))
 
-    def finish(self, raw: Raw) -> Batch:
+    def finish(self, raw: RawBatch) -> Batch:
         """Move a batch to the corpus's device as float32 and look up word vectors and given poses."""
         mfcc, words, prosody, directions, extras, speaker, controls, asked, kept = (
             getattr(raw, field.name).to(self.device, non_blocking=True) for field in fields(raw)
@@ -211,7 +211,7 @@ class Corpus:
         return Batch(
             mfcc=mfcc.float(),
             words=functional.embedding(words, self.vectors),
-            seeds=kept_input(directions, kept[..., None], extras),
+            seeds=given_input(directions, kept[..., None], extras),
             prosody=prosody.float(),
             directions=directions,
             extras=extras,
@@ -226,7 +226,7 @@ class Corpus:
 
     def _check(self) -> None:
         talks, recordings, fps = len(self.starts) - 1, len(self.frame_starts) - 1, self.meta.get("fps", FPS)
-        if type(fps) not in (int, float) or not RATES[0] <= fps <= RATES[1]:
+        if type(fps) not in (int, float) or not FPS_RANGE[0] <= fps <= FPS_RANGE[1]:
             raise ValueError("its frame rate is out of range")
         meanings, speakers = self.meta.get("meanings", []), self.meta.get("speakers")
         if not isinstance(meanings, list) or not isinstance(speakers, list):
@@ -247,23 +247,23 @@ class Corpus:
             and len(self.word_index) == len(self.prosody) == self.frame_starts[-1]
             and self.prosody.shape == self.prosody_plain.shape
             and self.mfcc.shape[1:] == (40,)
-            and self.extras.shape in ((len(self.directions), 0), (len(self.directions), hand_numbers.SIZE))
+            and self.extras.shape in ((len(self.directions), 0), (len(self.directions), hand_channels.SIZE))
             and -1 <= self.word_index.min() <= self.word_index.max() < len(self.arrays["vectors"])
         ):
             raise ValueError("its arrays do not fit each other")
 
 
-def draw(corpus: Corpus, config: TrainConfig, rng: np.random.Generator) -> Windows:
+def draw_windows(corpus: Corpus, config: TrainConfig, rng: np.random.Generator) -> Windows:
     """Draw random training windows with their augmentation, given poses and revealed strokes."""
     size = config.batch, config.frames
     talk, first = corpus.random_windows(rng, *size)
     flip, wordless = (rng.random(config.batch) < chance for chance in (config.mirror, config.word_drop))
-    kept = draw_kept(rng, *size, config.seed_frames, config.kept or {"seeds": 1 - config.seed_drop})
+    kept = draw_masks(rng, *size, config.seed_frames, config.kept or {"seeds": 1 - config.seed_drop})
     draws = np.where(rng.random((config.batch, 1)) < config.stroke_tell, rng.random(size), 1.0)
     return Windows(talk, first, flip, wordless, kept, draws)
 
 
-def disturb(batch: Batch, config: TrainConfig) -> Batch:
+def augment(batch: Batch, config: TrainConfig) -> Batch:
     """Add noise to MFCCs and seed poses and vary the recording level, with torch's global random numbers."""
     mfcc = batch.mfcc + config.mfcc_noise * torch.randn_like(batch.mfcc)
     mfcc[..., 0] += config.mfcc_gain * torch.randn(len(mfcc), 1, device=mfcc.device)

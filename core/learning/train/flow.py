@@ -11,10 +11,10 @@ from ...model.flow import FlowGenerator
 from ...motion.skeleton import ARM_EDGES, MEAN
 from . import losses
 from .dataset import TRAIN, Batch, Corpus
-from .networks import Estimator
+from .step_modules import FlowStep
 from .trainer import Trainer
 
-SMALLEST = 0.05
+MIN_SCALE = 0.05
 """Lower bound of scales, so that nearly constant channels do not dominate the loss."""
 _SAMPLED_FRAMES = 20000
 
@@ -32,7 +32,7 @@ class FlowMatching(Trainer):
         return cast(FlowGenerator, self.generator)
 
     def _begin(self) -> None:
-        centre, scale = spread(self.corpus)
+        centre, scale = frame_statistics(self.corpus)
         first = POSE if self._of_extras else 0
         self._flow.centre[first:].copy_(centre[first:])
         self._flow.scale[first:].copy_(scale[first:])
@@ -61,11 +61,11 @@ class FlowMatching(Trainer):
         return slice(POSE, None) if self._of_extras else slice(POSE)
 
     def _wrapped(self) -> dict[str, torch.nn.Module]:
-        return {"generator": Estimator(self._flow, self.config.style_drop, self.config.text_drop)}
+        return {"generator": FlowStep(self._flow, self.config.style_drop, self.config.text_drop)}
 
     def _learn(self, batch: Batch, chosen: Any) -> dict[str, torch.Tensor]:
         config, mask = self.config, batch.seeds[..., -1:]
-        frames = self._flow.numbers(poses(batch, self.generator.mean))
+        frames = self._flow.numbers(batch_frames(batch, self.generator.mean))
         target = frames[..., self._learned]
         noise = torch.randn_like(target)
         time = torch.sigmoid(torch.randn(len(target), device=target.device))
@@ -89,12 +89,12 @@ class FlowMatching(Trainer):
         return exact + self.config.seed_noise / self._flow.scale[:POSE] * torch.randn_like(exact)
 
 
-def poses(batch: Batch, mean: torch.Tensor) -> torch.Tensor:
+def batch_frames(batch: Batch, mean: torch.Tensor) -> torch.Tensor:
     """Return all frames of a batch in the format of its seeds, mean-subtracted: ``(B, T, 27 + n)``."""
     return torch.cat([(batch.directions - mean).flatten(2), batch.extras], -1)
 
 
-def spread(corpus: Corpus) -> tuple[torch.Tensor, torch.Tensor]:
+def frame_statistics(corpus: Corpus) -> tuple[torch.Tensor, torch.Tensor]:
     """Return mean and scale ``(27 + n,)`` of frames of the training split; the axes of a direction share their scale."""
     talks = np.flatnonzero(corpus.split == TRAIN)
     lengths = np.diff(corpus.starts)[talks]
@@ -106,4 +106,4 @@ def spread(corpus: Corpus) -> tuple[torch.Tensor, torch.Tensor]:
     scale = numbers.std(0)
     edges = scale[: MEAN.size].reshape(MEAN.shape)
     edges[:] = np.sqrt((edges**2).mean(1, keepdims=True))
-    return torch.from_numpy(numbers.mean(0)), torch.from_numpy(np.maximum(scale, SMALLEST))
+    return torch.from_numpy(numbers.mean(0)), torch.from_numpy(np.maximum(scale, MIN_SCALE))

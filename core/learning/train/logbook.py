@@ -13,7 +13,7 @@ LOG, TABLE = "log.jsonl", "log.csv"
 KINDS = ("csv", "tensorboard")
 
 
-def kinds(text: str) -> tuple[str, ...]:
+def parse_kinds(text: str) -> tuple[str, ...]:
     """Parse kinds of logs such as ``csv,tensorboard``; raises :class:`UsageError` if one is unknown or not installed."""
     result = tuple(filter(None, (part.strip() for part in text.split(","))))
     for kind in result:

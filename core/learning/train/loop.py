@@ -5,14 +5,14 @@ import time
 from typing import TYPE_CHECKING
 
 from ...errors import OutputUnwritable, UsageError
-from ...model import catalogue, checkpoint
+from ...model import checkpoint, checkpoint_metadata
 from .adversarial import Adversarial
+from .balance import Means
 from .config import TrainConfig
 from .dataset import Corpus
 from .flow import FlowMatching
-from .health import Means
-from .logbook import Logbook, kinds
-from .process import Interruption, agreed, start
+from .logbook import Logbook, parse_kinds
+from .process import Interruption, broadcast_decision, launch
 from .validation import Validation
 
 if TYPE_CHECKING:
@@ -28,11 +28,11 @@ def train(config: TrainConfig) -> dict:
     always saves everything. Under ``torchrun`` every process calls this, and the first one writes. Returns the last
     validation metrics. Raises :class:`CorpusUnreadable`, :class:`UsageError` and :class:`OutputUnwritable`.
     """
-    fabric = start(config)
+    fabric = launch(config)
     corpus = Corpus.load(config.data, fabric.device)
     _prepare_folder(config)
     fabric.barrier()
-    run = Run(config, corpus, fabric)
+    run = TrainingRun(config, corpus, fabric)
     try:
         with Interruption() as interruption:
             run.go(interruption)
@@ -42,7 +42,7 @@ def train(config: TrainConfig) -> dict:
     return run.figures
 
 
-class Run:
+class TrainingRun:
     """State of one call of :func:`train`."""
 
     def __init__(self, config: TrainConfig, corpus: Corpus, fabric: "Fabric"):
@@ -59,7 +59,7 @@ class Run:
             self.figures, self.trained_seconds = facts["figures"], facts["seconds"]
         self.trainer.setup()
         done = self.trainer.steps_done
-        self.book = Logbook(config.out_path, kinds(config.log), done) if self.first else None
+        self.book = Logbook(config.out_path, parse_kinds(config.log), done) if self.first else None
         self.bar = tqdm(total=config.steps, initial=done, unit="step", disable=not (self.first and sys.stderr.isatty()))
 
     def go(self, interruption: Interruption) -> None:
@@ -80,7 +80,7 @@ class Run:
                     self.log({"warning": warning})
             stopping = interruption.asked or bool(config.minutes and now - began >= config.minutes * 60)
             # Processes must stop at the same step; communicating at every step would cost more than it saves.
-            stopping = (self.fabric.world_size == 1 or at_log) and agreed(self.fabric, stopping)
+            stopping = (self.fabric.world_size == 1 or at_log) and broadcast_decision(self.fabric, stopping)
             if step % config.validate_steps == 0 or step == config.steps or stopping:
                 self.validate()
                 pace.restart()
@@ -111,7 +111,7 @@ class Run:
             if name not in ("data", "out", "minutes", "resume", "log")
         }
         if self.config.start:
-            settings["start"] = catalogue.describe(self.config.start)["hash"]
+            settings["start"] = checkpoint_metadata.describe(self.config.start)["hash"]
         facts = {
             "steps": self.trainer.steps_done,
             "processes": self.fabric.world_size,
@@ -148,7 +148,7 @@ class Run:
 class Pace:
     """Throughput of all processes in windows and pose frames per second, and the share of time spent waiting for batches."""
 
-    def __init__(self, run: Run):
+    def __init__(self, run: TrainingRun):
         self._run = run
         self.restart()
 

@@ -7,8 +7,10 @@ from ...motion.skeleton import ARM_EDGES, EDGES, LENGTHS
 
 HUBER_BETA = 0.1
 DIVERSITY_BETA = 0.05
-SPEED_SHARE = 10.0
-"""Weight of displacements relative to positions in :func:`reach`, equal to velocity / huber of the default settings."""
+DISPLACEMENT_WEIGHT = 10.0
+"""Weight of displacements relative to positions in :func:`arm_position_loss`, equal to velocity / huber of the default
+settings.
+"""
 _EPSILON = 1e-8
 
 
@@ -21,7 +23,7 @@ def huber(generated: torch.Tensor, real: torch.Tensor, arm_weight: float = 1.0) 
     return (functional.smooth_l1_loss(generated, real, beta=HUBER_BETA, reduction="none") * weight).mean()
 
 
-def motion(generated: torch.Tensor, real: torch.Tensor, order: int, arm_weight: float = 1.0) -> torch.Tensor:
+def difference_loss(generated: torch.Tensor, real: torch.Tensor, order: int, arm_weight: float = 1.0) -> torch.Tensor:
     """Return :func:`huber` of the ``order``-th differences between frames (axis 1): 1 velocity, 2 acceleration."""
     return huber(generated.diff(order, dim=1), real.diff(order, dim=1), arm_weight)
 
@@ -34,10 +36,10 @@ def arm_positions(directions: torch.Tensor) -> torch.Tensor:
     return chains @ functional.normalize(directions, dim=-1)
 
 
-def reach(generated: torch.Tensor, real: torch.Tensor) -> torch.Tensor:
+def arm_position_loss(generated: torch.Tensor, real: torch.Tensor) -> torch.Tensor:
     """Return :func:`huber` of elbow and wrist positions of directions ``(B, T, 9, 3)`` and of their displacements."""
     ours, theirs = arm_positions(generated), arm_positions(real)
-    return huber(ours, theirs) + SPEED_SHARE * motion(ours, theirs, 1)
+    return huber(ours, theirs) + DISPLACEMENT_WEIGHT * difference_loss(ours, theirs, 1)
 
 
 def adversarial(judged: torch.Tensor) -> torch.Tensor:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lightning_fabric import Fabric
 
 
-def start(config: TrainConfig) -> "Fabric":
+def launch(config: TrainConfig) -> "Fabric":
     """Launch Lightning Fabric for this process; under ``torchrun`` all processes train together (DDP).
 
     Raises :class:`UsageError` for an unavailable device and :class:`EngineMissing` without Fabric.
@@ -48,7 +48,7 @@ def start(config: TrainConfig) -> "Fabric":
     return fabric
 
 
-def agreed(fabric: "Fabric", decision: bool) -> bool:
+def broadcast_decision(fabric: "Fabric", decision: bool) -> bool:
     """Return the first process's decision in every process."""
     if fabric.world_size == 1:
         return decision

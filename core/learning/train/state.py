@@ -11,7 +11,7 @@ from safetensors.torch import save_file
 
 from ... import json_text
 from ...errors import CheckpointUnreadable
-from ...files import whole_file
+from ...files import atomic_file
 
 Part: TypeAlias = torch.nn.Module | torch.optim.Optimizer
 
@@ -23,7 +23,7 @@ def save(path: str | PathLike, parts: Mapping[str, Part], facts: dict) -> None:
         for name, part in parts.items()
         for key, value in _tensors(part).items()
     }
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         save_file(tensors, temporary, metadata={"facts": json.dumps(facts)})
 
 

@@ -7,7 +7,7 @@ Recordings (R of them, F pose frames in all) and their performances (P of them, 
 - ``directions`` (N, 9, 3) float16 at the "fps" of ``meta``: 15, or another rate that a data set was converted to for the bench;
   ``starts`` (P + 1,), ``recording``, ``speaker`` and ``split`` (P,) int64, ``controls`` (P, 5) float32. A performance has
   exactly the frames of its recording.
-- ``extras`` (N, 36) float16, if hands are known: :mod:`s2ag.core.motion.hand_numbers`. Only flows are trained on them.
+- ``extras`` (N, 36) float16, if hands are known: :mod:`s2ag.core.motion.hand_channels`. Only flows are trained on them.
 
 A corpus may also hold its audio, which some systems of the bench use: ``wave`` (S,) int16 at 16 kHz with
 ``wave_starts`` (R + 1,) int64; and further arrays for evaluation. ``meta`` needs "format", "fps" and "speakers"; the
@@ -33,7 +33,7 @@ from ...motion.skeleton import FPS
 FORMAT = 2
 BUILD = "Build one with: python -m s2ag.core.learning.corpus, or convert a data set with: s2ag data"
 META = "meta.json"
-RATES = (5.0, 120.0)
+FPS_RANGE = (5.0, 120.0)
 """Allowed range of pose frames per second; networks for synthesis are trained at 15."""
 ARRAYS = (
     "mfcc", "mfcc_starts", "frame_starts", "word_index", "vectors", "prosody", "prosody_plain",
@@ -55,7 +55,7 @@ def save_arrays(folder: str | PathLike, arrays: dict[str, np.ndarray], meta: dic
 
     Raises :class:`OutputUnwritable` on file system errors or if ``folder`` holds anything but a corpus.
     """
-    with whole_folder(folder) as temporary:
+    with atomic_folder(folder) as temporary:
         for name, array in arrays.items():
             np.save(temporary / f"{name}.npy", array, allow_pickle=False)
         (temporary / META).write_text(json.dumps(meta), encoding="utf-8")
@@ -63,7 +63,7 @@ def save_arrays(folder: str | PathLike, arrays: dict[str, np.ndarray], meta: dic
 
 
 @contextlib.contextmanager
-def whole_folder(folder: str | PathLike) -> Iterator[Path]:
+def atomic_folder(folder: str | PathLike) -> Iterator[Path]:
     """Yield an empty folder that replaces the corpus ``folder`` on success and is deleted on failure.
 
     Raises :class:`OutputUnwritable` as :func:`save_arrays` does.
@@ -126,11 +126,11 @@ def require_folder(folder: str | PathLike) -> Path:
     return folder
 
 
-def rate(folder: str | PathLike) -> float:
+def corpus_fps(folder: str | PathLike) -> float:
     """Return the pose frames per second of the corpus in ``folder``; raises :class:`CorpusUnreadable`."""
     try:
         fps = json_text.read(Path(folder) / META).get("fps", FPS)
-        if type(fps) not in (int, float) or not RATES[0] <= fps <= RATES[1]:
+        if type(fps) not in (int, float) or not FPS_RANGE[0] <= fps <= FPS_RANGE[1]:
             raise ValueError("its frame rate is out of range")
     except (OSError, ValueError, AttributeError) as error:
         message = f"{folder} is not a packed corpus: {' '.join(str(error).split())[:200]}."

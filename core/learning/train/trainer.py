@@ -12,9 +12,9 @@ import torch
 from ...errors import UsageError
 from ...model import network
 from ...model.config import ModelConfig
-from . import starting, state
+from . import state, warm_start
 from .config import TrainConfig
-from .dataset import Batch, Corpus, Raw, disturb, draw
+from .dataset import Batch, Corpus, RawBatch, augment, draw_windows
 from .prefetch import Prefetch
 
 if TYPE_CHECKING:
@@ -35,9 +35,9 @@ class Trainer:
         self.config, self.corpus, self.fabric = config, corpus, fabric
         _check_fit(self.model_config, corpus)
         torch.manual_seed(config.seed)
-        self.generator = network.make(self.model_config)
+        self.generator = network.make_generator(self.model_config)
         if config.start:
-            starting.start(self.generator, config.start)
+            warm_start.copy_weights(self.generator, config.start)
         self.generator.to(fabric.device)
         self.optimizers = {"generator": self._optimizer()}
         self.networks: dict[str, torch.nn.Module] = {"generator": self.generator}
@@ -59,7 +59,7 @@ class Trainer:
         raw, chosen = self._batches.take(self.steps_done)
         batch = self.corpus.finish(raw)
         torch.manual_seed(self._seed(self.steps_done)[1])
-        batch = disturb(batch, config)
+        batch = augment(batch, config)
         self.outside_seconds += time.perf_counter() - began
         self._set_rates()
         report = self._learn(batch, chosen)
@@ -86,7 +86,7 @@ class Trainer:
         self._batches.close()
 
     def _begin(self) -> None:
-        """Create what the objective needs beside the network; may add to :attr:`networks` and :attr:`optimizers`."""
+        """Create what the objective needs beside the network; may add to :attr:`step_modules` and :attr:`optimizers`."""
 
     def _optimizer(self) -> torch.optim.Optimizer:
         """Create the network's optimiser."""
@@ -113,10 +113,10 @@ class Trainer:
         rng = np.random.default_rng((self.config.seed, step, self.fabric.global_rank))
         return rng, int(rng.integers(2**62))
 
-    def _prepare(self, step: int) -> tuple[Raw, object]:
+    def _prepare(self, step: int) -> tuple[RawBatch, object]:
         rng, _ = self._seed(step)
-        raw = self.corpus.gather(draw(self.corpus, self.config, rng), self.config.frames, self.config.seed_frames)
-        return raw.pinned() if self.fabric.device.type == "cuda" else raw, self._choose(rng)
+        raw = self.corpus.gather(draw_windows(self.corpus, self.config, rng), self.config.frames, self.config.seed_frames)
+        return raw.pin_memory() if self.fabric.device.type == "cuda" else raw, self._choose(rng)
 
     def _rates(self) -> dict[str, float]:
         """Return base learning rates by optimiser, before the common schedule."""

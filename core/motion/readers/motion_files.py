@@ -34,7 +34,7 @@ def load(path: str | PathLike, paper_joints: bool = False, body: np.ndarray = sm
 
 def _is_ours(path: Path) -> bool:
     try:
-        with npz.opened(path, smplx.LARGEST) as data:
+        with npz.open_arrays(path, smplx.LARGEST) as data:
             return "directions" in data
     except (OSError, npz.NotArrays):
         return False  # smplx.read says what is wrong

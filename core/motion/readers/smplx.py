@@ -38,7 +38,7 @@ def read(path: str | PathLike, offsets: np.ndarray = OFFSETS) -> tuple[Posed, fl
     """
     path = Path(path)
     try:
-        with npz.opened(path, LARGEST) as data:
+        with npz.open_arrays(path, LARGEST) as data:
             poses = np.asarray(data["poses"], float)
             root = np.asarray(data["trans"], float) if "trans" in data else np.zeros((len(poses), 3))
             fps = float(data["mocap_frame_rate"]) if "mocap_frame_rate" in data else 30.0
@@ -64,7 +64,7 @@ def rotations(axis_angles: np.ndarray) -> np.ndarray:
 def model_offsets(path: str | PathLike) -> np.ndarray:
     """Return rest offsets ``(22, 3)`` of the user's own SMPL-X model file (.npz with ``v_template`` and ``J_regressor``)."""
     try:
-        with npz.opened(path, LARGEST) as data:
+        with npz.open_arrays(path, LARGEST) as data:
             joints = (data["J_regressor"] @ data["v_template"])[: len(NAMES)]
     except (OSError, npz.NotArrays) as error:
         raise CorpusUnreadable(f"{path} is no SMPL-X model.", "Give SMPLX_NEUTRAL.npz or leave it out.") from error

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...errors import CorpusUnreadable
 from .. import skeleton
-from ..motion import FASTEST, LONGEST
+from ..motion import MAX_FPS, MAX_SECONDS
 
 FARTHEST = 1e6
 """Largest position, in any unit of length, and largest angle, in degrees."""
@@ -70,7 +70,7 @@ def check(values: np.ndarray, frames: int, fps: float) -> None:
     """Raise ValueError for positions or angles beyond what a recording of a person holds, or for an impossible frame rate."""
     if not (np.isfinite(values).all() and np.abs(values).max(initial=0) <= FARTHEST):
         raise ValueError("it holds places or angles out of range")
-    if not (0 < fps <= FASTEST and frames / fps <= LONGEST):
+    if not (0 < fps <= MAX_FPS and frames / fps <= MAX_SECONDS):
         raise ValueError(f"{frames} frames at {fps:g} a second are out of range")
 
 

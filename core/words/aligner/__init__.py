@@ -1,8 +1,9 @@
 """Forced alignment, run as a separate program: it blocks nobody, and if pocketsphinx's C code crashes on an unusual model, only
 that process dies.
 
-The standard engine is numpy (:mod:`ear`): Sphinx's English acoustic model (:mod:`acoustic`, :mod:`cepstra`), words as a graph
-of phones (:mod:`graph`), and the best path through it (:mod:`viterbi`). :mod:`follow` aligns long recordings piece by piece.
+The standard engine is numpy (:mod:`numpy_engine`): Sphinx's English acoustic model (:mod:`acoustic`, :mod:`cepstra`), words as
+a graph of phones (:mod:`graph`), and the best path through it (:mod:`viterbi`). :mod:`long_alignment` aligns long recordings
+piece by piece.
 
 :mod:`align` starts it as ``python -P .../aligner/start.py``, whatever the name of this package. Standard input is one line
 of JSON and then ``samples`` little-endian int16 samples at 16 kHz::

@@ -2,7 +2,7 @@
 
 The model is phonetically tied: there is a Gaussian codebook for every base phone and each of three streams (cepstra, their
 slopes, and the slopes of those), and every senone (a state of a triphone) has weights of the Gaussians of its codebook.
-:mod:`packed` reads the shipped model, :mod:`sphinx_model` Sphinx's own files.
+:mod:`packed_model` reads the shipped model, :mod:`sphinx_model` Sphinx's own files.
 """
 
 from functools import lru_cache
@@ -10,8 +10,8 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from ...products import rows_by_rows
-from ...threads import each
+from ...matrix_products import matmul_transposed
+from ...threads import parallel_map
 from .sphinx_model import STATES, Parts
 
 INSIDE, BEGINS, ENDS, WHOLE = range(4)
@@ -26,7 +26,7 @@ _BLOCK = 400
 """Frames scored at a time: 9 MB."""
 
 
-class Heard(NamedTuple):
+class BestGaussians(NamedTuple):
     """The best ``n`` Gaussians of every codebook: numbers ``which`` ``(frames, books, streams, n)`` and log ``density``."""
 
     which: np.ndarray
@@ -73,7 +73,7 @@ class AcousticModel:
                 return cast(tuple[int, int, int], tuple(self._sequences[self._found[at]].tolist()))
         return cast(tuple[int, int, int], tuple(self.alone[phone].tolist()))
 
-    def hear(self, features: np.ndarray, best: int) -> Heard:
+    def hear(self, features: np.ndarray, best: int) -> BestGaussians:
         """Find the ``best`` Gaussians of every codebook for features ``(frames, 39)``."""
         which = np.empty((len(features), self._books, self._streams, best), np.uint8)
         density = np.empty(which.shape, np.float32)
@@ -82,7 +82,7 @@ class AcousticModel:
             rows = slice(begin, begin + _BLOCK)
             for stream, piece in enumerate(np.split(features[rows].astype(np.float32), self._streams, axis=1)):
                 terms = np.concatenate([piece**2, piece, np.ones((len(piece), 1), np.float32)], axis=1)
-                scores = rows_by_rows(terms, self._gaussians[stream]).reshape(-1, self._size)
+                scores = matmul_transposed(terms, self._gaussians[stream]).reshape(-1, self._size)
                 every = np.arange(len(scores))
                 for rank in range(best):
                     gaussian = scores.argmax(axis=1)
@@ -90,25 +90,27 @@ class AcousticModel:
                     density[rows, :, stream, rank] = scores[every, gaussian].reshape(-1, self._books)
                     scores[every, gaussian] = -np.inf
 
-        each(block, range(0, len(features), _BLOCK))
+        parallel_map(block, range(0, len(features), _BLOCK))
         np.maximum(density, density[..., :1].max(axis=1, keepdims=True) - _DENSITY_RANGE, out=density)
-        return Heard(which, density)
+        return BestGaussians(which, density)
 
     def together(self, senones: np.ndarray) -> np.ndarray:
         """Sort senones by codebook, as :meth:`scores` needs them."""
         return senones[np.argsort(self._book[senones], kind="stable")]
 
-    def scores(self, heard: Heard, senones: np.ndarray) -> np.ndarray:
+    def scores(self, heard: BestGaussians, senones: np.ndarray) -> np.ndarray:
         """Return log likelihoods ``(frames, n)`` float32 of senones ``(n,)``, which are sorted by :meth:`together`."""
         result = np.empty((len(heard.which), len(senones)), np.float32)
         books, begins = np.unique(self._book[senones], return_index=True)
-        each(
+        parallel_map(
             lambda part: self._score_book(heard, senones, result, *part),
             zip(books, begins, [*begins[1:], len(senones)], strict=True),
         )
         return result
 
-    def _score_book(self, heard: Heard, senones: np.ndarray, result: np.ndarray, book: int, begin: int, end: int) -> None:
+    def _score_book(
+        self, heard: BestGaussians, senones: np.ndarray, result: np.ndarray, book: int, begin: int, end: int
+    ) -> None:
         """Write the scores of the senones of one codebook, those from ``begin`` to ``end``, into ``result``."""
         scores = np.zeros((len(result), end - begin), np.float32)
         for stream in range(self._streams):

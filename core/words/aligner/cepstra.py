@@ -22,16 +22,16 @@ def features(sound: np.ndarray) -> np.ndarray:
     power = mel_power(sound)
     if not len(power):
         return np.zeros((0, 3 * _COUNT))
-    cepstra = coefficients(_remove_noise(power))
-    return with_slopes(cepstra - usual(cepstra))
+    cepstra = cepstra_of_power(_remove_noise(power))
+    return with_slopes(cepstra - cepstral_mean(cepstra))
 
 
-def coefficients(power: np.ndarray) -> np.ndarray:
+def cepstra_of_power(power: np.ndarray) -> np.ndarray:
     """Return cepstra ``(frames, 13)`` of mel power ``(frames, 25)``."""
     return np.log(np.maximum(power, 1e-4)) @ _cosines().T
 
 
-def usual(cepstra: np.ndarray) -> np.ndarray:
+def cepstral_mean(cepstra: np.ndarray) -> np.ndarray:
     """Return the mean ``(13,)`` of cepstra, which describes voice and room; digital silence is ignored."""
     audible = cepstra[cepstra[:, 0] >= 0]
     return (audible if len(audible) else cepstra).mean(axis=0)

@@ -11,7 +11,7 @@ import numpy as np
 
 from .acoustic import BEGINS, ENDS, INSIDE, WHOLE, AcousticModel
 
-Way = tuple[int, ...]
+Pronunciation = tuple[int, ...]
 """A pronunciation as numbers of phones."""
 GAP = -1
 """Word number of silence and noise between words."""
@@ -70,7 +70,7 @@ class _Builder:
         return nodes
 
     def word_between(
-        self, number: int, ways: Sequence[Way], lefts: set[int], rights: set[int]
+        self, number: int, ways: Sequence[Pronunciation], lefts: set[int], rights: set[int]
     ) -> tuple[dict[tuple[int, int], list[int]], dict[tuple[int, int], list[int]]]:
         """Add a word with its pronunciations between possible neighbours ``lefts`` and ``rights`` (phones).
 
@@ -102,7 +102,9 @@ class _Builder:
         return first, last
 
 
-def build(model: AcousticModel, words: Sequence[Sequence[Way]], open_end: bool = False, jump: float | None = None) -> Graph:
+def build_graph(
+    model: AcousticModel, words: Sequence[Sequence[Pronunciation]], open_end: bool = False, jump: float | None = None
+) -> Graph:
     """Build the graph of words in this order, each with its pronunciations.
 
     With ``open_end`` any word may be the last. With ``jump`` (a log probability) any word may also follow any other one, and be

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from os import PathLike
 from typing import TextIO
 
-from . import packed
-from .letters import phones
-from .pronounce import Espeak
+from . import packed_model
+from .espeak import Espeak
+from .letter_rules import guess_phones
 
 _MAX_PRONUNCIATIONS, _MAX_LINE_LENGTH = 16, 1000
 """Per word, and in characters; what is beyond is ignored."""
@@ -15,8 +15,8 @@ _MAX_PRONUNCIATIONS, _MAX_LINE_LENGTH = 16, 1000
 class Lexicon:
     """Pronunciations, phones separated by spaces, of the words in a ``vocabulary``; other words are not looked up.
 
-    English words come from :mod:`packed`. A ``model`` of another language (:mod:`..language`) has its own dictionary, voice of
-    eSpeak NG and letter rules, and uses no English words.
+    English words come from :mod:`packed_model`. A ``model`` of another language (:mod:`..language`) has its own dictionary,
+    voice of eSpeak NG and letter rules, and uses no English words.
     """
 
     def __init__(self, vocabulary: set[str], model: dict | None = None):
@@ -24,7 +24,7 @@ class Lexicon:
         self._ways: dict[str, list[str]] = {}
         words = vocabulary | {word.lower() for word in vocabulary}
         if not self._model:
-            self._ways = packed.pronunciations(words)
+            self._ways = packed_model.pronunciations(words)
         elif self._model.get("dictionary"):
             self._look_up(self._model["dictionary"], words)
         if self._model.get("voice"):
@@ -50,7 +50,7 @@ class Lexicon:
     def ways(self, word: str) -> list[str]:
         """Return the pronunciations of a word as written, else the first one in lower case, else a guess, if possible."""
         entries = self._ways.get(word) or self._ways.get(word.lower(), [])[:1]
-        guess = "" if entries else phones(word, self._model.get("letters"))
+        guess = "" if entries else guess_phones(word, self._model.get("letters"))
         return entries or ([guess] if guess.strip() else [])
 
 

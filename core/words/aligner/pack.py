@@ -1,4 +1,5 @@
-"""Packs an acoustic model and a dictionary of pocketsphinx into one file of a quarter of their size, which :mod:`packed` reads.
+"""Packs an acoustic model and a dictionary of pocketsphinx into one file of a quarter of their size, which :mod:`packed_model`
+reads.
 
     python -m s2ag.core.words.aligner.pack FOLDER english.npz
 
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...files import whole_file
+from ...files import atomic_file
 from . import sphinx_model
 
 _MIN_VARIANCE = 1e-4
@@ -31,7 +32,7 @@ def write(folder: Path, path: Path) -> None:
         "variances": _split_halves(np.log(np.maximum(parts.variances, _MIN_VARIANCE))),
         **_dictionary(folder / "cmudict-en-us.dict"),
     }
-    with whole_file(path) as temporary:
+    with atomic_file(path) as temporary:
         np.savez_compressed(temporary, **arrays)
 
 

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .sound import RATE, Sound, treated
+from .sound_stream import RATE, SoundStream, preprocess
 
 if TYPE_CHECKING:
-    from .ear import Ear
-    from .sphinx import Sphinx
+    from .numpy_engine import NumpyEngine
+    from .sphinx_engine import SphinxEngine
 
-RUN = 8
+RUN_LENGTH = 8
 """Number of successive words that are judged together."""
 _MAX_FULL_TRIALS = 2
 """How often all attempts are made as long as nothing has fitted, so that a text that does not fit costs no more."""
@@ -30,7 +30,7 @@ class Piece(NamedTuple):
 class Searcher:
     """Searches one recording with an engine, and remembers which attempt (treatment, wide beams) works on it."""
 
-    def __init__(self, sound: Sound, pauses: list, engine: "Ear | Sphinx"):
+    def __init__(self, sound: SoundStream, pauses: list, engine: "NumpyEngine | SphinxEngine"):
         self.sound, self.pauses, self._engine = sound, pauses, engine
         self._attempt, self._full_trials = None, _MAX_FULL_TRIALS
         self._cached: tuple = (None, None)
@@ -50,7 +50,7 @@ class Searcher:
             return None
         every = self._engine.attempts
         attempts = [self._attempt] if self._attempt else every if self._full_trials else every[:1]
-        fallbacks = [attempt for attempt in self._engine.strange if attempt not in attempts]
+        fallbacks = [attempt for attempt in self._engine.fallbacks if attempt not in attempts]
         self._full_trials -= not self._attempt and self._full_trials > 0
         best = best_attempt = None
         for treatment, wide in [*attempts, *fallbacks]:
@@ -64,7 +64,7 @@ class Searcher:
                     break
         if best is None:
             return None
-        if best.good >= min(RUN, len(words)):
+        if best.good >= min(RUN_LENGTH, len(words)):
             self._attempt = best_attempt
         phones = [
             [[name, round(start + begin, 3), round(start + stop, 3)] for name, begin, stop in word] for word in best.phones
@@ -94,31 +94,31 @@ class Searcher:
             pauses = [
                 (max(low, start) - start, min(high, end) - start) for low, high in self.pauses if low < end and high > start
             ]
-            self._cached = key, treated(self.sound.cut(start, end), treatment, pauses)
+            self._cached = key, preprocess(self.sound.cut(start, end), treatment, pauses)
         return self._cached[1]
 
     def _judge(self, path: Sequence[tuple]) -> Piece:
-        """Count how many of the first words fit, by the scores of runs of :data:`RUN` words."""
+        """Count how many of the first words fit, by the scores of runs of :data:`RUN_LENGTH` words."""
         lengths = np.array([100 * (stop - begin) for begin, stop, *_ in path])
         totals = np.array([total for _, _, total, _ in path])
-        runs = means(totals, lengths, RUN)
+        runs = mean_scores(totals, lengths, RUN_LENGTH)
         usual = max(self.usual, float(np.percentile(runs, 75)))
         bad = np.flatnonzero(runs < max(self._engine.worst, usual - self._engine.drop))
         if not len(bad):
             self.usual = usual
-        good = len(path) if not len(bad) else int(bad[0]) + RUN // 4 if bad[0] else 0
+        good = len(path) if not len(bad) else int(bad[0]) + RUN_LENGTH // 4 if bad[0] else 0
         spans, phones = [word[:2] for word in path], [word[3] for word in path]
-        return Piece(spans, around(totals, lengths), min(good, len(path)), phones)
+        return Piece(spans, smoothed_scores(totals, lengths), min(good, len(path)), phones)
 
 
-def means(totals: np.ndarray, lengths: np.ndarray, size: int) -> np.ndarray:
+def mean_scores(totals: np.ndarray, lengths: np.ndarray, size: int) -> np.ndarray:
     """Return the mean score per frame of every ``size`` words in a row (of all words if there are fewer)."""
     size = min(size, len(totals))
     total, length = (np.concatenate([[0.0], np.cumsum(part)]) for part in (totals, lengths))
     return (total[size:] - total[:-size]) / (length[size:] - length[:-size])
 
 
-def around(totals: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+def smoothed_scores(totals: np.ndarray, lengths: np.ndarray) -> np.ndarray:
     """Return the mean score per frame of every word with its two neighbours."""
     total, length = (np.convolve(part, np.ones(3), mode="same") for part in (totals, lengths))
     return total / length if len(totals) > 2 else np.full(len(totals), totals.sum() / lengths.sum())

@@ -6,10 +6,10 @@ import tempfile
 from collections.abc import Callable
 from typing import Any
 
-from .engines import engine, make_ready
-from .follow import WHOLE, Follower
+from .engines import create_engine, preload
+from .long_alignment import MAX_PIECE_SECONDS, LongAligner
 from .search import Searcher
-from .sound import Sound
+from .sound_stream import SoundStream
 
 _SLACK = 0.6
 """Seconds that subtitles may appear too early or stay too long."""
@@ -17,16 +17,16 @@ _SLACK = 0.6
 
 def main() -> None:
     """Answer one request from standard input; it may come long after the start of the process, or never."""
-    make_ready()
+    preload()
     line = sys.stdin.buffer.readline()
     if not line:
         return
     request = json.loads(line)
-    sound = Sound(sys.stdin.buffer, request["samples"])
+    sound = SoundStream(sys.stdin.buffer, request["samples"])
     vocabulary = {part for stretch in request["stretches"] for parts in stretch["words"] for part in parts}
     spans = []
     with tempfile.TemporaryDirectory(dir=request.get("folder")) as folder:
-        searcher = Searcher(sound, request["pauses"], engine(vocabulary, folder, request.get("model")))
+        searcher = Searcher(sound, request["pauses"], create_engine(vocabulary, folder, request.get("model")))
         for stretch in request["stretches"]:
             spans += _place(searcher, stretch, lambda time: _send(progress=round(min(time / sound.duration, 1.0), 3)))
     # read the rest of the sound, so that its writer does not meet a closed pipe
@@ -63,8 +63,8 @@ def _find(
     whole = start <= 0 and end >= searcher.sound.duration
     if not words:
         return []
-    if whole or end - start > WHOLE:
-        return Follower(searcher, words, start, end, report).run()
+    if whole or end - start > MAX_PIECE_SECONDS:
+        return LongAligner(searcher, words, start, end, report).run()
     report(start)
     early, late = max(start - _SLACK, 0.0), min(end + _SLACK, searcher.sound.duration)
     pieces = [searcher.chain(early, late, words)]

@@ -12,7 +12,7 @@ _FEATURES = """-lowerf 130 -upperf 6800 -nfilt 25 -transform dct -lifter 22 -fea
 -cmn batch -varnorm no -model ptm -remove_noise yes"""
 """Content of ``feat.params`` of a model whose features are those of :mod:`cepstra`."""
 
-LARGEST = 256_000_000
+MAX_BYTES = 256_000_000
 """Maximum bytes of a file; the English ones have 6 million."""
 _MAX_SENONES, _MAX_VALUE = 65536, 1e9
 
@@ -56,10 +56,10 @@ def read(folder: Path) -> Parts:
         transitions = _array(folder / "transition_matrices", 3)
     except (OSError, struct.error, IndexError, ValueError, OverflowError) as error:
         raise UnreadableModel(str(error)) from error
-    return checked(Parts(**phones, means=means, variances=variances, weights=weights, transitions=transitions))
+    return validate(Parts(**phones, means=means, variances=variances, weights=weights, transitions=transitions))
 
 
-def checked(parts: Parts) -> Parts:
+def validate(parts: Parts) -> Parts:
     """Return the parts if they are consistent and finite; otherwise raise :class:`UnreadableModel`."""
     count, rows = len(parts.phones), len(parts.sequences)
     numbers = parts.means, parts.variances, parts.transitions
@@ -92,9 +92,9 @@ def _within(rows: np.ndarray, count: int) -> bool:
 
 def _content(path: Path) -> bytes:
     with open(path, "rb") as file:
-        data = file.read(LARGEST + 1)
-    if len(data) > LARGEST:
-        raise UnreadableModel(f"{path.name} is larger than {LARGEST // 1_000_000} MB")
+        data = file.read(MAX_BYTES + 1)
+    if len(data) > MAX_BYTES:
+        raise UnreadableModel(f"{path.name} is larger than {MAX_BYTES // 1_000_000} MB")
     return data
 
 

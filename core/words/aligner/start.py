@@ -11,7 +11,8 @@ if __name__ == "__main__":
     sys.modules[name] = types.ModuleType(name)
     sys.modules[name].__path__ = [str(Path(__file__).parents[2])]
     threads = importlib.import_module(f"{name}.threads")
-    threads.cores()  # before the limits below: this code uses all cores itself, while numpy's small products need one thread
-    for key, one in threads.ONE_EACH.items():
+    # before the limits below: this code uses all cores itself, while numpy's small products need one thread
+    threads.thread_count()
+    for key, one in threads.SINGLE_THREAD_ENVIRONMENT.items():
         os.environ.setdefault(key, one)
     importlib.import_module(f"{name}.words.aligner.serve").main()

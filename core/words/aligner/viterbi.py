@@ -4,13 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .acoustic import STATES, AcousticModel, Heard
+from .acoustic import STATES, AcousticModel, BestGaussians
 from .graph import GAP, Graph
 
 _NEVER = np.float32(-1e30)
 
 
-class Said(NamedTuple):
+class PathWord(NamedTuple):
     """A word on the path: its number, first frame, frame after its last, summed log likelihood relative to the background, and
     its ``phones``, each with its first frame."""
 
@@ -21,7 +21,7 @@ class Said(NamedTuple):
     phones: tuple[tuple[int, int], ...] = ()
 
 
-def path(model: AcousticModel, graph: Graph, heard: Heard, background: np.ndarray) -> list[Said]:
+def best_path(model: AcousticModel, graph: Graph, heard: BestGaussians, background: np.ndarray) -> list[PathWord]:
     """Return the words of the best path; the search is exact, without beams. Empty if the sound is too short for any path.
 
     ``background`` ``(frames,)`` is subtracted from all scores.
@@ -125,10 +125,10 @@ class _Walk:
         return rounds
 
 
-def _backtrace(graph: Graph, walk: _Walk, last: int) -> list[Said]:
+def _backtrace(graph: Graph, walk: _Walk, last: int) -> list[PathWord]:
     """Follow the best path backwards from its ``last`` phone; return its words in order of time."""
     words, names = graph.word[walk.order], graph.phone[walk.order]
-    path: list[Said] = []
+    path: list[PathWord] = []
     phone, state, end, total, phones = last, STATES - 1, walk.frames, 0.0, []
     for frame in range(walk.frames - 1, -1, -1):
         total += float(walk.scores[frame, walk.column[state, phone]])
@@ -141,10 +141,10 @@ def _backtrace(graph: Graph, walk: _Walk, last: int) -> list[Said]:
         phones.append((int(names[phone]), frame))
         if jumped or words[source] != words[phone]:
             if words[phone] != GAP:
-                path.append(Said(int(words[phone]), frame, end, total, tuple(phones[::-1])))
+                path.append(PathWord(int(words[phone]), frame, end, total, tuple(phones[::-1])))
             end, total, phones = frame, 0.0, []
         phone, state = source, STATES - 1
     if words[phone] != GAP:
         phones.append((int(names[phone]), 0))
-        path.append(Said(int(words[phone]), 0, end, total, tuple(phones[::-1])))
+        path.append(PathWord(int(words[phone]), 0, end, total, tuple(phones[::-1])))
     return path[::-1]

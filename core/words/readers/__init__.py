@@ -22,9 +22,9 @@ def parse(content: str, path: Path) -> Source:
         source = jsons.parse(content, path)
     elif textgrid.is_textgrid(head):
         source = textgrid.parse(content, path)
-    elif (form := subtitles.form(head)) is not None:
+    elif (form := subtitles.detect(head)) is not None:
         source = subtitles.parse(content, form, path)
-    elif (form := columns.form(content)) is not None:
+    elif (form := columns.detect(content)) is not None:
         source = columns.parse(content, form, path)
     elif head.startswith(("<?xml", "<tt", "<!DOCTYPE")):
         raise TranscriptUnreadable(f"{path} is XML, which is not read.", "Export it as SRT, WebVTT or plain text.")

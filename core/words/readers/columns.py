@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ...errors import TranscriptUnreadable
-from .items import Item, Source, times
+from .items import Item, Source, parse_times
 
 _NUMBER = r"\d+(?:\.\d*)?|\.\d+"
 _CTM = re.compile(rf"\S+\s+\S+\s+({_NUMBER})\s+({_NUMBER})\s+(\S+)(\s+\S+)*")
@@ -15,7 +15,7 @@ _LABEL = re.compile(rf"({_NUMBER})\t({_NUMBER})\t(.+)")
 _EMPTY = {"<eps>", "<sil>", "sil", "sp", "<unk>", "[noise]", "[laughter]", "!sil"}
 
 
-def form(content: str) -> str | None:
+def detect(content: str) -> str | None:
     """Detect the format: ``ctm``, ``labels``, ``whisper`` or ``mfa``, or None for another text."""
     lines = _lines(content)
     if not lines:
@@ -31,7 +31,7 @@ def form(content: str) -> str | None:
 
 
 def parse(content: str, form: str, path: Path) -> Source:
-    """Parse a file of this :func:`form`. Raises :class:`TranscriptUnreadable`."""
+    """Parse a file of this :func:`detect`. Raises :class:`TranscriptUnreadable`."""
     if form == "mfa":
         return Source("labels of the Montreal Forced Aligner", _mfa(content, path))
     lines = _lines(content)
@@ -41,7 +41,7 @@ def parse(content: str, form: str, path: Path) -> Source:
     items = []
     for number, line in enumerate(lines[form == "whisper" :], 1):
         fields = line.split("\t", 2)
-        span = times(*(_seconds(part, scale) for part in fields[:2])) if len(fields) == 3 else None
+        span = parse_times(*(_seconds(part, scale) for part in fields[:2])) if len(fields) == 3 else None
         if span is None:
             raise TranscriptUnreadable(f"Label {number} of {path} has no start, end and text.", "Separate them by tabs.")
         items.append(_item(fields[2].strip(), *span))
@@ -53,7 +53,7 @@ def _ctm(line: str, number: int, path: Path) -> Iterator[Item]:
     match = _CTM.fullmatch(line)
     if match is None:
         raise TranscriptUnreadable(f"Line {number} of {path} is not CTM.", "Write: recording channel start duration word.")
-    span = times(float(match[1]), float(match[1]) + float(match[2]))
+    span = parse_times(float(match[1]), float(match[1]) + float(match[2]))
     if span is None:
         raise TranscriptUnreadable(f"Line {number} of {path} has no sensible time.", "Times are in seconds.")
     if match[3].lower() not in _EMPTY:
@@ -70,7 +70,7 @@ def _mfa(content: str, path: Path) -> list[Item]:
     for number, row in enumerate(rows[1:], 2):
         if len(row) > 3 and row[3] != "words" or not row:
             continue
-        span = times(*row[:2]) if len(row) > 2 else None
+        span = parse_times(*row[:2]) if len(row) > 2 else None
         if span is None:
             raise TranscriptUnreadable(f"Row {number} of {path} has no begin, end and label.", "Export it again.")
         if row[2].lower() not in _EMPTY:

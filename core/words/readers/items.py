@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, field
 
-LONGEST = 1e9
+MAX_SECONDS = 1e9
 """Seconds; later times are invalid."""
 
 
@@ -25,13 +25,13 @@ class Source:
     items: list[Item] = field(default_factory=list)
 
 
-def times(start: object, end: object) -> tuple[float, float] | None:
+def parse_times(start: object, end: object) -> tuple[float, float] | None:
     """Convert start and end to seconds, from numbers, ``"1.5"``, ``"1.5s"`` or ``{"seconds": "1", "nanos": 5}``.
 
     Returns None unless both are valid and in order.
     """
     first, last = _seconds(start), _seconds(end)
-    if first is None or last is None or not 0 <= first <= last < LONGEST:
+    if first is None or last is None or not 0 <= first <= last < MAX_SECONDS:
         return None
     return first, last
 
@@ -42,6 +42,6 @@ def _seconds(value: object) -> float | None:
         return None if seconds is None or nanos is None else seconds + nanos / 1e9
     if isinstance(value, str) and re.fullmatch(r"\d{1,12}(\.\d{0,12})?s?", value, re.ASCII):
         return float(value.rstrip("s"))
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LONGEST:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < MAX_SECONDS:
         return None
     return float(value)

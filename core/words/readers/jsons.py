@@ -5,7 +5,7 @@ from typing import Any, TypeGuard
 
 from ... import json_text
 from ...errors import TranscriptUnreadable
-from .items import Item, Source, times
+from .items import Item, Source, parse_times
 
 _REMEDY = 'Write [["hello", 0.31, 0.62], ...] with times in seconds, or plain text.'
 _WORD = ("punctuated_word", "word", "text", "content", "label")
@@ -33,7 +33,7 @@ def _gentle(data: Any, path: Path) -> list[Item] | None:
     items = []
     for entry in data["words"]:
         if isinstance(entry.get("word"), str):
-            span = times(entry.get("start"), entry.get("end")) if entry.get("case") != "not-found-in-audio" else None
+            span = parse_times(entry.get("start"), entry.get("end")) if entry.get("case") != "not-found-in-audio" else None
             items.append(Item(entry["word"], *(span or (None, None)), word=span is not None))
     return items
 
@@ -47,7 +47,9 @@ def _whisper(data: Any, path: Path) -> list[Item] | None:
         if _objects(segment.get("words")):
             items += [_word(word, path, must=False) for word in segment["words"]]
         elif isinstance(segment.get("text"), str):
-            items.append(_phrase(segment["text"], times(segment.get("start"), segment.get("end")), f"Segment {number}", path))
+            items.append(
+                _phrase(segment["text"], parse_times(segment.get("start"), segment.get("end")), f"Segment {number}", path)
+            )
     return items
 
 
@@ -60,7 +62,7 @@ def _whisper_cpp(data: Any, path: Path) -> list[Item] | None:
         offsets = segment.get("offsets")
         limits: list[Any] = [offsets.get("from"), offsets.get("to")] if isinstance(offsets, dict) else [None, None]
         numbers = all(isinstance(limit, int | float) for limit in limits)
-        span = times(*(limit / 1000 for limit in limits)) if numbers and max(map(abs, limits)) < 1e12 else None
+        span = parse_times(*(limit / 1000 for limit in limits)) if numbers and max(map(abs, limits)) < 1e12 else None
         items.append(_phrase(segment.get("text"), span, f"Segment {number}", path))
     return items
 
@@ -95,7 +97,7 @@ def _amazon(data: Any, path: Path) -> list[Item] | None:
     items = []
     for entry in results["items"]:
         best = entry["alternatives"][0] if _objects(entry.get("alternatives")) and entry["alternatives"] else {}
-        span = times(entry.get("start_time"), entry.get("end_time"))
+        span = parse_times(entry.get("start_time"), entry.get("end_time"))
         if span and isinstance(best.get("content"), str):
             items.append(Item(best["content"], *span, word=True))
     return items
@@ -114,7 +116,7 @@ def _tiers(data: Any, path: Path) -> list[Item] | None:
         entries = tiers[name].get("entries") if isinstance(tiers[name], dict) else None
         rows: list[Any] = entries if isinstance(entries, list) else []
         for number, entry in enumerate(rows, 1):
-            span = times(*entry[:2]) if isinstance(entry, list) and len(entry) == 3 else None
+            span = parse_times(*entry[:2]) if isinstance(entry, list) and len(entry) == 3 else None
             if span is None or not isinstance(entry[2], str):
                 where = f"Entry {number} of tier {name[:40]!r} of {path}"
                 raise TranscriptUnreadable(f"{where} has no start, end and label.", _REMEDY)
@@ -136,7 +138,7 @@ def _own(data: Any, path: Path) -> list[Item] | None:
         if isinstance(entry, dict):
             item = _word(entry, path, must=False)
         elif isinstance(entry, list) and len(entry) == 3 and isinstance(entry[0], str) and _numbers(entry[1:]):
-            span = times(*entry[1:])
+            span = parse_times(*entry[1:])
             item = span and Item(entry[0].strip(), *span, word=True)
         if not item or item.start is None:
             raise TranscriptUnreadable(f"Entry {number} of {path} is not a word with start and end in seconds.", _REMEDY)
@@ -150,7 +152,7 @@ def _word(entry: dict, path: Path, must: bool = True) -> Item:
     start, end = (next((entry[key] for key in keys if key in entry), None) for keys in (_START, _END))
     if must and start is None and end is not None:
         start = 0.0  # Google leaves zeros out
-    span = times(start, end)
+    span = parse_times(start, end)
     if text is None or (must or start is not None) and span is None:
         raise TranscriptUnreadable(f"A word of {path} lacks its text or a sensible time.", _REMEDY)
     return Item(text.strip(), *(span or (None, None)), word=span is not None)

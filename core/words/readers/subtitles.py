@@ -5,7 +5,7 @@ import warnings
 from pathlib import Path
 
 from ...errors import EngineMissing, TranscriptUnreadable
-from .items import LONGEST, Item, Source
+from .items import MAX_SECONDS, Item, Source
 
 _CUE = re.compile(r"^\s*(?:\d+:)?\d+:\d\d[,.]\d+\s*-->\s*(?:\d+:)?\d+:\d\d[,.]\d+", re.MULTILINE)
 _STAMP = re.compile(r"<((?:\d{1,3}:)?\d\d:\d\d\.\d{3})>")
@@ -15,7 +15,7 @@ _OVERRIDE = re.compile(r"\{[^{}]*\}")
 _NAMES = {"vtt": "WebVTT", "srt": "SRT", "ass": "ASS"}
 
 
-def form(head: str) -> str | None:
+def detect(head: str) -> str | None:
     """Detect the format: ``vtt``, ``srt`` or ``ass``, or None for another text."""
     if head.startswith("WEBVTT"):
         return "vtt"
@@ -46,7 +46,7 @@ def parse(content: str, form: str, path: Path) -> Source:
     items: list[Item] = []
     said = ""
     for start, end, text in sorted(spans, key=lambda span: span[0]):
-        if 0 <= start <= end < LONGEST:
+        if 0 <= start <= end < MAX_SECONDS:
             text = text.replace("\\N", "\n").replace("\\h", " ")
             rolled, said = _drop_repeated_lines(text, said)
             items += _timed_words(rolled, start, end) if _STAMP.search(rolled) else [Item(_strip_tags(rolled), start, end)]

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from ...errors import EngineMissing, TranscriptUnreadable
-from .items import Item, Source, times
+from .items import Item, Source, parse_times
 
 _WORDS = re.compile(r"(?:.*[\s_:-])?(?:words?|ort|orthography|orthographic)", re.IGNORECASE)
 _PHONES = re.compile(r"(?:.*[\s_:-])?(?:phones?|phonemes?|segments?|mau|syllables?|pitch|tones?)", re.IGNORECASE)
@@ -35,7 +35,7 @@ def parse(content: str, path: Path) -> Source:
     entries = intervals.get(_choose(intervals), [])
     items = []
     for number, entry in enumerate(entries, 1):
-        span = times(*entry[:2]) if len(entry) == 3 else None
+        span = parse_times(*entry[:2]) if len(entry) == 3 else None
         if span is None:
             raise TranscriptUnreadable(f"Interval {number} of {path} has no sensible time.", "Save it again in Praat.")
         text = str(entry[2]).strip()

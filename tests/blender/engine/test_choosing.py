@@ -10,10 +10,10 @@ from pathlib import Path
 import bpy
 import pytest
 from acted import drawn
-from s2ag.core import extras
+from s2ag.core import optional_packages
 from s2ag.core.errors import Cancelled, WorkerFailed
 from s2ag.core.start import module_command
-from s2ag.s2ag_blender.engine import client, errors_log, known
+from s2ag.s2ag_blender.engine import client, engine_state, errors_log
 from s2ag.s2ag_blender.ui import engine_ops
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -54,27 +54,33 @@ def old_set_up(tmp_path):
 
 def test_a_python_that_works_is_chosen_and_left_again(extension, monkeypatch):
     pytest.importorskip("torch", reason="a full engine has PyTorch")
-    assert known.ships(bpy.context)
+    assert engine_state.is_bundled(bpy.context)
     assert bpy.ops.s2ag.engine_choose(filepath=sys.executable) == {"FINISHED"}
-    assert known.interpreter(bpy.context) == client.find_interpreter(sys.executable) and not known.ships(bpy.context)
-    assert known.facts()["checkpoint"] == "default.safetensors" and known.facts()["packages"]["torch"]
-    assert known.recogniser(bpy.context) == extras.recogniser()
-    known.forget()  # as after a start of Blender
-    assert known.recogniser(bpy.context) is None and bpy.ops.s2ag.engine_check() == {"FINISHED"} and known.facts()
+    assert engine_state.interpreter(bpy.context) == client.find_interpreter(sys.executable) and not engine_state.is_bundled(
+        bpy.context
+    )
+    assert engine_state.facts()["checkpoint"] == "default.safetensors" and engine_state.facts()["packages"]["torch"]
+    assert engine_state.has_recogniser(bpy.context) == optional_packages.has_recogniser()
+    engine_state.forget()  # as after a start of Blender
+    assert (
+        engine_state.has_recogniser(bpy.context) is None
+        and bpy.ops.s2ag.engine_check() == {"FINISHED"}
+        and engine_state.facts()
+    )
     assert bpy.ops.s2ag.engine_leave() == {"FINISHED"}
-    assert known.ships(bpy.context) and not bpy.ops.s2ag.engine_leave.poll()
+    assert engine_state.is_bundled(bpy.context) and not bpy.ops.s2ag.engine_leave.poll()
 
 
 def test_a_stored_choice_of_an_earlier_version_still_works(extension, old_set_up):
-    known.keep(bpy.context, str(old_set_up))
-    python = known.interpreter(bpy.context)
+    engine_state.choose(bpy.context, str(old_set_up))
+    python = engine_state.interpreter(bpy.context)
     assert Path(python) == old_set_up / "engine-10" / "bin" / "python" and client.find_interpreter(python) == python
 
 
 def test_an_engine_that_does_not_work_is_not_kept(extension, bare):
     with pytest.raises(RuntimeError, match="does not have the package s2ag.*pip install"):
         bpy.ops.s2ag.engine_choose(filepath=str(bare))
-    assert known.ships(bpy.context) and known.STATE.error is not None
+    assert engine_state.is_bundled(bpy.context) and engine_state.STATE.error is not None
     assert "No module named" in errors_log.latest().read_text() and bpy.ops.s2ag.open_log() == {"FINISHED"}
     with pytest.raises(RuntimeError, match="There is no Python in"):
         bpy.ops.s2ag.engine_choose(filepath=str(bare.parent))
@@ -95,18 +101,18 @@ def test_a_check_blocks_nothing_and_can_be_stopped(extension, slow):
     assert work.stage in shown and shown["s2ag.engine_cancel"] and "s2ag.generate" not in shown
     assert bpy.ops.s2ag.engine_cancel() == {"FINISHED"} and not engine_ops.tick()
     assert time.monotonic() - started < 20 and isinstance(work.error, Cancelled)
-    assert known.STATE.work is None and known.STATE.error is None and known.ships(bpy.context)
+    assert engine_state.STATE.work is None and engine_state.STATE.error is None and engine_state.is_bundled(bpy.context)
     assert "s2ag.engine_cancel" not in drawn()
 
 
 def test_unregistering_ends_the_check(extension, slow):
     work = engine_ops.begin(bpy.context, slow)
     engine_ops.stop()
-    assert work.done and known.STATE.work is None
+    assert work.done and engine_state.STATE.work is None
 
 
 def test_the_panel_leads_to_the_recogniser(extension):
-    if known.recogniser(bpy.context):
+    if engine_state.has_recogniser(bpy.context):
         pytest.skip("this Python has the recogniser")
     shown = panel_with_recogniser()
     assert "The engine has no speech recogniser yet" in " ".join(shown)
@@ -143,7 +149,7 @@ def test_no_connection_is_opened_while_gestures_are_made(examples, tmp_path):
     environment = os.environ.get("PYTHONPATH", "")
     os.environ["PYTHONPATH"] = str(hook)
     try:
-        command = module_command("core.engine.worker")
+        command = module_command("core.worker.server")
         with client.WorkerClient(command=[python, "-P", *command[2:]]) as worker:  # isolated it would not see the hook
             told = worker.call("synthesize", {"audio": str(examples / "hello.flac")})
             assert told["motions"]

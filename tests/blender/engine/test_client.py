@@ -9,9 +9,9 @@ import wave
 
 import numpy as np
 import pytest
-from s2ag.core.engine import interpreter
 from s2ag.core.errors import Cancelled, EngineMissing, S2agError, UsageError, WorkerFailed
 from s2ag.core.motion.motion import Motion
+from s2ag.core.worker import interpreter
 from s2ag.s2ag_blender.engine import client as module
 from s2ag.s2ag_blender.engine.client import WorkerClient, find_interpreter
 
@@ -299,7 +299,7 @@ def test_a_package_of_another_version_is_refused_before_it_is_used(tmp_path, ton
     python = tmp_path / "python"
     older = (
         "import sys\n"
-        "import s2ag.core.engine.worker as worker\n"
+        "import s2ag.core.worker.server as worker\n"
         "worker.VERSION = '0.0.1'\n"
         "sys.exit(worker.main())\n"
     )
@@ -317,7 +317,7 @@ def test_a_python_without_the_package_is_one_sentence(monkeypatch, tmp_path):
     monkeypatch.delenv("PYTHONPATH", raising=False)
     subprocess.run([sys.executable, "-I", "-m", "venv", "--without-pip", str(tmp_path / "bare")], check=True)
     with (
-        WorkerClient(python=interpreter.python_in(tmp_path / "bare")) as client,
+        WorkerClient(python=interpreter.find_python(tmp_path / "bare")) as client,
         pytest.raises(EngineMissing, match="does not have the package s2ag.*pip install"),
     ):
         client.call("hello")

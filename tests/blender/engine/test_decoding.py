@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from s2ag.core.errors import AudioUnreadable, Cancelled, OutputUnwritable
 from s2ag.core.sound import audio
-from s2ag.core.sound.resample import resampled
+from s2ag.core.sound.resample import resample
 from s2ag.s2ag_blender.engine import decoding
 
 assert bpy  # brings aud with it
@@ -35,8 +35,8 @@ def heard(path):
 @pytest.mark.parametrize("kind", KINDS)
 def test_pieces_are_the_whole(kind, examples, tmp_path):
     path = written(tmp_path / f"voice.{kind}", kind, aud.Sound(str(examples / "hello.flac")))
-    assert decoding.needed(path)
-    whole = np.concatenate(list(resampled([aud.Sound(path).data().mean(axis=1)], 44100, decoding.RATE)))
+    assert decoding.needs_decoding(path)
+    whole = np.concatenate(list(resample([aud.Sound(path).data().mean(axis=1)], 44100, decoding.RATE)))
     found = heard(path)
     assert abs(len(found) - len(whole)) <= 0.03 * decoding.RATE  # a coder's padding, which a seek leaves out
     count = min(len(found), len(whole)) - decoding.RATE // 10
@@ -74,7 +74,7 @@ def test_what_cannot_be_heard_says_why(examples, tmp_path, monkeypatch):
         heard(str(cut))
     with pytest.raises(AudioUnreadable, match="text.mp3 is not a readable recording"):
         heard(str(text))
-    assert not decoding.needed(str(tmp_path / "missing.mp3"))  # the engine says so
+    assert not decoding.needs_decoding(str(tmp_path / "missing.mp3"))  # the engine says so
 
     def full(file, pieces):
         raise OSError(errno.ENOSPC, "No space left on device")

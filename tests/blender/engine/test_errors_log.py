@@ -8,7 +8,7 @@ import pytest
 from s2ag.core import files
 from s2ag.core.errors import WorkerFailed
 from s2ag.s2ag_blender.engine import client, errors_log
-from s2ag.s2ag_blender.takes import gesture
+from s2ag.s2ag_blender.takes import engine_requests
 
 ENGINE = os.environ.get("S2AG_PYTHON")  # the extension fixture hides it
 
@@ -18,11 +18,11 @@ def test_a_killed_worker_leaves_a_saved_log(extension, examples, monkeypatch):
         monkeypatch.setenv("S2AG_PYTHON", client.find_interpreter(ENGINE))
     except WorkerFailed as error:
         pytest.skip(str(error))
-    engine = client.WorkerClient(log=errors_log.note)
+    engine = client.WorkerClient(log=errors_log.add_line)
     job = engine.request("synthesize", {"audio": str(examples / "hello.flac")})
     time.sleep(0.2)
     os.kill(engine.pid, 9)
-    errors_log.note("the last words")
+    errors_log.add_line("the last words")
     while not job.poll():
         time.sleep(0.01)
     with pytest.raises(WorkerFailed, match="killed by signal 9") as told:
@@ -33,10 +33,10 @@ def test_a_killed_worker_leaves_a_saved_log(extension, examples, monkeypatch):
     assert bpy.ops.s2ag.open_log.poll() and bpy.ops.s2ag.open_log() == {"FINISHED"}
     assert bpy.data.texts[path.name].as_string().startswith("WorkerFailed: The engine was killed by signal 9.")
     engine.close()
-    gesture.stop_engine()
+    engine_requests.stop_engine()
 
 
 def test_old_logs_go(tmp_path):
-    for _ in range(files.LOGS + 5):
+    for _ in range(files.MAX_LOGS + 5):
         files.new_log(tmp_path, "engine").write_text("said")
-    assert len(list(tmp_path.glob("*.log"))) == files.LOGS
+    assert len(list(tmp_path.glob("*.log"))) == files.MAX_LOGS

@@ -10,7 +10,7 @@ import pytest
 import s2ag
 from s2ag.core.errors import AudioUnreadable
 from s2ag.s2ag_blender.engine import client, decoding
-from s2ag.s2ag_blender.takes import gesture, session
+from s2ag.s2ag_blender.takes import engine_requests, session
 from sounds import write_wav
 
 
@@ -30,17 +30,17 @@ def voiceless(monkeypatch):
 
 
 def test_a_blender_without_sound_reads_wav_and_says_that_it_reads_nothing_else(voiceless, tone, tmp_path):
-    assert not decoding.needed(tone)
+    assert not decoding.needs_decoding(tone)
     shutil.copy(decoding.__file__, tmp_path / "voice.mp3")
     with pytest.raises(AudioUnreadable, match="no sound system") as caught:
-        decoding.needed(str(tmp_path / "voice.mp3"))
+        decoding.needs_decoding(str(tmp_path / "voice.mp3"))
     assert "to WAV" in caught.value.remedy and "pip" not in str(caught.value)
 
 
 def test_the_panel_says_that_the_engine_runs_inside_blender(tone, tmp_path, monkeypatch):
     monkeypatch.delenv("S2AG_PYTHON", raising=False)
     monkeypatch.setattr(client.sys, "executable", str(tmp_path / "python3"))
-    gesture.stop_engine()
+    engine_requests.stop_engine()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     s2ag.register()
     try:
@@ -50,5 +50,5 @@ def test_the_panel_says_that_the_engine_runs_inside_blender(tone, tmp_path, monk
         assert bpy.ops.s2ag.generate() == {"FINISHED"} and not session.messages(figure)
         assert "the engine runs inside Blender" in figure.s2ag.takes[0].warnings
     finally:
-        gesture.stop_engine()
+        engine_requests.stop_engine()
         s2ag.unregister()

@@ -175,9 +175,9 @@ def test_nothing_else_changes():
 def test_provenance_tells_where_an_action_came_from():
     whole, motion = body(), Motion(performance(3), meta={"seed": 4, "style": "calm"})
     action = apply_motion(rigging.make_armature(whole), motion, mapping=whole.chains)
-    told = provenance.of(action)
+    told = provenance.read(action)
     assert told["seed"] == 4 and told["style"] == "calm" and told["version"]
-    assert provenance.of(bpy.data.actions.new("by hand")) is None
+    assert provenance.read(bpy.data.actions.new("by hand")) is None
 
 
 def test_as_an_nla_strip_the_active_action_stays():

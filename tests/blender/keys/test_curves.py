@@ -10,9 +10,9 @@ from bodies import performance
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import compat
-from s2ag.s2ag_blender.keys import density, keyframes, layers, pacing, thinning
+from s2ag.s2ag_blender.keys import density, key_reduction, keyframes, layers, pacing
 from s2ag.s2ag_blender.rig import reading
-from s2ag.s2ag_blender.takes import takes
+from s2ag.s2ag_blender.takes import take_list
 
 FRAMES = range(10, 83, 4)
 
@@ -71,7 +71,7 @@ def test_keys_are_dense_on_a_click_and_few_again_and_edits_stay(actor):
     foot = actor.data.bones[0].name
     animate(actor, [foot], frames=(1, 30, 120))
     lay(actor, speech())
-    take = takes.active(actor)
+    take = take_list.active(actor)
     before, few = [pose(actor, frame) for frame in FRAMES], keys_of(take.action)
     ours = json.loads(take.action[density.KEYED])
     walk = {key: points for key, points in curves(take.action).items() if key[0] not in ours}
@@ -133,7 +133,7 @@ def test_a_key_on_the_edge_does_not_turn_with_the_handle_inside(actor, kind):
     outside = np.concatenate([np.arange(-5, 20.01, 0.25), np.arange(40, 80, 0.25)])
     before, frames = values(action, outside), np.arange(20.0, 41.0)
     column = 1 + np.sin((frames - 20) * np.pi / 10)  # steep where it meets what was there
-    thinner = thinning.Thinner({}, {}, frames, 24.0, 0.01)
+    thinner = key_reduction.KeyReducer({}, {}, frames, 24.0, 0.01)
     keyed = [keyframes.Channels(bone, path, {0: column})]
     keyframes.write_channels(bag, keyed, frames, "BEZIER", thinner, {(path, 0)})
     np.testing.assert_allclose(values(action, outside)[path, 0], before[path, 0], atol=2e-5)
@@ -155,7 +155,7 @@ def test_bones_that_gesture_no_more_stand_as_before(actor, result):
     actor.s2ag.active_take = 0
     bpy.context.scene.frame_set(24)
     assert abs(actor.pose.bones[fore].rotation_euler[0] - 0.1) > 0.05
-    takes.delete(actor, [0, 1])
+    take_list.delete(actor, [0, 1])
     bpy.context.scene.frame_set(24)
     assert np.allclose(actor.pose.bones[fore].rotation_euler, (0.1, 0.2, 0.3), atol=1e-6)
 
@@ -163,20 +163,20 @@ def test_bones_that_gesture_no_more_stand_as_before(actor, result):
 def test_speed_makes_strokes_faster_and_leaves_the_beats():
     motion, speed = speech(), {}
     for factor in (0.6, 1.0, 1.6):
-        paced = pacing.paced(motion, factor)
+        paced = pacing.change_speed(motion, factor)
         assert len(paced.directions) == len(motion.directions) and paced.fps == motion.fps
         speed[factor] = np.quantile(np.linalg.norm(np.diff(paced.directions[:, 8], axis=0), axis=-1), 0.95)
         turns = np.concatenate([[0], pacing._turning_points(motion), [45]])
         np.testing.assert_allclose(paced.directions[turns], motion.directions[turns], atol=1e-6)
     assert speed[0.6] < speed[1.0] < speed[1.6]
-    assert pacing.paced(motion, 1.0) is motion
+    assert pacing.change_speed(motion, 1.0) is motion
 
 
 def test_smoothing_evens_out_and_leaves_stillness(actor):
     random = np.random.default_rng(2).normal(size=(80, 4)).cumsum(0) * 0.05 + (3, 0, 0, 0)
     shaky = random / np.linalg.norm(random, axis=-1, keepdims=True)
     still = np.repeat(shaky[:1], 80, 0)
-    found = pacing.smoothed({"a": shaky, "b": still, "c": shaky[:1]}, 24, 0.4)
+    found = pacing.smooth_rotations({"a": shaky, "b": still, "c": shaky[:1]}, 24, 0.4)
     assert np.abs(np.diff(found["a"], 2, axis=0)).mean() < 0.2 * np.abs(np.diff(shaky, 2, axis=0)).mean()
     np.testing.assert_allclose(found["b"], still, atol=1e-9)
     np.testing.assert_array_equal(found["c"], shaky[:1])
@@ -189,7 +189,7 @@ def test_smoothing_evens_out_and_leaves_stillness(actor):
 
 
 def test_stillness_has_no_beats():
-    found = thinning.beats(np.zeros(40), 24)
+    found = key_reduction.beats(np.zeros(40), 24)
     assert not len(found.rows)
-    kept = thinning.thin(np.arange(40.0), np.ones((40, 4)), 1e-3, found)
+    kept = key_reduction.reduce_keys(np.arange(40.0), np.ones((40, 4)), 1e-3, found)
     assert kept.rows.tolist() == [0, 39] and kept.kinds == ("KEYFRAME", "KEYFRAME")

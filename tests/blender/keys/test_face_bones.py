@@ -7,7 +7,7 @@ import pytest
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.face import CHANNELS, Face
 from s2ag.core.motion.motion import Motion
-from s2ag.s2ag_blender.cast import facial, mannequin
+from s2ag.s2ag_blender.characters import face_lookup, mannequin
 from s2ag.s2ag_blender.keys import apply
 
 NAMES = ("jaw", "eye.L", "eye.R", "lid_top.L", "lid_top.R", "lid_bot.L", "lid_bot.R")
@@ -62,7 +62,7 @@ def ways(armature, seconds):
 
 def test_jaw_eyes_and_lids_move_as_a_face_does(figure, motion):
     armature, names = figure
-    found = facial.find(armature)
+    found = face_lookup.find(armature)
     pairs = {f"{side}_{part}" for side in ("left", "right") for part in ("eye", "upper_lid", "lower_lid")}
     assert set(found.bones) == {"jaw"} | pairs
     assert "jaw" not in found.missing and "gaze" not in found.missing and "blinks" not in found.missing
@@ -80,14 +80,14 @@ def test_a_face_of_bones_goes_with_its_gesture(figure, motion):
     armature, names = figure
     action = apply.apply_motion(armature, motion, 1)
     before = ways(armature, 0.5)[names["jaw"]]
-    apply.take_off(armature, action)
+    apply.remove_motion(armature, action)
     assert ways(armature, 0.5)[names["jaw"]][2] > before[2] + 0.1
     assert armature.pose.bones[names["jaw"]].matrix_basis.is_identity
 
 
 def test_rigify_s_face_controls_move_what_is_seen(rigify_saved, empty_file, motion):
     armature = found_rigs.opened(rigify_saved[1])
-    found = facial.find(armature)
+    found = face_lookup.find(armature)
     assert found.bones["jaw"] == "jaw_master" and found.bones["gaze"] == "eyes" and found.bones["left_lip_corner"] == "lips.L"
     apply.apply_motion(armature, motion, 1)
     rest, ah, look, blink = (ways(armature, seconds) for seconds in (0.0, 0.5, 1.33, 1.625))

@@ -8,7 +8,7 @@ from s2ag.core.motion import skeleton
 from s2ag.core.motion.face import CHANNELS, Face
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import compat
-from s2ag.s2ag_blender.cast import facial, human, mannequin
+from s2ag.s2ag_blender.characters import face_lookup, human, mannequin
 from s2ag.s2ag_blender.keys import apply, faces
 
 ARKIT = ("jawOpen", "mouthPucker", "mouthFunnel", "mouthPressLeft", "mouthRollLower", "eyeBlinkLeft", "eyeBlinkRight")
@@ -63,7 +63,7 @@ def test_taken_off_the_face_is_as_it_was(figure, motion):
     key.key_blocks["jawOpen"].value = 0.25
     action = apply.apply_motion(figure.armature, motion, 1)
     assert at(key, "jawOpen", 13) > 0.4
-    apply.take_off(figure.armature, action)
+    apply.remove_motion(figure.armature, action)
     assert key.animation_data.action is None and at(key, "jawOpen", 13) == pytest.approx(0.25)
 
 
@@ -75,7 +75,7 @@ def test_animation_that_is_there_is_played_again_and_never_changed(figure, motio
     before = [tuple(point.co) for curve in compat.curves(own) for point in curve.keyframe_points]
     action = apply.apply_motion(figure.armature, motion, 1)
     assert key.animation_data.action != own and own.use_fake_user
-    apply.take_off(figure.armature, action)
+    apply.remove_motion(figure.armature, action)
     assert key.animation_data.action == own and at(key, "jawOpen", 13) == pytest.approx(0.1)
     assert [tuple(point.co) for curve in compat.curves(own) for point in curve.keyframe_points] == before
 
@@ -94,13 +94,15 @@ def test_another_motion_s_face_takes_the_place_of_the_first(figure, motion):
 def test_a_body_without_a_face_says_so_and_gestures(figure, motion):
     told = []
     action = apply.apply_motion(figure.armature, motion, 1, report=told.append)
-    assert [sentence for sentence in told if "No shape keys that speak" in sentence] and facial.find(figure.armature) is None
+    assert [sentence for sentence in told if "No shape keys that speak" in sentence] and face_lookup.find(
+        figure.armature
+    ) is None
     assert faces.FACES not in action
 
 
 def test_the_human_speaks_with_all_of_its_face(empty_file, motion):
     character = human.build()
-    found = facial.find(character.armature)
+    found = face_lookup.find(character.armature)
     assert found.shapes.family == "ARKit 52" and not found.shapes.missing()
     assert {key.name for key in found.keys} >= {"Human Skin keys", "Human Eyes keys", "Human Teeth keys", "Human Tongue keys"}
     assert not any(block.value for key in found.keys for block in key.key_blocks[1:])

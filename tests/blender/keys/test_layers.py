@@ -8,8 +8,8 @@ import pytest
 from acted import animate, apart, curves, lay, pose, same_curves
 from s2ag.core.motion import quaternion, rest
 from s2ag.core.motion.motion import Motion
-from s2ag.core.performance import living
-from s2ag.s2ag_blender.keys import layers, mixing, posing
+from s2ag.core.synthesis import hand_synthesis
+from s2ag.s2ag_blender.keys import blending, layers, poses
 from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.takes import generate
 
@@ -126,12 +126,12 @@ def test_a_layer_adds_to_what_is_below_it(actor, arm):
     """At full influence Blender shows base after the change from the neutral pose: ``base * (neutral^-1 * gesture)``."""
     animate(actor, [arm], frames=(1, 200), turn=1.0)
     bpy.context.scene.frame_set(40)
-    below = posing.current_rotations(actor, [arm])[arm]
+    below = poses.current_rotations(actor, [arm])[arm]
     (made,) = lay(actor, still(raised()), result="LAYER", blend_in=0, blend_out=0, curves="FRAMES")
     strip = actor.animation_data.nla_tracks[-1].strips[0]
     assert (strip.action, strip.blend_type, strip.use_animated_influence) == (made, "COMBINE", True)
     bpy.context.scene.frame_set(40)
-    seen = posing.current_rotations(actor.evaluated_get(bpy.context.evaluated_depsgraph_get()), [arm])[arm]
+    seen = poses.current_rotations(actor.evaluated_get(bpy.context.evaluated_depsgraph_get()), [arm])[arm]
     keys = [curves(made)[f'pose.bones["{arm}"].rotation_quaternion', index][20, 1] for index in range(4)]
     wanted = quaternion.multiply(below, np.array(keys))
     assert abs(abs(seen @ wanted) - 1) < 1e-5
@@ -162,7 +162,9 @@ def test_a_layer_in_the_neutral_pose_is_the_gesture(actor, arm):
 def test_hands_of_a_layer_depart_from_hands_at_ease(actor):
     def laid(directions):
         motion = still(directions)
-        (made,) = lay(actor, replace(motion, hands=living.hanging(motion.directions)), result="LAYER", curves="FRAMES")
+        (made,) = lay(
+            actor, replace(motion, hands=hand_synthesis.hanging_hands(motion.directions)), result="LAYER", curves="FRAMES"
+        )
         return np.array([curves(made)[f'pose.bones["{hand}"].rotation_quaternion', index][20, 1] for index in range(4)])
 
     hand = reading.resolve_mapping(actor, reading.read(actor)).chains["left_hand"][0]
@@ -237,11 +239,11 @@ def test_an_unkeyed_character_holds_its_strip(actor, wave):
 
 def test_ramps_and_mixing():
     frames = np.arange(10, 31)
-    up, down = mixing.ramp(frames, 5), mixing.ramp(frames, 5, at_end=True)
+    up, down = blending.ramp(frames, 5), blending.ramp(frames, 5, at_end=True)
     assert up[0] == 0 and up[5] == up[-1] == 1 and (np.diff(up) >= 0).all()
     np.testing.assert_array_equal(down, up[::-1])
-    assert (mixing.ramp(frames, 0) == 1).all()
+    assert (blending.ramp(frames, 0) == 1).all()
     turned = np.array([np.cos(0.5), np.sin(0.5), 0, 0])
-    mixed = mixing.mix({"bone": np.tile(turned, (21, 1))}, {"bone": quaternion.IDENTITY}, up)["bone"]
+    mixed = blending.mix({"bone": np.tile(turned, (21, 1))}, {"bone": quaternion.IDENTITY}, up)["bone"]
     np.testing.assert_allclose(mixed[0], quaternion.IDENTITY, atol=1e-9)
     np.testing.assert_allclose(mixed[-1], turned, atol=1e-9)

@@ -10,7 +10,7 @@ from s2ag.core.motion import quaternion
 from s2ag.core.motion.motion import Motion
 from s2ag.rigs.relative_turns import NEUTRAL, torso_turn
 from s2ag.s2ag_blender import compat
-from s2ag.s2ag_blender.keys.apply import apply_motion, take_off
+from s2ag.s2ag_blender.keys.apply import apply_motion, remove_motion
 from s2ag.s2ag_blender.rig import controls, reading, solver
 
 COLLECTIONS = ("objects", "armatures", "scenes", "collections", "actions", "meshes", "curves", "worlds", "node_groups")
@@ -119,7 +119,7 @@ def test_errors_and_interruptions_leave_nothing_behind(monkeypatch, error):
         if len(steps) == 20:
             raise error("in the middle")
 
-    monkeypatch.setattr(controls.StandIn, "pose", pose)
+    monkeypatch.setattr(controls.RigCopy, "pose", pose)
     with pytest.raises(error):
         apply(item, whole, Motion(performance(12, size=0.4)))
     assert snapshot(item) == before and not len(bpy.data.actions)
@@ -181,7 +181,7 @@ def test_existing_actions_and_tracks_stay(rigged):
     assert (keys(first), (strip.frame_start, strip.frame_end, track.mute, strip.action)) == before
     assert first.use_fake_user and item.animation_data.action == second
     assert worst(item, whole, motion) < 1
-    take_off(item, second)
+    remove_motion(item, second)
     third = apply(item, whole, motion, strip=True)
     assert [one.name for one in item.animation_data.nla_tracks] == ["theirs", third.name]
     assert keys(first) == before[0]
@@ -264,7 +264,7 @@ def test_taking_off_gives_the_pose_back(rigged):
     action = apply(item, whole, Motion(performance(12, size=0.4)))
     bpy.context.scene.frame_set(9)
     assert snapshot(item)["pose"] != before
-    take_off(item, action)
+    remove_motion(item, action)
     bpy.context.scene.frame_set(1)
     assert snapshot(item)["pose"] == before
 
@@ -290,10 +290,10 @@ def test_settings_that_are_keyed_are_remembered():
     motion = Motion(performance(12, size=0.4))
     values = solver.switches(item, mapping, told.append)
     assert len(values) == 2 and any("absent" in sentence for sentence in told)
-    assert not solver.entangled(item, reading.read(item), mapping, values)
+    assert not solver.why_not_plain(item, reading.read(item), mapping, values)
     action = apply_motion(item, motion, 1, mapping=mapping, options=EXACT)
     assert limit.influence == 1.0 and item.pose.bones["left_hand"]["ik"] == 1
     assert arm_error(item, motion, mapping) < 0.01
     assert limit.influence == 0.0 and item.pose.bones["left_hand"]["ik"] == 0
-    take_off(item, action)
+    remove_motion(item, action)
     assert limit.influence == 1.0 and item.pose.bones["left_hand"]["ik"] == 1

@@ -12,10 +12,10 @@ from exactness import EXACT, arm_error, relative_errors
 from s2ag.core.motion import quaternion
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import compat
-from s2ag.s2ag_blender.cast import human
+from s2ag.s2ag_blender.characters import human
 from s2ag.s2ag_blender.keys import keyframes
-from s2ag.s2ag_blender.keys.apply import apply_motion, at_scene_frames, posing, take_off
-from s2ag.s2ag_blender.rig import reading, solver, standin
+from s2ag.s2ag_blender.keys.apply import apply_motion, at_scene_frames, remove_motion, solve_keys_in_slices
+from s2ag.s2ag_blender.rig import private_copy, reading, solver
 
 DEFORM = {
     f"{side}_{part}": (f"DEF-{start}.{letter}", f"DEF-{end}.{letter}")
@@ -33,7 +33,7 @@ def at_rest(item) -> dict:
 def why(item, mapping) -> str:
     """Why a rig needs measuring."""
     values = solver.switches(item, mapping, print)
-    return solver.entangled(item, reading.read(item), mapping, values)
+    return solver.why_not_plain(item, reading.read(item), mapping, values)
 
 
 def test_rigify_control_rig(rigify_saved, record_property):
@@ -65,11 +65,11 @@ def test_rigify_switches_are_keyed_and_given_back(rigify_saved):
     assert tuple(key.co) == (7, 1) and key.interpolation == "CONSTANT"
     bpy.context.scene.frame_set(9)
     assert parent["IK_FK"] == 1.0
-    assert keyframes.former(action)['pose.bones["upper_arm_parent.L"]["IK_FK"]'] == 0.0
-    take_off(item, action)
+    assert keyframes.former_values(action)['pose.bones["upper_arm_parent.L"]["IK_FK"]'] == 0.0
+    remove_motion(item, action)
     assert parent["IK_FK"] == 0.0 and item.animation_data.action is None
     strip = apply_motion(item, Motion(performance(5)), 7, options=EXACT, strip=True)
-    take_off(item, strip)
+    remove_motion(item, strip)
     assert parent["IK_FK"] == 0.0 and not len(item.animation_data.nla_tracks)
 
 
@@ -103,7 +103,7 @@ def test_mesh2motion_control_rig(shared, record_property):
     hand, fore = (rigging.turned(item, bone, [5, 30]) for bone in ("hand_l", "lowerarm_l"))
     np.testing.assert_allclose(hand, fore, atol=1e-4)
     item.animation_data.action = None
-    take_off(item, action)
+    remove_motion(item, action)
     assert item.pose.bones["DRV_forearm_L"].constraints["IK"].influence == 1.0
     item.pose.bones["DRV_hand_L"].rotation_quaternion = (0.9, 0.1, 0, 0)
     again = apply_motion(item, motion, 1, options=EXACT)
@@ -167,7 +167,7 @@ def test_an_adversary(seed, record_property):
 
 def sliced(item, chains, motion):
     """Rotations, and how often Blender could go on; what is in the file then."""
-    slices, seen = posing(item, motion, 1, scene=bpy.context.scene, mapping=chains, options=EXACT), []
+    slices, seen = solve_keys_in_slices(item, motion, 1, scene=bpy.context.scene, mapping=chains, options=EXACT), []
     while True:
         try:
             next(slices)
@@ -180,15 +180,15 @@ def test_a_rig_is_measured_in_slices_that_leave_nothing_and_change_nothing(monke
     whole, item = adversary()
     motion = Motion(performance(60, size=0.5))
     there = (len(bpy.data.objects), len(bpy.data.armatures), len(bpy.data.scenes))
-    monkeypatch.setattr(standin, "SLICE", 600.0)
+    monkeypatch.setattr(private_copy, "SLICE", 600.0)
     in_one, few = sliced(item, whole.chains, motion)
-    monkeypatch.setattr(standin, "SLICE", 0.0)
+    monkeypatch.setattr(private_copy, "SLICE", 0.0)
     in_many, many = sliced(item, whole.chains, motion)
     assert len(many) > len(few) + 5 and set(few + many) == {there}
     assert in_one.keys() == in_many.keys()
     for name, rotations in in_one.items():
         np.testing.assert_allclose(in_many[name], rotations, atol=1e-6, err_msg=name)
-    given_up = posing(item, motion, 1, scene=bpy.context.scene, mapping=whole.chains, options=EXACT)
+    given_up = solve_keys_in_slices(item, motion, 1, scene=bpy.context.scene, mapping=whole.chains, options=EXACT)
     for _ in range(len(few) + 3):
         next(given_up)
     given_up.close()
@@ -263,9 +263,9 @@ def test_measuring_agrees_with_the_formula_on_a_plain_rig():
 
 def test_between_follows_the_shorter_way():
     turns = quaternion.about(np.array([0.0, 0, 1]), np.radians([0.0, 90, 90]))
-    from s2ag.s2ag_blender.rig.turns import between
+    from s2ag.s2ag_blender.rig.rotations import interpolate
 
-    found = between(turns, np.array([1.0, 2, 3]), np.array([0.0, 1.5, 2.5, 9]))
+    found = interpolate(turns, np.array([1.0, 2, 3]), np.array([0.0, 1.5, 2.5, 9]))
     angles = np.degrees(2 * np.arctan2(found[:, 3], found[:, 0]))
     np.testing.assert_allclose(angles, [0, 45, 90, 90], atol=1e-9)
     assert math.isclose(len(at_scene_frames(Motion(performance(16)), 24.0)[0]), 25)

@@ -8,12 +8,12 @@ import rigging
 from bodies import body
 from hands import FINGERS, with_hands
 from s2ag.core.motion.motion import Motion
-from s2ag.rigs.plain import Mapping
-from s2ag.rigs.proportions import guess
+from s2ag.rigs.proportions import guess_trunk
 from s2ag.rigs.retarget import Options
+from s2ag.rigs.skeleton import Mapping
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.keys.apply import apply_motion
-from s2ag.s2ag_blender.rig import girth, hands, reading
+from s2ag.s2ag_blender.rig import body_shape, hands, reading
 
 LITTLE = "left_little2"
 
@@ -99,7 +99,7 @@ def test_a_second_performance_keys_them_again(gestured, wave):
     item, first, whole = gestured()
     bpy.context.scene.frame_set(4)
     second = apply_motion(item, wave(), 1, mapping=whole.mapping)
-    assert second != first and provenance.of(second) is not None
+    assert second != first and provenance.read(second) is not None
     assert keyed(second, item)[LITTLE] == 1
     values = [[c.evaluate(1) for c in compat.curves(action) if LITTLE in c.data_path] for action in (first, second)]
     np.testing.assert_allclose(*values, atol=1e-6)
@@ -155,9 +155,9 @@ def test_the_trunk_is_measured_whatever_the_transforms_of_its_mesh():
     item = rigging.make_armature(whole)
     item.matrix_world = Matrix.LocRotScale((3, 1, 0), None, (0.01, 0.01, 0.01)) @ Matrix.Rotation(0.7, 4, "Z")
     bones = reading.read(item)
-    assert girth.read(item, bones, whole.mapping) is None
+    assert body_shape.read_trunk(item, bones, whole.mapping) is None
     trunk(item, 19, 12, transform=Matrix.Rotation(1.0, 4, "X") @ Matrix.Scale(0.5, 4))
-    found = girth.read(item, bones, whole.mapping)
+    found = body_shape.read_trunk(item, bones, whole.mapping)
     np.testing.assert_allclose(found.halves, [[19, 12]] * len(found.halves), rtol=0.03)
 
 
@@ -171,8 +171,8 @@ def test_a_trunk_of_few_points_is_measured_by_its_edges():
     strips = [(row + k, row + k + 40) for row in (0, 40) for k in range(40)]
     skin.data.from_pydata(np.concatenate(rings).tolist(), strips, [])
     skin.vertex_groups.new(name="spine2").add(range(120), 1.0, "REPLACE")
-    found = girth.read(item, reading.read(item), whole.mapping)
-    usual = guess(reading.read(item), whole.mapping)
+    found = body_shape.read_trunk(item, reading.read(item), whole.mapping)
+    usual = guess_trunk(reading.read(item), whole.mapping)
     assert len(found.heights) > 12 and found.heights[0] < usual.heights[0]
     np.testing.assert_allclose(found.halves, [[15, 10]] * len(found.halves), rtol=0.03)
 
@@ -182,11 +182,11 @@ def test_a_head_is_measured_where_a_mesh_shows_it():
     item = rigging.make_armature(whole)
     bones = reading.read(item)
     trunk(item, 15, 10)
-    assert girth.read(item, bones, whole.mapping).skull is None
+    assert body_shape.read_trunk(item, bones, whole.mapping).skull is None
     head = trunk(item, 9, 11, groups=("head",))
     for vertex in head.data.vertices:
         vertex.co.z = 150 + (vertex.co.z - 90) / 56 * 24
-    found = girth.read(item, bones, whole.mapping)
+    found = body_shape.read_trunk(item, bones, whole.mapping)
     np.testing.assert_allclose(found.skull.halves, [9, 11, 12], rtol=0.07)
     np.testing.assert_allclose(found.halves, [[15, 10]] * len(found.halves), rtol=0.03)
 
@@ -201,7 +201,7 @@ def test_shape_keys_count_as_they_are_set():
         point.co.x *= 2
     for value in (0.0, 0.4):
         broad.value = value
-        found = girth.read(item, reading.read(item), whole.mapping)
+        found = body_shape.read_trunk(item, reading.read(item), whole.mapping)
         np.testing.assert_allclose(found.halves, [[15 * (1 + value), 10]] * len(found.halves), rtol=0.03)
 
 
@@ -211,10 +211,10 @@ def test_arms_sleeves_and_hidden_meshes_do_not_count():
     bones = reading.read(item)
     trunk(item, 30, 30, groups=("left_upper",))
     trunk(item, 40, 40).hide_render = True
-    assert girth.read(item, bones, whole.mapping) is None
+    assert body_shape.read_trunk(item, bones, whole.mapping) is None
     trunk(item, 15, 10)
-    assert girth.read(item, bones, whole.mapping).halves[5, 0] == pytest.approx(15, rel=0.03)
-    assert guess(bones, whole.mapping).halves[0, 0] == pytest.approx(0.75 * 18)
+    assert body_shape.read_trunk(item, bones, whole.mapping).halves[5, 0] == pytest.approx(15, rel=0.03)
+    assert guess_trunk(bones, whole.mapping).halves[0, 0] == pytest.approx(0.75 * 18)
 
 
 def test_control_rigs_find_the_trunk_by_where_its_bones_are():
@@ -229,5 +229,5 @@ def test_control_rigs_find_the_trunk_by_where_its_bones_are():
     bones = reading.read(item)
     trunk(item, 17, 11, groups=("DEF_b",))
     trunk(item, 60, 60, groups=("DEF_arm",))
-    found = girth.read(item, bones, Mapping(whole.chains, hips="hips"))
+    found = body_shape.read_trunk(item, bones, Mapping(whole.chains, hips="hips"))
     np.testing.assert_allclose(found.halves, [[17, 11]] * len(found.halves), rtol=0.03)

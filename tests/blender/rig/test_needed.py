@@ -8,7 +8,7 @@ from s2ag.s2ag_blender.takes import generate
 
 
 def bone_of(armature, part):
-    return armature.pose.bones[reading.found(armature, reading.read(armature))[0].chains[part][0]]
+    return armature.pose.bones[reading.detect_mapping(armature, reading.read(armature))[0].chains[part][0]]
 
 
 def locked(armature, part):
@@ -36,7 +36,7 @@ def test_the_rest_gestures(figure, voice, wave, obstacle, part, without):
     figure.s2ag.audio = str(voice)
     if without:
         figure.s2ag.parts = {"TORSO", "HEAD", "CLAVICLES", "RIGHT_ARM"}
-    found = readiness.of(figure)
+    found = readiness.readiness_of(figure)
     assert found.ready and bpy.ops.s2ag.generate.poll()
     outcome = generate.finish(generate.plan(bpy.context, figure), {"motions": [wave(8)]})
     keyed = {path.split('"')[1] for path, _ in curves(outcome.actions[0])}

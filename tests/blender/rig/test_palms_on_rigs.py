@@ -20,8 +20,8 @@ from s2ag.core.motion.motion import Motion
 from s2ag.rigs import legs
 from s2ag.rigs.family import families
 from s2ag.rigs.goals import SIDES, Goals, Options
-from s2ag.rigs.plain import character_frame
-from s2ag.s2ag_blender.cast import human, mannequin
+from s2ag.rigs.skeleton import character_frame
+from s2ag.s2ag_blender.characters import human, mannequin
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.rig.hands import free_bones

@@ -8,7 +8,7 @@ from s2ag.s2ag_blender.ui import handlers
 
 
 def part(armature, name):
-    return next(row for row in readiness.known(armature).rows if row.part == name)
+    return next(row for row in readiness.cached(armature).rows if row.part == name)
 
 
 def edit(armature, work):
@@ -21,7 +21,7 @@ def edit(armature, work):
 @pytest.fixture
 def bone(figure):
     """Name of the left forearm's bone."""
-    readiness.of(figure)
+    readiness.readiness_of(figure)
     return reading.resolve_mapping(figure, reading.read(figure)).chains["left_forearm"][0]
 
 
@@ -37,10 +37,10 @@ def test_a_chosen_bone_that_is_renamed_and_back(figure, bone):
     assert bpy.ops.s2ag.generate.poll()
     figure.data.bones[bone].name = "lower part"
     bpy.context.view_layer.update()
-    assert bone in readiness.known(figure).problem and not bpy.ops.s2ag.generate.poll()
+    assert bone in readiness.cached(figure).problem and not bpy.ops.s2ag.generate.poll()
     figure.data.bones["lower part"].name = bone
     bpy.context.view_layer.update()
-    assert readiness.known(figure).ready and bpy.ops.s2ag.generate.poll()
+    assert readiness.cached(figure).ready and bpy.ops.s2ag.generate.poll()
 
 
 def test_bones_that_go_and_come(figure, bone):
@@ -53,19 +53,19 @@ def test_bones_that_go_and_come(figure, bone):
     bpy.ops.ed.undo_push(message="whole")
     edit(figure, cut)
     bpy.ops.ed.undo_push(message="cut")
-    assert "left forearm" in readiness.known(figure).problem and readiness.known(figure).problem.endswith("panel Bone Map.")
+    assert "left forearm" in readiness.cached(figure).problem and readiness.cached(figure).problem.endswith("panel Bone Map.")
     bpy.ops.ed.undo()
-    assert readiness.known(bpy.data.objects[name]).found == 9
+    assert readiness.cached(bpy.data.objects[name]).found == 9
 
 
 def test_a_bone_of_the_same_count_and_name_that_is_moved_elsewhere(figure, bone):
-    before = readiness.known(figure)
+    before = readiness.cached(figure)
 
     def turn(bones):
         bones[bone].parent = None
 
     edit(figure, turn)
-    assert readiness.known(figure) is not before
+    assert readiness.cached(figure) is not before
 
 
 def test_locks_of_a_bone(figure):
@@ -82,31 +82,31 @@ def test_a_lock_is_seen_without_any_update(figure, monkeypatch):
     (forearm,) = reading.resolve_mapping(figure, reading.read(figure)).chains["left_forearm"]
     assert part(figure, "left_forearm").found
     for locked in (True, False):
-        monkeypatch.setattr(readiness, "changed", None)
+        monkeypatch.setattr(readiness, "note_change", None)
         figure.pose.bones[forearm].lock_rotation = (locked,) * 3
         row = part(figure, "left_forearm")
-        assert row.found is not locked and readiness.of(figure).ready
+        assert row.found is not locked and readiness.readiness_of(figure).ready
         assert not locked or "rotation is locked" in row.note
 
 
 def test_what_has_no_part_in_it_causes_no_second_look(figure, bone):
-    before = readiness.known(figure)
+    before = readiness.cached(figure)
     figure.location.x = 2
     bpy.context.view_layer.update()
     figure.pose.bones[bone].rotation_quaternion = (0.9, 0.1, 0, 0)
     bpy.context.view_layer.update()
     bpy.context.scene.frame_set(12)
-    assert readiness.known(figure) is before
+    assert readiness.cached(figure) is before
 
 
 def test_the_handler_only_takes_notes(figure, monkeypatch):
     """In an update nothing is looked at, whatever has changed; and a file that is loaded starts afresh."""
-    readiness.of(figure)
+    readiness.readiness_of(figure)
     monkeypatch.setattr(reading, "read", None)
     figure.data.bones[0].name = "first"
     bpy.context.view_layer.update()
     monkeypatch.undo()
-    assert readiness.known(figure).found == 9
+    assert readiness.cached(figure).found == 9
     assert handlers._after_update in bpy.app.handlers.depsgraph_update_post
     bpy.ops.wm.read_factory_settings(use_empty=True)
     assert not readiness._cache and handlers._after_update in bpy.app.handlers.depsgraph_update_post
@@ -116,14 +116,14 @@ def test_when_blender_is_idle_again_what_was_wanted_is_looked_at(figure, bone):
     """As with a window: drawing only asks, the timer looks."""
     figure.data.bones[bone].name = "lower part"
     bpy.context.view_layer.update()
-    readiness.later(figure, readiness.PAUSE)
-    assert bpy.app.timers.is_registered(readiness.catch_up)
-    readiness.catch_up()
+    readiness.schedule(figure, readiness.PAUSE)
+    assert bpy.app.timers.is_registered(readiness.update_pending)
+    readiness.update_pending()
     (look,) = readiness._cache.values()
     assert "lower part" in [bone for row in look.ready.rows for bone in row.bones]
     readiness.stop()
-    readiness.later(figure)
-    readiness.catch_up()
+    readiness.schedule(figure)
+    readiness.update_pending()
     assert len(readiness._cache) == 1
     readiness.stop()
-    assert not readiness._cache and not bpy.app.timers.is_registered(readiness.catch_up)
+    assert not readiness._cache and not bpy.app.timers.is_registered(readiness.update_pending)

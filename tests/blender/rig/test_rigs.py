@@ -15,8 +15,8 @@ from s2ag.core.motion.motion import Motion
 from s2ag.rigs.detect import detect
 from s2ag.rigs.family import families
 from s2ag.rigs.goals import Options
-from s2ag.rigs.plain import character_frame
-from s2ag.s2ag_blender.cast import human
+from s2ag.rigs.skeleton import character_frame
+from s2ag.s2ag_blender.characters import human
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import reading
 

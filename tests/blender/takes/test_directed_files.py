@@ -6,7 +6,7 @@ import bpy
 import pytest
 from acted import curves, cut_off, now, overridden, press, same_curves
 from s2ag.s2ag_blender import compat, provenance
-from s2ag.s2ag_blender.takes import directing, retiming, takes
+from s2ag.s2ag_blender.takes import gesture_edits, retiming, take_list
 
 
 @pytest.fixture
@@ -20,7 +20,7 @@ def directed(speaker, take):
 def state(action):
     """All that an edit may change of an action."""
     markers = sorted((marker.name, marker.frame) for marker in action.pose_markers)
-    return curves(action), markers, directing.made(action), action[directing.GESTURES]
+    return curves(action), markers, gesture_edits.edits_of(action), action[gesture_edits.GESTURES]
 
 
 def alike(one, other):
@@ -28,7 +28,7 @@ def alike(one, other):
 
 
 def moved_marker():
-    one = directing.nearest(now(), bpy.context.scene)
+    one = gesture_edits.nearest_gesture(now(), bpy.context.scene)
     now().pose_markers[one.name].frame += 6
     return press(bpy.ops.s2ag.apply_markers)
 
@@ -62,7 +62,7 @@ def test_a_file_keeps_what_was_directed_and_goes_on_from_there(directed, tmp_pat
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "directed.blend"))
     assert alike(state(now()), before)
     assert EDITS["delete"]() == {"FINISHED"}
-    assert [edit["do"] for edit in directing.made(now())] == ["change", "add", "delete"]
+    assert [edit["do"] for edit in gesture_edits.edits_of(now())] == ["change", "add", "delete"]
 
 
 def test_an_override_of_a_linked_character_is_directed_and_kept(speaker, examples, tmp_path):
@@ -72,14 +72,14 @@ def test_an_override_of_a_linked_character_is_directed_and_kept(speaker, example
     assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
     bpy.context.scene.frame_set(180)
     assert EDITS["change"]() == {"FINISHED"}
-    before = state(takes.active(override).action)
+    before = state(take_list.active(override).action)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "shot.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "shot.blend"))
     again = next(item for item in bpy.data.objects if item.override_library and item.name == name)
-    assert alike(state(takes.active(again).action), before)
+    assert alike(state(take_list.active(again).action), before)
     bpy.context.view_layer.objects.active = again
     assert EDITS["delete"]() == {"FINISHED"}
-    assert len(directing.made(takes.active(again).action)) == 2
+    assert len(gesture_edits.edits_of(take_list.active(again).action)) == 2
 
 
 def test_a_directed_take_of_a_linked_file_shows_its_gestures(directed, tmp_path):
@@ -91,20 +91,20 @@ def test_a_directed_take_of_a_linked_file_shows_its_gestures(directed, tmp_path)
         wanted.actions = [name]
     action = wanted.actions[0]
     assert action.library is not None and alike(state(action), before)
-    assert len(directing.shown(action, bpy.context.scene)) == len(action.pose_markers)
+    assert len(gesture_edits.shown_gestures(action, bpy.context.scene)) == len(action.pose_markers)
 
 
 def test_a_take_of_before_opens_as_it_was(directed, tmp_path):
     action = now()
-    told = provenance.of(action)
+    told = provenance.read(action)
     action[provenance.PROPERTY] = json.dumps({name: told[name] for name in told.keys() - {"edits", "touched", "shows"}})
-    del action[directing.GESTURES]
+    del action[gesture_edits.GESTURES]
     for marker in list(action.pose_markers):
         action.pose_markers.remove(marker)
     before = curves(action)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "before.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "before.blend"))
-    assert same_curves(before, now()) and not now().pose_markers and directing.made(now()) == []
+    assert same_curves(before, now()) and not now().pose_markers and gesture_edits.edits_of(now()) == []
     assert not bpy.ops.s2ag.delete_gesture.poll()
     assert press(bpy.ops.s2ag.reroll) == {"FINISHED"}  # and whatever is made of it can be directed
     assert EDITS["delete"]() == {"FINISHED"}
@@ -114,18 +114,18 @@ def test_a_take_that_an_older_version_directed_opens_as_it_was_and_is_directed_o
     """Its number is another one, and gestures were told without the seconds of their begin and end."""
     assert EDITS["change"]() == {"FINISHED"}
     action = now()
-    told = provenance.of(action)
+    told = provenance.read(action)
     action[provenance.PROPERTY] = json.dumps({**told, "version": "0.0.1"})
-    action[directing.GESTURES] = json.dumps([row[:5] for row in json.loads(action[directing.GESTURES])])
+    action[gesture_edits.GESTURES] = json.dumps([row[:5] for row in json.loads(action[gesture_edits.GESTURES])])
     before = state(action)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "older.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "older.blend"))
     assert alike(state(now()), before)
-    found = directing.shown(now(), bpy.context.scene)
+    found = gesture_edits.shown_gestures(now(), bpy.context.scene)
     assert {one.name: one.frame for one in found} == {mark.name: mark.frame for mark in now().pose_markers}
     assert EDITS["delete"]() == {"FINISHED"}
-    assert [edit["do"] for edit in directing.made(now())] == ["change", "delete"]
-    assert all(len(row) == 7 for row in json.loads(now()[directing.GESTURES]))
+    assert [edit["do"] for edit in gesture_edits.edits_of(now())] == ["change", "delete"]
+    assert all(len(row) == 7 for row in json.loads(now()[gesture_edits.GESTURES]))
 
 
 def trimmed(strip):
@@ -145,17 +145,17 @@ FOLLOWED = pytest.mark.parametrize("how", [trimmed, pytest.param(stretched, mark
 
 def kept_and_directed_on(armature, how, path):
     """Let a take follow its sound, and see it after reopening as it was; another edit leaves the rest of it alone."""
-    how(retiming.strip_of(takes.active(armature).action, bpy.context.scene))
+    how(retiming.strip_of_take(take_list.active(armature).action, bpy.context.scene))
     assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
-    name, before = armature.name, state(takes.active(armature).action)
+    name, before = armature.name, state(take_list.active(armature).action)
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     bpy.ops.wm.open_mainfile(filepath=str(path))
     again = next(item for item in bpy.data.objects if item.name == name and item.library is None)
     bpy.context.view_layer.objects.active = again
-    assert alike(state(takes.active(again).action), before) and not bpy.ops.s2ag.follow_sound.poll()
+    assert alike(state(take_list.active(again).action), before) and not bpy.ops.s2ag.follow_sound.poll()
     bpy.context.scene.frame_set(220)
     assert EDITS["delete"]() == {"FINISHED"}
-    after = state(takes.active(again).action)
+    after = state(take_list.active(again).action)
     assert [edit["do"] for edit in after[2]] == ["change", "delete"] and not same_curves(before[0], after[0])
     for key, keys in before[0].items():
         far = [rows[abs(rows[:, 0] - 220) > 96] for rows in (keys, after[0][key])]  # four seconds

@@ -8,7 +8,7 @@ import pytest
 from acted import apart, pose, settle
 from load import slowdown
 from s2ag.s2ag_blender.rig import readiness, reading
-from s2ag.s2ag_blender.takes import drafts, generate, gesture
+from s2ag.s2ag_blender.takes import drafts, engine_requests, generate
 
 
 @pytest.fixture
@@ -18,7 +18,7 @@ def actor(extension, rigify_saved, engine, examples):
     bpy.context.view_layer.objects.active = item
     item.s2ag.audio, item.s2ag.range, item.s2ag.curves = str(examples / "hello.flac"), "SCENE", "FRAMES"
     bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 240
-    gesture.engine(bpy.context).call("hello", {"warm": True})
+    engine_requests.engine(bpy.context).call("hello", {"warm": True})
     yield item
     bpy.context.window_manager.s2ag.live = False
 
@@ -44,7 +44,7 @@ def test_a_draft_is_next_to_the_take(actor):
         return [{name: found[name] for name in seen} for found in (pose(actor, frame) for frame in (5, 47, 101, 163, 222))]
 
     planned = generate.plan(bpy.context, actor, draft=True)
-    result = gesture.call(bpy.context, planned.params)
+    result = engine_requests.call(bpy.context, planned.params)
     generate.finish(planned, result)
     drafted = shown()
     drafts.drop(actor)
@@ -69,7 +69,7 @@ def test_what_the_readiness_costs(actor, record_property):
     """The handler only notes; the look itself waits until Blender is idle."""
     from s2ag.s2ag_blender.ui import handlers
 
-    assert len(actor.data.bones) > 650 and readiness.of(actor).found == 9
+    assert len(actor.data.bones) > 650 and readiness.readiness_of(actor).found == 9
     depsgraph, scene = bpy.context.evaluated_depsgraph_get(), bpy.context.scene
 
     def best(work, times, rounds=20):
@@ -82,11 +82,11 @@ def test_what_the_readiness_costs(actor, record_property):
         return min(found)
 
     noted = best(lambda: handlers._after_update(scene, depsgraph), 500)
-    asked = best(lambda: readiness.known(actor), 100)
+    asked = best(lambda: readiness.cached(actor), 100)
 
     def looked():
-        readiness.changed()
-        readiness.of(actor)
+        readiness.note_change()
+        readiness.readiness_of(actor)
 
     again = best(looked, 1)
     record_property("microseconds", f"handler {noted * 1e6:.1f}, drawing {asked * 1e6:.1f}, unchanged look {again * 1e6:.0f}")

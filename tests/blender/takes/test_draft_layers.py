@@ -7,7 +7,7 @@ import pytest
 from acted import animate, apart, curves, overridden, pose, press, same_curves, settle
 from s2ag.s2ag_blender.keys import layers
 from s2ag.s2ag_blender.rig import reading
-from s2ag.s2ag_blender.takes import drafts, generate, gesture, preview
+from s2ag.s2ag_blender.takes import drafts, engine_requests, generate, preview
 
 FRAMES = (3, 10, 12, 30, 55, 79, 82, 100)
 """Before, while it fades in, in the middle, while it fades out, and after."""
@@ -243,4 +243,4 @@ def test_the_base_of_a_take_is_never_a_draft(actor):
     settle()
     assert max(points[:, 0].max() for points in curves(layers.draft_of(actor)).values()) > 300
     assert all(not ((points[:, 0] > 120) & (points[:, 0] < 300)).any() for points in curves(layers.draft_of(actor)).values())
-    assert gesture.engine(bpy.context).pid and preview.is_on()
+    assert engine_requests.engine(bpy.context).pid and preview.is_on()

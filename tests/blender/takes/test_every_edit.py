@@ -8,7 +8,7 @@ from mathutils import Quaternion, Vector
 from s2ag.s2ag_blender import provenance
 from s2ag.s2ag_blender.keys.apply import scene_fps
 from s2ag.s2ag_blender.rig import reading
-from s2ag.s2ag_blender.takes import directing, takes, timing
+from s2ag.s2ag_blender.takes import gesture_edits, take_list, timing
 
 LANDS, SIZE = 0.08, 0.15
 """Seconds and share within which a stroke is what was asked for."""
@@ -19,17 +19,17 @@ def figure():
 
 
 def state():
-    return curves(now()), directing.made(now()), now()[directing.GESTURES]
+    return curves(now()), gesture_edits.edits_of(now()), now()[gesture_edits.GESTURES]
 
 
 def gesture(number, hand=None):
     """The gesture nearest to a share of a dozen of the take, made by another hand than ``hand``."""
-    found = [one for one in directing.shown(now(), bpy.context.scene)[1:-1] if one.hand != hand]
+    found = [one for one in gesture_edits.shown_gestures(now(), bpy.context.scene)[1:-1] if one.hand != hand]
     return found[number * len(found) // 12]
 
 
 def made(at):
-    found = directing.shown(now(), bpy.context.scene)
+    found = gesture_edits.shown_gestures(now(), bpy.context.scene)
     return next((one for one in found if abs(one.at - at) <= LANDS), None)
 
 
@@ -59,7 +59,7 @@ def deleted(number):
 
 def added(frame, kind):
     bpy.context.scene.frame_set(frame)
-    at = directing.seconds(now(), bpy.context.scene, frame)
+    at = gesture_edits.seconds_at(now(), bpy.context.scene, frame)
     assert press(bpy.ops.s2ag.add_gesture, kind=kind) == {"FINISHED"}
     return lambda: made(at) is not None and made(at).kind == kind
 
@@ -124,8 +124,8 @@ EDITS = [
 
 def elsewhere(before, after, action):
     """Whether keys of two takes are the same wherever the last edit of ``action`` has touched nothing."""
-    told, fps = provenance.of(action), scene_fps(bpy.context.scene)
-    clock, room = timing.clock(told, fps), 2 * fps / 15  # keys between frames of the motion, and the next turn of a curve
+    told, fps = provenance.read(action), scene_fps(bpy.context.scene)
+    clock, room = timing.clock_of(told, fps), 2 * fps / 15  # keys between frames of the motion, and the next turn of a curve
     spans = [[float(clock.frame(at)) for at in span] for span in told["touched"][-1]]
     assert sum(stop - start for start, stop in spans) < 7 * fps
 
@@ -147,7 +147,7 @@ def test_a_dozen_edits(speaker, examples):
         before = state()
         there = edit()
         after = state()
-        told = takes.active(figure()).warnings
+        told = take_list.active(figure()).warnings
         assert len(after[1]) == number + 1 and not same_curves(before[0], after[0]), number
         missed += [] if there() else [after[1][-1]]
         assert there() or f"Edit {number + 1} " in told, (number, after[1][-1], told)

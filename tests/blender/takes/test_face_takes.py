@@ -6,9 +6,9 @@ import bpy
 import numpy as np
 import pytest
 import simple_heads
-from s2ag.s2ag_blender.cast import facial
+from s2ag.s2ag_blender.characters import face_lookup
 from s2ag.s2ag_blender.keys import faces
-from s2ag.s2ag_blender.takes import drafts, generate, takes
+from s2ag.s2ag_blender.takes import drafts, generate, take_list
 
 NAMES = ("jawOpen", "mouthPucker", "mouthFunnel", "mouthPressLeft", "mouthRollLower", "eyeBlinkLeft", "eyeBlinkRight")
 
@@ -32,10 +32,10 @@ def test_the_face_comes_and_goes_with_its_take(speaker, key, result):
     speaker.s2ag.face, speaker.s2ag.take_count, speaker.s2ag.result = True, 2, result
     assert bpy.ops.s2ag.generate() == {"FINISHED"}
     first = track(key, "eyeBlinkLeft"), track(key, "jawOpen")
-    assert all(faces.ours(take.action) and faces.FACES in take.action for take in speaker.s2ag.takes)
+    assert all(faces.is_ours(take.action) and faces.FACES in take.action for take in speaker.s2ag.takes)
     speaker.s2ag.active_take = 1
     assert (track(key, "jawOpen") == first[1]).all()  # the same words
-    takes.delete(speaker, [0, 1])
+    take_list.delete(speaker, [0, 1])
     assert key.animation_data.action is None and not track(key, "jawOpen").any()
 
 
@@ -55,7 +55,7 @@ def test_a_draft_shows_the_face_and_leaves_what_was_there(speaker, key, result):
     assert 0 < less.mean() < 0.6 * shown.mean()
     drafts.drop(speaker)
     assert faces.FACES in take and (track(key, "jawOpen") == shown).all()
-    takes.delete(speaker, [0])
+    take_list.delete(speaker, [0])
     assert key.animation_data.action is None and not track(key, "jawOpen").any()
 
 
@@ -75,15 +75,15 @@ def test_a_face_s_map_is_saved_edited_and_loaded(speaker, key, tmp_path):
     path = tmp_path / "face.json"
     assert bpy.ops.s2ag.save_face_map(filepath=str(path)) == {"FINISHED"}
     content = json.loads(path.read_text("utf-8"))
-    assert content["keys"]["jawOpen"] == {"JAW": 0.5} and facial.told_of(speaker)["map"] == path.read_text("utf-8")
+    assert content["keys"]["jawOpen"] == {"JAW": 0.5} and face_lookup.describe_face(speaker)["map"] == path.read_text("utf-8")
     content["keys"] = {"mouthPucker": {"JAW": 1.0}}
     path.write_text(json.dumps(content))
     assert bpy.ops.s2ag.load_face_map(filepath=str(path)) == {"FINISHED"}
-    assert "blinks" in facial.find(speaker).missing and "missing" in facial.told_of(speaker)["table"]
+    assert "blinks" in face_lookup.find(speaker).missing and "missing" in face_lookup.describe_face(speaker)["table"]
     speaker.s2ag.face = True
     bpy.ops.s2ag.generate()
     assert track(key, "mouthPucker").any() and not track(key, "jawOpen").any()
-    assert bpy.ops.s2ag.reset_face_map() == {"FINISHED"} and "jawOpen" in facial.find(speaker).shapes.keys
+    assert bpy.ops.s2ag.reset_face_map() == {"FINISHED"} and "jawOpen" in face_lookup.find(speaker).shapes.keys
     path.write_text("{}")
     with pytest.raises(RuntimeError, match="is not what face maps are"):
         bpy.ops.s2ag.load_face_map(filepath=str(path))

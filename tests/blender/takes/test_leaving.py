@@ -6,7 +6,7 @@ import pytest
 from acted import drawn, pose, press
 from s2ag.s2ag_blender.keys import layers
 from s2ag.s2ag_blender.rig import reading
-from s2ag.s2ag_blender.takes import takes
+from s2ag.s2ag_blender.takes import take_list
 
 
 def bones_of(armature, *parts):
@@ -35,7 +35,7 @@ def test_parts_that_are_no_longer_gestured_do_not_freeze(speaker, result):
     assert turned(speaker, body) > 0.5
     speaker.s2ag.active_take = 1
     assert turned(speaker, body) < 0.01
-    takes.delete(speaker, [1, 0])
+    take_list.delete(speaker, [1, 0])
     assert turned(speaker, arms) < 0.01
 
 

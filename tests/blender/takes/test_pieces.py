@@ -8,9 +8,9 @@ import pytest
 from acted import animate, curves, press, take_of
 from s2ag.core.motion import skeleton
 from s2ag.s2ag_blender import compat, provenance
-from s2ag.s2ag_blender.keys import layers, posing
+from s2ag.s2ag_blender.keys import layers, poses
 from s2ag.s2ag_blender.rig import reading
-from s2ag.s2ag_blender.takes import generate, takes
+from s2ag.s2ag_blender.takes import generate, take_list
 
 START, FIRST, LAST, END = 5, 80, 150, 215
 """Frames of a recording of nine seconds, and of the three seconds of it that are made anew."""
@@ -46,7 +46,7 @@ def arms(armature, frames):
     mapping = reading.resolve_mapping(armature, bones)
     for frame in frames:
         scene.frame_set(frame)
-        found.append(posing.directions(armature, bones, mapping)[list(skeleton.ARM_EDGES)])
+        found.append(poses.directions(armature, bones, mapping)[list(skeleton.ARM_EDGES)])
     return np.array(found, float)
 
 
@@ -94,10 +94,10 @@ def test_the_engine_is_told_what_is_around_and_a_piece_can_be_made_again(take, s
     seen = arms(speaker, np.floor(at[at % 1 == 0]).astype(int))
     np.testing.assert_allclose(directions[at % 1 == 0][:, list(skeleton.ARM_EDGES)], seen, atol=1e-4)
     (made,) = generate.wait(bpy.context, planned).actions
-    again = generate.plan(bpy.context, speaker, **takes.again(made))
-    assert again.params["kept"] == provenance.of(made)["around"] == planned.params["kept"]
+    again = generate.plan(bpy.context, speaker, **take_list.remake_arguments(made))
+    assert again.params["kept"] == provenance.read(made)["around"] == planned.params["kept"]
     assert curves(generate.wait(bpy.context, again).actions[0]).keys() == curves(made).keys()
-    assert "kept" not in generate.plan(bpy.context, speaker, **takes.again(take)).params
+    assert "kept" not in generate.plan(bpy.context, speaker, **take_list.remake_arguments(take)).params
 
 
 def test_another_try_on_a_piece_takes_the_place_of_the_first(take, speaker):

@@ -7,13 +7,13 @@ import pytest
 from acted import curves, press, same_curves, settle
 from s2ag.s2ag_blender import provenance
 from s2ag.s2ag_blender.keys import layers
-from s2ag.s2ag_blender.takes import generate, gesture, preview, session
+from s2ag.s2ag_blender.takes import engine_requests, generate, preview, session
 
 
 @pytest.fixture
 def live(speaker):
     """A mannequin with the preview on and a warm engine."""
-    gesture.engine(bpy.context).call("hello", {"warm": True})
+    engine_requests.engine(bpy.context).call("hello", {"warm": True})
     bpy.context.window_manager.s2ag.live = True
     yield speaker
     bpy.context.window_manager.s2ag.live = False
@@ -68,7 +68,7 @@ def test_the_figure_moves_while_a_slider_is_dragged(live):
         time.sleep(0.005)
     live.s2ag.intensity = 0.77
     settle()
-    assert provenance.of(layers.draft_of(live))["intensity"] == pytest.approx(0.77)
+    assert provenance.read(layers.draft_of(live))["intensity"] == pytest.approx(0.77)
 
 
 def test_the_draft_of_a_long_recording_is_around_the_playhead(live, wave):
@@ -90,16 +90,16 @@ def test_the_engine_is_at_the_next_draft_while_one_is_laid(live, monkeypatch):
     preview.tick()
     live.s2ag.intensity = 0.6
     settle()
-    assert laid == [1, 0] and provenance.of(layers.draft_of(live))["intensity"] == pytest.approx(0.6)
+    assert laid == [1, 0] and provenance.read(layers.draft_of(live))["intensity"] == pytest.approx(0.6)
 
 
 def test_many_changes_are_one_request(live):
     settle()
-    before = next(gesture.engine(bpy.context)._numbers)
+    before = next(engine_requests.engine(bpy.context)._numbers)
     for step in range(20):
         live.s2ag.intensity = 0.5 + step / 40
     settle()
-    assert next(gesture.engine(bpy.context)._numbers) - before == 2
+    assert next(engine_requests.engine(bpy.context)._numbers) - before == 2
 
 
 def test_a_failing_draft_is_told_and_changes_nothing(live):

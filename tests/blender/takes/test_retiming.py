@@ -10,7 +10,7 @@ import pytest
 from acted import curves, cut_off, drawn, now, press
 from s2ag.core.sound import audio
 from s2ag.s2ag_blender import compat, provenance
-from s2ag.s2ag_blender.takes import directing, retiming, takes
+from s2ag.s2ag_blender.takes import gesture_edits, retiming, take_list
 from s2ag.s2ag_blender.ui import gesture_panel as ui
 from sounds import write_wav
 
@@ -36,8 +36,8 @@ def test_a_take_follows_its_strip_with_all_its_versions(speaker, take, result):
     assert press(bpy.ops.s2ag.delete_gesture) == {"FINISHED"}
     assert not bpy.ops.s2ag.follow_sound.poll() and "s2ag.follow_sound" not in drawn(ui.S2AG_PT_directing)
     before = [curves(action) for action in takes_actions(speaker)]
-    gestures = [(one.at, one.frame) for one in directing.shown(now(speaker), scene)]
-    strip = retiming.strip_of(now(speaker), scene)
+    gestures = [(one.at, one.frame) for one in gesture_edits.shown_gestures(now(speaker), scene)]
+    strip = retiming.strip_of_take(now(speaker), scene)
     compat.move_strip(strip, compat.strip_start(strip) + 48)
     assert "s2ag.follow_sound" in drawn(ui.S2AG_PT_directing)
     bpy.ops.ed.undo_push(message="moved")
@@ -45,13 +45,15 @@ def test_a_take_follows_its_strip_with_all_its_versions(speaker, take, result):
     for old, action in zip(before, takes_actions(speaker), strict=True):
         there = moved_by(old, 48)
         assert all(np.array_equal(keys, there[key]) for key, keys in curves(action).items())
-        assert provenance.of(action)["place"]["first"] == round(provenance.of(action)["start"])
-    assert [(one.at, one.frame - 48) for one in directing.shown(now(speaker), scene)] == gestures
+        assert provenance.read(action)["place"]["first"] == round(provenance.read(action)["start"])
+    assert [(one.at, one.frame - 48) for one in gesture_edits.shown_gestures(now(speaker), scene)] == gestures
     assert not bpy.ops.s2ag.follow_sound.poll()
     scene.frame_set(228)
     moved = now(speaker)
     assert press(bpy.ops.s2ag.add_gesture, kind="big") == {"FINISHED"}
-    one = next(one for one in directing.shown(now(speaker), scene) if one.kind == "big" and abs(one.frame - 228) <= 2)
+    one = next(
+        one for one in gesture_edits.shown_gestures(now(speaker), scene) if one.kind == "big" and abs(one.frame - 228) <= 2
+    )
     far = [keys[keys[:, 0] > one.frame + 90] for keys in curves(now(speaker)).values()]
     former = [keys[keys[:, 0] > one.frame + 90] for keys in curves(moved).values()]
     assert all(np.array_equal(*pair) for pair in zip(far, former, strict=True)) and len(compat.sound_strips(scene)) == 1
@@ -60,12 +62,12 @@ def test_a_take_follows_its_strip_with_all_its_versions(speaker, take, result):
 def takes_actions(armature):
     from s2ag.s2ag_blender.takes import versions
 
-    return versions.actions(takes.active(armature))
+    return versions.version_actions(take_list.active(armature))
 
 
 def test_a_move_is_one_step_back(speaker, take):
     scene, before = bpy.context.scene, curves(take)
-    strip = retiming.strip_of(take, scene)
+    strip = retiming.strip_of_take(take, scene)
     compat.move_strip(strip, compat.strip_start(strip) + 10)
     bpy.ops.ed.undo_push(message="moved")
     assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
@@ -80,7 +82,7 @@ def test_other_animation_is_not_moved(speaker, take, tmp_path):
     own = animate(speaker, ["spine"] if "spine" in speaker.pose.bones else [speaker.pose.bones[0].name])
     press(bpy.ops.s2ag.generate)
     before, scene = curves(own), bpy.context.scene
-    strip = retiming.strip_of(now(speaker), scene)
+    strip = retiming.strip_of_take(now(speaker), scene)
     compat.move_strip(strip, compat.strip_start(strip) + 10)
     with pytest.raises(RuntimeError, match="other animation"):
         press(bpy.ops.s2ag.follow_sound)
@@ -98,7 +100,7 @@ def test_a_take_is_cut_and_grows_again_with_its_strip(speaker, take, result):
     given_as(speaker, result)
     scene.frame_set(180)
     assert press(bpy.ops.s2ag.change_gesture, size=0.7) == {"FINISHED"}
-    whole, strip = curves(now(speaker)), retiming.strip_of(now(speaker), scene)
+    whole, strip = curves(now(speaker)), retiming.strip_of_take(now(speaker), scene)
     place, marked = (speaker.s2ag.takes[-1].first, speaker.s2ag.takes[-1].last), len(now(speaker).pose_markers)
     cut_off(strip, 60, 90)
     first, last = round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1
@@ -111,15 +113,15 @@ def test_a_take_is_cut_and_grows_again_with_its_strip(speaker, take, result):
     many = {key: values for key, values in on(whole, inner).items() if values}
     here = on(curves(now(speaker)), inner)
     assert many and all(here[key] == values for key, values in many.items())
-    assert 0 < len(now(speaker).pose_markers) < marked and directing.by_markers(now(speaker), scene) == []
+    assert 0 < len(now(speaker).pose_markers) < marked and gesture_edits.edits_from_markers(now(speaker), scene) == []
     assert not bpy.ops.s2ag.follow_sound.poll()
     scene.frame_set(200)
     assert press(bpy.ops.s2ag.delete_gesture) == {"FINISHED"}
-    told = provenance.of(now(speaker))
+    told = provenance.read(now(speaker))
     assert (told["place"]["first"], told["place"]["last"]) == (first, last)
     cut_off(strip, -60, -90) if hasattr(strip, "left_handle") else cut_off(strip, 0, 0)
     assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
-    told = provenance.of(now(speaker))
+    told = provenance.read(now(speaker))
     assert [edit["do"] for edit in told["edits"]] == ["change", "delete"]
     assert abs(told["place"]["first"] - place[0]) <= 1 and abs(told["place"]["last"] - place[1]) <= 1
     assert not bpy.ops.s2ag.follow_sound.poll() and len(compat.sound_strips(scene)) == 1
@@ -132,10 +134,10 @@ def test_a_take_is_stretched_as_its_strip_is(speaker, take, result):
     if result != "ACTION":
         speaker.s2ag.result = result
         press(bpy.ops.s2ag.generate)
-    strip = retiming.strip_of(now(speaker), scene)
+    strip = retiming.strip_of_take(now(speaker), scene)
     start, before = compat.strip_start(strip), curves(now(speaker))
     marks = {marker.name: marker.frame for marker in scene.timeline_markers}
-    gestures = {one.at: one.frame for one in directing.shown(now(speaker), scene)}
+    gestures = {one.at: one.frame for one in gesture_edits.shown_gestures(now(speaker), scene)}
     length = compat.strip_length(strip)
     strip.retiming_keys.add(timeline_frame=round(start + length / 2))
     strip.retiming_keys[-1].timeline_frame += round(length / 2)  # its latter half is half as fast
@@ -149,11 +151,11 @@ def test_a_take_is_stretched_as_its_strip_is(speaker, take, result):
     for key, keys in before.items():
         assert np.abs(after[key][:, 0] - there(keys[:, 0])).max() < 0.5 and np.array_equal(after[key][:, 1], keys[:, 1])
     # Frames are whole: half of one before, at half the speed, and half of one now.
-    assert all(abs(one.frame - there(gestures[one.at])) <= 2 for one in directing.shown(now(speaker), scene))
+    assert all(abs(one.frame - there(gestures[one.at])) <= 2 for one in gesture_edits.shown_gestures(now(speaker), scene))
     assert all(abs(marker.frame - there(marks[marker.name])) <= 1 for marker in scene.timeline_markers)
-    assert not bpy.ops.s2ag.follow_sound.poll() and directing.by_markers(now(speaker), scene) == []
+    assert not bpy.ops.s2ag.follow_sound.poll() and gesture_edits.edits_from_markers(now(speaker), scene) == []
     stretched = now(speaker)
-    one = max(directing.shown(stretched, scene), key=lambda one: one.size)
+    one = max(gesture_edits.shown_gestures(stretched, scene), key=lambda one: one.size)
     scene.frame_set(one.frame)
     assert press(bpy.ops.s2ag.change_gesture, size=0.7) == {"FINISHED"}
     assert len(curves(now(speaker))) == len(after)
@@ -162,19 +164,19 @@ def test_a_take_is_stretched_as_its_strip_is(speaker, take, result):
     assert all(np.array_equal(*pair) for pair in zip(far, former, strict=True))
     strip.retiming_keys.reset()
     assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
-    assert {one.at: one.frame for one in directing.shown(stretched, scene)} == gestures
+    assert {one.at: one.frame for one in gesture_edits.shown_gestures(stretched, scene)} == gestures
 
 
 @pytest.mark.skipif(bpy.app.version < (5, 2), reason="adding retiming keys without a window crashes this Blender")
 def test_a_stretched_strip_is_performed_as_it_is_heard(speaker, take, examples):
     scene = bpy.context.scene
-    strip = retiming.strip_of(take, scene)
-    plain = {one.at: one.frame for one in directing.shown(take, scene)}
+    strip = retiming.strip_of_take(take, scene)
+    plain = {one.at: one.frame for one in gesture_edits.shown_gestures(take, scene)}
     strip.retiming_keys.add(timeline_frame=round(compat.strip_start(strip) + 100))
     strip.retiming_keys[-1].timeline_frame += 200
     speaker.s2ag.audio_source, speaker.s2ag.sound_strip, speaker.s2ag.range = "STRIP", strip.name, "STRIP"
     assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
-    later = {one.at: one.frame for one in directing.shown(now(speaker), scene)}
+    later = {one.at: one.frame for one in gesture_edits.shown_gestures(now(speaker), scene)}
     assert later.keys() == plain.keys() and max(later[at] - plain[at] for at in plain) > 100
     assert not bpy.ops.s2ag.follow_sound.poll()
 
@@ -203,11 +205,14 @@ def test_gestures_follow_a_recording_that_is_overwritten_in_place(speaker, examp
     assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
     scene.frame_set(180)
     assert press(bpy.ops.s2ag.change_gesture, size=0.7) == {"FINISHED"}
-    gestures, length = directing.shown(now(speaker), scene), compat.strip_length(retiming.strip_of(now(speaker), scene))
+    gestures, length = (
+        gesture_edits.shown_gestures(now(speaker), scene),
+        compat.strip_length(retiming.strip_of_take(now(speaker), scene)),
+    )
     os.utime(path, (1.7e9, 1.7e9))  # a copy of the same sound with another date
     time.sleep(0.6)
     assert not bpy.ops.s2ag.follow_sound.poll()
-    longer, at = with_pause(voice, directing.words(now(speaker)), pause)
+    longer, at = with_pause(voice, gesture_edits.stored_words(now(speaker)), pause)
     write_wav(path, longer)
     time.sleep(0.6)
     assert bpy.ops.s2ag.follow_sound.poll() and "s2ag.follow_sound" in drawn(ui.S2AG_PT_directing)
@@ -216,13 +221,13 @@ def test_gestures_follow_a_recording_that_is_overwritten_in_place(speaker, examp
     bpy.ops.ed.undo_push(message="recorded again")
     assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
     for action in takes_actions(speaker):
-        assert provenance.of(action)["follows"]["path"] == str(path)
-    after = directing.shown(now(speaker), scene)
+        assert provenance.read(action)["follows"]["path"] == str(path)
+    after = gesture_edits.shown_gestures(now(speaker), scene)
     assert [one.at for one in after] == [one.at for one in gestures]
     for before, one in zip(gestures, after, strict=True):
         if abs(one.at - at) > 1.0:
             assert abs((one.frame - before.frame) / fps - pause * (one.at > at)) <= 0.08 + 1 / fps
-    assert compat.strip_length(retiming.strip_of(now(speaker), scene)) == pytest.approx(length + pause * fps, abs=2)
+    assert compat.strip_length(retiming.strip_of_take(now(speaker), scene)) == pytest.approx(length + pause * fps, abs=2)
     assert not bpy.ops.s2ag.follow_sound.poll() and len(compat.sound_strips(scene)) == 1
     kept = curves(now(speaker))
     with pytest.raises(RuntimeError, match="overwritten"):  # what it was performed for is no more
@@ -232,13 +237,13 @@ def test_gestures_follow_a_recording_that_is_overwritten_in_place(speaker, examp
 
 def test_gestures_follow_their_words_in_another_recording(speaker, take, voice, tmp_path):
     scene, fps, pause = bpy.context.scene, bpy.context.scene.render.fps, 1.5
-    longer, at = with_pause(voice, directing.words(take), pause)
+    longer, at = with_pause(voice, gesture_edits.stored_words(take), pause)
     write_wav(tmp_path / "better.wav", longer)
-    gestures, strip = directing.shown(take, scene), retiming.strip_of(take, scene)
+    gestures, strip = gesture_edits.shown_gestures(take, scene), retiming.strip_of_take(take, scene)
     strip.sound = bpy.data.sounds.load(str(tmp_path / "better.wav"))
     bpy.ops.ed.undo_push(message="replaced")
     assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
-    after = directing.shown(now(speaker), scene)
+    after = gesture_edits.shown_gestures(now(speaker), scene)
     assert [one.at for one in after] == [one.at for one in gestures]
     for before, one in zip(gestures, after, strict=True):
         moved = (one.frame - before.frame) / fps

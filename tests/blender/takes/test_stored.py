@@ -8,9 +8,9 @@ import bpy
 import mutations
 import pytest
 from s2ag.core.errors import S2agError
-from s2ag.s2ag_blender import provenance, stored
-from s2ag.s2ag_blender.keys import density, keyframes, layers, trying
-from s2ag.s2ag_blender.takes import drafts, generate, recall, takes
+from s2ag.s2ag_blender import json_properties, provenance
+from s2ag.s2ag_blender.keys import density, keyframes, layers, test_pose
+from s2ag.s2ag_blender.takes import drafts, generate, stored_settings, take_list
 
 
 @pytest.fixture
@@ -25,19 +25,19 @@ def laid(figure, voice, wave):
 
 def used(armature, action):
     """All that reads what is stored on an action."""
-    told = provenance.of(action)
+    told = provenance.read(action)
     place = layers.Place.of(action)
     if place is not None:
         assert place.overlaps(place.first, place.last) or place.first > place.last
         assert density.most_keys(action) >= 0 and isinstance(density.is_dense(action), bool)
     layers.is_draft(action)
     layers.base_action(armature, 1, 30)
-    keyframes.give_back(armature, action)
+    keyframes.restore_former_values(armature, action)
     if told is not None:
-        takes.title(armature, action)
+        take_list.title(armature, action)
         if "settings" in told and "seed" in told:
             with contextlib.suppress(S2agError):
-                recall.restore(armature.s2ag, told["settings"])
+                stored_settings.restore(armature.s2ag, told["settings"])
 
 
 @pytest.mark.parametrize("name", [provenance.PROPERTY, keyframes.FORMER, density.KEYED])
@@ -58,10 +58,10 @@ DAMAGED = ["", "[", "[]", '{"muted": 3}', '{"a": 1}', "[" * 5000, '{"action_infl
 
 @pytest.mark.parametrize("text", DAMAGED, ids=range(len(DAMAGED)))
 def test_damaged_properties_of_a_character(laid, text):
-    laid[drafts.STAGED], laid[trying.BEFORE] = text, text
+    laid[drafts.STAGED], laid[test_pose.BEFORE] = text, text
     drafts.drop(laid)
-    trying.end(laid)
-    assert drafts.STAGED not in laid and trying.BEFORE not in laid
+    test_pose.end_test_pose(laid)
+    assert drafts.STAGED not in laid and test_pose.BEFORE not in laid
 
 
 def test_nothing_but_numbers_is_set_by_what_a_file_says(laid):
@@ -71,7 +71,7 @@ def test_nothing_but_numbers_is_set_by_what_a_file_says(laid):
     action, name = laid.animation_data.action, laid.name
     told = {"animation_data.drivers[0].driver.expression": "2.0", "name": "other", "location": ["x"] * 3}
     action[keyframes.FORMER] = json.dumps(told)
-    keyframes.give_back(laid, action)
+    keyframes.restore_former_values(laid, action)
     assert curve.driver.expression == "1.0" and laid.name == name
 
 
@@ -80,7 +80,7 @@ STORED = [("{}", dict, {}), ("[1]", list, [1]), ("[1]", dict, {}), (3, dict, {})
 
 @pytest.mark.parametrize(("value", "kind", "found"), STORED)
 def test_what_is_stored_is_of_its_kind(value, kind, found):
-    assert stored.read({"a": value}, "a", kind) == found and stored.read({}, "a", kind) == kind()
+    assert json_properties.read({"a": value}, "a", kind) == found and json_properties.read({}, "a", kind) == kind()
 
 
 @pytest.mark.parametrize("text", ["[", "[" * 5000, "3", '[[1], null, "hand"]'])

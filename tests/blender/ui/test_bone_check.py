@@ -9,9 +9,9 @@ from acted import apart, curves, drawn, pose, press, same_curves
 from bodies import degrees, performance
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import compat
-from s2ag.s2ag_blender.keys import trying
+from s2ag.s2ag_blender.keys import test_pose
 from s2ag.s2ag_blender.keys.apply import apply_motion
-from s2ag.s2ag_blender.rig import handpicked, reading
+from s2ag.s2ag_blender.rig import chosen_bones, reading
 from s2ag.s2ag_blender.takes import generate
 from s2ag.s2ag_blender.ui import subpanels
 
@@ -30,7 +30,7 @@ def test_choosing_bones_changes_nothing_by_itself(hero):
     before = curves(apply_motion(item, motion, 1))
     bpy.data.objects[item.name].animation_data.action = None
     bpy.ops.s2ag.edit_bone_map()
-    chosen = handpicked.chosen(item.s2ag)
+    chosen = chosen_bones.mapping_of_settings(item.s2ag)
     mapping = reading.resolve_mapping(item, reading.read(item), chosen)
     assert mapping.chains == body.chains and mapping.hips == body.hips
     assert same_curves(before, curves(apply_motion(item, motion, 1, mapping=chosen)))
@@ -96,7 +96,7 @@ def test_the_test_pose_shows_sides_and_goes_without_a_trace(hero):
     assert degrees(wrist - elbow, np.array([0.0, -1, 0])) < 15
     assert "s2ag.test_pose" in drawn(subpanels.S2AG_PT_bone_map) and item.animation_data is None
     press(bpy.ops.s2ag.test_pose)
-    assert apart(before, pose(item, 1)) < 1e-3 and trying.BEFORE not in item
+    assert apart(before, pose(item, 1)) < 1e-3 and test_pose.BEFORE not in item
 
 
 def test_gestures_start_from_the_pose_before_the_test(hero, wave, voice):
@@ -105,7 +105,7 @@ def test_gestures_start_from_the_pose_before_the_test(hero, wave, voice):
     bpy.ops.s2ag.test_pose()
     item.s2ag.audio = str(voice)
     planned = generate.plan(bpy.context, item)
-    assert apart(before, pose(item, 1)) < 1e-3 and not trying.is_shown(item)
+    assert apart(before, pose(item, 1)) < 1e-3 and not test_pose.is_shown(item)
     assert generate.finish(planned, {"motions": [wave(16)]}).actions
 
 
@@ -115,4 +115,4 @@ def test_what_cannot_be_posed_is_one_sentence(hero):
     item.s2ag.bone_map["left_forearm"].bones = ""
     with pytest.raises(RuntimeError, match="no bone for the left forearm. Choose its bones in the panel Bone Map"):
         bpy.ops.s2ag.test_pose()
-    assert not trying.is_shown(item)
+    assert not test_pose.is_shown(item)

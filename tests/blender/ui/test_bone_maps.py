@@ -11,7 +11,7 @@ from s2ag.core.cli.main import main
 from s2ag.rigs import maps
 from s2ag.rigs.family import families
 from s2ag.s2ag_blender import compat
-from s2ag.s2ag_blender.rig import handpicked, readiness, reading
+from s2ag.s2ag_blender.rig import chosen_bones, readiness, reading
 from s2ag.s2ag_blender.takes import generate
 from s2ag.s2ag_blender.ui import subpanels
 
@@ -64,7 +64,7 @@ def test_what_the_command_line_saves_the_panel_loads(hero, tmp_path, voice, engi
     assert bpy.ops.s2ag.load_bone_map("EXEC_DEFAULT", filepath=str(file)) == {"FINISHED"}
     loaded = held(hero)
     assert (loaded["left_forearm"], loaded["hips"], loaded["left_clavicle"]) == ("rig:LeftForeArm", "rig:Hips", "")
-    assert readiness.of(hero).found == 7
+    assert readiness.readiness_of(hero).found == 7
     hero.s2ag.audio = str(voice)
     press(bpy.ops.s2ag.generate)
     keyed = {path.split('"')[1] for path, _ in curves(hero.animation_data.action)}
@@ -78,7 +78,7 @@ def test_loading_is_one_undo_step(hero, tmp_path):
     assert held(bpy.data.objects[name])["neck"] == ""
     bpy.ops.ed.undo()
     kept = bpy.data.objects[name]
-    assert not kept.s2ag.bone_map and not kept.s2ag.bone_map_notes and readiness.of(kept).found == 9
+    assert not kept.s2ag.bone_map and not kept.s2ag.bone_map_notes and readiness.readiness_of(kept).found == 9
 
 
 def test_an_edited_map_survives_saving_and_loading(hero, tmp_path):
@@ -87,13 +87,15 @@ def test_an_edited_map_survives_saving_and_loading(hero, tmp_path):
     kept = hero.s2ag.bone_map
     kept["head"].bones, kept["left_clavicle"].bones = '"the ""head"", round"', ""
     before, file = held(hero), tmp_path / "map.json"
-    assert readiness.of(hero).found == 8
+    assert readiness.readiness_of(hero).found == 8
     bpy.ops.s2ag.save_bone_map(filepath=str(file))
     assert maps.load(file).chains["head"] == ('the "head", round',) and maps.load(file).hips == "rig:Hips"
     bpy.ops.s2ag.reset_bone_map()
     assert not hero.s2ag.bone_map
     bpy.ops.s2ag.load_bone_map(filepath=str(file))
-    assert {part: bones for part, bones in held(hero).items() if part in before} == before and readiness.of(hero).found == 8
+    assert {part: bones for part, bones in held(hero).items() if part in before} == before and readiness.readiness_of(
+        hero
+    ).found == 8
 
 
 def test_switches_and_hips_of_a_file_reach_the_keys(hero, tmp_path, wave, voice):
@@ -130,20 +132,20 @@ def test_a_wrong_file_is_one_sentence_and_changes_nothing(hero, tmp_path, conten
     with pytest.raises(RuntimeError) as error:
         bpy.ops.s2ag.load_bone_map(filepath=str(file))
     (line,) = str(error.value).strip().splitlines()
-    assert sentence in line and held(hero) == before and readiness.of(hero).ready
+    assert sentence in line and held(hero) == before and readiness.readiness_of(hero).ready
 
 
 def test_an_unfinished_map_is_loaded_and_says_what_it_lacks(hero, tmp_path):
     bpy.ops.s2ag.load_bone_map(filepath=str(written(tmp_path, left_forearm=[])))
-    assert "left forearm" in readiness.of(hero).problem and not bpy.ops.s2ag.generate.poll()
+    assert "left forearm" in readiness.readiness_of(hero).problem and not bpy.ops.s2ag.generate.poll()
     hero.s2ag.bone_map["left_forearm"].bones = "rig:LeftForeArm"
-    assert readiness.of(hero).ready
+    assert readiness.readiness_of(hero).ready
 
 
 def test_a_bone_of_two_parts_is_told_and_not_saved(hero, tmp_path):
     bpy.ops.s2ag.load_bone_map(filepath=str(written(tmp_path)))
     hero.s2ag.bone_map["neck"].bones = "rig:Head"
-    assert '"rig:Head"' in readiness.of(hero).problem
+    assert '"rig:Head"' in readiness.readiness_of(hero).problem
     with pytest.raises(RuntimeError, match='uses "rig:Head"'):
         bpy.ops.s2ag.save_bone_map(filepath=str(tmp_path / "twice.json"))
     assert not (tmp_path / "twice.json").exists()
@@ -170,7 +172,7 @@ def test_a_library_override_loads_a_map(hero, tmp_path):
     override = overridden(hero, tmp_path)
     bpy.ops.s2ag.load_bone_map(filepath=str(file))
     bpy.ops.s2ag.load_bone_map(filepath=str(file))
-    assert held(override)["neck"] == "" and readiness.of(override).found == 8
+    assert held(override)["neck"] == "" and readiness.readiness_of(override).found == 8
     name, path, kept = override.name, str(tmp_path / "shot.blend"), held(override)
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
@@ -195,5 +197,5 @@ def test_the_panel_offers_both_and_says_why_not(hero):
 
 def test_fields_are_read_as_they_are_written():
     for bones in [(), ("Arm",), ("a", "b"), ("a,b", 'c"d"', "e f")]:
-        assert handpicked.split(handpicked.join(bones)) == bones
-    assert handpicked.split(" a ,b, ,c") == ("a", "b", "c")
+        assert chosen_bones.split(chosen_bones.join(bones)) == bones
+    assert chosen_bones.split(" a ,b, ,c") == ("a", "b", "c")

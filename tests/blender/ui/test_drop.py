@@ -41,7 +41,7 @@ def test_the_handler_takes_recordings_on_a_viewport_with_a_character(figure):
 
 
 def test_a_recording_is_set_with_the_words_beside_it(figure, recording, examples, tmp_path):
-    assert drop.give(figure, recording) == ""
+    assert drop.set_recording(figure, recording) == ""
     words = shutil.copy(examples / "hello.txt", tmp_path)
     assert bpy.ops.s2ag.drop_recording(filepath=recording, generate=False) == {"FINISHED"}
     assert (figure.s2ag.audio, figure.s2ag.transcript, figure.s2ag.audio_source) == (recording, words, "FILE")
@@ -50,13 +50,13 @@ def test_a_recording_is_set_with_the_words_beside_it(figure, recording, examples
 def test_it_goes_to_the_one_who_is_meant(figure, recording):
     bpy.ops.s2ag.add_mannequin()
     other = bpy.context.object
-    assert drop.target(bpy.context) == other
+    assert drop.find_target(bpy.context) == other
     mesh = next(item for item in bpy.data.objects if item.type == "MESH" and item.find_armature() == figure)
     bpy.ops.s2ag.drop_recording(filepath=recording, character=mesh.name, generate=False)
     assert figure.s2ag.audio == recording and not other.s2ag.audio
     assert bpy.context.object == figure and bpy.context.selected_objects == [figure]
     bpy.context.view_layer.objects.active = None
-    assert drop.target(bpy.context) is None  # two, and nobody chosen
+    assert drop.find_target(bpy.context) is None  # two, and nobody chosen
 
 
 def test_nobody_there_is_one_sentence(figure, recording):

@@ -14,15 +14,15 @@ from load import slowdown
 from s2ag.core.motion import rest, skeleton
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import compat, provenance
-from s2ag.s2ag_blender.keys import apply, layers, posing
+from s2ag.s2ag_blender.keys import apply, layers, poses
 from s2ag.s2ag_blender.rig import readiness, reading
-from s2ag.s2ag_blender.takes import choices, generate, gesture, markers, preview, session, takes
+from s2ag.s2ag_blender.takes import engine_requests, generate, markers, menu_items, preview, session, take_list
 
 ROOT = Path(__file__).resolve().parents[3]
 
 
 def engine_pid():
-    return gesture.engine(bpy.context).pid
+    return engine_requests.engine(bpy.context).pid
 
 
 def counts(armature):
@@ -54,7 +54,7 @@ def test_non_destructive(speaker, result):
     before, length = curves(walk), tuple(walk.frame_range)
     speaker.s2ag.result = result
     press(bpy.ops.s2ag.generate)
-    assert same_curves(walk, before) and tuple(walk.frame_range) == length and provenance.of(walk) is None
+    assert same_curves(walk, before) and tuple(walk.frame_range) == length and provenance.read(walk) is None
     assert walk.users > 0 and speaker.s2ag.takes[0].action != walk
 
 
@@ -105,12 +105,12 @@ def test_intensity_speed_smoothing(speaker):
 def test_hand_choice_mirror(speaker, random_checkpoint):
     speaker.s2ag.start_pose = "REST"
     planned = generate.plan(bpy.context, speaker)
-    plain = gesture.call(bpy.context, planned.params)["motions"][0]
-    mirrored = gesture.call(bpy.context, {**planned.params, "mirror": True})["motions"][0]
+    plain = engine_requests.call(bpy.context, planned.params)["motions"][0]
+    mirrored = engine_requests.call(bpy.context, {**planned.params, "mirror": True})["motions"][0]
     np.testing.assert_allclose(mirrored.mirrored().directions, plain.directions, atol=1e-5)
     speaker.s2ag.hand, speaker.s2ag.mirror, speaker.s2ag.checkpoint = 1.0, True, str(random_checkpoint)
     press(bpy.ops.s2ag.generate)
-    told = provenance.of(speaker.animation_data.action)
+    told = provenance.read(speaker.animation_data.action)
     assert told["hand"] == 1.0 and told["mirror"]
 
 
@@ -135,7 +135,7 @@ def test_seed_another_take_keep_history(speaker):
     press(bpy.ops.s2ag.reroll)
     assert len(speaker.s2ag.takes) == 3 and not same_curves(first, speaker.animation_data.action)
     press(bpy.ops.s2ag.recall_take)
-    assert speaker.s2ag.seed == provenance.of(speaker.animation_data.action)["seed"] != 0
+    assert speaker.s2ag.seed == provenance.read(speaker.animation_data.action)["seed"] != 0
 
 
 def test_fast_preview(speaker, examples, record_property):
@@ -225,10 +225,10 @@ def test_presets(figure):
 
 
 def test_bone_map_auto_and_readable_state(figure):
-    readiness.forget()
-    readiness.later(figure)  # as drawing does where there is a window
-    readiness.catch_up()
-    ready, shown = readiness.known(figure), drawn()
+    readiness.clear_cache()
+    readiness.schedule(figure)  # as drawing does where there is a window
+    readiness.update_pending()
+    ready, shown = readiness.cached(figure), drawn()
     assert ready.ready and ready.found == 9
     assert "9 of 9 parts" in shown and all(readiness.label(row.part) in shown for row in ready.rows)
 
@@ -248,7 +248,7 @@ def test_progress_and_cancel(speaker, examples, tmp_path):
     unheard = tmp_path / "unheard.flac"
     unheard.write_bytes((examples / "hello.flac").read_bytes())
     speaker.s2ag.audio, speaker.s2ag.take_count = str(unheard), 16
-    gesture.engine(bpy.context).call("hello", {"warm": True})
+    engine_requests.engine(bpy.context).call("hello", {"warm": True})
     pid, run = engine_pid(), session.Run(bpy.context, speaker, generate.plan(bpy.context, speaker))
     while run.stage != "generate":
         assert run.step() is None
@@ -260,7 +260,7 @@ def test_progress_and_cancel(speaker, examples, tmp_path):
         run.step()
     run.end()
     assert time.monotonic() - began < 0.5
-    assert gesture.engine(bpy.context).call("hello") and engine_pid() == pid
+    assert engine_requests.engine(bpy.context).call("hello") and engine_pid() == pid
 
 
 def test_useful_errors(speaker, tmp_path):
@@ -272,7 +272,7 @@ def test_useful_errors(speaker, tmp_path):
     (line,) = str(error.value).strip().splitlines()
     assert "noise.wav" in line and "Traceback" not in line
     shown = [text for text, _ in session.messages(speaker)]
-    assert len(shown) == 2 and all(line in drawn() for text in shown for line in choices.wrapped(text))
+    assert len(shown) == 2 and all(line in drawn() for text in shown for line in menu_items.wrap_text(text))
 
 
 def test_offline():
@@ -314,9 +314,9 @@ def test_every_greyed_button_says_why(figure, monkeypatch):
 
 def test_provenance_tells_how_to_make_it_again(speaker):
     press(bpy.ops.s2ag.generate)
-    told = provenance.of(speaker.animation_data.action)
+    told = provenance.read(speaker.animation_data.action)
     assert {"audio", "style", "seed", "take", "checkpoint", "version", "place", "settings"} <= set(told)
-    assert json.dumps(told) and takes.again(speaker.animation_data.action)["seed"] == told["seed"]
+    assert json.dumps(told) and take_list.remake_arguments(speaker.animation_data.action)["seed"] == told["seed"]
 
 
 def test_a_seed_pose_comes_back_from_a_posed_character(figure):
@@ -324,5 +324,5 @@ def test_a_seed_pose_comes_back_from_a_posed_character(figure):
     apply.apply_motion(figure, motion, start_frame=1)
     bpy.context.scene.frame_set(2)
     bones = reading.read(figure)
-    found = posing.directions(figure, bones, reading.resolve_mapping(figure, bones))
+    found = poses.directions(figure, bones, reading.resolve_mapping(figure, bones))
     assert np.degrees(np.arccos(np.clip((found * rest.REST).sum(-1), -1, 1))).max() < 1.5

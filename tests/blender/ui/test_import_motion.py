@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from s2ag.rigs import bvh
 from s2ag.s2ag_blender import provenance
-from s2ag.s2ag_blender.cast import mannequin
+from s2ag.s2ag_blender.characters import mannequin
 from s2ag.s2ag_blender.ui import import_motion
 
 
@@ -24,7 +24,7 @@ def test_a_file_becomes_an_action(figure, wave, tmp_path, kind):
     scene.render.fps, scene.frame_start = 15, 5
     assert bpy.ops.s2ag.import_motion(filepath=str(path)) == {"FINISHED"}
     action = figure.animation_data.action
-    assert "talk" in action.name and provenance.of(action) is not None
+    assert "talk" in action.name and provenance.read(action) is not None
     assert tuple(np.round(action.frame_range)) == (5, 35)
     scene.frame_set(20)
     assert bpy.ops.s2ag.import_motion(filepath=str(path), at_playhead=True, mirror=True) == {"FINISHED"}

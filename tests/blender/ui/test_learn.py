@@ -9,9 +9,9 @@ from acted import drawn
 from s2ag.core.errors import UsageError
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
-from s2ag.core.performance.request import Request
-from s2ag.core.performance.synthesis import Session
-from s2ag.s2ag_blender.cast import mannequin
+from s2ag.core.synthesis.request import Request
+from s2ag.core.synthesis.session import Session
+from s2ag.s2ag_blender.characters import mannequin
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.ui import learn, subpanels
 

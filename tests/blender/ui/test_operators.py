@@ -16,7 +16,7 @@ from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.engine.decoding import Decoding
 from s2ag.s2ag_blender.rig import readiness
-from s2ag.s2ag_blender.takes import choices, generate, gesture, running, session
+from s2ag.s2ag_blender.takes import engine_requests, generate, menu_items, operator_base, session
 
 
 def run_until_done(*runs, seconds=60.0):
@@ -43,7 +43,7 @@ def started(armature):
 
 def test_adding_a_character_selects_its_armature(figure):
     assert figure.type == "ARMATURE" and figure.select_get()
-    assert running.character(bpy.context) == figure
+    assert operator_base.character(bpy.context) == figure
 
 
 def test_the_button_waits_for_a_character_and_a_recording(extension, examples):
@@ -63,7 +63,7 @@ def test_a_recording_becomes_one_action_and_one_sound_strip(figure, engine, exam
     action = figure.animation_data.action
     assert [action] == list(bpy.data.actions)
     assert action.frame_range[0] == 11 and action.frame_range[1] > 300
-    told = provenance.of(action)
+    told = provenance.read(action)
     assert told["transcript"] and told["settings"]["start_frame"] == 11  # hello.txt beside it was taken
 
 
@@ -97,8 +97,8 @@ def test_a_recording_that_is_gone_when_the_keys_come_still_gestures(speaker, tmp
 
 def test_cancel_answers_at_once_and_leaves_the_engine_alive(speaker, examples):
     speaker.s2ag.audio, speaker.s2ag.take_count = str(examples / "hello.flac"), 16
-    gesture.engine(bpy.context).call("hello", {"warm": True})
-    pid = gesture.engine(bpy.context).pid
+    engine_requests.engine(bpy.context).call("hello", {"warm": True})
+    pid = engine_requests.engine(bpy.context).pid
     run = started(speaker)
     while not run.stage:
         assert run.step() is None
@@ -110,14 +110,14 @@ def test_cancel_answers_at_once_and_leaves_the_engine_alive(speaker, examples):
     run.end()
     assert time.monotonic() - began < 0.5
     assert not bpy.data.actions and not speaker.s2ag.takes and not bpy.ops.s2ag.cancel.poll()
-    assert gesture.engine(bpy.context).call("hello")["protocol"] and gesture.engine(bpy.context).pid == pid
+    assert engine_requests.engine(bpy.context).call("hello")["protocol"] and engine_requests.engine(bpy.context).pid == pid
 
 
 def test_the_engine_itself_drops_a_cancelled_request_within_half_a_second(speaker, examples):
-    client = gesture.engine(bpy.context)
+    client = engine_requests.engine(bpy.context)
     client.call("hello", {"warm": True})
     speaker.s2ag.audio, speaker.s2ag.take_count = str(examples / "hello.flac"), 16
-    job = client.request("synthesize", gesture.request(speaker.s2ag))
+    job = client.request("synthesize", engine_requests.request(speaker.s2ag))
     while job.stage != "generate":
         assert not job.poll()
     began = time.monotonic()
@@ -137,15 +137,17 @@ def test_a_killed_engine_is_one_error_with_a_remedy_and_the_next_press_works(spe
     run = started(speaker)
     while run.stage in ("", Decoding.stage):
         assert run.step() is None
-    os.kill(gesture.engine(bpy.context).pid, signal.SIGKILL)
+    os.kill(engine_requests.engine(bpy.context).pid, signal.SIGKILL)
     (error,) = run_until_done(run)
     assert isinstance(error, WorkerFailed) and error.remedy
     session.fail(speaker.session_uid, error)
     shown = drawn()
-    assert set(choices.wrapped(error.message) + choices.wrapped(error.remedy)) <= set(shown) and shown["s2ag.generate"]
+    assert (
+        set(menu_items.wrap_text(error.message) + menu_items.wrap_text(error.remedy)) <= set(shown) and shown["s2ag.generate"]
+    )
     assert not bpy.data.actions
     assert bpy.ops.s2ag.generate() == {"FINISHED"} and len(bpy.data.actions) == 1
-    assert not set(choices.wrapped(error.message)) & set(drawn())
+    assert not set(menu_items.wrap_text(error.message)) & set(drawn())
 
 
 def test_two_characters_at_once(speaker):
@@ -158,7 +160,7 @@ def test_two_characters_at_once(speaker):
     assert "Getting ready" in drawn() or runs[1].stage
     outcomes = run_until_done(*runs)
     assert [outcome.actions[0] for outcome in outcomes] == [speaker.animation_data.action, other.animation_data.action]
-    assert provenance.of(other.animation_data.action)["style"] == {"stern": 1.0} and not session.RUNS
+    assert provenance.read(other.animation_data.action)["style"] == {"stern": 1.0} and not session.RUNS
 
 
 def test_one_of_two_cancelled_leaves_the_other(speaker):
@@ -219,7 +221,7 @@ def test_settings_survive_saving(speaker, tmp_path):
     kept = bpy.data.objects[name].s2ag
     for setting, value in chosen.items():
         assert getattr(kept, setting) == (pytest.approx(value) if isinstance(value, float) else value), setting
-    assert choices.expression(kept) == "stern:0.75+tired:0.25"
+    assert menu_items.style_expression(kept) == "stern:0.75+tired:0.25"
 
 
 def test_takes_survive_saving(speaker, tmp_path):
@@ -243,11 +245,11 @@ def test_settings_of_the_first_release_still_work(figure, voice):
     old |= {"arousal": 0.0, "mirror": True, "start_frame": 5, "add_sound": False}
     for name, value in old.items():
         setattr(kept, name, value)
-    told = gesture.request(kept)
+    told = engine_requests.request(kept)
     assert told["style"] == "calm lecturer:0.6+stern:0.4" and told["seed"] == 3 and told["mirror"] and "transcript" not in told
     planned = generate.plan(bpy.context, figure)
     assert planned.voice.span.start == 5 and planned.voice.span.last is None
-    assert kept.style_pick == choices.WRITTEN
+    assert kept.style_pick == menu_items.WRITTEN
 
 
 def test_a_library_override_gestures(speaker, tmp_path):
@@ -295,16 +297,16 @@ def test_a_file_without_a_sequencer(speaker):
 
 
 def test_bones_chosen_by_hand(speaker):
-    assert readiness.of(speaker).found == 9
+    assert readiness.readiness_of(speaker).found == 9
     bpy.ops.s2ag.edit_bone_map()
     kept = {item.name: item for item in speaker.s2ag.bone_map}
     assert len(kept) == 12 and kept["left_forearm"].bones and kept["left_hand"].bones and kept["hips"].bones
     kept["left_clavicle"].bones = ""
-    assert readiness.of(speaker).found == 8
+    assert readiness.readiness_of(speaker).found == 8
     kept["right_forearm"].bones = "nothing"
-    assert "nothing" in readiness.of(speaker).problem and not bpy.ops.s2ag.generate.poll()
+    assert "nothing" in readiness.readiness_of(speaker).problem and not bpy.ops.s2ag.generate.poll()
     bpy.ops.s2ag.reset_bone_map()
-    assert readiness.of(speaker).found == 9 and bpy.ops.s2ag.generate() == {"FINISHED"}
+    assert readiness.readiness_of(speaker).found == 9 and bpy.ops.s2ag.generate() == {"FINISHED"}
 
 
 def test_every_setting_and_operator_is_explained(figure):
@@ -318,7 +320,7 @@ def test_every_setting_and_operator_is_explained(figure):
 
 def test_a_posed_character_is_read_as_it_was_directed(figure, wave):
     """What is laid onto a character and read back is the same pose."""
-    from s2ag.s2ag_blender.keys import apply, posing
+    from s2ag.s2ag_blender.keys import apply, poses
     from s2ag.s2ag_blender.rig import reading
 
     motion = wave(16)
@@ -328,7 +330,7 @@ def test_a_posed_character_is_read_as_it_was_directed(figure, wave):
     for frame, row in ((1, 0), (9, None)):
         bpy.context.scene.frame_set(frame)
         wanted = apply.at_scene_frames(motion, apply.scene_fps(bpy.context.scene))[1].directions[row or frame - 1]
-        off = np.degrees(np.arccos(np.clip((posing.directions(figure, bones, mapping) * wanted).sum(-1), -1, 1)))
+        off = np.degrees(np.arccos(np.clip((poses.directions(figure, bones, mapping) * wanted).sum(-1), -1, 1)))
         arms = list(skeleton.ARM_EDGES)
         assert off[arms].max() < 0.1 and off.max() < 3, off.round(2)
     assert curves(figure.animation_data.action)

@@ -3,7 +3,7 @@
 import bpy
 from acted import Sheet, active, drawn, press
 from s2ag.s2ag_blender.rig import readiness
-from s2ag.s2ag_blender.takes import choices, generate, running, session
+from s2ag.s2ag_blender.takes import generate, menu_items, operator_base, session
 from s2ag.s2ag_blender.ui import gesture_panel, menus, panel, presets, subpanels
 
 FIRST = {"audio_source", "audio", "transcript_source", "transcript", "style_pick", "s2ag.generate", "live"}
@@ -24,7 +24,7 @@ def test_above_the_fold_are_recording_words_style_and_the_button(speaker, exampl
 
 
 def test_nothing_is_claimed_before_there_is_a_recording(figure):
-    readiness.of(figure)
+    readiness.readiness_of(figure)
     assert words(drawn(panel.S2AG_PT_gestures)) == [figure.name, "9 of 9 parts", "Choose a recording"]
 
 
@@ -47,9 +47,9 @@ def test_why_the_button_is_grey_stands_right_below_it(speaker):
 
 def test_a_rig_that_cannot_gesture_says_so_once(extension):
     bpy.ops.object.armature_add()
-    problem = readiness.of(bpy.context.active_object).problem
+    problem = readiness.readiness_of(bpy.context.active_object).problem
     shown = list(drawn(panel.S2AG_PT_gestures))
-    lines = choices.wrapped(problem)
+    lines = menu_items.wrap_text(problem)
     assert [what for what in shown if what in lines] == lines and shown.index(lines[0]) == shown.index("s2ag.generate") + 1
 
 
@@ -60,13 +60,13 @@ def test_what_hangs_on_a_character_and_what_is_selected_with_it_choose_it(figure
         bpy.context.collection.objects.link(item)
     foot.parent = figure
     bpy.context.view_layer.objects.active = foot
-    assert running.character(bpy.context) == figure and "audio" in drawn(panel.S2AG_PT_gestures)
+    assert operator_base.character(bpy.context) == figure and "audio" in drawn(panel.S2AG_PT_gestures)
     bpy.context.view_layer.objects.active = camera
-    assert running.character(bpy.context) == figure  # still selected
+    assert operator_base.character(bpy.context) == figure  # still selected
     bpy.ops.script.execute_preset(filepath=bpy.utils.preset_find("Lecture", presets.FOLDER), menu_idname="S2AG_PT_presets")
     assert figure.s2ag.style == "calm lecturer"
     figure.select_set(False)
-    assert running.character(bpy.context) is None
+    assert operator_base.character(bpy.context) is None
 
 
 def test_a_part_that_is_missing_is_named(figure):
@@ -102,13 +102,13 @@ def test_progress_is_told_wherever_it_was_started(speaker):
     told, run = [], session.Run(bpy.context, speaker, generate.plan(bpy.context, speaker))
     window = type("Window", (), {"workspace": type("Space", (), {"status_text_set": told.append})})
     windows = type("Context", (), {"window_manager": type("Manager", (), {"windows": [window]})})
-    running.announce(windows, run)
+    operator_base.announce(windows, run)
     for shows in (panel.S2AG_PT_gestures, subpanels.S2AG_PT_takes):
         assert {"Getting ready", "s2ag.cancel"} <= set(drawn(shows))
     run.cancel()
-    running.announce(windows, run)
+    operator_base.announce(windows, run)
     run.end()
-    running.announce(windows, None)
+    operator_base.announce(windows, None)
     assert told == ["Getting ready (0%), Esc cancels", "Cancelling (0%), Esc cancels", None]
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 import pytest
 import s2ag
-from s2ag.core.model import catalogue
+from s2ag.core.model import checkpoint_metadata
 from s2ag.s2ag_blender.ui import presets
 
 SHIPPED = sorted((Path(__file__).resolve().parents[3] / "presets" / presets.FOLDER).glob("*.py"))
@@ -100,7 +100,7 @@ def test_shipped_presets_are_plain_assignments_of_good_values(figure, path):
     assert load(path) == {"FINISHED"}
     for name, value in assigned.items():
         assert getattr(figure.s2ag, name) == (pytest.approx(value) if isinstance(value, float) else value)
-    known = {speaker["name"] for speaker in catalogue.describe()["speakers"]}
+    known = {speaker["name"] for speaker in checkpoint_metadata.describe()["speakers"]}
     assert {assigned["style"], assigned["style_second"]} - {""} <= known
 
 

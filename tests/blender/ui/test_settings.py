@@ -5,10 +5,10 @@ import pytest
 from acted import drawn
 from s2ag.core import styles
 from s2ag.core.errors import UsageError
-from s2ag.core.model import catalogue
+from s2ag.core.model import checkpoint_metadata
 from s2ag.s2ag_blender import provenance
-from s2ag.s2ag_blender.engine import known
-from s2ag.s2ag_blender.takes import choices, generate, gesture, sources
+from s2ag.s2ag_blender.engine import engine_state
+from s2ag.s2ag_blender.takes import engine_requests, generate, menu_items, sources
 from s2ag.s2ag_blender.ui import properties
 
 
@@ -17,10 +17,10 @@ def shipped(monkeypatch):
     """Makes a checkpoint the shipped one."""
 
     def make(path):
-        monkeypatch.setattr(catalogue, "DEFAULT", path)
+        monkeypatch.setattr(checkpoint_metadata, "DEFAULT_CHECKPOINT", path)
 
     yield make
-    choices._read_checkpoint.cache_clear()
+    menu_items._read_checkpoint.cache_clear()
 
 
 def test_sliders_of_a_checkpoint_with_controls(figure, shipped, random_checkpoint):
@@ -44,25 +44,25 @@ def test_a_missing_checkpoint_does_not_break_the_panel(figure, shipped, tmp_path
 
 def test_the_style_menu_reads_and_writes_the_style(figure):
     kept = figure.s2ag
-    names = choices.style_names()
-    assert kept.style_pick in names and choices.description(kept)
+    names = menu_items.style_names()
+    assert kept.style_pick in names and menu_items.style_description(kept)
     kept.style_pick = "stern"
-    assert kept.style == "stern" and choices.expression(kept) == "stern"
+    assert kept.style == "stern" and menu_items.style_expression(kept) == "stern"
     kept.style_second_pick, kept.style_mix = "tired", 0.4
-    assert choices.expression(kept) == "stern:0.6+tired:0.4"
-    kept.style_second_pick = choices.NOBODY
-    assert kept.style_second == "" and choices.expression(kept) == "stern"
+    assert menu_items.style_expression(kept) == "stern:0.6+tired:0.4"
+    kept.style_second_pick = menu_items.NOBODY
+    assert kept.style_second == "" and menu_items.style_expression(kept) == "stern"
     kept.style_pick = "random"
-    assert choices.expression(kept) == "random" and not choices.can_blend(kept)
-    kept.style_pick = choices.WRITTEN
-    assert choices.is_written(kept) and "style" in drawn()
+    assert menu_items.style_expression(kept) == "random" and not menu_items.can_blend(kept)
+    kept.style_pick = menu_items.WRITTEN
+    assert menu_items.is_written(kept) and "style" in drawn()
 
 
 def test_sliders_reach_the_action(speaker, random_checkpoint):
     speaker.s2ag.checkpoint = str(random_checkpoint)
     speaker.s2ag.valence, speaker.s2ag.rate = -0.5, 1.0
     assert bpy.ops.s2ag.generate() == {"FINISHED"}
-    told = provenance.of(speaker.animation_data.action)
+    told = provenance.read(speaker.animation_data.action)
     assert told["affect"] == {"arousal": 0.0, "valence": -0.5, "dominance": 0.0}
     assert (told["rate"], told["hand"]) == (1.0, 0.0)
 
@@ -79,35 +79,35 @@ def test_words_typed_in_a_block_beside_and_none(figure, tmp_path, voice):
     recording = tmp_path / "line.wav"
     recording.write_bytes(voice.read_bytes())
     kept.audio = str(recording)
-    assert "transcript" not in gesture.request(kept)
+    assert "transcript" not in engine_requests.request(kept)
     for suffix, words in ((".srt", "1\n00:00:00,000 --> 00:00:01,000\nhello there"), (".txt", "hello there")):
         beside = recording.with_suffix(suffix)
         beside.write_text(words)
         sources._cache.clear()
-        assert gesture.request(kept)["transcript"] == str(beside)
+        assert engine_requests.request(kept)["transcript"] == str(beside)
         assert f"line{suffix} beside it has the words" in drawn()
     kept.transcript_source, kept.typed = "TYPED", "good day"
-    assert gesture.request(kept)["text"] == "good day" and "language" not in gesture.request(kept)
+    assert engine_requests.request(kept)["text"] == "good day" and "language" not in engine_requests.request(kept)
     kept.language = "de"
-    assert gesture.request(kept)["language"] == "de"
+    assert engine_requests.request(kept)["language"] == "de"
     kept.transcript_source = "BLOCK"
     with pytest.raises(UsageError, match="text block"):
-        gesture.request(kept)
+        engine_requests.request(kept)
     kept.transcript_block = bpy.data.texts.new("lines")
     kept.transcript_block.write("from the editor")
-    assert gesture.request(kept)["text"] == "from the editor"
+    assert engine_requests.request(kept)["text"] == "from the editor"
     kept.transcript_source = "NONE"
-    assert not {"text", "transcript"} & set(gesture.request(kept))
+    assert not {"text", "transcript"} & set(engine_requests.request(kept))
 
 
 def test_words_that_the_engine_recognises(speaker, examples):
     """Where the engine has the extra, words come by themselves; where it has not, one sentence says how to add it."""
     speaker.s2ag.audio, speaker.s2ag.transcript_source = str(examples / "hello.flac"), "RECOGNISE"
     speaker.s2ag.add_markers = True
-    told = gesture.request(speaker.s2ag)
+    told = engine_requests.request(speaker.s2ag)
     assert told["recognise"] and not {"text", "transcript"} & set(told)
     shown = " ".join(drawn())
-    if known.recogniser(bpy.context) is False:
+    if engine_state.has_recogniser(bpy.context) is False:
         assert "The engine has no speech recogniser yet" in shown and not bpy.ops.s2ag.generate.poll()
         assert "recognise]" in shown
         return

@@ -7,7 +7,7 @@ import pytest
 from acted import drawn, press
 from s2ag.core.sound import wavefile
 from s2ag.s2ag_blender import compat
-from s2ag.s2ag_blender.takes import gesture, sources
+from s2ag.s2ag_blender.takes import engine_requests, sources
 from s2ag.s2ag_blender.ui import try_it
 
 
@@ -15,15 +15,15 @@ from s2ag.s2ag_blender.ui import try_it
 def empty(extension, monkeypatch):
     """The extension in an empty scene, with nothing set up: the engine that ships, whatever the tests' own is."""
     monkeypatch.delenv("S2AG_PYTHON", raising=False)
-    gesture.stop_engine()
+    engine_requests.stop_engine()
     yield bpy.context.scene
-    gesture.stop_engine()
+    engine_requests.stop_engine()
 
 
 def test_the_example_is_there_with_its_words():
     assert try_it.VOICE.is_file() and try_it.VOICE.stat().st_size < 100_000
-    assert os.path.basename(sources.beside(str(try_it.VOICE))) == "hello.txt"
-    assert wavefile.header(try_it.VOICE) is None
+    assert os.path.basename(sources.transcript_beside(str(try_it.VOICE))) == "hello.txt"
+    assert wavefile.read_header(try_it.VOICE) is None
 
 
 def test_one_press_gestures_with_sound(empty):
@@ -37,7 +37,7 @@ def test_one_press_gestures_with_sound(empty):
     assert {name for name in keyed if "finger" in name}, sorted(keyed)
     (strip,) = compat.sequencer_strips(empty.sequence_editor)
     assert strip.type == "SOUND" and compat.strip_start(strip) == empty.frame_start
-    assert human.s2ag.takes and gesture.engine(bpy.context).ships
+    assert human.s2ag.takes and engine_requests.engine(bpy.context).ships
 
 
 def test_the_person_stands_beside_what_is_there(empty):

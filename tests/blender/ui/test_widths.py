@@ -8,7 +8,7 @@ from acted import press
 from measured import CONTENT, Measured, Setting, Text
 from s2ag.s2ag_blender import translations
 from s2ag.s2ag_blender.rig import readiness
-from s2ag.s2ag_blender.takes import choices, stages
+from s2ag.s2ag_blender.takes import menu_items, stages
 from s2ag.s2ag_blender.ui import bone_maps, directing, gesture_panel, panel, subpanels
 
 PANELS = (panel.S2AG_PT_gestures, *subpanels.CLASSES, *gesture_panel.CLASSES)
@@ -23,10 +23,10 @@ def words(request, monkeypatch):
         text = table.get(text, text)
         return text.format(**values) if values else text
 
-    plain = translations.told
+    plain = translations.translate
     for name, module in list(sys.modules.items()):
-        if name.startswith("s2ag.s2ag_blender.") and getattr(module, "told", None) is plain:
-            monkeypatch.setattr(module, "told", told)
+        if name.startswith("s2ag.s2ag_blender.") and getattr(module, "translate", None) is plain:
+            monkeypatch.setattr(module, "translate", told)
     return table
 
 
@@ -83,7 +83,7 @@ def test_every_kind_of_gesture_is_whole(words):
 
 
 def test_every_style_and_stage_is_whole(extension, words):
-    styles = [words.get(name.capitalize(), name.capitalize()) for name in choices.style_names()]
+    styles = [words.get(name.capitalize(), name.capitalize()) for name in menu_items.style_names()]
     assert not Setting("", styles, True).cut(CONTENT)
     told = [words.get(text, text) for text in stages.SHOWN.values()]
     many = [words.get(text, text) for text in ("{stage}: {count} takes", "Writing take {number} of {count}")]
@@ -98,5 +98,5 @@ def test_what_does_not_fit_is_found():
     for text in ("Right Upper Arm", "Left Upper Arm", "Both Forearms"):
         row.label(text=text)
     assert [text for text, _ in sheet.cut()] == [sheet.inside[0].text, "Right Upper Arm", "Left Upper Arm", "Both Forearms"]
-    lines = choices.wrapped("word " * 30)
-    assert not sheet.cut(1000) and len(lines) > 3 and all(choices.wide(line) <= choices.ROOM for line in lines)
+    lines = menu_items.wrap_text("word " * 30)
+    assert not sheet.cut(1000) and len(lines) > 3 and all(menu_items.text_width(line) <= menu_items.ROOM for line in lines)

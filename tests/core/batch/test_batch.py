@@ -14,7 +14,7 @@ from rounding import bound
 from s2ag.core.batch import folder
 from s2ag.core.cli.main import main
 from s2ag.core.errors import S2agError
-from s2ag.core.model import opening
+from s2ag.core.model import loading
 from s2ag.core.motion.motion import Motion
 from sounds import write_wav
 
@@ -135,7 +135,7 @@ def test_a_chosen_cell_is_made_in_a_batch(batch, tmp_path, random_checkpoint, ex
     (tmp_path / "cells.csv").write_text("cell,name\nsheet.json:3,chosen\n")
     assert batch("run", tmp_path / "cells.csv") == 0
     alone, made = Motion.load(tmp_path / "alone.npz"), Motion.load(tmp_path / "out" / "npz" / "chosen.npz")
-    limit = bound(opening.load(random_checkpoint))  # another batch size, other threads
+    limit = bound(loading.load(random_checkpoint))  # another batch size, other threads
     assert made.meta == alone.meta and abs(made.directions - alone.directions).max() < limit
 
 
@@ -296,8 +296,8 @@ def test_folders_and_files_land_over_what_was_there(tmp_path):
             (part / "seq").mkdir()
             (part / "seq" / "1.png").write_text(content)
             (part / "a.bvh").write_text(content)
-            folder.land(part / "seq", tmp_path / "frames" / "seq")
-            folder.land(part / "a.bvh", tmp_path / "bvh" / "a.bvh")
+            folder.move_to_place(part / "seq", tmp_path / "frames" / "seq")
+            folder.move_to_place(part / "a.bvh", tmp_path / "bvh" / "a.bvh")
         assert (tmp_path / "frames" / "seq" / "1.png").read_text() == (tmp_path / "bvh" / "a.bvh").read_text() == content
     assert not list((tmp_path / ".part").iterdir())
 

@@ -6,8 +6,8 @@ from s2ag.core.batch import checks, manifest
 from s2ag.core.batch.clip import Clip
 from s2ag.core.batch.folder import Folder
 from s2ag.core.batch.stages import Batch
-from s2ag.core.batch.work import Synthesis
-from s2ag.core.direction import edits, gestures
+from s2ag.core.batch.tasks import Synthesis
+from s2ag.core.editing import edits, gestures
 from s2ag.core.motion.motion import Motion
 
 
@@ -31,7 +31,7 @@ def test_edits_are_performed_and_changed_edits_are_performed_anew(clip, tmp_path
         Synthesis()(step.task.params, lambda *_: None)
         return Motion.load(folder.result("npz", clip.name, ".npz"))
 
-    found = gestures.find(perform([]))
+    found = gestures.find_gestures(perform([]))
     for one in (found[2], found[-3]):
         asked = [{"do": "delete", "at": round(one.at, 2)}]
         motion = perform(asked)

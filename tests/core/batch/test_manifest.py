@@ -157,11 +157,11 @@ def test_timed_words_are_a_transcript(written, tmp_path):
 
 
 def test_a_cell_of_a_sample_is_a_row(written, tmp_path, random_checkpoint, plain_checkpoint):
-    from s2ag.core.model import catalogue
+    from s2ag.core.model import checkpoint_metadata
     from s2ag.core.sampling import sheet as sheets
 
     cells = [sheets.Cell(0, take, "calm one", 3, take, [[float(take)] * 16]) for take in (0, 1)]
-    digest, settings = catalogue.describe(random_checkpoint)["hash"], {"text": "hello", "mirror": True}
+    digest, settings = checkpoint_metadata.describe(random_checkpoint)["hash"], {"text": "hello", "mirror": True}
     sheet = sheets.Sheet(str(tmp_path / "hello.flac"), digest, cells, settings)
     sheet.save(tmp_path / "sheet.json")
     clips, problems = written("cell,audio,text\nsheet.json:2,,\nsheet.json:1,,other words\n", style="lively one")
@@ -233,14 +233,14 @@ def test_slices_cover_everything_once_and_keep_scenes_together():
     every = clip.units(clips)
     assert len(every) == 10 and [one.name for one in every[2].clips] == ["c3", "c7"]
     for count in (1, 3, 10, 13):
-        parts = [clip.sliced(every, f"{k}/{count}") for k in range(1, count + 1)]
+        parts = [clip.select_units(every, f"{k}/{count}") for k in range(1, count + 1)]
         assert [unit.number for part in parts for unit in part] == list(range(1, 11))
-    assert [unit.number for unit in clip.sliced(every, None, "2-3,9")] == [2, 3, 9]
+    assert [unit.number for unit in clip.select_units(every, None, "2-3,9")] == [2, 3, 9]
     for wrong in ("0/3", "4/3", "x"):
         with pytest.raises(UsageError):
-            clip.sliced(every, wrong)
+            clip.select_units(every, wrong)
     with pytest.raises(UsageError):
-        clip.sliced(every, None, "1..3")
+        clip.select_units(every, None, "1..3")
 
 
 def test_names_of_takes_sort():

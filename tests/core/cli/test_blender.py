@@ -35,7 +35,7 @@ def test_blender_is_heard_through_its_chatter(fake_blender, capsys):
         'print("{broken")\nprint(\'{"event": "result", "outputs": []}\')\nprint("Blender quit", flush=True)\nos.abort()'
     )
     heard = []
-    assert blender.run("film.job", "x", progress=lambda *said: heard.append(said))["outputs"] == []
+    assert blender.run("render.job", "x", progress=lambda *said: heard.append(said))["outputs"] == []
     assert heard == [("render", 0.5)]
     assert capsys.readouterr() == ("", "")
 
@@ -46,7 +46,7 @@ def test_blenders_own_error_is_the_sentence(fake_blender, capsys):
         'print(\'{"event": "error", "kind": "RigUnusable", "message": "It has no arms.", "remedy": "Add some."}\')\nsys.exit(1)'
     )
     with pytest.raises(Exception, match="It has no arms. Add some.") as caught:
-        blender.run("film.job", "x")
+        blender.run("render.job", "x")
     assert caught.value.kind == "RigUnusable"
     assert capsys.readouterr().err == ""
 
@@ -55,7 +55,7 @@ def test_blenders_own_error_is_the_sentence(fake_blender, capsys):
 def test_dead_blender_shows_its_last_words(fake_blender, capsys):
     fake_blender('print("drawing", flush=True)\nprint("no GPU", file=sys.stderr, flush=True)\nos.kill(os.getpid(), 9)')
     with pytest.raises(BlenderUnavailable, match="killed by signal 9"):
-        blender.run("film.job", "x")
+        blender.run("render.job", "x")
     assert capsys.readouterr().err.split("\n")[:2] == ["drawing", "no GPU"]
 
 

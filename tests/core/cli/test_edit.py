@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from refusals import files
 from s2ag.core.cli.main import main
-from s2ag.core.direction import edits
+from s2ag.core.editing import edits
 from s2ag.core.motion.motion import Motion
 from s2ag.core.sound import audio
 from sounds import write_wav

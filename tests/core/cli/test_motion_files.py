@@ -73,7 +73,7 @@ def strange(path):
 
 def test_motions_go_straight_into_a_study(motion, tmp_path, capsys):
     pytest.importorskip("bpy", reason="the package bpy is not installed")
-    from s2ag.s2ag_blender.film import opengl
+    from s2ag.s2ag_blender.render import opengl
 
     if not opengl.is_available():
         pytest.skip("this machine offers no OpenGL, not even in software")

@@ -32,7 +32,7 @@ sys.exit(status)
 
 
 @pytest.mark.parametrize(
-    "module", ["argparse", *(f"s2ag.core.{name}" for name in ("errors", "cli.batch", "performance.synthesis", "sound.audio"))]
+    "module", ["argparse", *(f"s2ag.core.{name}" for name in ("errors", "cli.batch", "synthesis.session", "sound.audio"))]
 )
 def test_ctrl_c_during_imports_is_one_line(module, examples, tmp_path):
     command = ["synth", str(examples / "hello.flac"), "-o", str(tmp_path / "a.npz")]

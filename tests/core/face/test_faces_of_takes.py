@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 from s2ag.core.errors import UsageError
-from s2ag.core.motion import as_json
+from s2ag.core.motion import json_export
 from s2ag.core.motion.face import CHANNELS, VISEMES
 from s2ag.core.motion.motion import Motion
-from s2ag.core.performance.synthesis import Request, Session
+from s2ag.core.synthesis.session import Request, Session
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def test_a_face_comes_where_it_is_asked_for_and_leaves_the_body_as_it_is(takes, 
 
 
 def test_json_tells_phonemes_and_visemes(takes, tmp_path):
-    as_json.save(takes[1][0], tmp_path / "a.json")
+    json_export.save(takes[1][0], tmp_path / "a.json")
     face = json.loads((tmp_path / "a.json").read_text())["face"]
     assert face["channels"] == list(CHANNELS) and len(face["weights"][0]) == len(CHANNELS)
     assert face["phonemes"][0][0] == "HH" and {name for name, *_ in face["visemes"]} <= {*VISEMES, "sil"}

@@ -13,13 +13,13 @@ from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CheckpointUnreadable, CorpusUnreadable, UsageError  # noqa: E402
 from s2ag.core.learning.bench import table  # noqa: E402
 from s2ag.core.learning.bench.data import Data  # noqa: E402
-from s2ag.core.learning.bench.judging import FIGURES, Bench  # noqa: E402
-from s2ag.core.learning.bench.references import rows_of  # noqa: E402
+from s2ag.core.learning.bench.evaluation import FIGURES, Bench  # noqa: E402
+from s2ag.core.learning.bench.references import reference_rows  # noqa: E402
 from s2ag.core.learning.bench.run import Runner  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS, Setting  # noqa: E402
 from s2ag.core.learning.bench.training import Training  # noqa: E402
 from s2ag.core.learning.metrics.extractor import Extractor  # noqa: E402
-from s2ag.core.learning.systems.catalogue import SYSTEMS, Build  # noqa: E402
+from s2ag.core.learning.systems.catalogue import SYSTEMS, BuildOptions  # noqa: E402
 from s2ag.core.learning.train.storage import save_arrays  # noqa: E402
 from toy_bench import bench_arrays, write_bench_corpus  # noqa: E402
 from toy_corpus import write_toy_corpus  # noqa: E402
@@ -100,7 +100,7 @@ def test_data_without_sound_or_words_is_refused(tmp_path):
 
 def trained(data, folder, name, **changes):
     torch.manual_seed(1)
-    system = SYSTEMS[name].build(Build(data.vectors, data.speakers, 0.05, False, 0.25))
+    system = SYSTEMS[name].build(BuildOptions(data.vectors, data.speakers, 0.05, False, 0.25))
     return Training(system, data, TINY.replace(**changes), 1, folder)
 
 
@@ -196,7 +196,7 @@ def test_every_window_is_seen_once_a_pass(data, tmp_path):
 def test_performed_motion_is_its_own_best_score(data):
     torch.manual_seed(0)
     bench = Bench(data, Extractor().eval(), 40)
-    rows = rows_of(bench)
+    rows = reference_rows(bench)
     real, held = (rows[name]["figures"] for name in ("real", "held"))
     for name in ("maje_code", "mad_code", "fgd", "mpjpe", "feature_distance", "hellinger"):
         assert real[name][0] == pytest.approx(0, abs=1e-4) and held[name][0] > real[name][0]

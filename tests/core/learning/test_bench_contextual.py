@@ -10,11 +10,11 @@ pytest.importorskip("librosa")
 
 from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CorpusUnreadable, UsageError  # noqa: E402
-from s2ag.core.learning.bench import contextual, others  # noqa: E402
+from s2ag.core.learning.bench import contextual, external_rows  # noqa: E402
 from s2ag.core.learning.bench.data import Data  # noqa: E402
 from s2ag.core.learning.bench.run import Runner  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS  # noqa: E402
-from s2ag.core.learning.systems.catalogue import KNOWN, Build  # noqa: E402
+from s2ag.core.learning.systems.catalogue import ALL_SYSTEMS, BuildOptions  # noqa: E402
 from s2ag.core.learning.train.dataset import Corpus  # noqa: E402
 from toy_bench import write_bench_corpus  # noqa: E402
 
@@ -43,7 +43,7 @@ def file(corpus, tmp_path):
 
 
 def test_every_frame_has_the_vector_of_its_own_word(corpus, file, tmp_path):
-    contextual.bring(file, Corpus.load(corpus), tmp_path / "b" if (tmp_path / "b").mkdir() else tmp_path / "b")
+    contextual.import_vectors(file, Corpus.load(corpus), tmp_path / "b" if (tmp_path / "b").mkdir() else tmp_path / "b")
     data = Data(corpus, tmp_path / "b", filtered=False)
     assert data.width == WIDTH
     talk, first = window = data.windows[0][11]
@@ -61,11 +61,11 @@ def test_every_frame_has_the_vector_of_its_own_word(corpus, file, tmp_path):
 
 def test_the_system_hears_them_and_nothing_else_of_words(corpus, file, tmp_path):
     (tmp_path / "b").mkdir()
-    contextual.bring(file, Corpus.load(corpus), tmp_path / "b")
+    contextual.import_vectors(file, Corpus.load(corpus), tmp_path / "b")
     data = Data(corpus, tmp_path / "b", filtered=False)
     torch.manual_seed(0)
-    system = KNOWN[NAME].build(Build(data.vectors, data.speakers, 0.1, False, contextual=data.width)).eval()
-    plain = KNOWN["gesticulator"].build(Build(data.vectors, data.speakers, 0.1, False, contextual=data.width))
+    system = ALL_SYSTEMS[NAME].build(BuildOptions(data.vectors, data.speakers, 0.1, False, contextual=data.width)).eval()
+    plain = ALL_SYSTEMS["gesticulator"].build(BuildOptions(data.vectors, data.speakers, 0.1, False, contextual=data.width))
     assert system.performer.frame[0].in_features == 64 + WIDTH + 5 and plain.performer.frame[0].in_features == 64 + 300 + 5
     sample = data.sample(data.windows[0][:4])
     with torch.inference_mode():
@@ -90,7 +90,7 @@ def test_what_does_not_fit_is_one_sentence(corpus, tmp_path, capsys):
         np.savez(tmp_path / "wrong.npz", **arrays)
         (tmp_path / "b").mkdir(exist_ok=True)
         with pytest.raises(UsageError, match=says.replace("(", r"\(")):
-            contextual.bring(tmp_path / "wrong.npz", Corpus.load(corpus), tmp_path / "b")
+            contextual.import_vectors(tmp_path / "wrong.npz", Corpus.load(corpus), tmp_path / "b")
         assert not list((tmp_path / "b").iterdir())
     (tmp_path / "wrong.npz").write_bytes(b"hello")
     command = ["bench", "--data", str(corpus), "--out", str(tmp_path / "c"), "--setting", "tiny", "--systems", NAME]
@@ -129,7 +129,7 @@ def test_a_system_with_them_is_not_judged_without(corpus, tmp_path):
     (tmp_path / f"{NAME}-1").mkdir()
     (tmp_path / "setting.json").write_text(json.dumps({"data": str(corpus), **SETTINGS["tiny"].to_dict()}))
     with pytest.raises(UsageError, match="which this bench lacks"):
-        others._load_trained(tmp_path / f"{NAME}-1", Data(corpus, tmp_path / "cache", filtered=False))
+        external_rows._load_trained(tmp_path / f"{NAME}-1", Data(corpus, tmp_path / "cache", filtered=False))
 
 
 @pytest.mark.slow

@@ -11,9 +11,9 @@ pytest.importorskip("librosa")
 from rounding import same_figures  # noqa: E402
 from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CorpusUnreadable, UsageError  # noqa: E402
-from s2ag.core.learning.bench import drawing, others  # noqa: E402
+from s2ag.core.learning.bench import external_rows, flow_networks  # noqa: E402
 from s2ag.core.learning.bench.data import Data  # noqa: E402
-from s2ag.core.learning.bench.judging import Bench  # noqa: E402
+from s2ag.core.learning.bench.evaluation import Bench  # noqa: E402
 from s2ag.core.learning.bench.run import Runner  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS, Setting  # noqa: E402
 from s2ag.core.learning.bench.weights import save as save_weights  # noqa: E402
@@ -21,17 +21,17 @@ from s2ag.core.learning.datasets import writer  # noqa: E402
 from s2ag.core.learning.datasets.recording import Recording  # noqa: E402
 from s2ag.core.learning.metrics.extractor import Extractor  # noqa: E402
 from s2ag.core.learning.metrics.rhythm import angle_changes  # noqa: E402
-from s2ag.core.learning.systems.catalogue import KNOWN, SYSTEMS, Build  # noqa: E402
+from s2ag.core.learning.systems.catalogue import ALL_SYSTEMS, SYSTEMS, BuildOptions  # noqa: E402
 from s2ag.core.learning.systems.lengths import PUBLISHED, Lengths  # noqa: E402
 from s2ag.core.learning.train.dataset import Corpus  # noqa: E402
-from s2ag.core.model.timing import nearest_mfcc  # noqa: E402
+from s2ag.core.model.mfcc_timing import nearest_mfcc  # noqa: E402
 from s2ag.core.motion import skeleton  # noqa: E402
 from toy_bench import write_bench_corpus  # noqa: E402
 
 FPS, WINDOW, HOP = 25.0, 40, 7
 RAW = ("gtc", "s2ag-no-mfcc", "jem")
 """Systems whose encoder of raw audio makes 34 frames, and no other number."""
-FIT = [name for name in KNOWN if name not in RAW and not KNOWN[name].contextual]
+FIT = [name for name in ALL_SYSTEMS if name not in RAW and not ALL_SYSTEMS[name].contextual]
 
 
 def recordings(seconds=12):
@@ -94,12 +94,12 @@ def test_windows_hold_what_was_heard_and_performed(data):
 @pytest.mark.parametrize("name", FIT)
 def test_systems_learn_and_perform_windows_of_any_length(data, name):
     torch.manual_seed(0)
-    system = KNOWN[name].build(Build(data.vectors, data.speakers, 0.05, False, 0.25, lengths=data.lengths)).train()
-    assert KNOWN[name].unfit(data.lengths) == ""
+    system = ALL_SYSTEMS[name].build(BuildOptions(data.vectors, data.speakers, 0.05, False, 0.25, lengths=data.lengths)).train()
+    assert ALL_SYSTEMS[name].unfit(data.lengths) == ""
     sample = data.sample(data.windows[0][::7][:4])
     made = system.make(sample, 0.5)
     terms = system.terms(sample, made, 0.5)
-    if system.judging(0.5):
+    if system.judge_active(0.5):
         terms["judge"] = system.judge_loss(sample, made.directions.detach())
     sum(terms.values()).backward()
     gradients = [p.grad for p in system.performer.parameters() if p.requires_grad and p.grad is not None]
@@ -110,10 +110,10 @@ def test_systems_learn_and_perform_windows_of_any_length(data, name):
 
 def test_what_takes_no_other_windows_says_so(data, corpus, tmp_path):
     for name in RAW:
-        reason = KNOWN[name].unfit(data.lengths)
+        reason = ALL_SYSTEMS[name].unfit(data.lengths)
         assert "its encoder makes 34 frames at 15 a second: these windows have 40 frames at 25 a second." in reason
-        assert KNOWN[name].unfit(PUBLISHED) == "" != KNOWN[name].unfit(Lengths(34, 25.0))
-    assert "needs windows of 32 frames" in KNOWN["s2g"].unfit(Lengths(31, 15.0))
+        assert ALL_SYSTEMS[name].unfit(PUBLISHED) == "" != ALL_SYSTEMS[name].unfit(Lengths(34, 25.0))
+    assert "needs windows of 32 frames" in ALL_SYSTEMS["s2g"].unfit(Lengths(31, 15.0))
     said = []
     setting = SETTINGS["tiny"].replace(window=WINDOW, hop=HOP)
     runner = Runner(tmp_path / "b", corpus, setting, say=said.append)
@@ -122,12 +122,12 @@ def test_what_takes_no_other_windows_says_so(data, corpus, tmp_path):
     for name in ("gtc", "default"):
         with pytest.raises(UsageError, match="frames at 25|has 25"):
             runner.go([name], "")
-    assert not drawing.unfit(Lengths(60, 15.0))
+    assert not flow_networks.why_unfit(Lengths(60, 15.0))
     Extractor().save(tmp_path / "of34.safetensors")
     with pytest.raises(UsageError, match="sees 34 frames: these windows have 40"):
         runner.use_extractor(tmp_path / "of34.safetensors")
     torch.manual_seed(0)
-    system = KNOWN["s2ag"].build(Build(data.vectors, data.speakers, 0.05, False, lengths=data.lengths))
+    system = ALL_SYSTEMS["s2ag"].build(BuildOptions(data.vectors, data.speakers, 0.05, False, lengths=data.lengths))
     assert save_weights(system, data, tmp_path, {}) is None
 
 
@@ -183,7 +183,7 @@ def test_a_system_of_other_windows_is_not_judged(data, corpus, tmp_path):
     held = {"data": str(corpus), **SETTINGS["tiny"].replace(window=WINDOW).to_dict()}
     (tmp_path / "setting.json").write_text(json.dumps(held))
     with pytest.raises(UsageError, match="learned from windows of 40 frames at 15 a second"):
-        others._load_trained(tmp_path / "seq2seq-1", data)
+        external_rows._load_trained(tmp_path / "seq2seq-1", data)
 
 
 def test_the_command_converts_at_a_rate_and_refuses_in_a_sentence(tmp_path, capsys):

@@ -12,7 +12,7 @@ from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.learning.bench.data import Data  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS  # noqa: E402
 from s2ag.core.learning.bench.training import Training  # noqa: E402
-from s2ag.core.learning.systems.catalogue import SYSTEMS, Build  # noqa: E402
+from s2ag.core.learning.systems.catalogue import SYSTEMS, BuildOptions  # noqa: E402
 from s2ag.core.learning.train.logbook import LOG, TABLE  # noqa: E402
 from toy_bench import write_bench_corpus  # noqa: E402
 
@@ -26,7 +26,7 @@ def data(tmp_path_factory):
 
 def training(data, folder, logs=("csv",)):
     torch.manual_seed(1)
-    system = SYSTEMS["seq2seq"].build(Build(data.vectors, data.speakers, 0.05, False))
+    system = SYSTEMS["seq2seq"].build(BuildOptions(data.vectors, data.speakers, 0.05, False))
     return Training(system, data, SETTINGS["tiny"].replace(steps=60, epochs=99, validate_every=30), 1, folder, logs=logs)
 
 

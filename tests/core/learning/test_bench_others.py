@@ -13,16 +13,16 @@ pytest.importorskip("librosa")
 
 from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CheckpointUnreadable, UsageError  # noqa: E402
-from s2ag.core.learning.bench import others  # noqa: E402
+from s2ag.core.learning.bench import external_rows  # noqa: E402
 from s2ag.core.learning.bench.data import Data  # noqa: E402
-from s2ag.core.learning.bench.drawing import Drawer, Window, rhythm_of  # noqa: E402
-from s2ag.core.learning.bench.judging import Bench  # noqa: E402
+from s2ag.core.learning.bench.evaluation import Bench  # noqa: E402
+from s2ag.core.learning.bench.flow_networks import FlowPerformer, WindowFeatures, rhythm_of  # noqa: E402
 from s2ag.core.learning.bench.run import Runner  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS  # noqa: E402
 from s2ag.core.learning.metrics import extractor as extractors  # noqa: E402
 from s2ag.core.learning.metrics.extractor import Extractor  # noqa: E402
 from s2ag.core.learning.systems.imported import Imported  # noqa: E402
-from s2ag.core.model import checkpoint, foreign, opening  # noqa: E402
+from s2ag.core.model import checkpoint, checkpoint_import, loading  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
 from s2ag.core.motion.motion import Motion  # noqa: E402
@@ -112,7 +112,7 @@ def test_the_extractor_of_beat2_is_refused_by_its_name(tmp_path, before):
 
 def test_imported_weights_hear_the_words_that_they_know(authors, bench):
     path = authors / "s2ag.safetensors"
-    foreign.import_checkpoint(next(authors.glob("epoch*")), path, authors / "vocab_cache.pkl")
+    checkpoint_import.import_checkpoint(next(authors.glob("epoch*")), path, authors / "vocab_cache.pkl")
     words, speakers = bench.data.corpus.meta["words"], [one["name"] for one in bench.data.corpus.speakers]
     system = Imported(checkpoint.load(path), words, speakers).eval()
     assert system.rows.tolist() == [0, 1, 2, 3, 5, 3, 3, 6, 4]  # one beautiful day of gestures
@@ -124,10 +124,10 @@ def test_imported_weights_hear_the_words_that_they_know(authors, bench):
     generator = system.performer
     style = generator.sample_style(*generator.speaker(sample.speaker))
     torch.testing.assert_close(made, generator(sample.mfcc, system.rows[sample.words], sample.seeds, style))
-    foreign.import_checkpoint(next(authors.glob("epoch*")), path)
+    checkpoint_import.import_checkpoint(next(authors.glob("epoch*")), path)
     assert not Imported(checkpoint.load(path), words, speakers).rows.any()
     with pytest.raises(UsageError, match="does not perform windows of 34"):
-        others.brought(
+        external_rows.external_row(
             path.with_name("other.safetensors") if save_ours(path.with_name("other.safetensors")) else "", bench, "cpu"
         )
 
@@ -139,7 +139,7 @@ def save_ours(path):
 @pytest.mark.slow
 def test_the_authors_files_go_through_import_judging_and_the_study(authors, corpus, capsys):
     pytest.importorskip("bpy", reason="the package bpy is not installed")
-    from s2ag.s2ag_blender.film import opengl
+    from s2ag.s2ag_blender.render import opengl
 
     if not opengl.is_available():
         pytest.skip("this machine offers no OpenGL, not even in software")
@@ -186,16 +186,16 @@ def test_motions_are_judged_where_their_talks_windows_are(bench, tmp_path):
         whole = corpus.directions[corpus.starts[talk] : corpus.starts[talk + 1]].astype(np.float32)
         name = f"{corpus.recording[talk]} {corpus.speakers[corpus.speaker[talk]]['name']}"
         Motion(np.repeat(whole, 2, 0), 30.0).save(tmp_path / f"{name}.npz")
-    here = others.brought(tmp_path, bench, "cpu")
+    here = external_rows.external_row(tmp_path, bench, "cpu")
     np.testing.assert_allclose(here.perform(0, "own"), bench.real, atol=2e-3)
     assert here.ids == ("own",) and not here.draws and not here.answers
     first = next(tmp_path.glob("4 stern.npz"))
     Motion(whole[:100], 15.0).save(first)
     with pytest.raises(UsageError, match="ends after 6.7 s"):
-        others.brought(tmp_path, bench, "cpu")
+        external_rows.external_row(tmp_path, bench, "cpu")
     first.unlink()
     with pytest.raises(UsageError, match="no motion for 1 of 6 test talks: 4"):
-        others.brought(tmp_path, bench, "cpu")
+        external_rows.external_row(tmp_path, bench, "cpu")
 
 
 @pytest.mark.slow
@@ -225,11 +225,11 @@ def test_trained_on_one_data_set_judged_on_another(corpus, bench, tmp_path):
 
 def test_the_shipped_network_performs_windows_from_the_poses_it_is_given(bench):
     few = Bench(bench.data, bench.extractor, 3)
-    drawer = Drawer()
+    drawer = FlowPerformer()
     made, again = drawer.perform(few, 2), drawer.perform(few, 2)
     np.testing.assert_array_equal(made, again)
     np.testing.assert_allclose(made[:, :4], few.real[:, :4], atol=1e-5)
-    assert drawer.knows(few) and others.shipped(few).ids == ("own", "random")
+    assert drawer.knows(few) and external_rows.shipped_row(few).ids == ("own", "random")
     assert np.abs(made - drawer.perform(few, 2, "random")).max() > 0.01
     assert np.abs(made - drawer.perform(few, 2, "own", few.elsewhere)).max() > 0.01
     few.data.corpus.prosody, kept = few.data.corpus.prosody[:, :4], few.data.corpus.prosody
@@ -256,14 +256,14 @@ def test_a_window_has_the_accents_that_a_recording_has_there(bench):
 
 def test_a_window_hears_what_a_recording_holds_there(bench):
     talk, first = bench.windows[3]
-    window = Window(bench.data.corpus, talk, first, 34)
+    window = WindowFeatures(bench.data.corpus, talk, first, 34)
     mfcc, words, prosody = window.slice(0, 40)
     corpus, recording = bench.data.corpus, bench.data.corpus.recording[talk]
     rows = corpus.frame_starts[recording] + first + np.arange(34)
     np.testing.assert_array_equal(prosody, corpus.prosody[rows])
     assert not words[34:].any() and len(words) == 40 and words[:34].any()
     np.testing.assert_array_equal(mfcc[0], corpus.mfcc[corpus.mfcc_starts[recording] + round(first * 31.25 / 15)])
-    assert opening.load().config.mfcc_features == mfcc.shape[1]
+    assert loading.load().config.mfcc_features == mfcc.shape[1]
 
 
 def test_rows_need_names_and_paths(corpus, tmp_path, capsys):

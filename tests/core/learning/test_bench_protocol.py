@@ -14,7 +14,7 @@ from s2ag.core.learning.bench import weights  # noqa: E402
 from s2ag.core.learning.bench.run import Runner  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS  # noqa: E402
 from s2ag.core.learning.bench.training import Training  # noqa: E402
-from s2ag.core.learning.systems.catalogue import KNOWN, Build  # noqa: E402
+from s2ag.core.learning.systems.catalogue import ALL_SYSTEMS, BuildOptions  # noqa: E402
 from s2ag.core.learning.train import state  # noqa: E402
 from s2ag.core.model import checkpoint  # noqa: E402
 from s2ag.core.motion.motion import Motion  # noqa: E402
@@ -36,7 +36,7 @@ def runner(corpus, folder, **changes):
 
 
 def proportion(name, share):
-    system = KNOWN[name].build(Build(torch.zeros(20, 300), 1, share, trained_words=False))
+    system = ALL_SYSTEMS[name].build(BuildOptions(torch.zeros(20, 300), 1, share, trained_words=False))
     judge, performer = (sum(p.numel() for p in part.parameters()) for part in (system.judge, system.performer))
     return judge / performer
 

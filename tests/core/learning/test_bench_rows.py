@@ -10,11 +10,11 @@ pytest.importorskip("librosa")
 
 from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CorpusUnreadable  # noqa: E402
-from s2ag.core.learning.bench import certainty, references, rows  # noqa: E402
-from s2ag.core.learning.bench.judging import BY_WINDOW, Bench  # noqa: E402
+from s2ag.core.learning.bench import references, rows, significance  # noqa: E402
+from s2ag.core.learning.bench.evaluation import BY_WINDOW, Bench  # noqa: E402
 from s2ag.core.learning.bench.run import Runner  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS, Setting  # noqa: E402
-from s2ag.core.learning.metrics import errors, frechet  # noqa: E402
+from s2ag.core.learning.metrics import frechet, joint_errors  # noqa: E402
 from s2ag.core.learning.systems.system import System  # noqa: E402
 from toy_bench import bench_of, write_tested_corpus  # noqa: E402
 
@@ -41,45 +41,47 @@ def test_intervals_hold_the_mean_of_talks_and_know_nothing_of_one():
     talk = np.repeat(np.arange(12), 5)
     centres = random.normal(size=12)
     values = np.broadcast_to(centres.repeat(5) + 3, (1, 2, 60))
-    low, high = certainty.interval(values, talk)
+    low, high = significance.interval(values, talk)
     spread = centres.std() / np.sqrt(12)  # of the mean of twelve talks: windows of one are the same and add nothing
     assert low < values.mean() < high and high - low == pytest.approx(2 * 1.96 * spread, rel=0.15)
     holes = values.copy()
     holes[:, :, ::5] = np.nan
-    assert certainty.interval(holes, talk) == pytest.approx([low, high])
-    assert certainty.interval(values, np.zeros(60)) is None
+    assert significance.interval(holes, talk) == pytest.approx([low, high])
+    assert significance.interval(values, np.zeros(60)) is None
     apart = np.stack([values[0], values[0] + 50])
-    assert np.ptp(certainty.interval(apart, talk)) == pytest.approx(50, abs=3)
+    assert np.ptp(significance.interval(apart, talk)) == pytest.approx(50, abs=3)
 
 
 def test_intervals_of_distances_resample_what_frechet_distances_are_of():
     random = np.random.default_rng(0)
     talk, real = np.repeat(np.arange(8), 20), random.normal(size=(160, 3))
     made = real + random.normal(size=160)[:, None] * [0.1, 0, 0] + [1, 0, 0]
-    whole = certainty.Moments.of(made, talk, 8).fit(np.ones((1, 8)))
-    there = certainty.Moments.of(real, talk, 8).fit(np.ones((1, 8)))
-    assert frechet.of_moments(*whole, *there, frechet.root(there[1]))[0] == pytest.approx(frechet.frechet_distance(made, real))
-    low, high = certainty.interval_of_distance(made[None, None], real, talk)
+    whole = significance.Moments.of(made, talk, 8).fit(np.ones((1, 8)))
+    there = significance.Moments.of(real, talk, 8).fit(np.ones((1, 8)))
+    assert frechet.distance_of_moments(*whole, *there, frechet.matrix_root(there[1]))[0] == pytest.approx(
+        frechet.frechet_distance(made, real)
+    )
+    low, high = significance.distance_interval(made[None, None], real, talk)
     assert 0.8 < low < frechet.frechet_distance(made, real) < high < 1.3
 
 
 def test_paired_tests_change_talks_and_not_windows():
     talk = np.repeat(np.arange(6), 50)
     ours = np.random.default_rng(0).normal(size=300)
-    assert certainty.paired(ours, ours + 1, talk) == pytest.approx(2 / 2**6)  # no windows' number makes it smaller
-    assert certainty.paired(ours, ours, talk) == 1.0
+    assert significance.paired_test(ours, ours + 1, talk) == pytest.approx(2 / 2**6)  # no windows' number makes it smaller
+    assert significance.paired_test(ours, ours, talk) == 1.0
     swapped = ours + np.where(talk % 2, 1, -1)
-    assert certainty.paired(ours, swapped, talk) > 0.5
+    assert significance.paired_test(ours, swapped, talk) > 0.5
     many = np.arange(300) // 10
-    assert certainty.paired(ours, ours + 1, many) < 0.001
+    assert significance.paired_test(ours, ours + 1, many) < 0.001
 
 
 def test_paired_tests_of_distances_find_what_differs_in_all_talks():
     random = np.random.default_rng(0)
     talk, real = np.repeat(np.arange(8), 30), random.normal(size=(240, 2))
     near, far = (real + random.normal(size=(3, 240, 2)) * 0.2 + [[[shift, 0]]] for shift in (0.0, 2.0))
-    assert certainty.paired_distance(near, far[:2], real, talk) == pytest.approx(2 / 2**8)
-    assert certainty.paired_distance(near[:1], near[1:], real, talk) > 0.05
+    assert significance.paired_distance_test(near, far[:2], real, talk) == pytest.approx(2 / 2**8)
+    assert significance.paired_distance_test(near[:1], near[1:], real, talk) > 0.05
 
 
 @pytest.mark.slow
@@ -88,7 +90,7 @@ def test_figures_by_window_are_those_of_the_table(bench):
     judged = bench.judge_draws(lambda draw: made, 2)
     for name in BY_WINDOW:
         assert np.nanmean(judged.windows[name][0]) == pytest.approx(judged.draws[0][name], rel=1e-5)
-    assert judged.windows["maje_code"][1][7] == pytest.approx(errors.maje_code(made[7:8], bench.real[7:8]), rel=1e-5)
+    assert judged.windows["maje_code"][1][7] == pytest.approx(joint_errors.maje_code(made[7:8], bench.real[7:8]), rel=1e-5)
 
 
 def test_another_speech_is_one_of_another_recording_and_leaves_poses_and_speaker(bench):
@@ -128,7 +130,7 @@ def test_references_are_real_motion_of_the_same_talker_or_speech(bench):
     alone = Bench(bench.data, bench.extractor, 60)
     alone.windows = alone.windows[alone.talk == alone.talk[0]]
     assert references.same_talker(alone) is None and references.same_speech(alone) is not None
-    rows = references.rows_of(bench)
+    rows = references.reference_rows(bench)
     assert list(rows) == ["held", "mean", "talker", "speech", "real"]
     # The mean of what is to come is as near as stillness gets; motion that is real but not the window's own is farther.
     error = {name: row["figures"]["mpjpe"][0] for name, row in rows.items()}
@@ -176,7 +178,7 @@ def test_the_table_of_a_folder_is_written_without_training(trained, capsys):
     assert main(["bench", "--out", str(folder), "--threads", "1"]) == 0
     told = capsys.readouterr()
     again = json.loads((folder / "table.json").read_text())
-    assert again["systems"]["gtc"]["seeds"] == [1, 2] and rows.judged(place)
+    assert again["systems"]["gtc"]["seeds"] == [1, 2] and rows.is_evaluated(place)
     assert old["draws"]["own"][0]["maje_code"] == pytest.approx(again_of(place)["maje_code"])
     assert "± " in told.out and again["systems"]["gtc"]["steps"] == 3
 
@@ -228,7 +230,7 @@ def test_damaged_figures_are_a_sentence(tmp_path, name):
     folder.mkdir()
     (folder / rows.FIGURES).write_text("{}", encoding="utf-8")
     np.savez(folder / rows.WINDOWS, own_maje_code=np.zeros((1, 2)))
-    assert rows.found(tmp_path)[0].facts == [{}]
+    assert rows.read_rows(tmp_path)[0].facts == [{}]
     (folder / name).write_bytes(b'{"draws": ')
     with pytest.raises(CorpusUnreadable, match="damaged"):
-        rows.found(tmp_path)
+        rows.read_rows(tmp_path)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from captured import wave_clip
-from s2ag.core.learning.corpus import acting, library, phonemes, recording, rotation, skm, texts
+from s2ag.core.learning.corpus import library, phonemes, recording_simulation, rotation, smartbody, texts, vocal_delivery
 from s2ag.core.motion import rest, skeleton
 
 MATERIAL = Path(__file__).parents[3].parent / "shared" / "data"
@@ -72,14 +72,14 @@ def test_slerp_keeps_length_and_goes_on_beyond_one():
 def test_forward_kinematics_of_a_known_chain(tmp_path):
     (tmp_path / "small.sk").write_text(SKELETON)
     (tmp_path / "small.skm").write_text(MOTION)
-    joints = skm.load_skeleton(tmp_path / "small.sk")
-    recording = skm.load_recording(tmp_path / "small.skm")
+    joints = smartbody.load_skeleton(tmp_path / "small.sk")
+    recording = smartbody.load_recording(tmp_path / "small.skm")
     assert [joint.parent for joint in joints] == [-1, 0, 1]
     assert recording.phases["emphasis"] == 0.02
-    rest_positions, _ = skm.forward(joints, None, {"Hand"})
+    rest_positions, _ = smartbody.forward_kinematics(joints, None, {"Hand"})
     # the arm's pre-rotation of 90 degrees about z points the hand up
     np.testing.assert_allclose(rest_positions["Hand"][0], [0.5, 1.25, 0], atol=1e-9)
-    positions, _ = skm.forward(joints, recording, {"Hand"})
+    positions, _ = smartbody.forward_kinematics(joints, recording, {"Hand"})
     np.testing.assert_allclose(positions["Hand"][0], [0.5, 1.25, 0], atol=1e-9)
     # second frame: root moved by 0.1 and turned about y, the arm's channel undoes its pre-rotation
     np.testing.assert_allclose(positions["Hand"][1], [0.1, 1.0, -0.75], atol=1e-6)
@@ -88,7 +88,7 @@ def test_forward_kinematics_of_a_known_chain(tmp_path):
 def test_a_motion_whose_values_do_not_fit_its_channels_is_refused(tmp_path):
     (tmp_path / "bad.skm").write_text(MOTION.replace("0.1 0 1.5707963", "0.1 1.5707963"))
     with pytest.raises(ValueError):
-        skm.load_recording(tmp_path / "bad.skm")
+        smartbody.load_recording(tmp_path / "bad.skm")
 
 
 @pytest.mark.parametrize(
@@ -116,16 +116,16 @@ def test_measured_phases_are_in_order_and_where_the_hand_moves():
 
 
 def test_text_is_cleaned_or_refused():
-    assert texts.clean("“It’s — well – fine…”") == "It's, well, fine."
-    assert texts.clean("She left, didn't she?") == "She left, didn't she?"
-    assert texts.clean("In 1987 it rose.") is None
-    assert texts.clean("The U.S. said so.") is None
+    assert texts.clean_text("“It’s — well – fine…”") == "It's, well, fine."
+    assert texts.clean_text("She left, didn't she?") == "She left, didn't she?"
+    assert texts.clean_text("In 1987 it rose.") is None
+    assert texts.clean_text("The U.S. said so.") is None
 
 
 def test_words_are_found_in_phonemes_even_where_the_voice_ran_them_together():
     sounds = {"most": "mˈoʊst", "of": "əv", "the": "ðə", "people": "pˈiːpəl", "no": "nˈoʊ"}
     alignment = [(token, 100) for token in "^mˈoʊst əvðə pˈiːpəl, nˈoʊ.$"]
-    words = phonemes.words(("most", "of", "the", "people", "no"), alignment, sounds.__getitem__)
+    words = phonemes.place_words(("most", "of", "the", "people", "no"), alignment, sounds.__getitem__)
     assert [word.text for word in words] == ["most", "of", "the", "people", "no"]
     starts = [word.start for word in words]
     assert starts == sorted(starts) and words[1].end == words[2].start
@@ -136,23 +136,23 @@ def test_words_are_found_in_phonemes_even_where_the_voice_ran_them_together():
 
 def test_a_sentence_with_other_words_is_not_placed():
     alignment = [(token, 100) for token in "^mˈoʊst$"]
-    assert phonemes.words(("something", "entirely", "different", "here"), alignment, lambda word: word) is None
+    assert phonemes.place_words(("something", "entirely", "different", "here"), alignment, lambda word: word) is None
 
 
 def test_tilt_brightens_and_noise_leaves_speech_audible():
     time = np.arange(16000) / 16000
     high, low = np.sin(2 * np.pi * 4000 * time), np.sin(2 * np.pi * 200 * time)
-    assert acting.tilt(high, 6).std() / high.std() == pytest.approx(10 ** (6 / 20), rel=0.02)
-    assert acting.tilt(low, 6).std() < low.std()
-    recorded = recording.record(np.concatenate([np.zeros(8000), low]), np.random.default_rng(1))
+    assert vocal_delivery.spectral_tilt(high, 6).std() / high.std() == pytest.approx(10 ** (6 / 20), rel=0.02)
+    assert vocal_delivery.spectral_tilt(low, 6).std() < low.std()
+    recorded = recording_simulation.simulate_recording(np.concatenate([np.zeros(8000), low]), np.random.default_rng(1))
     assert np.abs(recorded).max() <= 1 and recorded[9000:].std() > 3 * recorded[:7000].std()
 
 
 @needs_material
 def test_skeletons_rest_as_they_stand():
     for family, (file, roles) in library.SETS.items():
-        joints = skm.load_skeleton(MATERIAL / "smartbody" / family / "skeletons" / file)
-        positions, rotations = skm.forward(joints, None, roles.all())
+        joints = smartbody.load_skeleton(MATERIAL / "smartbody" / family / "skeletons" / file)
+        positions, rotations = smartbody.forward_kinematics(joints, None, roles.all())
         at = {name: position[0] for name, position in positions.items()}
         by_hand = {joint.name: joint for joint in joints}
         assert at[roles.head][1] > at[roles.neck][1] > at[roles.chest][1] > at[roles.torso][1]
@@ -195,7 +195,7 @@ def test_pointing_left_goes_to_the_left_and_offering_goes_forward(captured):
 @needs_material
 def test_scripts_keep_splits_apart_and_do_not_change_with_length():
     sentences = texts.load_sentences(MATERIAL)
-    scripts = texts.scripts(sentences, 0)
+    scripts = texts.group_scripts(sentences, 0)
     assert len(sentences) > 5000 and len(scripts) > 400
     assert all(len({s.split for s in script.sentences}) == 1 for script in scripts)
     spoken = [s.text for script in scripts for s in script.sentences]

@@ -5,7 +5,8 @@ import re
 import matrices
 import numpy as np
 import pytest
-from s2ag.core.learning.corpus import clips, library, skm
+from s2ag.core.learning.corpus import clips, library
+from s2ag.core.learning.corpus import smartbody as smartbody_module
 from s2ag.core.motion import skeleton
 from scipy.spatial.transform import Rotation
 
@@ -14,7 +15,7 @@ ARMS = [(side, start) for side in ("left", "right") for start in (1, 2)]
 
 LEFT_OUT = {
     r"ToIdle|ToWalk|ToLocIdle": "goes from one rest pose to another or walks off",
-    r"WeightShift|@Idle03$|@IdleStand01$|^idle2?$": "idling, no gesture (see core.learning.corpus.idling)",
+    r"WeightShift|@Idle03$|@IdleStand01$|^idle2?$": "idling, no gesture (see core.learning.corpus.idle_motion)",
     r"Scratch|Squeeze|TouchHands|Stretch": "touches or stretches the body, says nothing",
     r"Guitar|KickChair": "acts something out",
     r"ScrewYou": "an insult",
@@ -37,8 +38,10 @@ def recordings(smartbody):
     """Set -> (joints, names of joints, recordings by stem)."""
     result = {}
     for family, (file, roles) in library.SETS.items():
-        joints = skm.load_skeleton(smartbody / family / "skeletons" / file)
-        motions = {path.stem: skm.load_recording(path) for path in sorted((smartbody / family / "motions").glob("*.skm"))}
+        joints = smartbody_module.load_skeleton(smartbody / family / "skeletons" / file)
+        motions = {
+            path.stem: smartbody_module.load_recording(path) for path in sorted((smartbody / family / "motions").glob("*.skm"))
+        }
         result[family] = joints, roles, motions
     return result
 
@@ -53,16 +56,16 @@ def feet(joints) -> set[str]:
     return {"JtAnkleLf", "JtAnkleRt"} if "JtAnkleLf" in names else {"LeftFoot", "RightFoot"}
 
 
-def bare(recording: skm.Recording, root: str) -> skm.Recording:
+def bare(recording: smartbody_module.Recording, root: str) -> smartbody_module.Recording:
     """Without the position channels that Perception Neuron writes for inner joints."""
     channels = {key: value for key, value in recording.channels.items() if key[1] == "Quat" or key[0] == root}
-    return skm.Recording(recording.times, channels, recording.phases)
+    return smartbody_module.Recording(recording.times, channels, recording.phases)
 
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_rest_is_a_person_who_stands(recordings, family):
     joints, roles, _ = recordings[family]
-    positions, _ = skm.forward(joints, None, {joint.name for joint in joints})
+    positions, _ = smartbody_module.forward_kinematics(joints, None, {joint.name for joint in joints})
     at = {name: position[0] for name, position in positions.items()}
     points = np.array(list(at.values()))
     floor, height = points[:, 1].min(), np.ptp(points[:, 1])
@@ -86,10 +89,10 @@ def test_rest_is_a_person_who_stands(recordings, family):
 @pytest.mark.parametrize("family", FAMILIES)
 def test_bones_keep_their_lengths_in_every_motion(recordings, family):
     joints, roles, motions = recordings[family]
-    rest, _ = skm.forward(joints, None, roles.all())
+    rest, _ = smartbody_module.forward_kinematics(joints, None, roles.all())
     parents = {joint.name: joints[joint.parent].name for joint in joints if joint.parent >= 0}
     for stem, recording in motions.items():
-        positions, rotations = skm.forward(joints, bare(recording, roles.root), roles.all())
+        positions, rotations = smartbody_module.forward_kinematics(joints, bare(recording, roles.root), roles.all())
         assert all(np.isfinite(values).all() for values in (*positions.values(), *rotations.values()))
         pairs = [(getattr(roles, side)[start], getattr(roles, side)[start + 1]) for side, start in ARMS]
         pairs += [(parents[name], name) for name in positions if name in parents and parents[name] != joints[0].name]
@@ -102,9 +105,9 @@ def test_bones_keep_their_lengths_in_every_motion(recordings, family):
 def test_captured_displacements_hardly_stretch_the_arms(recordings):
     """The Perception Neuron set moves inner joints too: if that is read rightly, the arms keep nearly their lengths."""
     joints, roles, motions = recordings["PNGestures"]
-    rest, _ = skm.forward(joints, None, roles.all())
+    rest, _ = smartbody_module.forward_kinematics(joints, None, roles.all())
     for stem, recording in motions.items():
-        positions, _ = skm.forward(joints, recording, roles.all())
+        positions, _ = smartbody_module.forward_kinematics(joints, recording, roles.all())
         for side, start in ARMS:
             first, second = getattr(roles, side)[start : start + 2]
             stretch = np.linalg.norm(positions[second] - positions[first], axis=-1) / np.linalg.norm(rest[second] - rest[first])
@@ -120,7 +123,7 @@ def test_a_second_implementation_agrees_on_every_motion(smartbody, recordings, f
     wanted = roles.all() | feet(joints)
     for stem, recording in motions.items():
         columns, rows = matrices.read_frames(smartbody / family / "motions" / f"{stem}.skm")
-        positions, rotations = skm.forward(joints, recording, wanted)
+        positions, rotations = smartbody_module.forward_kinematics(joints, recording, wanted)
         for frame in (0, 2 * len(rows) // 5):
             world = matrices.world(other, columns, rows[frame])
             for name in wanted:
@@ -133,7 +136,7 @@ def test_a_second_implementation_agrees_on_every_motion(smartbody, recordings, f
 def test_in_every_motion_heads_are_above_hips_and_feet_below(recordings, family):
     joints, roles, motions = recordings[family]
     for stem, recording in motions.items():
-        positions, _ = skm.forward(joints, recording, roles.all() | feet(joints))
+        positions, _ = smartbody_module.forward_kinematics(joints, recording, roles.all() | feet(joints))
         hips = positions[roles.root][:, 1]
         rest = positions[roles.head][0, 1] - hips[0]
         assert (positions[roles.head][:, 1] - hips > 0.75 * rest).all(), stem
@@ -149,9 +152,9 @@ def test_directions_are_those_of_the_joints_seen_from_the_front(recordings):
     turned = dict(recording.channels)
     quarter = Rotation.from_rotvec([0, 1.2, 0])
     turned[roles.root, "Quat"] = (quarter * Rotation.from_rotvec(turned[roles.root, "Quat"])).as_rotvec()
-    again = clips.to_directions(joints, skm.Recording(recording.times, turned, recording.phases), roles)
+    again = clips.to_directions(joints, smartbody_module.Recording(recording.times, turned, recording.phases), roles)
     np.testing.assert_allclose(again, directions, atol=1e-5)
-    positions, _ = skm.forward(joints, recording, roles.all())
+    positions, _ = smartbody_module.forward_kinematics(joints, recording, roles.all())
     along = positions[roles.left[2]] - positions[roles.left[1]]
     height = along[:, 1] / np.linalg.norm(along, axis=-1)
     np.testing.assert_allclose(directions[:, 4, 1], -height, atol=1e-5)

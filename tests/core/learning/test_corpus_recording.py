@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from s2ag.core.learning.corpus import recording
+from s2ag.core.learning.corpus import recording_simulation
 
 RATE = 16000
 
@@ -39,14 +39,14 @@ def lags(audio: np.ndarray, original: np.ndarray) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize("name", recording.CODECS)
+@pytest.mark.parametrize("name", recording_simulation.CODECS)
 def test_codecs_leave_words_in_their_place(name):
     av = pytest.importorskip("av")
-    if recording.CODECS[name][1] not in av.codecs_available:
+    if recording_simulation.CODECS[name][1] not in av.codecs_available:
         pytest.skip(f"this PyAV has no {name}")
     original = syllables()
-    for kilobits in recording.CODECS[name][2]:
-        heard = recording.codec(original, name, kilobits)
+    for kilobits in recording_simulation.CODECS[name][2]:
+        heard = recording_simulation.apply_codec(original, name, kilobits)
         assert heard.shape == original.shape
         assert max(map(abs, lags(heard, original))) <= 1
         assert np.corrcoef(heard, original)[0, 1] > 0.9
@@ -56,13 +56,13 @@ def test_codecs_leave_words_in_their_place(name):
 
 def test_codecs_keep_silence_and_short_sounds():
     pytest.importorskip("av")
-    assert np.abs(recording.codec(np.zeros(RATE), "mp3", 32)).max() < 1e-3
-    assert recording.codec(syllables(1.0)[:3000], "aac", 32).shape == (3000,)
+    assert np.abs(recording_simulation.apply_codec(np.zeros(RATE), "mp3", 32)).max() < 1e-3
+    assert recording_simulation.apply_codec(syllables(1.0)[:3000], "aac", 32).shape == (3000,)
 
 
 def test_a_telephone_leaves_out_bass_and_treble_and_keeps_time():
     original = np.random.default_rng(0).normal(size=4 * RATE) * 0.1 + syllables(4.0)
-    heard = recording.telephone(original)
+    heard = recording_simulation.simulate_telephone(original)
     assert heard.shape == original.shape and max(map(abs, lags(heard, original))) == 0
     assert power(heard, 4100, 8000) < power(original, 4100, 8000) - 30
     assert power(heard, 20, 150) < power(original, 20, 150) - 20
@@ -72,7 +72,7 @@ def test_a_telephone_leaves_out_bass_and_treble_and_keeps_time():
 @pytest.mark.parametrize("low, high", [(200, None), (None, 4000)])
 def test_a_band_removes_what_is_outside(low, high):
     original = np.random.default_rng(1).normal(size=2 * RATE)
-    heard = recording.band(original, low, high)
+    heard = recording_simulation.band_pass(original, low, high)
     outside = (10, 70) if low else (6500, 8000)
     assert power(heard, *outside) < power(original, *outside) - 30
     assert power(heard, 500, 3000) == pytest.approx(power(original, 500, 3000), abs=0.5)
@@ -80,7 +80,7 @@ def test_a_band_removes_what_is_outside(low, high):
 
 def test_clipping_flattens_only_the_loudest():
     original = syllables()
-    heard = recording.clipped(original, 0.02)
+    heard = recording_simulation.clip_loudest(original, 0.02)
     changed = heard != original
     assert 0.001 < changed.mean() < 0.03 and np.abs(heard).max() < np.abs(original).max()
     np.testing.assert_allclose(np.abs(heard[changed]), np.abs(heard).max())
@@ -91,10 +91,10 @@ def test_recordings_differ_repeat_stay_in_place_and_a_quarter_is_nearly_clean():
     original = syllables(4.0)
     clean = 0
     for seed in range(40):
-        heard = recording.record(original, np.random.default_rng(seed))
+        heard = recording_simulation.simulate_recording(original, np.random.default_rng(seed))
         assert heard.shape == original.shape and np.isfinite(heard).all() and 0.1 < np.abs(heard).max() <= 1
         assert max(map(abs, lags(heard, original))) <= 3
         if seed < 3:
-            np.testing.assert_array_equal(heard, recording.record(original, np.random.default_rng(seed)))
+            np.testing.assert_array_equal(heard, recording_simulation.simulate_recording(original, np.random.default_rng(seed)))
         clean += np.corrcoef(heard, original)[0, 1] > 0.995
     assert 6 <= clean <= 22

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from s2ag.core.errors import S2agError
-from s2ag.core.learning.corpus import acting, human, phonemes, speech, speech_cache, texts, voices, voices_flite
-from s2ag.core.words.align import align
+from s2ag.core.learning.corpus import flite, human_speech, phonemes, speech, speech_cache, texts, vocal_delivery, voices
+from s2ag.core.words.align import align_words
 
 MATERIAL = Path(__file__).parents[3].parent / "shared" / "data"
 needs_material = pytest.mark.skipif(not (MATERIAL / "emobank").is_dir(), reason="../shared is absent")
 needs_flite = pytest.mark.skipif(not ctypes.util.find_library("flite_cmu_us_slt"), reason="flite is not installed")
 needs_espeak = pytest.mark.skipif(not shutil.which("espeak-ng"), reason="espeak-ng is not installed")
-needs_prompts = pytest.mark.skipif(not human.prompts(), reason="asterisk-core-sounds-en-wav is not installed")
+needs_prompts = pytest.mark.skipif(not human_speech.prompts(), reason="asterisk-core-sounds-en-wav is not installed")
 
 TEXT = "Please tell the old captain, that we found his silver watch in the garden."
 RATE = 16000
@@ -53,7 +53,7 @@ def words_are_heard(audio: np.ndarray, words) -> float:
     assert starts == sorted(starts) and all(w.start < w.end for w in words)
     assert starts[0] >= 0 and words[-1].end <= len(audio) / RATE
     assert all(w.start - 0.01 <= w.vowel[0] < w.vowel[1] <= w.end + 0.01 for w in words)
-    spans, _ = align(audio.astype(np.float32), [[word.text] for word in words])
+    spans, _ = align_words(audio.astype(np.float32), [[word.text] for word in words])
     return float(np.median([abs(a - word.start) for (a, _), word in zip(spans, words, strict=True)]))
 
 
@@ -85,15 +85,15 @@ def test_any_beginning_has_all_splits_and_voices_in_their_shares():
         share = Counter(talk.kind.split(":")[0] for talk in beginning)
         assert 0.42 < share["piper"] / length < 0.55 and 0.35 < share["flite"] / length < 0.5
         assert 0 < share["espeak"] / length <= 0.08 and share["human"] > 0
-        assert {f"flite:{name}" for name in voices_flite.NAMES} <= {talk.kind for talk in beginning}
+        assert {f"flite:{name}" for name in flite.NAMES} <= {talk.kind for talk in beginning}
     assert {talk.split for talk in talks if talk.script is None} == {0}
     held_out = [{t.kind.split(":")[0] for t in talks[:600] if t.split == split} for split in (1, 2)]
     assert all(kinds == {"piper", "flite", "espeak"} for kinds in held_out)
 
 
 def test_punctuation_is_found_after_its_word():
-    assert texts.closings("Well, didn't she go? yes: so") == [",", "", "", "?", ":", ""]
-    assert len(texts.closings(TEXT)) == len(sentence().words)
+    assert texts.closing_marks("Well, didn't she go? yes: so") == [",", "", "", "?", ":", ""]
+    assert len(texts.closing_marks(TEXT)) == len(sentence().words)
 
 
 # --- acting
@@ -104,15 +104,15 @@ def test_arousal_acts_higher_wider_faster_louder_and_with_stronger_accents():
         drawn = []
         for seed in range(40):
             random = np.random.default_rng(seed)
-            voice = acting.draw_voice("piper", random)
-            d = acting.deliver(voice, np.array([0.5, arousal, 0.5]), random)
+            voice = vocal_delivery.draw_voice("piper", random)
+            d = vocal_delivery.draw_delivery(voice, np.array([0.5, arousal, 0.5]), random)
             drawn.append((d.pitch, d.range, d.manner.tempo, d.loudness, d.accent, d.rise, d.tilt))
         return np.mean(drawn, axis=0)
 
     calm, middle, excited = mean(0.1), mean(0.5), mean(0.9)
     assert (calm < middle).all() and (middle < excited).all()
     assert excited[0] / calm[0] > 1.3 and excited[1] / calm[1] > 2 and excited[2] / calm[2] > 1.3
-    pauses = [np.mean([acting.sentence_pause(a, np.random.default_rng(k)) for k in range(300)]) for a in (0.1, 0.9)]
+    pauses = [np.mean([vocal_delivery.sentence_pause(a, np.random.default_rng(k)) for k in range(300)]) for a in (0.1, 0.9)]
     assert pauses[0] > pauses[1] + 0.1
 
 
@@ -120,23 +120,25 @@ def test_a_melody_gets_the_wanted_level_range_and_rises():
     time = np.arange(400)
     f0 = np.where(time % 100 < 80, 120 * 2 ** (1.5 * np.sin(time / 15) / 12), 0)
     for spread in (0.7, 2.5):
-        acted = acting.melody(f0, 1.4, spread, np.zeros(400))
+        acted = vocal_delivery.change_pitch(f0, 1.4, spread, np.zeros(400))
         voiced = acted[f0 > 0]
         assert (acted[f0 == 0] == 0).all()
         assert np.median(voiced) == pytest.approx(1.4 * np.median(f0[f0 > 0]), rel=0.01)
         assert (12 * np.log2(voiced)).std() == pytest.approx(spread, rel=0.05)
     rises = np.zeros(400)
     rises[120:150] = 3
-    risen = acting.melody(f0, 1.4, 2.5, rises) / np.maximum(acting.melody(f0, 1.4, 2.5, np.zeros(400)), 1)
+    risen = vocal_delivery.change_pitch(f0, 1.4, 2.5, rises) / np.maximum(
+        vocal_delivery.change_pitch(f0, 1.4, 2.5, np.zeros(400)), 1
+    )
     np.testing.assert_allclose(risen[120:150], 2 ** (3 / 12))
-    assert acting.melody(np.zeros(50), 2.0, 2.0, np.zeros(50)).max() == 0
+    assert vocal_delivery.change_pitch(np.zeros(50), 2.0, 2.0, np.zeros(50)).max() == 0
 
 
 def test_the_vocoder_moves_pitch_range_and_formants_and_no_time():
     pytest.importorskip("pyworld")
     audio = np.concatenate([np.zeros(8000), vowel(), np.zeros(8000), vowel(), np.zeros(8000)])
     before = pitch_of(audio)
-    acted = acting.revoice(audio, 1.5, 2.0, 1.1, np.zeros(len(audio)))
+    acted = vocal_delivery.change_voice(audio, 1.5, 2.0, 1.1, np.zeros(len(audio)))
     after = pitch_of(acted)
     assert len(acted) == len(audio)
     assert np.median(after) / np.median(before) == pytest.approx(1.5, rel=0.03)
@@ -157,16 +159,19 @@ def test_the_vocoder_moves_pitch_range_and_formants_and_no_time():
 
 
 def test_accents_are_louder_and_higher_than_their_neighbours():
-    words = [phonemes.Spoken("one", 0, 8000, (2000, 5000), 2, -1), phonemes.Spoken("two", 8000, 16000, (10000, 13000), 2, -1)]
-    bumps = acting.accents(16000, words)
+    words = [
+        phonemes.SpokenWord("one", 0, 8000, (2000, 5000), 2, -1),
+        phonemes.SpokenWord("two", 8000, 16000, (10000, 13000), 2, -1),
+    ]
+    bumps = vocal_delivery.accent_envelope(16000, words)
     assert bumps[10000:13000].max() == pytest.approx(1, abs=0.01) and bumps[2000:5000].max() == pytest.approx(0.35, abs=0.01)
     assert bumps[7000:8000].max() == 0
 
 
 def test_pauses_move_the_words_after_them():
     audio = np.ones(3000)
-    words = [phonemes.Spoken("so", 0, 900, (100, 500), 2, 1000), phonemes.Spoken("it", 1100, 2000, (1200, 1500), 0, -1)]
-    longer, moved = acting.paused(audio, words, [0.5, 0.0])
+    words = [phonemes.SpokenWord("so", 0, 900, (100, 500), 2, 1000), phonemes.SpokenWord("it", 1100, 2000, (1200, 1500), 0, -1)]
+    longer, moved = vocal_delivery.insert_pauses(audio, words, [0.5, 0.0])
     assert len(longer) == 3000 + 8000 and (longer[1000:9000] == 0).all() and longer.sum() == 3000
     assert moved[0] == words[0] and (moved[1].start, moved[1].end, moved[1].vowel) == (9100, 10000, (9200, 9500))
 
@@ -175,7 +180,7 @@ def test_pauses_move_the_words_after_them():
 
 
 @needs_flite
-@pytest.mark.parametrize("name", voices_flite.NAMES)
+@pytest.mark.parametrize("name", flite.NAMES)
 def test_flite_says_where_its_words_are_and_keeps_the_tempo_asked(name):
     voice = voices.voice(f"flite:{name}")
     audio, placed = voice.say(sentence(), voices.Manner(1.0))
@@ -193,11 +198,11 @@ def test_flite_says_where_its_words_are_and_keeps_the_tempo_asked(name):
 def test_phones_become_words_or_nothing():
     phones = [(None, 0.2, False, False), (1, 0.3, True, False), (1, 0.5, True, True), (2, 0.6, False, True)]
     phones += [(None, 0.8, False, False), (3, 0.9, False, True), (3, 1.0, True, True), (None, 1.2, False, False)]
-    placed = voices_flite.words(("say", "a", "begin"), phones)
+    placed = flite.place_words(("say", "a", "begin"), phones)
     assert [(w.start, w.end) for w in placed] == [(3200, 8000), (8000, 9600), (12800, 16000)]
     assert placed[0].vowel == (4800, 8000) and placed[2].vowel == (14400, 16000)
     assert [w.pause for w in placed] == [-1, 11200, 17600] and [w.stress for w in placed] == [2, 0, 2]
-    assert voices_flite.words(("say", "a"), phones) is None
+    assert flite.place_words(("say", "a"), phones) is None
 
 
 @needs_espeak
@@ -218,7 +223,7 @@ def test_a_missing_program_is_named_with_its_package(monkeypatch, tmp_path):
 def test_words_known_by_times_alone_get_vowel_stress_and_pause():
     audio = np.concatenate([np.zeros(4000), 0.01 * np.ones(1600), vowel(0.2), 0.01 * np.ones(1600), np.zeros(8000)])
     spans = [(0.25, 0.65), (0.65, 0.7)]
-    first, second = voices.placed_by_times(audio, ("captain", "the"), spans)
+    first, second = voices.words_from_times(audio, ("captain", "the"), spans)
     assert 5400 <= first.vowel[0] < first.vowel[1] <= 9000
     assert first.stress == 2 and second.stress == 0 and first.pause == -1 and second.pause == (11200 + len(audio)) // 2
 
@@ -264,7 +269,7 @@ def test_a_stopped_cache_goes_on_and_keeps_what_it_has(tmp_path, capfd):
     (tmp_path / "emobank" / "emobank.csv").write_text("id,split,V,A,D,text\n" + rows, encoding="utf-8")
     out = tmp_path / "speech"
     command = ["--material", str(tmp_path), "--out", str(out), "--workers", "1", "--hours"]
-    assert speech.count(str(tmp_path), 0) == 2 * len(texts.scripts(texts.load_sentences(tmp_path), 0)) > 0
+    assert speech.count(str(tmp_path), 0) == 2 * len(texts.group_scripts(texts.load_sentences(tmp_path), 0)) > 0
     assert speech_cache.main([*command, "0.001"]) == 0
     first = {path.name: path.read_bytes() for path in out.iterdir()}
     assert {"0000.npz", "0001.npz"} <= set(first) and all(name[0] != "." for name in first)
@@ -273,7 +278,7 @@ def test_a_stopped_cache_goes_on_and_keeps_what_it_has(tmp_path, capfd):
     second = {path.name: path.read_bytes() for path in out.iterdir()}
     assert set(second) == set(first)
     assert all(second[name] == data for name, data in first.items() if name != "0000.npz")
-    kept = speech_cache.obtain(str(tmp_path), out, 0, 0)
+    kept = speech_cache.load_or_synthesize(str(tmp_path), out, 0, 0)
     assert kept.voice["kind"] == "piper" and kept.index == 0 and kept.duration > 20
     assert words_are_heard(kept.clean, kept.words) < 0.04
     capfd.readouterr()
@@ -286,7 +291,7 @@ def test_a_stopped_cache_goes_on_and_keeps_what_it_has(tmp_path, capfd):
 
 @needs_material
 def test_the_sonnet_is_the_one_for_training():
-    audio, placed, closings, numbers = human.sonnet(MATERIAL)
+    audio, placed, closings, numbers = human_speech.sonnet(MATERIAL)
     assert [word.text for word in placed[1:5]] == ["from", "fairest", "creatures", "we"]
     assert len(placed) == len(closings) == len(numbers) > 100 and closings.count(":") >= 3 and max(numbers) == 14
     starts = [word.start for word in placed]
@@ -295,11 +300,11 @@ def test_the_sonnet_is_the_one_for_training():
 
 @needs_prompts
 def test_prompts_make_talks_of_a_minute():
-    groups = human.prompt_talks(0)
+    groups = human_speech.prompt_talks(0)
     files = [file for group in groups for file in group]
     assert len(groups) >= 20 and len(files) == len(set(files))
     assert not any(file.parent.name == "silence" or "beep" in file.stem for file in files)
-    audio = human.join_prompts(groups[0], np.random.default_rng(0))
+    audio = human_speech.join_prompts(groups[0], np.random.default_rng(0))
     assert 30 < len(audio) / RATE < 80
     loud = np.abs(audio) > 0.01
     assert 0.3 < loud[: len(loud) // 160 * 160].reshape(-1, 160).any(axis=1).mean() < 0.98
@@ -307,8 +312,8 @@ def test_prompts_make_talks_of_a_minute():
 
 @needs_material
 def test_without_the_prompts_their_talks_are_left_out(monkeypatch, tmp_path):
-    monkeypatch.setattr(human, "PROMPTS", tmp_path)
-    human.prompt_talks.cache_clear()
+    monkeypatch.setattr(human_speech, "PROMPTS", tmp_path)
+    human_speech.prompt_talks.cache_clear()
     index = next(talk.index for talk in speech.talks(str(MATERIAL), 0) if talk.kind == "human:prompts")
-    assert human.prompts() == [] and speech.make(str(MATERIAL), index, 0) is None
-    human.prompt_talks.cache_clear()
+    assert human_speech.prompts() == [] and speech.make(str(MATERIAL), index, 0) is None
+    human_speech.prompt_talks.cache_clear()

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from s2ag.core.learning.corpus import idling, skm, unity
+from s2ag.core.learning.corpus import idle_motion, smartbody, unity
 from s2ag.core.motion import skeleton
 
 HALF = 2**-0.5
@@ -55,14 +55,14 @@ def small(tmp_path):
 
 @pytest.fixture(scope="module")
 def conversation(shared):
-    if not (shared / idling.CONVERSATION).is_file():
+    if not (shared / idle_motion.CONVERSATION).is_file():
         pytest.skip("the conversation is absent")
-    return unity.load(shared / idling.CONVERSATION)
+    return unity.load(shared / idle_motion.CONVERSATION)
 
 
 @pytest.fixture(scope="module")
 def idle(shared, conversation):
-    return idling.load(shared)
+    return idle_motion.load(shared)
 
 
 def test_curves_are_read_by_path_even_where_lines_are_folded(small):
@@ -85,7 +85,7 @@ def test_curves_follow_their_slopes_and_steps():
 def test_the_left_handed_file_becomes_a_right_handed_body(small):
     joints, recording = unity.to_recording(unity.load(small))
     assert [joint.name for joint in joints] == ["Hip", "Upper Arm", "Hand"] and [joint.parent for joint in joints] == [-1, 0, 1]
-    positions, _ = skm.forward(joints, recording, {"Hand"})
+    positions, _ = smartbody.forward_kinematics(joints, recording, {"Hand"})
     # x is mirrored, so an arm along Unity's +x (the right) lies at our -x, and swings back as it did there
     np.testing.assert_allclose(positions["Hand"][0], [-0.75, 1.5, 0], atol=1e-7)
     np.testing.assert_allclose(positions["Hand"][-1], [-0.25, 1.5, -0.5], atol=1e-7)
@@ -95,8 +95,8 @@ def test_a_turned_rest_pose_is_taken_out(tmp_path):
     path = tmp_path / "turned.anim"
     path.write_text(SMALL.replace(NO_TURN, f"{{x: 0, y: 0, z: {HALF}, w: {HALF}}}", 2))
     joints, recording = unity.to_recording(unity.load(path))
-    still_positions, _ = skm.forward(joints, None, {"Hand"})
-    positions, rotations = skm.forward(joints, recording, {"Hand"})
+    still_positions, _ = smartbody.forward_kinematics(joints, None, {"Hand"})
+    positions, rotations = smartbody.forward_kinematics(joints, recording, {"Hand"})
     np.testing.assert_allclose(still_positions["Hand"][0], positions["Hand"][0], atol=1e-7)
     # Unity's quarter turn about z takes (0.25, 0.5) to (-0.5, 0.25) and the hand's (0.5, 0) to (0, 0.5)
     np.testing.assert_allclose(positions["Hand"][0], [0.5, 1.75, 0], atol=1e-7)
@@ -124,7 +124,7 @@ def test_the_conversation_starts_in_a_t_pose(conversation):
     joints, recording = unity.to_recording(conversation)
     assert len(recording.times) == 999
     wanted = unity.BIPED.all() | {"Bip01 L Foot", "Bip01 R Foot", "Bip01 L Toe0", "Bip01 MNose"}
-    positions, rotations = skm.forward(joints, recording, wanted)
+    positions, rotations = smartbody.forward_kinematics(joints, recording, wanted)
     at = {name.removeprefix("Bip01 "): position[0] for name, position in positions.items()}
     assert 1.6 < at["Head"][1] < 1.9 and at["Head"][1] > at["Neck"][1] > at["Spine2"][1] > at["Pelvis"][1] > at["L Foot"][1]
     np.testing.assert_allclose(at["L Hand"] - at["Neck"], (at["R Hand"] - at["Neck"]) * [-1, 1, 1], atol=1e-3)
@@ -137,7 +137,7 @@ def test_the_conversation_starts_in_a_t_pose(conversation):
 
 
 def test_the_conversation_shows_a_person_who_talks_with_the_hands(conversation):
-    directions = unity.to_directions(conversation, *idling.STRETCH)
+    directions = unity.to_directions(conversation, *idle_motion.STRETCH)
     assert directions.shape == (706, 9, 3) and directions.dtype == np.float32
     np.testing.assert_allclose(np.linalg.norm(directions, axis=-1), 1, atol=1e-5)
     mean = skeleton.normalize(directions.mean(axis=0))
@@ -153,7 +153,7 @@ def test_the_conversation_shows_a_person_who_talks_with_the_hands(conversation):
 
 
 def test_slow_turns_of_the_body_are_taken_out_and_quick_ones_stay(conversation):
-    directions = unity.to_directions(conversation, *idling.STRETCH).astype(float)
+    directions = unity.to_directions(conversation, *idle_motion.STRETCH).astype(float)
     shoulders = -(directions[:, 3] - directions[:, 6])
     yaw = np.degrees(np.unwrap(np.arctan2(shoulders[:, 2], shoulders[:, 0])))
     assert abs(yaw.mean()) < 1 and 3 < yaw.std() < 12
@@ -204,18 +204,20 @@ def test_turns_are_applied_and_found_again():
     rng = np.random.default_rng(0)
     start = skeleton.normalize(rng.normal(size=(7, 9, 3)))
     end = skeleton.normalize(start + 0.4 * rng.normal(size=start.shape))
-    np.testing.assert_allclose(idling.apply(start, idling.between(start, end)), end, atol=1e-9)
-    np.testing.assert_array_equal(idling.between(start, start), 0)
+    np.testing.assert_allclose(idle_motion.rotate_edges(start, idle_motion.rotation_between(start, end)), end, atol=1e-9)
+    np.testing.assert_array_equal(idle_motion.rotation_between(start, start), 0)
 
 
 def test_mirrored_turns_mirror_what_they_turn():
     rng = np.random.default_rng(1)
     pose, turns = skeleton.normalize(rng.normal(size=(5, 9, 3))), rng.normal(size=(5, 9, 3))
-    wanted = skeleton.mirror(idling.apply(pose, turns))
-    np.testing.assert_allclose(idling.apply(skeleton.mirror(pose), idling.mirrored(turns)), wanted, atol=1e-9)
-    np.testing.assert_allclose(idling.mirrored(idling.mirrored(turns)), turns)
+    wanted = skeleton.mirror(idle_motion.rotate_edges(pose, turns))
+    np.testing.assert_allclose(
+        idle_motion.rotate_edges(skeleton.mirror(pose), idle_motion.mirror_rotations(turns)), wanted, atol=1e-9
+    )
+    np.testing.assert_allclose(idle_motion.mirror_rotations(idle_motion.mirror_rotations(turns)), turns)
 
 
 def test_missing_material_is_named(tmp_path):
     with pytest.raises(FileNotFoundError, match="RB_conversation"):
-        idling.load(tmp_path)
+        idle_motion.load(tmp_path)

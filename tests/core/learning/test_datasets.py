@@ -11,8 +11,8 @@ pytest.importorskip("torch")
 from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CorpusUnreadable  # noqa: E402
 from s2ag.core.learning.datasets import readers, transcripts, writer  # noqa: E402
+from s2ag.core.learning.datasets.growing_array import GrowingArray  # noqa: E402
 from s2ag.core.learning.datasets.recording import Recording  # noqa: E402
-from s2ag.core.learning.datasets.stream import GrowingArray  # noqa: E402
 from s2ag.core.learning.train.dataset import Corpus  # noqa: E402
 from s2ag.core.learning.train.storage import load_arrays  # noqa: E402
 from s2ag.core.motion import skeleton  # noqa: E402
@@ -101,7 +101,7 @@ def test_what_is_left_out_is_told(tmp_path, capsys):
 
 
 def test_tenths_do_not_depend_on_the_place():
-    parts = [readers.tenth(f"take {number}") for number in range(2000)]
+    parts = [readers.split_of(f"take {number}") for number in range(2000)]
     assert [round(parts.count(kind) / 2000, 1) for kind in ("train", "validation", "test")] == [0.8, 0.1, 0.1]
 
 

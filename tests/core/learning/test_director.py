@@ -11,22 +11,22 @@ import pytest
 from captured import wave_clip
 from s2ag.core.learning.corpus import (
     build,
-    heard,
-    idling,
+    idle_motion,
     lexicon,
     library,
     pack,
-    performance,
     phrases,
     planning,
+    rendering,
     repertoire,
     speakers,
+    talk_features,
     variation,
 )
 from s2ag.core.learning.corpus.scene import Scene
 from s2ag.core.learning.evaluate import kinematics, variety
 from s2ag.core.learning.train.dataset import Corpus
-from s2ag.core.motion import hand_numbers, limits, rest, skeleton
+from s2ag.core.motion import hand_channels, limits, rest, skeleton
 from small_talks import small_speech
 
 MATERIAL = Path(__file__).parents[3].parent / "shared" / "data"
@@ -65,7 +65,7 @@ def perform(performer, gestures, scene, seed: int = 0) -> np.ndarray:
     strokes = planned(performer, gestures, scene, seed)
     still = np.zeros((len(scene.prosody.features), 9, 3))
     random = np.random.default_rng(seed)
-    return performance.perform(performer, strokes, scene, performance.resting_pose(performer), still, random)
+    return rendering.render(performer, strokes, scene, rendering.resting_pose(performer), still, random)
 
 
 def test_words_near_to_listed_ones_share_their_meaning():
@@ -105,7 +105,7 @@ def test_what_was_shown_lately_is_not_drawn_again(gestures):
     pool = [replace(g, clip=replace(g.clip, name=f"Set/{k}")) for k, g in enumerate(gestures * 3)]
     drawn = repertoire.Repertoire(speakers.PERFORMERS[1], pool)
     memory, random = deque(maxlen=repertoire.MEMORY), np.random.default_rng(0)
-    wish = repertoire.Wish("both", -0.1, 0.5, False)
+    wish = repertoire.StrokeWish("both", -0.1, 0.5, False)
     names = [drawn.draw(random, repertoire.BEAT, wish, memory).name.rstrip("~") for _ in range(60)]
     assert all(name not in names[max(0, k - repertoire.MEMORY) : k] for k, name in enumerate(names))
     assert len(set(names)) > 15
@@ -113,29 +113,33 @@ def test_what_was_shown_lately_is_not_drawn_again(gestures):
 
 def test_a_meaning_is_shown_by_its_own_clips(gestures):
     drawn = repertoire.Repertoire(speakers.PERFORMERS[0], gestures)
-    random, wish = np.random.default_rng(0), repertoire.Wish("right", 0.0, 0.5, False)
+    random, wish = np.random.default_rng(0), repertoire.StrokeWish("right", 0.0, 0.5, False)
     assert {drawn.draw(random, "none", wish, deque(maxlen=8)).meaning for _ in range(20)} == {"none"}
     assert "none" in drawn.meanings() and "unknown" not in drawn.meanings()
 
 
 def test_phrases_mean_what_their_words_do_not():
-    found = phrases.find(["but", "i", "don't", "know", "it", "and", "on", "the", "other", "hand", "no", "idea"])
+    found = phrases.find_phrases(["but", "i", "don't", "know", "it", "and", "on", "the", "other", "hand", "no", "idea"])
     assert {bearer: meaning for bearer, (meaning, _) in found.items()} == {3: "unknown", 8: "however", 11: "unknown"}
-    assert not phrases.find(["i", "don't", "know"], [False, True, False]).get(1)
+    assert not phrases.find_phrases(["i", "don't", "know"], [False, True, False]).get(1)
     assert set(phrases.PHRASES) <= set(library.ALL_MEANINGS) and library.ALL_MEANINGS[0] == repertoire.BEAT
 
 
 def test_a_hand_is_preferred_when_asked_for(scene, gestures):
     performer = next(p for p in speakers.PERFORMERS if p.hand == "right" and p.both > 0.3)
-    assert performer.handed(0.1) is performer and performer.handed(-1).hand == "left" and performer.handed(1).hand == "right"
-    shown = [[s.hand for k in range(8) for s in planned(performer.handed(wish), gestures, scene, k)] for wish in (-1, 1)]
+    assert (
+        performer.with_hand(0.1) is performer
+        and performer.with_hand(-1).hand == "left"
+        and performer.with_hand(1).hand == "right"
+    )
+    shown = [[s.hand for k in range(8) for s in planned(performer.with_hand(wish), gestures, scene, k)] for wish in (-1, 1)]
     hands = [np.bincount(each, minlength=3) for each in shown]
     assert hands[0][0] > hands[0][1] and hands[1][1] > hands[1][0]
 
 
 def test_arms_turn_and_keep_their_length():
     directions = skeleton.normalize(np.random.default_rng(0).normal(size=(5, 3)))
-    turned = variation.turned(directions, np.array([0, 0.3, 0]), np.linspace(0, 1, 5))
+    turned = variation.rotate_by_share(directions, np.array([0, 0.3, 0]), np.linspace(0, 1, 5))
     np.testing.assert_allclose(np.linalg.norm(turned, axis=-1), 1)
     np.testing.assert_allclose(turned[0], directions[0])
     assert np.allclose(turned[:, 1], directions[:, 1]) and not np.allclose(turned[-1], directions[-1])
@@ -181,7 +185,7 @@ def test_the_pleased_are_livelier_and_the_dominant_are_not(scene, gestures):
 def test_an_idle_arm_goes_along_with_the_working_one(scene, gestures):
     performer = replace(next(p for p in speakers.PERFORMERS if p.hand == "right"), both=0.0)
     assert all(stroke.follow > 0 for stroke in planned(performer, gestures, scene))
-    assert np.mean([variety.symmetry(perform(performer, gestures, scene, take)) for take in range(4)]) > 0.4
+    assert np.mean([variety.left_right_correlation(perform(performer, gestures, scene, take)) for take in range(4)]) > 0.4
 
 
 def test_some_strokes_show_what_the_words_do_not_say(scene, gestures):
@@ -189,12 +193,12 @@ def test_some_strokes_show_what_the_words_do_not_say(scene, gestures):
     strokes = [s for number, p in people for take in range(4) for s in planned(p, gestures, scene, 4 * number + take)]
     unsaid = [stroke for stroke in strokes if not stroke.said]
     assert 0.01 < len(unsaid) / len(strokes) < 0.15 and all(stroke.meaning != repertoire.BEAT for stroke in unsaid)
-    np.testing.assert_array_equal(build.records(strokes)[:, 6] == 0, [not stroke.said for stroke in strokes])
+    np.testing.assert_array_equal(build.stroke_records(strokes)[:, 6] == 0, [not stroke.said for stroke in strokes])
 
 
 def test_a_performance_moves_on_accents_and_rests(scene, gestures):
     performer = speakers.PERFORMERS[0]
-    ease = performance.resting_pose(performer)
+    ease = rendering.resting_pose(performer)
     strokes = planned(performer, gestures, scene)
     body = perform(performer, gestures, scene)
     assert body.shape == (int(scene.speech.duration * 15), 9, 3) and body.dtype == np.float32
@@ -218,9 +222,9 @@ def test_the_warp_meets_every_phase_and_never_runs_backwards():
     clip = wave_clip()
     gesture = library._describe(clip, "Set", "BeatMid", "beat", False)
     stroke = planning.Stroke(gesture, 1.0, 1.5, 2.0, 2.2, (2.5, 3.0), (3.2, 3.8), 1.0, False)
-    at = performance.warp(clip, stroke, np.array([1.0, 1.5, 2.0, 2.2, 3.0, 3.8]))
+    at = rendering.warp(clip, stroke, np.array([1.0, 1.5, 2.0, 2.2, 3.0, 3.8]))
     np.testing.assert_allclose(at, [clip.onset, clip.ready, clip.emphasis, clip.end, clip.relax, clip.rest], atol=0.02)
-    assert (np.diff(performance.warp(clip, stroke, np.linspace(0, 5, 200))) >= -1e-9).all()
+    assert (np.diff(rendering.warp(clip, stroke, np.linspace(0, 5, 200))) >= -1e-9).all()
 
 
 def test_performers_differ_and_have_names_people_understand():
@@ -232,9 +236,14 @@ def test_performers_differ_and_have_names_people_understand():
 
 
 def test_every_performer_gets_a_fair_share_of_talks():
-    counts = np.bincount([p for index in range(240) for p, _ in build.cast(index, 3)], minlength=len(speakers.PERFORMERS))
+    counts = np.bincount(
+        [p for index in range(240) for p, _ in build.performers_of_talk(index, 3)], minlength=len(speakers.PERFORMERS)
+    )
     assert counts.min() > 0.8 * counts.mean()
-    assert all(len(set(build.cast(index, 8))) == 8 and len({p for p, _ in build.cast(index, 8)}) == 6 for index in range(50))
+    assert all(
+        len(set(build.performers_of_talk(index, 8))) == 8 and len({p for p, _ in build.performers_of_talk(index, 8)}) == 6
+        for index in range(50)
+    )
 
 
 def test_some_performances_are_steered_and_all_within_range():
@@ -246,9 +255,9 @@ def test_some_performances_are_steered_and_all_within_range():
 
 def test_what_is_heard_is_kept_and_used_as_it_is(tmp_path):
     spoken = small_speech(1)
-    first = heard.obtain(tmp_path, spoken)
+    first = talk_features.load_or_analyse(tmp_path, spoken)
     assert len(first.prosody.features) == len(first.tracks) == len(first.plain) == int(spoken.duration * 15)
-    again = heard.obtain(tmp_path, replace(spoken, recorded=np.zeros_like(spoken.recorded)))
+    again = talk_features.load_or_analyse(tmp_path, replace(spoken, recorded=np.zeros_like(spoken.recorded)))
     assert again.prosody.accents == first.prosody.accents == Scene.of(spoken).accents
     np.testing.assert_array_equal(again.mfcc, first.mfcc)
 
@@ -264,21 +273,21 @@ def test_the_packed_corpus_is_what_training_reads(tmp_path):
                 k,
                 np.zeros(5, np.float32),
                 np.tile(rest.REST, (frames, 1, 1)),
-                np.full((frames, hand_numbers.SIZE), 0.25, np.float32),
+                np.full((frames, hand_channels.SIZE), 0.25, np.float32),
                 np.array([[0.8, 1, 1.2, 2, 1, 0.5, k > 2]], np.float32),
                 0.4,
             )
             for k in (number, number + 3)
         ]
         words = [("hello", 0.2, 0.5), ("world", 0.7, 1.0)]
-        mfcc = heard.features(spoken.recorded[: 16000 * 3])
+        mfcc = talk_features.network_input(spoken.recorded[: 16000 * 3])
         accents = np.array([[1.0, 0.5, 1.0]], np.float32)
         talks.append(build.Talk(number, number, "noise", mfcc, tracks, tracks, words, accents, np.full(3, 0.5), moves))
     figures = pack.save(talks, tmp_path / "corpus", 0)
     assert figures["recordings"] == 3 and figures["performances"] == 6 and figures["share of strokes on main accents"] == 1
     corpus = Corpus.load(tmp_path / "corpus")
     arrays = corpus.arrays
-    assert corpus.extras.shape == (246, hand_numbers.SIZE)
+    assert corpus.extras.shape == (246, hand_channels.SIZE)
     assert arrays["directions"].shape == (246, 9, 3) and arrays["starts"].tolist() == [0, 40, 80, 121, 162, 204, 246]
     assert arrays["frame_starts"].tolist() == [0, 40, 81, 123] and arrays["recording"].tolist() == [0, 0, 1, 1, 2, 2]
     assert arrays["split"].tolist() == [0, 0, 1, 1, 2, 2] and arrays["speaker"].tolist() == [0, 3, 1, 4, 2, 5]
@@ -304,7 +313,9 @@ def test_a_tiny_corpus_is_built_from_the_command(tmp_path):
     first = np.load(tmp_path / "corpus" / "directions.npy")
     meta = json.loads((tmp_path / "corpus" / "meta.json").read_text())
     assert len(np.load(tmp_path / "corpus" / "speaker.npy")) == 4 and meta["recordings"][0]["speech"] == "0000.npz"
-    assert np.degrees(np.abs(idling.between(first[:1].astype(float), first.astype(float)))).max() > 20, "nobody gestured"
+    assert np.degrees(np.abs(idle_motion.rotation_between(first[:1].astype(float), first.astype(float)))).max() > 20, (
+        "nobody gestured"
+    )
     assert main(command) == 0
     np.testing.assert_array_equal(np.load(tmp_path / "corpus" / "directions.npy"), first)
 

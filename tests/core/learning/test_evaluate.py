@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("scipy", reason="the engine is not installed")
 
-from s2ag.core.learning.evaluate import experiments, figures, goals, identity, kinematics, strokes  # noqa: E402
+from s2ag.core.learning.evaluate import comparisons, figures, goals, kinematics, speaker_identification, strokes  # noqa: E402
 from s2ag.core.learning.evaluate.measure import Case, measure, timing  # noqa: E402
 from s2ag.core.learning.evaluate.talks import Talk  # noqa: E402
 from s2ag.core.motion import rest, skeleton  # noqa: E402
@@ -61,23 +61,23 @@ def test_a_stroke_replaces_the_preparation_just_before_it():
 def test_who_does_not_move_or_only_sways_makes_no_strokes():
     still = np.tile(RAISED, (150, 1, 1))
     assert len(strokes.detect(still, rest.REST)) == 0
-    assert len(strokes.detect(skeleton.normalize(still + rest.idle(150, seed=1)), rest.REST)) == 0
+    assert len(strokes.detect(skeleton.normalize(still + rest.idle_offsets(150, seed=1)), rest.REST)) == 0
     assert len(strokes.detect(still[:2], rest.REST)) == 0
 
 
 def test_agreement_counts_every_stroke_once():
     found, truth = [np.array([1.0, 1.2, 4.0])], [np.array([1.05, 3.9, 8.0])]
-    result = strokes.agreement(found, truth)
+    result = strokes.detection_accuracy(found, truth)
     assert result["precision"] == pytest.approx(2 / 3) and result["recall"] == pytest.approx(2 / 3)
     assert result["f1"] == pytest.approx(2 / 3)
     assert result["bias"] == pytest.approx(0.025)
-    assert strokes.agreement([np.zeros(0)], truth)["f1"] == 0
+    assert strokes.detection_accuracy([np.zeros(0)], truth)["f1"] == 0
 
 
 def test_nearness_to_accents():
     assert figures.share_near(np.array([1.0, 2.1, 3.2]), np.array([1.1, 3.0])) == pytest.approx(1 / 3)
     assert figures.share_near(np.zeros(0), np.array([1.0])) == 0
-    assert np.isinf(strokes.nearest(np.array([1.0]), np.zeros(0))).all()
+    assert np.isinf(strokes.distance_to_nearest(np.array([1.0]), np.zeros(0))).all()
     accents = np.array([[1.0, 0.8, 1], [2.0, 0.2, 0]])
     met, all_of_it = figures.accent_alignment(np.array([1.1]), accents)
     assert met / all_of_it == pytest.approx(0.8 * np.exp(-0.5), abs=1e-6)  # one sigma from the strong, far from the weak one
@@ -166,16 +166,16 @@ def test_angles_between_performances():
     a, b = (np.tile(skeleton.MEAN_UNIT.astype(float), (10, 1, 1)) for _ in range(2))
     a[:, skeleton.ARM_EDGES] = [0, 1, 0]
     b[:, skeleton.ARM_EDGES] = [0, np.cos(np.radians(30)), np.sin(np.radians(30))]
-    assert figures.apart(np.stack([a, b])) == pytest.approx(30)
-    assert figures.apart(np.stack([a, b, b])) == pytest.approx(20)
-    assert experiments.takes([np.stack([a, a]), np.stack([a, b])]) == {"takes_apart": pytest.approx(15, abs=1e-3)}
+    assert figures.mean_arm_angle(np.stack([a, b])) == pytest.approx(30)
+    assert figures.mean_arm_angle(np.stack([a, b, b])) == pytest.approx(20)
+    assert comparisons.takes([np.stack([a, a]), np.stack([a, b])]) == {"takes_apart": pytest.approx(15, abs=1e-3)}
 
 
 def test_correlations():
     assert figures.correlations([1, 2, 3, 4], [1, 4, 9, 100]) == (pytest.approx(1), pytest.approx(0.79, abs=0.03))
     assert figures.correlations([1, 2, 3], [5, 5, 5]) == (0, 0)
     energy = {"calm": [1, 2, 3, 4], "lively": [4, 3, 2, 1]}
-    found = experiments.arousal([0.1, 0.4, 0.5, 0.9], energy)
+    found = comparisons.arousal([0.1, 0.4, 0.5, 0.9], energy)
     assert found["arousal_spearman"] == pytest.approx(-1) and found["arousal_by_style"]["calm"][0] == pytest.approx(1)
 
 
@@ -185,21 +185,21 @@ def test_speakers_with_manners_are_told_apart_and_the_same_one_is_not():
     def perform(speaker, talk_number):
         pose = rest.slerp(rest.REST, RAISED, np.full(9, 0.3 + 0.15 * speaker))
         landings = np.sort(random.uniform(1, 18, 6))
-        return skeleton.normalize(gestures(landings, pose=pose) + rest.idle(300, seed=talk_number))
+        return skeleton.normalize(gestures(landings, pose=pose) + rest.idle_offsets(300, seed=talk_number))
 
     different = [np.stack([perform(speaker, number) for speaker in range(4)]) for number in range(6)]
     alike = [np.stack([perform(0, 9 * number + speaker) for speaker in range(4)]) for number in range(6)]
-    told = experiments.speakers(different)
+    told = comparisons.speakers(different)
     assert told["told_apart"] == pytest.approx(4) and told["told_apart_share"] == 1
-    assert experiments.speakers(alike)["told_apart"] < 2.5
-    assert told["speakers_apart"] > experiments.speakers(alike)["speakers_apart"]
-    assert set(experiments.speakers(different[:1])) == {"speakers_apart"}
-    assert identity.features(different[0][0]).shape == (82,)
+    assert comparisons.speakers(alike)["told_apart"] < 2.5
+    assert told["speakers_apart"] > comparisons.speakers(alike)["speakers_apart"]
+    assert set(comparisons.speakers(different[:1])) == {"speakers_apart"}
+    assert speaker_identification.features(different[0][0]).shape == (82,)
 
 
 def test_the_slider_compares_with_its_middle():
     low, middle, high = ([turning(speed)] for speed in (10.0, 20.0, 50.0))
-    assert experiments.slider(low, middle, high) == {"slider_low": pytest.approx(0.5), "slider_high": pytest.approx(2.5)}
+    assert comparisons.slider(low, middle, high) == {"slider_low": pytest.approx(0.5), "slider_high": pytest.approx(2.5)}
 
 
 def test_strokes_on_the_accents_count_and_the_same_shifted_in_time_do_not():
@@ -211,7 +211,9 @@ def test_strokes_on_the_accents_count_and_the_same_shifted_in_time_do_not():
     assert result["main_accent"] == 1 and result["main_accent_gain"] > 4 and result["main_accent_distance"] < 0.15
     assert result["strokes_a_minute"] == pytest.approx(15, abs=0.1)
     assert result["shuffled"]["main_accent"] < 0.25
-    assert timing([case], [10.0])["main_accent"] == np.mean(strokes.nearest((case.strokes + 10) % 20, case.talk.main) <= 0.15)
+    assert timing([case], [10.0])["main_accent"] == np.mean(
+        strokes.distance_to_nearest((case.strokes + 10) % 20, case.talk.main) <= 0.15
+    )
     assert result["pause_at_rest"] > 0.6 > result["speech_at_rest"]
     frozen = measure([Case(case.talk, np.tile(rest.REST, (300, 1, 1)), rest.REST)])
     assert frozen["main_accent"] == 0 and frozen["strokes_a_minute"] == 0 and np.isnan(frozen["main_accent_distance"])

@@ -8,9 +8,9 @@ import pytest
 pytest.importorskip("scipy", reason="the engine is not installed")
 
 from s2ag.core.learning.corpus import rotation  # noqa: E402
-from s2ag.core.learning.evaluate import company, dull, goals, people, pictures, variety  # noqa: E402
-from s2ag.core.learning.evaluate.company import Performance  # noqa: E402
+from s2ag.core.learning.evaluate import baselines, goals, human_recordings, performers, pictures, variety  # noqa: E402
 from s2ag.core.learning.evaluate.measure import Case, measure  # noqa: E402
+from s2ag.core.learning.evaluate.performers import Performance  # noqa: E402
 from s2ag.core.learning.evaluate.talks import Talk  # noqa: E402
 from s2ag.core.motion import rest, skeleton  # noqa: E402
 
@@ -38,7 +38,7 @@ def lively(talk: Talk, seed: int) -> np.ndarray:
         for edges in ((4, 5), (7, 8)):
             for edge in edges:
                 body[here, edge] = rotation.rotate(rotation.from_vector(lift * random.normal(0, 1.2, 3)), body[here, edge])
-    return skeleton.normalize(body + rest.idle(FRAMES, seed=seed))
+    return skeleton.normalize(body + rest.idle_offsets(FRAMES, seed=seed))
 
 
 def performance(talk: Talk, perform, clips=()) -> list[Performance]:
@@ -48,9 +48,9 @@ def performance(talk: Talk, perform, clips=()) -> list[Performance]:
 @pytest.fixture(scope="module")
 def columns(talk) -> dict:
     casts = {"this": {f"performer {k}": performance(talk, lambda seed, k=k: lively(talk, 10 * k + seed)) for k in range(3)}}
-    for name, perform in dull.DULL.items():
+    for name, perform in baselines.BASELINES.items():
         casts[name] = {name: performance(talk, lambda seed, perform=perform: perform(talk, rest.REST, seed))}
-    return {name: company.column(cast) for name, cast in casts.items()}
+    return {name: performers.variety_column(cast) for name, cast in casts.items()}
 
 
 def test_dull_performances_fail_the_goals_of_variety(columns):
@@ -65,7 +65,7 @@ def test_dull_performances_fail_the_goals_of_variety(columns):
         "seeds_places",
     ):
         assert verdicts[key]["dull"] == [], key
-    for name in dull.DULL:
+    for name in baselines.BASELINES:
         assert columns[name]["cells"] < 60 and columns[name]["components"] < 7 and columns[name]["seeds_apart"] < 5
     assert columns["one gesture"]["nearest_neighbour"] < 0.2 and columns["one gesture"]["first_axis"] > 0.9
     assert columns["this"]["nearest_neighbour"] > 0.5 and columns["this"]["seeds_apart"] > 5
@@ -73,7 +73,7 @@ def test_dull_performances_fail_the_goals_of_variety(columns):
 
 def test_marks_come_from_what_dull_performances_reach(columns, talk):
     assert goals.verdicts(columns, goals.VARIETY)["forearm_median_least"]["dull"] == ["resting", "one gesture"]
-    timed = {name: measure([Case(talk, perform(talk, rest.REST), rest.REST)]) for name, perform in dull.DULL.items()}
+    timed = {name: measure([Case(talk, perform(talk, rest.REST), rest.REST)]) for name, perform in baselines.BASELINES.items()}
     timed["directed"] = timed["this"] = measure([Case(talk, lively(talk, 0), rest.REST)])
     verdicts = goals.verdicts(timed)
     assert verdicts["main_accent"]["dull"] == ["one gesture"]  # who beats time on every accent is on time
@@ -91,34 +91,38 @@ def test_the_middle_and_the_ends_of_performers(columns):
 def test_every_pair_of_seeds_counts(talk):
     one = performance(talk, lambda seed: lively(talk, seed))
     motions = [one[0].case.directions, *one[0].seeds]
-    pairs = [variety.same_places(motions[a], motions[b]) for a, b in ((0, 1), (0, 2), (1, 2))]
-    found = company.of_performer(one)
+    pairs = [variety.shared_stroke_places(motions[a], motions[b]) for a, b in ((0, 1), (0, 2), (1, 2))]
+    found = performers.of_performer(one)
     assert found["seeds_places"] == pytest.approx(np.mean(pairs)) and found["takes_places"] != found["seeds_places"]
-    assert found["follows_voice"] == pytest.approx(np.mean([variety.follows(motion, talk.loudness) for motion in motions]))
+    assert found["follows_voice"] == pytest.approx(
+        np.mean([variety.loudness_correlation(motion, talk.loudness) for motion in motions])
+    )
 
 
 def test_clips_are_counted_over_all_recordings(talk):
-    one = performance(talk, lambda seed: dull.one_gesture(talk, rest.REST, seed), ("a", "b", "b"))
-    other = performance(talk, lambda seed: dull.one_gesture(talk, rest.REST, seed), ("b",))
-    assert company.of_performer(one + other)["clip_share"] == pytest.approx(0.75)
-    assert "clip_share" not in company.of_performer(performance(talk, lambda seed: dull.resting(talk, rest.REST, seed)))
+    one = performance(talk, lambda seed: baselines.one_gesture(talk, rest.REST, seed), ("a", "b", "b"))
+    other = performance(talk, lambda seed: baselines.one_gesture(talk, rest.REST, seed), ("b",))
+    assert performers.of_performer(one + other)["clip_share"] == pytest.approx(0.75)
+    assert "clip_share" not in performers.of_performer(performance(talk, lambda seed: baselines.idle(talk, rest.REST, seed)))
 
 
 def test_performers_from_calm_to_lively(talk):
     troupe = {
         "lively": performance(talk, lambda seed: lively(talk, seed)),
-        "resting": performance(talk, lambda seed: dull.resting(talk, rest.REST, seed)),
+        "resting": performance(talk, lambda seed: baselines.idle(talk, rest.REST, seed)),
     }
-    assert company.ranked(troupe) == ["resting", "lively"]
+    assert performers.rank_by_energy(troupe) == ["resting", "lively"]
 
 
 def test_short_recordings_are_joined(talk):
     cut = replace(talk.cut(10.0), name="clip-0100")
-    whole = people.joined([cut, replace(cut, name="clip-0200")])
-    assert whole.name == "clip, 2 joined" and len(whole.audio) == 16000 * (20 + people.PAUSE)
-    assert len(whole.words) == 2 * len(cut.words) and whole.words[-1][1] == pytest.approx(cut.words[-1][1] + 10 + people.PAUSE)
-    assert whole.main.tolist() == pytest.approx([*cut.main, *(cut.main + 10 + people.PAUSE)])
-    assert people.joined([cut]) is cut
+    whole = human_recordings.join_recordings([cut, replace(cut, name="clip-0200")])
+    assert whole.name == "clip, 2 joined" and len(whole.audio) == 16000 * (20 + human_recordings.PAUSE)
+    assert len(whole.words) == 2 * len(cut.words) and whole.words[-1][1] == pytest.approx(
+        cut.words[-1][1] + 10 + human_recordings.PAUSE
+    )
+    assert whole.main.tolist() == pytest.approx([*cut.main, *(cut.main + 10 + human_recordings.PAUSE)])
+    assert human_recordings.join_recordings([cut]) is cut
 
 
 def test_loudness_follows_the_sound(talk):
@@ -128,9 +132,9 @@ def test_loudness_follows_the_sound(talk):
 
 @pytest.mark.slow
 def test_the_director_performs_a_strangers_recording(shared, talk):
-    from s2ag.core.learning.evaluate.teacher import Teacher
+    from s2ag.core.learning.evaluate.director import Director
 
-    teacher, name = Teacher(shared), "eager storyteller"
+    teacher, name = Director(shared), "eager storyteller"
     ((first, hands, clips), (second, _, _)) = teacher.perform(talk.cut(20.0), [name], 2)[name]
     assert first.shape == second.shape == (300, 9, 3) and len(hands) == 300
     assert len(clips) > 3 and not any(clip.endswith("~") for clip in clips)
@@ -138,7 +142,7 @@ def test_the_director_performs_a_strangers_recording(shared, talk):
 
 
 def test_captured_motion_is_a_minute_of_clips_and_a_conversation(shared):
-    found = people.captured(shared)
+    found = human_recordings.captured_motion(shared)
     assert found["clips"].shape == (900, 9, 3) and 300 < len(found["conversation"]) < 400
 
 

@@ -13,11 +13,11 @@ pytest.importorskip("parselmouth", reason="prosody needs parselmouth")
 from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CorpusUnreadable  # noqa: E402
 from s2ag.core.learning.corpus.speech import Speech, Word  # noqa: E402
-from s2ag.core.learning.evaluate import experiments, figures  # noqa: E402
-from s2ag.core.learning.evaluate.folder import file_name  # noqa: E402
+from s2ag.core.learning.evaluate import comparisons, figures  # noqa: E402
+from s2ag.core.learning.evaluate.generation import Generator, PerformanceOptions  # noqa: E402
 from s2ag.core.learning.evaluate.report import reference  # noqa: E402
-from s2ag.core.learning.evaluate.studio import Studio, Wish  # noqa: E402
-from s2ag.core.learning.evaluate.talks import Corpus, human  # noqa: E402
+from s2ag.core.learning.evaluate.report_files import file_name  # noqa: E402
+from s2ag.core.learning.evaluate.talks import Corpus, load_human_recording  # noqa: E402
 from s2ag.core.learning.train.storage import ARRAYS, save_arrays  # noqa: E402
 from s2ag.core.motion import rest, skeleton  # noqa: E402
 from s2ag.core.sound import audio  # noqa: E402
@@ -96,8 +96,8 @@ def test_talks_of_the_test_split_in_turn(corpus_folders):
 
 def test_directed_figures(corpus_folders):
     corpus = Corpus(*corpus_folders)
-    assert experiments.directed_speakers(corpus)["speakers_apart"] < 0.01  # both perform alike
-    found = experiments.directed_arousal(corpus)
+    assert comparisons.directed_speakers(corpus)["speakers_apart"] < 0.01  # both perform alike
+    found = comparisons.directed_arousal(corpus)
     assert set(found) == {"arousal_spearman", "arousal_pearson"}  # three acted recordings: energy grows with arousal
     assert found["arousal_spearman"] == pytest.approx(1, abs=0.2)
 
@@ -122,16 +122,19 @@ def test_what_is_missing_is_named(corpus_folders, tmp_path):
 
 
 def test_the_studio_performs_as_a_user_would(corpus_folders, random_checkpoint, tmp_path):
-    studio, talk = Studio(random_checkpoint, tmp_path), Corpus(*corpus_folders).talk(2)
+    studio, talk = Generator(random_checkpoint, tmp_path), Corpus(*corpus_folders).talk(2)
     assert studio.steerable and studio.known("calm one") == "calm one" and studio.known("nobody") in studio.names
-    one, two = studio.perform(talk, [Wish("calm one"), Wish("lively one", takes=2, controls={"arousal": 0.5, "rate": 0.2})])
+    one, two = studio.perform(
+        talk,
+        [PerformanceOptions("calm one"), PerformanceOptions("lively one", takes=2, controls={"arousal": 0.5, "rate": 0.2})],
+    )
     assert one.shape == (1, FRAMES, 9, 3) and two.shape == (2, FRAMES, 9, 3)
-    assert figures.apart(np.stack([one[0], two[0]])) > 0.1
+    assert figures.mean_arm_angle(np.stack([one[0], two[0]])) > 0.1
     assert all(0 < join < FRAMES for join in studio.joins(FRAMES)) and studio.seed_frames == 10
 
 
 def test_people_are_aligned_and_their_accents_found(examples):
-    talk = human(examples / "hello.flac")
+    talk = load_human_recording(examples / "hello.flac")
     assert talk.words[0][0] == "Hello" and 3 <= len(talk.main) < len(talk.accents)
     assert talk.directed is None and talk.affect is None and talk.spoken == talk.words
     unknown = replace(talk, words=())

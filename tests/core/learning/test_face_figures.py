@@ -26,5 +26,5 @@ def test_without_faces_a_corpus_is_needed(capsys):
 def test_a_closure_is_hit_within_a_frame(late, seen):
     weights = np.zeros((200, len(CHANNELS)), np.float32)
     face = Face(weights, np.array([[1.0 + late, 1.08 + late]]))
-    assert faces.hit(face, [(0.98, 1.03)], 24) == seen
-    assert faces.false(face, [(0.98, 1.03)]) == 1 - seen
+    assert faces.closures_hit(face, [(0.98, 1.03)], 24) == seen
+    assert faces.false_closures(face, [(0.98, 1.03)]) == 1 - seen

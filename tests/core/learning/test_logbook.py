@@ -33,7 +33,7 @@ def test_a_table_goes_on_where_it_was(tmp_path):
 
 
 def test_wanted_logs_are_known():
-    assert logbook.kinds(" csv,") == ("csv",) and logbook.kinds("") == ()
+    assert logbook.parse_kinds(" csv,") == ("csv",) and logbook.parse_kinds("") == ()
     with pytest.raises(UsageError, match="no log 'wandb'"):
         TrainConfig(log="wandb")
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from s2ag.core.errors import UsageError
-from s2ag.core.learning.metrics import dynamics, errors, frechet, rhythm, variety
+from s2ag.core.learning.metrics import dynamics, frechet, joint_errors, rhythm, variety
 from s2ag.core.motion import skeleton
 
 RNG = np.random.default_rng(0)
@@ -22,7 +22,7 @@ def gestures(count=64, frames=34, size=0.5, seed=0):
 
 def test_nothing_differs_from_itself():
     real = gestures()
-    for figure in (errors.maje_code, errors.mpjpe, errors.mad_code, errors.mad_norm):
+    for figure in (joint_errors.maje_code, joint_errors.mpjpe, joint_errors.mad_code, joint_errors.mad_norm):
         assert figure(real, real) == 0
     features = RNG.normal(size=(200, 8))
     assert frechet.frechet_distance(features, features) == pytest.approx(0, abs=1e-9)
@@ -35,22 +35,22 @@ def test_errors_by_hand():
     real = np.broadcast_to(np.array([0.0, -1.0, 0.0]), (2, 34, 9, 3)).copy()
     made = real.copy()
     made[:, :, 0] = [1.0, 0.0, 0.0]
-    assert errors.maje_code(made, real) == pytest.approx(1000 * 9 * 2 * 0.26 / 30)
-    assert errors.mpjpe(made, real) == pytest.approx(1000 * 0.26 * 2**0.5)
-    assert errors.mad_code(made, real) == 0
+    assert joint_errors.maje_code(made, real) == pytest.approx(1000 * 9 * 2 * 0.26 / 30)
+    assert joint_errors.mpjpe(made, real) == pytest.approx(1000 * 0.26 * 2**0.5)
+    assert joint_errors.mad_code(made, real) == 0
     made = real.copy()
     made[:, 10, 0] *= 1.5  # the neck jumps up by 0.13 for one frame: second differences 1, -2, 1
-    assert errors.mad_code(made, real) == pytest.approx(1000 * 4 * 0.13 * 9 / 30 / 32)
-    assert errors.mad_seconds(made, real) == pytest.approx(225 * errors.mad_code(made, real))
-    assert errors.mpjpe(made, real) == 0 and errors.mad_norm(made, real) == 0  # bones keep their length there
+    assert joint_errors.mad_code(made, real) == pytest.approx(1000 * 4 * 0.13 * 9 / 30 / 32)
+    assert joint_errors.mad_seconds(made, real) == pytest.approx(225 * joint_errors.mad_code(made, real))
+    assert joint_errors.mpjpe(made, real) == 0 and joint_errors.mad_norm(made, real) == 0  # bones keep their length there
 
 
 def test_seeds_count_in_accelerations_only():
     real = gestures(4)
     made = real.copy()
     made[:, :2] = skeleton.mirror(made[:, :2])
-    assert errors.maje_code(made, real) == errors.mpjpe(made, real) == 0
-    assert errors.mad_code(made, real) > 0
+    assert joint_errors.maje_code(made, real) == joint_errors.mpjpe(made, real) == 0
+    assert joint_errors.mad_code(made, real) > 0
 
 
 def test_frechet_distance_of_known_normals():
@@ -76,7 +76,7 @@ def test_frechet_distance_equals_the_textbook_root():
 def test_more_noise_is_farther_by_every_measure():
     real = gestures(200)
     near, far = (real + RNG.normal(0, size, real.shape) for size in (0.02, 0.2))
-    for figure in (errors.maje_code, errors.mpjpe, errors.mad_code, errors.mad_norm):
+    for figure in (joint_errors.maje_code, joint_errors.mpjpe, joint_errors.mad_code, joint_errors.mad_norm):
         assert 0 < figure(near, real) < figure(far, real)
     bins = [dynamics.wrist_speed_histogram(motion) for motion in (real, near, far)]
     assert 0 < dynamics.hellinger(bins[0], bins[1]) < dynamics.hellinger(bins[0], bins[2]) <= 1
@@ -149,12 +149,12 @@ def test_extractor_is_the_published_one_and_learns():
     fresh = extractor.Extractor()
     count = sum(p.numel() for p in fresh.parameters())
     assert count == 170_240 - 33 * 32 + 20_451  # less the unused head of log-variances
-    untrained = extractor.checks(fresh.eval(), real[3000:])
+    untrained = extractor.check_extractor(fresh.eval(), real[3000:])
     with pytest.raises(UsageError, match="collapsed"):
-        extractor.require_sound(untrained)
-    trained = extractor.train(lambda rng, count: real[rng.integers(3000, size=count)], steps=400, seed=1)
-    found = extractor.checks(trained, real[3000:])
-    extractor.require_sound(found)
+        extractor.require_valid(untrained)
+    trained = extractor.train_extractor(lambda rng, count: real[rng.integers(3000, size=count)], steps=400, seed=1)
+    found = extractor.check_extractor(trained, real[3000:])
+    extractor.require_valid(found)
     features = trained.features(real)
     worse = [trained.features(real + s * RNG.normal(size=real.shape)) for s in (0.05, 0.3)]
     near, far = (frechet.frechet_distance(features, part) for part in worse)
@@ -168,7 +168,7 @@ def test_extractor_is_the_same_for_the_same_seed_and_survives_its_file(tmp_path)
     from s2ag.core.learning.metrics import extractor
 
     real = gestures(300).astype(np.float32)
-    one, two = (extractor.train(lambda rng, n: real[rng.integers(300, size=n)], 3, seed=4) for _ in range(2))
+    one, two = (extractor.train_extractor(lambda rng, n: real[rng.integers(300, size=n)], 3, seed=4) for _ in range(2))
     np.testing.assert_array_equal(one.features(real), two.features(real))
     one.save(tmp_path / "e.safetensors")
     np.testing.assert_array_equal(extractor.Extractor.load(tmp_path / "e.safetensors").features(real), one.features(real))
@@ -182,4 +182,4 @@ def test_a_frozen_extractor_is_refused():
     from s2ag.core.learning.metrics import extractor
 
     with pytest.raises(UsageError, match="held mean pose"):
-        extractor.require_sound({"missed": 0.1, "halves": 1.0, "still": 2.0, "ratio": 2.0})
+        extractor.require_valid({"missed": 0.1, "halves": 1.0, "still": 2.0, "ratio": 2.0})

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
-from s2ag.core.learning.corpus import pace
+from s2ag.core.learning.corpus import loudness_warp
 from s2ag.core.motion import skeleton
 from s2ag.core.smoothing import gaussian
 from s2ag.core.sound.prosody import RATE
@@ -30,7 +30,7 @@ def strokes(*times: float) -> list:
 
 def test_strokes_land_where_they_were_planned():
     planned = [3.2, 7.7, 12.1, 12.9, 24.0]
-    clock = pace.clock(strokes(*planned), scene(voice()), TIME)
+    clock = loudness_warp.warp_times(strokes(*planned), scene(voice()), TIME)
     np.testing.assert_allclose(np.interp(planned, TIME, clock), planned, atol=0.5 / skeleton.FPS)
     assert clock[0] == TIME[0]
     assert clock[-1] == TIME[-1]
@@ -38,7 +38,7 @@ def test_strokes_land_where_they_were_planned():
 
 def test_it_never_runs_backwards_and_is_faster_where_the_voice_is_loud():
     level = voice()
-    clock = pace.clock(strokes(10.0, 20.0), scene(level), TIME)
+    clock = loudness_warp.warp_times(strokes(10.0, 20.0), scene(level), TIME)
     rate = np.diff(clock) * skeleton.FPS
     assert (rate > 0).all()
     heard = np.interp(TIME[1:], np.arange(len(level)) / RATE, level)
@@ -46,7 +46,7 @@ def test_it_never_runs_backwards_and_is_faster_where_the_voice_is_loud():
 
 
 def test_a_voice_of_one_loudness_leaves_the_hands_alone():
-    clock = pace.clock(strokes(4.0, 9.0), scene(np.full(SECONDS * RATE, -15.0)), TIME)
+    clock = loudness_warp.warp_times(strokes(4.0, 9.0), scene(np.full(SECONDS * RATE, -15.0)), TIME)
     np.testing.assert_allclose(clock, TIME, atol=1e-6)
 
 
@@ -55,13 +55,13 @@ def test_silence_is_no_softer_than_silence():
     level[: 5 * RATE] = -60.0
     much_softer = level.copy()
     much_softer[: 5 * RATE] = -90.0
-    np.testing.assert_array_equal(*(pace.clock([], scene(each), TIME) for each in (level, much_softer)))
+    np.testing.assert_array_equal(*(loudness_warp.warp_times([], scene(each), TIME) for each in (level, much_softer)))
 
 
 def test_hands_by_their_own_clock_pass_through_the_same_poses():
     angle = 0.6 * np.sin(TIME)
     arms = np.stack([np.sin(angle), np.cos(angle), 0 * angle], axis=-1)[:, None]
-    clock = pace.clock(strokes(10.0), scene(voice()), TIME)
-    played = pace.played(arms, clock)
+    clock = loudness_warp.warp_times(strokes(10.0), scene(voice()), TIME)
+    played = loudness_warp.resample(arms, clock)
     there = 0.6 * np.sin(clock)
     np.testing.assert_allclose(played[:, 0, 0], np.sin(there), atol=2e-3)

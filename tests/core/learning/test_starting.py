@@ -5,11 +5,11 @@ import pytest
 torch = pytest.importorskip("torch", reason="the engine is not installed")
 
 from s2ag.core.errors import S2agError  # noqa: E402
-from s2ag.core.learning.train import starting  # noqa: E402
+from s2ag.core.learning.train import warm_start  # noqa: E402
 from s2ag.core.model import checkpoint  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.flow import FlowGenerator  # noqa: E402
-from s2ag.core.motion import hand_numbers  # noqa: E402
+from s2ag.core.motion import hand_channels  # noqa: E402
 
 FACTS = {"speakers": [{"name": name} for name in "abc"], "training": {"settings": {"frames": 64, "seed_frames": 10}}}
 
@@ -32,15 +32,15 @@ def known(tmp_path):
 def test_all_is_taken_over_by_a_network_of_the_same_form(known):
     network, path = known
     other = flow(2)
-    assert starting.start(other, path) == []
+    assert warm_start.copy_weights(other, path) == []
     for name, value in network.state_dict().items():
         torch.testing.assert_close(other.state_dict()[name], value, rtol=2**-8 + 2**-11, atol=2**-22 + 2**-25)
 
 
 def test_a_network_that_also_learns_hands_moves_its_arms_as_before(known):
     network, path = known
-    other = flow(2, extras=hand_numbers.SIZE)
-    anew = starting.start(other, path)
+    other = flow(2, extras=hand_channels.SIZE)
+    anew = warm_start.copy_weights(other, path)
     assert {name for name in anew if not name.startswith("extras_denoiser.")} == {"centre", "scale"}
     same = checkpoint.load(path).generator
     seeds, style = torch.zeros(1, 20, other.noise_size + 1), torch.randn(1, network.config.style_size)
@@ -54,11 +54,11 @@ def test_a_network_that_also_learns_hands_moves_its_arms_as_before(known):
 
 def test_other_speakers_begin_anew(known):
     other = flow(2, speakers=5)
-    anew = starting.start(other, known[1])
+    anew = warm_start.copy_weights(other, known[1])
     assert anew and all("speaker" in name for name in anew)
 
 
 def test_what_is_no_checkpoint_is_refused(tmp_path):
     (tmp_path / "odd.safetensors").write_bytes(b"nothing")
     with pytest.raises(S2agError):
-        starting.start(flow(1), tmp_path / "odd.safetensors")
+        warm_start.copy_weights(flow(1), tmp_path / "odd.safetensors")

@@ -6,8 +6,8 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from s2ag.core.errors import UsageError  # noqa: E402
-from s2ag.core.learning.systems import gesticulator, spectrogram, timing  # noqa: E402
-from s2ag.core.learning.systems.catalogue import KNOWN, SYSTEMS, Build  # noqa: E402
+from s2ag.core.learning.systems import gesticulator, spectrogram, word_timing  # noqa: E402
+from s2ag.core.learning.systems.catalogue import ALL_SYSTEMS, SYSTEMS, BuildOptions  # noqa: E402
 from s2ag.core.learning.systems.sample import END, START, Sample, WordTable, word_vectors  # noqa: E402
 from s2ag.core.learning.systems.speech2gesture import Speech2Gesture  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
@@ -43,7 +43,7 @@ def sample(batch=6, seed=0):
 
 def built(name, **changes):
     torch.manual_seed(0)
-    return KNOWN[name].build(Build(VECTORS, 3, **{"share": 0.1, "trained_words": False, **changes}))
+    return ALL_SYSTEMS[name].build(BuildOptions(VECTORS, 3, **{"share": 0.1, "trained_words": False, **changes}))
 
 
 def test_published_sizes():
@@ -88,7 +88,7 @@ def test_wrong_combinations_are_refused():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", KNOWN)
+@pytest.mark.parametrize("name", ALL_SYSTEMS)
 def test_every_system_learns_what_it_is_shown(name):
     torch.set_num_threads(1)
     system, batch = built(name), sample()
@@ -207,10 +207,10 @@ def test_log_mel_is_librosas():
 
 
 def test_timing_of_a_word():
-    found = timing.describe([("beautiful", 0.2, 0.8)], 15)
+    found = word_timing.word_timing_features([("beautiful", 0.2, 0.8)], 15)
     assert not found[:3].any() and not found[12:].any()
     np.testing.assert_allclose(found[6], [0.2, 0.4, 0.6, 1 / 3, 3 / 6], atol=1e-6)
-    assert [timing.syllables(word) for word in ("a", "make", "table", "the", "hmm")] == [1, 1, 2, 1, 1]
+    assert [word_timing.syllables(word) for word in ("a", "make", "table", "the", "hmm")] == [1, 1, 2, 1, 1]
 
 
 def test_gesticulators_schedule():
@@ -222,5 +222,5 @@ def test_gesticulators_schedule():
 @pytest.mark.parametrize("name", ["gesticulator", "s2ag", "seq2seq"])
 def test_word_vectors_of_another_width(name):
     """A data set may hold vectors of 768 numbers, as BERT's are."""
-    system = SYSTEMS[name].build(Build(torch.randn(20, 768), 3, 0.1, trained_words=False)).eval()
+    system = SYSTEMS[name].build(BuildOptions(torch.randn(20, 768), 3, 0.1, trained_words=False)).eval()
     assert system.perform(sample(2)).shape == (2, 34, 9, 3)

@@ -13,7 +13,7 @@ pytest.importorskip("torch")
 
 from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CorpusUnreadable, UsageError  # noqa: E402
-from s2ag.core.learning.datasets import lmdb_file, serialised, ted  # noqa: E402
+from s2ag.core.learning.datasets import lmdb_file, pyarrow_serialized, ted  # noqa: E402
 from s2ag.core.motion import skeleton  # noqa: E402
 
 MEAN = np.array(
@@ -54,7 +54,7 @@ def test_every_writer_is_read(files, writer):
 def test_the_writers_agree(files):
     def values(writer):
         _, value = next(lmdb_file.records(files / writer / "lmdb_val"))
-        return json.dumps(serialised.read(value), default=lambda array: [str(array.dtype), array.tolist()])
+        return json.dumps(pyarrow_serialized.read(value), default=lambda array: [str(array.dtype), array.tolist()])
 
     first, *others = (values(writer) for writer in WRITERS)
     assert all(one == first for one in others) and '"skeletons": [[0.0, 1.0, null]' in first
@@ -118,12 +118,12 @@ def test_a_schema_that_doubles_at_every_level_is_refused():
         data += struct.pack("<III", 2, 24, 20)
     data += struct.pack("<8H", 16, 16, 0, 0, 4, 8, 0, 12) + struct.pack("<iB3xII", 16, 1, 0, 4) + struct.pack("<I", 0)
     with pytest.raises(ValueError, match="the same values again and again"):
-        serialised.read(bytes(data))
+        pyarrow_serialized.read(bytes(data))
 
 
 def test_buffers_that_are_all_the_whole_record_are_refused(files):
     _, value = next(lmdb_file.records(files / "0.17.1" / "lmdb_val"))
-    messages = serialised._messages(value, 16)
+    messages = pyarrow_serialized._messages(value, 16)
     next(messages)
     _, batch, body, _ = next(messages)
     begin, count = batch.vector(2)
@@ -131,7 +131,7 @@ def test_buffers_that_are_all_the_whole_record_are_refused(files):
     for row in range(count):
         struct.pack_into("<qq", data, begin + 16 * row, 0, len(data) - body)
     with pytest.raises(ValueError, match="the same values again and again"):
-        serialised.read(bytes(data))
+        pyarrow_serialized.read(bytes(data))
 
 
 @pytest.mark.parametrize("content", [b"", b"x" * 8192, bytes(8192)])

@@ -18,7 +18,7 @@ from s2ag.core.learning.train.config import TrainConfig  # noqa: E402
 from s2ag.core.learning.train.logbook import LOG, TABLE  # noqa: E402
 from s2ag.core.learning.train.loop import CHECKPOINT, STATE, train  # noqa: E402
 from s2ag.core.model import checkpoint  # noqa: E402
-from s2ag.core.motion import hand_numbers  # noqa: E402
+from s2ag.core.motion import hand_channels  # noqa: E402
 from toy_corpus import PROSODY, write_toy_corpus  # noqa: E402
 
 SMALL = {
@@ -227,7 +227,7 @@ def test_hands_are_learned_on_arms_that_stay_as_they_are(settings, one_thread):
     again = {**settings, **FLOW, "out": settings["out"] + "2", "start": str(arms), "learns": "extras"}
     train(TrainConfig.from_dict(again))
     before, after = (checkpoint.load(path).generator.state_dict() for path in (arms, Path(again["out"]) / CHECKPOINT))
-    assert len(after["centre"]) == 27 + hand_numbers.SIZE
+    assert len(after["centre"]) == 27 + hand_channels.SIZE
     assert all(torch.equal(after[name][: len(value)] if value.dim() else after[name], value) for name, value in before.items())
     assert after["extras_denoiser.out.weight"].abs().max() > 0  # it began with zeros
 
@@ -244,7 +244,7 @@ def test_hands_need_arms_and_a_corpus_that_has_hands(settings, one_thread):
 def with_hands(settings):
     data = Path(settings["data"])
     frames = len(np.load(data / "directions.npy"))
-    np.save(data / "extras.npy", np.random.default_rng(0).normal(size=(frames, hand_numbers.SIZE)).astype(np.float16))
+    np.save(data / "extras.npy", np.random.default_rng(0).normal(size=(frames, hand_channels.SIZE)).astype(np.float16))
 
 
 def test_a_training_may_start_from_a_checkpoint(settings, one_thread):

@@ -11,13 +11,13 @@ torch = pytest.importorskip("torch")
 
 from s2ag.core.errors import CorpusUnreadable, OutputUnwritable  # noqa: E402
 from s2ag.core.learning.train.config import TrainConfig  # noqa: E402
-from s2ag.core.learning.train.dataset import TRAIN, VALIDATION, Corpus, Windows, disturb, draw  # noqa: E402
-from s2ag.core.learning.train.kept import draw_kept  # noqa: E402
+from s2ag.core.learning.train.dataset import TRAIN, VALIDATION, Corpus, Windows, augment, draw_windows  # noqa: E402
+from s2ag.core.learning.train.given_frames import draw_masks  # noqa: E402
 from s2ag.core.learning.train.prefetch import Prefetch  # noqa: E402
 from s2ag.core.learning.train.storage import save_arrays  # noqa: E402
+from s2ag.core.model.mfcc_timing import nearest_mfcc  # noqa: E402
 from s2ag.core.model.seeds import seed_input  # noqa: E402
-from s2ag.core.model.timing import nearest_mfcc  # noqa: E402
-from s2ag.core.motion import hand_numbers, skeleton  # noqa: E402
+from s2ag.core.motion import hand_channels, skeleton  # noqa: E402
 from toy_corpus import META, toy_arrays, write_toy_corpus  # noqa: E402
 
 
@@ -63,11 +63,13 @@ def test_windows_stay_inside_talks_of_their_split():
 
 def test_hands_are_mirrored_with_their_arms_and_given_with_them():
     arrays = toy_arrays(talks=2, frames=60)
-    numbers = np.random.default_rng(0).normal(size=(len(arrays["directions"]), hand_numbers.SIZE)).astype(np.float16)
+    numbers = np.random.default_rng(0).normal(size=(len(arrays["directions"]), hand_channels.SIZE)).astype(np.float16)
     corpus = Corpus({**arrays, "extras": numbers}, META)
     batch = corpus.batch(Windows(np.array([0, 0]), np.array([5, 5]), flip=np.array([False, True])), 48, 10)
     np.testing.assert_array_equal(batch.extras[0], numbers[5:53].astype(np.float32))
-    np.testing.assert_array_equal(batch.extras[1], hand_numbers.mirrored(numbers[5:53]).astype(np.float16).astype(np.float32))
+    np.testing.assert_array_equal(
+        batch.extras[1], hand_channels.mirror_channels(numbers[5:53]).astype(np.float16).astype(np.float32)
+    )
     np.testing.assert_array_equal(batch.seeds[:, :10, 27:-1], batch.extras[:, :10])
     with pytest.raises(ValueError):
         Corpus({**arrays, "extras": numbers[:, :7]}, META)
@@ -99,18 +101,18 @@ def test_windows_without_words_have_the_prosody_of_sound_alone():
 def test_chances_decide_over_whole_windows():
     _, corpus = toy(talks=4, frames=60)
     config = TrainConfig(batch=2000, frames=48, word_drop=0.25, seed_drop=0.5)
-    windows = draw(corpus, config, np.random.default_rng(0))
+    windows = draw_windows(corpus, config, np.random.default_rng(0))
     assert windows.wordless.mean() == pytest.approx(0.25, abs=0.05)
     assert windows.kept[:, :10].all(1).mean() == pytest.approx(0.5, abs=0.05) and not windows.kept[:, 10:].any()
     assert not windows.flip.any()
-    assert draw(corpus, TrainConfig(batch=50, frames=48, mirror=1.0), np.random.default_rng(0)).flip.all()
+    assert draw_windows(corpus, TrainConfig(batch=50, frames=48, mirror=1.0), np.random.default_rng(0)).flip.all()
 
 
 def test_noise_leaves_performances_and_empty_seeds_alone():
     _, corpus = toy(talks=4, frames=60)
     batch = corpus.batch(Windows(np.array([0, 1]), np.array([0, 4])), 48, 10)
     torch.manual_seed(0)
-    changed = disturb(batch, TrainConfig())
+    changed = augment(batch, TrainConfig())
     assert not torch.equal(changed.mfcc, batch.mfcc) and not torch.equal(changed.seeds, batch.seeds)
     assert torch.equal(changed.seeds[..., 27], batch.seeds[..., 27]) and not changed.seeds[:, 10:].any()
     assert torch.equal(changed.directions, batch.directions) and torch.equal(changed.words, batch.words)
@@ -199,7 +201,7 @@ def test_a_failure_to_gather_reaches_the_step():
 
 def test_given_frames_may_lie_anywhere():
     shares = {"start": 0.3, "end": 0.2, "both": 0.1, "gap": 0.1, "frames": 0.1}
-    masks = draw_kept(np.random.default_rng(0), 4000, 48, 10, shares)
+    masks = draw_masks(np.random.default_rng(0), 4000, 48, 10, shares)
     start, end, count = masks[:, :10].all(1), masks[:, -1], masks.sum(1)
     assert (count == 0).mean() == pytest.approx(0.22, abs=0.04)
     assert (masks[:, 0] & ~end & (count <= 10)).mean() == pytest.approx(0.3, abs=0.04)

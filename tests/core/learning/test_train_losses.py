@@ -8,7 +8,7 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from s2ag.core.learning.train import losses  # noqa: E402
-from s2ag.core.learning.train.health import Watch  # noqa: E402
+from s2ag.core.learning.train.balance import BalanceWatch  # noqa: E402
 from s2ag.core.learning.train.validation import arm_speed, correlation  # noqa: E402
 from s2ag.core.motion import skeleton  # noqa: E402
 
@@ -21,8 +21,8 @@ def test_huber_is_quadratic_below_a_tenth():
 def test_motion_compares_differences():
     moving = torch.tensor([0.0, 0.05, 0.15]).view(1, 3, 1)
     still = torch.full((1, 3, 1), 7.0)
-    assert losses.motion(moving, still, 1).item() == pytest.approx((0.0125 + 0.05) / 2, rel=1e-4)
-    assert losses.motion(moving, still, 2).item() == pytest.approx(0.0125, rel=1e-4)
+    assert losses.difference_loss(moving, still, 1).item() == pytest.approx((0.0125 + 0.05) / 2, rel=1e-4)
+    assert losses.difference_loss(moving, still, 2).item() == pytest.approx(0.0125, rel=1e-4)
 
 
 def test_arms_may_count_more():
@@ -31,9 +31,9 @@ def test_arms_may_count_more():
     once = 3 * 0.25 / made.numel()
     assert losses.huber(made, real).item() == pytest.approx(2 * once)
     assert losses.huber(made, real, arm_weight=4).item() == pytest.approx(5 * once)
-    still = losses.motion(made, real, 1, arm_weight=4)
+    still = losses.difference_loss(made, real, 1, arm_weight=4)
     made[:, 1, 5, 0] = 0.35
-    assert still == 0 and losses.motion(made, real, 1, 4).item() == pytest.approx(4 * 2 * 0.0125 / 54, rel=1e-4)
+    assert still == 0 and losses.difference_loss(made, real, 1, 4).item() == pytest.approx(4 * 2 * 0.0125 / 54, rel=1e-4)
 
 
 def test_arm_positions_are_those_of_forward_kinematics():
@@ -45,14 +45,14 @@ def test_arm_positions_are_those_of_forward_kinematics():
 
 def test_reach_judges_places_and_displacements():
     directions = torch.from_numpy(np.tile(skeleton.MEAN_UNIT, (1, 4, 1, 1)))
-    assert losses.reach(directions, directions) == 0
+    assert losses.arm_position_loss(directions, directions) == 0
     lifted = directions.clone()
     lifted[..., 5, :] = torch.tensor([0.0, -1.0, 0.0])
     apart = losses.arm_positions(lifted) - losses.arm_positions(directions)
     assert apart[..., [0, 2, 3], :].abs().max() == 0
-    assert losses.reach(lifted, directions).item() == pytest.approx(losses.huber(apart, 0 * apart).item(), rel=1e-5)
+    assert losses.arm_position_loss(lifted, directions).item() == pytest.approx(losses.huber(apart, 0 * apart).item(), rel=1e-5)
     moving = torch.cat([directions[:, :2], lifted[:, 2:]], dim=1)
-    assert losses.reach(moving, directions) > 2 * losses.reach(lifted, directions)
+    assert losses.arm_position_loss(moving, directions) > 2 * losses.arm_position_loss(lifted, directions)
 
 
 def test_adversarial_losses():
@@ -99,7 +99,7 @@ def test_correlation():
 
 
 def test_the_watch_warns_once_of_a_discriminator_that_wins_or_is_dead():
-    watch = Watch()
+    watch = BalanceWatch()
     wins = {"right_real": 0.99, "right_made": 0.93, "judged_real": 0.9, "judged_made": 0.1}
     fair = {"right_real": 0.7, "right_made": 0.6, "judged_real": 0.6, "judged_made": 0.4}
     dead = {"right_real": 1.0, "right_made": 0.0, "judged_real": 0.551, "judged_made": 0.55}

@@ -59,17 +59,17 @@ def test_strokes_of_several_recordings_are_compared_with_each_other(same, varied
 
 
 def test_arms_in_step_correlate(same, varied):
-    assert variety.symmetry(same) == pytest.approx(1, abs=1e-6)
-    assert variety.symmetry(varied) < 0.95
+    assert variety.left_right_correlation(same) == pytest.approx(1, abs=1e-6)
+    assert variety.left_right_correlation(varied) < 0.95
 
 
 def test_two_performances_are_compared_in_place_and_pose(same, varied):
-    assert variety.arms_apart(same, same) == 0 and variety.same_places(same, same) == 1
+    assert variety.arms_apart(same, same) == 0 and variety.shared_stroke_places(same, same) == 1
     assert variety.arms_apart(same, varied) > 10
     later = np.concatenate([same[:8], same[:-8]])
-    assert variety.same_places(same, later) < 0.1
-    assert np.isnan(variety.same_places(same, np.tile(rest.REST, (900, 1, 1))))
-    assert 0.2 < variety.places_by_chance(same, same) < 0.6  # a stroke a second, 0.4 s of which count
+    assert variety.shared_stroke_places(same, later) < 0.1
+    assert np.isnan(variety.shared_stroke_places(same, np.tile(rest.REST, (900, 1, 1))))
+    assert 0.2 < variety.shared_places_by_chance(same, same) < 0.6  # a stroke a second, 0.4 s of which count
 
 
 def test_a_body_that_turns_has_a_turning_shoulder_line():
@@ -82,6 +82,6 @@ def test_a_voice_is_followed_or_not(varied):
     level = variety.wrist_speed(varied).max(axis=1)
     figures = variety.measure(varied, level)
     assert figures["follows voice"] == pytest.approx(1)
-    assert variety.follows(varied, np.roll(level, 400)) < 0.9
+    assert variety.loudness_correlation(varied, np.roll(level, 400)) < 0.9
     assert figures["forearm median"] == pytest.approx(np.median(kinematics.angular_speed(varied)[:, kinematics.FOREARMS]))
     assert all(np.isfinite(value) for value in figures.values()) and skeleton.FPS == 15

@@ -11,7 +11,7 @@ POSES = {"ready": [[-0.2, 0.9, 0.3], [0, 0.5, 0.8]], "stroke": [[-0.2, 0.9, 0.3]
 
 @pytest.fixture(scope="module")
 def known():
-    return vocabulary.load()
+    return vocabulary.load_vocabulary()
 
 
 def write(path, content):
@@ -51,7 +51,7 @@ def test_a_phrase_does_not_reach_over_the_end_of_a_sentence(known):
 def test_a_user_adds_words_phrases_and_handshapes(tmp_path):
     mine = {"says": ["abracadabra"], "marks": ["magic"], "shape": "claw", **POSES}
     path = write(tmp_path / "Wörter.json", {"gestures": {"magic": mine}, "shapes": {"claw": [30] * 12}})
-    both = vocabulary.load(path)
+    both = vocabulary.load_vocabulary(path)
     assert both.find(["abracadabra"], [False]) == {0: ("magic", 1)}
     assert both.marks["magic"] == "magic"
     assert both.gestures["magic"].shape.shape == (12,)
@@ -85,15 +85,15 @@ def test_a_user_adds_words_phrases_and_handshapes(tmp_path):
 )
 def test_what_is_no_vocabulary_is_refused_in_a_sentence(tmp_path, content):
     with pytest.raises(UsageError, match="not usable"):
-        vocabulary.load(write(tmp_path / "own.json", content))
+        vocabulary.load_vocabulary(write(tmp_path / "own.json", content))
 
 
 def test_damaged_and_absent_files_are_refused_in_a_sentence(tmp_path):
     (tmp_path / "own.json").write_text("[" * 100_000)
     with pytest.raises(UsageError, match="not usable"):
-        vocabulary.load(tmp_path / "own.json")
+        vocabulary.load_vocabulary(tmp_path / "own.json")
     (tmp_path / "own.json").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(UsageError, match="not usable"):
-        vocabulary.load(tmp_path / "own.json")
+        vocabulary.load_vocabulary(tmp_path / "own.json")
     with pytest.raises(UsageError, match="cannot be read"):
-        vocabulary.load(tmp_path / "absent.json")
+        vocabulary.load_vocabulary(tmp_path / "absent.json")

@@ -10,10 +10,10 @@ from s2ag.core.errors import UsageError  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.denoiser import Depthwise  # noqa: E402
 from s2ag.core.model.flow import FlowGenerator  # noqa: E402
-from s2ag.core.model.seeds import kept_input  # noqa: E402
-from s2ag.core.model.steps import solve, times  # noqa: E402
-from s2ag.core.model.timing import mfcc_slice  # noqa: E402
-from s2ag.core.motion import requested, skeleton  # noqa: E402
+from s2ag.core.model.flow_solver import solve, time_grid  # noqa: E402
+from s2ag.core.model.mfcc_timing import mfcc_slice  # noqa: E402
+from s2ag.core.model.seeds import given_input  # noqa: E402
+from s2ag.core.motion import skeleton, stroke_requests  # noqa: E402
 from s2ag.core.sound.prosody import FEATURES  # noqa: E402
 
 SMALL = dict(flow_size=48, flow_condition=32, meanings=4)
@@ -42,8 +42,8 @@ def inputs(batch=2, frames=41, given=slice(0, 10), extras=0):
     torch.manual_seed(1)
     mask = torch.zeros(batch, frames, 1)
     mask[:, given] = 1
-    seeds = kept_input(poses(batch, frames), mask, torch.randn(batch, frames, extras) if extras else None)
-    asked = torch.from_numpy(requested.asked(np.array([[0, 0.5, 1, 1.5, 2, 1, 1]]), [(2, 2.5)], frames))
+    seeds = given_input(poses(batch, frames), mask, torch.randn(batch, frames, extras) if extras else None)
+    asked = torch.from_numpy(stroke_requests.encode_requests(np.array([[0, 0.5, 1, 1.5, 2, 1, 1]]), [(2, 2.5)], frames))
     return {
         "mfcc": torch.randn(batch, mfcc_slice(0, frames).stop, 40),
         "words": 0.06 * torch.randn(batch, frames, 300),
@@ -135,7 +135,7 @@ def test_a_velocity_reaches_no_farther_than_told(network):
     changed[:, 200] += 1
     apart = network.denoiser(x, mask, conditions, torch.ones(1)) - network.denoiser(changed, mask, conditions, torch.ones(1))
     touched = apart.abs().amax((0, 2)).nonzero().flatten()
-    reach = network.looks
+    reach = network.velocity_reach
     assert 200 - reach <= touched.min() < 200 - reach // 2 and 200 + reach // 2 < touched.max() <= 200 + reach
 
 
@@ -163,13 +163,13 @@ def test_the_depthwise_convolution_has_the_values_and_gradients_of_torchs():
 
 @pytest.mark.parametrize("bend", [1.0, 1.7])
 def test_the_solver_follows_a_field_to_second_order(bend):
-    start, moments = torch.ones(1, 1), [times(ModelConfig.flow(flow_steps=steps, flow_bend=bend)) for steps in (16, 32)]
+    start, moments = torch.ones(1, 1), [time_grid(ModelConfig.flow(flow_steps=steps, flow_bend=bend)) for steps in (16, 32)]
     errors = [float((solve(lambda x, t: x * t, start, one) - np.exp(0.5)).abs()) for one in moments]
     assert errors[0] < 0.01 and errors[1] < 0.3 * errors[0]
 
 
 def test_steps_of_a_flow_go_from_noise_to_the_performance():
-    equal, bent = (np.diff(times(ModelConfig.flow(flow_steps=4, flow_bend=bend))) for bend in (1.0, 1.7))
+    equal, bent = (np.diff(time_grid(ModelConfig.flow(flow_steps=4, flow_bend=bend))) for bend in (1.0, 1.7))
     np.testing.assert_allclose(equal, 0.25, rtol=1e-12)
     assert (np.diff(bent) > 0).all() and bent.sum() == pytest.approx(1, rel=1e-12)
     for wrong in ({"flow_steps": 0}, {"flow_steps": 1000}, {"flow_bend": 0.0}):
@@ -179,15 +179,15 @@ def test_steps_of_a_flow_go_from_noise_to_the_performance():
 
 def test_strokes_as_channels():
     table = np.array([[0, 0.4, 1.0, 1.6, 2, 1, 0.8], [1, 0, 0.2, 0.5, 0, 2, 5.0]])
-    rows = requested.rows(table, np.array([0, 30, 60]))
+    rows = stroke_requests.stroke_rows(table, np.array([0, 30, 60]))
     assert np.flatnonzero(rows == 0).tolist() == list(range(6, 25)) and np.flatnonzero(rows == 1).tolist() == list(
         range(30, 38)
     )
-    channels = requested.asked(table[:1], [(1.7, 1.9)], 30)
+    channels = stroke_requests.encode_requests(table[:1], [(1.7, 1.9)], 30)
     assert channels.shape == (30, 7) and not channels[:6].any()
     assert channels[15].tolist() == pytest.approx([1, 1, 1, 0, 1, 0.8, 3]) and channels[26].tolist() == [1, 0, 0, 0, 0, 0, 0]
     assert channels[:, 2].argmax() == 15
-    assert not requested.asked(np.zeros((0, 7)), [], 5).any()
+    assert not stroke_requests.encode_requests(np.zeros((0, 7)), [], 5).any()
 
 
 def test_less_noise_and_farther_styles_are_settings():
@@ -197,17 +197,17 @@ def test_less_noise_and_farther_styles_are_settings():
         other = made_network(**changes)
         assert not torch.allclose(other(**chosen), made, atol=1e-4)
     middle = network.speaker(torch.arange(2))[0].mean(0)
-    far = made_network(flow_style=2.0).exaggerated(chosen["style"])
+    far = made_network(flow_style=2.0).exaggerate_style(chosen["style"])
     torch.testing.assert_close(far - middle, 2 * (chosen["style"] - middle))
-    torch.testing.assert_close(network.exaggerated(chosen["style"]), chosen["style"])
+    torch.testing.assert_close(network.exaggerate_style(chosen["style"]), chosen["style"])
 
 
 def test_only_voice_and_prosody_are_emphasized():
     network, size = made_network(flow_voice=1.5), ModelConfig.flow()
     features = torch.randn(2, 30, network.feature_size)
-    changed = (network.emphasized(features) != features).any(1).any(0)
+    changed = (network.emphasize_speech(features) != features).any(1).any(0)
     voice, words = size.seed_size + size.mfcc_size, size.seed_size + size.mfcc_size + size.text_size
     assert not changed[: size.seed_size].any() and changed[size.seed_size : voice].all()
     assert not changed[voice:words].any() and changed[words : words + size.prosody_size].all()
     assert not changed[words + size.prosody_size :].any()
-    torch.testing.assert_close(made_network().emphasized(features), features)
+    torch.testing.assert_close(made_network().emphasize_speech(features), features)

@@ -7,10 +7,10 @@ import sys
 import numpy as np
 import pytest
 from s2ag.core.errors import CheckpointUnreadable, UsageError
-from s2ag.core.model import catalogue, opening
+from s2ag.core.model import checkpoint_metadata, loading
 from s2ag.core.model.config import ModelConfig
-from s2ag.core.model.light import weights
-from s2ag.core.model.timing import mfcc_slice
+from s2ag.core.model.mfcc_timing import mfcc_slice
+from s2ag.core.model.numpy_inference import weights
 from s2ag.core.motion import rest, skeleton
 
 CLOSE = 1e-3
@@ -40,7 +40,7 @@ def drawn(network, frames, walks=False, asked=False, kept=(0,)):
 
 
 def both(path):
-    return [opening.load(path, backend).network for backend in opening.BACKENDS]
+    return [loading.load(path, backend).network for backend in loading.BACKENDS]
 
 
 def saved(path, **changes):
@@ -102,17 +102,17 @@ def test_every_setting_of_a_flow_is_followed(tmp_path, changes):
     assert np.abs(extras - others).max(initial=0) < np.radians(CLOSE)
     assert angles(light, heavy).max() < CLOSE
     light, heavy = networks
-    assert (light.looks, light.hears, light.noise_size) == (heavy.looks, heavy.hears, heavy.noise_size)
+    assert (light.velocity_reach, light.hears, light.noise_size) == (heavy.velocity_reach, heavy.hears, heavy.noise_size)
     for mine, theirs in zip((*light.speakers, light.ways), (*heavy.speakers, heavy.ways), strict=True):
         np.testing.assert_allclose(mine, theirs, rtol=1e-5, atol=1e-6)
 
 
 def test_a_performance_in_numpy_is_that_in_torch(flow_checkpoint, examples):
     pytest.importorskip("torch", reason="the engine is not installed")
-    from s2ag.core.performance.synthesis import Request, Session
+    from s2ag.core.synthesis.session import Request, Session
 
     request = Request(examples / "hello.flac", takes=2, style="calm one > lively one", affect={"arousal": 0.5})
-    one, other = (Session(flow_checkpoint, backend=backend).synthesize(request).motions for backend in opening.BACKENDS)
+    one, other = (Session(flow_checkpoint, backend=backend).synthesize(request).motions for backend in loading.BACKENDS)
     for mine, theirs in zip(one, other, strict=True):
         np.testing.assert_allclose(mine.directions, theirs.directions, rtol=0, atol=2e-4)
         assert mine.meta == theirs.meta
@@ -129,8 +129,8 @@ def test_the_shipped_network_performs_without_torch(examples, tmp_path):
 
 
 def test_weights_are_those_that_safetensors_reads():
-    theirs = pytest.importorskip("safetensors.numpy").load_file(catalogue.DEFAULT)
-    _, mine = weights.read(catalogue.DEFAULT)
+    theirs = pytest.importorskip("safetensors.numpy").load_file(checkpoint_metadata.DEFAULT_CHECKPOINT)
+    _, mine = weights.read(checkpoint_metadata.DEFAULT_CHECKPOINT)
     assert set(mine) == set(theirs)
     for name, array in theirs.items():
         assert mine[name].dtype == np.float32
@@ -184,12 +184,12 @@ def test_what_weights_hold_is_read(tmp_path):
 
 
 def test_who_computes_what(flow_checkpoint, random_checkpoint):
-    from s2ag.core.model.by_torch import ByTorch
-    from s2ag.core.model.light.network import LightNetwork
+    from s2ag.core.model.numpy_inference.network import NumpyNetwork
+    from s2ag.core.model.torch_inference import TorchNetwork
 
-    assert isinstance(opening.load(flow_checkpoint).network, LightNetwork)
-    assert isinstance(opening.load(flow_checkpoint, "torch").network, ByTorch)
-    assert isinstance(opening.load(random_checkpoint).network, ByTorch)
+    assert isinstance(loading.load(flow_checkpoint).network, NumpyNetwork)
+    assert isinstance(loading.load(flow_checkpoint, "torch").network, TorchNetwork)
+    assert isinstance(loading.load(random_checkpoint).network, TorchNetwork)
     for asked, says in (
         ((random_checkpoint, "numpy"), "numpy cannot compute"),
         ((flow_checkpoint, "abacus"), "no backend"),
@@ -197,7 +197,7 @@ def test_who_computes_what(flow_checkpoint, random_checkpoint):
         ((flow_checkpoint, None, "nowhere"), "torch cannot compute on"),
     ):
         with pytest.raises(UsageError, match=says):
-            opening.load(*asked)
+            loading.load(*asked)
 
 
 def change(path, **facts):
@@ -217,12 +217,12 @@ def change(path, **facts):
         (lambda path: change(path, speakers=[1]), "does not fit"),
     ],
 )
-@pytest.mark.parametrize("backend", opening.BACKENDS)
+@pytest.mark.parametrize("backend", loading.BACKENDS)
 def test_damaged_checkpoints_are_told(tmp_path, damage, says, backend):
     path = saved(tmp_path / "flow.safetensors")
     damage(path)
     with pytest.raises(CheckpointUnreadable, match=says) as caught:
-        opening.load(path, backend)
+        loading.load(path, backend)
     assert caught.value.remedy
 
 

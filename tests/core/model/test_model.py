@@ -12,7 +12,7 @@ from s2ag.core.model.discriminator import Discriminator  # noqa: E402
 from s2ag.core.model.dropout import Dropout  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
 from s2ag.core.model.layers import ChannelNorm  # noqa: E402
-from s2ag.core.model.timing import mfcc_slice, nearest_mfcc  # noqa: E402
+from s2ag.core.model.mfcc_timing import mfcc_slice, nearest_mfcc  # noqa: E402
 from s2ag.core.motion.skeleton import MEAN  # noqa: E402
 from s2ag.core.sound.prosody import FEATURES  # noqa: E402
 

@@ -8,7 +8,7 @@ from s2ag.core.errors import Cancelled  # noqa: E402
 from s2ag.core.model import windows  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
-from s2ag.core.model.timing import mfcc_slice  # noqa: E402
+from s2ag.core.model.mfcc_timing import mfcc_slice  # noqa: E402
 from s2ag.core.motion import rest, skeleton  # noqa: E402
 from s2ag.core.sound.prosody import FEATURES  # noqa: E402
 
@@ -35,7 +35,7 @@ def run(generator, frames, takes=1, **options):
 
 @pytest.mark.parametrize("frames", [2, 50, 96, 97, 150, 171, 333, 900])
 def test_windows_cover_every_frame_with_room_for_seeds_and_look_ahead(frames):
-    starts = windows.starts(frames, WINDOW, SEEDS)
+    starts = windows.window_starts(frames, WINDOW, SEEDS)
     assert starts[0] == 0 and starts[-1] + WINDOW >= frames
     if len(starts) > 1:
         assert starts[-1] + WINDOW == frames

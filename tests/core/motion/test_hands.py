@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from bodies import degrees, performance
 from s2ag.core.errors import MotionUnreadable
-from s2ag.core.motion import as_json, hand_numbers, handshape
+from s2ag.core.motion import hand_channels, handshape, json_export
 from s2ag.core.motion.hands import FOREARMS
 from s2ag.core.motion.motion import Motion
 
@@ -53,12 +53,12 @@ def test_files_with_other_shapes_of_hands_are_told(motion, name, tmp_path):
 
 
 def test_json_holds_them_and_names_the_columns(motion, tmp_path):
-    as_json.save(motion, tmp_path / "take.json")
+    json_export.save(motion, tmp_path / "take.json")
     data = json.loads((tmp_path / "take.json").read_text())
     assert tuple(data["handshape"]) == handshape.COLUMNS
     np.testing.assert_allclose(data["palms"], motion.hands.palms, atol=1e-5)
     np.testing.assert_allclose(data["pelvis_place"], motion.pelvis.place, atol=1e-5)
-    as_json.save(Motion(motion.directions), tmp_path / "plain.json")
+    json_export.save(Motion(motion.directions), tmp_path / "plain.json")
     assert not {"palms", "handshape", "pelvis_place"} & set(json.loads((tmp_path / "plain.json").read_text()))
 
 
@@ -108,33 +108,35 @@ def test_each_hand_may_have_a_share_of_its_own(motion):
 
 def test_calmed_hands_bend_less_and_those_with_nothing_are_none(motion):
     fore = motion.directions[:, FOREARMS]
-    bent = [degrees(motion.hands.calmed(motion.directions, s).knuckles, fore).mean() for s in (0.25, 0.5, 0.75, 1.0)]
+    bent = [degrees(motion.hands.scaled(motion.directions, s).knuckles, fore).mean() for s in (0.25, 0.5, 0.75, 1.0)]
     assert bent == sorted(bent) and bent[0] < 0.4 * bent[-1]
-    assert motion.hands.calmed(motion.directions, 0) is None and motion.pelvis.calmed(0) is None
-    assert motion.hands.calmed(motion.directions, 1) is motion.hands
-    np.testing.assert_allclose(motion.pelvis.calmed(0.5).turn, 0.5 * motion.pelvis.turn)
+    assert motion.hands.scaled(motion.directions, 0) is None and motion.pelvis.scaled(0) is None
+    assert motion.hands.scaled(motion.directions, 1) is motion.hands
+    np.testing.assert_allclose(motion.pelvis.scaled(0.5).turn, 0.5 * motion.pelvis.turn)
 
 
 def test_numbers_of_a_frame_give_the_hands_back(motion):
-    numbers = hand_numbers.numbers(motion.hands, motion.directions)
-    assert numbers.shape == (len(motion.directions), hand_numbers.SIZE)
-    again = hand_numbers.hands(numbers, motion.directions)
+    numbers = hand_channels.to_channels(motion.hands, motion.directions)
+    assert numbers.shape == (len(motion.directions), hand_channels.SIZE)
+    again = hand_channels.from_channels(numbers, motion.directions)
     for name, values in again.arrays().items():
         np.testing.assert_allclose(values, motion.hands.arrays()[name], rtol=0, atol=1e-5 * max(1, np.abs(values).max()))
 
 
 def test_numbers_of_the_mirror_image_are_those_mirrored(motion):
     image = motion.mirrored()
-    numbers = hand_numbers.numbers(motion.hands, motion.directions)
-    np.testing.assert_allclose(hand_numbers.mirrored(numbers), hand_numbers.numbers(image.hands, image.directions), atol=1e-6)
+    numbers = hand_channels.to_channels(motion.hands, motion.directions)
+    np.testing.assert_allclose(
+        hand_channels.mirror_channels(numbers), hand_channels.to_channels(image.hands, image.directions), atol=1e-6
+    )
 
 
 def test_hands_are_carried_as_their_forearms_turn(motion):
     others = performance(seed=5)[: len(motion.directions)]
-    carried = motion.hands.carried(motion.directions, others)
+    carried = motion.hands.moved_with_arms(motion.directions, others)
     for edge, side in zip(FOREARMS, (0, 1), strict=True):
         for part, mine in ((motion.hands.knuckles, carried.knuckles), (motion.hands.palms, carried.palms)):
             before = degrees(part[:, side], motion.directions[:, edge])
             np.testing.assert_allclose(degrees(mine[:, side], others[:, edge]), before, atol=0.1)
-    same = motion.hands.carried(motion.directions, motion.directions)
+    same = motion.hands.moved_with_arms(motion.directions, motion.directions)
     np.testing.assert_allclose(same.palms, motion.hands.palms, atol=1e-5)

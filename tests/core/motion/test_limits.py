@@ -87,18 +87,18 @@ def test_penetration_grows_towards_the_trunks_axis():
 def test_afterwards_nothing_impossible_is_left(size, edges):
     for seed in range(3):
         wild = wander(seed, size=size, edges=list(edges))
-        kept = limits.keep_human(wild)
+        kept = limits.enforce_limits(wild)
         assert kept.shape == wild.shape and kept.dtype == np.float32
         np.testing.assert_allclose(np.linalg.norm(kept, axis=-1), 1, atol=1e-5)
         assert not limits.backward_elbows(kept).any()
-        assert limits.penetration(kept).max() < limits.TOUCH
-        assert limits.wrist_distance(kept).min() >= limits.APART
-        np.testing.assert_array_equal(limits.keep_human(kept), kept)
+        assert limits.penetration(kept).max() < limits.MAX_PENETRATION
+        assert limits.wrist_distance(kept).min() >= limits.MIN_WRIST_DISTANCE
+        np.testing.assert_array_equal(limits.enforce_limits(kept), kept)
 
 
 def test_there_was_something_to_mend():
     wild = wander(size=1.0)
-    assert limits.backward_elbows(wild).mean() > 0.05 and (limits.penetration(wild) > limits.TOUCH).mean() > 0.05
+    assert limits.backward_elbows(wild).mean() > 0.05 and (limits.penetration(wild) > limits.MAX_PENETRATION).mean() > 0.05
     assert limits.penetration(folded()).max() > 0.3
 
 
@@ -107,20 +107,20 @@ def test_what_a_body_can_do_stays_to_the_bit():
     directions = np.tile(skeleton.MEAN_UNIT, (300, 1, 1))
     directions[:, 5] += np.stack([0.2 * np.sin(3 * time), -0.4 - 0.3 * np.cos(2 * time), 0 * time], -1)
     directions = skeleton.normalize(directions).astype(np.float32)
-    np.testing.assert_array_equal(limits.keep_human(directions), directions)
+    np.testing.assert_array_equal(limits.enforce_limits(directions), directions)
 
 
 def test_only_the_neighbourhood_of_what_is_wrong_changes():
     directions = np.tile(rest.REST, (200, 1, 1))
     directions[100:104, 8] = skeleton.normalize(np.array([0.1, 0.7, -0.7]))
-    changed = np.flatnonzero(np.abs(limits.keep_human(directions) - directions).max(axis=(1, 2)))
+    changed = np.flatnonzero(np.abs(limits.enforce_limits(directions) - directions).max(axis=(1, 2)))
     assert changed.min() >= 90 and changed.max() <= 114
-    assert set(np.flatnonzero(np.abs(limits.keep_human(directions) - directions).max(axis=(0, 2)))) <= {7, 8}
+    assert set(np.flatnonzero(np.abs(limits.enforce_limits(directions) - directions).max(axis=(0, 2)))) <= {7, 8}
 
 
 def test_hands_that_went_through_the_body_go_round_it_without_a_pop():
     before = folded()
-    after = limits.keep_human(before)
+    after = limits.enforce_limits(before)
     speed_before, speed_after = (
         np.linalg.norm(np.diff(wrists(motion), axis=0), axis=-1).max() * FPS for motion in (before, after)
     )
@@ -135,7 +135,7 @@ def test_wild_motion_does_not_become_wilder():
         wild = wander(seed, size=1.0)
         jerk = [
             np.percentile(np.linalg.norm(np.diff(wrists(motion), 3, axis=0), axis=-1), 95)
-            for motion in (wild, limits.keep_human(wild))
+            for motion in (wild, limits.enforce_limits(wild))
         ]
         assert jerk[1] < 2 * jerk[0]
 
@@ -147,21 +147,21 @@ def test_wrists_stay_apart():
     )
     motion = rest.slerp(apart, crossed, np.linspace(0, 1, 60)[:, None]).astype(np.float32)
     assert limits.wrist_distance(motion).min() < 0.03
-    assert limits.wrist_distance(limits.keep_human(motion)).min() >= limits.APART
+    assert limits.wrist_distance(limits.enforce_limits(motion)).min() >= limits.MIN_WRIST_DISTANCE
 
 
 def test_odd_input_survives():
     zero = np.zeros((4, 9, 3))
-    np.testing.assert_allclose(limits.keep_human(zero), np.tile(skeleton.MEAN_UNIT, (4, 1, 1)), atol=1e-6)
-    longer = limits.keep_human(np.tile(rest.REST * 3.0, (1, 1, 1)))
+    np.testing.assert_allclose(limits.enforce_limits(zero), np.tile(skeleton.MEAN_UNIT, (4, 1, 1)), atol=1e-6)
+    longer = limits.enforce_limits(np.tile(rest.REST * 3.0, (1, 1, 1)))
     np.testing.assert_allclose(longer[0], rest.REST, atol=1e-6)
-    assert limits.keep_human(np.zeros((0, 9, 3))).shape == (0, 9, 3)
+    assert limits.enforce_limits(np.zeros((0, 9, 3))).shape == (0, 9, 3)
 
 
 def test_mirror_image_is_kept_alike():
     wild = wander(5, size=0.6)
-    mirrored = skeleton.mirror(limits.keep_human(skeleton.mirror(wild)))
-    assert np.median(degrees(mirrored, limits.keep_human(wild))) < 1e-3
+    mirrored = skeleton.mirror(limits.enforce_limits(skeleton.mirror(wild)))
+    assert np.median(degrees(mirrored, limits.enforce_limits(wild))) < 1e-3
 
 
 def test_captured_gestures_are_human(shared):
@@ -170,5 +170,5 @@ def test_captured_gestures_are_human(shared):
     clips = [gesture.clip for gesture in library.load(shared) if not gesture.name.endswith("~")]
     directions = np.concatenate([clip.directions for clip in clips])
     assert limits.backward_elbows(directions).mean() < 0.005
-    assert (limits.penetration(directions) >= limits.TOUCH).mean() < 0.005
-    assert np.mean([not np.array_equal(limits.keep_human(clip.directions), clip.directions) for clip in clips]) < 0.02
+    assert (limits.penetration(directions) >= limits.MAX_PENETRATION).mean() < 0.005
+    assert np.mean([not np.array_equal(limits.enforce_limits(clip.directions), clip.directions) for clip in clips]) < 0.02

@@ -5,7 +5,7 @@ import pytest
 from bodies import degrees, performance
 from s2ag.core.errors import MotionUnreadable, OutputUnwritable
 from s2ag.core.motion import skeleton
-from s2ag.core.motion.motion import Motion, cubic
+from s2ag.core.motion.motion import Motion, sample_directions
 
 WORDS = (("so", 0.1, 0.3), ("naïve", 0.4, 0.9))
 
@@ -115,4 +115,6 @@ def test_one_frame_can_be_resampled():
 
 
 def test_cubic_stays_inside_the_motion(motion):
-    np.testing.assert_allclose(cubic(motion.directions, np.array([-3.0, 500.0])), motion.directions[[0, -1]], atol=1e-6)
+    np.testing.assert_allclose(
+        sample_directions(motion.directions, np.array([-3.0, 500.0])), motion.directions[[0, -1]], atol=1e-6
+    )

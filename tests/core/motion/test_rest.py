@@ -21,7 +21,7 @@ def test_hands_come_to_rest_in_a_long_silence_and_are_back_before_speech():
     frames = 300
     activity = np.ones(frames)
     activity[100:220] = 0
-    performed = rest.Stillness.of(activity).live(gesture(frames))
+    performed = rest.RestBlend.of(activity).live(gesture(frames))
     resting = slice(100 + int((rest.SETTLE_AFTER + rest.SETTLE_TIME) * FPS) + 1, 220 - int(rest.RAISE_TIME * FPS) - 1)
     assert angles(performed[resting], rest.REST).max() < 6
     assert angles(performed[90, 5], rest.REST[5]) > 40
@@ -43,22 +43,22 @@ def test_settling_is_smooth():
 
 
 def test_a_silent_clip_rests_from_the_first_frame_to_the_last_yet_no_frame_is_frozen():
-    performed = rest.Stillness.of(np.zeros(450)).live(gesture(450))
+    performed = rest.RestBlend.of(np.zeros(450)).live(gesture(450))
     assert angles(performed, rest.REST).max() < 6
     speed = angles(performed[1:], performed[:-1]).max(1) * FPS
     assert speed.min() > 0.05
 
 
 def test_idle_depends_on_the_seed_alone():
-    assert np.array_equal(rest.idle(60, seed=3), rest.idle(60, seed=3))
-    assert not np.allclose(rest.idle(60, seed=3), rest.idle(60, seed=4))
+    assert np.array_equal(rest.idle_offsets(60, seed=3), rest.idle_offsets(60, seed=3))
+    assert not np.allclose(rest.idle_offsets(60, seed=3), rest.idle_offsets(60, seed=4))
 
 
 def test_intensity_scales_the_departure_from_rest():
     directions = gesture(20)
-    np.testing.assert_allclose(rest.scale(directions, 0), np.broadcast_to(rest.REST, directions.shape), atol=1e-6)
-    assert rest.scale(directions, 1) is directions
-    half, more = (angles(rest.scale(directions, x), rest.REST)[:, 5] for x in (0.5, 1.3))
+    np.testing.assert_allclose(rest.scale_amplitude(directions, 0), np.broadcast_to(rest.REST, directions.shape), atol=1e-6)
+    assert rest.scale_amplitude(directions, 1) is directions
+    half, more = (angles(rest.scale_amplitude(directions, x), rest.REST)[:, 5] for x in (0.5, 1.3))
     full = angles(directions, rest.REST)[:, 5]
     np.testing.assert_allclose(half, full / 2, atol=0.05)
     np.testing.assert_allclose(more, np.minimum(full * 1.3, 170), atol=0.05)
@@ -66,18 +66,18 @@ def test_intensity_scales_the_departure_from_rest():
 
 def test_restoring_enlarges_small_departures_and_leaves_large_ones():
     turned = away_from_rest([0.3] * 15 + [0.1, 0.2, 0.9])
-    before, after = angles(turned, rest.REST)[15:], angles(rest.restore(turned, 1.25), rest.REST)[15:]
+    before, after = angles(turned, rest.REST)[15:], angles(rest.restore_amplitude(turned, 1.25), rest.REST)[15:]
     small, large = before < 35, before > 95
     assert small.any() and large.any()
     np.testing.assert_allclose(after[small], before[small] * 1.25, atol=0.05)
     np.testing.assert_allclose(after[large], before[large], atol=0.05)
-    np.testing.assert_allclose(rest.restore(turned, 1.0), turned, atol=1e-5)
-    np.testing.assert_allclose(rest.restore(turned, 1.25)[0], turned[0], atol=1e-5)
+    np.testing.assert_allclose(rest.restore_amplitude(turned, 1.0), turned, atol=1e-5)
+    np.testing.assert_allclose(rest.restore_amplitude(turned, 1.25)[0], turned[0], atol=1e-5)
 
 
 def test_restoring_keeps_the_order_of_departures():
     turned = away_from_rest(np.linspace(0, 1, 200))
-    assert (np.diff(angles(rest.restore(turned, 1.4), rest.REST)[:, 5]) > 0).all()
+    assert (np.diff(angles(rest.restore_amplitude(turned, 1.4), rest.REST)[:, 5]) > 0).all()
 
 
 def away_from_rest(shares):
@@ -96,9 +96,9 @@ def test_softening_takes_tremble_and_leaves_gestures():
     turned = gesture(90)
     shaken = skeleton.normalize(turned + 0.05 * (-1.0) ** np.arange(90)[:, None, None] * np.array([1.0, 0, 0]))
     between = skeleton.normalize(turned[:-2] + turned[2:])
-    moved = angles(rest.soften(turned), turned)[1:-1]
+    moved = angles(rest.remove_jitter(turned), turned)[1:-1]
     assert (moved <= 0.5 * angles(between, turned[1:-1]) + 0.1).all() and moved.mean() < 0.2
-    assert angles(rest.soften(shaken), turned)[1:-1].mean() < 0.3 * angles(shaken, turned).mean()
+    assert angles(rest.remove_jitter(shaken), turned)[1:-1].mean() < 0.3 * angles(shaken, turned).mean()
 
 
 @pytest.mark.parametrize("away", [1e-6, 1e-5, 1e-4, 2e-4, 1e-3, 0.1, 2.0])
@@ -110,7 +110,7 @@ def test_near_directions_are_told_apart_as_finely_as_far_ones(away):
     end = (np.cos(away) * start + np.sin(away) * side).astype(np.float32)
     start = start.astype(np.float32)
     rounding = 8 * float(np.finfo(np.float32).eps)  # of two vectors, their product, their difference and its length
-    np.testing.assert_allclose(rest.angle(start, end), away, rtol=rounding, atol=rounding)
+    np.testing.assert_allclose(rest.angle_between(start, end), away, rtol=rounding, atol=rounding)
     np.testing.assert_allclose(rest.slerp(start, end, 1.0), end, atol=rounding)
-    half = rest.angle(start, rest.slerp(start, end, np.full(1000, 0.5)))
+    half = rest.angle_between(start, rest.slerp(start, end, np.full(1000, 0.5)))
     np.testing.assert_allclose(half, 0.5 * away, rtol=rounding, atol=rounding)

@@ -7,7 +7,7 @@ import pytest
 from s2ag.core.cli.main import main
 from s2ag.core.errors import UsageError
 from s2ag.core.motion import rhubarb
-from s2ag.core.motion.face import channel, closed
+from s2ag.core.motion.face import channel, lips_closed
 from s2ag.core.motion.motion import Motion
 
 TOLD = [("X", 0.0, 0.2), ("A", 0.2, 0.3), ("D", 0.3, 0.6), ("F", 0.6, 0.9), ("X", 0.9, 1.0)]
@@ -23,9 +23,9 @@ def test_cues_become_a_mouth_and_come_back(suffix, examples, tmp_path):
         path.write_text(json.dumps({"metadata": {"soundFile": "a.wav", "duration": 1.0}, "mouthCues": cues}))
     told = rhubarb.load(path)
     assert [cue for cue in told if cue[2] > cue[1]] == TOLD
-    weights, closures = rhubarb.mouth(told, 1.0)
-    assert closures.tolist() == [[0.2, 0.3]] and closed(weights[20:30]).all() and not weights[:16].any()
-    assert weights[45, channel("JAW")] > 0.6 and weights[75, channel("OU")] > 0.8 and not closed(weights[40])
+    weights, closures = rhubarb.mouth_weights(told, 1.0)
+    assert closures.tolist() == [[0.2, 0.3]] and lips_closed(weights[20:30]).all() and not weights[:16].any()
+    assert weights[45, channel("JAW")] > 0.6 and weights[75, channel("OU")] > 0.8 and not lips_closed(weights[40])
 
 
 def test_the_command_line_takes_and_writes_cues(examples, tmp_path):
@@ -43,7 +43,7 @@ def test_the_command_line_takes_and_writes_cues(examples, tmp_path):
     eyes = channel("LOOK_LEFT")
     assert np.abs(other.weights[:, eyes] - face.weights[:, eyes]).max() < 1e-6
     middles = (face.closures.mean(1) * 100).round().astype(int)
-    assert closed(other.weights[middles]).all()
+    assert lips_closed(other.weights[middles]).all()
     jaws = np.corrcoef(other.weights[:, channel("JAW")], face.weights[:, channel("JAW")])[0, 1]
     assert jaws > 0.5
 

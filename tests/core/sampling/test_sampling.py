@@ -8,14 +8,14 @@ from rounding import bound, bound_of
 from s2ag.core import styles
 from s2ag.core.cli.main import main
 from s2ag.core.errors import SampleUnreadable, UsageError
-from s2ag.core.model import opening
+from s2ag.core.model import loading
 from s2ag.core.motion.motion import Motion
 from s2ag.core.sampling import sheet as sheets
 from s2ag.core.sampling.style_map import style_map
 
 pytest.importorskip("torch", reason="the engine is not installed")
 
-from s2ag.core.performance.synthesis import Request, Session  # noqa: E402
+from s2ag.core.synthesis.session import Request, Session  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -51,20 +51,20 @@ def test_a_chosen_cell_is_made_again_exactly(sampled, tmp_path, random_checkpoin
     where = f"{tmp_path / 'sheet.json'}:{number}"
     assert main(["synth", "--from", where, "--no-transcript", "--checkpoint", str(random_checkpoint), "-o", str(out)]) == 0
     again = Motion.load(out)
-    limit = bound(opening.load(random_checkpoint))  # another batch size
+    limit = bound(loading.load(random_checkpoint))  # another batch size
     np.testing.assert_allclose(again.directions, motions[number - 1].directions, atol=limit)
     assert again.meta["mirror"] and again.meta["intensity"] == 0.8 and np.shape(again.meta["latent"])[1] == 16
 
 
 def test_a_chosen_cell_says_what_its_sample_said(session, examples, tmp_path, random_checkpoint):
-    from s2ag.core.cli import performance
+    from s2ag.core.cli import synthesis_options
     from s2ag.core.cli.parser import parser
 
     sheet, _, _ = sheets.sample(session, Request(examples / "hello.flac", text="hello"), [""], 1)
     sheet.save(tmp_path / "sheet.json")
     arguments = ["--from", f"{tmp_path / 'sheet.json'}:1", "--checkpoint", str(random_checkpoint), "-o", "a.npz"]
     for more, text in (([], "hello"), (["--text", "good day"], "good day"), (["--no-transcript"], None)):
-        wanted = performance.request(parser().parse_args(["synth", *arguments, *more]))
+        wanted = synthesis_options.request(parser().parse_args(["synth", *arguments, *more]))
         assert wanted.text == text and wanted.transcript is None and not wanted.recognise
 
 
@@ -141,7 +141,7 @@ def test_a_walk_of_whole_windows_passes_the_end():
     points = np.random.default_rng(0).standard_normal((2, 2, network.config.style_size)).astype(np.float32)
     poses = np.broadcast_to(rest.REST, (2, 4, 9, 3)).astype(np.float32)
     for frames in (20, 34, 70):
-        made = windows.generate(network, hear, styles.along(points, frames), poses, frames, 34)
+        made = windows.generate(network, hear, styles.interpolate_sequence(points, frames), poses, frames, 34)
         assert made.shape == (2, frames, 9, 3)
         np.testing.assert_allclose(np.linalg.norm(made, axis=-1), 1, atol=1e-5)
         still = windows.generate(network, hear, np.repeat(points[:, :1], frames, 1), poses, frames, 34)
@@ -151,7 +151,7 @@ def test_a_walk_of_whole_windows_passes_the_end():
 
 def test_a_walk_goes_straight_from_point_to_point():
     points = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]]])
-    way = styles.along(points, 5)
+    way = styles.interpolate_sequence(points, 5)
     np.testing.assert_allclose(way[0], [[0, 0], [0.5, 0], [1, 0], [1, 1], [1, 2]])
 
 

@@ -10,7 +10,7 @@ LIBRIVOX = Path("/usr/share/pocketsphinx/test/data/librivox")
 
 
 def praat(sound, rate, step, floor, ceiling):
-    """What :func:`pitch.track` tells, by Praat."""
+    """What :func:`pitch.track_pitch` tells, by Praat."""
     parselmouth = pytest.importorskip("parselmouth", reason="the reference implementation is not installed")
     found = parselmouth.Sound(np.asarray(sound, float), rate).to_pitch_ac(
         time_step=step, pitch_floor=floor, pitch_ceiling=ceiling
@@ -30,22 +30,22 @@ def recordings(examples):
 def test_a_tone(hertz):
     time = np.arange(16000) / 16000
     voice = sum(np.sin(2 * np.pi * hertz * k * time) / k for k in range(1, 8))
-    times, found = pitch.track(voice, 16000, 0.02, 65.0, 500.0)
+    times, found = pitch.track_pitch(voice, 16000, 0.02, 65.0, 500.0)
     assert len(found) == 48 and times[0] == pytest.approx(1 - times[-1])
     np.testing.assert_allclose(found, hertz, rtol=1e-3)
 
 
 def test_noise_silence_and_scraps_have_no_pitch():
     for sound in (np.zeros(8000), np.zeros(0), np.ones(300)):
-        assert not pitch.track(sound, 16000, 0.02, 65.0, 500.0)[1].any()
+        assert not pitch.track_pitch(sound, 16000, 0.02, 65.0, 500.0)[1].any()
     noise = np.random.default_rng(0).normal(size=32000)
-    assert np.mean(pitch.track(noise, 16000, 0.02, 65.0, 500.0)[1] > 0) < 0.1
+    assert np.mean(pitch.track_pitch(noise, 16000, 0.02, 65.0, 500.0)[1] > 0) < 0.1
 
 
 def test_equals_praat(recordings):
     frames = voicing = far = 0
     for name, sound in recordings.items():
-        times, ours = pitch.track(sound, 16000, 0.02, 65.0, 500.0)
+        times, ours = pitch.track_pitch(sound, 16000, 0.02, 65.0, 500.0)
         expected, theirs = praat(sound, 16000, 0.02, 65.0, 500.0)
         np.testing.assert_allclose(times, expected, atol=1e-9)
         both = (ours > 0) & (theirs > 0)
@@ -63,8 +63,8 @@ def test_networks_hear_what_they_heard_of_praat(recordings, monkeypatch):
     for name, sound in recordings.items():
         ours = prosody.analyse(sound).features
         with monkeypatch.context() as patch:
-            patch.setattr(pitch, "track", praat)
+            patch.setattr(pitch, "track_pitch", praat)
             theirs = prosody.analyse(sound).features
         off = np.abs(ours - theirs)
-        print(f"{name}: mean {off.mean():.1e}, most {off.max():.3f} in {prosody.NAMES[int(off.max(0).argmax())]}")
+        print(f"{name}: mean {off.mean():.1e}, most {off.max():.3f} in {prosody.FEATURE_NAMES[int(off.max(0).argmax())]}")
         assert off.mean() < 1e-3 and np.mean(off > 0.01) < 0.01

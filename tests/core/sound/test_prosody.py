@@ -50,7 +50,7 @@ def test_the_loudest_highest_syllable_of_every_phrase_is_its_main_accent(known):
 def test_features_mark_accents_phrases_and_pauses():
     audio, words = talk()
     found = prosody.analyse(audio, words)
-    column = dict(zip(prosody.NAMES, found.features.T, strict=True))
+    column = dict(zip(prosody.FEATURE_NAMES, found.features.T, strict=True))
     assert found.features.shape == (int(len(audio) / RATE * 15), prosody.FEATURES) and found.features.dtype == np.float32
     for accent in (accent for accent in found.accents if accent.main):
         frame = round(accent.time * 15)
@@ -64,7 +64,9 @@ def test_features_mark_accents_phrases_and_pauses():
 def test_a_higher_livelier_voice_has_a_higher_register_and_range():
     calm, words = talk(pitch=(110, 112, 115, 110))
     lively, _ = talk(pitch=(180, 240, 320, 160))
-    columns = [dict(zip(prosody.NAMES, prosody.analyse(x, words).features.mean(0), strict=True)) for x in (calm, lively)]
+    columns = [
+        dict(zip(prosody.FEATURE_NAMES, prosody.analyse(x, words).features.mean(0), strict=True)) for x in (calm, lively)
+    ]
     assert columns[1]["register"] > columns[0]["register"] + 1
     assert columns[1]["pitch range"] > columns[0]["pitch range"] + 1
 

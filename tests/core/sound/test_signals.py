@@ -25,7 +25,7 @@ def test_peaks(length, digits):
     values = np.round(smooth, digits)
     near = 8 if digits == 9 else 1  # of equal heights either may push out the other
     places, found = signal.find_peaks(values, prominence=2.0, distance=near)
-    ours = peaks.find(values, 2.0, near, 0.6)
+    ours = peaks.find_peaks(values, 2.0, near, 0.6)
     np.testing.assert_array_equal(ours.places, places)
     np.testing.assert_allclose(ours.prominences, found["prominences"], atol=1e-12)
     np.testing.assert_allclose(ours.widths, signal.peak_widths(values, places, rel_height=0.6)[0], atol=1e-9)

@@ -77,7 +77,7 @@ def test_own_and_other_speech_under_the_same_motion(clips, tmp_path, capsys):
         assert picture(own) == picture(odd) and len(picture(own)) == 8 + 2 * number
         assert hertz(own) == pytest.approx(16000 / (2 * math.pi * (3 + 2 * number)), abs=10)
         assert hertz(odd) == pytest.approx(16000 / (2 * math.pi * (3 + 2 * EXCERPTS.index(other))), abs=10)
-        assert sounds.length(place / own) == pytest.approx(sounds.length(place / odd))
+        assert sounds.film_seconds(place / own) == pytest.approx(sounds.film_seconds(place / odd))
     for pair in shown["orders"][0]:
         assert {key["clips"][name]["sound"] for name in pair} == {"own", "other"}
         assert len({key["clips"][name]["excerpt"] for name in pair}) == 1
@@ -164,7 +164,7 @@ def test_wrong_answers_are_named(clips, tmp_path, capsys):
 
 
 def test_partners_are_the_next_longer():
-    assert sounds.partners({"a": 3.0, "b": 1.0, "c": 2.0}) == {"b": "c", "c": "a", "a": "c"}
+    assert sounds.sound_partners({"a": 3.0, "b": 1.0, "c": 2.0}) == {"b": "c", "c": "a", "a": "c"}
 
 
 @pytest.mark.slow

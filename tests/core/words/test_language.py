@@ -41,11 +41,11 @@ def written(word):
 def test_words_of_another_language_are_placed(hello, cipher):
     sound, truth = hello
     text = " ".join(written(word) for word, _, _ in truth)
-    ways = transcript.Ways(model=language.load(cipher))
-    found = transcript.hear(sound, text=text, ways=ways)
+    ways = transcript.TranscriptOptions(model=language.load_language(cipher))
+    found = transcript.timed_transcript(sound, text=text, ways=ways)
     off = np.abs([start - true for (_, start, _), (_, true, _) in zip(found.words, truth, strict=True)])
     assert found.warnings == [] and off.mean() < 0.05
-    without = transcript.hear(sound, text=text)
+    without = transcript.timed_transcript(sound, text=text)
     assert "Latin letters" in without.warnings[0] and len(without.words) == len(truth)
 
 
@@ -54,7 +54,7 @@ def test_without_rules_unknown_words_stand_between_their_neighbours(hello, ciphe
         (tmp_path / name).symlink_to(cipher / name)
     sound, truth = hello
     stretch = align.Stretch([[written(word)] for word, _, _ in truth])
-    found = align.place(sound, [stretch], None, language.load(tmp_path))
+    found = align.align_stretches(sound, [stretch], None, language.load_language(tmp_path))
     sure = [number for number, value in enumerate(found.confidence) if value]
     assert 0.4 * len(truth) < len(sure) < len(truth)
     starts = [start for start, _ in found.spans]
@@ -62,30 +62,32 @@ def test_without_rules_unknown_words_stand_between_their_neighbours(hello, ciphe
 
 
 def test_the_cache_tells_models_apart(cipher, tmp_path):
-    model = language.load(cipher)
-    assert language.fingerprint(None) != language.fingerprint(model) == language.fingerprint(language.load(cipher))
+    model = language.load_language(cipher)
+    assert language.fingerprint(None) != language.fingerprint(model) == language.fingerprint(language.load_language(cipher))
 
 
 def test_folders_that_are_none(tmp_path, cipher):
     with pytest.raises(TranscriptUnreadable, match="is not a folder"):
-        language.load(tmp_path / "nowhere")
+        language.load_language(tmp_path / "nowhere")
     with pytest.raises(TranscriptUnreadable, match="neither a dictionary nor"):
-        language.load(tmp_path)
+        language.load_language(tmp_path)
     (tmp_path / "letters.json").write_text("[1]")
     with pytest.raises(TranscriptUnreadable, match="does not map letters"):
-        language.load(tmp_path)
+        language.load_language(tmp_path)
     (tmp_path / "letters.json").unlink()
     for name in "ab":
         (tmp_path / f"{name}.dict").write_text("")
     with pytest.raises(TranscriptUnreadable, match="2 dictionaries"):
-        language.load(tmp_path)
+        language.load_language(tmp_path)
 
 
 def test_a_damaged_model_is_a_warning(hello, tmp_path):
     sound, truth = hello
     (tmp_path / "mdef").write_text("nothing")
     (tmp_path / "a.dict").write_text("hello HH AH L OW\n")
-    found = align.place(sound, [align.Stretch([[word] for word, _, _ in truth])], None, language.load(tmp_path))
+    found = align.align_stretches(
+        sound, [align.Stretch([[word] for word, _, _ in truth])], None, language.load_language(tmp_path)
+    )
     assert found.complaint.startswith("The aligner died") and len(found.spans) == len(truth)
 
 
@@ -93,4 +95,4 @@ def test_a_damaged_model_is_a_warning(hello, tmp_path):
 def test_a_letter_is_not_said_at_length(tmp_path, content):
     (tmp_path / "letters.json").write_text(content)
     with pytest.raises(TranscriptUnreadable):
-        language.load(tmp_path)
+        language.load_language(tmp_path)

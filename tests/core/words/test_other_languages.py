@@ -4,11 +4,11 @@ import foreign_speech
 import numpy as np
 import pytest
 from s2ag.core.errors import EngineMissing, TranscriptUnreadable
-from s2ag.core.performance.synthesis import Request, Session
+from s2ag.core.synthesis.session import Request, Session
 from s2ag.core.words import align, hints, language, markup, transcript
-from s2ag.core.words.aligner.pronounce import MOST, phones
+from s2ag.core.words.aligner.espeak import MAX_PRONUNCIATIONS, ipa_to_cmu
 from s2ag.core.words.recognise import recognise
-from s2ag.core.words.spelling import written
+from s2ag.core.words.spelling import split_foreign
 
 pytest.importorskip("pocketsphinx", reason="the aligner is not installed")
 
@@ -23,8 +23,8 @@ def german(tmp_path_factory):
 def measured(name, code, sound, said):
     """Errors in ms and the share of words that were lost."""
     pytest.importorskip("espeakng_loader", reason="the extra `languages` is not installed")
-    ways = transcript.Ways(model=language.load(code=code))
-    found = transcript.hear(sound, text=" ".join(word for word, _ in said), ways=ways)
+    ways = transcript.TranscriptOptions(model=language.load_language(code=code))
+    found = transcript.timed_transcript(sound, text=" ".join(word for word, _ in said), ways=ways)
     assert len(found.words) == len(said)
     off = [abs(start - true) for (_, start, _), (_, true) in zip(found.words, said, strict=True) if true is not None]
     off, lost = 1000 * np.array(off), np.mean(np.array(found.confidence) == 0)
@@ -67,22 +67,24 @@ def test_people(code):
 @pytest.mark.slow
 def test_a_missing_sentence_and_another_text(german):
     text, sound, said = german
-    ways = transcript.Ways(model=language.load(code="de"))
+    ways = transcript.TranscriptOptions(model=language.load_language(code="de"))
     extra = "Übrigens fliegen morgen dreizehn gelbe Flugzeuge nach Australien zurück."
     longer = text.replace("Meine Schwester", extra + " Meine Schwester")
-    found = transcript.hear(sound, text=longer, ways=ways)
+    found = transcript.timed_transcript(sound, text=longer, ways=ways)
     first = [word for word, _, _ in found.words].index("Übrigens")
     lost = {number for number, sure in enumerate(found.confidence) if not sure}
     own = set(range(first, first + len(extra.split())))
     assert len(own - lost) <= 4 and len(lost - own) <= 3
-    other = transcript.hear(sound, text=extra * 25, ways=ways)
+    other = transcript.timed_transcript(sound, text=extra * 25, ways=ways)
     assert "does not fit" in other.warnings[0]
 
 
 def test_numbers_are_read_in_the_language(tmp_path, german):
     sound, said = foreign_speech.formants("de", "Wir kamen im Jahr neunzehn an und blieben fünf Komma drei Wochen.", tmp_path)
-    found = transcript.hear(
-        sound, text="Wir kamen im Jahr 19 an und blieben 5,3 Wochen.", ways=transcript.Ways(model=language.load(code="de"))
+    found = transcript.timed_transcript(
+        sound,
+        text="Wir kamen im Jahr 19 an und blieben 5,3 Wochen.",
+        ways=transcript.TranscriptOptions(model=language.load_language(code="de")),
     )
     starts = dict(said)
     assert [word for word, _, _ in found.words][4] == "19" and all(found.confidence)
@@ -104,9 +106,9 @@ def test_words_say_nothing_to_an_english_network(german, tmp_path):
 
 
 def test_what_the_network_hears():
-    words, wishes = [("die", 0.0, 1.0), ("Zeit", 1.0, 2.0)], hints.Wishes(gestures={1: ("me", 0.0)})
-    assert hints.heard(words, wishes) == [("die", 0.0, 1.0), ("me", 1.0, 2.0)]
-    assert hints.heard(words, wishes, understood=False) == [("", 0.0, 1.0), ("me", 1.0, 2.0)]
+    words, wishes = [("die", 0.0, 1.0), ("Zeit", 1.0, 2.0)], hints.HintEffects(gestures={1: ("me", 0.0)})
+    assert hints.network_words(words, wishes) == [("die", 0.0, 1.0), ("me", 1.0, 2.0)]
+    assert hints.network_words(words, wishes, understood=False) == [("", 0.0, 1.0), ("me", 1.0, 2.0)]
 
 
 @pytest.mark.parametrize(
@@ -123,11 +125,11 @@ def test_what_the_network_hears():
     ],
 )
 def test_sounds_of_other_languages(ipa, said):
-    assert phones(ipa) == said
+    assert ipa_to_cmu(ipa) == said
 
 
 def test_no_word_has_too_many_pronunciations():
-    assert len(phones("_".join("ɾaxø" * 20))) == MOST
+    assert len(ipa_to_cmu("_".join("ɾaxø" * 20))) == MAX_PRONUNCIATIONS
 
 
 @pytest.mark.parametrize(
@@ -148,17 +150,21 @@ def test_no_word_has_too_many_pronunciations():
     ],
 )
 def test_words_are_left_to_the_language(word, said):
-    assert written(word) == said
-    assert [parts for _, parts in markup.read(word, written).tokens] == ([said] if said else [])
+    assert split_foreign(word) == said
+    assert [parts for _, parts in markup.parse(word, split_foreign).tokens] == ([said] if said else [])
 
 
 def test_languages_that_cannot_be(tmp_path, monkeypatch):
-    assert language.load() is None and language.load(code="en-GB") is None and language.load(code=" EN ") is None
+    assert (
+        language.load_language() is None
+        and language.load_language(code="en-GB") is None
+        and language.load_language(code=" EN ") is None
+    )
     with pytest.raises(TranscriptUnreadable, match="English only"):
         recognise_german()
     monkeypatch.setattr(language, "_PACKAGE", "no_such_package_anywhere")
     with pytest.raises(EngineMissing, match=r"s2ag\[languages\]"):
-        language.load(code="de")
+        language.load_language(code="de")
 
 
 def recognise_german():
@@ -167,23 +173,25 @@ def recognise_german():
 
 def test_codes_and_folders(tmp_path):
     pytest.importorskip("espeakng_loader", reason="the extra `languages` is not installed")
-    assert language.load(code="pt_BR")["voice"] == "pt-BR" and language.load(code="fr-fr")["voice"] == "fr"
+    assert language.load_language(code="pt_BR")["voice"] == "pt-BR" and language.load_language(code="fr-fr")["voice"] == "fr"
     with pytest.raises(TranscriptUnreadable, match="does not know the language xx"):
-        language.load(code="xx")
+        language.load_language(code="xx")
     (tmp_path / "mdef").write_text("")
     (tmp_path / "own.dict").write_text("äpfel EH P F AH L\n", encoding="utf-8")
     with pytest.raises(TranscriptUnreadable, match="sounds of its own"):
-        language.load(tmp_path, "de")
+        language.load_language(tmp_path, "de")
     (tmp_path / "mdef").unlink()
-    both = language.load(tmp_path, "de")
+    both = language.load_language(tmp_path, "de")
     assert both["dictionary"] and both["voice"] == "de"
-    assert language.fingerprint(both) != language.fingerprint(language.load(tmp_path))
+    assert language.fingerprint(both) != language.fingerprint(language.load_language(tmp_path))
 
 
 def test_the_users_dictionary_comes_first(german, tmp_path):
     """A word that is pronounced as nonsense there is lost, whatever eSpeak NG knows."""
     _, sound, said = german
     (tmp_path / "own.dict").write_text("willkommen " + "S IY " * 30 + "\n", encoding="utf-8")
-    sound, stretch = sound[: int(16000 * said[9][1])], align.Stretch([written(word) for word, _ in said[:9]])
-    own, without = (align.place(sound, [stretch], None, language.load(folder, "de")) for folder in (tmp_path, None))
+    sound, stretch = sound[: int(16000 * said[9][1])], align.Stretch([split_foreign(word) for word, _ in said[:9]])
+    own, without = (
+        align.align_stretches(sound, [stretch], None, language.load_language(folder, "de")) for folder in (tmp_path, None)
+    )
     assert all(without.confidence) and not own.confidence[4]

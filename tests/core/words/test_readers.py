@@ -9,7 +9,7 @@ from transcripts import FORMS, GENTLE, WHISPERX, WORDS, YOUTUBE_FILE, as_json, g
 
 
 def read(path):
-    return readers.parse(transcript.read(path), path)
+    return readers.parse(transcript.read_text(path), path)
 
 
 @pytest.mark.parametrize(("name", "write", "form", "expected"), [row[1:] for row in FORMS], ids=[row[0] for row in FORMS])

@@ -1,5 +1,5 @@
 import pytest
-from s2ag.core.words.spelling import cardinal, normalise, spoken
+from s2ag.core.words.spelling import cardinal, normalise, spoken_words
 
 
 @pytest.mark.parametrize(
@@ -40,7 +40,7 @@ from s2ag.core.words.spelling import cardinal, normalise, spoken
     ],
 )
 def test_spoken(written, said):
-    assert spoken(written) == said.split()
+    assert spoken_words(written) == said.split()
 
 
 def test_cardinals():

@@ -13,7 +13,7 @@ def sound(examples):
 
 
 def test_plain_text_is_aligned(sound, examples):
-    words, warnings = transcript.resolve(sound, examples / "hello.txt")
+    words, warnings = transcript.words_and_warnings(sound, examples / "hello.txt")
     assert warnings == []
     assert [word for word, _, _ in words] == [word for word, _, _ in json.loads((examples / "hello.json").read_text())]
     starts = [start for _, start, _ in words]
@@ -23,11 +23,11 @@ def test_plain_text_is_aligned(sound, examples):
 
 def test_a_text_and_a_file_give_the_same(sound, examples):
     path = examples / "hello.txt"
-    assert transcript.resolve(sound, text=path.read_text()) == transcript.resolve(sound, str(path))
+    assert transcript.words_and_warnings(sound, text=path.read_text()) == transcript.words_and_warnings(sound, str(path))
 
 
 def test_timed_words_are_taken_as_they_are(sound, examples):
-    words, warnings = transcript.resolve(sound, examples / "hello.json")
+    words, warnings = transcript.words_and_warnings(sound, examples / "hello.json")
     assert warnings == []
     assert list(map(list, words)) == json.loads((examples / "hello.json").read_text())
 
@@ -44,13 +44,13 @@ def test_timed_words_are_taken_as_they_are(sound, examples):
 def test_forms_of_timed_words(sound, tmp_path, content):
     path = tmp_path / "words.JSON"
     path.write_text(json.dumps(content))
-    assert transcript.resolve(sound, path) == ((("Now", 0.5, 0.7), ("then", 1.0, 2.0)), [])
+    assert transcript.words_and_warnings(sound, path) == ((("Now", 0.5, 0.7), ("then", 1.0, 2.0)), [])
 
 
 def test_timed_words_after_the_end(sound, tmp_path):
     path = tmp_path / "words.json"
     path.write_text(json.dumps([["in", 1, 1.5], ["across", 14, 90], ["after", 90, 91]]))
-    words, warnings = transcript.resolve(sound, path)
+    words, warnings = transcript.words_and_warnings(sound, path)
     assert words == (("in", 1.0, 1.5), ("across", 14.0, len(sound) / 16000))
     assert len(warnings) == 1 and warnings[0].startswith("1 word ")
 
@@ -78,7 +78,7 @@ def test_bad_timed_words_say_what_is_wrong(sound, tmp_path, content):
     path = tmp_path / "words.json"
     path.write_text(content)
     with pytest.raises(TranscriptUnreadable) as caught:
-        transcript.resolve(sound, path)
+        transcript.words_and_warnings(sound, path)
     assert str(path) in caught.value.message and "\n" not in caught.value.message and caught.value.remedy
 
 
@@ -89,23 +89,23 @@ def test_missing_folder_and_recording_by_mistake(sound, tmp_path, examples):
         (examples / "hello.flac", "is not a text file"),
     ):
         with pytest.raises(TranscriptUnreadable, match=says):
-            transcript.resolve(sound, path)
+            transcript.words_and_warnings(sound, path)
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
 def test_encodings(tmp_path, encoding):
     path = tmp_path / "words.txt"
     path.write_bytes("It’s a naïve café".encode(encoding))
-    assert transcript.read(path) == "It’s a naïve café"
+    assert transcript.read_text(path) == "It’s a naïve café"
 
 
 def test_no_words(sound, tmp_path):
-    assert transcript.resolve(sound) == ((), [])
+    assert transcript.words_and_warnings(sound) == ((), [])
     for empty in ("", " \n", "... [laughs] —"):
-        words, warnings = transcript.resolve(sound, text=empty)
+        words, warnings = transcript.words_and_warnings(sound, text=empty)
         assert words == () and len(warnings) == 1 and "sound alone" in warnings[0]
     with pytest.raises(UsageError):
-        transcript.resolve(sound, tmp_path / "words.txt", "words")
+        transcript.words_and_warnings(sound, tmp_path / "words.txt", "words")
 
 
 @pytest.mark.parametrize(
@@ -138,13 +138,13 @@ def test_tokens(text, shown, said):
     ids=["another text", "another script", "too long"],
 )
 def test_a_text_that_does_not_fit_is_spread_over_the_speech(sound, text, says):
-    words, warnings = transcript.resolve(sound, text=text)
+    words, warnings = transcript.words_and_warnings(sound, text=text)
     assert len(warnings) == 1 and says in warnings[0] and warnings[0].endswith(".")
     assert len(words) == len(text.split())
     assert all(0 <= start <= end <= len(sound) / 16000 for _, start, end in words)
 
 
 def test_a_text_over_silence(examples):
-    words, warnings = transcript.resolve(np.zeros(48000, np.float32), text="nobody says this")
+    words, warnings = transcript.words_and_warnings(np.zeros(48000, np.float32), text="nobody says this")
     assert [word for word, _, _ in words] == ["nobody", "says", "this"]
     assert warnings and words[-1][2] <= 3.0

@@ -1,0 +1,301 @@
+"""Applies single edits to a take: one function for each kind of edit."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..errors import UsageError
+from ..motion import skeleton
+from ..motion.motion import Motion
+from . import frame_ranges, gestures, regeneration, semantic_gestures, stroke_core, stroke_placement, transitions
+from .gestures import BEAT, Gesture
+from .regeneration import Regenerator
+from .targets import LOOSE, State, StrokeTarget, attempt_seed, best_attempt
+
+GIVE_WAY = 0.8
+"""Seconds around a stroke in which other gestures are given up in a second try, where the first one failed beside them."""
+SHORTEST = 0.6
+"""Least seconds of a range that can be regenerated."""
+_DISTURBANCE_COST = 0.25
+"""What each neighbour that a deletion disturbs adds to its miss."""
+_WARN_EXCESS = 0.005
+"""Share by which joins may be more sudden than the take without a warning."""
+_LEAD_SECONDS = (0.8, 1.2, 1.6, 2.0, 2.5, 3.0)
+"""Lengths of the transitions to and from a fixed pose; the shortest one with joins as smooth as the take is used."""
+
+
+def apply_edit(filler: Regenerator, state: State, edit: dict, number: int) -> State:
+    """Apply one more edit, the ``number``-th; raises :class:`UsageError` if it cannot be applied."""
+    filler = filler if edit["do"] == "style" else filler.turned(state.changes)
+    try:
+        result, miss = _ACTIONS[edit["do"]](filler, state, edit, 0.0)
+        if miss > 1:
+            second, off = _ACTIONS[edit["do"]](filler, state, edit, GIVE_WAY)
+            result, miss = (second, off) if off < miss else (result, miss)
+    except UsageError as error:
+        raise UsageError(f"Edit {number} cannot be done: {error.message}", error.remedy) from error
+    warnings = state.warnings
+    if miss > 1:
+        warnings += (f"Edit {number} ({edit['do']}) came only near to what was asked for: its neighbours leave no room.",)
+    before, touched = state.motion.meta, _changed_seconds(state.motion, result.motion)
+    places = [(round(start * skeleton.FPS), round(stop * skeleton.FPS) + 1) for start, stop in touched]
+    excess = 0.0 if edit["do"] == "style" else regeneration.speed_excess(state.motion, result.motion, places)
+    if excess > _WARN_EXCESS:
+        warnings += (
+            f"Edit {number} ({edit['do']}) moves up to {excess:.0%} more suddenly than the take does: give it more room.",
+        )
+    meta = {**result.motion.meta, "edits": [*before.get("edits", []), edit]}
+    meta["touched"] = [*before.get("touched", []), touched]
+    return replace(result, motion=replace(result.motion, meta=meta), warnings=warnings)
+
+
+def _changed_seconds(before: Motion, after: Motion) -> list[list[float]]:
+    """Return the intervals in which two motions differ, as [start, end] in seconds; gaps of up to a second are bridged."""
+    parts = [before.directions != after.directions]
+    if before.hands is not None and after.hands is not None:
+        pairs = zip(before.hands.arrays().values(), after.hands.arrays().values(), strict=True)
+        parts += [old != new for old, new in pairs]
+    rows = np.flatnonzero(np.any([part.reshape(len(part), -1).any(1) for part in parts], axis=0))
+    ends = np.flatnonzero(np.diff(rows) > skeleton.FPS)
+    groups = np.split(rows, ends + 1) if len(rows) else []
+    return [[round(float(group[0] / before.fps), 4), round(float(group[-1] / before.fps), 4)] for group in groups]
+
+
+def _gesture(state: State, at: float, apart: float, to: float | None = None) -> tuple[Gesture, list[Gesture]]:
+    """Return the gesture at a time, and the others that stay: those at least ``apart`` seconds from its new time ``to``.
+
+    Raises :class:`UsageError` if there is no gesture at that time.
+    """
+    detected = gestures.find_gestures(state.motion)
+    gesture = gestures.nearest_of(detected, at)
+    if gesture is None:
+        nearest = gestures.nearest_of(detected, at, np.inf)
+        remedy = f"The nearest is at {nearest.at:.2f} s." if nearest else "The take has none at all."
+        raise UsageError(f"there is no gesture at {at:.2f} s.", remedy)
+    to = gesture.at if to is None else to
+    return gesture, [other for other in detected if other is not gesture and abs(other.at - to) >= apart]
+
+
+def _stroke_frames(gesture: Gesture) -> tuple[int, int]:
+    """Return the first and last frame of a stroke."""
+    return int(gesture.stroke * skeleton.FPS), int(np.ceil(gesture.hold * skeleton.FPS))
+
+
+def _move(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    gesture, others = _gesture(state, edit["at"], apart, edit["to"])
+    whole = gesture.kind != BEAT
+    core = stroke_core.core_at(state.motion, gesture, edit["to"], whole)
+    frames = len(state.motion.directions)
+    old = frame_ranges.range_around(others, *_stroke_frames(gesture), frames, frame_ranges.LEAST)
+    places = frame_ranges.merge_ranges([old, frame_ranges.range_around(others, core.first, core.last, frames)])
+    aim = StrokeTarget(edit["to"], gesture.hand, gesture.size)
+    nearer = stroke_placement.SECOND if apart else 0.0
+    moved, miss = stroke_placement.place_stroke(filler, state, edit, places, core, aim, whole, nearer)
+    if miss > 1 and apart and gesture.hand != "both" and len(places) == 1:  # the idle arm moves more here than at the old time
+        ends = state.motion.directions[[max(places[0][0] - 1, 0), min(places[0][1], frames - 1)]]
+        calm = stroke_core.swap_hand(core, gesture.hand, gesture.hand, ends, places[0])
+        calmer, off = stroke_placement.place_stroke(filler, state, edit, places, calm, aim, whole, nearer)
+        moved, miss = (calmer, off) if off < miss else (moved, miss)
+    return replace(moved, motion=semantic_gestures.record_meant(moved.motion, places, [(gesture.kind, edit["to"])])), miss
+
+
+def _delete(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    gesture, others = _gesture(state, edit["at"], apart)
+    frames, seconds = len(state.motion.directions), frame_ranges.WANTED if not apart else 2 * frame_ranges.WANTED
+    places = [frame_ranges.range_around(others, *_stroke_frames(gesture), frames, seconds)]
+    if apart and places == [frame_ranges.range_around(_gesture(state, edit["at"], 0.0)[1], *_stroke_frames(gesture), frames)]:
+        return state, np.inf  # no more room than before
+    alone = frame_ranges.range_around(others, *_stroke_frames(gesture), frames, seconds, 0.0)
+    regenerated = state.motion
+
+    def make(attempt: int, seed: int) -> Motion:
+        nonlocal regenerated
+        if attempt == 0:
+            regenerated = filler.fill(state.motion, places, None, seed, state.held, whole=gesture.kind != BEAT)[0]
+            return regenerated
+        place, former = (alone, state.motion) if attempt < 3 else (places[0], regenerated)
+        straight = regeneration.interpolate_arms(former, place, state.held)
+        return straight if attempt % 2 else transitions.slow_transitions(state.motion, straight, [place], state.held)
+
+    def miss(motion: Motion) -> float:
+        off = 2 * gestures.residual_stroke(motion, gesture, others) / gesture.size
+        return off if off > 1 else min(off + _DISTURBANCE_COST * gestures.count_disturbed(motion, gesture, others), 1.0)
+
+    deleted, off = best_attempt(filler, state, edit, places, make, miss, tries=5)
+    return replace(state, motion=semantic_gestures.record_meant(deleted, places, [])), off
+
+
+def _change(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    gesture, others = _gesture(state, edit["at"], apart)
+    hand, size = edit.get("hand"), edit.get("size", 1.0)
+    if edit.get("kind", gesture.kind) not in (gesture.kind, BEAT):
+        return semantic_gestures.place_gesture(filler, state, edit, gesture.at, others, edit["kind"], hand, size, apart > 0)
+    core, own_hand, metres = (
+        stroke_core.core_at(state.motion, gesture, gesture.at, gesture.kind != BEAT),
+        gesture.hand,
+        gesture.size,
+    )
+    if edit.get("kind", gesture.kind) != gesture.kind:
+        core, own_hand, metres = _borrow_beat(filler, state, edit, gesture.at)
+    nearer = stroke_placement.SECOND if apart else 0.0
+    hands, sizes = (own_hand, hand or own_hand), (metres, size)
+    return _place_core(filler, state, edit, others, gesture.at, core, hands, sizes, gesture.kind != BEAT, nearer)
+
+
+def _add(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    at = edit["at"] if "at" in edit else semantic_gestures.word_time(state.motion.words, edit["word"], edit.get("nth", 1))
+    kind, hand, size = edit.get("kind", BEAT), edit.get("hand"), edit.get("size", 1.0)
+    detected = gestures.find_gestures(state.motion)
+    others = [one for one in detected if abs(one.at - at) >= max(apart, gestures.APART / 2)]
+    if kind != BEAT:
+        return semantic_gestures.place_gesture(filler, state, edit, at, others, kind, hand, size, apart > 0)
+    core, own_hand, metres = _borrow_beat(filler, state, edit, at)
+    nearer = stroke_placement.SECOND if apart else 0.0
+    return _place_core(filler, state, edit, others, at, core, (own_hand, hand or own_hand), (metres, size), False, nearer)
+
+
+def _place_core(
+    filler: Regenerator,
+    state: State,
+    edit: dict,
+    others: Sequence[Gesture],
+    at: float,
+    core: stroke_core.StrokeCore,
+    hands: tuple[str, str],
+    sizes: tuple[float, float],
+    whole: bool,
+    nearer: float,
+) -> tuple[State, float]:
+    """Place a core at ``at`` seconds, mirrored to another hand and scaled if need be; return the state and its miss.
+
+    ``hands`` are the hand that made it and the requested one, ``sizes`` its metres and the factor on them, ``others`` the
+    gestures that stay; head and trunk move along if ``whole`` is set.
+    """
+    frames = len(state.motion.directions)
+    span = frame_ranges.range_around(others, core.first, core.last, frames)
+    ends = state.motion.directions[[max(span[0] - 1, 0), min(span[1], frames - 1)]]
+    if hands[0] != hands[1]:
+        core = stroke_core.swap_hand(core, *hands, ends, span)
+    core = stroke_core.scale_core(core, sizes[1], hands[1])
+    core = stroke_core.limit_core_speed(core, at, state.motion, regeneration.peak_motion(state.motion.directions), whole)
+    span = frame_ranges.range_around(others, core.first, core.last, frames)
+    aim = StrokeTarget(at, hands[1], sizes[0] * sizes[1])
+    placed, miss = stroke_placement.place_stroke(filler, state, edit, [span], core, aim, whole, nearer)
+    if miss > 1 and hands[0] == "both" and hands[1] != "both" and sizes[1] == 1:
+        placed, miss = _rest_other_arm(state, span, aim, placed, miss)
+    shows = [one for one in gestures.meant_gestures(state.motion) if whole and abs(one[1] - at) < LOOSE]
+    return replace(placed, motion=semantic_gestures.record_meant(placed.motion, [span], shows)), miss
+
+
+def _rest_other_arm(
+    state: State, span: frame_ranges.FrameRange, aim: StrokeTarget, placed: State, miss: float
+) -> tuple[State, float]:
+    """Return the take with the other arm idle in the span and the aim's arm unchanged, if that misses less than ``placed``."""
+    motion = regeneration.interpolate_arms(
+        state.motion, span, state.held, stroke_core.arm_edges("left" if aim.hand == "right" else "right")
+    )
+    return (replace(state, motion=motion), aim.miss(motion)) if aim.miss(motion) < miss else (placed, miss)
+
+
+def _borrow_beat(filler: Regenerator, state: State, edit: dict, at: float) -> tuple[stroke_core.StrokeCore, str, float]:
+    """Return the core of another beat of the take, moved to ``at`` seconds, with its hand and its size in metres."""
+    beats = [one for one in gestures.find_gestures(state.motion) if one.kind == BEAT and abs(one.at - at) > gestures.APART]
+    sizes = np.array([one.size for one in beats])
+    typical = [one for one in beats if abs(one.size / np.median(sizes) - 1) < 0.4] if len(beats) else []
+    candidates = [one for one in typical if edit.get("hand") in (None, one.hand)] or typical
+    if not candidates:
+        raise UsageError("the take has no gesture like it.", "Give a kind that means something.")
+    beat = candidates[attempt_seed(filler, edit, 0) % len(candidates)]
+    return stroke_core.core_at(state.motion, beat, at), beat.hand, beat.size
+
+
+def _reroll(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    motion = state.motion
+    start, stop = round(edit["from"] * motion.fps), min(round(edit["to"] * motion.fps) + 1, len(motion.directions))
+    if stop - start < SHORTEST * motion.fps:
+        raise UsageError("less than a phrase is chosen.", f"Choose {SHORTEST:g} s or more of the recording.")
+    places = [(start, stop)]
+
+    def make(attempt: int, seed: int) -> Motion:
+        made, inside = filler.fill(motion, places, None, seed, state.held, plain=False, whole=True)
+        return semantic_gestures.record_meant(made, places, inside)
+
+    made, _ = best_attempt(filler, state, edit, places, make, lambda motion: 0.0)
+    return replace(state, motion=made), 0.0
+
+
+def _style(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    motion, changes = state.motion, (*state.changes, (edit["at"], edit["style"]))
+    later = [at for at, _ in (*filler.request.changes, *state.changes) if at > edit["at"]]
+    start, stop = round(edit["at"] * motion.fps), round(min([*later, motion.duration + 1]) * motion.fps)
+    places = [(start, min(stop, len(motion.directions)))]
+    if places[0][1] - start < SHORTEST * motion.fps:
+        raise UsageError("less than a phrase is chosen.", f"Choose {SHORTEST:g} s or more of the recording.")
+    styled = filler.turned(changes)
+
+    def make(attempt: int, seed: int) -> Motion:
+        made, inside = styled.fill(motion, places, None, seed, state.held, plain=False, whole=True)
+        return semantic_gestures.record_meant(made, places, inside)
+
+    made, _ = best_attempt(styled, state, edit, places, make, lambda motion: 0.0)
+    return replace(state, motion=made, changes=changes), 0.0
+
+
+def _pose(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    at, frames = edit["at"] * state.motion.fps, len(state.motion.directions)
+    first, last = int(np.floor(at + 1e-6)), int(np.ceil(at - 1e-6))
+    if last >= frames:
+        raise UsageError("the recording ends before that.", f"Give a time within 0 to {state.motion.duration:.1f} s.")
+    pose = skeleton.normalize(np.array(edit["directions"], float)).astype(np.float32)
+    return _fix(filler, state, edit, stroke_core.StrokeCore(first, np.repeat(pose[None], last - first + 1, 0)), True)
+
+
+def _place(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    fps, frames = state.motion.fps, len(state.motion.directions)
+    first, last = int(np.floor(edit["from"] * fps)), int(np.ceil(edit["to"] * fps))
+    if last >= frames:
+        raise UsageError("the recording ends before that.", f"Give times within 0 to {state.motion.duration:.1f} s.")
+    side = gestures.HANDS.index(edit["hand"])
+    return _fix(filler, state, edit, stroke_core.reach_core(state.motion, side, first, last, edit["place"]), False)
+
+
+def _fix(filler: Regenerator, state: State, edit: dict, core: stroke_core.StrokeCore, whole: bool) -> tuple[State, float]:
+    """Fix the frames of a core and lead the take through them, in longer transitions if they are far from it."""
+    others, frames = gestures.find_gestures(state.motion), len(state.motion.directions)
+    places = [frame_ranges.range_around(others, core.first, core.last, frames)]
+    held_before, fixed = state.held.copy(), replace(state, held=state.held.copy())
+    held_before[core.frames], fixed.held[core.frames] = False, True
+
+    def make(attempt: int, seed: int) -> Motion:
+        return filler.fill(state.motion, places, core, seed, held_before, whole=whole)[0]
+
+    made, _ = best_attempt(filler, fixed, edit, places, make, lambda motion: 0.0, tries=2)
+    strain, least = regeneration.join_strain(state.motion, made, places), float(regeneration.is_implausible(core.directions))
+    wide = [frame_ranges.range_until(held_before, core.first, core.last, _LEAD_SECONDS[-1])]
+    if strain > least:  # the hands of all transitions tried come from this one performance
+        filler.fill(state.motion, wide, core, attempt_seed(filler, edit, 0), held_before, whole=whole)
+    for seconds in _LEAD_SECONDS if strain > least else ():
+        places = [frame_ranges.range_until(held_before, core.first, core.last, seconds)]
+        led = filler.fill(state.motion, places, core, 0, held_before, whole=whole, again=True)[0]
+        turns = core.frames if len(core.frames) < 3 else ()
+        led = stroke_placement.without_gestures(
+            led, places, core, held_before, regeneration.ALL if whole else stroke_core.ARMS, turns
+        )
+        eased = regeneration.join_strain(state.motion, led, places)
+        made, strain = (led, eased) if eased < strain else (made, strain)
+        if strain <= least:
+            break
+    return replace(fixed, motion=made), 0.0
+
+
+_ACTIONS: dict[str, Callable[[Regenerator, State, dict, float], tuple[State, float]]] = {
+    "move": _move,
+    "delete": _delete,
+    "change": _change,
+    "add": _add,
+    "reroll": _reroll,
+    "style": _style,
+    "pose": _pose,
+    "place": _place,
+}

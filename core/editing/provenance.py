@@ -1,0 +1,46 @@
+"""Rebuilds the request of a take from its provenance."""
+
+from collections.abc import Mapping
+from os import PathLike
+from typing import Any
+
+from ..errors import UsageError
+from ..settings import names_with
+from ..synthesis.request import Request
+
+
+def request_from_meta(meta: Mapping, audio: str | PathLike, **words: Any) -> Request:
+    """Return the request of a take with provenance ``meta``; ``words`` are its ``transcript``, ``text`` and ``recognise``.
+
+    Raises :class:`UsageError` where the provenance is not that of a take.
+    """
+    try:
+        style = meta["style"]
+        sequence = style if isinstance(style, list) else [style]
+        settings = {name: meta[name] for name in names_with(restored="arms") if meta.get(name) is not None}
+        settings |= {"style": _style_sequence(sequence) if len(sequence) > 1 else sequence[0]}
+        near = tuple((int(number), float(spread)) for number, spread in meta.get("near", ()))
+        return Request(audio, **words, **settings, near=near)
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        raise UsageError("Nothing is known of how this take was made.", "Direct an .npz of s2ag synth.") from error
+
+
+def check_recording(meta: Mapping, digest: str) -> None:
+    """Raise :class:`UsageError` if a take is of another recording than that with this ``digest``."""
+    if meta.get("audio") != digest:
+        raise UsageError("The take is of another recording.", "Name the one that it was made for.")
+
+
+def check_weights(meta: Mapping, checkpoint: Any) -> None:
+    """Raise :class:`UsageError` if a take was made by other weights than ``checkpoint``
+    (:class:`loaded_checkpoint.LoadedCheckpoint`).
+    """
+    if meta.get("checkpoint") != checkpoint.hash:
+        raise UsageError("The take was made by other weights, so phrases would not fit in.", "Name those with --checkpoint.")
+
+
+def _style_sequence(styles: list) -> str:
+    """Return a sequence of styles, each a name or the weights of a blend, in the notation of a request."""
+    return ">".join(
+        one if isinstance(one, str) else "+".join(f"{name}:{weight:g}" for name, weight in one.items()) for one in styles
+    )

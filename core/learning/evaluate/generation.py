@@ -1,0 +1,102 @@
+"""Generates performances of talks by a checkpoint as for a user: with the same requests and the same session."""
+
+import json
+import wave
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ... import styles
+from ...motion import rest
+from ...motion.motion import Motion
+from ...sound.audio import SAMPLE_RATE
+from ...synthesis import generation
+from ...synthesis.session import Request, Session
+from .talks import Talk
+
+
+@dataclass(frozen=True)
+class PerformanceOptions:
+    """Options of a performance: style, seed, takes and controls by name (:data:`styles.CONTROLS`)."""
+
+    style: str
+    seed: int = 0
+    takes: int = 1
+    controls: dict[str, float] = field(default_factory=dict)
+
+
+class Generator:
+    """A session, and a folder for recordings and transcripts in the place of a user's files."""
+
+    def __init__(self, checkpoint: str | PathLike | None, folder: str | PathLike) -> None:
+        self.session = Session(checkpoint)
+        self.folder = Path(folder)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the checkpoint's speakers."""
+        return [speaker["name"] for speaker in self.session.styles()]
+
+    @property
+    def steerable(self) -> bool:
+        """Whether the checkpoint has controls."""
+        return self.session.checkpoint.config.controls > 0
+
+    @property
+    def seed_frames(self) -> int:
+        """Frames by which windows overlap."""
+        return self.session.checkpoint.window[1]
+
+    def known(self, name: str) -> str:
+        """Return the name if the checkpoint has it, the default for no name, else another speaker chosen by the name."""
+        if not name:
+            return styles.default_speaker(self.session.styles())
+        return name if name in self.names else self.names[sum(map(ord, name)) % len(self.names)]
+
+    def rest(self, style: str) -> np.ndarray:
+        """Return the speaker's pose between gestures, ``(9, 3)``."""
+        return np.array(self.session.styles()[self.names.index(style)].get("rest", rest.REST), np.float32)
+
+    def joins(self, frames: int) -> list[int]:
+        """Return the frames at which windows after the first begin."""
+        return generation.window_joins(self.session.checkpoint, frames)
+
+    def perform(self, talk: Talk, wishes: Sequence[PerformanceOptions]) -> list[np.ndarray]:
+        """Return directions ``(takes, frames, 9, 3)`` for every wish."""
+        return [np.stack([motion.directions for motion in motions]) for motions in self.motions(talk, wishes, hands=0)]
+
+    def motions(self, talk: Talk, wishes: Sequence[PerformanceOptions], hands: float = 1) -> list[list[Motion]]:
+        """Return the takes of every wish; without hands if ``hands`` is 0."""
+        audio, transcript = self._files(talk)
+        shared = {"audio": audio, "transcript": transcript, "hands": hands}
+        requests = [
+            Request(**shared, style=wish.style, seed=wish.seed, takes=wish.takes, **self._controls(wish.controls))
+            for wish in wishes
+        ]
+        return [result.motions for result in self.session.synthesize_all(requests)]
+
+    def _controls(self, controls: dict[str, float]) -> dict:
+        """Return controls as arguments of a :class:`Request`; nothing for a checkpoint without controls."""
+        arguments = {name: value for name, value in controls.items() if value} if self.steerable else {}
+        affect = {name: arguments.pop(name) for name in ("arousal", "valence", "dominance") if name in arguments}
+        return {**arguments, "affect": affect} if affect else arguments
+
+    def _files(self, talk: Talk) -> tuple[Path, Path | None]:
+        """Write the recording and its timed words as files, if they are missing."""
+        audio, transcript = self.folder / f"{talk.name}.wav", self.folder / f"{talk.name}.json"
+        if not audio.exists():
+            write_wave(talk.audio, audio)
+            transcript.write_text(json.dumps(talk.words), "utf-8")
+        return audio, transcript if talk.words else None
+
+
+def write_wave(audio: np.ndarray, path: str | PathLike) -> None:
+    """Write ``(n,)`` float32 at 16 kHz as 16-bit WAV."""
+    with wave.open(str(path), "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(SAMPLE_RATE)
+        file.writeframes(np.round(np.clip(audio, -1, 1) * 32767).astype("<i2").tobytes())

@@ -1,0 +1,121 @@
+"""Selects which phrases get a semantic gesture, with its times and hand, so that gestures do not overlap."""
+
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .gesture import Gesture
+from .vocabulary import Vocabulary
+
+PREPARATION, STROKE, HOLD, RETRACTION = 0.5, 0.28, 0.35, 0.75
+"""Seconds of preparation, of the stroke, of the shortest hold, and of the retraction."""
+_EMPHASIS_SHARE = 0.4
+"""Share of a word after which it is loudest, approximately."""
+_MIN_INTERVAL = 1.5
+"""Seconds between the words of two gestures, unless a mark requests them."""
+_SALT = 0x3EA
+_SIZE_DEVIATION = 0.12
+"""Standard deviation of the size of gestures."""
+
+
+@dataclass(frozen=True)
+class ScheduledGesture:
+    """A scheduled gesture: times in seconds of its start, the start and end of the stroke, and the ends of hold and retraction.
+
+    ``side``: -1 for the left hand, 1 for the right, 0 for both or the one that moves more; ``size`` scales the way of the arms;
+    ``across`` (degrees) turns it further to that side, for the successive items of a list.
+    """
+
+    gesture: Gesture
+    begin: float
+    ready: float
+    lands: float
+    until: float
+    end: float
+    side: float
+    size: float
+    across: float = 0.0
+
+
+def choose_gestures(
+    vocabulary: Vocabulary,
+    words: Sequence[tuple[str, float, float]],
+    asked: Mapping[int, tuple[str, float]],
+    readiness: float,
+    seed: tuple[int, ...],
+    found: Mapping[int, tuple[str, int]] | None = None,
+) -> list[ScheduledGesture]:
+    """Choose the gestures of ``words`` ``(text, start, end)``, in order of time.
+
+    ``asked`` maps word numbers to the hint and side of the transcript's marks, which are always shown. ``readiness`` 0..1 is
+    the share of the other occasions that are. Random choices depend on ``seed`` and the word only. ``found`` is the result of
+    :func:`find_occasions` for the same words, if the caller has it.
+    """
+    found = find_occasions(vocabulary, words) if found is None else found
+    drawn = _draw_gestures(vocabulary, found, readiness, seed)
+    for number, (hint, side) in asked.items():
+        if hint in vocabulary.marks:
+            drawn[number] = vocabulary.gestures[vocabulary.marks[hint]], 1, side, True
+    chosen: list[tuple[int, tuple]] = []
+    for number, occasion in sorted(drawn.items()):
+        near = chosen and words[number][1] - words[chosen[-1][0]][1] < _MIN_INTERVAL
+        if near and not occasion[3]:
+            continue
+        if near and not chosen[-1][1][3]:
+            chosen.pop()
+        chosen.append((number, occasion))
+    return _schedule(chosen, words, seed)
+
+
+def find_occasions(vocabulary: Vocabulary, words: Sequence[tuple[str, float, float]]) -> Mapping[int, tuple[str, int]]:
+    """Return the phrases with a gesture: number of the word that carries it -> name of the gesture, number of words."""
+    plain = [text.lower().replace("’", "'").strip(".,;:!?\"'()…-–—") for text, *_ in words]
+    breaks = [text.rstrip("\"')")[-1:] in ".;:!?…" for text, *_ in words]
+    return vocabulary.find(plain, breaks)
+
+
+def _draw_gestures(
+    vocabulary: Vocabulary, found: Mapping[int, tuple[str, int]], readiness: float, seed: tuple[int, ...]
+) -> dict[int, tuple[Gesture, int, float, bool]]:
+    """Draw which occasions are used: word number -> gesture, number of words, side, whether a mark requests it."""
+    drawn = {}
+    for number, (name, count) in found.items():
+        gesture = vocabulary.gestures[name]
+        chance = np.random.default_rng((*seed, _SALT, number, zlib.crc32(name.encode()))).random()
+        if chance < readiness * (gesture.often if count == 1 else 0.5 + 0.5 * gesture.often):
+            drawn[number] = gesture, count, 0.0, False
+    return drawn
+
+
+def emphasis_time(start: float, end: float) -> float:
+    """Return the approximate time in seconds of the loudest point of a word, where a stroke for it ends."""
+    return start + _EMPHASIS_SHARE * (end - start)
+
+
+def _schedule(
+    chosen: list[tuple[int, tuple]], words: Sequence[tuple[str, float, float]], seed: tuple[int, ...]
+) -> list[ScheduledGesture]:
+    """Determine times, side, size and direction of the chosen gestures."""
+    shown: list[ScheduledGesture] = []
+    for place, (number, (gesture, count, side, _)) in enumerate(chosen):
+        _, start, end = words[number]
+        lands = emphasis_time(start, end)
+        after = words[chosen[place + 1][0]][1] - PREPARATION if place + 1 < len(chosen) else np.inf
+        until = min(max(end, lands + HOLD * (1 + 0.5 * (count > 2))), max(after, lands + 0.1))
+        random = np.random.default_rng((*seed, _SALT, number))
+        size = float(np.clip(1 + random.normal(0, _SIZE_DEVIATION), 0.8, 1.15))
+        across = 0.0
+        before = shown[-1] if shown else None
+        if gesture.arms == "alternate" and not side:
+            side = -before.side if before is not None and before.gesture is gesture else (-1.0, 1.0)[int(random.random() < 0.5)]
+        if gesture.across:
+            row = before.across + gesture.across if before is not None and before.gesture is gesture else -gesture.across
+            across = row if row <= 2 * gesture.across else -gesture.across
+        begin, ready = max(lands - STROKE - PREPARATION, 0.0), lands - STROKE
+        if gesture.acted is not None:
+            begin = max(lands - gesture.acted.lands, 0.0)
+            ready, until = min(begin + PREPARATION, lands), min(lands + gesture.acted.after, max(after, lands + 0.1))
+        shown.append(ScheduledGesture(gesture, begin, ready, lands, until, until + RETRACTION, side, size, across))
+    return shown

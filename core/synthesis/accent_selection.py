@@ -1,0 +1,202 @@
+"""Selects the accents that a take answers with a stroke, by its performer's taste and the take's own random numbers.
+
+A network that only hears the voice answers the same accents at every seed. As the director of its corpus did, a take asks for
+strokes on some accents, with hand and size by taste, asks for none on others, and leaves the rest open
+(:mod:`stroke_requests`).
+"""
+
+import bisect
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..model.noise import noise, uniform
+from ..motion import skeleton, stroke_requests
+from ..sound import arousal_estimate, prosody
+from . import constraints
+
+FACTS = ("rate", "size", "spread", "left", "right", "both", "ready", "end")
+"""A taste: strokes a minute of speech, median of their sizes (m) and deviation of the logarithm, shares of the hands, seconds
+from a stroke's begin to its emphasis and from there to its end."""
+
+_SALT, _PAUSES = 0xACC, 0xACD
+_OF_LEVEL = prosody.FEATURE_NAMES.index("level")
+_ASKED, _PASSED = 0.85, 0.8
+"""Share of the performer's strokes that are asked for, and of the other accents that get none. With all of both, seeds are no
+farther apart and the voice is followed less."""
+_STRETCH = 8.0
+"""Seconds over which a performer's rate is kept."""
+_STRONG, _MAIN = 2.0, 0.3
+"""Weight of an accent's strength beside a Gumbel number, and what being its phrase's main accent adds to the strength."""
+_LARGER, _LOUD, _ANY_HAND, _VARIED = 1.4, 1.0, 0.2, 0.5
+"""Factor from sizes shown to sizes asked for, how far strength changes a size, the share of strokes for which any hand will
+do, and the share of the taste's spread of sizes."""
+_AFTER, _AROUND, _BETWEEN, _APART = 0.14, 0.3, 0.1, 0.3
+"""Seconds: emphasis after the accent's peak, to each side of an accent that gets no stroke, between two strokes, and from an
+accent without a stroke to one with."""
+_RATE_OCTAVES, _RATE_AROUSAL, _SIZE_AROUSAL = 0.5, 0.2, 0.25
+"""Octaves that the control of rate adds to strokes a minute, and those that the control of arousal adds to rate and size."""
+_MIN_HAND = 0.25
+"""Control of the hand below which nothing is changed, as in the corpus."""
+_SPEECH_RATE, _SPEECH_SIZE = 1.8, 1.5
+"""Octaves of strokes a minute and of sizes between the calmest speech and the most aroused."""
+_WEAK, _LEVEL, _LOUDER = 0.2, 0.25, 0.7
+"""How much likelier weak accents get no stroke; what 10 dB over the voice's mean add to a strength, and in octaves to the size
+of a stroke."""
+_EARLY, _LATE = 0.15, 0.1
+"""Seconds by which a stroke may come before or after its place at the accent, as chance has it."""
+_QUIET_PAUSES, _MIN_PAUSE, _RISING = 0.8, 0.1, 0.1
+"""Share of the pauses between phrases that are asked to be without strokes, the shortest one in seconds, and the seconds before
+the next phrase in which hands may rise again."""
+_MAX_FACT = 600
+"""No number of a taste is larger."""
+_MIN_SIZE, _MIN_SHARE = 0.02, 0.2
+"""Smallest size in metres, and the share of a size that the weakest accent keeps."""
+
+
+def speaker_taste(facts) -> np.ndarray | None:
+    """Return a speaker's taste ``(8,)`` from its :data:`FACTS` by name, None where they are not usable."""
+    try:
+        values = np.array([facts[name] for name in FACTS], float)
+    except (KeyError, TypeError, ValueError):
+        return None
+    in_range = np.isfinite(values).all() and values.min() >= 0 and values.max() <= _MAX_FACT
+    return values if in_range and values[1] > 0 and values[3:6].any() else None
+
+
+def corpus_tastes(strokes: np.ndarray, minutes: np.ndarray, speaker: np.ndarray) -> list[dict]:
+    """Measure every speaker's taste, as JSON, from strokes ``(S, 7)`` (:data:`stroke_requests.COLUMNS`) of performances, which
+    last ``minutes`` ``(P,)`` and are by ``speaker`` ``(P,)``; empty for a speaker without strokes.
+    """
+    measured, who = [], speaker[strokes[:, 0].astype(int)]
+    for number in range(int(speaker.max()) + 1):
+        mine = strokes[who == number].astype(float)
+        if not len(mine):
+            measured.append({})
+            continue
+        sizes = np.log(np.maximum(mine[:, 6], _MIN_SIZE))
+        low, middle, high = np.quantile(sizes, (0.16, 0.5, 0.84))
+        hands = [float((mine[:, 5] == hand).mean()) for hand in (0, 1, 2)]
+        spans = [float(np.median(mine[:, 2] - mine[:, 1])), float(np.median(mine[:, 3] - mine[:, 2]))]
+        values = [len(mine) / minutes[speaker == number].sum(), math.exp(middle), (high - low) / 2, *hands, *spans]
+        measured.append({name: round(float(value), 4) for name, value in zip(FACTS, values, strict=True)})
+    return measured
+
+
+def accent_channels(
+    rhythm: prosody.Prosody,
+    tastes: np.ndarray,
+    wishes: Mapping,
+    key: tuple,
+    taken: np.ndarray,
+    turns: Sequence[float] = (),
+) -> np.ndarray | None:
+    """Return the strokes that a take asks its network for, as channels ``(frames, 7)``; None without accents.
+
+    ``tastes`` ``(frames, 8)`` or ``(1, 8)`` are the performer's, ``wishes`` the controls "rate", "hand" and "arousal" as
+    numbers or ``(frames,)``; ``key`` (seed, identity, speakers) keys the random numbers (:func:`noise.noise`). Frames that are
+    ``taken`` ``(frames,)`` by other strokes are left alone. At ``turns`` (seconds) another style begins.
+    """
+    frames, accents = len(taken), rhythm.accents
+    if not len(accents):
+        return None
+    time, strength, main = np.array([(a.time, a.strength, a.main) for a in accents], float).T
+    at = np.clip((time * skeleton.FPS).astype(int), 0, min(frames, len(rhythm.features)) - 1)
+    level = rhythm.features[at, _OF_LEVEL]
+    taste_at = _by_speech(tastes[np.minimum(at, len(tastes) - 1)], arousal_estimate.arousal(rhythm, at), level)
+    taste_at = _by_controls(taste_at, {name: _value_at(value, at) for name, value in wishes.items()})
+    numbers = noise(key[0], key[1], 0, len(time), 6, key[2], _SALT)
+    chance = uniform(numbers)
+    readiness = strength + _MAIN * main + _LEVEL * level
+    chosen = _select(time, readiness, taste_at, _stretches(time, rhythm.phrases, turns), chance[:, :2])
+    rank = np.searchsorted(np.sort(strength), strength) / max(len(time) - 1, 1)
+    strokes = _strokes(time[chosen], rank[chosen], taste_at[chosen], numbers[chosen, 2], chance[chosen, 3])
+    strokes[:, 1:4] += (_LATE - (_EARLY + _LATE) * chance[chosen, 5])[:, None]
+    chance_of_none = _PASSED * (1 + _WEAK * (1 - 2 * rank))
+    without = (chance[:, 4] < chance_of_none) & (constraints.distance_to(time, time[chosen]) > _APART)
+    around = np.stack([time[without] - _AROUND, time[without] + _AROUND], axis=1)
+    still = np.concatenate([around, _quiet_pauses(rhythm.phrases, key)])
+    return stroke_requests.encode_requests(_outside(strokes, 1, 3, taken), _outside(still, 0, 1, taken), frames)
+
+
+def _by_speech(tastes: np.ndarray, arousal: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """Return tastes ``(n, 8)`` with rate and size changed by the arousal and loudness of the speech."""
+    result = tastes.copy()
+    result[:, 0] *= np.exp2(_SPEECH_RATE * (arousal - 0.5))
+    result[:, 1] *= np.exp2(_SPEECH_SIZE * (arousal - 0.5) + _LOUDER * np.clip(level, -1, 1))
+    return result
+
+
+def _quiet_pauses(phrases: np.ndarray, key: tuple) -> np.ndarray:
+    """Draw the pauses between phrases, ``(n, 2)`` in seconds, in which no stroke is asked for."""
+    pauses = np.stack([phrases[:-1, 1], phrases[1:, 0] - _RISING], axis=1)
+    chance = uniform(noise(key[0], key[1], 0, len(pauses) + 1, 1, key[2], _PAUSES))[:-1, 0]
+    return pauses[(chance < _QUIET_PAUSES) & (np.ptp(pauses, axis=1) > _MIN_PAUSE) & (pauses[:, 1] > pauses[:, 0])]
+
+
+def _value_at(value: np.ndarray | float, at: np.ndarray) -> np.ndarray:
+    value = np.ravel(value)
+    return value[np.minimum(at, len(value) - 1)]
+
+
+def _by_controls(tastes: np.ndarray, wishes: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return tastes ``(n, 8)`` changed by the controls ``(n,)``."""
+    result = tastes.copy()
+    result[:, 0] *= np.exp2(_RATE_OCTAVES * wishes["rate"] + _RATE_AROUSAL * wishes["arousal"])
+    result[:, 1] *= np.exp2(_SIZE_AROUSAL * wishes["arousal"])
+    hand = np.where(np.abs(wishes["hand"]) < _MIN_HAND, 0, wishes["hand"])
+    result[:, 3] *= 1 - np.maximum(hand, 0)
+    result[:, 4] *= 1 + np.minimum(hand, 0)
+    result[:, 5] *= 1 - np.abs(hand)
+    # Where no hand is left, the control's hand makes all strokes.
+    result[:, 3:5] += np.where(result[:, 3:6].sum(axis=1, keepdims=True) > 0, 0, np.stack([hand < 0, hand > 0], axis=1))
+    result[:, 6:8] /= np.exp2(_RATE_OCTAVES / 2 * wishes["rate"])[:, None]
+    return result
+
+
+def _stretches(time: np.ndarray, phrases: np.ndarray, turns: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the number of accents in each stretch of time that has any, and its minutes of speech."""
+    edges = np.union1d(np.arange(0, time[-1] + _STRETCH, _STRETCH), [at for at in turns if at <= time[-1]])
+    edges = np.append(edges, max(phrases.max(), time[-1]) + _STRETCH)
+    stretch, counts = np.unique(np.searchsorted(edges, time, side="right") - 1, return_counts=True)
+    low, high = edges[stretch], edges[stretch + 1]
+    spoken = np.clip(phrases[:, 1, None], low, high) - np.clip(phrases[:, 0, None], low, high)
+    return counts, spoken.sum(axis=0) / 60
+
+
+def _select(time: np.ndarray, strength: np.ndarray, taste: np.ndarray, spoken: tuple, chance: np.ndarray) -> np.ndarray:
+    """Select the accents to answer, in order of time: strong ones more readily, in each stretch as many as the taste has for
+    it; return their indices.
+    """
+    counts, minutes = spoken
+    first = np.cumsum(counts) - counts
+    rates = np.add.reduceat(taste[:, 0], first) / counts
+    left = np.round(_ASKED * rates * minutes + chance[first, 1] - 0.5)
+    score = _STRONG * strength - np.log(-np.log(chance[:, 0]))
+    own, apart, held = np.repeat(range(len(counts)), counts), taste[:, 6] + taste[:, 7] + _BETWEEN, []
+    for number in np.argsort(-score, kind="stable"):
+        if left[own[number]] < 1:
+            continue
+        place = bisect.bisect(held, (time[number], number))
+        if all(abs(time[number] - there) >= apart[number] for there, _ in held[max(place - 1, 0) : place + 1]):
+            held.insert(place, (time[number], number))
+            left[own[number]] -= 1
+    return np.array([number for _, number in held], int)
+
+
+def _strokes(time: np.ndarray, rank: np.ndarray, taste: np.ndarray, spread: np.ndarray, which: np.ndarray) -> np.ndarray:
+    """Return beats ``(n, 7)`` (:data:`stroke_requests.COLUMNS`); ``rank`` and ``which`` are 0..1, ``spread`` is normal."""
+    sizes = _LARGER * taste[:, 1] * np.exp(_VARIED * taste[:, 2] * spread) * np.maximum(1 + _LOUD * (2 * rank - 1), _MIN_SHARE)
+    hands = taste[:, 3:6] / taste[:, 3:6].sum(axis=1, keepdims=True)
+    hands = np.where(hands.min(axis=1, keepdims=True) > 0, (1 - _ANY_HAND) * hands + _ANY_HAND / 3, hands)
+    hand = (which[:, None] > np.cumsum(hands, axis=1)[:, :2]).sum(axis=1)
+    emphasis, none = time + _AFTER, np.zeros(len(time))
+    return np.stack([none, emphasis - taste[:, 6], emphasis, emphasis + taste[:, 7], none, hand, sizes], axis=1)
+
+
+def _outside(rows: np.ndarray, first: int, last: int, taken: np.ndarray) -> np.ndarray:
+    """Return the rows whose span, in seconds between two columns, touches no taken frame."""
+    count = np.concatenate([[0], np.cumsum(taken)])
+    low, high = (np.clip(rows[:, [first, last]] * skeleton.FPS + (0, 1), 0, len(taken))).astype(int).T
+    return rows[count[np.maximum(high, low)] == count[low]]

@@ -1,0 +1,206 @@
+"""The stage *hear*: everything of a recording that does not depend on style, pose or seed."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from .. import styles
+from ..errors import UnknownStyle, UsageError
+from ..face import animation
+from ..meaning.vocabulary import Vocabulary
+from ..motion import skeleton
+from ..sound import prosody
+from ..threads import run_in_background
+from ..words import hints, speaker_turns, transcript
+from . import stroke_conditions
+from .request import Request
+from .stages import Stages
+
+
+@dataclass(frozen=True)
+class OtherVoice:
+    """Another speaker's voice: its ``phrases`` ``(p, 2)`` in seconds, how far the performer listens to it, ``share``
+    ``(frames,)`` in 0..1, and the ``digest`` of the recording (:func:`audio.digest`).
+    """
+
+    phrases: np.ndarray
+    share: np.ndarray
+    digest: str
+
+
+class Features(Protocol):
+    """What a network hears: :class:`VectorFeatures`, or :class:`TableFeatures` for an imported network."""
+
+    def slice(self, start: int, stop: int, /) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+        """Return MFCCs, words and prosody of the frames ``start`` to ``stop``."""
+        ...
+
+
+@dataclass(frozen=True)
+class SpeechFeatures:
+    """A recording as performers hear it.
+
+    ``words`` are (word, start, end); ``wishes`` the marks between them; ``shows`` the vocabulary of gestures for phrases, None
+    where words are not understood; ``activity`` ``(frames,)`` in 0..1 where the performer's voice is. ``spoken`` is what a face
+    needs, None without a face; ``others`` the other speaker, if any; ``rhythm`` prosody and accents, None for networks that
+    hear none. ``seconds`` are durations of the stages so far.
+    """
+
+    digest: str
+    words: tuple
+    wishes: hints.HintEffects
+    shows: Vocabulary | None
+    warnings: list[str]
+    features: Features
+    activity: np.ndarray
+    frames: int
+    seconds: dict[str, float]
+    spoken: animation.SpeechFeatures | None = None
+    others: OtherVoice | None = None
+    rhythm: prosody.Prosody | None = None
+
+
+def hear(session: Any, request: Request, sound: np.ndarray, stages: Stages) -> SpeechFeatures:
+    """Return words, pauses and features of ``sound`` ``(n,)`` at 16 kHz, as the network of the :class:`Session` wants them."""
+    from ..sound import audio
+
+    named, (sound, other) = audio.digest(sound), _voices(request, sound)
+    # While another process aligns the words, this one measures what does not depend on them.
+    with run_in_background(*(() if request.turn else _measurements(session.checkpoint.config, sound))) as begun:
+        if request.listen:
+            said = transcript.TimedTranscript()  # the words are not the performer's
+        else:
+            said = stages.run("align words", lambda: session.words(sound, request, stages.within("align words")))
+        measurements: list[Callable] = [one.result for one in begun]
+        if request.turn:
+            said, spans = speaker_turns.words_of_speaker(said, _text(request), request.turn)
+            sound, other = _separate(sound, spans)
+            measurements = _measurements(session.checkpoint.config, sound)
+        return _assemble(session, request, stages, named, said, (sound, other), measurements)
+
+
+def _assemble(
+    session: Any, request: Request, stages: Stages, named: str, said: Any, sounds: tuple, measurements: list[Callable]
+) -> SpeechFeatures:
+    """Put together what is heard of the words ``said`` and of both voices' ``sounds``."""
+    from ..sound import audio, voice_activity
+
+    sound, other = sounds
+    words, wishes = said.words, hints.parse_hints(said.marks, said.words)
+    wishes, style_warnings = _known_styles(wishes, session.checkpoint.speakers)
+    warnings = said.warnings + _unknown(wishes) + style_warnings
+    unheard = not words or session.checkpoint.config.words
+    vectors = None if unheard else stages.run("load word vectors", lambda: session.vectors)
+    frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
+    known = hints.network_words(
+        words, wishes, session.understands, stroke_conditions.conditioned_words(wishes, session.checkpoint.meanings)
+    )
+
+    def extract() -> tuple[Features, prosody.Prosody | None, np.ndarray]:
+        if session.checkpoint.config.words:
+            return _published(session.checkpoint, sound, known, warnings), None, voice_activity.probability(sound)
+        from ..model.vector_features import VectorFeatures
+
+        mfcc, tracks = (measure() for measure in measurements)
+        if not isinstance(tracks, prosody.Tracks):
+            return VectorFeatures(mfcc, known, vectors, None), None, tracks
+        rhythm = prosody.analyse(sound, words, frames, wishes.stressed, tracks)
+        return VectorFeatures(mfcc, known, vectors, rhythm.features), rhythm, tracks.voice
+
+    features, rhythm, voiced = stages.run("extract MFCC", extract)
+    spoken = stages.run("hear sounds", lambda: animation.analyse(sound, words, said.phones, rhythm)) if request.face else None
+    own = voice_activity.frame_count(sound)
+    activity = stages.run("find pauses", lambda: _fit(voice_activity.fraction_per_frame(voiced, own), frames))
+    shows = session.vocabulary if session.understands and words else None
+    others = None if other is None else stages.run("listen", lambda: _other_voice(other, activity))
+    heard = SpeechFeatures(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
+    return replace(heard, rhythm=rhythm)
+
+
+def _measurements(config: Any, sound: np.ndarray) -> list[Callable]:
+    """Return functions that measure MFCCs, and prosody without words (for a network that hears none, the share of voice); none
+    for an imported network.
+    """
+    from ..sound import mfcc, voice_activity
+
+    if config.words:
+        return []
+    tracks = prosody.measure if config.prosody_features else voice_activity.probability
+    return [lambda: mfcc.temporal_features(sound), lambda: tracks(sound)]
+
+
+def _voices(request: Request, sound: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the performer's own voice and the one that it listens to, if any, equally long."""
+    if request.listen:
+        return np.zeros_like(sound), sound
+    if request.hears is None:
+        return sound, None
+    from ..sound import audio
+
+    other, shift = audio.load(request.hears), round(request.later * audio.SAMPLE_RATE)
+    other = np.pad(other[max(-shift, 0) :], (max(shift, 0), 0))
+    length = max(len(sound), len(other))
+    return np.pad(sound, (0, length - len(sound))), np.pad(other, (0, length - len(other)))
+
+
+def _text(request: Request) -> str:
+    """Return the transcript with names of speakers; raises :class:`UsageError` where there is none."""
+    if request.text is not None:
+        return request.text
+    if request.transcript is None:
+        raise UsageError(
+            "Turns need a transcript with names.", 'Write names in capitals before what is said, as in "ANNA: Hello."'
+        )
+    return transcript.read_text(request.transcript)
+
+
+def _separate(sound: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Split a recording into what is said in ``spans`` ``(n, 2)`` of seconds and the rest, both equally long."""
+    from ..sound.audio import SAMPLE_RATE
+
+    own = np.zeros(len(sound), bool)
+    for start, end in spans:
+        own[int(start * SAMPLE_RATE) : int(np.ceil(min(end * SAMPLE_RATE, len(sound))))] = True
+    return np.where(own, sound, 0).astype(np.float32), np.where(own, 0, sound).astype(np.float32)
+
+
+def _other_voice(other: np.ndarray, activity: np.ndarray) -> OtherVoice:
+    """Analyse another voice; the performer listens where its own voice has little ``activity`` ``(frames,)``."""
+    from ..sound import audio
+
+    return OtherVoice(prosody.analyse(other).phrases, 1 - np.clip(activity, 0, 1), audio.digest(other))
+
+
+def _published(checkpoint: Any, sound: np.ndarray, words: Sequence[tuple], warnings: list[str]) -> Features:
+    """Return what an imported network hears."""
+    from ..model.table_features import TableFeatures
+
+    vocabulary = checkpoint.meta.get("vocabulary")
+    if words and not vocabulary:
+        warnings.append("This checkpoint was imported without its vocabulary, so its gestures do not follow the words.")
+    return TableFeatures(sound, words, vocabulary, checkpoint.config)
+
+
+def _unknown(wishes: hints.HintEffects) -> list[str]:
+    if not wishes.unknown:
+        return []
+    names = ", ".join(f"{{{name}}}" for name in wishes.unknown[:3])
+    return [f"The transcript's hint {names} is not one that gestures know; it is left out (docs/transcripts.md lists them)."]
+
+
+def _known_styles(wishes: hints.HintEffects, speakers: list[dict]) -> tuple[hints.HintEffects, list[str]]:
+    """Return wishes without styles that do not exist, and a warning for each of those."""
+    names, known, warnings = [speaker["name"] for speaker in speakers], [], []
+    for at, style in wishes.styles:
+        try:
+            styles.parse(style or styles.default_speaker(speakers), names)
+            known.append((at, style))
+        except UnknownStyle as error:
+            warnings.append(f"The transcript's hint {{as {style}}} is left out: {error}")
+    return (replace(wishes, styles=tuple(known)) if warnings else wishes), warnings
+
+
+def _fit(values: np.ndarray, frames: int) -> np.ndarray:
+    return np.pad(values[:frames], (0, max(frames - len(values), 0)), mode="edge" if len(values) else "constant")

@@ -1,0 +1,124 @@
+"""The stage *draw*: what every kind of network makes of the speech it hears, all frames of all takes."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..motion import hand_channels, skeleton, stroke_requests
+from ..smoothing import gaussian
+from . import accent_selection, curves, flow_sampling, stroke_conditions, time_warp
+from .features import SpeechFeatures
+from .style_sequence import StyleSequence
+
+_CALM, _CALM_EASE = 0.3, 0.2
+"""Share by which noise is less in silence, and the seconds over which that sets in."""
+_NEAR_STROKE, _STROKE = 0.25, stroke_requests.CHANNELS.index("stroke")
+"""Seconds beside a stroke in which arms do not count as idle, and the channel that says where strokes are."""
+
+
+class GeneratedTakes(NamedTuple):
+    """What a network made of each take: ``directions`` ``(takes, frames, 9, 3)`` float32 as it drew them, hands on them as
+    ``numbers`` ``(frames, SIZE)`` (:mod:`hand_channels`; None where it draws none), and how far each frame is from the strokes
+    that were asked for, ``idle`` ``(frames,)`` in 0..1.
+    """
+
+    directions: np.ndarray
+    numbers: Sequence[np.ndarray | None]
+    idle: Sequence[np.ndarray | float]
+
+    def split(self, counts: Sequence[int]) -> list["GeneratedTakes"]:
+        """Split into the first ``counts[0]`` takes, the next ``counts[1]``, and so on."""
+        ends = np.cumsum(counts).tolist()
+        spans = [slice(end - count, end) for end, count in zip(ends, counts, strict=True)]
+        return [GeneratedTakes(self.directions[here], self.numbers[here], self.idle[here]) for here in spans]
+
+
+def generate(
+    checkpoint: Any,
+    heard: SpeechFeatures,
+    cast: Sequence[StyleSequence],
+    progress: Callable[[float], None] = lambda value: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> GeneratedTakes:
+    """Generate all takes of all performers, those of a request after those of the one before it.
+
+    ``checkpoint`` is a :class:`loaded_checkpoint.LoadedCheckpoint` network.
+    """
+    if not checkpoint.draws:
+        from ..model import windows
+
+        latents, seeds = _latents(heard, cast), np.concatenate([one.seeds for one in cast])
+        network, inputs, window = checkpoint.network.generator, heard.features.slice, checkpoint.window[0]
+        made = windows.generate(network, inputs, latents, seeds, heard.frames, window, progress, cancelled)
+        return GeneratedTakes(made, (None,) * len(made), (0.0,) * len(made))
+    asked = [_asked_strokes(checkpoint, heard, one) for one in cast]
+    settings = {"lively": _noise_scale(heard.activity), "tempo": time_warp.warp_for(heard.rhythm, heard.activity)}
+    inputs = heard.features.slice
+    drawn, extras = flow_sampling.sample(checkpoint.network, inputs, cast, asked, heard.frames, progress, cancelled, **settings)
+    idle = [part for one, strokes in zip(cast, asked, strict=True) for part in _idle(heard, one, strokes)]
+    return GeneratedTakes(drawn, list(extras) if extras.shape[-1] == hand_channels.SIZE else (None,) * len(drawn), idle)
+
+
+def _asked_strokes(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence) -> np.ndarray | None:
+    """Return the strokes that each take is asked for ``(takes, frames, 7)``: those of marks in the words, then accents that
+    its taste answers.
+    """
+    frames, request = heard.frames, performers.request
+    if not checkpoint.meanings:
+        return None
+    controls = {name: curves.sample(request, name, frames) for name in ("rate", "hand", "arousal")}
+    written = stroke_conditions.stroke_channels(heard.wishes, heard.words, checkpoint.meanings, frames, controls["hand"])
+    tastes = _tastes(heard, performers)
+    if tastes is None or heard.rhythm is None:
+        return None if written is None else np.repeat(written[None], len(performers.latents), axis=0)
+    marked = np.zeros((frames, len(stroke_requests.CHANNELS)), np.float32) if written is None else written
+    taken = marked[:, 0] > 0
+    turns = () if performers.begins is None else performers.begins / skeleton.FPS
+    keys = [(request.seed, identity, performers.who) for identity in request.identities]
+    accents = [accent_selection.accent_channels(heard.rhythm, tastes, controls, key, taken, turns) for key in keys]
+    return np.stack([marked if one is None else np.where(taken[:, None], marked, one) for one in accents])
+
+
+def _tastes(heard: SpeechFeatures, performers: StyleSequence) -> np.ndarray | None:
+    """Return tastes ``(frames or 1, 8)`` by which takes choose their accents, None where there are no accents or no tastes."""
+    return performers.taste(heard.frames) if heard.rhythm is not None and heard.rhythm.accents else None
+
+
+def _idle(heard: SpeechFeatures, performers: StyleSequence, asked: np.ndarray | None) -> list[np.ndarray | float]:
+    """Return how far each frame ``(frames,)`` of each take is from the strokes that it chose, 0..1; 0 where it chose none."""
+    if asked is None or _tastes(heard, performers) is None:
+        return [0.0] * len(performers.latents)
+    busy = asked[..., _STROKE] > 0
+    busy[:, performers.given(heard.frames).frames] = True
+    return [1 - np.clip(gaussian(take.astype(float), _NEAR_STROKE * skeleton.FPS), 0, 1) for take in busy]
+
+
+def _noise_scale(activity: np.ndarray) -> np.ndarray:
+    """Return the scale of the noise ``(frames,)``: smaller in silence, as people's waiting hands are less various."""
+    return 1 - _CALM * (1 - gaussian(activity, _CALM_EASE * skeleton.FPS))
+
+
+def cache_key(checkpoint: Any, heard: SpeechFeatures, cast: Sequence[StyleSequence]) -> tuple:
+    """Return all that a performance depends on beside recording, words and network: a key of the session's cache."""
+    latents = _latents(heard, cast)
+    if not checkpoint.draws:
+        return latents.shape, latents.tobytes(), np.concatenate([one.seeds for one in cast]).tobytes()
+    given = [one.given(heard.frames) for one in cast]
+    kept = tuple((one.frames.tobytes(), one.directions.tobytes()) for one in given)
+    drawn = tuple((one.request.seed, tuple(one.request.identities), one.request.hand, str(one.request.curves)) for one in cast)
+    return latents.shape, latents.tobytes(), kept, drawn
+
+
+def window_joins(checkpoint: Any, frames: int) -> list[int]:
+    """Return the frames at which windows of a performance of ``frames`` meet; none where all frames are drawn as one."""
+    if checkpoint.draws:
+        return []
+    from ..model import windows
+
+    return windows.window_starts(frames, *checkpoint.window)[1:]
+
+
+def _latents(heard: SpeechFeatures, cast: Sequence[StyleSequence]) -> np.ndarray:
+    frames = heard.frames if any(one.varies for one in cast) else 1
+    return np.concatenate([one.on_the_way(frames) for one in cast])

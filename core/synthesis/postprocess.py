@@ -1,0 +1,160 @@
+"""The stages *refine* and *express*: corrections of what a network drew, then meanings, life, size, hands, stance and face."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..face import animation
+from ..meaning import gesture_blending, gesture_selection
+from ..motion import rest, skeleton
+from ..motion.face import RATE, Face
+from ..motion.hands import Hands
+from ..motion.motion import Motion
+from ..motion.pelvis import Pelvis
+from ..settings import names_with, stated
+from ..threads import parallel_map
+from ..words import hints
+from . import curves, hand_synthesis, listener_response, refine, stance
+from .constraints import kept_frames
+from .features import SpeechFeatures
+from .generation import GeneratedTakes
+from .request import Request
+from .style_sequence import StyleSequence
+
+VERSION = 1
+"""Version of the provenance written into every motion."""
+_MIN_CALM = 1e-3
+"""Share of hands and stance at intensity 0, so that the same bones are keyed at every intensity."""
+
+
+def correct(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, made: GeneratedTakes) -> list[refine.Refined]:
+    """Correct the performances of a request by the rules for their kind of network (:mod:`refine`)."""
+    request, rules = performers.request, refine.DRAWN if checkpoint.draws else refine.REGRESSED
+    pose, ready = performers.rest(heard.frames), None
+    if checkpoint.draws:
+        ready = refine.readiness(performers.hanging(heard.frames), heard.activity, pose)
+    given = kept_frames(request, heard.frames).frames, performers.given(heard.frames).frames
+    common = refine.Take(*given, ready=ready, pose=pose, gain=checkpoint.gain)
+
+    def corrected(one: tuple) -> refine.Refined:
+        identity, drawn, numbers, idle = one
+        key = request.seed, identity, performers.who
+        return refine.refine(drawn, replace(common, idle=idle, key=key, drawn=drawn, numbers=numbers), rules)
+
+    return parallel_map(corrected, zip(request.identities, *made, strict=True))
+
+
+def express(
+    checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, refined: Sequence[refine.Refined]
+) -> list[Motion]:
+    """Finish a request's performances: gestures of what words mean, hints, idle life, listening, the size that is asked for,
+    and the frames that it keeps; then hands, pelvis and face to them.
+    """
+    request, meta = performers.request, _meta(checkpoint, performers.request, heard, performers)
+    pose, size = performers.rest(heard.frames), curves.sample(request, "intensity", heard.frames)
+    still = rest.RestBlend.of(heard.activity, request.pose is None)
+    last = refine.Take(kept=kept_frames(request, heard.frames))
+    # Only networks that were trained with meanings get gestures of the vocabulary.
+    vocabulary = heard.shows if checkpoint.meanings else None
+    occasions = gesture_selection.find_occasions(vocabulary, heard.words) if vocabulary else {}
+    side = -request.toward if request.mirror else request.toward
+
+    def expressed(one: tuple) -> Motion:
+        (take, near), drawn = one
+        about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
+        asked = heard.wishes.gestures, request.meaning * performers.readiness, (request.seed, take)
+        shown = gesture_selection.choose_gestures(vocabulary, heard.words, *asked, occasions) if vocabulary else []
+        which = gesture_blending.arms_of_gestures(drawn.directions, shown)
+        directions = hints.apply_hints(gesture_blending.blend_gestures(drawn.directions, shown, which), heard.wishes, pose)
+        directions = still.live(directions, pose, request.seed + take)
+        if shown:
+            about["shows"] = [[one.gesture.name, round(one.lands, 3)] for one in shown]
+        if heard.others is not None:
+            answers = listener_response.draw_responses(heard.others.phrases, heard.others.share, request.seed + take)
+            directions = listener_response.apply_responses(directions, answers, heard.others.share)
+            about["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answers]
+        straight = directions
+        directions = listener_response.turn_head_toward(directions, side, None if heard.others is None else heard.others.share)
+        directions = refine.refine(rest.scale_amplitude(directions, size, pose), last, refine.FINISHED).directions
+        hands = _hands(request, performers, take, drawn, directions)
+        hands = hands and gesture_blending.blend_hands(hands, shown, which)
+        pelvis = _pelvis(request, heard, performers, take, directions)
+        ahead = directions.copy()  # eyes turn with the head towards the other speaker
+        ahead[:, listener_response.HEAD] = straight[:, listener_response.HEAD]
+        face = synthesize_face(request, heard, take, ahead)
+        motion = Motion(directions, skeleton.FPS, heard.words, about, hands, pelvis, face)
+        return motion.mirrored() if request.mirror else motion
+
+    return parallel_map(expressed, zip(request.identities, refined, strict=True))
+
+
+def _hands(
+    request: Request, performers: StyleSequence, take: int, refined: refine.Refined, directions: np.ndarray
+) -> Hands | None:
+    """Return the hands on the finished arms: as they were drawn, else synthesised; None where none are asked for."""
+    if not request.hands:
+        return None
+    if refined.hands is not None and refined.under is not None:
+        hands = refined.hands.moved_with_arms(refined.under, directions)
+        hands = hands.mixed(hand_synthesis.hanging_hands(directions), refined.relaxed) if refined.relaxed.any() else hands
+    else:
+        hands = hand_synthesis.synthesize_hands(directions, _name(performers), request.seed + take)
+    calm = _calm(request, len(directions))
+    hands = hands if np.all(calm == 1) else hand_synthesis.hanging_hands(directions).mixed(hands, calm)
+    return hands.scaled(directions, request.hands)
+
+
+def _pelvis(
+    request: Request, heard: SpeechFeatures, performers: StyleSequence, take: int, directions: np.ndarray
+) -> Pelvis | None:
+    """Return the pelvis of a finished performance; None where none is asked for."""
+    if not request.stance:
+        return None
+    about = {"style": _name(performers), "seed": request.seed + take}
+    strength = request.stance * _calm(request, len(directions))
+    return stance.synthesize_pelvis(directions, heard.activity, heard.words, **about).scaled(strength)
+
+
+def synthesize_face(request: Request, heard: SpeechFeatures, take: int, directions: np.ndarray) -> Face | None:
+    """Return the face of a finished performance; None where none is asked for."""
+    if not request.face or heard.spoken is None:
+        return None
+    count = len(heard.spoken.loudness)
+    about = curves.affects(request, count, RATE), request.face, request.face_smoothness
+    return animation.make_face(heard.spoken, directions, request.seed + take, *about)
+
+
+def _calm(request: Request, frames: int) -> np.ndarray | float:
+    """Return the share of hands and stance at each frame: smaller where gestures are made smaller than they were performed."""
+    return np.clip(curves.sample(request, "intensity", frames), _MIN_CALM, 1)
+
+
+def _name(performers: StyleSequence) -> str:
+    """Return the name of the style that has the largest weight."""
+    style = performers.style[0]
+    return max(style, key=lambda name: style[name]) if isinstance(style, dict) else style
+
+
+def _meta(checkpoint: Any, request: Request, heard: SpeechFeatures, performers: StyleSequence) -> dict:
+    """Return the provenance of a motion, without what tells its take apart."""
+    words, style = heard.words, performers.style
+    return {
+        "version": VERSION,
+        "audio": heard.digest,
+        "transcript": hashlib.sha256(json.dumps(words).encode()).hexdigest() if words else None,
+        "style": style if len(style) > 1 and performers.begins is None else style[0],
+        **stated(request),
+        **other_recording(request, heard),
+        "checkpoint": checkpoint.hash,
+        **({} if request.latent is None else {"latent": performers.own[0].tolist()}),
+    }
+
+
+def other_recording(request: Request, heard: SpeechFeatures) -> dict[str, str]:
+    """Return the provenance of the recording of another speaker: its digest, under the name of the setting that names it."""
+    paths = [name for name in names_with(kind="path", partner=True) if getattr(request, name) is not None]
+    return {name: heard.others.digest for name in paths if heard.others}

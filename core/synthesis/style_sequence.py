@@ -1,0 +1,211 @@
+"""The stage *cast*: who performs, as points of the latent space with their rest poses, tastes and seed poses."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import styles
+from ..errors import UsageError
+from ..motion import rest, skeleton
+from ..settings import CONTROLS
+from . import accent_selection, constraints, curves
+from .request import Request
+
+_READY = 0.7
+"""How readily speakers show meanings where that is not known."""
+_MIN_INTENSITY = 0.2
+"""Intensity below which a kept frame is enlarged no further for the network."""
+
+
+@dataclass(frozen=True)
+class StyleSequence:
+    """The styles of a ``request``'s takes: one, the steps of a walk, or styles that begin on the way.
+
+    ``style``: weights of speakers by name for each step; ``begins`` ``(steps - 1,)``: frames at which later styles begin, None
+    for a walk; ``rests`` ``(steps, 9, 3)``: rest poses; ``latents`` ``(takes, steps, size)``; ``seeds``
+    ``(takes, frames, 9, 3)``: seed poses of a regressor; ``readiness``: how readily phrases are shown by gestures of their own,
+    0..1; ``chances`` ``(steps,)``: scale of the noise; ``tastes`` ``(steps, 8)``: how accents are answered
+    (:data:`accent_selection.FACTS`), None if unknown; ``hangs`` ``(steps,)``: how readily waiting arms sink (:mod:`arm_rest`),
+    None if unknown; ``steer`` moves points ``(takes, frames, size)`` along the curves of controls, None without any.
+    """
+
+    request: Request
+    style: list[dict[str, float] | str]
+    rests: np.ndarray
+    latents: np.ndarray
+    seeds: np.ndarray
+    readiness: float
+    chances: np.ndarray
+    begins: np.ndarray | None = None
+    steer: Callable[[np.ndarray], np.ndarray] | None = None
+    tastes: np.ndarray | None = None
+    hangs: np.ndarray | None = None
+
+    @property
+    def walks(self) -> bool:
+        """Whether the style changes on the way."""
+        return self.latents.shape[1] > 1
+
+    @property
+    def varies(self) -> bool:
+        """Whether style or controls change on the way."""
+        return self.walks or self.steer is not None
+
+    @property
+    def who(self) -> dict[str, float] | None:
+        """Weights of the speakers who key a take's random numbers; those of the first step, so that a change is not seen."""
+        return self.style[0] if isinstance(self.style[0], dict) else None
+
+    @property
+    def own(self) -> np.ndarray:
+        """``latents`` of the requested style, without those of styles that begin on the way."""
+        return self.latents if self.begins is None else self.latents[:, :1]
+
+    def _over(self, points: np.ndarray, frames: int) -> np.ndarray:
+        """Interpolate values of each step ``(..., steps, size)`` at every frame."""
+        return (
+            styles.interpolate_sequence(points, frames)
+            if self.begins is None
+            else styles.switch_at_frames(points, frames, self.begins)
+        )
+
+    def on_the_way(self, frames: int) -> np.ndarray:
+        """Return ``latents`` at every frame ``(takes, frames, size)``, or ``(takes, size)`` for one frame."""
+        if frames == 1:
+            return self.latents[:, 0]
+        points = self._over(self.latents, frames) if self.walks else np.repeat(self.latents, frames, axis=1)
+        return points if self.steer is None else self.steer(points)
+
+    def chance(self, frames: int) -> np.ndarray:
+        """Return the scale of the noise at every frame ``(frames,)``: calm performers have less than 1."""
+        return self._over(self.chances[:, None], frames)[:, 0] if self.walks else np.full(frames, self.chances[0])
+
+    def hanging(self, frames: int) -> np.ndarray:
+        """Return ``hangs`` at every frame ``(frames,)``."""
+        if self.hangs is None:
+            return np.zeros(frames)
+        return self._over(self.hangs[:, None], frames)[:, 0] if self.walks else np.full(frames, self.hangs[0])
+
+    def taste(self, frames: int) -> np.ndarray | None:
+        """Return ``tastes`` at every frame ``(frames, 8)``, or ``(1, 8)`` where they stay; None where they are not known."""
+        return self._over(self.tastes, frames) if self.walks and self.tastes is not None else self.tastes
+
+    def rest(self, frames: int) -> np.ndarray:
+        """Return the rest pose: ``(9, 3)``, or ``(frames, 9, 3)`` for a walk."""
+        if not self.walks:
+            return self.rests[0]
+        return skeleton.normalize(self._over(self.rests.reshape(len(self.rests), -1), frames).reshape(-1, 9, 3))
+
+    def given(self, frames: int) -> constraints.KeptFrames:
+        """Return the frames that the network is given: those that the request keeps, with intensity undone, and the rest pose
+        at the start unless another is kept there.
+        """
+        kept = constraints.kept_frames(self.request, frames)
+        pose = self.rest(frames)
+        numbers, poses = kept.frames, pose[kept.frames] if self.walks else pose
+        size = np.broadcast_to(curves.sample(self.request, "intensity", frames), (frames,))[numbers]
+        directions = rest.scale_amplitude(kept.directions, 1 / np.maximum(size, _MIN_INTENSITY), poses)
+        if not len(numbers) or numbers[0]:
+            start = self.rests[:1].astype(np.float32)
+            numbers, directions = np.concatenate([[0], numbers]), np.concatenate([start, directions])
+        return constraints.KeptFrames(numbers, directions)
+
+
+def from_request(checkpoint: Any, request: Request, hinted: Sequence[tuple] = ()) -> StyleSequence:
+    """Return the performers of a request, with the styles that the words ask for, ``hinted`` ``(seconds, style)``; a walk takes
+    none of these.
+
+    Raises :class:`UsageError` for unknown styles, and for controls that the weights do not have.
+    """
+    _check_controls(checkpoint, request)
+    speakers = checkpoint.speakers
+    names = [speaker["name"] for speaker in speakers]
+    usual = request.style or styles.default_speaker(speakers)
+    hinted = () if len(styles.split_sequence(usual)) > 1 else hinted
+    turns = sorted([*hinted, *request.changes], key=lambda one: one[0])
+    walk = [usual, *(style or usual for _, style in turns)] if turns else styles.split_sequence(usual)
+    weights = [styles.parse(step, names) for step in walk]
+    rests = np.stack([_rest_pose(speakers, step) for step in weights])
+    if request.latent is not None:
+        latents = _given(checkpoint, request, 1 if turns else len(weights))
+        later = [draw_latents(checkpoint, request, step)[:, None] for step in weights[1:]] if turns else []
+        latents = np.concatenate([latents, *later], axis=1)
+    else:
+        latents = np.stack([draw_latents(checkpoint, request, step) for step in weights], axis=1)
+    start = rests[0] if request.pose is None else np.asarray(request.pose, float)
+    start = start if request.pose is None else request.as_performed(start)
+    shape = request.takes, checkpoint.window[1], 9, 3
+    seeds = np.broadcast_to(skeleton.normalize(start), shape).astype(np.float32)
+    named = [{names[index]: weight for index, weight in (step or {}).items()} or styles.RANDOM for step in weights]
+    chances = np.array([_fact(speakers, step, "chance", 1.0) for step in weights])
+    ready = _fact(speakers, weights[0], "semantic", _READY)
+    begins = np.array([at * skeleton.FPS for at, _ in turns]) if turns else None
+    steer, tastes = _steering(checkpoint, request), _tastes(speakers, weights)
+    hangs = np.array([_fact(speakers, step, "hangs", 0.0) for step in weights])
+    return StyleSequence(request, named, rests, latents, seeds, ready, chances, begins, steer, tastes, hangs)
+
+
+def draw_latents(checkpoint: Any, request: Request, weights: dict[int, float] | None) -> np.ndarray:
+    """Draw a style for each take ``(takes, size)``, steered by the controls, which takes after the first vary a little."""
+    mean, deviation = checkpoint.network.speakers
+    drawn = styles.sample_styles(weights, mean, deviation, request.seed, request.identities)
+    if not checkpoint.config.controls or curves.has_control_curves(request):
+        return drawn
+    return checkpoint.network.steer(drawn, styles.vary_controls(request.controls, request.seed, request.identities))
+
+
+def _steering(checkpoint: Any, request: Request) -> Callable[[np.ndarray], np.ndarray] | None:
+    """Return what moves styles along the curves of a request's controls, None without any."""
+    if not curves.has_control_curves(request):
+        return None
+
+    def steer(points: np.ndarray) -> np.ndarray:
+        wishes = styles.vary_controls(curves.controls(request, points.shape[1]), request.seed, request.identities)
+        pairs = zip(points, np.moveaxis(wishes, 1, 0), strict=True)
+        return np.stack([checkpoint.network.steer(*pair) for pair in pairs]).astype(np.float32)
+
+    return steer
+
+
+def _given(checkpoint: Any, request: Request, steps: int) -> np.ndarray:
+    """Return the request's own point of the latent space for each step of its style."""
+    given = np.atleast_2d(np.asarray(request.latent, np.float32))
+    if given.shape != (steps, checkpoint.config.style_size) or not np.isfinite(given).all():
+        message = f"The point of the latent space has shape {given.shape}, not {(steps, checkpoint.config.style_size)}."
+        raise UsageError(message, "Sample again with this checkpoint.")
+    return given[None]
+
+
+def _check_controls(checkpoint: Any, request: Request) -> None:
+    """Raise :class:`UsageError` where controls are asked of weights that have none."""
+    if not checkpoint.config.controls and request.steered & set(CONTROLS):
+        named = next(name for name in CONTROLS if name in request.steered)
+        raise UsageError(f"This checkpoint has no control of {named}.", "Leave it at 0, or choose one with controls.")
+
+
+def _fact(speakers: list[dict], weights: dict[int, float] | None, name: str, usual: float) -> float:
+    """Return a fact of the style's speakers, averaged by weight; ``usual`` for those without it."""
+    if weights is None:
+        return usual
+    return float(sum(weight * speakers[index].get(name, usual) for index, weight in weights.items()))
+
+
+def _tastes(speakers: list[dict], steps: Sequence[dict[int, float] | None]) -> np.ndarray | None:
+    """Return the taste of each step ``(steps, 8)``, None where a speaker has none; a random style has the mean of all."""
+    tastes = [accent_selection.speaker_taste(speaker.get("answers")) for speaker in speakers]
+    if not tastes or any(one is None for one in tastes):
+        return None
+    every = np.array(tastes)
+    middle = every.mean(axis=0)
+    weighted = [middle if step is None else sum(weight * every[k] for k, weight in step.items()) for step in steps]
+    return np.stack([np.asarray(one) for one in weighted])
+
+
+def _rest_pose(speakers: list[dict], weights: dict[int, float] | None) -> np.ndarray:
+    """Return the rest pose of a style, unit directions ``(9, 3)``: the mean of its speakers'."""
+    if weights is None:
+        return rest.REST
+    poses = [weight * np.array(speakers[index].get("rest", rest.REST)) for index, weight in weights.items()]
+    return skeleton.normalize(np.sum(poses, axis=0)).astype(np.float32)

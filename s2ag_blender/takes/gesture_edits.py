@@ -1,0 +1,247 @@
+"""Shows the gestures of a take as pose markers of its action, and turns an animator's changes into edits."""
+
+import functools
+import json
+import re
+from typing import Any, NamedTuple, cast
+
+import bpy
+
+from ...core import json_text
+from ...core.editing import gestures
+from ...core.errors import UsageError
+from ...core.motion.motion import Motion
+from .. import json_properties, provenance
+from ..datablocks import ArmatureObject
+from ..keys import key_restoring
+from ..keys.apply import scene_fps
+from . import markers, menu_items, take_list, timing, versions
+
+GESTURES = "s2ag_gestures"
+"""Name of an action's custom property: JSON of the take's gestures."""
+WORDS = "s2ag_words"
+"""Name of an action's custom property: JSON of the take's words, each with the seconds of its start and end."""
+SHORTEST = 0.8
+"""Least seconds of a range to regenerate."""
+_WORD_MARGIN = 0.2
+"""Seconds before and after chosen words that are regenerated with them."""
+_EDIT_MARGIN = 2.0 / 15
+"""Seconds around an edited range in which keys change, too, because they lie between frames of the motion."""
+_MARKER_NAME = re.compile(r"#\d+ ")
+_NUMBER = int | float
+_KINDS = (_NUMBER, str, str, _NUMBER, str, _NUMBER, _NUMBER)
+
+
+class ShownGesture(NamedTuple):
+    """A gesture: seconds of its stroke, hand, kind, size in metres, word, seconds of its begin and end, and its marker."""
+
+    at: float
+    hand: str
+    kind: str
+    size: float
+    word: str
+    begin: float
+    end: float
+    frame: int
+    name: str
+
+
+def store_gestures(action: bpy.types.Action, motion: Motion, scene: bpy.types.Scene) -> None:
+    """Store the gestures and words of ``motion`` on its action, and mark the gestures."""
+    rows = [
+        [round(one.at, 4), one.hand, one.kind, round(one.size, 3), one.word, round(one.begin, 3), round(one.end, 3)]
+        for one in gestures.find_gestures(motion)
+    ]
+    action[GESTURES] = json.dumps(rows)
+    action[WORDS] = json.dumps([[word, round(start, 3), round(end, 3)] for word, start, end in motion.words])
+    for marker in gesture_markers(action):
+        action.pose_markers.remove(marker)
+    for one in shown_gestures(action, scene):
+        mark = action.pose_markers.new(one.name)
+        mark.frame, mark.select = one.frame, False  # selections are the animator's
+
+
+def gesture_markers(action: bpy.types.Action) -> list[bpy.types.TimelineMarker]:
+    """Return the pose markers of an action that mark gestures."""
+    return [marker for marker in action.pose_markers if _MARKER_NAME.match(marker.name)]
+
+
+def shown_gestures(action: bpy.types.Action, scene: bpy.types.Scene) -> list[ShownGesture]:
+    """Return the gestures of a take within its frames; older takes have none stored."""
+    meta, rows = (action.get(name) for name in (provenance.PROPERTY, GESTURES))
+    if not isinstance(meta, str) or not isinstance(rows, str):
+        return []
+    place = _place(meta, scene_fps(scene))
+    return list(_shown(rows, *place)) if place else []
+
+
+@functools.lru_cache(maxsize=8)
+def _place(text: str, fps: float) -> tuple[timing.Clock, int, int] | None:
+    """Return clock, first and last frame of a take from its provenance as text; cached because lists draw it per row."""
+    meta = provenance.read(cast(bpy.types.Action, {provenance.PROPERTY: text})) or {}
+    place = meta.get("place", {})
+    if "start" not in meta or not {"first", "last"} <= place.keys():
+        return None
+    return timing.clock_of(meta, fps), place["first"], place["last"]
+
+
+@functools.lru_cache(maxsize=8)
+def _shown(text: str, clock: timing.Clock, first: int, last: int) -> tuple[ShownGesture, ...]:
+    try:
+        rows: Any = json_text.parse(text, json_properties.LARGEST)
+    except json_text.NotJson:
+        return ()
+    gestures_shown = []
+    for number, row in enumerate(rows if isinstance(rows, list) else (), 1):
+        if not isinstance(row, list) or len(row) not in (5, 7) or not all(map(isinstance, row, _KINDS)):
+            continue
+        values = list(cast(list[Any], row))
+        if len(values) == 5:  # of older takes
+            values += [values[0] - 0.5 * SHORTEST, values[0] + 0.5 * SHORTEST]
+        frame = round(float(clock.frame(values[0])))
+        if first <= frame <= last:
+            name = f"#{number} {values[4] or values[2]} ({values[1]})"[:60]
+            gestures_shown.append(ShownGesture._make([*values, frame, name]))
+    return tuple(gestures_shown)
+
+
+def nearest_gesture(action: bpy.types.Action, scene: bpy.types.Scene) -> ShownGesture | None:
+    """Return the gesture whose marker is nearest to the playhead, or None."""
+    frames = {marker.name: marker.frame for marker in gesture_markers(action)}
+    candidates = shown_gestures(action, scene)
+    marked = [one for one in candidates if one.name in frames] or candidates
+    return min(marked, key=lambda one: abs(frames.get(one.name, one.frame) - scene.frame_current), default=None)
+
+
+def marker_row(armature: ArmatureObject | None, scene: bpy.types.Scene) -> int:
+    """Return the index of the marker of :func:`nearest_gesture` among the selected take's pose markers; -1 for none."""
+    take = take_list.active(armature) if armature is not None else None
+    gesture = nearest_gesture(take.action, scene) if take is not None else None
+    if take is None or gesture is None:
+        return -1
+    names = [marker.name for marker in take.action.pose_markers]
+    return names.index(gesture.name) if gesture.name in names else -1
+
+
+def go_to(armature: ArmatureObject | None, scene: bpy.types.Scene, number: int) -> None:
+    """Move the playhead to pose marker ``number`` of the selected take."""
+    take = take_list.active(armature) if armature is not None else None
+    if take is not None and 0 <= number < len(take.action.pose_markers):
+        scene.frame_set(take.action.pose_markers[number].frame)
+
+
+def stored_words(action: bpy.types.Action) -> list[tuple[str, float, float]]:
+    """Return the words of a take with the seconds of their starts and ends."""
+    rows = json_properties.read(action, WORDS, list)
+    kinds = str, _NUMBER, _NUMBER
+    valid = (one for one in rows if isinstance(one, list) and len(one) == 3 and all(map(isinstance, one, kinds)))
+    return [(word, start, end) for word, start, end in valid]
+
+
+def word_occurrence(action: bpy.types.Action, number: int) -> tuple[str, int]:
+    """Return word ``number`` of a take in the form that edits use, and its occurrence, counted from 1."""
+    said = [gestures.normalize_word(word) for word, *_ in stored_words(action)]
+    return said[number], said[: number + 1].count(said[number])
+
+
+def seconds_at(action: bpy.types.Action, scene: bpy.types.Scene, frame: float) -> float:
+    """Return the seconds of the recording at a scene frame."""
+    clock = timing.clock_of(provenance.require(action), scene_fps(scene))
+    return round(max(float(clock.seconds(frame)), 0.0), 4)
+
+
+def edits_from_markers(action: bpy.types.Action, scene: bpy.types.Scene) -> list[dict]:
+    """Return the edits by markers: moved markers move their gestures, deleted ones delete them."""
+    frames = {marker.name: marker.frame for marker in action.pose_markers}
+    edits = []
+    for gesture in shown_gestures(action, scene):
+        if gesture.name not in frames:
+            edits.append({"do": "delete", "at": gesture.at})
+        elif frames[gesture.name] != gesture.frame:
+            edits.append({"do": "move", "at": gesture.at, "to": seconds_at(action, scene, frames[gesture.name])})
+    return edits
+
+
+def preview_range(action: bpy.types.Action, scene: bpy.types.Scene, settings: Any) -> tuple[float, float]:
+    """Return the seconds of the preview range; raises :class:`UsageError` without one."""
+    if not scene.use_preview_range:
+        raise UsageError("No preview range is set.", "Set one in the timeline: it is made anew.")
+    first, last = (seconds_at(action, scene, at) for at in (scene.frame_preview_start, scene.frame_preview_end))
+    return first, last
+
+
+def selected_gestures(action: bpy.types.Action, scene: bpy.types.Scene, settings: Any) -> tuple[float, float]:
+    """Return the seconds from the first to the last gesture with a selected marker; raises :class:`UsageError`."""
+    names = {marker.name for marker in action.pose_markers if marker.select}
+    chosen = [one for one in shown_gestures(action, scene) if one.name in names]
+    if not chosen:
+        raise UsageError("No marker of a gesture is selected.", "Select pose markers in the Action Editor.")
+    return _widen(min(one.begin for one in chosen), max(one.end for one in chosen))
+
+
+def selected_words(action: bpy.types.Action, scene: bpy.types.Scene, settings: Any) -> tuple[float, float]:
+    """Return the seconds from the first to the last word with a selected marker; raises :class:`UsageError`."""
+    clock = timing.clock_of(provenance.require(action), scene_fps(scene))
+    frames = {mark.frame for mark in markers.ours(scene, settings.marker_prefix) if mark.select}
+    chosen = [(begin, end) for _, begin, end in stored_words(action) if round(float(clock.frame(begin))) in frames]
+    if not chosen:
+        raise UsageError("No word of the take is selected.", "Select word markers in the timeline.")
+    return _widen(chosen[0][0] - _WORD_MARGIN, chosen[-1][1] + _WORD_MARGIN)
+
+
+def _widen(first: float, last: float) -> tuple[float, float]:
+    """Extend a range to at least :data:`SHORTEST` seconds."""
+    more = max(SHORTEST - (last - first), 0.0) / 2
+    first = max(first - more, 0.0)
+    return round(first, 4), round(max(last + more, first + SHORTEST), 4)
+
+
+RANGES = {"PREVIEW": preview_range, "GESTURES": selected_gestures, "WORDS": selected_words}
+"""``{choice: function of action, scene and settings that returns the seconds to regenerate}``."""
+
+
+def reroll_edits(take: Any, span: tuple[float, float]) -> tuple[list[dict], list[dict]]:
+    """Return the edits of a take to keep, and one that regenerates a span of seconds, with a seed that no version has."""
+    edits, reroll = edits_of(take.action), {"do": "reroll", "from": span[0], "to": span[1]}
+    if edits and _without_seed(edits[-1]) == reroll:
+        edits = edits[:-1]
+    others = [one[-1] for one in versions.version_edits(take) if one and one[:-1] == edits and _without_seed(one[-1]) == reroll]
+    return edits, [{**reroll, "seed": 1 + max((one.get("seed", 0) for one in others), default=0)}]
+
+
+def _without_seed(edit: dict) -> dict:
+    return {name: value for name, value in edit.items() if name != "seed"}
+
+
+def edits_of(action: bpy.types.Action) -> list[dict]:
+    """Return the edits of a take."""
+    return list((provenance.read(action) or {}).get("edits", []))
+
+
+def plan_arguments(action: bpy.types.Action, edits: list[dict]) -> dict[str, Any]:
+    """Return arguments for ``generate.plan`` that make a take again with these edits.
+
+    Raises :class:`UsageError` if the take was made by other weights.
+    """
+    meta = provenance.require(action)
+    hash_ = menu_items.speakers_and_controls(meta["settings"].get("checkpoint", "")).get("hash")
+    if hash_ and meta.get("checkpoint") not in (None, hash_):
+        remedy = "Generate a new take, and direct that."
+        raise UsageError("The take was made by other weights, so phrases would not fit in.", remedy)
+    return take_list.remake_arguments(action, edits=edits, former=action)
+
+
+def restore_untouched_keys(former: bpy.types.Action, action: bpy.types.Action, scene: bpy.types.Scene) -> None:
+    """Restore the keys of the ``former`` take wherever the edits by which the two differ touched nothing.
+
+    Solving a rig depends on the whole motion, so the last digits would differ; and keys edited by hand stay.
+    """
+    meta, before = provenance.read(action), provenance.read(former)
+    if not meta or not before or any(meta.get(name) != before.get(name) for name in ("start", "place", timing.WAY)):
+        return
+    pairs = list(zip(edits_of(former), edits_of(action), strict=False))
+    same = next((number for number, (old, new) in enumerate(pairs) if old != new), len(pairs))
+    spans = [span for one in (before, meta) for part in one.get("touched", [])[same:] for span in part]
+    clock = timing.clock_of(meta, scene_fps(scene))
+    near = [(clock.frame(low - _EDIT_MARGIN), clock.frame(high + _EDIT_MARGIN)) for low, high in spans]
+    key_restoring.restore_outside(former, action, near)

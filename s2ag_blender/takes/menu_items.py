@@ -1,0 +1,175 @@
+"""Items of the panel's menus and search fields: styles of the checkpoint, sound strips of the scene, bones."""
+
+import functools
+from pathlib import Path
+from typing import Any
+
+import blf
+import bpy
+
+from ...core.errors import CheckpointUnreadable
+from ...core.model import checkpoint_metadata
+from ...core.styles import RANDOM
+from .. import compat
+from ..datablocks import Context
+
+WRITTEN = "__written__"
+"""Menu item of a style that is neither a name nor random, such as a blend written by hand."""
+NOBODY = "__nobody__"
+"""Menu item of no second style."""
+
+
+def style_names(checkpoint: str = "") -> list[str]:
+    """Return the names of a checkpoint's speakers (the shipped one's if ""), from its metadata, without torch."""
+    return [speaker["name"] for speaker in speakers_and_controls(checkpoint)["speakers"]]
+
+
+def control_names(checkpoint: str = "") -> list[str]:
+    """Return the names of a checkpoint's controls; none for one that was trained without."""
+    return [control["name"] for control in speakers_and_controls(checkpoint)["controls"]]
+
+
+def speakers_and_controls(checkpoint: str = "") -> dict[str, Any]:
+    """Return the speakers and controls of a checkpoint; empty where it cannot be read."""
+    path = Path(bpy.path.abspath(checkpoint)) if checkpoint else checkpoint_metadata.DEFAULT_CHECKPOINT
+    facts = checkpoint_metadata.metadata_path(path)
+    return _read_checkpoint(path, facts.stat().st_mtime_ns if facts.is_file() else 0)
+
+
+@functools.lru_cache(maxsize=4)
+def _read_checkpoint(path: Path, written: int) -> dict[str, Any]:
+    """Return a checkpoint's metadata, cached by its file's time ``written`` since the panel reads it at every redraw."""
+    try:
+        return checkpoint_metadata.describe(path)
+    except CheckpointUnreadable:
+        return {"speakers": [], "controls": []}
+
+
+def style_description(settings: Any) -> str:
+    """Return the description of the chosen style; empty for a blend and for random."""
+    name = settings.style or _default(settings.checkpoint)
+    return next(
+        (one["description"] for one in speakers_and_controls(settings.checkpoint)["speakers"] if one["name"] == name), ""
+    )
+
+
+def style_expression(settings: Any) -> str:
+    """Return the style for the engine: the chosen one, blended with the second style where there is one."""
+    first, share = settings.style, round(settings.style_mix, 4)
+    if not (settings.style_second and share and can_blend(settings)):
+        return first
+    first = first or _default(settings.checkpoint)
+    return f"{first}:{1 - share:g}+{settings.style_second}:{share:g}"
+
+
+def is_written(settings: Any) -> bool:
+    """Return whether the style is an expression rather than a name."""
+    return bool(set(settings.style) & set(":+"))
+
+
+def can_blend(settings: Any) -> bool:
+    """Return whether a second style can be blended in, which needs a single named style."""
+    return settings.style != RANDOM and not is_written(settings)
+
+
+ROOM = 206
+"""Width of a line of text beside its icon in a sidebar of the default width (280 pixels), in pixels of Blender's font."""
+_FONT_POINTS = 11
+
+
+def text_width(text: str) -> float:
+    """Return the width of a text in pixels at Blender's usual font size."""
+    blf.size(0, _FONT_POINTS)
+    return blf.dimensions(0, text)[0]
+
+
+@functools.lru_cache(maxsize=64)
+def wrap_text(text: str, room: float = ROOM) -> list[str]:
+    """Wrap a sentence to lines that fit the sidebar; only a word that is too long itself exceeds it."""
+    lines: list[str] = []
+    for word in text.split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and text_width(longer) <= room:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines
+
+
+def style_items(settings: Any, context: Context) -> list[tuple]:
+    """Return the items of the style menu: the checkpoint's speakers, random, and an expression written by hand."""
+    return _style_items(
+        tuple((one["name"], one["description"]) for one in speakers_and_controls(settings.checkpoint)["speakers"])
+    )
+
+
+def second_items(settings: Any, context: Context) -> list[tuple]:
+    """Return the items of the menu of the second style."""
+    return _second_items(
+        tuple((one["name"], one["description"]) for one in speakers_and_controls(settings.checkpoint)["speakers"])
+    )
+
+
+@functools.lru_cache(maxsize=4)  # Blender keeps no reference to the texts of a menu
+def _style_items(speakers: tuple[tuple[str, str], ...]) -> list[tuple]:
+    items = [(name, name.capitalize(), text, number) for number, (name, text) in enumerate(speakers)]
+    items.append((RANDOM, "Random", "Another speaker with every seed", len(items)))
+    items.append((WRITTEN, "As Written", "A style expression written by hand, such as A:0.6+B:0.4", len(items)))
+    return items
+
+
+@functools.lru_cache(maxsize=4)
+def _second_items(speakers: tuple[tuple[str, str], ...]) -> list[tuple]:
+    items = [(NOBODY, "Nobody", "Only the first style", 0)]
+    return items + [(name, name.capitalize(), text, number) for number, (name, text) in enumerate(speakers, 1)]
+
+
+def get_style(settings: Any) -> int:
+    """Return the number of the style menu's item for the stored style."""
+    names = style_names(settings.checkpoint)
+    name = settings.style or _default(settings.checkpoint)
+    if name in names:
+        return names.index(name)
+    return len(names) + (name != RANDOM)
+
+
+def set_style(settings: Any, number: int) -> None:
+    """Store the style menu's item."""
+    names = [*style_names(settings.checkpoint), RANDOM]
+    if number < len(names):
+        settings.style = names[number]
+    elif not is_written(settings):
+        settings.style = f"{settings.style or _default(settings.checkpoint)}:1"
+
+
+def get_second(settings: Any) -> int:
+    """Return the number of the second menu's item for the stored style."""
+    names = style_names(settings.checkpoint)
+    return names.index(settings.style_second) + 1 if settings.style_second in names else 0
+
+
+def set_second(settings: Any, number: int) -> None:
+    """Store the second menu's item."""
+    settings.style_second = style_names(settings.checkpoint)[number - 1] if number else ""
+
+
+def search_styles(settings: Any, context: Context, text: str) -> list[str]:
+    """Return the style names that contain ``text``."""
+    return [name for name in [*style_names(settings.checkpoint), RANDOM] if text.lower() in name.lower()]
+
+
+def search_strips(settings: Any, context: Context, text: str) -> list[str]:
+    """Return the names of the scene's sound strips that contain ``text``."""
+    return [strip.name for strip in compat.sound_strips(context.scene) if text.lower() in strip.name.lower()]
+
+
+def search_bones(item: Any, context: Context, text: str) -> list[str]:
+    """Return completions of a part's bones: the text up to the last comma, followed by any matching bone's name."""
+    before, comma, last = text.rpartition(",")
+    names = [bone.name for bone in item.id_data.data.bones if last.strip().lower() in bone.name.lower()]
+    return [f"{before}{comma} {name}".strip() for name in names[:50]]
+
+
+def _default(checkpoint: str) -> str:
+    speakers = speakers_and_controls(checkpoint)["speakers"]
+    return next((one["name"] for one in speakers if one["default"]), speakers[0]["name"] if speakers else "")

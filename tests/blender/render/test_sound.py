@@ -1,0 +1,54 @@
+import bpy
+import numpy as np
+import pytest
+from s2ag.core.errors import AudioUnreadable
+from s2ag.s2ag_blender import compat
+from s2ag.s2ag_blender.render.sound import add_sound
+from sounds import write_wav
+
+
+@pytest.fixture
+def recording(tmp_path):
+    """Two seconds of a tone."""
+    path = tmp_path / "voice – naïve.wav"
+    write_wav(path, 0.25 * np.sin(np.arange(32000) / 20))
+    try:
+        bpy.data.sounds.remove(bpy.data.sounds.load(str(path)))
+        scene = bpy.data.scenes.new("probe")
+        compat.sequencer_strips(scene.sequence_editor_create()).new_sound("probe", str(path), 1, 1)
+        bpy.data.scenes.remove(scene)
+    except RuntimeError as error:
+        pytest.skip(f"this Blender was built without sound: {error}")
+    return path
+
+
+def test_a_strip_at_the_start_frame_and_playback_that_follows_it(recording):
+    scene = bpy.context.scene
+    strip = add_sound(scene, recording, 20)
+    assert compat.strip_start(strip) == 20
+    assert compat.strip_end(strip) == pytest.approx(20 + 2 * scene.render.fps, abs=1)
+    assert scene.sync_mode == "AUDIO_SYNC"
+
+
+def test_a_strip_that_plays_it_from_there_will_do_and_no_other_is_moved(recording):
+    scene = bpy.context.scene
+    first = add_sound(scene, recording, 1)
+    first.frame_final_start = 20  # cut: what it plays still starts at frame 1
+    assert add_sound(scene, recording, 1).name == first.name
+    again = add_sound(scene, recording, 48)
+    assert again.name != first.name and compat.strip_start(again) == 48 and compat.strip_start(first) == 1
+    assert len(compat.sequencer_strips(scene.sequence_editor)) == 2
+
+
+def test_other_strips_keep_their_place(recording, tmp_path):
+    scene = bpy.context.scene
+    other = tmp_path / "other.wav"
+    other.write_bytes(recording.read_bytes())
+    first, second = add_sound(scene, recording, 5), add_sound(scene, other, 5)
+    assert compat.strip_start(first) == compat.strip_start(second) == 5
+    assert first.channel != second.channel
+
+
+def test_a_missing_file_is_told(tmp_path):
+    with pytest.raises(AudioUnreadable, match="does not exist"):
+        add_sound(bpy.context.scene, tmp_path / "none.wav", 1)

@@ -1,0 +1,83 @@
+"""Sliders that are keyed act over time, and styles begin at markers of the timeline."""
+
+import bpy
+import pytest
+from acted import press
+from s2ag.s2ag_blender import provenance
+from s2ag.s2ag_blender.takes import control_curves, generate, stored_settings, take_list
+
+
+def key(armature, name, *pairs):
+    for frame, value in pairs:
+        setattr(armature.s2ag, name, value)
+        armature.keyframe_insert(f"s2ag.{name}", frame=frame)
+
+
+def told(armature):
+    return provenance.read(armature.animation_data.action)
+
+
+def test_keyed_sliders_are_performed_over_time(speaker):
+    key(speaker, "arousal", (1, -0.5), (49, 0.75))
+    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
+    (points,) = told(speaker)["curves"].values()
+    assert points[0] == [0, -0.5] and points[-1][1] == 0.75
+    assert points == sorted(points) and 2 < len(points) < 40
+
+
+def test_a_take_goes_on_with_the_keys_of_its_sliders(speaker):
+    key(speaker, "intensity", (1, 0.5), (30, 1.2))
+    press(bpy.ops.s2ag.generate)
+    assert set(control_curves.keyed_curves(speaker)) == {"intensity"}
+    key(speaker, "intensity", (60, 0.8))
+    key(speaker, "rate", (1, 0.0), (60, 1.0))
+    press(bpy.ops.s2ag.generate)
+    assert len(control_curves.keyed_curves(speaker)["intensity"].keyframe_points) == 3
+    assert set(told(speaker)["curves"]) == {"intensity", "rate"}
+    bpy.context.scene.frame_set(60)
+    assert speaker.s2ag.intensity == pytest.approx(0.8) and speaker.s2ag.rate == pytest.approx(1)
+
+
+def test_what_is_level_is_the_plain_slider(speaker):
+    key(speaker, "dominance", (1, 0.4), (50, 0.4))
+    press(bpy.ops.s2ag.generate)
+    assert "curves" not in told(speaker) and told(speaker)["affect"]["dominance"] == 0.4
+
+
+def test_a_take_is_made_again_with_what_was_keyed_for_it(speaker):
+    key(speaker, "arousal", (1, -0.5), (49, 0.75))
+    press(bpy.ops.s2ag.generate)
+    action = speaker.animation_data.action
+    before = told(speaker)["curves"]
+    for curve in control_curves.keyed_curves(speaker).values():
+        curve.mute = True
+    planned = generate.plan(bpy.context, speaker, **take_list.remake_arguments(action))
+    assert planned.params["curves"] == before
+    stored_settings.restore(speaker.s2ag, told(speaker)["settings"])
+
+
+def test_saving_and_undo_keep_the_keys(speaker, tmp_path):
+    key(speaker, "valence", (1, -0.5), (49, 0.75))
+    press(bpy.ops.s2ag.generate)
+    before = told(speaker)["curves"]
+    path = str(tmp_path / "felt.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    (again,) = (item for item in bpy.data.objects if item.type == "ARMATURE")
+    assert set(control_curves.keyed_curves(again)) == {"valence"} and told(again)["curves"] == before
+
+
+def test_a_style_begins_at_a_marker(speaker):
+    marker = bpy.context.scene.timeline_markers.new("as calm lecturer", frame=25)
+    bpy.context.scene.timeline_markers.new("as it should be", frame=40)
+    outcome = generate.wait(bpy.context, generate.plan(bpy.context, speaker))
+    rate = bpy.context.scene.render.fps
+    assert told(speaker)["changes"] == [[pytest.approx((marker.frame - 1) / rate, abs=1e-3), "calm lecturer"]]
+    assert any("as it should be" in warning for warning in outcome.warnings)
+
+
+def test_a_character_listens_instead_of_speaking(speaker):
+    speaker.s2ag.listen = True
+    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
+    assert told(speaker)["listen"] is True and "listens" in told(speaker)
+    assert not (told(speaker).get("transcript") or told(speaker)["mirror"])

@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+from reaching import reaching
+from refining import apply
+from s2ag.core.motion import rest, skeleton
+from s2ag.core.synthesis.refine.reach_limit import reach_limit
+
+
+def beyond(pose: np.ndarray, side: int) -> float:
+    """Metres of a wrist beyond the body's middle."""
+    wrist = skeleton.to_positions(pose)[0, skeleton.EDGES[skeleton.ARMS[side][1]][1]]
+    return float(wrist[0]) * (-1 if side else 1)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+@pytest.mark.parametrize("height", [-0.1, 0.1])
+def test_a_wrist_at_the_other_shoulder_comes_back(side, height):
+    pose = reaching(side, height, 0.2)
+    assert beyond(pose, side) == pytest.approx(0.2, abs=1e-3)
+    made = apply(reach_limit, pose)
+    assert 0.08 < beyond(made, side) < 0.14
+    np.testing.assert_allclose(np.linalg.norm(made, axis=-1), 1, atol=1e-5)
+    others = [edge for edge in range(9) if edge not in skeleton.ARMS[side]]
+    np.testing.assert_array_equal(made[:, others], pose[:, others])
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_what_is_before_the_body_or_low_stays(side):
+    for pose in (reaching(side, 0.0, 0.04), reaching(side, -0.36, 0.2), rest.REST[None].astype(np.float32)):
+        np.testing.assert_allclose(apply(reach_limit, pose), pose, atol=1e-6)
+
+
+def test_given_frames_stay_and_the_ways_to_them_are_smooth():
+    still = np.repeat(reaching(1, 0.0, 0.2), 60, axis=0)
+    made = apply(reach_limit, still, np.array([30, 31]))
+    np.testing.assert_allclose(made[30:32], still[30:32], atol=1e-6)
+    np.testing.assert_allclose(made[[0, 59]], apply(reach_limit, still)[[0, 59]], atol=1e-6)
+    assert np.abs(np.diff(made, axis=0)).max() < 0.06
+
+
+def test_it_sets_in_smoothly():
+    places = [beyond(apply(reach_limit, reaching(1, -0.05, aside)), 1) for aside in np.arange(0.0, 0.25, 0.005)]
+    steps = np.diff(places)
+    assert (steps > 0).all() and steps.max() < 0.0056 and np.abs(np.diff(steps)).max() < 0.001
+
+
+def stretched(side: int, heading: float, lift: float = 0.0) -> np.ndarray:
+    """A pose (1, 9, 3) with one straight arm: degrees from straight ahead to the side, and above the shoulder."""
+    pose = rest.REST.astype(float).copy()[None]
+    turn, up = np.radians(heading), np.radians(lift)
+    out = 1.0 if side else -1.0
+    pose[0, list(skeleton.ARMS[side])] = [out * np.cos(up) * np.sin(turn), -np.sin(up), np.cos(up) * np.cos(turn)]
+    return pose.astype(np.float32)
+
+
+def wide(pose: np.ndarray, side: int) -> float:
+    """Metres of a wrist away from its own shoulder, to its side."""
+    points, (upper, lower) = skeleton.to_positions(pose)[0], skeleton.ARMS[side]
+    return float(points[skeleton.EDGES[lower][1], 0] - points[skeleton.EDGES[upper][0], 0]) * (1 if side else -1)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_an_arm_straight_out_to_the_side_is_brought_forward(side):
+    for lift in (0, 20):
+        pose = stretched(side, 84, lift)
+        made = apply(reach_limit, pose)
+        assert wide(pose, side) > 0.5 and 0.4 < wide(made, side) < 0.5
+        assert (made[0, list(skeleton.ARMS[side]), 2] > 0.4).all()
+    low = stretched(side, 84, -60)
+    np.testing.assert_allclose(apply(reach_limit, low), low, atol=1e-6)
+
+
+def test_arms_open_smoothly():
+    places = np.array([wide(apply(reach_limit, stretched(1, heading)), 1) for heading in range(0, 86)])
+    assert (np.diff(places) > -1e-6).all() and np.diff(places).max() < 0.0125 and np.abs(np.diff(places, 2)).max() < 0.002

@@ -1,0 +1,146 @@
+"""Who listens is at rest, and answers seldom and a little; who takes turns speaks in them and listens otherwise."""
+
+import numpy as np
+import pytest
+from s2ag.core.editing import provenance
+from s2ag.core.errors import UsageError
+from s2ag.core.motion import limits, skeleton
+from s2ag.core.sound import audio
+from s2ag.core.synthesis import listener_response
+from s2ag.core.synthesis.session import Request, Session
+from s2ag.core.words import markup, speaker_turns
+from s2ag.core.words.transcript import TimedTranscript
+from sounds import write_wav
+
+
+@pytest.fixture(scope="module")
+def session():
+    return Session(cache="off", remember=True)
+
+
+@pytest.fixture(scope="module")
+def speech(examples):
+    return audio.load(examples / "hello.flac")
+
+
+@pytest.fixture(scope="module")
+def dialogue(speech, tmp_path_factory):
+    """Two recordings: one speaks, then the other."""
+    folder, half = tmp_path_factory.mktemp("dialogue"), speech[: 8 * audio.SAMPLE_RATE]
+    for name, parts in (("anna", (half, 0 * half)), ("bert", (0 * half, half))):
+        write_wav(folder / f"{name}.wav", np.concatenate(parts))
+    return folder / "anna.wav", folder / "bert.wav"
+
+
+def fast(motion):
+    """Speed of the faster wrist in metres a second."""
+    return np.linalg.norm(np.diff(skeleton.wrists(motion.directions), axis=0), axis=-1).max(1) * skeleton.FPS
+
+
+def test_who_listens_is_at_rest_and_answers(session, examples):
+    made = [
+        session.synthesize(Request(examples / "hello.flac", seed=seed, listen=True, face=1.0)).motions[0] for seed in range(4)
+    ]
+    found = [answer for one in made for answer in one.meta["listens"]]
+    assert 0 < len(found) < 4 * made[0].duration / 1.8
+    assert sum(kind == "nod" for kind, _ in found) >= len(found) / 3
+    for motion in made:
+        assert fast(motion).max() < 0.1 and not motion.words
+        assert motion.face.weights[:, 0].max() < 0.05
+        turned = np.degrees(np.arccos(np.clip((motion.directions[1:, 2] * motion.directions[:-1, 2]).sum(-1), -1, 1)))
+        assert turned.max() * skeleton.FPS < 120
+        assert not limits.backward_elbows(motion.directions).any()
+    again = session.synthesize(provenance.request_from_meta(made[3].meta, examples / "hello.flac")).motions[0]
+    assert np.array_equal(again.directions, made[3].directions)
+
+
+def test_two_recordings_take_turns(session, dialogue):
+    anna, bert = dialogue
+    one = session.synthesize(Request(anna, seed=1, hears=bert)).motions[0]
+    other = session.synthesize(Request(bert, seed=1, hears=anna)).motions[0]
+    assert one.duration == other.duration
+    middle, room = len(one.directions) // 2, int(2 * skeleton.FPS)
+    for motion, own, listens in ((one, slice(0, middle - room), slice(middle + room, None)),
+                                 (other, slice(middle + room, None), slice(0, middle - room))):  # fmt: skip
+        assert fast(motion)[own].max() > 0.5 > 0.1 > fast(motion)[listens].max()
+        assert motion.meta["listens"] and all(at > 7 if motion is one else at < 9 for _, at in motion.meta["listens"])
+
+
+def test_a_transcript_with_names_tells_whose_turn_it_is(session, examples):
+    words = (examples / "hello.txt").read_text().split()
+    half = len(words) // 2
+    text = f"ANNA: {' '.join(words[:half])}\nBERT: {' '.join(words[half:])}"
+    anna, bert = (session.synthesize(Request(examples / "hello.flac", text=text, turn=who)) for who in ("Anna", "bert"))
+    assert len(anna.words) + len(bert.words) == len(markup.parse(text).tokens)
+    border = bert.words[0][1]
+    assert anna.words[-1][2] <= border
+    row = int(border * skeleton.FPS)
+    assert fast(anna.motions[0])[: row - 15].max() > 0.5 > 0.15 > fast(bert.motions[0])[: row - 15].max()
+    assert fast(bert.motions[0])[row + 15 :].max() > 0.5
+    with pytest.raises(UsageError, match="ANNA, BERT"):
+        session.synthesize(Request(examples / "hello.flac", text=text, turn="Carl"))
+
+
+def test_marks_count_the_words_of_one_speaker():
+    text = "ANNA: One two.\nBERT: {big} three *four*."
+    words = tuple((name, float(at), at + 0.5) for at, name in enumerate(("One", "two", "three", "four")))
+    marks = tuple(markup.parse(text).marks)
+    said, spans = speaker_turns.words_of_speaker(TimedTranscript(words, (1.0,) * 4, marks), text, "Bert")
+    assert [word for word, *_ in said.words] == ["three", "four"]
+    assert {(mark.kind, mark.first, mark.last) for mark in said.marks} == {("hint", 0, 2), ("stress", 1, 2)}
+    assert spans.tolist() == [[1.75, 3.75]]
+
+
+def test_answers_come_at_ends_of_phrases_that_are_heard():
+    phrases = np.stack([np.arange(0, 400, 4.0), np.arange(3, 403, 4.0)], 1)
+    hears = np.ones(405 * 15)
+    found = listener_response.draw_responses(phrases, hears, 3)
+    assert 0.5 < len(found) / len(phrases) < 0.95 and found == listener_response.draw_responses(phrases, hears, 3)
+    assert all(min(abs(one.at - end) for _, end in phrases) < 0.4 for one in found)
+    assert listener_response.draw_responses(phrases, 0 * hears, 3) == []
+
+
+def test_one_way_of_listening_at_a_time(dialogue):
+    with pytest.raises(UsageError, match="several ways"):
+        Request(dialogue[0], listen=True, hears=dialogue[1])
+
+
+def yaw(directions):
+    """Degrees ``(frames,)`` by which the head is turned to its left."""
+    neck = directions[:, skeleton.EDGE_NAMES.index("neck")]
+    return np.degrees(np.arctan2(-neck[:, 0], neck[:, 2]))
+
+
+@pytest.mark.parametrize("toward", [40.0, -30.0])
+@pytest.mark.parametrize("mirror", [False, True])
+def test_who_listens_looks_at_who_speaks(session, dialogue, toward, mirror):
+    anna, bert = dialogue
+    same = {"seed": 1, "hears": bert, "face": 1.0, "mirror": mirror}
+    straight = session.synthesize(Request(anna, **same)).motions[0]
+    looking = session.synthesize(Request(anna, **same, toward=toward)).motions[0]
+    turned = yaw(looking.directions) - yaw(straight.directions)
+    seconds = np.arange(len(turned)) / skeleton.FPS
+    assert np.median(turned[(seconds > 10) & (seconds < 15)]) == pytest.approx(toward, abs=3)
+    speaking = np.median(turned[(seconds > 1) & (seconds < 6)]) / toward
+    assert 0.3 < speaking < 0.7  # in pauses it listens
+    assert np.abs(np.diff(turned)).max() * skeleton.FPS < 120
+    others = [edge for edge in range(9) if edge not in listener_response.HEAD]
+    assert np.array_equal(looking.directions[:, others], straight.directions[:, others])
+    assert np.array_equal(looking.face.weights[:, 16:18], straight.face.weights[:, 16:18])  # eyes go with the head
+    again = session.synthesize(provenance.request_from_meta(looking.meta, anna, hears=bert)).motions[0]
+    assert np.array_equal(again.directions, looking.directions)
+
+
+def test_the_other_recording_may_begin_later(session, dialogue, tmp_path):
+    anna, bert = dialogue
+    sound = audio.load(bert)
+    write_wav(tmp_path / "late.wav", sound[3 * audio.SAMPLE_RATE :])
+    together = session.synthesize(Request(anna, seed=1, hears=bert)).motions[0]
+    later = session.synthesize(Request(anna, seed=1, hears=tmp_path / "late.wav", later=3.0)).motions[0]
+    assert np.array_equal(later.directions, together.directions)
+
+
+@pytest.mark.parametrize("wrong", [{"toward": 120.0}, {"toward": float("nan")}, {"later": float("inf")}])
+def test_nobody_stands_or_begins_nowhere(wrong):
+    with pytest.raises(UsageError):
+        Request("a.wav", **wrong)
