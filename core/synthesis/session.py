@@ -20,10 +20,12 @@ from ..words import language as languages
 from ..words import transcript
 from ..words.cache import Cache, default_folder
 from . import features, generation, postprocess, style_sequence
+from .features import SpeechFeatures
+from .generation import GeneratedTakes
 from .request import Request, Result
-from .session_cache import SessionCache, recording_key
-from .session_cache import recording as recording_of
+from .session_cache import SessionCache, recording_key, recording_settings
 from .stages import Stages
+from .style_sequence import StyleSequence
 
 
 class Session:
@@ -82,9 +84,7 @@ class Session:
             self._vectors = WordVectors.load(self._vectors_path)
         return self._vectors
 
-    def words(
-        self, sound: np.ndarray, request: Request, progress: Callable[[float], None] | None = None
-    ) -> transcript.TimedTranscript:
+    def words(self, sound: np.ndarray, request: Request, progress: Callable | None = None) -> transcript.TimedTranscript:
         """Return what is said in a recording ``(n,)`` at 16 kHz (:func:`transcript.timed_transcript`)."""
         options = replace(self._word_options, recognise=request.recognise)
         return transcript.timed_transcript(sound, request.transcript, request.text, progress, options)
@@ -125,7 +125,7 @@ class Session:
 
         Raises what :meth:`synthesize` raises, and :class:`UsageError` where the recordings or transcripts differ.
         """
-        if len(set(map(recording_of, requests))) != 1:
+        if len(set(map(recording_settings, requests))) != 1:
             raise UsageError("The requests are not about one recording.", "Make those of other recordings one by one.")
         stages, memory = Stages(progress, cancelled), self._memory or SessionCache()
         recording = recording_key(requests[0])
@@ -138,7 +138,7 @@ class Session:
             results.append(Result(motions, heard.words, warnings, dict(stages.seconds), performers.own))
         return results
 
-    def hear(self, request: Request, stages: Stages) -> tuple[features.SpeechFeatures, style_sequence.StyleSequence]:
+    def hear(self, request: Request, stages: Stages) -> tuple[SpeechFeatures, StyleSequence]:
         """Return a recording as its performers hear it, and the performers; the recording is remembered."""
         memory, recording = self._memory or SessionCache(), recording_key(request)
         heard, cast = self._hear([request], memory.heard(recording), stages)
@@ -146,8 +146,8 @@ class Session:
         return heard, cast[0]
 
     def _hear(
-        self, requests: Sequence[Request], known: features.SpeechFeatures | None, stages: Stages
-    ) -> tuple[features.SpeechFeatures, list[style_sequence.StyleSequence]]:
+        self, requests: Sequence[Request], known: SpeechFeatures | None, stages: Stages
+    ) -> tuple[SpeechFeatures, list[StyleSequence]]:
         """Hear the recording unless it is ``known``, and cast the performers of each request."""
         from ..sound import audio
 
@@ -162,13 +162,8 @@ class Session:
         return heard, [style_sequence.from_request(checkpoint, one, hinted) for one in requests] if hinted else cast
 
     def _draw(
-        self,
-        heard: features.SpeechFeatures,
-        cast: list[style_sequence.StyleSequence],
-        recording: tuple,
-        memory: SessionCache,
-        stages: Stages,
-    ) -> generation.GeneratedTakes:
+        self, heard: SpeechFeatures, cast: list[StyleSequence], recording: tuple, memory: SessionCache, stages: Stages
+    ) -> GeneratedTakes:
         """Draw the takes of all performers in one batch, unless they are remembered."""
         key = recording, *generation.cache_key(self.checkpoint, heard, cast)
         drawn = memory.made(key)
@@ -178,9 +173,7 @@ class Session:
         memory.keep(recording, heard, key, drawn)
         return drawn
 
-    def _finish(
-        self, heard: features.SpeechFeatures, performers: style_sequence.StyleSequence, drawn: generation.GeneratedTakes
-    ) -> list[Motion]:
+    def _finish(self, heard: SpeechFeatures, performers: StyleSequence, drawn: GeneratedTakes) -> list[Motion]:
         refined = postprocess.correct(self.checkpoint, heard, performers, drawn)
         return postprocess.express(self.checkpoint, heard, performers, refined)
 
@@ -192,7 +185,7 @@ def _other_weights(checkpoint: Any, request: Request) -> list[str]:
     return ["The take was made by earlier weights and cannot be made again by these: what is new shares its style alone."]
 
 
-def _skipped_hints(heard: features.SpeechFeatures, performers: style_sequence.StyleSequence) -> list[str]:
+def _skipped_hints(heard: SpeechFeatures, performers: StyleSequence) -> list[str]:
     """Return a warning where words begin styles, but the style of the request is a walk."""
     style, hinted = performers.request.style, dict.fromkeys(style or "usual" for _, style in heard.wishes.styles)
     if not hinted or len(styles.split_sequence(style)) < 2:

@@ -30,7 +30,7 @@ class SessionCache:
         self._heard, self._made = (recording, heard), (performers, made)
 
 
-def recording(request: Settings) -> tuple[str, ...]:
+def recording_settings(request: Settings) -> tuple[str, ...]:
     """Return the settings that identify a recording and its words, with paths as text."""
     return tuple(str(getattr(request, name)) for name in ("audio", *names_with(recording=True)))
 
@@ -42,4 +42,4 @@ def recording_key(request: Settings) -> tuple:
     files = [Path(path) for path in paths if path is not None]
     states = [(str(file), state.st_size, state.st_mtime_ns) for file in files if file.is_file() and (state := file.stat())]
     wanted = [getattr(request, name) != kinds[name].default for name in names_with(heard=True)]
-    return (*states, len(files), *recording(request), *wanted)
+    return (*states, len(files), *recording_settings(request), *wanted)

@@ -34,23 +34,18 @@ _SMOOTHING = 0.1
 
 
 def synthesize_pelvis(
-    directions: np.ndarray,
-    activity: np.ndarray,
-    words: Sequence[tuple] = (),
-    style: str = "",
-    seed: int = 0,
+    directions: np.ndarray, activity: np.ndarray, words: Sequence[tuple] = (), style: str = "", seed: int = 0,
     fps: float = skeleton.FPS,
-) -> Pelvis:
+) -> Pelvis:  # fmt: skip
     """Synthesise the pelvis for directions ``(frames, 9, 3)`` with voice ``activity`` ``(frames,)``; ``words`` are
     (word, start, end). Same directions, style and seed: the same pelvis.
     """
-    frames = len(directions)
     taste = np.random.default_rng((zlib.crc32(style.encode()), 0x57A9))
     rng = np.random.default_rng((seed, zlib.crc32(style.encode()), 0x57A9))
     life = liveliness(directions, fps)
     between = _CALM_GAP * (_LIVELY_GAP / _CALM_GAP) ** life * taste.uniform(0.75, 1.3)
-    track = _weight(frames, _pauses(activity, words, fps), between, rng, fps)
-    track += (0.7 + 0.5 * life) * _sway(frames, rng, fps)
+    track = _weight(len(directions), _pauses(activity, words, fps), between, rng, fps)
+    track += (0.7 + 0.5 * life) * _sway(len(directions), rng, fps)
     track = gaussian(track, _SMOOTHING * fps).astype(np.float32)
     return Pelvis(track[:, :3], track[:, 3:])
 

@@ -27,7 +27,7 @@ _AHEAD, _PAUSE_EASE = 0.1, 0.2
 _OF_LEVEL = prosody.FEATURE_NAMES.index("level")
 _RATIO = MFCC_RATE / skeleton.FPS
 
-Listen = Callable[[int, int], tuple[np.ndarray, np.ndarray, np.ndarray | None]]
+Inputs = Callable[[int, int], tuple[np.ndarray, np.ndarray, np.ndarray | None]]
 """MFCCs, word vectors and prosody of the frames from a first to a last one."""
 
 
@@ -71,7 +71,7 @@ class TimeWarp:
         """Convert values of the performance's frames ``(n, ...)`` to the recording's frames ``(frames, ...)``, float32."""
         return sample_cubic(values, self.places).astype(np.float32)
 
-    def heard(self, listen: Listen) -> Listen:
+    def heard(self, listen: Inputs) -> Inputs:
         """Wrap ``listen`` (the ``inputs`` of :func:`flow_sampling.sample`) so that it takes and gives the performance's
         frames.
         """

@@ -43,9 +43,7 @@ class Take:
     kept: "constraints.KeptFrames | None" = None
 
     def free(self, frames: int, given: np.ndarray | tuple | None = None) -> np.ndarray:
-        """How far each frame may be changed ``(frames,)``: 0 where it is given, 1 away from those
-        (:func:`constraints.freedom`).
-        """
+        """Return how far each frame may be changed ``(frames,)``: 0 where it is given, 1 away from those."""
         return constraints.freedom(frames, self.given if given is None else given)
 
 
