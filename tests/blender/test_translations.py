@@ -133,7 +133,7 @@ def texts_of_reasons():
                 for target, value in zip(parts, node.value.elts, strict=False):
                     if ast.unparse(target).endswith("stage"):
                         yield from literals(value)
-    for path in (FOLDER.parent / "core" / "performance").glob("*.py"):
+    for path in (FOLDER.parent / "core" / "synthesis").glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             if isinstance(node, ast.Call) and ast.unparse(node.func) in ("stages.run", "stages.within") and node.args:
                 yield from literals(node.args[0])

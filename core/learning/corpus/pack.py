@@ -48,7 +48,7 @@ def _meta(talks: list[Talk], words: list[str], seed: int, figures: dict) -> dict
         "controls": list(CONTROLS),
         "meanings": list(ALL_MEANINGS),
         "prosody": list(prosody.FEATURE_NAMES),
-        "mfcc": f"core.sound.mfcc.temporal_features of core.sound.audio.normalise_level, {HOP} samples at 16 kHz a frame",
+        "mfcc": f"core.sound.mfcc.temporal_features of core.sound.audio.level, {HOP} samples at 16 kHz a frame",
         "words": words,
         "recordings": [{"speech": f"{talk.index:04d}.npz", "kind": talk.kind, "words": talk.words} for talk in talks],
         "seed": seed,

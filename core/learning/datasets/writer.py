@@ -118,7 +118,7 @@ class _Writer:
         meta = {
             "format": FORMAT, "fps": self.fps, "source": source, "controls": list(CONTROLS),
             "prosody": list(prosody.FEATURE_NAMES),
-            "mfcc": f"core.sound.mfcc.temporal_features of core.sound.audio.normalise_level, {HOP} samples at 16 kHz a frame",
+            "mfcc": f"core.sound.mfcc.temporal_features of core.sound.audio.level, {HOP} samples at 16 kHz a frame",
             "words": words,
             "speakers": [{"name": name, "description": "", "rest": _rest(total)} for name, (_, total) in self.speakers.items()],
             "recordings": self.facts,

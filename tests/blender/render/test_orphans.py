@@ -21,7 +21,7 @@ with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
     job = Path(folder) / "job.json"
     job.write_text(sys.argv[1])
     print(folder, flush=True)
-    blender.run("film.job", str(job), progress=lambda stage, value: print(stage, value, flush=True), talk="all")
+    blender.run("render.job", str(job), progress=lambda stage, value: print(stage, value, flush=True), talk="all")
 """
 
 
