@@ -39,6 +39,7 @@ class Setting:
 
     low: float | None = None
     high: float | None = None
+    """Range of valid values, which is also the slider's."""
     usual: Any = SAME
     by_character: Callable[[str | None], float] | None = None
     """Default of commands as a function of the character's name (None: no character)."""

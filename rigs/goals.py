@@ -1,4 +1,4 @@
-"""Retargeting targets of a character's bones, shared by all solvers.
+"""Says where each part of a character's body should be, for all solvers; :mod:`retarget` turns that into rotations.
 
 D of a bone is its rotation away from rest in armature space. Upper arms and forearms take the motion's edge directions and
 hands follow. Torso, neck, head and clavicles add the motion's rotation away from the data's mean pose to the character's

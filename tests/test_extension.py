@@ -124,7 +124,7 @@ def test_nothing_in_the_zip_imports_what_is_left_out():
         for imported, line in statements(name)
         if imported in everything and imported not in inside and (name, imported) not in GUARDED
     ]
-    assert not wrong
+    assert not wrong, f"left out of the zip, or not yet known to git: {wrong}"
     at_start = {(name, imported) for name in inside for imported, _ in statements(name, nested=False)}
     ever = {(name, imported) for name in inside for imported, _ in statements(name) if imported not in inside}
     assert ever >= GUARDED and not at_start & GUARDED

@@ -33,7 +33,7 @@ class Regenerator:
         self._generated, self._last = np.zeros(self.heard.frames, bool), None
 
     def turned(self, changes: Sequence[tuple[float, str]]) -> "Regenerator":
-        """Return a filler with further style changes, as (seconds, style), or itself if there are none."""
+        """Return a regenerator with further style changes, as (seconds, style), or itself if there are none."""
         if not changes:
             return self
         return Regenerator(self.session, replace(self.request, changes=(*self.request.changes, *changes)), self.stages)

@@ -23,8 +23,8 @@ from a stroke's begin to its emphasis and from there to its end."""
 _SALT, _PAUSES = 0xACC, 0xACD
 _OF_LEVEL = prosody.FEATURE_NAMES.index("level")
 _ASKED, _PASSED = 0.85, 0.8
-"""Share of the performer's strokes that are asked for, and of the other accents that get none. With all of both, seeds are no
-farther apart and the voice is followed less."""
+"""Share of the performer's strokes that are asked for, and of the other accents that get none. At 1 for both, seeds
+are no farther apart, and gestures follow the voice less."""
 _STRETCH = 8.0
 """Seconds over which a performer's rate is kept."""
 _STRONG, _MAIN = 2.0, 0.3
@@ -50,7 +50,7 @@ _QUIET_PAUSES, _MIN_PAUSE, _RISING = 0.8, 0.1, 0.1
 """Share of the pauses between phrases that are asked to be without strokes, the shortest one in seconds, and the seconds before
 the next phrase in which hands may rise again."""
 _MAX_FACT = 600
-"""No number of a taste is larger."""
+"""Upper bound of a valid number of a taste."""
 _MIN_SIZE, _MIN_SHARE = 0.02, 0.2
 """Smallest size in metres, and the share of a size that the weakest accent keeps."""
 
@@ -99,9 +99,9 @@ def accent_channels(
     time, strength, main = np.array([(a.time, a.strength, a.main) for a in accents], float).T
     at = np.clip((time * skeleton.FPS).astype(int), 0, min(frames, len(rhythm.features)) - 1)
     level = rhythm.features[at, _OF_LEVEL]
-    taste_at = _by_speech(tastes[np.minimum(at, len(tastes) - 1)], arousal_estimate.arousal(rhythm, at), level)
+    taste_at = _adapt_to_speech(tastes[np.minimum(at, len(tastes) - 1)], arousal_estimate.arousal(rhythm, at), level)
     controls = {name: np.ravel(value)[np.minimum(at, np.size(value) - 1)] for name, value in wishes.items()}
-    taste_at = _by_controls(taste_at, controls)
+    taste_at = _adapt_to_controls(taste_at, controls)
     numbers = noise(key[0], key[1], 0, len(time), 6, key[2], _SALT)
     chance = uniform(numbers)
     readiness = strength + _MAIN * main + _LEVEL * level
@@ -116,7 +116,7 @@ def accent_channels(
     return stroke_requests.encode_requests(_outside(strokes, 1, 3, taken), _outside(still, 0, 1, taken), frames)
 
 
-def _by_speech(tastes: np.ndarray, arousal: np.ndarray, level: np.ndarray) -> np.ndarray:
+def _adapt_to_speech(tastes: np.ndarray, arousal: np.ndarray, level: np.ndarray) -> np.ndarray:
     """Return tastes ``(n, 8)`` with rate and size changed by the arousal and loudness of the speech."""
     result = tastes.copy()
     result[:, 0] *= np.exp2(_SPEECH_RATE * (arousal - 0.5))
@@ -131,7 +131,7 @@ def _quiet_pauses(phrases: np.ndarray, key: tuple) -> np.ndarray:
     return pauses[(chance < _QUIET_PAUSES) & (np.ptp(pauses, axis=1) > _MIN_PAUSE) & (pauses[:, 1] > pauses[:, 0])]
 
 
-def _by_controls(tastes: np.ndarray, wishes: Mapping[str, np.ndarray]) -> np.ndarray:
+def _adapt_to_controls(tastes: np.ndarray, wishes: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return tastes ``(n, 8)`` changed by the controls ``(n,)``."""
     result = tastes.copy()
     result[:, 0] *= np.exp2(_RATE_OCTAVES * wishes["rate"] + _RATE_AROUSAL * wishes["arousal"])

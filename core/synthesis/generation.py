@@ -12,7 +12,7 @@ from .features import SpeechFeatures
 from .style_sequence import StyleSequence
 
 _CALM, _CALM_EASE = 0.3, 0.2
-"""Share by which noise is less in silence, and the seconds over which that sets in."""
+"""Noise is reduced by this share in silence; seconds over which that sets in."""
 _NEAR_STROKE, _STROKE = 0.25, stroke_requests.CHANNELS.index("stroke")
 """Seconds beside a stroke in which arms do not count as idle, and the channel that says where strokes are."""
 

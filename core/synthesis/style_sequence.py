@@ -21,7 +21,8 @@ _MIN_INTENSITY = 0.2
 
 @dataclass(frozen=True)
 class StyleSequence:
-    """The styles of a ``request``'s takes: one, the steps of a walk, or styles that begin on the way.
+    """The styles of a ``request``'s takes: one, the steps of a walk (several styles in one recording), or styles
+    that begin on the way.
 
     ``style``: weights of speakers by name for each step; ``begins`` ``(steps - 1,)``: frames at which later styles begin, None
     for a walk; ``rests`` ``(steps, 9, 3)``: rest poses; ``latents`` ``(takes, steps, size)``; ``seeds``
@@ -148,7 +149,7 @@ def from_request(checkpoint: Any, request: Request, hinted: Sequence[tuple] = ()
 
 
 def draw_latents(checkpoint: Any, request: Request, weights: dict[int, float] | None) -> np.ndarray:
-    """Draw a style for each take ``(takes, size)``, steered by the controls, which takes after the first vary a little."""
+    """Draw a style for each take ``(takes, size)``, steered by the controls; these vary a little after the first take."""
     mean, deviation = checkpoint.network.speakers
     drawn = styles.sample_styles(weights, mean, deviation, request.seed, request.identities)
     if not checkpoint.config.controls or curves.has_control_curves(request):

@@ -37,8 +37,8 @@ __all__ = ["DRAWN", "FINISHED", "REGRESSED", "Body", "Refined", "Rule", "Take", 
 
 
 class Refined(NamedTuple):
-    """``directions`` ``(frames, 9, 3)`` float32; ``relaxed`` ``(frames, 2)``, how far each hand goes limp; ``hands`` where a
-    rule made them, and the directions ``under`` them.
+    """``directions`` ``(frames, 9, 3)`` float32; ``relaxed`` ``(frames, 2)``, how far each hand goes limp; ``hands`` if a
+    rule made any, and the directions ``under`` them, on which they were posed.
     """
 
     directions: np.ndarray

@@ -16,8 +16,7 @@ from .body import Body, Correction, Take
 
 _SALT = 0x51C
 _ROOM, _WAIT, _RAISED_WAIT = 0.2, 1.6, 0.5
-"""Metres within which a waiting wrist stays, seconds from which on it waits, and more of them before it sinks from as high as
-the shoulders."""
+"""A wrist waits if it stays within ``_ROOM`` metres for ``_WAIT`` s; at shoulder height it sinks ``_RAISED_WAIT`` s later."""
 _HARDLY = 0.1
 """Readiness below which arms that have sunk come up again."""
 _LOW, _HIGH = 0.38, 0.0
@@ -25,9 +24,9 @@ _LOW, _HIGH = 0.38, 0.0
 _SINK, _RISE, _BEFORE, _AFTER = 0.8, 0.6, 0.15, 0.2
 """Seconds in which an arm sinks and rises again, by how many it begins before it waits, and how late it is up again."""
 _MIN_DEPTH, _ASTRAY = 0.8, 0.15
-"""Share of the way to hanging that an arm goes at least, and how far it then is from where another one hangs."""
+"""Least share of the way to hanging, and the random offset of the place where an arm hangs."""
 _QUIET, _HANGING = 0.35, 0.12
-"""Seconds over which silence comes and goes; metres of a wrist from where it hangs in which it counts as hanging."""
+"""Seconds over which silence comes and goes; a wrist within so many metres of its hanging place counts as hanging."""
 _NUMBERS_APART, _OWN = 2.0, 0.3
 """Seconds between two of the numbers that decide, and how much each arm has of its own beside what both have."""
 
@@ -75,7 +74,7 @@ def _waits(wrist: np.ndarray) -> np.ndarray:
 def _chances(waits: np.ndarray, side: int, key: tuple) -> np.ndarray:
     """Numbers of each wait ``(n, 4)``, 0..1: whether the arm sinks, how far, and where aside and ahead it hangs then.
 
-    Both arms have nearly the same first one at the same time, and those of other waits change none.
+    The first number is nearly the same for both arms at one time. A wait's numbers depend on its own time alone.
     """
     at = waits.mean(axis=1) / (_NUMBERS_APART * skeleton.FPS)
     numbers = noise(key[0], key[1], 0, int(at.max(initial=0)) + 2, 9, key[2], _SALT).astype(float)

@@ -23,8 +23,8 @@ _NOSE = skeleton.EDGES[2][0]
 class Take:
     """What rules know of a take beside its poses.
 
-    ``given`` are the numbers of frames that must stay, ``seeds`` those that the network was given, which are the same and the
-    start pose; ``idle`` ``(frames,)`` in 0..1 says how far each frame is from the
+    ``given`` are the numbers of frames that must not change, ``seeds`` those and the start frame, all of which the network saw;
+    ``idle`` ``(frames,)`` in 0..1 says how far each frame is from the
     strokes that were asked for; ``ready`` ``(frames,)`` how readily waiting arms hang; ``key`` (seed, identity, weights of
     speakers) keys the take's random numbers (:func:`noise.noise`). ``pose`` ``(9, 3)`` or ``(frames, 9, 3)`` is the style's
     rest pose and ``gain`` how much a regressed performance is enlarged about it. ``drawn`` ``(frames, 9, 3)`` and ``numbers``
@@ -55,8 +55,8 @@ def dot(vectors: np.ndarray, *axes: np.ndarray) -> list[np.ndarray]:
 class Correction(NamedTuple):
     """New directions ``(n, edges, 3)`` of ``edges`` at ``frames`` ``(n,)``.
 
-    ``relaxed`` ``(n, 2)``: how far each hand goes limp with its arm. ``hands``: hands on the arms as they are before this
-    correction, for rules that make them.
+    ``relaxed`` ``(n, 2)``: how far each hand goes limp with its arm. ``hands``: hands that this rule makes, posed on the arms
+    before this correction.
     """
 
     edges: Sequence[int] = ()

@@ -14,11 +14,11 @@ from ...smoothing import gaussian, running_maximum
 from .body import Body, Correction, Take
 
 _SIZE, _MIN_SIZE = 0.15, 0.1
-"""Metres that a wrist rises and falls again in a whole throw, and up to which it is none."""
+"""Rise and fall in metres from which a movement is wholly a throw, and up to which it is none."""
 _MEASURED = 0.8
-"""Share of a smaller throw's ways that is timed, because the rest may take any time."""
+"""Share of rise and fall that is timed: slow starts and ends do not count."""
 _SLOW, _QUICK = 0.85, 0.67
-"""Seconds for the ways up and down together from which on they are no throw, and up to which they are one."""
+"""Seconds up and down together: slower than the first is no throw, quicker than the second is wholly one."""
 _TOGETHER = 0.2
 """Seconds between the tops of two arms up to which they are thrown together; at twice as many they are not."""
 _SMOOTHING, _AROUND, _EASE = 0.3, 0.2, 0.12
@@ -90,8 +90,9 @@ def _drop(height: np.ndarray) -> np.ndarray:
 
 
 def _way(below: np.ndarray) -> tuple[float, float]:
-    """Metres that a wrist goes down from its top, ``below`` it frame by frame, before it is higher again or a throw would be
-    over; and seconds until it is as low as a throw goes.
+    """Return how far (m) a wrist falls before it rises above its top or a throw's time is over, and how long (s) that takes.
+
+    ``below`` ``(n,)`` is its drop from the top at each frame.
     """
     below = below[: int(np.ceil(_SLOW * skeleton.FPS)) + 1]
     higher = np.flatnonzero(below < 0)

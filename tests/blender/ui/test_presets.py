@@ -96,6 +96,8 @@ def test_shipped_presets_are_plain_assignments_of_good_values(figure, path):
             assigned[node.targets[0].attr] = ast.literal_eval(node.value)
         else:
             assert ast.unparse(node) in ("import bpy", presets.SETTINGS)
+    missing = set(presets.VALUES) - OWN_RIG - set(assigned)
+    assert not missing, f"give every shipped preset a line for {', '.join(sorted(missing))}"
     assert set(assigned) == set(presets.VALUES) - OWN_RIG
     assert load(path) == {"FINISHED"}
     for name, value in assigned.items():
