@@ -13,17 +13,8 @@ import numpy as np
 from ..core.motion import quaternion
 from .collision_spheres import ALONG, FOREARM, UPPER, HandSpheres
 from .head_ellipsoid import TurningHead
-from .proportions import (
-    SIDES,
-    ArmOrigin,
-    TrunkShape,
-    chest_rotations,
-    envelope,
-    from_chest,
-    rotation_in_frame,
-    smooth,
-    to_trunk_frame,
-)
+from .proportions import SIDES, ArmOrigin, TrunkShape, chest_rotations, envelope, from_chest, rotation_in_frame, smooth
+from .proportions import to_trunk_frame as to_frame
 
 TOUCH = 0.01
 """Depth of intersection that counts as contact, in hand lengths: skin is soft."""
@@ -101,11 +92,11 @@ class _Trunk:
 
     def depth(self, points: np.ndarray, radius: np.ndarray | float, frames: Frames = _ALL) -> np.ndarray:
         """As :meth:`head_ellipsoid.TurningHead.depth`."""
-        return self.girth.depth(to_trunk_frame(self.girth, points, self.carry[frames]), radius)
+        return self.girth.depth(to_frame(self.girth, points, self.carry[frames]), radius)
 
     def outward(self, points: np.ndarray, side: float) -> np.ndarray:
         """As :meth:`head_ellipsoid.TurningHead.outward`."""
-        return self.girth.outward(to_trunk_frame(self.girth, points[:, None], self.carry)[:, 0], side)
+        return self.girth.outward(to_frame(self.girth, points[:, None], self.carry)[:, 0], side)
 
 
 class _Arm:

@@ -99,8 +99,7 @@ def test_real_worker_killed_in_mid_synthesis(random_checkpoint, examples):
 def test_killed_in_mid_job_says_so_and_the_next_request_works(start):
     client = start(
         "import os, json\n"
-        "first = not os.path.exists(__file__ + '.again')\n"
-        "open(__file__ + '.again', 'w').close()\n"
+        "first = not os.path.exists(__file__ + '.again'); open(__file__ + '.again', 'w').close()\n"
         "for line in open(0):\n"
         "    m = json.loads(line)\n"
         "    if first: print(json.dumps({'id': m['id'], 'event': 'progress', 'stage': 'align', 'value': 0.5}), flush=True)\n"
@@ -117,9 +116,10 @@ def test_killed_in_mid_job_says_so_and_the_next_request_works(start):
     assert client.call("hello") == {}
 
 
-@pytest.mark.parametrize(
-    "line", ["hello there", "[1]", '{"id": 1}', '{"id": 1, "result": 5}', '{"id": 1, "event": "progress", "value": "x"}']
-)
+NONSENSE = ["hello there", "[1]", '{"id": 1}', '{"id": 1, "result": 5}', '{"id": 1, "event": "progress", "value": "x"}']
+
+
+@pytest.mark.parametrize("line", NONSENSE)
 def test_nonsense_is_one_clear_error(start, line):
     client = start(f"input()\nprint({line!r}, flush=True)\nimport time; time.sleep(60)\n")
     with pytest.raises(WorkerFailed, match="nonsense"):
@@ -153,8 +153,7 @@ def test_worker_that_ends_at_once_gives_status_and_advice(start):
 def test_cancel_is_passed_on(start):
     client = start(
         "import json\n"
-        "for line in open(0):\n"
-        "    m = json.loads(line)\n"
+        "for m in map(json.loads, open(0)):\n"
         "    if m['method'] == 'cancel':\n"
         "        e = {'kind': 'Cancelled', 'message': 'Cancelled.', 'remedy': ''}\n"
         "        print(json.dumps({'id': m['id'], 'error': e}), flush=True)\n"
@@ -297,12 +296,7 @@ def test_a_python_that_was_named_is_not_replaced_by_a_thread(tmp_path):
 @pytest.mark.skipif(os.name == "nt", reason="needs POSIX")
 def test_a_package_of_another_version_is_refused_before_it_is_used(tmp_path, tone):
     python = tmp_path / "python"
-    older = (
-        "import sys\n"
-        "import s2ag.core.worker.server as worker\n"
-        "worker.VERSION = '0.0.1'\n"
-        "sys.exit(worker.main())\n"
-    )
+    older = "import sys, s2ag.core.worker.server as worker\nworker.VERSION = '0.0.1'\nsys.exit(worker.main())\n"
     (tmp_path / "older.py").write_text(older)
     python.write_text(f"#!/bin/sh\nexec {sys.executable} {tmp_path / 'older.py'}\n")
     python.chmod(0o755)
@@ -316,10 +310,8 @@ def test_a_package_of_another_version_is_refused_before_it_is_used(tmp_path, ton
 def test_a_python_without_the_package_is_one_sentence(monkeypatch, tmp_path):
     monkeypatch.delenv("PYTHONPATH", raising=False)
     subprocess.run([sys.executable, "-I", "-m", "venv", "--without-pip", str(tmp_path / "bare")], check=True)
-    with (
-        WorkerClient(python=interpreter.find_python(tmp_path / "bare")) as client,
-        pytest.raises(EngineMissing, match="does not have the package s2ag.*pip install"),
-    ):
+    wanted = pytest.raises(EngineMissing, match="does not have the package s2ag.*pip install")
+    with WorkerClient(python=interpreter.find_python(tmp_path / "bare")) as client, wanted:
         client.call("hello")
 
 
@@ -334,9 +326,8 @@ def test_the_thread_brings_nothing_heavy_into_blender(tmp_path):
         "print(*{name.split('.')[0] for name in sys.modules})\n"
     )
     clean = {name: value for name, value in os.environ.items() if name != "S2AG_PYTHON"}
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path / "python3")], capture_output=True, text=True, check=True, env=clean
-    )
+    command = [sys.executable, "-c", code, str(tmp_path / "python3")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=clean)
     assert not {"torch", "scipy", "librosa", "av", "gensim"} & set(done.stdout.split())
 
 

@@ -124,9 +124,8 @@ def test_what_is_performed_once_is_bent_to_another_core(director, request_, base
     assert regeneration.speed_excess(base, bent, places) < 0.5  # led to it, not jumped
     jumped = filler.fill(base, places, core, 7, held, again=True)[0].directions.copy()
     jumped[other.frames] = other.directions
-    assert regeneration.speed_excess(base, bent, places) <= regeneration.speed_excess(
-        base, replace(bent, directions=jumped), places
-    )
+    sudden = replace(bent, directions=jumped)
+    assert regeneration.speed_excess(base, bent, places) <= regeneration.speed_excess(base, sudden, places)
 
 
 def test_a_core_takes_more_or_less_time_and_comes_later(base):
@@ -335,9 +334,8 @@ def test_a_file_knows_the_styles_and_poses_of_its_edits(director, request_, afte
     first += [{"do": "pose", "at": 90 / skeleton.FPS, "directions": base.directions[88].tolist()}]
     reroll = {"do": "reroll", "from": one.at - 1.0, "to": two.at + 1.0, "seed": 4}
     before, together = after(*first)[0], after(*first, reroll)[0]
-    apart, _ = director.apply(
-        provenance.request_from_meta(base.meta, request_.audio, transcript=request_.transcript), before, [reroll]
-    )
+    wanted = provenance.request_from_meta(base.meta, request_.audio, transcript=request_.transcript)
+    apart, _ = director.apply(wanted, before, [reroll])
     assert len(touched(before, together)) and not len(touched(together, apart))
 
 
