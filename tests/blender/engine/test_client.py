@@ -316,7 +316,6 @@ def test_a_python_without_the_package_is_one_sentence(monkeypatch, tmp_path):
 
 
 def test_the_thread_brings_nothing_heavy_into_blender(tmp_path):
-    """What its process would import is numpy's alone, too."""
     code = (
         "import sys\n"
         "sys.executable = sys.argv[1]\n"
@@ -326,7 +325,7 @@ def test_the_thread_brings_nothing_heavy_into_blender(tmp_path):
         "print(*{name.split('.')[0] for name in sys.modules})\n"
     )
     clean = {name: value for name, value in os.environ.items() if name != "S2AG_PYTHON"}
-    command = [sys.executable, "-c", code, str(tmp_path / "python3")]
+    command = [sys.executable, "-c", code, tmp_path / "python3"]
     done = subprocess.run(command, capture_output=True, text=True, check=True, env=clean)
     assert not {"torch", "scipy", "librosa", "av", "gensim"} & set(done.stdout.split())
 
