@@ -56,7 +56,8 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, r
     request, meta = performers.request, _meta(checkpoint, performers.request, heard, performers)
     pose, size = performers.rest(heard.frames), curves.sample(request, "intensity", heard.frames)
     still = rest.RestBlend.of(heard.activity, request.pose is None)
-    last = refine.Take(kept=kept_frames(request, heard.frames))
+    kept = kept_frames(request, heard.frames)
+    last = refine.Take(kept.frames, kept=kept)
     # Only networks that were trained with meanings get gestures of the vocabulary.
     vocabulary = heard.shows if checkpoint.meanings else None
     occasions = gesture_selection.find_occasions(vocabulary, heard.words) if vocabulary else {}
@@ -117,8 +118,7 @@ def synthesize_face(request: Request, heard: SpeechFeatures, take: int, directio
     """Return the face of a finished performance; None where none is asked for."""
     if not request.face or heard.spoken is None:
         return None
-    count = len(heard.spoken.loudness)
-    about = curves.affects(request, count, RATE), request.face, request.face_smoothness
+    about = curves.affects(request, len(heard.spoken.loudness), RATE), request.face, request.face_smoothness
     return animation.make_face(heard.spoken, directions, request.seed + take, *about)
 
 

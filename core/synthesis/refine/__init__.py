@@ -1,7 +1,7 @@
 """Corrections of what networks draw, as ordered lists of rules.
 
-A rule looks at a :class:`body.Body` and yields corrections; :func:`refine` applies a list of them. To add a rule, write it in a
-file of its own here and put it where it belongs in :data:`DRAWN`; an ablation is another list.
+A rule looks at a :class:`body.Body` and yields corrections; :func:`refine` applies a list, an ablation is another one. To add a
+rule, write a file here and put it into :data:`DRAWN` or, if it must hold in the end, before the last of :data:`FINISHED`.
 """
 
 from collections.abc import Sequence

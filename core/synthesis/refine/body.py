@@ -111,7 +111,7 @@ class Arm:
 
 
 class Body:
-    """Unit directions ``(frames, 9, 3)`` with what rules ask of them."""
+    """Unit directions ``(frames, 9, 3)`` with what rules ask of them: x right, y down, z forward (:mod:`skeleton`)."""
 
     def __init__(self, directions: np.ndarray):
         self.directions = directions
