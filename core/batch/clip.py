@@ -106,7 +106,7 @@ class Clip(_Row):
 
     @classmethod
     def of(cls, plain: dict) -> "Clip":
-        """Return the clip that :meth:`skeleton` returned as JSON."""
+        """Return the clip that :meth:`plain` returned as JSON."""
         pairs = {name: tuple(plain[name]) for name in ("outputs", "resolution") if plain.get(name)}
         return replace(cls(**plain), **pairs)
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..smoothing import gaussian
 from . import skeleton
+from .interpolation import true_runs
 from .skeleton import REST
 
 SETTLE_AFTER = 0.7  # seconds of silence before the hands start to sink
@@ -44,8 +45,7 @@ def settle_weight(activity: np.ndarray, fps: float = skeleton.FPS, at_rest: bool
     """
     frames = len(activity)
     weight = np.zeros(frames)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], activity < 0.5, [0]]).astype(int)))
-    for start, end in edges.reshape(-1, 2):
+    for start, end in true_runs(activity < 0.5).tolist():
         time = np.arange(start, end)
         sink = (time - start) / fps - SETTLE_AFTER if start or not at_rest else np.full(len(time), SETTLE_TIME)
         rise = (end - time) / fps if end < frames else np.full(len(time), RAISE_TIME)
