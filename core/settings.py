@@ -278,7 +278,7 @@ CURVES = tuple(one.name for one in sliders(Settings) if one.curve)
 
 
 def names_with(**about: object) -> tuple[str, ...]:
-    """Return the names of the settings with these attributes, as in ``names_with(meta="set")``; of an attribute that is a tuple,
+    """Return the names of the settings with these attributes, as in ``names_with(meta="set")``; of a tuple
     one element suffices, as in ``names_with(restored="face")``.
     """
 
