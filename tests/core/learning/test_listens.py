@@ -1,0 +1,150 @@
+"""Figures of what a network listens to, on performers of whom it is known."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("scipy", reason="the engine is not installed")
+
+from s2ag.core.errors import UsageError  # noqa: E402
+from s2ag.core.learning.evaluate.generation import write_wave  # noqa: E402
+from s2ag.core.learning.evaluate.listens import bearing, emotion, one_seed, recordings, sliders  # noqa: E402
+from s2ag.core.motion import rest, skeleton  # noqa: E402
+
+RATE = 16000
+
+
+def waving(frames, size=0.3, seed=0, style=""):
+    """Both forearms wander about the rest pose, by ``size``; another seed or style wanders elsewhere."""
+    random = np.random.default_rng([seed, *map(ord, style)])
+    path = np.cumsum(random.normal(size=(frames, 2, 3)), axis=0)
+    path = (path - path.mean(axis=0)) / np.maximum(path.std(axis=0), 1e-9)
+    motion = np.tile(rest.REST, (frames, 1, 1)).astype(float)
+    motion[:, [5, 8]] += size * path
+    return skeleton.normalize(motion)
+
+
+class Performer:
+    """Stands for a generator; ``listens``: whether loudness moves the arms and the sound is a part of the chance."""
+
+    def __init__(self, listens):
+        self.listens, self.lengths = listens, []
+
+    def perform(self, talk, wishes):
+        frames = int(len(talk.audio) / RATE * skeleton.FPS)
+        self.lengths.append(frames)
+        loud = np.sqrt(np.mean(talk.audio[-RATE:] ** 2)) if self.listens else 0.1
+        own = int(1e6 * loud) if self.listens else 0
+        arousal = [wish.controls.get("arousal", 0) for wish in wishes]
+        return [
+            waving(frames, 2 * loud * 2**value, wish.seed + own, wish.style)[None]
+            for wish, value in zip(wishes, arousal, strict=True)
+        ]
+
+
+def said(name, loud, seconds=3.0):
+    return recordings.plain(name, loud * np.sin(np.arange(int(seconds * RATE)) * 0.05))
+
+
+def acted():
+    loud = {"anger": 0.4, "joy": 0.5, "sadness": 0.1, "boredom": 0.15}
+    return [recordings.Acted(said(f"{name}{k}", value + 0.01 * k), name) for name, value in loud.items() for k in range(3)]
+
+
+def test_bearing_of_poses_that_are_known():
+    still = np.tile(rest.REST, (30, 1, 1))
+    measured = bearing.measure(still)
+    assert measured["speed"] == 0 and measured["lean"] == pytest.approx(-5.2, abs=0.1)
+    wide, up, bent, raised = (still.copy() for _ in range(4))
+    wide[:, [4, 7], 0] *= 3
+    up[:, [5, 8], 1] *= -1
+    bent[:, [0, 2], 2] += 0.2
+    raised[:, [3, 6], 1] -= 0.2
+    changed = [bearing.measure(skeleton.normalize(one)) for one in (wide, up, bent, raised)]
+    assert changed[0]["openness"] > measured["openness"] + 0.1
+    assert changed[1]["height"] > measured["height"] + 0.5
+    assert changed[2]["lean"] > measured["lean"] + 10 and changed[2]["chin"] < measured["chin"] - 5
+    assert changed[3]["shoulders"] > measured["shoulders"] + 8
+    turning = still.copy()
+    angle = np.arange(30) / 15
+    turning[:, 5] = np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=1)
+    assert bearing.measure(turning)["speed"] == pytest.approx(0.33 / 2, rel=0.01)  # one forearm, a radian a second
+
+
+def test_paths_correlate_with_themselves_and_not_with_others():
+    first, other = waving(400), waving(400, seed=7)
+    assert bearing.path_correlation(first, first[:300]) == pytest.approx(1)
+    assert abs(bearing.path_correlation(first, other)) < 0.6
+    assert bearing.path_correlation(first, np.tile(rest.REST, (400, 1, 1))) == pytest.approx(0, abs=1e-9)
+
+
+def test_share_above_counts_pairs():
+    assert emotion.share_above(np.array([2.0, 3.0]), np.array([1.0, 2.0])) == pytest.approx(0.875)
+    assert np.isnan(emotion.share_above(np.zeros(0), np.ones(2)))
+
+
+def test_emotion_is_told_by_who_listens_and_not_by_who_does_not():
+    cast, reading = ["calm", "lively"], 0.02 * np.ones(8 * RATE)
+    result = emotion.measure(Performer(True), acted(), cast, 2, reading)
+    assert set(result["told"]) == set(cast) and result["recordings"] == 12
+    for style in cast:
+        assert result["told"][style]["speed"] == 1 and result["told_after_reading"][style]["speed"] > 0.85
+        assert result["means"][style]["anger"]["speed"] > 2 * result["means"][style]["sadness"]["speed"]
+    deaf = emotion.measure(Performer(False), acted(), cast)
+    assert all(deaf["told"][style] == {"speed": 0.5, "height": 0.5, "openness": 0.5} for style in cast)
+
+
+def test_labels_on_the_slider_are_told():
+    labelled = emotion.perform(
+        Performer(False), acted(), ["calm"], controls=lambda one: {"arousal": 1 if one.emotion in recordings.HIGH else -1}
+    )
+    assert emotion.told(labelled, [one.emotion for one in acted()])["calm"]["speed"] == 1
+
+
+def test_names_tell_the_emotion():
+    names = {
+        "angry-2": "anger", "03a01Fa": "joy", "16b10Wb": "anger", "03a04Ad": "fear", "03-01-04-01-02-01-12": "sadness",
+        "whisper": "", "madness": "", "03a07La": "boredom", "it was sad_3": "sadness", "03-01-07-01-02-01-12": "",
+    }  # fmt: skip
+    assert {name: recordings.emotion_of(name) for name in names} == names
+
+
+def test_acted_speech_is_found_by_names_folders_and_table(tmp_path):
+    with pytest.raises(UsageError, match="no acted speech"):
+        recordings.load_acted(tmp_path)
+    (tmp_path / "sad").mkdir()
+    for name in ("angry.wav", "sad/one.wav", "other.wav"):
+        write_wave(np.zeros(RATE), tmp_path / name)
+    assert [(one.talk.name, one.emotion) for one in recordings.load_acted(tmp_path)] == [
+        ("angry", "anger"),
+        ("sad-one", "sadness"),
+    ]
+    (tmp_path / recordings.LABELS).write_text("file,emotion\nother.wav,happy\n", "utf-8")
+    assert [(one.talk.name, one.emotion) for one in recordings.load_acted(tmp_path)] == [("other", "joy")]
+
+
+def test_a_reading_comes_before_and_is_as_loud():
+    talk, start = recordings.preceded(said("line", 0.2), 0.01 * np.sin(np.arange(4 * RATE) * 0.03))
+    assert start == 4.5 and len(talk.audio) == 7.5 * RATE
+    assert np.std(talk.audio[: 4 * RATE]) == pytest.approx(np.std(talk.audio[int(4.5 * RATE) :]), rel=0.01)
+
+
+def test_one_seed_tells_who_dances_alike():
+    talks = [said("a", 0.2, 20), said("b", 0.3, 16), said("c", 0.35, 18)]
+    deaf = one_seed.measure(Performer(False), talks, ["calm", "lively"])
+    assert deaf["most_alike"] > 0.5 > abs(deaf["two_seeds"])  # a path about another mean correlates a little less
+    hears = one_seed.measure(Performer(True), talks, ["calm", "lively"])
+    assert hears["two_recordings"] < deaf["two_recordings"] - 0.3
+
+
+def test_the_closest_pair_of_beginnings_is_named():
+    talks = [said("a", 0.2), said("b", 0.3), said("a again", 0.2), said("c", 0.4)]
+    result = one_seed.beginnings(Performer(True), talks, "calm")
+    assert result["pair"] == ["a", "a again"] and result["closest"] == pytest.approx(0, abs=0.1)
+    assert result["most_alike"] == pytest.approx(1) and result["median"] > 5 and result["two_seeds"] > 5
+
+
+def test_sliders_are_ratios_to_the_middle():
+    result = sliders.measure(Performer(True), [said("a", 0.05, 8)], ["calm", "lively"])
+    assert result["arousal"]["low"]["speed"] < 0.7 < 1.3 < result["arousal"]["high"]["speed"]
+    assert result["valence"]["high"]["speed"] == 1 and result["dominance"]["low"]["lean"] == 0
+    assert set(result["arousal"]["low"]["speeds"]) == {"calm", "lively"}
