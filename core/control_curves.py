@@ -84,6 +84,12 @@ def load(path: str | PathLike) -> dict:
     return {"curves": check_curves(content.get("curves", {})), "changes": check_changes(content.get("styles", ()))}
 
 
+def of(options: Any) -> dict:
+    """Return what :func:`load` returns of the document that the options of a command or a row of a manifest name, or {}."""
+    path = getattr(options, "curves", None)
+    return {} if path is None else load(path)
+
+
 def save(path: str | PathLike, curves: Mapping, changes: Sequence = ()) -> None:
     """Write a document of curves, atomically."""
     content = {"format": FORMAT, "curves": check_curves(curves), "styles": [list(turn) for turn in check_changes(changes)]}

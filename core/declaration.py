@@ -75,6 +75,8 @@ class Setting:
     """Whether the features of a recording depend on its value, so that requests that differ in it do not share them."""
     heard: bool = False
     """Whether the features of a recording depend on its being set at all."""
+    timed: bool = False
+    """Whether it names seconds or frames of the recording, so that it means nothing for another one."""
     words: bool = False
     """Whether it says where the words come from."""
     cell: tuple[str, ...] = ()

@@ -123,10 +123,10 @@ class Settings:
         label="Hand", tip="-1 prefers the left hand; 1 the right; 0 is the performer's own habit",
     )  # fmt: skip
     curves: dict[str, list] = setting(
-        dict, kind="document", column=True, cell=("own",), meta="set", restored=("arms",),
+        dict, kind="document", timed=True, column=True, cell=("own",), meta="set", restored=("arms",),
         metavar="FILE", help="controls, intensity and style over time: a JSON document of curves (see docs/directing.md)",
     )  # fmt: skip
-    changes: tuple = setting((), kind="list", meta="set", restored=("arms",))
+    changes: tuple = setting((), kind="list", timed=True, meta="set", restored=("arms",))
     meaning: float = setting(
         1.0, low=0.0, high=1.0, column=True, cell=("own", "sheet"), meta="always", restored=("arms",), metavar="X",
         help='how readily phrases as in "I don\'t know" get gestures of their own, 0 to 1 (default 1: as the performer would)',
@@ -195,7 +195,7 @@ class Settings:
     )  # fmt: skip
     pose: "np.ndarray | None" = setting(None, kind="list")
     end_pose: "np.ndarray | None" = setting(None, kind="list")
-    kept: tuple | None = setting(None, kind="list")
+    kept: tuple | None = setting(None, kind="list", timed=True)
     near: tuple = setting((), kind="list")
     spread: float = setting(0.0)
     step: int = setting(1)

@@ -5,13 +5,13 @@ measure). A file names a setting where it has
 
 - an attribute of that name on something that holds settings: an expression whose last word is one of :data:`HOLDERS`
   (``self.request.hands``, ``options.hands``, ``armature.s2ag.hands``), or ``self`` in a class of :data:`CLASSES`;
-- a string constant that is the name, anywhere but in docstrings;
+- a string constant that is the name, anywhere but in docstrings, unless it is a key of :data:`DOCUMENTS`, a kind or a group;
 - a keyword of that name in a call of :data:`CALLS`, all of which make or change settings;
 - an annotated field of that name in a class of :data:`CLASSES`.
 
 The same word for something else is not counted: the ``hands`` of a motion, the ``turn`` of a pelvis, the ``rate`` of a sound
-file. Attributes and keywords are told apart by what they belong to. A string cannot be: :data:`ELSEWHERE` lists files, each of
-them read, in which the string is something else.
+file. Attributes and keywords are told apart by what they belong to, keys by the mapping. What is left is read:
+:data:`ELSEWHERE` lists files in which the word is always something else.
 """
 
 import ast
@@ -25,16 +25,30 @@ ROOT = Path(__file__).resolve().parents[1]
 MOST = 5
 """Files that may name a setting of how a performance is made."""
 INPUTS = {
-    "transcript": 20, "text": 13, "recognise": 9, "style": 25, "seed": 16, "take": 11, "takes": 23, "near": 6, "pose": 13,
-    "end_pose": 8, "kept": 7, "curves": 11, "changes": 9, "checkpoint": 25, "edits": 14,
+    "style": 16, "takes": 13, "checkpoint": 10, "seed": 9, "transcript": 8, "pose": 7, "changes": 7, "curves": 6,
 }  # fmt: skip
-"""What is performed rather than how: words, who performs, which take it is, frames that are given, documents and weights. Their
-names stand in files of their own kind, too (provenance, edits, records of batches, Blender's own fields of the panel), which
-cannot be told from the setting by its string. Not to grow.
+"""Settings that more files name, each of which does something of its own with it; not to grow.
+
+- ``style``: who performs: synthesis, sheets of samples, the worker and batches each look it up among the speakers of the
+  checkpoint at hand; in the panel it has a menu of its own, and presets hold it.
+- ``takes``: how many files there will be is known before anything is made, by every command, batches and the panel.
+- ``checkpoint``: each program describes the weights before it loads any (speakers, controls, hash).
+- ``seed``: wherever chance is drawn: latents, noise, accents, hands, stance, eyes, attempts at an edit.
+- ``transcript``: found beside the recording by the command line, manifests and the panel, which shows what it found.
+- ``pose``, ``changes``, ``curves``: what each stage makes of the first pose, of styles and of controls over time.
 """
 HOLDERS = {"request", "settings", "options", "params", "wanted", "clip", "s2ag", "sheet", "cell", "kept"}
 CLASSES = {"Request", "Clip", "Sheet", "Cell", "Settings", "Models", "Documents", "Affects", "Session", "S2AG_Settings"}
 CALLS = {"Request", "Session", "Clip", "Sheet", "Cell", "again", "plan", "dict", "carried", "request"}
+DOCUMENTS = {"meta", "edit", "edits", "content", "facts", "found", "result", "segment", "best", "data"}
+DOCUMENTS |= {"read", "require", "origin", "_KINDS"}
+"""Mappings that are no settings: provenance, edits, facts of an engine, its replies, transcripts of other tools."""
+BLENDERS = {"takes", "curves", "end_pose"}
+"""Properties of the panel that share only the name: the list of a character's takes, whether every frame or only poses are
+keyed, and how a take ends (a choice).
+"""
+_EDITS = "core/editing/edits.py", "core/editing/edit_actions.py", "core/editing/targets.py"  # kinds of edits
+_STATED = ("core/synthesis/postprocess.py",)  # keys of provenance
 ELSEWHERE: dict[str, tuple[str, ...]] = {
     "hand": (  # of a gesture or an edit; a bone or its part of a rig
         *("core/editing/", "core/motion/stroke_requests.py", "rigs/", "s2ag_blender/characters/", "s2ag_blender/rig/"),
@@ -57,11 +71,29 @@ ELSEWHERE: dict[str, tuple[str, ...]] = {
     "vectors": ("core/cli/data.py", "s2ag_blender/engine/"),  # what is made of them
     "vocabulary": ("core/cli/checkpoint.py", "core/model/"),  # words of an imported network
     "device": ("core/cli/", "s2ag_blender/"),  # of training, of Blender's renderer
-    "curves": ("core/control_curves.py",),  # keys of documents
-    "style": ("core/sampling/style_map.py",),
-    "seed": ("core/sampling/style_map.py",),
-    "take": ("core/sampling/style_map.py",),
-    "checkpoint": ("core/cli/parser.py", "core/sampling/style_map.py"),  # a command
+    "curves": ("s2ag_blender/keys/", "s2ag_blender/ui/subpanels.py"),  # BLENDERS
+    "end_pose": ("s2ag_blender/",),
+    "takes": ("s2ag_blender/takes/stored_settings.py", "s2ag_blender/ui/subpanels.py"),
+    "kept": ("s2ag_blender/takes/take_list.py",),  # an argument of plan, the settings of a take
+    "pose": (*_EDITS, "s2ag_blender/takes/constraints.py"),
+    "style": (*_EDITS, "core/batch/manifest.py", "core/declaration.py", "core/sampling/style_map.py", *_STATED),  # a kind
+    "seed": (  # of an edit, of the program that places words, of a study
+        *("core/editing/edits.py", "core/words/aligner/sphinx_engine.py", "core/cli/study.py"),
+        *("s2ag_blender/takes/gesture_edits.py", "core/sampling/style_map.py"),
+    ),
+    "take": (  # a motion file, a word, and the number in a record or in provenance
+        *("core/cli/edit.py", "core/words/hints.py", "core/batch/summary.py", *_STATED, "core/sampling/style_map.py"),
+    ),
+    "near": _STATED,
+    "transcript": ("core/words/readers/", *_STATED),  # a key of other programs' files
+    "text": (  # a kind of setting, a key of other programs' files, an argument of Blender's
+        *("core/batch/manifest.py", "core/declaration.py", "core/words/readers/", "s2ag_blender/ui/setting_properties.py"),
+    ),
+    "recognise": ("core/words/transcript.py",),  # a name in the cache
+    "checkpoint": (  # a command, a check's name, a hash in a sheet
+        *("core/cli/parser.py", "core/cli/machine_checks.py", "core/sampling/", "core/worker/inventory.py", *_STATED),
+    ),
+    "edits": ("core/worker/server.py", "core/editing/edit_actions.py"),  # the parameter has what the document says
     "step": ("s2ag_blender/ui/setting_properties.py",),  # of a slider's arrows
 }
 """Setting -> files, or folders, in which the same string is something else."""
@@ -79,20 +111,55 @@ def _last(node):
     return node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
 
 
-def _names(tree):
+def _receivers(node):
+    """Last words of what a key is looked up in: ``meta`` of ``motion.meta``, ``read`` of ``(read(action) or {})``."""
+    if isinstance(node, ast.BoolOp):
+        return set().union(*map(_receivers, node.values))
+    return {_last(node.func if isinstance(node, ast.Call) else node)}
+
+
+def _of_documents(tree):
+    """Identities of string constants that structure tells to be something else: keys of documents, kinds and groups."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Subscript) and _receivers(node.value) & DOCUMENTS:
+            yield id(node.slice)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("get", "pop"):
+            if node.args and _receivers(node.func.value) & DOCUMENTS:
+                yield id(node.args[0])
+        elif isinstance(node, ast.Compare):
+            yield from _of_comparison(node.left, node.ops[0], node.comparators[0])
+        elif isinstance(node, ast.Assign | ast.AugAssign) and isinstance(node.value, ast.Dict):
+            target = node.targets[0] if isinstance(node, ast.Assign) else node.target
+            if _last(target) in DOCUMENTS:
+                yield from map(id, node.value.keys)
+        elif isinstance(node, ast.keyword) and node.arg in ("kind", "group"):
+            yield id(node.value)
+
+
+def _of_comparison(left, how, right):
+    if isinstance(how, ast.In | ast.NotIn) and _receivers(right) & DOCUMENTS:
+        yield id(left)
+    elif isinstance(left, ast.Subscript) and _receivers(left.value) & DOCUMENTS or _last(left) == "kind":
+        yield from map(id, ast.walk(right))
+    elif isinstance(left, ast.Call) and isinstance(left.func, ast.Attribute) and _receivers(left.func.value) & DOCUMENTS:
+        yield from map(id, ast.walk(right))  # content.keys() <= {...}
+
+
+def _names(tree, blender=False):
     """Words of a syntax tree that would name settings, by the rules of this file."""
-    texts = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    texts = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)} | set(_of_documents(tree))
     classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and node.name in CLASSES]
     own = {id(inner) for node in classes for inner in ast.walk(node)}
     for node in ast.walk(tree):
         holders = HOLDERS | {"self"} if id(node) in own else HOLDERS
         if isinstance(node, ast.Attribute) and _last(node.value) in holders:
-            yield node.attr
+            if not (blender and node.attr in BLENDERS and _last(node.value) in ("settings", "s2ag", "kept")):
+                yield node.attr
         elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in texts:
             yield node.value
         elif isinstance(node, ast.Call) and (_last(node.func) in CALLS or _replaces(node)):
             yield from (word.arg for word in node.keywords)
-        elif isinstance(node, ast.AnnAssign) and id(node) in own:
+        elif isinstance(node, ast.AnnAssign) and id(node) in own and not (blender and _last(node.target) in BLENDERS):
             yield _last(node.target)
 
 
@@ -106,7 +173,7 @@ def naming():
     every = {name for cls in (Settings, Affects, Models, Documents) for name in table(cls)}
     found = {name: set() for name in every}
     for place, tree in _trees():
-        for name in every.intersection(_names(tree)):
+        for name in every.intersection(_names(tree, place.startswith("s2ag_blender/"))):
             if not place.startswith(ELSEWHERE.get(name, "nowhere")):
                 found[name].add(place)
     return found

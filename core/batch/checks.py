@@ -25,10 +25,16 @@ from .manifest import Problem
 if TYPE_CHECKING:
     from ..synthesis.request import Request
 
+
+def _read_words(path: str) -> None:
+    readers.parse(transcript.read_text(path), Path(path))
+
+
 _SHARED = ("takes", "preset", "engine", "resolution", "fps", "start_frame")
 _AGREE = "Rows of one scene must agree on it."
 _FILES = (
     *((name, audio.check_readable) for name in ("audio", *names_with(kind="path", partner=True))),
+    *((name, _read_words) for name in names_with(kind="path", words=True)),
     *(("vectors", table.check_readable), ("map", maps.load), ("edits", edits.load)),
     *(("face_map", shapes.load), ("rhubarb", rhubarb.load)),
 )
@@ -66,8 +72,6 @@ def _problems_of(clip: Clip, messages: dict[tuple, str], describe_cached: Callab
             yield cached_error(function, getattr(clip, name))
     yield cached_error(language.load_language, clip.aligner_model, clip.language)
     yield cached_error(vocabulary.load_vocabulary, clip.vocabulary)
-    if clip.transcript is not None:
-        yield cached_error(_read_words, clip.transcript)
     if clip.recognise:
         yield cached_error(recognise.find_model, clip.recogniser_model)
     checkpoint_error = cached_error(describe_cached, clip.checkpoint)
@@ -97,10 +101,6 @@ def _error_of(function: Callable, *arguments: object) -> str:
     return ""
 
 
-def _read_words(path: str) -> None:
-    readers.parse(transcript.read_text(path), Path(path))
-
-
 def _check_request(clip: Clip, known: dict) -> None:
     """Raise :class:`UsageError` for values out of range, unknown styles and controls that the checkpoint lacks."""
     wanted = request(clip)
@@ -119,8 +119,7 @@ def request(clip: Clip) -> "Request":
     for name, one in columns(Settings).items():
         if one.by_character and asked[name] is None:
             asked[name] = one.by_character(clip.character)
-    curves = {} if clip.curves is None else control_curves.load(clip.curves)
-    return Request(clip.audio, **asked, **curves)
+    return Request(clip.audio, **asked, **control_curves.of(clip))
 
 
 def _names(clips: list[Clip]) -> Iterator[Problem]:

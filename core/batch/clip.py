@@ -95,6 +95,11 @@ class Clip(_Row):
         return take_name(self.name, take, self.takes)
 
     @property
+    def take_names(self) -> list[str]:
+        """The names of all takes."""
+        return [self.take_name(take) for take in range(self.takes)]
+
+    @property
     def look(self) -> Preset | None:
         """Settings of the renderer; None for those of its ``.blend`` file."""
         is_blend = Path(self.character).suffix.lower() == ".blend"

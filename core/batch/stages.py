@@ -8,8 +8,10 @@ from functools import cached_property, lru_cache
 from os import PathLike
 from pathlib import Path
 
+from ..declaration import columns
 from ..errors import S2agError
 from ..model.checkpoint_metadata import DEFAULT_CHECKPOINT, metadata_path
+from ..settings import Documents, Settings, names_with
 from .clip import CHARACTER_OUTPUTS, MODELS, MOTION_OUTPUTS, REQUESTED, SCENE_OUTPUTS, SEQUENCES, Clip, Unit, units
 from .folder import Folder, Record, content_hash, digest
 from .process_pool import PATIENCE, ProcessPool, Task
@@ -17,6 +19,13 @@ from .tasks import motion_paths
 
 VERSION = 1
 """Increase it when the same inputs give other results: all steps are then repeated."""
+
+_EXTRAS = sorted(
+    name
+    for name, one in {**columns(Settings), **columns(Documents)}.items()
+    if one.kind in ("path", "document") and not one.words
+)
+"""Columns that name further files which a motion depends on."""
 
 
 @dataclass(frozen=True)
@@ -72,13 +81,15 @@ class Batch:
     def _synth(self, clip: Clip) -> Step:
         """Return the step that synthesises a clip's motions."""
         record = self.folder.record("synth", clip.name)
-        # The transcript counts by its content, below.
-        settings = {name: getattr(clip, name) for name in REQUESTED if name != "transcript"}
+        words = names_with(words=True, kind="path")  # count by their content, below
+        settings = {name: getattr(clip, name) for name in REQUESTED if name not in words}
         kinds = sorted({"npz", *clip.wanted(MOTION_OUTPUTS)})
         models = tuple(getattr(clip, name) for name in MODELS)
-        engine = self._engine_facts(models, not clip.no_transcript, clip.recognise)
-        extras = [_content(path) for path in (clip.edits, clip.curves, clip.hears, clip.rhubarb) if path is not None]
-        inputs = content_hash("synth", engine, settings, kinds, _content(clip.audio), _content(clip.transcript), *extras)
+        is_written = any(getattr(clip, name) for name in names_with(alternatives="words"))
+        engine = self._engine_facts(models, not clip.no_transcript, not (clip.no_transcript or is_written))
+        extras = [_content(getattr(clip, name)) for name in _EXTRAS if getattr(clip, name) is not None]
+        texts = [_content(getattr(clip, name)) for name in words]
+        inputs = content_hash("synth", engine, settings, kinds, _content(clip.audio), *texts, *extras)
         params = {"clip": clip.plain(), "cache": self.cache}
         return self._step("synth", clip.name, clip.line, record, inputs, params)
 

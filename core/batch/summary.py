@@ -95,8 +95,7 @@ def _write_index(batch: Batch) -> None:
 def _rows(clip: Clip, facts: dict) -> Iterator[dict[str, object]]:
     """Yield an index entry for every take; a tenth of the recordings is for validation, a tenth for tests."""
     share = int(hashlib.sha256(facts["recording"].encode()).hexdigest()[:8], 16) % 10
-    for take in range(clip.takes):
-        name = clip.take_name(take)
+    for take, name in enumerate(clip.take_names):
         yield {
             "name": name,
             "motion": f"motion/{name}.npz",

@@ -3,14 +3,13 @@
 import sys
 import wave
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..motion import rhubarb, skeleton
+from ..motion import skeleton
 from ..threads import set_passive_waiting
 from . import child_server, encode
 from .checks import request
@@ -19,7 +18,6 @@ from .folder import Folder, digest, move_to_place
 
 if TYPE_CHECKING:
     from ..motion.motion import Motion
-    from ..synthesis.request import Result
     from ..synthesis.session import Session
 
 Tell = Callable[[str, float], None]
@@ -38,9 +36,11 @@ class Synthesis:
 
     def __call__(self, params: dict, tell: Tell) -> dict:
         """Write the files, then the record; ``params`` are ``clip``, ``folder``, ``key``, ``cache``. Return the facts."""
+        from ..editing.director import perform
+
         clip, folder = Clip.of(params["clip"]), Folder(params["folder"])
         models = {name: getattr(clip, name) for name in MODELS}
-        result = _synthesize(self._open(**models, cache=params["cache"]), clip, tell)
+        result = perform(self._open(**models, cache=params["cache"]), request(clip), clip, tell)
         with folder.part() as part:
             files = {}
             for take, motion in enumerate(result.motions):
@@ -63,21 +63,9 @@ def _open(**models: Any) -> "Session":
     return Session(**models)
 
 
-def _synthesize(session: "Session", clip: Clip, tell: Tell) -> "Result":
-    """Synthesise the takes of a clip, with an animator's edits if it has any."""
-    if clip.edits is None:
-        result = session.synthesize(request(clip), tell)
-    else:
-        from ..editing import edits
-        from ..editing.director import Director
-
-        result = Director(session).direct(request(clip), edits.load(clip.edits), tell)
-    return result if clip.rhubarb is None else replace(result, motions=rhubarb.with_cues(result.motions, clip.rhubarb))
-
-
 def motion_paths(folder: Folder, clip: Clip) -> list[Path]:
     """Return the path of every take's motion."""
-    return [folder.result("npz", clip.take_name(take), ".npz") for take in range(clip.takes)]
+    return [folder.result("npz", name, ".npz") for name in clip.take_names]
 
 
 def _motion_files(motion: "Motion", clip: Clip, take: int, folder: Folder, part: Path) -> dict[Path, Path]:

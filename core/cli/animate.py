@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
         raise UsageError("--sound belongs to a motion file.", "Leave it out: a recording is heard itself.")
     request = synthesis_options.request(options) if motion_file is None else None
     inputs = [*synthesis_options.inputs(options), Path(who), *filter(None, [options.map, options.face_map, options.sound])]
-    files = outputs.plan_files(options.outputs, SUFFIXES, request.takes if request else 1, inputs)
+    files = outputs.plan_files(options.outputs, SUFFIXES, request, inputs)
     blender.command("render.job")
     motions = synthesis_options.synthesize(options, request).motions if request else [motion_file] if motion_file else []
     with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from ..batch.clip import MODELS, PRESETS, select_units, units
+from ..batch.clip import PRESETS, select_units, units
 from ..batch.folder import STAGES, Folder
 from ..batch.folder_lock import lock_clips
 from ..batch.process_pool import PATIENCE
@@ -147,10 +147,9 @@ def _defaults(options: argparse.Namespace) -> dict[str, Any]:
         character = manifest.COLUMNS["character"](options.character, Path.cwd()) if options.character else None
     except ValueError as error:
         raise UsageError(f"{error}", "See: s2ag batch --help") from None
-    plain = {name: getattr(options, name) for name in ("style", "preset", "recognise")}
-    models = {name: getattr(options, name) for name in MODELS}
-    named = {name: str(one.absolute() if isinstance(one, Path) else one) for name, one in models.items() if one}
-    return {"outputs": kinds, "character": character, **plain, **named}
+    given = {name: getattr(options, name, None) for name in manifest.COLUMNS}
+    plain = {name: str(one.absolute()) if isinstance(one, Path) else one for name, one in given.items() if one}
+    return {**plain, "outputs": kinds, "character": character}
 
 
 def _folder(path: Path) -> Folder:

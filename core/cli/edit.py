@@ -67,7 +67,7 @@ def _edit(options: argparse.Namespace, motion: "Motion") -> "Motion":
     if options.edits is None or options.audio is None or not options.outputs:
         raise UsageError("Edits, the recording and an output belong together.", "Give --edits, --audio and -o.")
     inputs = [path for path in (options.take, *synthesis_options.inputs(options)) if path]
-    files = outputs.plan_files(options.outputs, SUFFIXES, 1, inputs)[0]
+    files = outputs.plan_files(options.outputs, SUFFIXES, None, inputs)[0]
     changes = edits.load(options.edits)
     request = provenance.request_from_meta(motion.meta, options.audio, **_recording_settings(options))
     director = director_module.Director(synthesis_options.session(options))
@@ -86,7 +86,7 @@ def _retime(options: argparse.Namespace, motion: "Motion") -> "Motion":
     if options.edits is not None or options.audio is not None or not options.outputs:
         raise UsageError("A take is carried to a recording or edited.", "Give --recording and -o; edit what comes of it.")
     inputs = [path for path in (options.take, options.recording, *synthesis_options.inputs(options)) if path]
-    files = outputs.plan_files(options.outputs, SUFFIXES, 1, inputs)[0]
+    files = outputs.plan_files(options.outputs, SUFFIXES, None, inputs)[0]
     session = synthesis_options.session(options)
     with Progress() as progress:
         motion, warnings = retiming.retime(session, motion, options.recording, progress, **_recording_settings(options))

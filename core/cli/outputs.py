@@ -3,9 +3,13 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import UsageError
 from ..files import check_output
+
+if TYPE_CHECKING:
+    from ..synthesis.request import Request
 
 
 def add_option(parser: argparse.ArgumentParser, suffixes: Sequence[str]) -> None:
@@ -23,14 +27,18 @@ def add_option(parser: argparse.ArgumentParser, suffixes: Sequence[str]) -> None
     )
 
 
-def plan_files(outputs: Sequence[Path], suffixes: Sequence[str], takes: int, inputs: Sequence[Path] = ()) -> list[list[Path]]:
-    """Return the files of each take; check suffixes, folders, duplicates, and that no input is overwritten.
+def plan_files(
+    outputs: Sequence[Path], suffixes: Sequence[str], request: "Request | None", inputs: Sequence[Path] = ()
+) -> list[list[Path]]:
+    """Return the files of each take of a request, or of one motion without a request; check suffixes, folders, duplicates, and
+    that no input is overwritten.
 
     Raises :class:`UsageError` or :class:`OutputUnwritable`.
     """
     for path in outputs:
         if path.suffix.lower() not in suffixes:
             raise UsageError(f"{path} has no suffix that can be written here.", f"Use one of {', '.join(suffixes)}.")
+    takes = request.takes if request else 1
     files = [[numbered(path, take, takes) for path in outputs] for take in range(takes)]
     taken = {Path(path).resolve(): "is also an input" for path in inputs}
     for path in (path for take in files for path in take):

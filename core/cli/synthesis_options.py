@@ -93,16 +93,14 @@ def request(options: argparse.Namespace, **changes: Any) -> "Request":
     if options.audio is None:
         raise UsageError("No recording was given.", "Name an audio or video file.")
     values = {one.name: _value(options, one) for one in options_of(Settings) if one.kind != "document"}
-    curves = getattr(options, "curves", None)
-    values |= {} if curves is None else control_curves.load(curves)
-    return Request(options.audio, **(values | changes))
+    return Request(options.audio, **(values | control_curves.of(options) | changes))
 
 
 def _value(options: argparse.Namespace, setting: Setting) -> Any:
     """Return the value of a setting by the options."""
     value = getattr(options, setting.name)
-    if setting.name == "transcript":
-        return _transcript(options)
+    if setting.words and setting.kind == "path":
+        return _transcript(options, value)
     if setting.kind == "affects":
         return dict(value)
     if setting.by_character and value is None:
@@ -142,30 +140,14 @@ def session(options: argparse.Namespace) -> "Session":
 
 
 def synthesize(options: argparse.Namespace, wanted: "Request") -> "Result":
-    """Generate motions in this process behind a progress bar; print warnings as notes."""
-    engine, edits = session(options), getattr(options, "edits", None)
-    if edits is not None:
-        from ..editing import director
-        from ..editing import edits as document
+    """Generate motions in this process behind a progress bar, with the documents of the options; print warnings as notes."""
+    from ..editing.director import perform
 
-        changes = document.load(edits)
-        with Progress() as progress:
-            result = director.Director(engine).direct(wanted, changes, progress)
-    else:
-        with Progress() as progress:
-            result = engine.synthesize(wanted, progress)
+    with Progress() as progress:
+        result = perform(session(options), wanted, options, progress)
     for warning in result.warnings:
         note(warning)
-    return _with_cues(options, result)
-
-
-def _with_cues(options: argparse.Namespace, result: "Result") -> "Result":
-    """Replace the mouths of a result by Rhubarb's cues, if the options name a file of them."""
-    if getattr(options, "rhubarb", None) is None:
-        return result
-    from ..motion import rhubarb
-
-    return replace(result, motions=rhubarb.with_cues(result.motions, options.rhubarb))
+    return result
 
 
 def _affects(text: str) -> list[tuple[str, float]]:
@@ -187,10 +169,10 @@ def _side(text: str) -> float:
         raise argparse.ArgumentTypeError(f"{text!r} is not left, right or a number from -1 to 1") from None
 
 
-def _transcript(options: argparse.Namespace) -> Path | None:
-    """Return the transcript file: the named one, or the one with the recording's name beside it, or None; print a note."""
+def _transcript(options: argparse.Namespace, named: Path | None) -> Path | None:
+    """Return the transcript file: the ``named`` one, or the one with the recording's name beside it, or None; print a note."""
     if _has_words(options) or options.listen:
-        return options.transcript
+        return named
     from ..words.transcript_search import find_transcript
 
     file = find_transcript(options.audio)

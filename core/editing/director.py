@@ -8,17 +8,19 @@ stroke and by how sudden the joins are.
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
+from typing import Any
 
 import numpy as np
 
 from ..errors import UsageError
+from ..motion import rhubarb
 from ..motion.motion import Motion
 from ..synthesis.request import Request, Result
 from ..synthesis.session import Session
 from ..synthesis.session_cache import recording_key
 from ..synthesis.stages import Stages
 from . import edit_actions
-from .edits import check
+from .edits import check, load
 from .regeneration import Regenerator
 from .targets import State
 
@@ -96,6 +98,23 @@ class Director:
                 state = edit_actions.apply_edit(filler, states[-1][1], edits[number], number + 1)
                 states.append((texts[number], state))
         return states
+
+
+def perform(
+    session: Session,
+    request: Request,
+    documents: Any,
+    progress: Callable[[str, float], None] = lambda stage, value: None,
+) -> Result:
+    """Synthesise a request and apply the ``documents`` to it, anything that names them as :class:`settings.Documents` does: the
+    options of a command, a row of a manifest.
+    """
+    edits, cues = (getattr(documents, name, None) for name in ("edits", "rhubarb"))
+    if edits is None:
+        result = session.synthesize(request, progress)
+    else:
+        result = Director(session).direct(request, load(edits), progress)
+    return result if cues is None else replace(result, motions=rhubarb.with_cues(result.motions, cues))
 
 
 def _key(request: Request) -> str:

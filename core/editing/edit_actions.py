@@ -11,7 +11,7 @@ from ..motion.motion import Motion
 from . import frame_ranges, gestures, regeneration, semantic_gestures, stroke_core, stroke_placement, transitions
 from .gestures import BEAT, Gesture
 from .regeneration import Regenerator
-from .targets import LOOSE, State, StrokeTarget, attempt_seed, best_attempt
+from .targets import LOOSE, State, StrokeTarget, best_attempt
 
 GIVE_WAY = 0.8
 """Seconds around a stroke in which other gestures are given up in a second try, where the first one failed beside them."""
@@ -206,7 +206,7 @@ def _borrow_beat(filler: Regenerator, state: State, edit: dict, at: float) -> tu
     candidates = [one for one in typical if edit.get("hand") in (None, one.hand)] or typical
     if not candidates:
         raise UsageError("the take has no gesture like it.", "Give a kind that means something.")
-    beat = candidates[attempt_seed(filler, edit, 0) % len(candidates)]
+    beat = candidates[filler.attempt_seed(edit, 0) % len(candidates)]
     return stroke_core.core_at(state.motion, beat, at), beat.hand, beat.size
 
 
@@ -227,7 +227,7 @@ def _reroll(filler: Regenerator, state: State, edit: dict, apart: float) -> tupl
 
 def _style(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
     motion, changes = state.motion, (*state.changes, (edit["at"], edit["style"]))
-    later = [at for at, _ in (*filler.request.changes, *state.changes) if at > edit["at"]]
+    later = [at for at in (*filler.style_times, *(at for at, _ in state.changes)) if at > edit["at"]]
     start, stop = round(edit["at"] * motion.fps), round(min([*later, motion.duration + 1]) * motion.fps)
     places = [(start, min(stop, len(motion.directions)))]
     if places[0][1] - start < SHORTEST * motion.fps:
@@ -274,7 +274,7 @@ def _fix(filler: Regenerator, state: State, edit: dict, core: stroke_core.Stroke
     strain, least = regeneration.join_strain(state.motion, made, places), float(regeneration.is_implausible(core.directions))
     wide = [frame_ranges.range_until(held_before, core.first, core.last, _LEAD_SECONDS[-1])]
     if strain > least:  # the hands of all transitions tried come from this one performance
-        filler.fill(state.motion, wide, core, attempt_seed(filler, edit, 0), held_before, whole=whole)
+        filler.fill(state.motion, wide, core, filler.attempt_seed(edit, 0), held_before, whole=whole)
     for seconds in _LEAD_SECONDS if strain > least else ():
         places = [frame_ranges.range_until(held_before, core.first, core.last, seconds)]
         led = filler.fill(state.motion, places, core, 0, held_before, whole=whole, again=True)[0]

@@ -1,5 +1,7 @@
 """Regenerates spans of a take: the generator leads from the poses before to those after, through the frames kept in between."""
 
+import json
+import zlib
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -37,6 +39,16 @@ class Regenerator:
         if not changes:
             return self
         return Regenerator(self.session, replace(self.request, changes=(*self.request.changes, *changes)), self.stages)
+
+    @property
+    def style_times(self) -> list[float]:
+        """Seconds at which the style changes."""
+        return [at for at, _ in self.request.changes]
+
+    def attempt_seed(self, edit: dict, attempt: int) -> int:
+        """Return the seed of an attempt at an edit of this take."""
+        request = self.request
+        return zlib.crc32(json.dumps([request.seed, request.take, edit, attempt], sort_keys=True).encode())
 
     def fill(
         self,

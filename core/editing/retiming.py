@@ -51,7 +51,8 @@ def retime(
     meta["transcript"] = hashlib.sha256(json.dumps(heard.words).encode()).hexdigest()
     meta |= postprocess.other_recording(request, heard)
     warped = replace(warped, words=heard.words, meta=meta, face=None)
-    return replace(warped, face=_face(replace(request, curves=meta.get("curves", {})), heard, warped)), heard.warnings
+    documents = {name: meta[name] for name in names_with(kind="document") if name in meta}  # with their new times
+    return replace(warped, face=_face(replace(request, **documents), heard, warped)), heard.warnings
 
 
 def _face(request: Request, heard: SpeechFeatures, motion: Motion) -> Face | None:

@@ -1,7 +1,5 @@
 """The target of an edit, how far a motion misses it, and the choice of the best of a few attempts."""
 
-import json
-import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -96,7 +94,7 @@ def best_attempt(
     """
     winner, least, eased = None, np.inf, 0
     for attempt in range(tries):
-        candidate = make(attempt, attempt_seed(filler, edit, attempt))
+        candidate = make(attempt, filler.attempt_seed(edit, attempt))
         off, strain = miss(candidate), regeneration.join_strain(state.motion, candidate, places)
         if off > max(least, 1.0) or (eased >= _MAX_EASED and strain > 0):
             continue  # an earlier attempt is better, and easing takes as long as several attempts
@@ -136,9 +134,3 @@ def _rate_variants(
 def _rating(off: float, strain: float) -> float:
     """Rate a motion, lower is better: one that is no more sudden than the take beats every other within the tolerances."""
     return max(off, 1.0 if strain > 0 else GOOD) + strain
-
-
-def attempt_seed(filler: Regenerator, edit: dict, attempt: int) -> int:
-    """Return the seed of an attempt at an edit of this take."""
-    request = filler.request
-    return zlib.crc32(json.dumps([request.seed, request.take, edit, attempt], sort_keys=True).encode())

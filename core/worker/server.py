@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from ..declaration import KINDS
 from ..errors import Cancelled, EngineMissing, OutputUnwritable, S2agError, UsageError
 from ..files import check_output
-from ..settings import Models, Settings, table
+from ..settings import Models, Settings, names_with, table
 from ..threads import set_passive_waiting
 from ..version import VERSION
 from . import protocol
@@ -140,7 +140,8 @@ class Worker:
     def _prepare_aligner(self, message: dict) -> None:
         """Start an aligner in advance if a request has words, but never within Blender's own process."""
         params, synthesizes = message.get("params"), message.get("method") == "synthesize"
-        if self._alone and synthesizes and isinstance(params, dict) and (params.get("transcript") or params.get("text")):
+        named = isinstance(params, dict) and any(params.get(name) for name in names_with(alternatives="words"))
+        if self._alone and synthesizes and named:
             from ..words import align
 
             align.start_child()

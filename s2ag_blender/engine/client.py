@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Self, cast
 
 from ...core.errors import Cancelled, S2agError, WorkerFailed
+from ...core.settings import Models, Settings, table
 from ...core.start import module_command, package_command
 from ...core.worker import interpreter, protocol
 from .process import GRACE, Process
@@ -25,7 +26,8 @@ PATIENCE = 300.0
 PAUSE = 0.02
 """Seconds between polls while waiting."""
 
-_PATHS = ("audio", "transcript", "checkpoint", "vectors", "output_dir")
+_PATHS = {"audio", "output_dir"}
+_PATHS |= {name for name, one in {**table(Settings), **table(Models)}.items() if one.kind == "path"}
 _AGAIN = "Try again: it starts anew by itself."
 
 

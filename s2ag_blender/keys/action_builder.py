@@ -327,8 +327,8 @@ class ActionBuilder:
             "place": place.__dict__,
             "start": self.span.start,
             "settings": self.settings,
-            "pose": planned.params.get("pose"),
-            "around": planned.params.get("kept"),
+            "pose": planned.started,
+            "around": planned.around,
             "keyed_pose": {bone: values.round(6).tolist() for bone, values in planned.pose.items()},
         }
         return {**origin, layers.DRAFT: True} if planned.draft else origin

@@ -50,7 +50,7 @@ def sample_curves(armature: ArmatureObject, scene: bpy.types.Scene, span: Any) -
 
 def style_changes(armature: ArmatureObject, scene: bpy.types.Scene, span: Any) -> tuple[list[list], tuple[str, ...]]:
     """Return ``[[seconds, style], ...]`` of the timeline markers ``as STYLE``, and warnings about unknown styles."""
-    names, changes, strange = menu_items.style_names(armature.s2ag.checkpoint), [], []
+    names, changes, strange = menu_items.style_names(armature.s2ag), [], []
     for marker in sorted(scene.timeline_markers, key=lambda one: one.frame):
         if not marker.name.startswith(_STYLE_PREFIX):
             continue
@@ -63,8 +63,7 @@ def style_changes(armature: ArmatureObject, scene: bpy.types.Scene, span: Any) -
             strange.append(translate('The marker "{name}" names no style, and none begins there.', name=marker.name))
             continue
         changes.append([round(max((marker.frame - span.start) / scene_fps(scene), 0.0), 4), style])
-    walks = len(styles.split_sequence(armature.s2ag.style)) > 1
-    return [] if walks else changes, tuple(strange)
+    return [] if menu_items.walks(armature.s2ag) else changes, tuple(strange)
 
 
 def copy_curves(armature: ArmatureObject, action: bpy.types.Action, bag: Bag) -> None:

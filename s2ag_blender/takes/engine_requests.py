@@ -8,7 +8,7 @@ import bpy
 from ...core.declaration import NUMBERS, Setting
 from ...core.errors import UsageError
 from ...core.motion.motion import Motion
-from ...core.settings import Models, Settings, sliders, table
+from ...core.settings import Models, Settings, names_with, sliders, table
 from ..datablocks import ArmatureObject, Context
 from ..engine import errors_log, synthesis_job
 from ..engine.client import WorkerClient
@@ -51,7 +51,7 @@ def request(settings: Any, audio: str = "") -> dict:
             params[name] = _value(settings, setting)
     params |= sources.words_parameters(settings, "" if settings.audio_source == "MIXDOWN" else audio)
     models = {one.name: _value(settings, one) for one in sliders(Models)}
-    if not {"transcript", "text"} & set(params):
+    if not set(names_with(alternatives="words")) & set(params):
         del models["language"]  # only written words have one
     return params | {name: value for name, value in models.items() if value}
 

@@ -81,7 +81,8 @@ def plan(
     if not kept and not keyed_pose:
         keyed_pose, changes = _pose_of_draft(armature, settings, changes)
     felt, unknown = _curve_params(armature, scene, voice.span, kept)
-    params = {**engine_requests.request(settings, voice.path), **felt, **({"takes": 1} if draft else {}), **changes}
+    single = {"takes": 1} if draft or "styles" in changes else {}
+    params = {**engine_requests.request(settings, voice.path), **felt, **single, **changes}
     params = {name: value for name, value in params.items() if value is not None}
     warnings = _drop_unknown_controls(params, settings) + unknown
     mapping = chosen_bones.mapping_of_settings(settings)
@@ -118,6 +119,8 @@ def plan(
         Handle.of(former) if former is not None else None,
         tuple(pins or ()),
         span is not None,
+        started=params.get("pose"),
+        around=around,
     )
 
 
@@ -132,11 +135,10 @@ def follow_arguments(context: Context, armature: ArmatureObject) -> Plan:
     path, again = sources.strip_file(strip), take_list.remake_arguments(action, like=None)
     again["kept"] = {**again["kept"], "audio_source": "FILE", "audio": path, "range": "OWN"}
     planned = plan(context, armature, **again)
-    replaced = {*names_with(words=True), "kept", "curves", "changes"}
+    replaced = {*names_with(words=True), *names_with(timed=True)}
     params = {name: value for name, value in planned.params.items() if name not in replaced}
-    beside, spoken = sources.transcript_beside(path), " ".join(word for word, *_ in gesture_edits.stored_words(action))
-    words: dict[str, Any] = {"transcript": beside} if beside else {"text": spoken}
-    words = {"recognise": True} if "recognise" in planned.params else words
+    spoken = " ".join(word for word, *_ in gesture_edits.stored_words(action))
+    words = sources.words_again(planned.params, path, spoken)
     return replace(planned, params={**params, **words, "audio": path}, follows=True)
 
 
@@ -156,7 +158,7 @@ def _curve_params(
     if kept:
         timed = kept.get(_TIMED)
         timed = timed if isinstance(timed, dict) else {}
-        return {name: timed[name] for name in ("curves", "changes") if name in timed}, ()
+        return {name: timed[name] for name in names_with(timed=True) if name in timed}, ()
     changes, unknown = control_curves.style_changes(armature, scene, span)
     params = {"curves": control_curves.sample_curves(armature, scene, span), "changes": changes}
     return {name: value for name, value in params.items() if value}, unknown
@@ -182,7 +184,7 @@ def _pose_of_draft(
 
 def _drop_unknown_controls(params: dict[str, Any], settings: Any) -> tuple[str, ...]:
     """Remove sliders that the checkpoint does not have from the engine's parameters; return a warning if any was set."""
-    if menu_items.control_names(settings.checkpoint):
+    if menu_items.control_names(settings):
         return ()
     removed = [params.pop(name, 0) for name in names_with(control=True)]
     rest = {name: points for name, points in params.pop("curves", {}).items() if name not in CONTROLS}

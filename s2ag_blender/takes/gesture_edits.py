@@ -15,7 +15,7 @@ from .. import json_properties, provenance
 from ..datablocks import ArmatureObject
 from ..keys import key_restoring
 from ..keys.apply import scene_fps
-from . import markers, menu_items, take_list, timing, versions
+from . import markers, menu_items, stored_settings, take_list, timing, versions
 
 GESTURES = "s2ag_gestures"
 """Name of an action's custom property: JSON of the take's gestures."""
@@ -224,7 +224,7 @@ def plan_arguments(action: bpy.types.Action, edits: list[dict]) -> dict[str, Any
     Raises :class:`UsageError` if the take was made by other weights.
     """
     meta = provenance.require(action)
-    hash_ = menu_items.speakers_and_controls(meta["settings"].get("checkpoint", "")).get("hash")
+    hash_ = menu_items.speakers_and_controls(stored_settings.settings_view(meta["settings"])).get("hash")
     if hash_ and meta.get("checkpoint") not in (None, hash_):
         remedy = "Generate a new take, and direct that."
         raise UsageError("The take was made by other weights, so phrases would not fit in.", remedy)

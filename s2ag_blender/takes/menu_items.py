@@ -9,7 +9,7 @@ import bpy
 
 from ...core.errors import CheckpointUnreadable
 from ...core.model import checkpoint_metadata
-from ...core.styles import RANDOM
+from ...core.styles import RANDOM, split_sequence
 from .. import compat
 from ..datablocks import Context
 
@@ -19,18 +19,21 @@ NOBODY = "__nobody__"
 """Menu item of no second style."""
 
 
-def style_names(checkpoint: str = "") -> list[str]:
-    """Return the names of a checkpoint's speakers (the shipped one's if ""), from its metadata, without torch."""
-    return [speaker["name"] for speaker in speakers_and_controls(checkpoint)["speakers"]]
+def style_names(settings: Any = None) -> list[str]:
+    """Return the names of the speakers of a character's checkpoint (the shipped one's without ``settings``), without torch."""
+    return [speaker["name"] for speaker in speakers_and_controls(settings)["speakers"]]
 
 
-def control_names(checkpoint: str = "") -> list[str]:
+def control_names(settings: Any = None) -> list[str]:
     """Return the names of a checkpoint's controls; none for one that was trained without."""
-    return [control["name"] for control in speakers_and_controls(checkpoint)["controls"]]
+    return [control["name"] for control in speakers_and_controls(settings)["controls"]]
 
 
-def speakers_and_controls(checkpoint: str = "") -> dict[str, Any]:
-    """Return the speakers and controls of a checkpoint; empty where it cannot be read."""
+def speakers_and_controls(settings: Any = None) -> dict[str, Any]:
+    """Return the speakers and controls of a character's checkpoint (the shipped one's without ``settings``); empty where it
+    cannot be read.
+    """
+    checkpoint = settings.checkpoint if settings is not None else ""
     path = Path(bpy.path.abspath(checkpoint)) if checkpoint else checkpoint_metadata.DEFAULT_CHECKPOINT
     facts = checkpoint_metadata.metadata_path(path)
     return _read_checkpoint(path, facts.stat().st_mtime_ns if facts.is_file() else 0)
@@ -47,9 +50,9 @@ def _read_checkpoint(path: Path, written: int) -> dict[str, Any]:
 
 def style_description(settings: Any) -> str:
     """Return the description of the chosen style; empty for a blend and for random."""
-    name = settings.style or _default(settings.checkpoint)
+    name = settings.style or _default(settings)
     return next(
-        (one["description"] for one in speakers_and_controls(settings.checkpoint)["speakers"] if one["name"] == name), ""
+        (one["description"] for one in speakers_and_controls(settings)["speakers"] if one["name"] == name), ""
     )
 
 
@@ -58,13 +61,18 @@ def style_expression(settings: Any) -> str:
     first, share = settings.style, round(settings.style_mix, 4)
     if not (settings.style_second and share and can_blend(settings)):
         return first
-    first = first or _default(settings.checkpoint)
+    first = first or _default(settings)
     return f"{first}:{1 - share:g}+{settings.style_second}:{share:g}"
 
 
 def is_written(settings: Any) -> bool:
     """Return whether the style is an expression rather than a name."""
     return bool(set(settings.style) & set(":+"))
+
+
+def walks(settings: Any) -> bool:
+    """Return whether the style is a sequence of several, which change on the way."""
+    return len(split_sequence(settings.style)) > 1
 
 
 def can_blend(settings: Any) -> bool:
@@ -99,14 +107,14 @@ def wrap_text(text: str, room: float = ROOM) -> list[str]:
 def style_items(settings: Any, context: Context) -> list[tuple]:
     """Return the items of the style menu: the checkpoint's speakers, random, and an expression written by hand."""
     return _style_items(
-        tuple((one["name"], one["description"]) for one in speakers_and_controls(settings.checkpoint)["speakers"])
+        tuple((one["name"], one["description"]) for one in speakers_and_controls(settings)["speakers"])
     )
 
 
 def second_items(settings: Any, context: Context) -> list[tuple]:
     """Return the items of the menu of the second style."""
     return _second_items(
-        tuple((one["name"], one["description"]) for one in speakers_and_controls(settings.checkpoint)["speakers"])
+        tuple((one["name"], one["description"]) for one in speakers_and_controls(settings)["speakers"])
     )
 
 
@@ -126,8 +134,8 @@ def _second_items(speakers: tuple[tuple[str, str], ...]) -> list[tuple]:
 
 def get_style(settings: Any) -> int:
     """Return the number of the style menu's item for the stored style."""
-    names = style_names(settings.checkpoint)
-    name = settings.style or _default(settings.checkpoint)
+    names = style_names(settings)
+    name = settings.style or _default(settings)
     if name in names:
         return names.index(name)
     return len(names) + (name != RANDOM)
@@ -135,27 +143,27 @@ def get_style(settings: Any) -> int:
 
 def set_style(settings: Any, number: int) -> None:
     """Store the style menu's item."""
-    names = [*style_names(settings.checkpoint), RANDOM]
+    names = [*style_names(settings), RANDOM]
     if number < len(names):
         settings.style = names[number]
     elif not is_written(settings):
-        settings.style = f"{settings.style or _default(settings.checkpoint)}:1"
+        settings.style = f"{settings.style or _default(settings)}:1"
 
 
 def get_second(settings: Any) -> int:
     """Return the number of the second menu's item for the stored style."""
-    names = style_names(settings.checkpoint)
+    names = style_names(settings)
     return names.index(settings.style_second) + 1 if settings.style_second in names else 0
 
 
 def set_second(settings: Any, number: int) -> None:
     """Store the second menu's item."""
-    settings.style_second = style_names(settings.checkpoint)[number - 1] if number else ""
+    settings.style_second = style_names(settings)[number - 1] if number else ""
 
 
 def search_styles(settings: Any, context: Context, text: str) -> list[str]:
     """Return the style names that contain ``text``."""
-    return [name for name in [*style_names(settings.checkpoint), RANDOM] if text.lower() in name.lower()]
+    return [name for name in [*style_names(settings), RANDOM] if text.lower() in name.lower()]
 
 
 def search_strips(settings: Any, context: Context, text: str) -> list[str]:
@@ -170,6 +178,6 @@ def search_bones(item: Any, context: Context, text: str) -> list[str]:
     return [f"{before}{comma} {name}".strip() for name in names[:50]]
 
 
-def _default(checkpoint: str) -> str:
-    speakers = speakers_and_controls(checkpoint)["speakers"]
+def _default(settings: Any) -> str:
+    speakers = speakers_and_controls(settings)["speakers"]
     return next((one["name"] for one in speakers if one["default"]), speakers[0]["name"] if speakers else "")

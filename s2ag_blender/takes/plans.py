@@ -52,6 +52,10 @@ class Plan:
     """Whether the result shows more of the recording than the former version."""
     follows: bool = False
     """Whether no take is added: the selected one follows its sound, which plays this recording now (:mod:`retiming`)."""
+    started: list | None = None
+    """Edge directions ``(9, 3)`` of the pose that the take starts from; None for rest."""
+    around: list | None = None
+    """Poses before and after the take, which it keeps (:func:`context_poses.poses_around`)."""
 
     @property
     def lies(self) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from ...core.editing.time_alignment import TimeMap
 from ...core.errors import AudioUnreadable, UsageError
 from ...core.words import transcript_search as transcripts
 from .. import compat
-from ..datablocks import SoundStrip
+from ..datablocks import ArmatureObject, SoundStrip
 from ..translations import translate
 from . import sound_strips, strip_speed
 
@@ -193,6 +193,25 @@ def words_parameters(settings: Any, audio: str) -> dict[str, str | bool]:
     else:
         text = settings.typed if settings.transcript_source == "TYPED" else ""
     return {"text": text} if text.strip() else {}
+
+
+def words_again(params: dict[str, Any], audio: str, spoken: str) -> dict[str, str | bool]:
+    """Return the engine's parameters for the words of another recording of what a take with ``params`` says: recognised again,
+    or from the file beside the recording, or the words ``spoken`` as they are.
+    """
+    if "recognise" in params:
+        return {"recognise": True}
+    beside = transcript_beside(audio)
+    return {"transcript": beside} if beside else {"text": spoken}
+
+
+def set_recording(armature: ArmatureObject, recording: str) -> str:
+    """Set the character's recording and the transcript beside it; return that transcript's path, "" if there is none."""
+    settings = armature.s2ag
+    settings.audio_source, settings.audio = "FILE", recording
+    settings.transcript_source = "FILE"
+    settings.transcript = str(transcripts.find_transcript(bpy.path.abspath(recording)) or "")
+    return settings.transcript
 
 
 def transcript_beside(audio: str) -> str:

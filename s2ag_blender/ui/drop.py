@@ -9,6 +9,7 @@ from bpy_extras import view3d_utils
 
 from ...core.words.transcript_search import find_transcript
 from ..datablocks import ArmatureObject, Context, is_armature
+from ..takes import sources
 from ..takes.operator_base import armature_of, character
 from ..translations import translate
 from .bases import OperatorMixin, OperatorResult
@@ -41,15 +42,6 @@ def find_target(context: Context, x: int | None = None, y: int | None = None) ->
         armatures = [item for item in context.scene.objects if is_armature(item)]
         armature = armatures[0] if len(armatures) == 1 else None
     return armature
-
-
-def set_recording(armature: ArmatureObject, recording: str) -> str:
-    """Set the character's recording and the transcript beside it; return that transcript's path, "" if there is none."""
-    settings = armature.s2ag
-    settings.audio_source, settings.audio = "FILE", recording
-    settings.transcript_source = "FILE"
-    settings.transcript = str(find_transcript(bpy.path.abspath(recording)) or "")
-    return settings.transcript
 
 
 def _distance(region: Any, view: Any, armature: ArmatureObject, pixel: tuple[int, int]) -> float:
@@ -101,7 +93,7 @@ class S2AG_OT_drop_recording(OperatorMixin, bpy.types.Operator):
         if armature is None:
             self.report({"ERROR"}, translate("There is no character to gesture; select one"))
             return {"CANCELLED"}
-        set_recording(armature, self.filepath)
+        sources.set_recording(armature, self.filepath)
         for selected in context.selected_objects:
             selected.select_set(selected == armature)
         armature.select_set(True)

@@ -13,6 +13,7 @@ from ...core.errors import OutputUnwritable, S2agError, UsageError
 from ...core.motion import skeleton
 from ...core.motion.motion import Motion
 from ...core.motion.readers import ten_joints
+from ...core.settings import names_with
 from ...rigs.skeleton import Mapping, character_frame
 from ..datablocks import ArmatureObject, Context, current_context
 from ..keys.apply import scene_fps
@@ -125,7 +126,7 @@ def speech_of(armature: ArmatureObject, scene: bpy.types.Scene) -> dict[str, Any
     voice = sources.find_voice(settings, scene)
     words = sources.words_parameters(settings, "" if settings.audio_source == "MIXDOWN" else voice.path)
     span = {"first": round(voice.span.start), "last": scene.frame_end if voice.span.last is None else voice.span.last}
-    texts = {name: words.get(name, "") for name in ("transcript", "text")}
+    texts = {name: words.get(name, "") for name in names_with(alternatives="words")}
     return {"mapping": chosen_bones.mapping_of_settings(settings), "sound": voice.path, **texts, **span}
 
 

@@ -88,7 +88,7 @@ class S2AG_PT_expression(_SubPanel, bpy.types.Panel):
 
     def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
         draw_blend(layout, settings)
-        controls = menu_items.control_names(settings.checkpoint)
+        controls = menu_items.control_names(settings)
         draw_group(layout, settings, "expression", steered=bool(controls))
         layout.prop(settings, "partner")
         draw_group(layout, settings, "talk")

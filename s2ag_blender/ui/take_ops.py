@@ -119,15 +119,15 @@ class S2AG_OT_style_grid(GeneratingOperator, bpy.types.Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         reason = why_disabled(context)
-        if not reason and len(menu_items.style_names(require_character(context).s2ag.checkpoint)) < 2:
+        if not reason and len(menu_items.style_names(require_character(context).s2ag)) < 2:
             reason = translate("This gesture model has one style only")
         if reason:
             cls.poll_message_set(reason)
         return not reason
 
     def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
-        styles = menu_items.style_names(armature.s2ag.checkpoint)
-        return generate.plan(context, armature, styles=styles, takes=1)
+        styles = menu_items.style_names(armature.s2ag)
+        return generate.plan(context, armature, styles=styles)
 
 
 class S2AG_OT_keep_take(OnTake, bpy.types.Operator):

@@ -188,7 +188,7 @@ def test_every_style_has_a_name_that_differs_from_the_others(locale):
 
 @pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
 def test_every_style_is_described_in_the_users_language(locale):
-    told = {one["description"] for one in menu_items.speakers_and_controls("")["speakers"]}
+    told = {one["description"] for one in menu_items.speakers_and_controls()["speakers"]}
     described = {text: german for text, german in translations.STYLES[locale].items() if text.endswith(".")}
     assert told == set(described)
     assert all(german.endswith(".") and german != text for text, german in described.items())

@@ -7,6 +7,7 @@ import pytest
 import s2ag
 from s2ag.core.errors import WorkerFailed
 from s2ag.s2ag_blender.engine import client
+from s2ag.s2ag_blender.takes import sources
 from s2ag.s2ag_blender.ui import drop
 
 
@@ -41,7 +42,7 @@ def test_the_handler_takes_recordings_on_a_viewport_with_a_character(figure):
 
 
 def test_a_recording_is_set_with_the_words_beside_it(figure, recording, examples, tmp_path):
-    assert drop.set_recording(figure, recording) == ""
+    assert sources.set_recording(figure, recording) == ""
     words = shutil.copy(examples / "hello.txt", tmp_path)
     assert bpy.ops.s2ag.drop_recording(filepath=recording, generate=False) == {"FINISHED"}
     assert (figure.s2ag.audio, figure.s2ag.transcript, figure.s2ag.audio_source) == (recording, words, "FILE")
