@@ -10,6 +10,13 @@ CAPTURED_CHOSEN_ON = ("m_conversation", "f_gestic_presentation_right_01", "m_ges
 """Names of captured talk that may be taught and that settings may be chosen on: 65 s, all with both hands."""
 CAPTURED_REPORTED = ("f_gestic_presentation_left_01", "f_trolley_talk", "f_umbrella_talk_01")
 """Names of captured talk that is kept for reports: 80 s, 16 s with both hands, 64 s with one hand busy."""
+KINDS = {
+    "a man's conversation": ("m_conversation",),
+    "a man presents": ("m_gestic_presentation_left_01",),
+    "a woman presents": ("f_gestic_presentation_right_01", "f_gestic_presentation_left_01"),
+    "one hand busy": ("f_trolley_talk", "f_umbrella_talk_01"),
+}
+"""The kinds of people that captured talk shows. People who listen do not talk, and SmartBody's clips are emblems."""
 VOICES_CHOSEN_ON = ("hello*", "p001*", "p002*", "sense_and_sensibility_*", "arctic_a*", "arctic_b0[0-4]*")
 """Patterns of file names of voices that settings may be chosen on; the rules of today were, on the first four."""
 VOICES_REPORTED = ("arctic_b05*", "thorsten_emotional/*")
