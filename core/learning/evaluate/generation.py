@@ -70,13 +70,14 @@ class Generator:
 
     def motions(self, talk: Talk, wishes: Sequence[PerformanceOptions], hands: float = 1) -> list[list[Motion]]:
         """Return the takes of every wish; without hands if ``hands`` is 0."""
-        audio, transcript = self._files(talk)
-        shared = {"audio": audio, "transcript": transcript, "hands": hands}
-        requests = [
-            Request(**shared, style=wish.style, seed=wish.seed, takes=wish.takes, **self._controls(wish.controls))
-            for wish in wishes
-        ]
+        requests = [self.request(talk, wish, hands) for wish in wishes]
         return [result.motions for result in self.session.synthesize_all(requests)]
+
+    def request(self, talk: Talk, wish: PerformanceOptions, hands: float = 1) -> Request:
+        """Return a wish as a user would ask for it."""
+        audio, transcript = self._files(talk)
+        of_wish = {"style": wish.style, "seed": wish.seed, "takes": wish.takes, **self._controls(wish.controls)}
+        return Request(audio=audio, transcript=transcript, hands=hands, **of_wish)
 
     def _controls(self, controls: dict[str, float]) -> dict:
         """Return controls as arguments of a :class:`Request`; nothing for a checkpoint without controls."""

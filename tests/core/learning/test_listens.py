@@ -1,13 +1,16 @@
 """Figures of what a network listens to, on performers of whom it is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 pytest.importorskip("scipy", reason="the engine is not installed")
 
 from s2ag.core.errors import UsageError  # noqa: E402
-from s2ag.core.learning.evaluate.generation import write_wave  # noqa: E402
-from s2ag.core.learning.evaluate.listens import bearing, emotion, one_seed, recordings, sliders  # noqa: E402
+from s2ag.core.learning.evaluate import human_recordings  # noqa: E402
+from s2ag.core.learning.evaluate.generation import Generator, PerformanceOptions, write_wave  # noqa: E402
+from s2ag.core.learning.evaluate.listens import bearing, emotion, exchanged, inputs, one_seed, recordings, sliders  # noqa: E402
 from s2ag.core.motion import rest, skeleton  # noqa: E402
 
 RATE = 16000
@@ -148,3 +151,74 @@ def test_sliders_are_ratios_to_the_middle():
     assert result["arousal"]["low"]["speed"] < 0.7 < 1.3 < result["arousal"]["high"]["speed"]
     assert result["valence"]["high"]["speed"] == 1 and result["dominance"]["low"]["lean"] == 0
     assert set(result["arousal"]["low"]["speeds"]) == {"calm", "lively"}
+
+
+class Adder:
+    """A network whose arms depart from rest by what some of its inputs say, twice as far by noise as by MFCCs."""
+
+    def hear(self, mfcc, words, seeds, prosody):
+        return mfcc, seeds
+
+    def told(self, heard, asked):
+        return heard
+
+    def draw(self, heard, style, seeds, noise):
+        motion = np.tile(rest.REST, (len(seeds), 1, 1)).astype(float)
+        motion[:, skeleton.ARM_EDGES] += 0.02 * noise[:, :12].reshape(-1, 4, 3)
+        motion[:, skeleton.ARM_EDGES] += 0.01 * heard[0][: len(seeds), :12].reshape(-1, 4, 3)
+        return skeleton.normalize(motion), None
+
+
+def random_inputs(random, frames=60):
+    sizes = {"mfcc": 40, "words": 3, "prosody": 4, "seeds": 28, "asked": 7, "style": 4, "affect": 4, "noise": 27}
+    return inputs.Inputs(**{name: random.normal(size=(frames * (1 + (name == "mfcc")), size)) for name, size in sizes.items()})
+
+
+def test_shares_of_the_variance_are_those_of_a_sum():
+    random = np.random.default_rng(3)
+    found = exchanged.shares(Adder(), [(random_inputs(random), random_inputs(random)) for _ in range(40)])
+    assert list(found) == list(inputs.GROUPS)
+    for group, share in (("noise", 0.8), ("MFCC", 0.2), ("all that is heard", 0.2), ("words", 0), ("style", 0)):
+        assert found[group]["total"] == pytest.approx(share, abs=0.03), group
+        assert found[group]["first"] == pytest.approx(share, abs=0.06), group
+    assert found["noise"]["degrees"] > 1.8 * found["MFCC"]["degrees"] > 0 == found["words"]["degrees"]
+
+
+@pytest.fixture(scope="module")
+def shipped(tmp_path_factory):
+    return Generator(None, tmp_path_factory.mktemp("listens"))
+
+
+@pytest.fixture(scope="module")
+def spoken(examples):
+    return human_recordings.load_recordings([examples / "hello.flac"])
+
+
+def test_inputs_at_the_door_make_the_performance(shipped, spoken):
+    excerpts = recordings.cut_excerpts(spoken, 4, 3)
+    wishes = [PerformanceOptions("stern", 3), PerformanceOptions("coach", 4)]
+    both = [inputs.record(shipped.session, shipped.request(*one, hands=0)) for one in zip(excerpts, wishes, strict=False)]
+    frames = min(one.frames for one in both) // 50 * 50
+    first, second = (one.cut(frames) for one in both)
+    network = shipped.session.checkpoint.network
+    mixed = first
+    for group in ("noise", "asked strokes", "style", "all that is heard"):
+        mixed = mixed.exchange(second, group)
+    wanted = inputs.perform(network, second)
+    np.testing.assert_array_equal(inputs.perform(network, mixed), wanted)
+    assert np.abs(inputs.perform(network, first) - wanted).max() > 0.1
+    assert second.seeds[0, -1] == 1 and not second.seeds[1:, -1].any() and second.asked.any()
+
+
+def test_another_seed_motion_is_measured(shipped, spoken):
+    found = exchanged.seed_motion(shipped, spoken * 2, 2)
+    assert found["next_second"] > found["second_after"] > 0 and found["encoder"] > 0
+    with pytest.raises(UsageError, match="too little"):
+        exchanged.measure(shipped, [spoken[0].cut(3)], 2)
+
+
+def test_excerpts_take_their_words_along():
+    talk = replace(said("a", 0.1, 9), words=(("one", 0.5, 1.0), ("two", 4.5, 5.0), ("across", 3.9, 4.1)))
+    cut = recordings.cut_excerpts([talk], 4, 9)
+    assert [one.words for one in cut] == [(("one", 0.5, 1.0),), (("two", 0.5, 1.0),)]
+    assert all(len(one.audio) == 4 * RATE for one in cut)

@@ -3,7 +3,7 @@
 import csv
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from ....errors import UsageError
 from ....sound import audio, voice_activity
+from ..comparisons import evenly_spaced
 from ..talks import Talk
 
 EMOTIONS = {
@@ -96,6 +97,18 @@ def preceded(talk: Talk, reading: np.ndarray) -> tuple[Talk, float]:
     before = np.asarray(reading, float) * loud[0] / max(loud[1], 1e-9)
     before = np.concatenate([before / max(np.abs(before).max(initial=0), 1.0), np.zeros(round(_PAUSE * audio.SAMPLE_RATE))])
     return plain(f"{talk.name} after", np.concatenate([before, talk.audio])), len(before) / audio.SAMPLE_RATE
+
+
+def cut_excerpts(talks: Sequence[Talk], seconds: float, most: int) -> list[Talk]:
+    """Cut recordings into whole excerpts of so many seconds, with their words; at most so many, evenly spread."""
+    result = []
+    for talk in talks:
+        for number in range(int(len(talk.audio) / audio.SAMPLE_RATE / seconds)):
+            start, end = number * seconds, (number + 1) * seconds
+            span = slice(int(start * audio.SAMPLE_RATE), int(end * audio.SAMPLE_RATE))
+            words = tuple((word, a - start, b - start) for word, a, b in talk.words if a >= start and b <= end)
+            result.append(replace(plain(f"{talk.name} {start:g}", talk.audio[span]), words=words))
+    return evenly_spaced(result, most)
 
 
 def lines(talks: Sequence[Talk], most: int) -> list[Talk]:
