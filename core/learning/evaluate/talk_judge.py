@@ -91,8 +91,8 @@ def _ask(mine: Windows, people: Mapping[str, Windows], kind: str, draws: int) ->
     figures = []
     for (train, test), _ in product(_halves(mine), range(draws)):
         known = talk_windows.joined([_some(windows, count, random) for windows in taught.values()])
-        persons, own = _paired(known, train, random)
-        strangers, others = _paired(_some(people[kind], count, random), test, random)
+        persons, own = paired(known, train, random)
+        strangers, others = paired(_some(people[kind], count, random), test, random)
         if min(len(own), len(others)) >= LEAST:
             figures.append(_scores(persons, own, strangers, others))
     first, second = np.mean(figures, axis=0).tolist() if figures else (float("nan"), float("nan"))
@@ -126,7 +126,7 @@ def _halves(windows: Windows) -> list[tuple[Windows, Windows]]:
     return [(one, other), (other, one)]
 
 
-def _paired(people: Windows, ours: Windows, random: np.random.Generator) -> tuple[Windows, Windows]:
+def paired(people: Windows, ours: Windows, random: np.random.Generator) -> tuple[Windows, Windows]:
     """Return windows in pairs of nearly equal mean speed, each used once."""
     free, pairs = np.log(ours.speed), []
     for row in random.permutation(len(people)):
@@ -153,7 +153,7 @@ def _tells(mine: Windows, people: Mapping[str, Windows]) -> dict[str, float]:
     """Return the least difference from any kind of people, of features in which ours lie beside all of them."""
     random, apart = np.random.default_rng(0), []
     for windows in people.values():
-        persons, own = _paired(windows, mine, random)
+        persons, own = paired(windows, mine, random)
         if len(own) >= LEAST:
             apart.append((own.features.mean(0) - persons.features.mean(0)) / (persons.features.std(0) + 1e-9))
     if not apart:

@@ -95,7 +95,7 @@ def test_a_recording_is_in_one_half_and_halves_of_one_do_not_overlap():
 def test_pairs_are_of_nearly_equal_speed_and_used_once(people):
     windows = talk_windows.cut(people["kind 0"])
     faster = talk_windows.cut([talking.talk(7, 30, size=0.4)])
-    mine, others = talk_judge._paired(windows, faster, np.random.default_rng(0))
+    mine, others = talk_judge.paired(windows, faster, np.random.default_rng(0))
     assert 0 < len(mine) < len(windows)
     assert np.abs(np.log(mine.speed / others.speed)).max() <= 0.25
     assert len(np.unique(others.velocity.sum((1, 2)))) == len(others)
