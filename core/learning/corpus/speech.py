@@ -2,25 +2,17 @@
 
 import json
 from dataclasses import asdict, dataclass
-from functools import lru_cache
 from os import PathLike
 
 import numpy as np
 
 from ...files import atomic_file
 from ...sound.audio import SAMPLE_RATE
-from . import human_speech, recording_simulation, texts, vocal_delivery, voices
+from . import acting, human_speech, kathleen, recording_simulation, texts, vocal_delivery, voices
 from .phonemes import SpokenWord
+from .talk_list import ROUND, Talk, count, talks
 
-KINDS = (
-    *("piper", "flite:slt", "piper", "flite:rms", "piper", "flite:awb", "piper", "flite:kal16", "piper", "flite:slt"),
-    *("piper", "espeak", "piper", "flite:rms", "piper", "flite:slt", "piper", "flite:awb", "piper", "flite:kal16"),
-)
-"""Voices of a split's talks, in rotation. Every other one is Piper's: a second reading starts one place on, so in another."""
-
-_HUMAN_INTERVAL, _MAX_HUMANS = 20, 28
-"""Every twentieth talk is a recording of a person, 28 in all; their indices stay reserved where the material is missing."""
-
+__all__ = ["Speech", "Talk", "Word", "count", "make", "speak", "talks"]
 
 @dataclass(frozen=True)
 class Word:
@@ -43,8 +35,8 @@ class Speech:
     """A spoken talk: ``clean`` and ``recorded`` (degraded) audio ``(n,)`` float32 at 16 kHz, words, affect of each sentence
     ``(s, 3)``.
 
-    ``voice`` holds its ``kind``, as in ``piper``, ``flite:slt``, ``espeak:en-gb`` or ``human:prompts``. A recording
-    without known text has no words and one row of neutral affect.
+    ``voice`` holds its ``kind``, as in ``piper``, ``flite:slt``, ``espeak:en-gb``, ``human:kathleen`` or ``human:prompts``.
+    ``affect``: what was acted, as ranks 0..1. A recording without known text has no words and one row of neutral affect.
     """
 
     index: int
@@ -79,50 +71,6 @@ class Speech:
         return cls(text["index"], text["split"], clean, recorded, words, affect, text["voice"])
 
 
-@dataclass(frozen=True)
-class Talk:
-    """A talk to be synthesized: its permanent index, the ``kind`` of its voice, the script (None: a person's recording) and
-    its ``number`` (which reading of the script, from 0; which one of the recordings of people)."""
-
-    index: int
-    kind: str
-    script: texts.Script | None
-    number: int
-
-    @property
-    def split(self) -> int:
-        """0 train, 1 validation, 2 test; recordings of people are for training."""
-        return self.script.split if self.script else 0
-
-
-@lru_cache(maxsize=1)
-def talks(material: str, seed: int) -> list[Talk]:
-    """List all possible talks: every script in one voice, people between them, then every script in another voice.
-
-    Every prefix of the list has all splits and nearly the same share of every voice.
-    """
-    scripts = texts.group_scripts(texts.load_sentences(material), seed)
-    result, persons = [], 0
-    for reading in (0, 1):
-        turn = [reading] * len(texts.SPLITS)
-        espeak = reading
-        for script in scripts:
-            if persons < _MAX_HUMANS and len(result) % _HUMAN_INTERVAL == _HUMAN_INTERVAL - 1:
-                result.append(Talk(len(result), "human:prompts" if persons else "human:sonnet", None, persons))
-                persons += 1
-            kind = KINDS[turn[script.split] % len(KINDS)]
-            turn[script.split] += 1
-            if kind == "espeak":
-                kind, espeak = f"espeak:{voices.ESPEAK[espeak % len(voices.ESPEAK)]}", espeak + 1
-            result.append(Talk(len(result), kind, script, reading))
-    return result
-
-
-def count(material: str, seed: int) -> int:
-    """Return the number of talks of :func:`talks`."""
-    return len(talks(material, seed))
-
-
 def make(material: str, index: int, seed: int) -> Speech | None:
     """Synthesize talk ``index`` of :func:`talks`, or join it from recordings; None if no sentence or recording is usable.
 
@@ -133,23 +81,48 @@ def make(material: str, index: int, seed: int) -> Speech | None:
     random = np.random.default_rng([seed, index])
     if talk.script is None:
         return _person_talk(material, talk, seed, random)
-    return speak(talk.script, talk.kind, random, index)
+    hers = talk.kind == kathleen.KIND
+    voice = kathleen.Reader(material, talk.script) if hers else voices.voice(talk.kind)
+    # all readings of a script by one voice are one talker's
+    person = vocal_delivery.draw_voice(talk.kind, np.random.default_rng([seed, 41, talk.script.index, talk.number // ROUND]))
+    if talk.acting == "natural":
+        return _speak(talk.script, voice, person, None, random, index)
+    acted = acting.act(np.array([sentence.affect for sentence in talk.script.sentences]), talk.acting, random, talk.mood)
+    return _speak(talk.script, voice, person, acted, random, index)
 
 
 def speak(script: texts.Script, kind: str, random: np.random.Generator, index: int = 0) -> Speech | None:
-    """Speak a script in a voice of this kind; None if no sentence's words could be aligned."""
-    person, voice = vocal_delivery.draw_voice(kind, random), voices.voice(kind)
+    """Speak a script in a voice of this kind, acting what its text expresses; None if no sentence's words were aligned."""
+    person = vocal_delivery.draw_voice(kind, random)
+    acted = np.array([0.6 * np.array(sentence.affect) + 0.4 * script.affect for sentence in script.sentences])
+    return _speak(script, voices.voice(kind), person, acted, random, index)
+
+
+def _speak(
+    script: texts.Script,
+    voice: voices.Voice,
+    person: vocal_delivery.Voice,
+    acted: np.ndarray | None,
+    random: np.random.Generator,
+    index: int,
+) -> Speech | None:
+    """Speak a script, each sentence in its mood of ``acted`` ``(s, 3)``; None: as the voice says it."""
     pieces, words, affects = [_silence(random.uniform(0.3, 1.5))], [], []
-    for sentence in script.sentences:
-        affect = 0.6 * np.array(sentence.affect) + 0.4 * script.affect
+    moods = np.full((len(script.sentences), 3), acting.NEUTRAL) if acted is None else acted
+    for sentence, affect in zip(script.sentences, moods, strict=True):
         arousal = float(affect[1])
         delivery = vocal_delivery.draw_delivery(person, affect, random)
         utterance = voice.say(sentence, delivery.manner)
         if utterance is None:
             continue
-        plain, spoken = utterance
-        pauses = [vocal_delivery.comma_pause(arousal, random) for _ in spoken[:-1]] + [0.0]
-        audio, spoken = vocal_delivery.insert_pauses(vocal_delivery.apply_delivery(plain, spoken, delivery), spoken, pauses)
+        audio, spoken = utterance
+        if acted is not None:
+            # a recording is as fast as it was read; the vocoder gives it the tempo
+            tempo = delivery.manner.tempo if person.kind == kathleen.KIND else 1.0
+            audio = vocal_delivery.apply_delivery(audio, spoken, delivery, random, tempo)
+            spoken = vocal_delivery.hasten(spoken, tempo)
+            pauses = [vocal_delivery.comma_pause(arousal, random) for _ in spoken[:-1]] + [0.0]
+            audio, spoken = vocal_delivery.insert_pauses(audio, spoken, pauses)
         numbers = [len(affects)] * len(spoken)
         words += _words(spoken, sum(map(len, pieces)), numbers, texts.closing_marks(sentence.text))
         pieces += [audio, _silence(vocal_delivery.sentence_pause(arousal, random))]

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...errors import S2agError
 from ...sound.audio import SAMPLE_RATE
-from . import human_speech, speech
+from . import human_speech, speech, talk_features
 
 
 def load_or_synthesize(material: str, cache: str | PathLike, index: int, seed: int) -> speech.Speech | None:
@@ -41,11 +41,13 @@ def fill(
     workers: int,
     seed: int = 0,
     progress: Callable[[float], object] = lambda seconds: None,
+    features: bool = False,
 ) -> float:
     """Synthesize talks in order until there are ``hours`` of them; return their total in seconds.
 
-    ``progress`` is called with the seconds of each talk in order. Raises ``FileNotFoundError`` where the material is missing
-    and :class:`S2agError` where a voice's program is missing.
+    ``features`` also analyses each talk (:mod:`talk_features`), which a build needs next. ``progress`` is called with the
+    seconds of each talk in order. Raises ``FileNotFoundError`` where the material is missing and :class:`S2agError` where a
+    voice's program is missing.
     """
     count, total = len(speech.talks(material, seed)), 0.0
     Path(cache).mkdir(parents=True, exist_ok=True)
@@ -55,7 +57,7 @@ def fill(
     with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _single_thread) as pool:
         pending = []
         for index in range(count):
-            pending.append(pool.submit(_seconds, material, cache, index, seed))
+            pending.append(pool.submit(_seconds, material, cache, index, seed, features))
             if len(pending) > 2 * workers:
                 total += _report(pending.pop(0), progress)
                 if total >= hours * 3600:
@@ -75,7 +77,7 @@ def _single_thread() -> None:
     os.environ["OMP_NUM_THREADS"] = "1"
 
 
-def _seconds(material: str, cache: str | PathLike, index: int, seed: int) -> float:
+def _seconds(material: str, cache: str | PathLike, index: int, seed: int, features: bool) -> float:
     """Synthesize the talk if its file is missing; return its seconds, or 0 if it cannot be made."""
     path = _path(cache, index)
     if not path.exists():
@@ -83,7 +85,8 @@ def _seconds(material: str, cache: str | PathLike, index: int, seed: int) -> flo
         if talk is None:
             return 0.0
         talk.save(path)
-        return talk.duration
+    if features:
+        talk_features.load_or_analyse(cache, speech.Speech.load(path))
     with np.load(path) as data:
         return len(data["clean"]) / SAMPLE_RATE
 
@@ -102,6 +105,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--hours", type=float, default=10.5, help="hours of speech (default: 10.5)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--features", action="store_true", help="analyse each talk, too, as a build of the corpus does")
     options = parser.parse_args(arguments)
     if not (options.material / "emobank").is_dir():
         print(f"{options.material} holds no emobank. Name the folder with the public material.", file=sys.stderr)
@@ -110,7 +114,8 @@ def main(arguments: list[str] | None = None) -> int:
         from tqdm import tqdm
 
         with tqdm(total=round(options.hours * 3600), unit="s", desc="speech", unit_scale=True) as bar:
-            seconds = fill(str(options.material), options.out, options.hours, options.workers, options.seed, bar.update)
+            material, wanted = str(options.material), (options.hours, options.workers, options.seed)
+            seconds = fill(material, options.out, *wanted, bar.update, options.features)
     except (S2agError, OSError) as error:
         print(error, file=sys.stderr)
         return 2

@@ -15,7 +15,7 @@ import numpy as np
 
 SPLITS = {"train": 0, "dev": 1, "test": 2}
 _REPLACE = str.maketrans({"’": "'", "‘": "'", "“": "", "”": "", '"': "", "–": ", ", "—": ", ", "…": ".", "-": " "})
-_WORD = re.compile(r"[a-z']*[a-z][a-z']*")
+WORD = re.compile(r"[a-z']*[a-z][a-z']*")
 _WORDS_A_SECOND = 2.55
 """Words a second over a whole talk, pauses included; used only to choose the number of sentences of a talk."""
 
@@ -64,7 +64,7 @@ def load_sentences(material: str | PathLike) -> list[Sentence]:
     with open(Path(material) / "emobank" / "emobank.csv", newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
             text = clean_text(row["text"])
-            words = tuple(_WORD.findall(text.lower())) if text else ()
+            words = tuple(WORD.findall(text.lower())) if text else ()
             if 3 <= len(words) <= 32:
                 judged = [float(row[key]) for key in "VAD"]
                 rows.append((text, tuple(word.strip("'") for word in words), judged, SPLITS[row["split"]]))
@@ -79,7 +79,7 @@ def load_sentences(material: str | PathLike) -> list[Sentence]:
 
 def closing_marks(text: str) -> list[str]:
     """Return the punctuation mark after each word of a cleaned sentence, or ""."""
-    return [mark if mark.strip() else "" for mark in (text[m.end() : m.end() + 1] for m in _WORD.finditer(text.lower()))]
+    return [mark if mark.strip() else "" for mark in (text[m.end() : m.end() + 1] for m in WORD.finditer(text.lower()))]
 
 
 def group_scripts(sentences: list[Sentence], seed: int) -> list[Script]:

@@ -1,21 +1,28 @@
-"""Expressive delivery of synthetic speech: random talkers; tempo, pitch, range, loudness, accents and pauses by affect.
+"""Expressive delivery of speech: random talkers; register, tilt, harmonicity, tempo, loudness, accents and pauses by affect.
 
-Arousal makes speech faster, higher, wider in pitch, louder and brighter, with stronger accents and shorter pauses
-(Scherer's findings on vocal affect, in outline). To make many talkers of few voices, the WORLD vocoder changes pitch and
-formants independently; it keeps all times.
+A mood is acted as people act it (:mod:`acting`). To make many talkers of few voices, the WORLD vocoder changes pitch,
+formants and breath independently; it keeps all times unless it is asked for another tempo.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
 from ...sound.audio import SAMPLE_RATE
+from . import acting
 from .phonemes import SpokenWord
 from .voices import Manner
 
-_FLOOR, _CEILING = 60.0, 480.0
-"""Hz: limits of pitch detection and of the changed pitch."""
+_FLOOR, _CEILING, _SHRIEK = 60.0, 480.0, 800.0
+"""Hz: limits of pitch detection, and the highest changed pitch: a woman's register raised by nine semitones, with accents."""
+SYLLABLES = 4.9
+"""Syllables a second of neutral speech: turns a shift of rate into a factor."""
+_MELODY = 2.4
+"""Standard deviation of neutral pitch in semitones."""
+_RANGE = 12.0
+"""Range of neutral pitch in semitones, of which people's shift of range is a share."""
 _FRAME = 0.00625
 _NATURAL_TEMPO = {"piper": 1.06, "flite:slt": 1.06, "flite:rms": 1.28, "flite:awb": 1.14, "flite:kal16": 1.1}
 """Tempo factor that gives each voice an ordinary rate of speech."""
@@ -25,8 +32,9 @@ _PITCHES = {
     "flite:rms": (0.95, 1.8),
     "flite:awb": (0.85, 1.6),
     "flite:kal16": (1.0, 1.9),
+    "human:kathleen": (0.85, 1.1),
 }
-"""Factors from a low man's to a high woman's pitch."""
+"""Factors from a low man's to a high woman's pitch; a person's own voice keeps near itself."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +54,8 @@ class Voice:
 @dataclass(frozen=True)
 class Delivery:
     """Parameters of one sentence: the voice's ``manner``, ``pitch`` factor, ``range``: standard deviation of pitch in
-    semitones, ``formants`` factor, ``loudness`` and ``accent`` gain in dB, ``rise`` of accents in semitones, ``tilt`` in dB."""
+    semitones, ``formants`` factor, ``loudness`` and ``accent`` gain in dB, ``rise`` of accents in semitones, ``tilt`` and
+    ``harmonicity`` in dB, ``flutter``: standard deviation of a fast wavering of the pitch in semitones."""
 
     manner: Manner
     pitch: float
@@ -56,6 +65,8 @@ class Delivery:
     accent: float
     rise: float
     tilt: float
+    harmonicity: float
+    flutter: float
 
 
 def draw_voice(kind: str, random: np.random.Generator) -> Voice:
@@ -75,48 +86,86 @@ def draw_voice(kind: str, random: np.random.Generator) -> Voice:
 
 def draw_delivery(voice: Voice, affect: np.ndarray, random: np.random.Generator) -> Delivery:
     """Draw how ``voice`` speaks a sentence of this valence, arousal and dominance (ranks 0..1)."""
-    valence, arousal, dominance = map(float, affect)
-    tempo = voice.tempo * (0.79 + 0.42 * arousal) * np.exp(random.normal(0, 0.04))
-    semitones = 7 * (arousal - 0.5) + 1 * (valence - 0.5) + random.normal(0, 0.3)
+    _, arousal, dominance = map(float, affect)
+    wanted = acting.shift(affect)
+    high = max(2 * arousal - 1, 0.0)
+    # breath is not all that harmonicity hears: more is asked than comes, and a raised pitch sounds clearer by itself
+    harmonicity = 1.6 * wanted.harmonicity - 0.12 * wanted.pitch
+    semitones = wanted.pitch + random.normal(0, 0.4)
     return Delivery(
-        manner=Manner(float(tempo), voice.noise * (0.85 + 0.4 * arousal), voice.rhythm_noise),
+        manner=Manner(
+            float(voice.tempo * (1 + wanted.rate / SYLLABLES) * np.exp(random.normal(0, 0.03))),
+            voice.noise * (0.85 + 0.4 * arousal),
+            voice.rhythm_noise,
+        ),
         pitch=float(voice.pitch * 2 ** (semitones / 12)),
-        range=float(voice.range * (1.2 + 2.4 * arousal + 0.4 * (valence - 0.5)) * np.exp(random.normal(0, 0.06))),
-        formants=voice.formants,
+        range=float(voice.range * _MELODY * (1 + wanted.range / _RANGE) * np.exp(random.normal(0, 0.06))),
+        formants=float(voice.formants * 2 ** (wanted.formants / 12)),
         loudness=float(9 * (arousal - 0.5) + random.normal(0, 1)),
-        accent=float(1.0 + 4.0 * arousal + 1.0 * dominance),
-        rise=float(0.6 + 2.4 * arousal + 0.5 * dominance),
-        tilt=float(7 * (arousal - 0.5) + 2 * (dominance - 0.5)),
+        accent=float(1.5 + 3.0 * arousal + 1.0 * dominance),
+        rise=float(1.2 + 1.2 * arousal + 0.4 * dominance),
+        tilt=float(wanted.tilt + random.normal(0, 0.8)),
+        harmonicity=float(harmonicity),
+        flutter=float(0.25 * high),
     )
 
 
-def apply_delivery(audio: np.ndarray, words: list[SpokenWord], delivery: Delivery) -> np.ndarray:
-    """Apply pitch, range, formants, accents, tilt and loudness of ``delivery`` to ``(n,)`` at 16 kHz; times stay."""
+def apply_delivery(
+    audio: np.ndarray, words: list[SpokenWord], delivery: Delivery, random: np.random.Generator, tempo: float = 1.0
+) -> np.ndarray:
+    """Apply pitch, range, formants, breath, accents, tilt and loudness of ``delivery`` to ``(n,)`` at 16 kHz.
+
+    Times stay unless a ``tempo`` other than 1 is wanted: then all become shorter by it.
+    """
     bumps = accent_envelope(len(audio), words)
-    audio = change_voice(audio, delivery.pitch, delivery.range, delivery.formants, delivery.rise * bumps)
-    audio = spectral_tilt(audio * 10 ** (delivery.accent * bumps / 20), delivery.tilt)
-    return audio * 10 ** (delivery.loudness / 20)
+    rises = delivery.rise * bumps + delivery.flutter * _waver(len(audio), random)
+    accented = audio * 10 ** (delivery.accent * bumps / 20)
+    acted = change_voice(accented, delivery.pitch, delivery.range, delivery.formants, rises, delivery.harmonicity, tempo)
+    return effort(acted, delivery.tilt) * 10 ** (delivery.loudness / 20)
 
 
-def change_voice(audio: np.ndarray, pitch: float, spread: float, formants: float, rises: np.ndarray) -> np.ndarray:
-    """Change the voice with WORLD analysis and synthesis; times stay.
+def _waver(samples: int, random: np.random.Generator) -> np.ndarray:
+    """Return smooth noise ``(samples,)`` of deviation about 1 that changes within 50 ms, as a pitch under strain does."""
+    knots = np.arange(0, samples + SAMPLE_RATE // 20, SAMPLE_RATE // 20)
+    return np.interp(np.arange(samples), knots, random.normal(0, 1.2, len(knots)))
+
+
+def change_voice(
+    audio: np.ndarray,
+    pitch: float,
+    spread: float,
+    formants: float,
+    rises: np.ndarray,
+    harmonicity: float = 0.0,
+    tempo: float = 1.0,
+) -> np.ndarray:
+    """Change the voice with WORLD analysis and synthesis; times stay, or become shorter by the factor ``tempo``.
 
     ``audio`` ``(n,)`` at 16 kHz; ``pitch`` factor of the median pitch; ``spread``: new standard deviation of pitch in
-    semitones; ``formants`` factor of all resonances; ``rises`` ``(n,)``: semitones added to the pitch.
+    semitones; ``formants`` factor of all resonances; ``rises`` ``(n,)``: semitones added to the pitch; ``harmonicity``: dB
+    by which voice grows over breath.
     """
     import pyworld  # pyright: ignore[reportMissingImports]
 
+    world: Any = pyworld
     audio = np.ascontiguousarray(audio, float)
-    coarse, times = pyworld.dio(audio, SAMPLE_RATE, f0_floor=_FLOOR, f0_ceil=_CEILING, frame_period=_FRAME * 1000)
-    f0 = pyworld.stonemask(audio, coarse, times, SAMPLE_RATE)
-    envelope = pyworld.cheaptrick(audio, f0, times, SAMPLE_RATE)
-    aperiodicity = pyworld.d4c(audio, f0, times, SAMPLE_RATE)
+    coarse, times = world.dio(audio, SAMPLE_RATE, f0_floor=_FLOOR, f0_ceil=_CEILING, frame_period=_FRAME * 1000)
+    f0 = world.stonemask(audio, coarse, times, SAMPLE_RATE)
+    envelope = world.cheaptrick(audio, f0, times, SAMPLE_RATE)
+    aperiodicity = world.d4c(audio, f0, times, SAMPLE_RATE)
     at = np.minimum((times * SAMPLE_RATE).astype(int), len(audio) - 1)
     f0 = change_pitch(f0, pitch, spread, rises[at])
     envelope = np.exp(_stretch(np.log(np.maximum(envelope, 1e-16)), formants))
-    aperiodicity = np.clip(_stretch(aperiodicity, formants), 0, 1)
-    result = pyworld.synthesize(f0, envelope, aperiodicity, SAMPLE_RATE, _FRAME * 1000)
-    return np.pad(result, (0, max(len(audio) - len(result), 0)))[: len(audio)]
+    aperiodicity = breathe(_stretch(aperiodicity, formants), f0, harmonicity)
+    result = world.synthesize(f0, envelope, aperiodicity, SAMPLE_RATE, _FRAME * 1000 / tempo)
+    length = round(len(audio) / tempo)
+    return np.pad(result, (0, max(length - len(result), 0)))[:length]
+
+
+def breathe(aperiodicity: np.ndarray, f0: np.ndarray, harmonicity: float) -> np.ndarray:
+    """Change WORLD's aperiodicity ``(frames, bins)`` in voiced frames by ``harmonicity`` dB (positive: less breath)."""
+    voiced = f0[:, None] > 0
+    return np.where(voiced, np.clip(aperiodicity * 10 ** (-harmonicity / 20), 0.001, 1), np.clip(aperiodicity, 0, 1))
 
 
 def change_pitch(f0: np.ndarray, pitch: float, spread: float, rises: np.ndarray) -> np.ndarray:
@@ -130,7 +179,7 @@ def change_pitch(f0: np.ndarray, pitch: float, spread: float, rises: np.ndarray)
     # octave errors of the tracker do not count
     width = max(float(np.clip(offset[voiced], -6, 6).std()), 0.4)
     offset = np.clip(offset, -9, 9) * float(np.clip(spread / width, 0.3, 3)) + rises
-    return np.where(voiced, np.clip(middle * pitch * 2 ** (np.clip(offset, -12, 14) / 12), _FLOOR, _CEILING), 0)
+    return np.where(voiced, np.clip(middle * pitch * 2 ** (np.clip(offset, -12, 14) / 12), _FLOOR, _SHRIEK), 0)
 
 
 def _stretch(spectra: np.ndarray, factor: float) -> np.ndarray:
@@ -169,6 +218,24 @@ def insert_pauses(audio: np.ndarray, words: list[SpokenWord], seconds: list[floa
     return np.concatenate([*pieces, audio[cut:]]), moved
 
 
+def hasten(words: list[SpokenWord], tempo: float) -> list[SpokenWord]:
+    """Return the words as they are when everything is ``tempo`` times as fast."""
+
+    def at(sample: int) -> int:
+        return round(sample / tempo)
+
+    return [
+        replace(
+            word,
+            start=at(word.start),
+            end=at(word.end),
+            vowel=(at(word.vowel[0]), at(word.vowel[1])),
+            pause=at(word.pause) if word.pause >= 0 else -1,
+        )
+        for word in words
+    ] if tempo != 1 else words
+
+
 def comma_pause(arousal: float, random: np.random.Generator) -> float:
     """Draw the seconds of silence added at a comma."""
     return float(random.uniform(0.05, 0.75 - 0.35 * arousal)) if random.random() < 0.75 else 0.0
@@ -183,9 +250,18 @@ def sentence_pause(arousal: float, random: np.random.Generator) -> float:
 
 def spectral_tilt(audio: np.ndarray, decibels: float) -> np.ndarray:
     """Apply a spectral tilt: 0 dB at 500 Hz, ``decibels`` at 4 kHz and above, minus half of it at low frequencies."""
+    return _filter(audio, lambda octaves: decibels * np.clip(octaves / 3, -0.5, 1))
+
+
+def effort(audio: np.ndarray, decibels: float) -> np.ndarray:
+    """Raise what is over 1 kHz by ``decibels``, as vocal effort does: none up to 500 Hz, all from 1.4 kHz."""
+    return _filter(audio, lambda octaves: decibels * np.clip(octaves / 1.5, 0, 1))
+
+
+def _filter(audio: np.ndarray, gain: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Apply the ``gain`` in dB of each frequency, given in octaves over 500 Hz, without delay."""
     from scipy.fft import irfft, next_fast_len, rfft
 
     size = cast(int, next_fast_len(len(audio), real=True))
     octaves = np.log2(np.maximum(np.fft.rfftfreq(size, 1 / SAMPLE_RATE), 60.0) / 500)
-    spectrum = np.asarray(rfft(audio, size))
-    return np.asarray(irfft(spectrum * 10 ** (decibels * np.clip(octaves / 3, -0.5, 1) / 20), size))[: len(audio)]
+    return np.asarray(irfft(np.asarray(rfft(audio, size)) * 10 ** (gain(octaves) / 20), size))[: len(audio)]
