@@ -130,7 +130,7 @@ class Setting:
 
     def check(self, value: Any) -> None:
         """Raise :class:`UsageError` for a value out of range. Controls are checked by :func:`styles.controls`."""
-        if self.control or (self.low is None and self.high is None):
+        if self.control or value is None or (self.low is None and self.high is None):
             return
         low, high = (-float("inf") if self.low is None else self.low), (float("inf") if self.high is None else self.high)
         if not low <= value <= high:

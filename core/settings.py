@@ -57,10 +57,12 @@ class Settings:
 
     Identity: ``seed``, the number ``take`` of the first take, and the count ``takes``. ``near`` are the steps
     ``(number, spread)`` from a take to a variation of it; with ``spread`` (0..1, a share of the distance between takes) all
-    takes are variations of that one, numbered from ``step`` (:func:`styles.take_identities`). ``latent`` ``(steps, size)``, as
-    in
-    :class:`Result`, is a point of the latent space for each step of the style, instead of random ones. ``made_by`` is the hash
-    of the checkpoint that made the take to be varied; the result has a warning if another checkpoint is used now.
+    takes are variations of that one, numbered from ``step`` (:func:`styles.take_identities`).
+    ``chance`` is the recording whose random numbers a take has (:func:`audio.fingerprint`): None for the one that is heard, 0
+    for none, so that seed and take alone matter, as in takes made before recordings had a part in it. ``latent``
+    ``(steps, size)``, as in :class:`Result`, is a point of the latent space for each step of the style, instead of random
+    ones. ``made_by`` is the hash of the checkpoint that made the take to be varied; the result has a warning if another
+    checkpoint is used now.
 
     Conversation: with ``listen`` the recording is another speaker's, and the character listens to all of it; ``turn`` names
     the speaker of a transcript with names whose lines the character speaks, listening to the others; ``hears`` is the
@@ -101,6 +103,11 @@ class Settings:
         metavar="K", help="that many variations (default {default})",
         label="Takes", tip="How many variations to make in one go", rna="take_count", panel_high=16, previewed=False,
         group="takes",
+    )  # fmt: skip
+    chance: int | None = setting(
+        None, kind="whole", low=0, wrong="Chance {} is negative.", remedy="Give zero or a positive whole number.", column=True,
+        cell=("own",), meta="set", restored=("arms", "face"), metavar="N",
+        help="the chance of another take: the number in its provenance, 0 if there is none (default: the recording's own)",
     )  # fmt: skip
     intensity: float = setting(
         1.0, low=0.0, high=3.0, soft_high=1.5, curve=True, column=True, cell=("own", "sheet"), meta="always",

@@ -13,7 +13,7 @@ PROPERTY = "s2ag"
 
 _KINDS = {"place": dict, "settings": dict, "seed": int, "take": int, "style": (str, dict), "near": (list, type(None))}
 _KINDS |= {"pose": (list, type(None)), "keyed_pose": (dict, type(None)), "checkpoint": str, "edits": list, "touched": list}
-_KINDS |= {"start": (int, float), "way": (list, type(None)), "follows": (dict, type(None))}
+_KINDS |= {"start": (int, float), "way": (list, type(None)), "chance": int, "follows": (dict, type(None))}
 _PLACE = {"result": str, "first": int, "last": int, "influence": (int, float), "blend_in": int, "blend_out": int}
 
 

@@ -61,7 +61,7 @@ ELSEWHERE: dict[str, tuple[str, ...]] = {
     "intensity": ("core/face/", "core/motion/"),  # in the provenance of a face
     "affect": ("core/model/",),  # a part of imported networks
     "meaning": ("core/motion/stroke_requests.py",),  # a channel
-    "rate": ("core/motion/",),  # frames a second
+    "rate": ("core/motion/", "core/sound/"),  # frames or syllables a second
     "turn": ("core/meaning/", "rigs/"),  # of a palm, of a pelvis
     "listen": ("s2ag_blender/takes/stages.py",),  # a stage of the engine
     "spread": ("core/motion/", "core/synthesis/accent_selection.py", "core/sampling/", "rigs/"),  # of fingers, chances
@@ -85,6 +85,7 @@ ELSEWHERE: dict[str, tuple[str, ...]] = {
         *("core/cli/edit.py", "core/words/hints.py", "core/batch/summary.py", *_STATED, "core/sampling/style_map.py"),
     ),
     "near": _STATED,
+    "chance": ("core/synthesis/style_sequence.py", *_STATED),  # a fact of a speaker
     "transcript": ("core/words/readers/", *_STATED),  # a key of other programs' files
     "text": (  # a kind of setting, a key of other programs' files, an argument of Blender's
         *("core/batch/manifest.py", "core/declaration.py", "core/words/readers/", "s2ag_blender/ui/setting_properties.py"),

@@ -163,7 +163,8 @@ def _fill_from_cell(values: dict, cell: str, checkpoint: str | None) -> None:
     own = [name for name in names_with(cell="own") if name in values]
     if own:
         raise ValueError(f"A cell has its own {own[0]}; leave that empty.")
-    stored = {name: value for name, value in sheet.request_of_cell(cell, checkpoint).items() if value not in (None, "")}
+    found = sheet.request_of_cell(cell, checkpoint, values.get("audio", ""))
+    stored = {name: value for name, value in found.items() if value not in (None, "")}
     stored |= {name: _points(stored[name], None) for name in names_with(kind="points")}
     if values.get("audio", stored["audio"]) != stored["audio"] or any(values.get(name) for name in _WORDS):
         stored = {name: value for name, value in stored.items() if name not in _WORDS}

@@ -117,8 +117,9 @@ def _request_of_cell(options: argparse.Namespace) -> "Request":
     if any(getattr(options, one.name) not in (one.usually, None, []) for one in own):
         flags = ", ".join(one.flag for one in own if not one.control)
         raise UsageError("A chosen cell has its own style, seed and settings.", f"Leave out {flags} and the controls.")
-    values = request_of_cell(options.chosen, options.checkpoint)
-    is_other = options.audio is not None and str(options.audio.absolute()) != values["audio"]
+    named = "" if options.audio is None else str(options.audio.absolute())
+    values = request_of_cell(options.chosen, options.checkpoint, named)
+    is_other = named not in ("", values["audio"])
     options.audio = options.audio or Path(values["audio"])
     if is_other or _has_words(options):
         values |= {"audio": options.audio, **{name: _value(options, table(Settings)[name]) for name in names_with(words=True)}}

@@ -17,12 +17,20 @@ def request_from_meta(meta: Mapping, audio: str | PathLike, **words: Any) -> Req
     try:
         style = meta["style"]
         sequence = style if isinstance(style, list) else [style]
-        settings = {name: meta[name] for name in names_with(restored="arms") if meta.get(name) is not None}
+        settings = restored_settings(meta, "arms")
         settings |= {"style": _style_sequence(sequence) if len(sequence) > 1 else sequence[0]}
         near = tuple((int(number), float(spread)) for number, spread in meta.get("near", ()))
         return Request(audio, **words, **settings, near=near)
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
         raise UsageError("Nothing is known of how this take was made.", "Direct an .npz of s2ag synth.") from error
+
+
+def restored_settings(meta: Mapping, part: str) -> dict[str, Any]:
+    """Return the settings with which ``part`` (arms or face) of a take is made again, with the random numbers that made it.
+
+    Takes made before recordings had a part in chance have no entry of it.
+    """
+    return {"chance": 0} | {name: meta[name] for name in names_with(restored=part) if meta.get(name) is not None}
 
 
 def check_recording(meta: Mapping, digest: str) -> None:

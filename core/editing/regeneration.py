@@ -30,8 +30,9 @@ class Regenerator:
     """Regenerates spans of a take of ``request`` with the network of ``session``."""
 
     def __init__(self, session: Session, request: Request, stages: Stages):
-        self.session, self.request, self.stages = session, request, stages
+        self.session, self.stages = session, stages
         self.heard, self.performers = session.hear(request, stages)
+        self.request = self.performers.request  # with the recording's chance
         self._generated, self._last = np.zeros(self.heard.frames, bool), None
 
     def turned(self, changes: Sequence[tuple[float, str]]) -> "Regenerator":

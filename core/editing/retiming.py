@@ -19,6 +19,7 @@ from ..synthesis.features import SpeechFeatures
 from ..synthesis.request import Request
 from ..synthesis.session import Session
 from ..synthesis.stages import Stages
+from .provenance import restored_settings
 from .time_alignment import TimeMap, align_words
 
 _TIMES = ("at", "to", "from")
@@ -41,8 +42,7 @@ def retime(
     old = motion.meta
     if old.get("listen"):
         raise UsageError("The take listens, and follows no words of its own.", "Make a new one of the new recording.")
-    settings = {name: old[name] for name in names_with(restored="face") if name in old}
-    request = Request(audio, **settings, **words)
+    request = Request(audio, **restored_settings(old, "face"), **words)
     heard, _ = session.hear(request, Stages(progress, lambda: False))
     there = align_words(motion.words, heard.words)
     count = max(round(heard.frames * motion.fps / skeleton.FPS), 1)

@@ -28,7 +28,8 @@ _REMEDY = "Make one with: s2ag sample AUDIO -o SHEET.mp4"
 @dataclass(frozen=True)
 class Cell:
     """One take on a sheet: where it stands (from 0), its ``style`` expression, its ``seed`` and which ``take`` of that seed
-    it is (from 0), and the points of the latent space ``(steps, size)`` that perform.
+    it is (from 0), the points of the latent space ``(steps, size)`` that perform, and the recording's ``chance``, 0 in sheets
+    made before it had a part.
     """
 
     row: int
@@ -37,6 +38,7 @@ class Cell:
     seed: int
     take: int
     latent: list[list[float]]
+    chance: int = 0
 
     @property
     def label(self) -> tuple[str, str]:
@@ -80,7 +82,8 @@ class Sheet:
             content = json_text.read(path)
             if content["format"] != FORMAT:
                 raise ValueError("another format")
-            cells = [Cell(**{name: one[name] for name in Cell.__dataclass_fields__}) for one in content["cells"]]
+            told = [{"chance": 0, **one} for one in content["cells"]]
+            cells = [Cell(**{name: one[name] for name in Cell.__dataclass_fields__}) for one in told]
             settings = {name: content[name] for name in SHARED if name in content}
             sheet = cls(content["audio"], content["checkpoint"], cells, settings)
             sheet.check()
@@ -91,7 +94,7 @@ class Sheet:
     def check(self) -> None:
         """Raise ValueError or TypeError for what no sample holds."""
         texts = (self.audio, self.checkpoint, *(one.style for one in self.cells))
-        wholes = [number for one in self.cells for number in (one.row, one.column, one.seed, one.take)]
+        wholes = [number for one in self.cells for number in (one.row, one.column, one.seed, one.take, one.chance)]
         kinds = [(value, str) for value in texts] + [(value, int) for value in wholes]
         kinds += [(value, KINDS[SHARED[name].kind]) for name, value in self.settings.items() if value is not None]
         if not all(type(value) in (kind if isinstance(kind, tuple) else (kind,)) for value, kind in kinds):
@@ -125,7 +128,8 @@ def sample(
         for take, (motion, latent) in enumerate(zip(result.motions, result.latents, strict=True)):
             row, column = divmod(len(cells), columns)
             points = [[float(value) for value in point] for point in latent]
-            cells.append(Cell(row, column, style or styles.default_speaker(speakers), request.seed, take, points))
+            named, chance = style or styles.default_speaker(speakers), motion.meta.get("chance", 0)
+            cells.append(Cell(row, column, named, request.seed, take, points, chance))
             motions.append(motion)
     settings = {name: getattr(request, name) for name in SHARED}
     paths = {name: str(Path(settings[name]).absolute()) for name in names_with(cell="sheet", kind="path") if settings[name]}
@@ -142,13 +146,17 @@ def find_cell(reference: str) -> tuple[Sheet, Cell]:
     return sheet, sheet.cells[int(number) - 1]
 
 
-def request_of_cell(reference: str, checkpoint: str | PathLike | None = None) -> dict:
+def request_of_cell(reference: str, checkpoint: str | PathLike | None = None, audio: str = "") -> dict:
     """Return the fields of a :class:`Request` that makes the cell ``SHEET.json:NUMBER`` again, recording and words included.
+
+    Where another recording ``audio`` is to be performed in its stead, chance is that one's.
 
     Raises :class:`SampleUnreadable`, and :class:`UsageError` where it was sampled with another ``checkpoint``.
     """
     sheet, one = find_cell(reference)
     if describe(checkpoint)["hash"] not in ("", sheet.checkpoint):
         raise UsageError(f"{reference} was sampled with another checkpoint.", "Name that one with --checkpoint.")
-    own = {name: getattr(one, name) for name in ("style", "seed", "take", "latent")}
+    own = {name: getattr(one, name) for name in ("style", "seed", "take", "latent", "chance")}
+    if audio not in ("", sheet.audio):
+        del own["chance"]
     return {"audio": sheet.audio, **sheet.defaulted, **own}

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
+from zlib import crc32
 
 import numpy as np
 
@@ -45,7 +46,7 @@ class SpeechFeatures:
     ``words`` are (word, start, end); ``wishes`` the marks between them; ``shows`` the vocabulary of gestures for phrases, None
     where words are not understood; ``activity`` ``(frames,)`` in 0..1 where the performer's voice is. ``spoken`` is what a face
     needs, None without a face; ``others`` the other speaker, if any; ``rhythm`` prosody and accents, None for networks that
-    hear none. ``seconds`` are durations of the stages so far.
+    hear none. ``chance`` keys the random numbers of performances. ``seconds`` are durations of the stages so far.
     """
 
     digest: str
@@ -60,13 +61,14 @@ class SpeechFeatures:
     spoken: animation.SpeechFeatures | None = None
     others: OtherVoice | None = None
     rhythm: prosody.Prosody | None = None
+    chance: int = 0
 
 
 def hear(session: Any, request: Request, sound: np.ndarray, stages: Stages) -> SpeechFeatures:
     """Return words, pauses and features of ``sound`` ``(n,)`` at 16 kHz, as the network of the :class:`Session` wants them."""
     from ..sound import audio
 
-    named, (sound, other) = audio.digest(sound), _voices(request, sound)
+    named, chance, (sound, other) = audio.digest(sound), _chance(request, sound), _voices(request, sound)
     # While another process aligns the words, this one measures what does not depend on them.
     with run_in_background(*(() if request.turn else _measurements(session.checkpoint.config, sound))) as begun:
         if request.listen:
@@ -78,7 +80,7 @@ def hear(session: Any, request: Request, sound: np.ndarray, stages: Stages) -> S
             said, spans = speaker_turns.words_of_speaker(said, _text(request), request.turn)
             sound, other = _separate(sound, spans)
             measurements = _measurements(session.checkpoint.config, sound)
-        return _assemble(session, request, stages, named, said, (sound, other), measurements)
+        return replace(_assemble(session, request, stages, named, said, (sound, other), measurements), chance=chance)
 
 
 def _assemble(
@@ -117,6 +119,14 @@ def _assemble(
     others = None if other is None else stages.run("listen", lambda: _other_voice(other, activity))
     heard = SpeechFeatures(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
     return replace(heard, rhythm=rhythm)
+
+
+def _chance(request: Request, sound: np.ndarray) -> int:
+    """Return the key of a recording's random numbers; each who speaks in turns or listens has one of its own."""
+    from ..sound import audio
+
+    part = f"{request.turn.casefold()} {request.listen}" if request.turn or request.listen else ""
+    return crc32(part.encode(), audio.fingerprint(sound)) or 1
 
 
 def _measurements(config: Any, sound: np.ndarray) -> list[Callable]:

@@ -107,7 +107,7 @@ class _Plan:
         """Draw a take's frames of one tile into the ``wholes``."""
         start, stop, low, high = place
         request = self.performers.request
-        drawn = noise(request.seed, request.identities[row], low, high, self.network.noise_size, self.performers.who)
+        drawn = noise(request.keyed_seed, request.identities[row], low, high, self.network.noise_size, self.performers.who)
         drawn = drawn * _cut(self.lively, low, high)[:, None]
         if self.asked is not None:
             heard = self.network.told(heard, _cut(self.asked[row], low, high))

@@ -75,7 +75,7 @@ def _asked_strokes(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequ
     marked = np.zeros((frames, len(stroke_requests.CHANNELS)), np.float32) if written is None else written
     taken = marked[:, 0] > 0
     turns = () if performers.begins is None else performers.begins / skeleton.FPS
-    keys = [(request.seed, identity, performers.who) for identity in request.identities]
+    keys = [(request.keyed_seed, identity, performers.who) for identity in request.identities]
     accents = [accent_selection.accent_channels(heard.rhythm, tastes, controls, key, taken, turns) for key in keys]
     return np.stack([marked if one is None else np.where(taken[:, None], marked, one) for one in accents])
 
@@ -106,7 +106,8 @@ def cache_key(checkpoint: Any, heard: SpeechFeatures, cast: Sequence[StyleSequen
         return latents.shape, latents.tobytes(), np.concatenate([one.seeds for one in cast]).tobytes()
     given = [one.given(heard.frames) for one in cast]
     kept = tuple((one.frames.tobytes(), one.directions.tobytes()) for one in given)
-    drawn = tuple((one.request.seed, tuple(one.request.identities), one.request.hand, str(one.request.curves)) for one in cast)
+    requests = [one.request for one in cast]
+    drawn = tuple((one.keyed_seed, tuple(one.identities), one.hand, str(one.curves)) for one in requests)
     return latents.shape, latents.tobytes(), kept, drawn
 
 

@@ -43,7 +43,7 @@ def correct(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
 
     def corrected(one: tuple) -> Refined:
         identity, drawn, numbers, idle = one
-        key = request.seed, identity, performers.who
+        key = request.keyed_seed, identity, performers.who
         return refine.refine(drawn, replace(common, idle=idle, key=key, drawn=drawn, numbers=numbers), rules)
 
     return parallel_map(corrected, zip(request.identities, *made, strict=True))
@@ -66,15 +66,15 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, r
     def expressed(one: tuple) -> Motion:
         (take, near), drawn = one
         about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
-        asked = heard.wishes.gestures, request.meaning * performers.readiness, (request.seed, take)
+        asked = heard.wishes.gestures, request.meaning * performers.readiness, (request.keyed_seed, take)
         shown = gesture_selection.choose_gestures(vocabulary, heard.words, *asked, occasions) if vocabulary else []
         which = gesture_blending.arms_of_gestures(drawn.directions, shown)
         directions = hints.apply_hints(gesture_blending.blend_gestures(drawn.directions, shown, which), heard.wishes, pose)
-        directions = still.live(directions, pose, request.seed + take)
+        directions = still.live(directions, pose, request.keyed_seed + take)
         if shown:
             about["shows"] = [[one.gesture.name, round(one.lands, 3)] for one in shown]
         if heard.others is not None:
-            answers = listener_response.draw_responses(heard.others.phrases, heard.others.share, request.seed + take)
+            answers = listener_response.draw_responses(heard.others.phrases, heard.others.share, request.keyed_seed + take)
             directions = listener_response.apply_responses(directions, answers, heard.others.share)
             about["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answers]
         straight = directions
@@ -100,7 +100,7 @@ def _hands(request: Request, performers: StyleSequence, take: int, refined: Refi
         hands = refined.hands.moved_with_arms(refined.under, directions)
         hands = hands.mixed(hand_synthesis.hanging_hands(directions), refined.relaxed) if refined.relaxed.any() else hands
     else:
-        hands = hand_synthesis.synthesize_hands(directions, _name(performers), request.seed + take)
+        hands = hand_synthesis.synthesize_hands(directions, _name(performers), request.keyed_seed + take)
     calm = _calm(request, len(directions))
     hands = hands if np.all(calm == 1) else hand_synthesis.hanging_hands(directions).mixed(hands, calm)
     return hands.scaled(directions, request.hands)
@@ -110,7 +110,7 @@ def _pelvis(request: Request, heard: SpeechFeatures, style: str, take: int, dire
     """Return the pelvis of a finished performance; None where none is asked for."""
     if not request.stance:
         return None
-    pelvis = stance.synthesize_pelvis(directions, heard.activity, heard.words, style, request.seed + take)
+    pelvis = stance.synthesize_pelvis(directions, heard.activity, heard.words, style, request.keyed_seed + take)
     return pelvis.scaled(request.stance * _calm(request, len(directions)))
 
 
@@ -119,7 +119,7 @@ def synthesize_face(request: Request, heard: SpeechFeatures, take: int, directio
     if not request.face or heard.spoken is None:
         return None
     about = curves.affects(request, len(heard.spoken.loudness), RATE), request.face, request.face_smoothness
-    return animation.make_face(heard.spoken, directions, request.seed + take, *about)
+    return animation.make_face(heard.spoken, directions, request.keyed_seed + take, *about)
 
 
 def _calm(request: Request, frames: int) -> np.ndarray | float:

@@ -61,6 +61,11 @@ class Request(Settings):
         return styles.take_identities(self.take, self.takes, tuple(self.near), self.spread, self.step)
 
     @property
+    def keyed_seed(self) -> int:
+        """The seed of a performance's random numbers: ``seed``, with the recording's ``chance`` above its 32 bits."""
+        return self.seed + ((self.chance or 0) << 32)
+
+    @property
     def controls(self) -> np.ndarray:
         """Affect, rate and hand ``(5,)`` in the order of :data:`settings.CONTROLS`."""
         return styles.controls(self.affect, self.rate, self.hand)

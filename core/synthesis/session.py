@@ -154,12 +154,14 @@ class Session:
         sound = None if known is not None else stages.run("read audio", lambda: audio.load(requests[0].audio))
         checkpoint = stages.run("load model", lambda: self.checkpoint)
         # Cast before anything long, because that complains of unknown styles.
-        cast = [style_sequence.from_request(checkpoint, request) for request in requests]
+        for request in requests:
+            style_sequence.from_request(checkpoint, request)
         if sound is not None:
             known = features.hear(self, requests[0], sound, stages)
         assert known is not None
         heard, hinted = replace(known, seconds=stages.seconds), known.wishes.styles
-        return heard, [style_sequence.from_request(checkpoint, one, hinted) for one in requests] if hinted else cast
+        keyed = [replace(one, chance=known.chance) if one.chance is None else one for one in requests]
+        return heard, [style_sequence.from_request(checkpoint, one, hinted) for one in keyed]
 
     def _draw(
         self, heard: SpeechFeatures, cast: list[StyleSequence], recording: tuple, memory: SessionCache, stages: Stages

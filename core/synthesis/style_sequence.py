@@ -151,10 +151,11 @@ def from_request(checkpoint: Any, request: Request, hinted: Sequence[tuple] = ()
 def draw_latents(checkpoint: Any, request: Request, weights: dict[int, float] | None) -> np.ndarray:
     """Draw a style for each take ``(takes, size)``, steered by the controls; these vary a little after the first take."""
     mean, deviation = checkpoint.network.speakers
-    drawn = styles.sample_styles(weights, mean, deviation, request.seed, request.identities)
+    seed = request.seed if weights is None else request.keyed_seed  # a random performer is the same for all recordings
+    drawn = styles.sample_styles(weights, mean, deviation, seed, request.identities)
     if not checkpoint.config.controls or curves.has_control_curves(request):
         return drawn
-    return checkpoint.network.steer(drawn, styles.vary_controls(request.controls, request.seed, request.identities))
+    return checkpoint.network.steer(drawn, styles.vary_controls(request.controls, request.keyed_seed, request.identities))
 
 
 def _steering(checkpoint: Any, request: Request) -> Callable[[np.ndarray], np.ndarray] | None:
@@ -163,7 +164,7 @@ def _steering(checkpoint: Any, request: Request) -> Callable[[np.ndarray], np.nd
         return None
 
     def steer(points: np.ndarray) -> np.ndarray:
-        wishes = styles.vary_controls(curves.controls(request, points.shape[1]), request.seed, request.identities)
+        wishes = styles.vary_controls(curves.controls(request, points.shape[1]), request.keyed_seed, request.identities)
         pairs = zip(points, np.moveaxis(wishes, 1, 0), strict=True)
         return np.stack([checkpoint.network.steer(*pair) for pair in pairs]).astype(np.float32)
 

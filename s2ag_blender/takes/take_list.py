@@ -9,7 +9,7 @@ from .. import provenance
 from ..datablocks import ArmatureObject
 from ..keys import layers
 from ..keys.apply import scene_fps
-from ..translations import translate_style
+from ..translations import translate, translate_style
 from . import drafts, sound_strips, stored_settings
 
 
@@ -136,14 +136,18 @@ def remake_arguments(action: bpy.types.Action, **changes: Any) -> dict[str, Any]
     same = {"kept": meta["settings"], "keyed_pose": meta.get("keyed_pose"), "pose": meta.get("pose")}
     same |= {"around": meta.get("around"), "like": action}
     identity = {"style": meta["style"], "take": meta.get("take", 0), "near": meta.get("near") or [], "takes": 1}
-    return {**same, **identity, "seed": meta["seed"], **changes}
+    chance = meta.get("chance", 0)  # takes made before recordings had a part in it have none
+    return {**same, **identity, "seed": meta["seed"], "chance": chance, **changes}
 
 
-def recall_settings(armature: ArmatureObject, action: bpy.types.Action) -> None:
-    """Restore the settings with which a take was made."""
+def recall_settings(armature: ArmatureObject, action: bpy.types.Action) -> str:
+    """Restore the settings with which a take was made; return a sentence on what they do not make again, "" for nothing."""
     meta = provenance.require(action)
     stored_settings.restore(armature.s2ag, meta["settings"])
     armature.s2ag.seed = meta["seed"]
+    if "chance" in meta:
+        return ""
+    return translate("An earlier version made this take: these settings make another one now. Changes of it still fit in")
 
 
 def reroll_arguments(armature: ArmatureObject, action: bpy.types.Action) -> dict[str, Any]:
@@ -153,7 +157,7 @@ def reroll_arguments(armature: ArmatureObject, action: bpy.types.Action) -> dict
     seed = int(provenance.require(action)["seed"]) + 1
     while seed in used:
         seed += 1
-    return remake_arguments(action, seed=seed, take=0, near=[])
+    return remake_arguments(action, seed=seed, take=0, near=[], chance=None)
 
 
 def variation_arguments(armature: ArmatureObject, action: bpy.types.Action, spread: float, count: int) -> dict[str, Any]:

@@ -183,7 +183,9 @@ class S2AG_OT_recall_take(OnTake, bpy.types.Operator):
 
     def execute(self, context: Context) -> OperatorResult:
         armature = require_character(context)
-        take_list.recall_settings(armature, take_list.active(armature).action)
+        news = take_list.recall_settings(armature, take_list.active(armature).action)
+        if news:
+            self.report({"INFO"}, news)
         return {"FINISHED"}
 
 

@@ -240,6 +240,7 @@ def test_gestures_follow_their_words_in_another_recording(speaker, take, voice, 
     longer, at = with_pause(voice, gesture_edits.stored_words(take), pause)
     write_wav(tmp_path / "better.wav", longer)
     gestures, strip = gesture_edits.shown_gestures(take, scene), retiming.strip_of_take(take, scene)
+    chance = provenance.read(take)["chance"]
     strip.sound = bpy.data.sounds.load(str(tmp_path / "better.wav"))
     bpy.ops.ed.undo_push(message="replaced")
     assert press(bpy.ops.s2ag.follow_sound) == {"FINISHED"}
@@ -250,6 +251,7 @@ def test_gestures_follow_their_words_in_another_recording(speaker, take, voice, 
         if abs(one.at - at) > 1.0:
             assert abs(moved - pause * (one.at > at)) <= 0.08 + 1 / fps, (one, moved)
     assert not bpy.ops.s2ag.follow_sound.poll() and speaker.s2ag.takes[-1].recording == "better.wav"
+    assert provenance.read(now(speaker))["chance"] == chance
     far = max(after, key=lambda one: one.frame)
     kept = curves(now(speaker))
     scene.frame_set(far.frame)

@@ -131,6 +131,21 @@ def test_settings_of_an_older_version_are_defaults(speaker):
     assert len(outcome.actions) == 1
 
 
+def test_a_take_keeps_its_chance_and_one_from_before_has_none(speaker):
+    press(bpy.ops.s2ag.generate)
+    action = played(speaker)
+    meta = provenance.read(action)
+    assert meta["chance"] > 0
+    again = generate.plan(bpy.context, speaker, **take_list.remake_arguments(action)).params
+    assert again["chance"] == meta["chance"]
+    assert press(bpy.ops.s2ag.recall_take) == {"FINISHED"} and not take_list.recall_settings(speaker, action)
+    provenance.stamp(action, {name: value for name, value in meta.items() if name != "chance"})
+    assert generate.plan(bpy.context, speaker, **take_list.remake_arguments(action)).params["chance"] == 0
+    assert take_list.variation_arguments(speaker, action, 0.2, 1)["chance"] == 0
+    assert "chance" not in generate.plan(bpy.context, speaker, **take_list.reroll_arguments(speaker, action)).params
+    assert take_list.recall_settings(speaker, action).startswith("An earlier version made this take")
+
+
 def test_variations_are_near_their_take_and_never_the_same(three):
     def distance(one, other):
         found = [np.abs(curves(one)[key] - curves(other)[key]).mean() for key in curves(one)]
