@@ -21,7 +21,8 @@ SUMMARY = "measure a checkpoint's gestures on held-out speech and write a report
 EXAMPLE = """examples:
   s2ag evaluate --data corpus --speech corpus/speech --report report
   s2ag evaluate --data corpus --speech corpus/speech --material PATH --compare old.safetensors --films --report report
-  s2ag evaluate --faces --human voice.wav"""
+  s2ag evaluate --faces --human voice.wav
+  s2ag evaluate --talk --material PATH --data corpus      is it told apart from people's talk?"""
 EXAMPLE_RECORDING = Path(__file__).parents[2] / "examples" / "hello.flac"
 MOST_TALKS = 1000
 
@@ -35,6 +36,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "measure only speaking faces, of the recordings of people: closed lips, jaw and voice, blinks, eyes; needs no corpus"
     )
     parser.add_argument("--faces", action="store_true", help=faces)
+    talk = (
+        "measure only how far talk is told apart from people's, on captured talk and voices that nothing was chosen on; needs "
+        "--material, and --data only to judge the corpus, too"
+    )
+    parser.add_argument("--talk", action="store_true", help=talk)
+    people_data = "talk: a data set of people's talk, made by s2ag data, as one more kind of people; several times for several"
+    parser.add_argument("--people", metavar="FOLDER", type=Path, action="append", default=[], help=people_data)
+    choosing = "talk: use the captured talk and voices that settings may be chosen on, and not those that are reported"
+    parser.add_argument("--choosing", action="store_true", help=choosing)
     synthesis_options.add_checkpoint(parser)
     parser.add_argument("--compare", metavar="FILE", type=Path, help="another checkpoint to stand beside")
     clips = "folder with smartbody/: the captured clips that motion is held against"
@@ -63,6 +73,8 @@ def run(options: argparse.Namespace) -> int:
             raise AudioUnreadable(f"The recording {path} does not exist.", "Check the name and the folder.")
     if options.faces:
         return _faces(people, options.report)
+    if options.talk:
+        return _talk(options)
     for name in ("data", "speech", "report"):
         if getattr(options, name) is None:
             raise UsageError(f"--{name} is required.", "Name the folder, or measure faces alone with --faces.")
@@ -93,6 +105,37 @@ def run(options: argparse.Namespace) -> int:
     verdicts = [outcome.report["verdicts"], *outcome.report["variety_verdicts"].values()]
     missed = dict.fromkeys(key for each in verdicts for key, verdict in each.items() if verdict["reached"] is False)
     note(f"{place / 'report.md'} is written; {len(missed)} goals are missed{': ' if missed else ''}{', '.join(missed)}.")
+    return 0
+
+
+def _talk(options: argparse.Namespace) -> int:
+    """Print how far talk is told apart from people's, with figures and faults; write them to the report, if there is one."""
+    from ..files import atomic_file
+    from ..learning.evaluate import talk_trial
+
+    if options.material is None:
+        raise UsageError("--material is required.", "Name the folder that holds rocketbox_clips/.")
+    set_passive_waiting()
+    setting = talk_trial.Setting(
+        options.material,
+        options.checkpoint,
+        options.compare,
+        options.data,
+        options.people,
+        options.human or (),
+        options.performers,
+        not options.choosing,
+    )
+    with Progress() as progress:
+        result = talk_trial.try_talk(setting, progress)
+    page = talk_trial.page(result)
+    print(page)
+    if options.report is not None:
+        options.report.mkdir(parents=True, exist_ok=True)
+        for name, text in (("talk.md", page), ("talk.json", json.dumps(talk_trial.finite(result), indent=1))):
+            with atomic_file(options.report / name) as temporary:
+                temporary.write_text(text + "\n", "utf-8")
+        note(f"{options.report / 'talk.md'} is written.")
     return 0
 
 

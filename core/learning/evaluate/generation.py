@@ -15,6 +15,7 @@ from ...motion.motion import Motion
 from ...sound.audio import SAMPLE_RATE
 from ...synthesis import generation
 from ...synthesis.session import Request, Session
+from ...synthesis.stages import Stages
 from .talks import Talk
 
 
@@ -78,6 +79,17 @@ class Generator:
         audio, transcript = self._files(talk)
         of_wish = {"style": wish.style, "seed": wish.seed, "takes": wish.takes, **self._controls(wish.controls)}
         return Request(audio=audio, transcript=transcript, hands=hands, **of_wish)
+
+    def drawn_and_finished(
+        self, talk: Talk, style: str, seed: int, intensities: Sequence[float]
+    ) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Return directions ``(frames, 9, 3)`` of one take as the network draws it, and finished at each intensity."""
+        audio, transcript = self._files(talk)
+        self.session.remember()  # the recording is heard once, and the take drawn once for all intensities
+        requests = [Request(audio, transcript=transcript, style=style, seed=seed, intensity=size) for size in intensities]
+        heard, performers = self.session.hear(requests[0], Stages(lambda stage, value: None, lambda: False))
+        drawn = generation.generate(self.session.checkpoint, heard, [performers]).directions[0]
+        return drawn, [self.session.synthesize(request).motions[0].directions for request in requests]
 
     def _controls(self, controls: dict[str, float]) -> dict:
         """Return controls as arguments of a :class:`Request`; nothing for a checkpoint without controls."""

@@ -3,8 +3,8 @@
 "Person or ours?" is asked of windows of 3 s: trained on all kinds of people but one and on half of ours, tested on that kind
 and on our other half. Numbers are equal, windows are paired by mean speed, and no recording is in both parts. The figure is
 the area under the curve, 0.5 where nobody can tell, mean of a linear classifier and a forest; a second judge with random
-convolutions on the wrists' velocity answers for itself, so that nothing is fitted to the features of the first. Then every
-kind of people takes our place. It is a floor: it is blind to voice, meaning, repetition and the direction of time.
+convolutions on the leading wrist's velocity answers for itself, so that nothing is fitted to the features of the first.
+Then every kind of people takes our place. It is a floor: it is blind to voice, meaning, repetition and the direction of time.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,20 +23,20 @@ MOST = 150
 LEAST = 12
 """Fewest paired windows from which a judge is trained or asked."""
 _ALIKE = 0.25  # largest difference of the logarithms of two windows' mean speeds: they differ by a quarter at most
-GAP = 6
-"""Windows left out between the halves of a kind that has one recording only: 3 s, so that none overlaps."""
 
 
 @dataclass(frozen=True)
 class Verdict:
     """How well ours are told from people: ``told`` and by a second judge ``told_again``, means over ``kinds``; every kind of
-    people asked alike in ``people`` and ``people_again``. ``tells``: features by how far ours differ from all kinds, in
-    deviations of people; the sign says whether ours have more. NaN where there is too little to judge.
+    people asked alike in ``people`` and ``people_again``, and how people are told from each kind in ``kinds_alike``.
+    ``tells``: features by how far ours differ from all kinds, in deviations of people; the sign says whether ours have more.
+    NaN where there is too little to judge.
     """
 
     told: float
     told_again: float
     kinds: dict[str, float]
+    kinds_alike: dict[str, float]
     people: dict[str, float]
     people_again: dict[str, float]
     tells: dict[str, float]
@@ -63,12 +63,12 @@ def told_apart(
     ``asked``: the kinds on which judges are tested, all if None; the others only train them. Motions of one performer or
     recording should be neighbours: ours are halved in their order.
     """
-    known = {kind: talk_windows.cut(motions) for kind, motions in people.items()}
+    known = {kind: talk_windows.cut(motions, talk_windows.SHORT_HOP) for kind, motions in people.items()}
     mine = talk_windows.cut(ours)
     asked = list(known) if asked is None else list(asked)
     answers = {kind: _ask(mine, known, kind, draws) for kind in asked}
     others = {
-        kind: [_ask(windows, _without(known, kind), other, draws) for other in asked if other != kind]
+        kind: {other: _ask(windows, _without(known, kind), other, draws) for other in asked if other != kind}
         for kind, windows in known.items()
         if alike and len(known) > 2
     }
@@ -76,8 +76,9 @@ def told_apart(
         _mean(first for first, _ in answers.values()),
         _mean(second for _, second in answers.values()),
         {kind: first for kind, (first, _) in answers.items()},
-        {kind: _mean(first for first, _ in each) for kind, each in others.items()},
-        {kind: _mean(second for _, second in each) for kind, each in others.items()},
+        {kind: _mean(each[kind][0] for each in others.values() if kind in each) for kind in asked},
+        {kind: _mean(first for first, _ in each.values()) for kind, each in others.items()},
+        {kind: _mean(second for _, second in each.values()) for kind, each in others.items()},
         _tells(mine, known),
     )
 
@@ -120,9 +121,9 @@ def _halves(windows: Windows) -> list[tuple[Windows, Windows]]:
         first = windows.recording < names[len(names) // 2]
         one, other = windows[first], windows[~first]
     else:
-        middle = len(windows) // 2
-        rows = np.arange(len(windows))
-        one, other = windows[rows[: max(middle - GAP // 2, 0)]], windows[rows[middle + GAP // 2 :]]
+        # a single one in two parts of which no window overlaps
+        after = windows.begins - (windows.begins.max(initial=0) - talk_windows.SECONDS) / 2
+        one, other = windows[after <= 0], windows[after >= talk_windows.SECONDS]
     return [(one, other), (other, one)]
 
 

@@ -45,7 +45,7 @@ def load(material: str | PathLike, reported: bool = True, data: Sequence[str | P
             kinds[kind] = [captured(material, name) for name in names]
             asked += [kind] * bool(kept or not reported)
     for folder in data:
-        kinds[Path(folder).name] = _performances(folder)
+        kinds[Path(folder).name] = performances(folder)
         asked.append(Path(folder).name)
     return People(kinds, asked)
 
@@ -61,7 +61,7 @@ def captured(material: str | PathLike, name: str) -> np.ndarray:
     return skeleton.normalize(gaussian(motion, _NOISY[name] * skeleton.FPS)) if name in _NOISY else motion
 
 
-def _performances(folder: str | PathLike) -> list[np.ndarray]:
+def performances(folder: str | PathLike) -> list[np.ndarray]:
     """Return performances of a data set's test split, of all of it where it has none."""
     from ..train.storage import load_arrays
 

@@ -1,7 +1,7 @@
 """Windows of talk as the judge sees them: how the hands move, and nothing that tells a capture from another.
 
 Left out on purpose: jerk (a capture's noise), the resting pose and the places of hands, how fast head and trunk move. All
-motion is smoothed alike first.
+motion is smoothed alike first. Nor how much the other hand does, which differs more between people than from ours.
 """
 
 from collections.abc import Sequence
@@ -13,8 +13,8 @@ from ...motion import skeleton
 from ...smoothing import gaussian
 
 SECONDS = 3.0
-HOP = 0.5
-"""Seconds from one window to the next."""
+HOP, SHORT_HOP = 0.5, 0.25
+"""Seconds from one window to the next, of performances and of people, of whom there is little."""
 SMOOTHING = 0.08
 """Seconds: standard deviation of the Gaussian by which all motion is smoothed."""
 LEAST_SPEED = 0.08
@@ -30,26 +30,28 @@ FEATURES = (
     *("bells a second", "length of bells", "way of bells", "rise of bells"),
     *("slow", "beats", "quick", "beats of the other hand", "unevenness", "waiting"),
     *("net way", "sideways", "upright", "size for its way", "turning", "up over down"),
-    *("trunk with arms", "head with arms", "both in time", "both mirrored", "share of the other hand", "share of the forearm"),
+    *("trunk with arms", "head with arms", "both in time", "both mirrored", "share of the forearm"),
 )
 
 
 @dataclass(frozen=True)
 class Windows:
-    """Windows of recordings: ``features`` ``(n, 22)``, ``velocity`` ``(n, frames, 6)`` of the leading wrist and the other over
-    their mean speed, the leading one mirrored to the left; mean ``speed`` ``(n,)`` in m/s, and the number of the ``recording``.
+    """Windows of recordings: ``features`` ``(n, 21)``, ``velocity`` ``(n, frames, 3)`` of the leading wrist over its mean
+    speed, mirrored to the left; mean ``speed`` ``(n,)`` in m/s, the number of the ``recording``, and
+    the second in it at which a window ``begins``.
     """
 
     features: np.ndarray
     velocity: np.ndarray
     speed: np.ndarray
     recording: np.ndarray
+    begins: np.ndarray
 
     def __len__(self) -> int:
         return len(self.speed)
 
     def __getitem__(self, rows: np.ndarray) -> "Windows":
-        return Windows(self.features[rows], self.velocity[rows], self.speed[rows], self.recording[rows])
+        return Windows(*(getattr(self, name)[rows] for name in Windows.__dataclass_fields__))
 
 
 def joined(parts: Sequence[Windows]) -> Windows:
@@ -57,19 +59,20 @@ def joined(parts: Sequence[Windows]) -> Windows:
     return Windows(*(np.concatenate([getattr(part, name) for part in parts]) for name in Windows.__dataclass_fields__))
 
 
-def cut(motions: Sequence[np.ndarray]) -> Windows:
-    """Cut motions ``(frames, 9, 3)`` at 15 fps into windows in which a hand moves."""
-    rows: list[tuple[np.ndarray, np.ndarray, float, int]] = []
+def cut(motions: Sequence[np.ndarray], hop: float = HOP) -> Windows:
+    """Cut motions ``(frames, 9, 3)`` at 15 fps into windows in which a hand moves, one every ``hop`` seconds."""
+    rows: list[tuple[np.ndarray, np.ndarray, float, int, float]] = []
     for number, motion in enumerate(motions):
         motion = smoothed(motion)
-        for begin in range(0, len(motion) - _SIZE, round(HOP * skeleton.FPS)):
+        for begin in np.round(np.arange(0, len(motion) - _SIZE - 0.5, hop * skeleton.FPS)).astype(int).tolist():
             part = motion[begin : begin + _SIZE + 1]
             way = np.linalg.norm(np.diff(skeleton.wrists(part), axis=0), axis=-1).sum(0)
             if way.max() < LEAST_SPEED * SECONDS:
                 continue
-            rows.append((*_describe(part if way[0] >= way[1] else skeleton.mirror(part)), float(way.max()) / SECONDS, number))
+            described = _describe(part if way[0] >= way[1] else skeleton.mirror(part))
+            rows.append((*described, float(way.max()) / SECONDS, number, begin / skeleton.FPS))
     if not rows:
-        return Windows(np.zeros((0, len(FEATURES))), np.zeros((0, _SIZE, 6)), np.zeros(0), np.zeros(0, int))
+        return Windows(np.zeros((0, len(FEATURES))), np.zeros((0, _SIZE, 3)), np.zeros(0), np.zeros(0, int), np.zeros(0))
     return Windows(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
@@ -166,7 +169,6 @@ def _describe(motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         correlation(head_speed(motion), arms),
         correlation(speed[:, 0], speed[:, 1]),
         float((velocity[:, 0] * mirrored).sum() / max(np.sqrt((speed**2).sum(0).prod()), 1e-6)),
-        path[1] / max(path[0], 1e-6),
         angular[1] / max(angular.sum(), 1e-6),
     ]
-    return np.array(features), velocity.reshape(len(velocity), 6) / max(lead.mean(), 1e-6)
+    return np.array(features), velocity[:, 0] / max(lead.mean(), 1e-6)
