@@ -106,7 +106,7 @@ def draw_delivery(voice: Voice, affect: np.ndarray, random: np.random.Generator)
         rise=float(1.2 + 1.2 * arousal + 0.4 * dominance),
         tilt=float(wanted.tilt + random.normal(0, 0.8)),
         harmonicity=float(harmonicity),
-        flutter=float(0.25 * high),
+        flutter=float(0.5 * high),
     )
 
 
@@ -125,8 +125,9 @@ def apply_delivery(
 
 
 def _waver(samples: int, random: np.random.Generator) -> np.ndarray:
-    """Return smooth noise ``(samples,)`` of deviation about 1 that changes within 50 ms, as a pitch under strain does."""
-    knots = np.arange(0, samples + SAMPLE_RATE // 20, SAMPLE_RATE // 20)
+    """Return smooth noise ``(samples,)`` of deviation about 1 that changes within 30 ms, as a pitch under strain does."""
+    step = round(0.03 * SAMPLE_RATE)
+    knots = np.arange(0, samples + step, step)
     return np.interp(np.arange(samples), knots, random.normal(0, 1.2, len(knots)))
 
 
