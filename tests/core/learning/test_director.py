@@ -260,6 +260,10 @@ def test_what_is_heard_is_kept_and_used_as_it_is(tmp_path):
     again = talk_features.load_or_analyse(tmp_path, replace(spoken, recorded=np.zeros_like(spoken.recorded)))
     assert again.prosody.accents == first.prosody.accents == Scene.of(spoken).accents
     np.testing.assert_array_equal(again.mfcc, first.mfcc)
+    assert first.affect.shape == (len(first.tracks), 3) and first.affect.dtype == np.float16
+    replace(first, affect=None).save(tmp_path / "heard_0003.npz")  # as files of before are
+    np.testing.assert_array_equal(talk_features.load_or_analyse(tmp_path, spoken).affect, first.affect)
+    assert talk_features.TalkFeatures.load(tmp_path / "heard_0003.npz").affect is not None
 
 
 def test_the_packed_corpus_is_what_training_reads(tmp_path):
