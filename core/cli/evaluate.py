@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .. import characters
 from ..errors import AudioUnreadable, EngineMissing, UsageError
 from ..threads import set_passive_waiting
 from . import blender, synthesis_options
@@ -43,6 +44,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--talk", action="store_true", help=talk)
     people_data = "talk: a data set of people's talk, made by s2ag data, as one more kind of people; several times for several"
     parser.add_argument("--people", metavar="FOLDER", type=Path, action="append", default=[], help=people_data)
+    keyed = "talk: count faults on this character, too, as Blender keys it; several times for several (mannequin, human:mixamo)"
+    parser.add_argument("--character", metavar="WHO", action="append", default=[], help=keyed)
     choosing = "talk: use the captured talk and voices that settings may be chosen on, and not those that are reported"
     parser.add_argument("--choosing", action="store_true", help=choosing)
     synthesis_options.add_checkpoint(parser)
@@ -125,7 +128,11 @@ def _talk(options: argparse.Namespace) -> int:
         options.human or (),
         options.performers,
         not options.choosing,
+        characters=[characters.resolve(who) for who in options.character],
+        blender=blender.run,
     )
+    if setting.characters:
+        blender.command("render.job")  # raise errors now, not after the evaluation
     with Progress() as progress:
         result = talk_trial.try_talk(setting, progress)
     page = talk_trial.page(result)

@@ -82,14 +82,14 @@ class Generator:
 
     def drawn_and_finished(
         self, talk: Talk, style: str, seed: int, intensities: Sequence[float]
-    ) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Return directions ``(frames, 9, 3)`` of one take as the network draws it, and finished at each intensity."""
+    ) -> tuple[np.ndarray, list[Motion]]:
+        """Return the directions ``(frames, 9, 3)`` of one take as the network draws it, and the take at each intensity."""
         audio, transcript = self._files(talk)
         self.session.remember()  # the recording is heard once, and the take drawn once for all intensities
         requests = [Request(audio, transcript=transcript, style=style, seed=seed, intensity=size) for size in intensities]
         heard, performers = self.session.hear(requests[0], Stages(lambda stage, value: None, lambda: False))
         drawn = generation.generate(self.session.checkpoint, heard, [performers]).directions[0]
-        return drawn, [self.session.synthesize(request).motions[0].directions for request in requests]
+        return drawn, [self.session.synthesize(request).motions[0] for request in requests]
 
     def _controls(self, controls: dict[str, float]) -> dict:
         """Return controls as arguments of a :class:`Request`; nothing for a checkpoint without controls."""

@@ -34,10 +34,10 @@ def figures(motions: Sequence[np.ndarray], like: Sequence[np.ndarray] | None = N
     """Return figures of motions ``(frames, 9, 3)`` at 15 fps; ``like``: of people, whose speed those of windows are paired
     with. NaN where there is too little.
     """
-    windows = talk_windows.cut(motions)
+    windows = talk_windows.cut(motions, talk_windows.HOP if like is not None else talk_windows.SHORT_HOP)
     if like is not None:
         # people are drawn over and over, as long as there are windows of ours of their speed
-        people = talk_windows.cut(like)
+        people = talk_windows.cut(like, talk_windows.SHORT_HOP)
         people = people[np.tile(np.arange(len(people)), len(windows) // max(len(people), 1) + 1)]
         windows = talk_judge.paired(people, windows, np.random.default_rng(0))[1]
     return {**_of_windows(windows), **_of_motions(motions)}

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import UsageError
 from ...motion import skeleton
+from ...motion.motion import Motion
 from ...smoothing import gaussian
 from . import talk_split
 
@@ -48,6 +49,16 @@ def load(material: str | PathLike, reported: bool = True, data: Sequence[str | P
         kinds[Path(folder).name] = performances(folder)
         asked.append(Path(folder).name)
     return People(kinds, asked)
+
+
+def performed(material: str | PathLike, reported: bool = True) -> list[Motion]:
+    """Return the captured talk that judges are asked about with its hands. Raises :class:`UsageError` as :func:`load`."""
+    from ..corpus import rocketbox_clips
+
+    names = talk_split.CAPTURED_REPORTED if reported else talk_split.CAPTURED_CHOSEN_ON
+    folder = Path(material) / rocketbox_clips.FOLDER
+    hands = {name: rocketbox_clips.load(folder / f"{name}.npz").hands for name in names}
+    return [Motion(captured(material, name), hands=hands[name]) for name in names]
 
 
 def captured(material: str | PathLike, name: str) -> np.ndarray:

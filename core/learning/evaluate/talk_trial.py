@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from . import talk_faults, talk_figures, talk_judge, talk_people, talk_split, talk_voices
+from ...motion.motion import Motion
+from . import talk_characters, talk_faults, talk_figures, talk_judge, talk_people, talk_split, talk_voices
 from .comparisons import evenly_spaced
 from .generation import Generator
 from .talks import load_human_recording
@@ -29,13 +30,15 @@ AIMS = {
 }
 """Least and most of a figure; of bells a second and beats of 0.6 to 1.2 Hz the range of people is the aim."""
 _TOLD = {"told apart": "told", "told apart, second judge": "told_again"}
+_USUAL = INTENSITIES.index(1.0)
 Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
 class Setting:
     """``material`` and folders of ``data`` hold people, ``corpus`` the director's performances, if any; ``voices`` are the
-    user's own instead of the material's; ``reported`` says which part of the split is used.
+    user's own instead of the material's; ``reported`` says which part of the split is used. Faults are also counted on
+    ``characters``, which Blender keys by ``blender`` (:data:`talk_characters.Run`).
     """
 
     material: Path
@@ -46,6 +49,9 @@ class Setting:
     voices: Sequence[Path] = ()
     performers: int = 24
     reported: bool = True
+    draws: int = talk_judge.DRAWS
+    characters: Sequence[str] = ()
+    blender: talk_characters.Run | None = None
 
 
 def try_talk(setting: Setting, progress: Progress = lambda stage, value: None) -> dict:
@@ -55,16 +61,16 @@ def try_talk(setting: Setting, progress: Progress = lambda stage, value: None) -
     voices = [load_human_recording(path) for path in setting.voices] or talk_voices.load(setting.material, setting.reported)
     companies: dict[str, list[np.ndarray]] = {}
     styles: dict[str, dict[str, list[np.ndarray]]] = {}
-    finished: dict[str, list[list[np.ndarray]]] = {}
+    finished: dict[str, list[list[Motion]]] = {}
     for name, checkpoint in {"": setting.checkpoint, " (compare)": setting.compare}.items():
         if checkpoint is not None or not name:
             drawn, sized, styles["ships" + name] = _perform(checkpoint, voices, setting.performers, progress)
-            companies |= {"network" + name: drawn, "ships" + name: sized[INTENSITIES.index(1.0)]}
+            companies |= {"network" + name: drawn, "ships" + name: _directions(sized[_USUAL])}
             finished["ships" + name] = sized
     if setting.corpus:
         companies["corpus"] = talk_people.performances(setting.corpus)
     progress("judge", 0)
-    columns, alike = _columns(companies, people, progress)
+    columns, alike = _columns(companies, people, setting.draws, progress)
     for name, column in columns.items():
         if name in styles:
             column["one hand or two"] = _hands_apart(styles[name])
@@ -74,17 +80,17 @@ def try_talk(setting: Setting, progress: Progress = lambda stage, value: None) -
         "voices": [talk.name for talk in voices],
         "people": {kind: {**talk_figures.figures(motions), **alike[kind]} for kind, motions in people.motions.items()},
         "columns": columns,
-        "faults": _faults(people, companies, finished),
+        "faults": _faults(people, companies, finished) | _faults_on_characters(setting, finished, progress),
     }
 
 
-def _columns(companies: dict[str, list[np.ndarray]], people: talk_people.People, progress: Progress) -> tuple[dict, dict]:
+def _columns(companies: dict, people: talk_people.People, draws: int, progress: Progress) -> tuple[dict, dict]:
     """Return the figures of each company, and how people of each kind are told apart."""
     like = [motion for motions in people.motions.values() for motion in motions]
     columns, alike = {}, {}
     for number, (name, motions) in enumerate(companies.items()):
         progress("judge", number / len(companies))
-        verdict = talk_judge.told_apart(motions, people.kinds, people.asked, alike=not number)
+        verdict = talk_judge.told_apart(motions, people.kinds, people.asked, draws, alike=not number)
         row = verdict.row()
         columns[name] = {shown: row[key] for shown, key in _TOLD.items()} | talk_figures.figures(motions, like)
         columns[name] |= {"by kind": verdict.kinds, "what tells most": verdict.tells}
@@ -109,17 +115,39 @@ def _perform(checkpoint: Path | None, voices: Sequence, performers: int, progres
                 drawn.append(rough)
                 for each, motion in zip(finished, sized, strict=True):
                     each.append(motion)
-                by_style.setdefault(style, []).append(sized[INTENSITIES.index(1.0)])
+                by_style.setdefault(style, []).append(sized[_USUAL].directions)
     return drawn, finished, by_style
 
 
-def _faults(people: talk_people.People, companies: dict, finished: dict[str, list[list[np.ndarray]]]) -> dict[str, dict]:
+def _faults(people: talk_people.People, companies: dict, finished: dict[str, list[list[Motion]]]) -> dict[str, dict]:
     """Return the faults a minute of people, of companies, and of what ships at each intensity."""
     rows = {"people": talk_faults.faults([motion for motions in people.motions.values() for motion in motions])}
     rows |= {name: talk_faults.faults(motions) for name, motions in companies.items() if name not in finished}
     for name, sized in finished.items():
-        rows |= {f"{name}, {size:g}": talk_faults.faults(each) for size, each in zip(INTENSITIES, sized, strict=True)}
+        for size, each in zip(INTENSITIES, sized, strict=True):
+            rows[f"{name}, {size:g}"] = talk_faults.faults(_directions(each))
     return rows
+
+
+def _faults_on_characters(setting: Setting, finished: dict[str, list[list[Motion]]], progress: Progress) -> dict[str, dict]:
+    """Return the faults a minute on each character, of people and of what ships at each intensity."""
+    rows = {}
+    people = talk_people.performed(setting.material, setting.reported) if setting.characters else []
+    groups = {"people": talk_characters.pieces(people)}
+    for name, sized in finished.items():
+        groups |= {f"{name}, {size:g}": talk_characters.pieces(each) for size, each in zip(INTENSITIES, sized, strict=True)}
+    for number, character in enumerate(setting.characters):
+        progress(f"key {character}", number / len(setting.characters))
+        assert setting.blender is not None
+        places = talk_characters.joints(character, [piece for group in groups.values() for piece in group], setting.blender)
+        for name, group in groups.items():
+            own, places = places[: len(group)], places[len(group) :]
+            rows[f"{name} on {Path(character).stem}"] = talk_faults.by_minute(own)
+    return rows
+
+
+def _directions(motions: Sequence[Motion]) -> list[np.ndarray]:
+    return [motion.directions for motion in motions]
 
 
 def _hands_apart(styles: dict[str, list[np.ndarray]]) -> float:

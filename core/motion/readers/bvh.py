@@ -58,11 +58,12 @@ def _hierarchy(tokens: list[str]) -> tuple[list[str], list[int], np.ndarray, lis
     while at < len(tokens):
         word = tokens[at]
         if word in ("ROOT", "JOINT"):
-            names.append(tokens[at + 1])
+            brace = tokens.index("{", at)  # names of some programs have spaces
+            names.append(" ".join(tokens[at + 1 : brace]))
             parents.append(open_joints[-1] if open_joints else -1)
             offsets.append([0.0, 0.0, 0.0])
             channels.append([])
-            next_joint, at = len(names) - 1, at + 2
+            next_joint, at = len(names) - 1, brace
         elif word == "End":
             next_joint, at = -1, at + 2
         elif word == "{":

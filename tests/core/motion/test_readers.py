@@ -93,3 +93,13 @@ def test_malformed_files_are_one_sentence(tmp_path):
     for name, sentence in (("few", "shape"), ("noise", "no SMPL-X motion")):
         with pytest.raises(CorpusUnreadable, match=sentence):
             smplx.read(tmp_path / f"{name}.npz")
+
+
+def test_bvh_names_with_spaces(tmp_path):
+    moving.bvh(tmp_path / "a.bvh")
+    text = (tmp_path / "a.bvh").read_text("utf-8")
+    name = next(line.split()[1] for line in text.splitlines() if "JOINT" in line)
+    (tmp_path / "b.bvh").write_text(text.replace(f"JOINT {name}\n", f"JOINT Bip01 {name} A\n"), "utf-8")
+    plain, spaced = bvh.read(tmp_path / "a.bvh")[0], bvh.read(tmp_path / "b.bvh")[0]
+    assert f"Bip01 {name} A" in spaced.names and name in plain.names
+    assert np.array_equal(plain.positions, spaced.positions)
