@@ -75,11 +75,12 @@ class Encoders(nn.Module):
         return mu + noise * torch.exp(0.5 * logvar)
 
     def steer(self, style: torch.Tensor, controls: torch.Tensor) -> torch.Tensor:
-        """Move styles ``(B, style_size)`` along the learned control directions by ``controls`` ``(B, 5)`` in -1..1.
+        """Move styles ``(B, style_size)`` along the learned control directions by ``controls`` ``(B, 5)`` or ``(B, T, 5)``.
 
-        Zeros leave a style unchanged. Needs a configuration with controls.
+        Zeros leave a style unchanged; controls of every frame give styles ``(B, T, style_size)``. Needs a configuration with
+        controls.
         """
-        return style + self.controls(controls)
+        return (style if controls.dim() == style.dim() else style[:, None]) + self.controls(controls)
 
     def encode(
         self, mfcc: torch.Tensor, words: torch.Tensor, seeds: torch.Tensor, prosody: torch.Tensor | None = None

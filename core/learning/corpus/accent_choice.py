@@ -23,7 +23,7 @@ _MEANING_BONUS = 0.7
 """Added to the score of an accent whose word has a meaning: such words go before beats."""
 _PHRASE_CHANCE = 0.75
 """Chance, in addition to the performer's own, that a phrase's meaning is shown."""
-_UNSAID_SHARE = 0.1
+_UNSAID_SHARE = 0.6
 """Share of the other strokes with a random meaning, so that the network learns the gestures apart from their words."""
 
 

@@ -1,20 +1,18 @@
 """Builds the directed corpus: speech and features (cached, so resumable), and several performances of every talk."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cache, lru_cache
+from dataclasses import dataclass, replace
+from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 
 from ...motion import hand_channels, skeleton
-from ...motion.hands import Hands
+from ...sound import affect
 from ...styles import CONTROLS
 from ...vectors.table import WordVectors
-from . import hand_blending, idle_motion, library, planning, rendering, speakers, speech, speech_cache, talk_features
-from .lexicon import Lexicon
-from .repertoire import Repertoire
+from . import directing, speakers, speech, speech_cache, talk_features
 from .scene import Scene
 
 UNCONTROLLED_SHARE = 0.4
@@ -36,8 +34,8 @@ class Task:
 @dataclass(frozen=True)
 class Performance:
     """One performer's motion for a talk: ``directions`` ``(frames, 9, 3)`` at 15 fps, ``hands`` as numbers
-    (:mod:`hand_channels`), ``controls`` ``(5,)``, ``strokes`` ``(k, 7)`` as :func:`stroke_records`, ``active`` share of frames
-    within a gesture."""
+    (:mod:`hand_channels`), ``controls`` ``(5,)``, ``strokes`` ``(k, 7)`` as in :class:`directing.Directed`, ``active`` share of
+    frames within a stroke."""
 
     speaker: int
     controls: np.ndarray
@@ -52,7 +50,8 @@ class Talk:
     """A recording's features and its performances, ready to be packed.
 
     ``mfcc`` ``(n, 40)``; ``prosody`` and ``plain`` ``(frames, K)`` with words and from sound alone; ``words`` (word, start,
-    end); ``accents`` ``(k, 3)`` time, strength, main; ``affect`` ``(3,)`` valence, arousal, dominance as ranks.
+    end); ``accents`` ``(k, 3)`` time, strength, main; ``affect`` ``(3,)``: acted valence, arousal, dominance as ranks;
+    ``heard`` ``(frames, 3)`` float16: arousal, valence, dominance as they are heard (:func:`affect.hear`).
     """
 
     index: int
@@ -64,6 +63,7 @@ class Talk:
     words: list[tuple[str, float, float]]
     accents: np.ndarray
     affect: np.ndarray
+    heard: np.ndarray
     performances: list[Performance]
 
     @property
@@ -128,13 +128,20 @@ def _set_task(task: Task) -> None:
     _task = task
 
 
+@cache
+def _vectors() -> WordVectors:
+    return WordVectors.load()
+
+
 def _talk(index: int) -> Talk | None:
     """Return talk ``index`` with its performances; None if it could not be synthesized."""
     spoken = speech_cache.load_or_synthesize(_task.material, _task.cache, index, _task.seed)
     if spoken is None:
         return None
     features = talk_features.load_or_analyse(_task.cache, spoken)
-    scene = Scene(spoken, features.prosody, np.zeros(len(CONTROLS)))
+    words = [(word.text, word.start, word.end) for word in spoken.words]
+    heard = affect.hear(spoken.recorded, len(features.prosody.features), words, _vectors())
+    scene = Scene(spoken, features.prosody, np.zeros(len(CONTROLS)), heard)
     return Talk(
         index,
         spoken.split,
@@ -142,69 +149,24 @@ def _talk(index: int) -> Talk | None:
         features.mfcc,
         features.tracks,
         features.plain,
-        [(word.text, word.start, word.end) for word in spoken.words],
+        words,
         np.array([[accent.time, accent.strength, accent.main] for accent in scene.accents], np.float32).reshape(-1, 3),
         spoken.affect.mean(axis=0).astype(np.float32),
+        heard.astype(np.float16),
         [_performance(scene, number, take) for number, take in performers_of_talk(index, _task.performers_each)],
     )
 
 
-def direct(material: str, scene: Scene, number: int, take: int, seed: int) -> tuple[np.ndarray, Hands, list[planning.Stroke]]:
-    """Direct take ``take`` of performer ``number`` in a scene: directions ``(frames, 9, 3)``, hands, strokes.
-
-    All randomness follows from ``seed``, the talk, the performer and the take.
-    """
-    random = np.random.default_rng((seed, scene.speech.index, number, take))
-    performer = speakers.PERFORMERS[number].with_hand(scene.controls[4])
-    strokes = planning.plan(_repertoire(material, performer), _lexicon(), scene, random)
-    time = np.arange(len(scene.prosody.features)) / skeleton.FPS
-    steady = 1 - 0.4 * scene.dominance
-    trunk, head = (0.3 + 0.3 * performer.sway) * steady, (0.2 + 0.15 * performer.drift) * steady
-    idle_seed = int(random.integers(2**31))
-    texture = _idling(material).texture(len(time), idle_seed, trunk, head, 0.35 + 0.25 * performer.sway, scene.speaking(time))
-    ease = rendering.resting_pose(performer)
-    body = rendering.render(performer, strokes, scene, ease, texture, random)
-    return body, hand_blending.blend_hands(performer, strokes, scene, body, int(random.integers(2**31))), strokes
-
-
 def _performance(scene: Scene, number: int, take: int) -> Performance:
     controls = draw_controls(scene.speech.index, number, _task.seed)
-    scene = Scene(scene.speech, scene.prosody, controls)
-    directions, hands, strokes = direct(_task.material, scene, number, take, _task.seed)
-    numbers = hand_channels.to_channels(hands, directions)
-    return Performance(
-        number, controls, directions, numbers, stroke_records(strokes), _active_share(strokes, scene.speech.duration)
-    )
+    scene = replace(scene, controls=controls)
+    directed = directing.direct(_task.material, scene, number, take, _task.seed)
+    numbers = hand_channels.to_channels(directed.hands, directed.directions)
+    active = _active_share(directed.strokes, scene.speech.duration)
+    return Performance(number, controls, directed.directions, numbers, directed.strokes, active)
 
 
-def stroke_records(strokes: list[planning.Stroke]) -> np.ndarray:
-    """Return the stored facts of strokes ``(k, 7)`` float32: ready, emphasis, end (s), meaning, hand, size (m), ``said``."""
-    number = {meaning: k for k, meaning in enumerate(library.ALL_MEANINGS)}
-    rows = [(s.ready, s.emphasis, s.end, number[s.meaning], s.hand, s.size, s.said) for s in strokes]
-    return np.array(rows, np.float32).reshape(-1, 7)
-
-
-def _active_share(strokes: list[planning.Stroke], duration: float) -> float:
-    time = np.arange(0, duration, 1 / skeleton.FPS)
-    within = [(time >= stroke.onset) & (time < max(stroke.rest)) for stroke in strokes]
-    return float(np.any(within, axis=0).mean()) if within else 0.0
-
-
-@lru_cache(maxsize=1)
-def _library(material: str) -> list[library.Gesture]:
-    return library.load(material)
-
-
-@lru_cache(maxsize=1)
-def _idling(material: str) -> idle_motion.IdleMotion:
-    return idle_motion.load(material)
-
-
-@lru_cache(maxsize=1)
-def _lexicon() -> Lexicon:
-    return Lexicon(WordVectors.load().vectors)
-
-
-@cache
-def _repertoire(material: str, performer: speakers.Performer) -> Repertoire:
-    return Repertoire(performer, _library(material))
+def _active_share(strokes: np.ndarray, duration: float) -> float:
+    """Return the share of time within strokes ``(k, 7)``."""
+    time = np.arange(0, duration, 1 / skeleton.FPS)[:, None]
+    return float(((time >= strokes[:, 0]) & (time < strokes[:, 2])).any(axis=1).mean())

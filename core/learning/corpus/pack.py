@@ -80,6 +80,7 @@ def _recording_arrays(talks: list[Talk], words: list[str]) -> dict[str, np.ndarr
         "prosody": np.concatenate([talk.prosody for talk in talks]),
         "prosody_plain": np.concatenate([talk.plain for talk in talks]),
         "affect": np.array([talk.affect for talk in talks], np.float32),
+        "heard": np.concatenate([talk.heard for talk in talks]),
         "accents": np.concatenate([talk.accents for talk in talks]),
         "accent_starts": _starts(talk.accents for talk in talks),
     }

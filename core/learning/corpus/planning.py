@@ -200,16 +200,15 @@ def _schedule(
     """Place the phases around the accent by the clip's own timing, the performer's tempo and the arousal."""
     clip, arousal = gesture.clip, scene.arousal(accent)
     at = accent.time - LEAD + float(np.clip(random.normal(0, 0.02), -0.05, 0.05))
-    amplitude = performer.size * (0.62 + 0.55 * arousal) * (0.72 + 0.48 * accent.strength)
+    amplitude = performer.size * (0.4 + 0.95 * arousal) * (0.72 + 0.48 * accent.strength)
     amplitude *= 1 + 0.2 * scene.valence
-    amplitude = float(np.clip(amplitude, 0.25, 1.2))
-    tempo = performer.tempo * (0.8 + 0.45 * arousal) * np.exp(random.normal(0, 0.14))
+    amplitude = float(np.clip(amplitude, 0.2, 1.25))
+    tempo = performer.tempo * (0.7 + 0.65 * arousal) * np.exp(random.normal(0, 0.14))
     tempo *= (1 + 0.18 * scene.valence) * (1 - 0.4 * scene.dominance)
     lift = max((clip.ready - clip.onset) / tempo, 0.3)
     stroke = float(np.clip((clip.emphasis - clip.ready) / tempo, 0.2, 0.6))
     after = float(np.clip((clip.end - clip.emphasis) / tempo, 0.1, 0.45))
-    hold = float(np.clip((clip.relax - clip.end) / tempo, 0.1, 0.7)) * performer.hold * np.exp(random.normal(0.25, 0.4))
-    hold *= 1 + 0.5 * scene.dominance
+    hold = float(np.clip((clip.relax - clip.end) / tempo, 0.1, 0.4)) * performer.hold**0.5 * np.exp(random.normal(0, 0.3))
     sink = float(np.clip((clip.rest - clip.relax) / tempo, 0.55, 1.3))
     # long paths take longer, to limit the hands' speed
     lift = max(lift, 0.3 + 0.5 * gesture.size * amplitude - stroke)

@@ -1,70 +1,34 @@
-"""Trunk, shoulder and head motion of a performer, derived from the speech, the strokes and the controls.
+"""Head and shoulders that go with the speech and the gestures: nods, melody, head shakes, shrugs.
 
-The head nods on accents and follows the voice's pitch, as measured heads do; the trunk leans with arousal and turns towards
-the gesturing hand; raised arms open or close with the controls of valence and dominance.
+Measured heads nod on accents and follow the voice's pitch.
 """
 
 import numpy as np
 
-from ...motion import rest, skeleton
 from ...motion.interpolation import ramp
 from . import rotation
 from .planning import Stroke
 from .scene import Scene
-from .smoothing import smooth
 from .speakers import Performer
 
 _Degrees = float | np.ndarray
-_UPPER = tuple(range(9))
 _HEAD = (1, 2)
-_SHAPES = {
-    "pleased": [[-0.34, 0.78, 0.52], [-0.5, -0.25, 0.83], [0.34, 0.78, 0.52], [0.5, -0.25, 0.83]],
-    "displeased": [[-0.1, 0.99, 0.08], [0.5, 0.72, 0.48], [0.1, 0.99, 0.08], [-0.5, 0.72, 0.48]],
-    "dominant": [[-0.86, 0.48, 0.16], [0.12, 0.45, 0.88], [0.86, 0.48, 0.16], [-0.12, 0.45, 0.88]],
-    "timid": [[-0.04, 0.97, 0.24], [0.3, 0.05, 0.95], [0.04, 0.97, 0.24], [-0.3, 0.05, 0.95]],
-}
-_SHAPES = {name: skeleton.normalize(np.array(shape)) for name, shape in _SHAPES.items()}
-"""Arm directions towards which affect moves the arms: pleased arms lift and open, dominant ones spread the elbows."""
+_NOD = 0.7
+"""Share of a performer's nods beside the captured head's own."""
 _SHAKES = frozenset({"not", "none"})
 """Meanings with a head shake."""
 _SHRUGS = {"unknown": 1.0, "maybe": 0.55}
 """Meanings that raise the shoulders, and how much."""
 
 
-def apply_posture(body: np.ndarray, performer: Performer, scene: Scene, strokes: list[Stroke], time: np.ndarray) -> None:
-    """Move shoulders, head and trunk of directions ``(frames, 9, 3)``, in place."""
-    valence, arousal, dominance = (smooth(column, 0.6) - 0.5 for column in scene.affect(time).T)
-    lift = performer.shoulders + 4 * arousal - 3 * dominance
-    lift = lift + 13 * _meaning_envelope(strokes, time, _SHRUGS)
-    _turn(body, (3,), roll=-lift)
-    _turn(body, (6,), roll=lift)
-    _move_head(body, performer, scene, strokes, time, valence, dominance)
-    _move_trunk(body, performer, scene, strokes, time, arousal, dominance)
+def move_head(body: np.ndarray, performer: Performer, scene: Scene, strokes: list[Stroke], time: np.ndarray) -> None:
+    """Nod on accents, follow the voice's melody, shake for a negation and shrug, in place on ``(frames, 9, 3)``.
 
-
-def apply_affect(body: np.ndarray, scene: Scene) -> None:
-    """Lift, drop, spread or narrow raised arms ``(frames, 9, 3)`` by the controls of valence and dominance, in place."""
-    arms = list(skeleton.ARM_EDGES)
-    for value, shapes in ((scene.valence, ("displeased", "pleased")), (scene.dominance, ("timid", "dominant"))):
-        if value:
-            towards = np.broadcast_to(_SHAPES[shapes[int(value > 0)]], body[:, arms].shape)
-            away = np.degrees(np.arccos(np.clip((body[:, arms] * rest.REST[arms]).sum(-1), -1, 1)))
-            raised = np.clip(away.reshape(-1, 2, 2).max(axis=-1) / 50, 0.12, 1).repeat(2, axis=1)
-            body[:, arms] = rest.slerp(body[:, arms], towards, 0.3 * abs(value) * raised)
-
-
-def _move_head(
-    body: np.ndarray,
-    performer: Performer,
-    scene: Scene,
-    strokes: list[Stroke],
-    time: np.ndarray,
-    valence: np.ndarray,
-    dominance: np.ndarray,
-) -> None:
+    The captured phrase's own head goes on below this.
+    """
     pitch = np.zeros(len(time))
     for accent in scene.accents:
-        size = performer.nod * (0.5 + scene.arousal(accent)) * np.clip((accent.strength - 0.3) / 0.4, 0, 1.2)
+        size = _NOD * performer.nod * (0.5 + scene.arousal(accent)) * np.clip((accent.strength - 0.3) / 0.4, 0, 1.2)
         if size > 0:
             down = ramp(time, accent.time - 0.22, accent.time + 0.04) * (1 - ramp(time, accent.time + 0.04, accent.time + 0.5))
             before = ramp(time, accent.time - 0.5, accent.time - 0.24) * (1 - ramp(time, accent.time - 0.24, accent.time))
@@ -72,45 +36,18 @@ def _move_head(
     melody = np.clip(scene.track(scene.prosody.pitch, 0.2, time) / 4, -1.5, 1.5)
     trend = np.clip(scene.track(scene.prosody.pitch, 0.7, time) / 3, -1.5, 1.5)
     loud = np.clip(scene.track(np.maximum(scene.prosody.level, -20), 0.6, time) / 8, -1.5, 1)
-    away = 1 - scene.speaking(time)
-    side = 1.0 if sum(map(ord, performer.name)) % 2 else -1.0
     question = np.zeros(len(time))
     for word in scene.speech.words:
         if word.closing == "?":
             rise = ramp(time, word.start - 0.6, word.end) * (1 - ramp(time, word.end + 0.3, word.end + 1.3))
             question = np.maximum(question, rise)
-    steady = 1 - 0.5 * scene.dominance
-    pitch *= steady
-    chin = performer.chin + 2.5 * dominance + 6 * valence
-    pitch = pitch - chin + 3 * away - 0.5 * performer.drift * melody
-    yaw = side * (2.2 * performer.drift * away + 0.9 * performer.drift * trend) * steady + _head_shake(strokes, time)
-    roll = side * performer.tilt * (0.7 * loud + 1.6 * question) * steady * (1 + 0.5 * scene.valence)
-    roll = roll + side * (9 * _meaning_envelope(strokes, time, _SHRUGS) + 2.5 * scene.valence)
-    _turn(body, _HEAD, pitch, yaw, roll)
-
-
-def _move_trunk(
-    body: np.ndarray,
-    performer: Performer,
-    scene: Scene,
-    strokes: list[Stroke],
-    time: np.ndarray,
-    arousal: np.ndarray,
-    dominance: np.ndarray,
-) -> None:
-    pitch = performer.lean * (1 - 0.5 * scene.dominance) + 5.0 * arousal - 4.0 * dominance
-    for accent in scene.accents:
-        if accent.main:
-            bump = ramp(time, accent.time - 0.3, accent.time + 0.05) * (1 - ramp(time, accent.time + 0.05, accent.time + 0.8))
-            pitch = pitch + 0.9 * performer.sway * accent.strength * bump
-    turn = np.zeros(len(time))
-    for stroke in strokes:
-        left, right = stroke.hands
-        weight = ramp(time, stroke.onset, stroke.ready + 0.2) * (1 - ramp(time, max(stroke.until), max(stroke.rest)))
-        turn += np.clip(left - right, -1, 1) * weight * stroke.amplitude
-    turn = smooth(np.clip(turn, -1.2, 1.2), 0.15)
-    _turn(body, _UPPER, pitch=0.5 * pitch, yaw=-2.8 * performer.sway * turn, roll=1.0 * performer.sway * turn)
-    _turn(body, (0, 1, 2, 3, 6), pitch=0.5 * pitch)
+    side = 1.0 if sum(map(ord, performer.name)) % 2 else -1.0
+    shrug = _meaning_envelope(strokes, time, _SHRUGS)
+    turn(body, (3,), roll=-13 * shrug)
+    turn(body, (6,), roll=13 * shrug)
+    roll = side * performer.tilt * (0.7 * loud + 1.6 * question) + side * 9 * shrug
+    yaw = side * 0.9 * performer.drift * trend + _head_shake(strokes, time)
+    turn(body, _HEAD, pitch - 0.5 * performer.drift * melody, yaw, roll)
 
 
 def _meaning_envelope(strokes: list[Stroke], time: np.ndarray, meanings: dict[str, float]) -> np.ndarray:
@@ -135,7 +72,7 @@ def _head_shake(strokes: list[Stroke], time: np.ndarray) -> np.ndarray:
     return yaw
 
 
-def _turn(body: np.ndarray, edges: tuple[int, ...], pitch: _Degrees = 0.0, yaw: _Degrees = 0.0, roll: _Degrees = 0.0) -> None:
+def turn(body: np.ndarray, edges: tuple[int, ...], pitch: _Degrees = 0.0, yaw: _Degrees = 0.0, roll: _Degrees = 0.0) -> None:
     """Rotate edges by angles in degrees ``(frames,)``, in place: forwards, to the left, and tilting the top to the left."""
     shape = body.shape[:1]
     # canonical y points down: forward nods turn x negatively, left is -x

@@ -6,31 +6,35 @@ from functools import cached_property
 import numpy as np
 
 from ...motion.skeleton import FPS
+from ...sound import affect
 from ...sound.prosody import RATE, Accent, Prosody, analyse
 from ...styles import CONTROLS
 from .smoothing import smooth
 from .speech import Speech, Word
 
-CONTROL_GAIN = 0.55
-"""Offset that a control of 1 adds to an affect rank (0..1) of the voice."""
-_AUDIBLE = np.array([0.35, 1.0, 0.5])
-"""Share of a sentence's valence, arousal and dominance that shows without a control: valence is hardly audible."""
+LIMIT = 1.5
+"""Largest affect, of voice and controls together."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A talk with ``controls`` ``(5,)`` in -1..1 in the order of :data:`styles.CONTROLS`; all zero for neutral."""
+    """A talk with ``controls`` ``(5,)`` in -1..1 in the order of :data:`styles.CONTROLS`; all zero for neutral.
+
+    ``heard`` ``(frames, 3)``: arousal, valence and dominance of the voice (:func:`affect.hear`), about -1 to 1.
+    """
 
     speech: Speech
     prosody: Prosody
     controls: np.ndarray
+    heard: np.ndarray
 
     @classmethod
     def of(cls, speech: Speech, controls: np.ndarray | None = None) -> "Scene":
         """Analyse the talk's degraded recording: strokes must follow from what the network will hear, to be learnable."""
         words = [(word.text, word.start, word.end) for word in speech.words]
         frames = int(speech.duration * FPS)
-        return cls(speech, analyse(speech.recorded, words, frames), np.zeros(len(CONTROLS)) if controls is None else controls)
+        controls = np.zeros(len(CONTROLS)) if controls is None else controls
+        return cls(speech, analyse(speech.recorded, words, frames), controls, affect.hear(speech.recorded, frames, words))
 
     @property
     def accents(self) -> tuple[Accent, ...]:
@@ -42,14 +46,14 @@ class Scene:
         return self.speech.words[accent.word] if accent.word >= 0 else None
 
     def affect(self, time: np.ndarray | float) -> np.ndarray:
-        """Return valence, arousal, dominance ``(..., 3)`` at seconds ``time``: ranks about 0..1, -0.3..1.3 with controls."""
-        starts, ranks = self._word_affect
-        spoken = np.stack([np.interp(time, starts, column) for column in ranks.T], axis=-1)
-        return 0.5 + _AUDIBLE * (spoken - 0.5) + CONTROL_GAIN * self.controls[[1, 0, 2]]
+        """Return arousal, valence, dominance ``(..., 3)`` at seconds ``time``: what is heard and the controls, -1.5 to 1.5."""
+        at = np.arange(len(self.heard)) / FPS
+        heard = np.stack([np.interp(time, at, column) for column in self.heard.astype(float).T], axis=-1)
+        return np.clip(heard + self.controls[:3], -LIMIT, LIMIT)
 
     def arousal(self, accent: Accent) -> float:
-        """Return the arousal at an accent."""
-        return float(self.affect(accent.time)[1])
+        """Return the arousal at an accent as a rank: 0 calm, 0.5 ordinary, 1 aroused."""
+        return float(np.clip(0.5 + 0.5 * self.affect(accent.time)[0], 0, 1.2))
 
     def pitch(self, accent: Accent) -> float:
         """Return the voice's pitch at an accent in semitones over the speaker's median, as in the network's input."""
@@ -94,11 +98,3 @@ class Scene:
     def rate(self) -> float:
         """The control of gesture rate, -1..1."""
         return float(self.controls[3])
-
-    @cached_property
-    def _word_affect(self) -> tuple[np.ndarray, np.ndarray]:
-        """Start of every word in seconds ``(n,)`` and the affect of its sentence ``(n, 3)``."""
-        words = self.speech.words
-        if not words:
-            return np.zeros(1), self.speech.affect.mean(axis=0, keepdims=True)
-        return np.array([word.start for word in words]), np.array([self.speech.affect[word.sentence] for word in words])

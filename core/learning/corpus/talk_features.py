@@ -1,17 +1,13 @@
 """Acoustic features of talks, cached beside their speech: directing a corpus again needs no new analysis."""
 
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
-from ...files import atomic_file
 from ...motion.skeleton import FPS
-from ...sound import affect
 from ...sound.prosody import Accent, Prosody, analyse
-from ...vectors.table import WordVectors
 from .speech import Speech
 
 _JITTER = 0.015
@@ -21,26 +17,28 @@ _JITTER = 0.015
 @dataclass(frozen=True)
 class TalkFeatures:
     """Features of a talk. ``prosody``: the director's input; ``mfcc`` ``(n, 40)``, ``tracks`` and ``plain`` ``(frames, K)``
-    (prosody with words and from sound alone): the network's input; ``affect`` ``(frames, 3)``: what is heard in sound and
-    words (:func:`affect.hear`: arousal, valence, dominance, -1..1); all float16. Files of before have no ``affect``."""
+    (prosody with words and from sound alone): the network's input, all float16."""
 
     prosody: Prosody
     mfcc: np.ndarray
     tracks: np.ndarray
     plain: np.ndarray
-    affect: np.ndarray | None
 
     def save(self, path: str | PathLike) -> None:
-        """Write one ``.npz`` file, atomically."""
+        """Write one ``.npz`` file."""
         prosody = self.prosody
         accents = [(a.time, a.strength, a.main, a.phrase, a.word) for a in prosody.accents]
-        arrays = {
-            "accents": np.array(accents, float).reshape(-1, 5),
-            **{name: getattr(prosody, name) for name in ("phrases", "features", "level", "pitch")},
-            **{name: getattr(self, name) for name in ("mfcc", "tracks", "plain", "affect") if getattr(self, name) is not None},
-        }
-        with atomic_file(path) as temporary, open(temporary, "wb") as file:
-            np.savez(file, **arrays)
+        np.savez(
+            path,
+            accents=np.array(accents, float).reshape(-1, 5),
+            phrases=prosody.phrases,
+            features=prosody.features,
+            level=prosody.level,
+            pitch=prosody.pitch,
+            mfcc=self.mfcc,
+            tracks=self.tracks,
+            plain=self.plain,
+        )
 
     @classmethod
     def load(cls, path: str | PathLike) -> "TalkFeatures":
@@ -49,7 +47,7 @@ class TalkFeatures:
             arrays = dict(file)
         accents = tuple(Accent(float(t), float(s), bool(m), int(p), int(w)) for t, s, m, p, w in arrays["accents"])
         prosody = Prosody(accents, *(arrays[name] for name in ("phrases", "features", "level", "pitch")))
-        return cls(prosody, arrays["mfcc"], arrays["tracks"], arrays["plain"], arrays.get("affect"))
+        return cls(prosody, arrays["mfcc"], arrays["tracks"], arrays["plain"])
 
 
 def load_or_analyse(cache: str | PathLike, spoken: Speech) -> TalkFeatures:
@@ -57,35 +55,17 @@ def load_or_analyse(cache: str | PathLike, spoken: Speech) -> TalkFeatures:
     path = Path(cache) / f"heard_{spoken.index:04d}.npz"
     if not path.exists():
         analyse_talk(spoken).save(path)
-    features = TalkFeatures.load(path)
-    if features.affect is None:
-        features = replace(features, affect=_hear(spoken))
-        features.save(path)
-    return features
+    return TalkFeatures.load(path)
 
 
 def analyse_talk(spoken: Speech) -> TalkFeatures:
     """Analyse a talk."""
-    words, frames = _words(spoken), int(spoken.duration * FPS)
+    words = [(word.text, word.start, word.end) for word in spoken.words]
+    frames = int(spoken.duration * FPS)
     tracks = analyse(spoken.recorded, _jitter(words, spoken.index), frames).features
     plain = analyse(spoken.recorded, (), frames).features
     prosody = analyse(spoken.recorded, words, frames)
-    mfcc = network_input(spoken.recorded)
-    return TalkFeatures(prosody, mfcc, tracks.astype(np.float16), plain.astype(np.float16), _hear(spoken))
-
-
-def _hear(spoken: Speech) -> np.ndarray:
-    """Return the affect heard in the recording and its words, ``(frames, 3)`` float16."""
-    return affect.hear(spoken.recorded, int(spoken.duration * FPS), _words(spoken), _vectors()).astype(np.float16)
-
-
-def _words(spoken: Speech) -> list[tuple[str, float, float]]:
-    return [(word.text, word.start, word.end) for word in spoken.words]
-
-
-@lru_cache(maxsize=1)
-def _vectors() -> WordVectors:
-    return WordVectors.load()
+    return TalkFeatures(prosody, network_input(spoken.recorded), tracks.astype(np.float16), plain.astype(np.float16))
 
 
 def network_input(audio: np.ndarray) -> np.ndarray:

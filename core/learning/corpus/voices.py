@@ -92,7 +92,7 @@ class Piper:
         chunks = list(self._voice.synthesize(sentence.text, scales, include_alignments=True))
         if not chunks or any(chunk.phoneme_alignments is None for chunk in chunks):
             return None
-        alignment = [(a.phoneme, int(a.num_samples)) for chunk in chunks for a in chunk.phoneme_alignments]
+        alignment = [(a.phoneme, int(a.num_samples)) for chunk in chunks for a in chunk.phoneme_alignments or ()]
         spoken = phonemes.place_words(sentence.words, alignment, self.pronounce)
         if not spoken:
             return None

@@ -38,7 +38,7 @@ class Director:
 
     def perform(self, talk: Talk, names: list[str], takes: int) -> dict[str, list[Directed]]:
         """Direct ``takes`` takes by each named performer."""
-        from ..corpus import build
+        from ..corpus import directing
         from ..corpus.scene import Scene
 
         scene = Scene.of(_speech(talk))
@@ -46,9 +46,8 @@ class Director:
         for name in names:
             directed[name] = []
             for take in range(takes):
-                motion, hands, strokes = build.direct(self.material, scene, self.names.index(name), take, SEED)
-                clips = [stroke.gesture.name.rstrip("~") for stroke in strokes]
-                directed[name].append(Directed(motion, hands, clips))
+                one = directing.direct(self.material, scene, self.names.index(name), take, SEED)
+                directed[name].append(Directed(one.directions, one.hands, one.clips))
         return directed
 
 

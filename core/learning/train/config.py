@@ -44,6 +44,9 @@ class TrainConfig:
     stroke_tell: float = 0.0  # chance that a window has some of its strokes as requests
     style_drop: float = 0.0  # chance that a flow gets no style, for guidance
     text_drop: float = 0.0  # chance that a flow gets no words while all else is unchanged, for guidance
+    voice_drop: float = 0.0  # chance that a window has neither MFCCs nor prosody nor heard affect, for guidance on the voice
+    prosody_drop: float = 0.0  # chance of a window without prosody, so that MFCCs are listened to
+    affect_drop: float = 0.0  # chance of a window without heard affect, which MFCCs have to tell then
     seed_noise: float = 0.02  # noise on seed poses, as those of later windows are generated and inexact in use
     mfcc_noise: float = 0.03  # white noise on every value
     mfcc_gain: float = 0.1  # offset of the first coefficient of a window: simulates recording levels
@@ -65,6 +68,7 @@ class TrainConfig:
     wrist: float = 0.0  # 0 in the paper; positions and speeds of elbows and wrists, where small errors of angles add up
     arm_weight: float = 1.0  # weight of upper arms and forearms in the three terms on directions and their motion
     learns: str = "poses"  # of a flow: "poses", or "extras", given the poses of an earlier training (start)
+    affect_judge: float = 0.0  # of a flow: how much a judge of affect in motion counts
     real_label: float = 0.9  # 1 in the paper; less regularises the discriminator (one-sided label smoothing)
 
     log: str = ""  # beside log.jsonl: "csv", "tensorboard" or both with a comma

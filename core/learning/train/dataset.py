@@ -14,6 +14,7 @@ from ...model.mfcc_timing import mfcc_slice, nearest_mfcc
 from ...model.seeds import given_input
 from ...motion import hand_channels
 from ...motion.skeleton import FPS, mirror
+from ...settings import AFFECTS
 from ...styles import CONTROLS
 from .config import TrainConfig
 from .given_frames import draw_masks
@@ -21,6 +22,8 @@ from .storage import FPS_RANGE, load_arrays
 from .stroke_reveal import StrokeReveal, mirror_channels
 
 TRAIN, VALIDATION, TEST = range(3)
+MOST_AFFECT = 1.5
+"""Largest affect that a network is given: what is heard, with the controls."""
 HAND_CONTROL = CONTROLS.index("hand")
 
 
@@ -31,7 +34,8 @@ class Windows:
     ``talk`` is the index of the performance, ``first`` its first frame; ``flip`` windows are mirrored, ``wordless`` ones
     have no words and the prosody of sound alone (None: no window). ``kept`` ``(B, T)`` marks the frames whose poses are
     given; None: the seed frames at the start. ``draws`` ``(B, T)`` are random numbers that select the strokes to reveal
-    (:mod:`stroke_reveal`); None: no strokes.
+    (:mod:`stroke_reveal`); None: no strokes. What a window does not hear is zero: ``voiceless`` ones have neither MFCCs nor
+    prosody nor heard affect, ``toneless`` ones no prosody, ``unmoved`` ones no heard affect (None: no window).
     """
 
     talk: np.ndarray
@@ -40,6 +44,9 @@ class Windows:
     wordless: np.ndarray | None = None
     kept: np.ndarray | None = None
     draws: np.ndarray | None = None
+    voiceless: np.ndarray | None = None
+    toneless: np.ndarray | None = None
+    unmoved: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -47,7 +54,8 @@ class Batch:
     """Inputs and targets of a network, on one device.
 
     ``mfcc`` (B, Ta, 40), ``words`` (B, T, 300), ``seeds`` (B, T, 28 + n), ``prosody`` (B, T, K), ``directions``
-    (B, T, 9, 3), ``extras`` (B, T, n), ``speaker`` (B,), ``controls`` (B, 5), ``asked`` (B, T, 7) (:mod:`stroke_requests`).
+    (B, T, 9, 3), ``extras`` (B, T, n), ``speaker`` (B,), ``controls`` (B, T, 5) with the affect that is heard,
+    ``asked`` (B, T, 7) (:mod:`stroke_requests`).
     """
 
     mfcc: torch.Tensor
@@ -104,6 +112,7 @@ class Corpus:
             setattr(self, name, self.arrays[name])
         for name in ("mfcc_starts", "frame_starts", "starts", "recording", "speaker", "split"):
             setattr(self, name, self.arrays[name].astype(np.int64))
+        self.heard = self.arrays.get("heard", np.zeros((len(self.prosody), len(AFFECTS)), np.float16))
         self.extras = self.arrays.get("extras", np.zeros((len(self.directions), 0), np.float16))
         self._check()
         self.revealing = StrokeReveal(self.arrays.get("strokes"), self.starts)
@@ -171,7 +180,8 @@ class Corpus:
         in_mfcc = (self.mfcc_starts[recording] + nearest_mfcc(first))[:, None] + np.arange(mfcc_slice(0, frames).stop)
         in_mfcc = np.minimum(in_mfcc, self.mfcc_starts[recording + 1][:, None] - 1)
         in_motion = (self.starts[talk] + first)[:, None] + np.arange(frames)
-        directions, controls = self.directions[in_motion], self.controls[talk].astype(np.float32)
+        directions = self.directions[in_motion]
+        controls = np.repeat(self.controls[talk, None].astype(np.float32), frames, axis=1)
         extras = self.extras[in_motion]
         asked = self.revealing.tell(talk, first, np.ones(in_recording.shape) if windows.draws is None else windows.draws)
         words, prosody = self.word_index[in_recording].astype(np.int64) % len(self.vectors), self.prosody[in_recording]
@@ -183,11 +193,21 @@ class Corpus:
             directions[windows.flip] = mirror(directions[windows.flip])
             if extras.shape[-1]:
                 extras[windows.flip] = hand_channels.mirror_channels(extras[windows.flip])
-            controls[windows.flip, HAND_CONTROL] *= -1
+            controls[windows.flip, :, HAND_CONTROL] *= -1
             asked[windows.flip] = mirror_channels(asked[windows.flip])
         if windows.wordless is not None and windows.wordless.any():
             words[windows.wordless] = len(self.vectors) - 1
             prosody[windows.wordless] = self.prosody_plain[in_recording[windows.wordless]]
+        heard = self.heard[in_recording].astype(np.float32)
+        for part, hiding in (
+            (mfcc, [windows.voiceless]),
+            (prosody, [windows.voiceless, windows.toneless]),
+            (heard, [windows.voiceless, windows.unmoved]),
+        ):
+            for hidden in hiding:
+                if hidden is not None:
+                    part[hidden] = 0
+        controls[..., : len(AFFECTS)] = np.clip(controls[..., : len(AFFECTS)] + heard, -MOST_AFFECT, MOST_AFFECT)
         kept = np.arange(frames) < np.full((len(talk), 1), seed_frames) if windows.kept is None else windows.kept
         parts = (
             mfcc,
@@ -242,6 +262,7 @@ class Corpus:
             and 0 <= self.speaker.min() <= self.speaker.max() < len(self.speakers)
             and np.array_equal(np.diff(self.starts), np.diff(self.frame_starts)[self.recording])
             and len(self.mfcc_starts) == recordings + 1
+            and self.heard.shape == (len(self.prosody), len(AFFECTS))
             and len(self.directions) == self.starts[-1]
             and len(self.mfcc) == self.mfcc_starts[-1]
             and len(self.word_index) == len(self.prosody) == self.frame_starts[-1]
@@ -260,7 +281,9 @@ def draw_windows(corpus: Corpus, config: TrainConfig, rng: np.random.Generator) 
     flip, wordless = (rng.random(config.batch) < chance for chance in (config.mirror, config.word_drop))
     kept = draw_masks(rng, *size, config.seed_frames, config.kept or {"seeds": 1 - config.seed_drop})
     draws = np.where(rng.random((config.batch, 1)) < config.stroke_tell, rng.random(size), 1.0)
-    return Windows(talk, first, flip, wordless, kept, draws)
+    shares = config.voice_drop, config.prosody_drop, config.affect_drop
+    hidden = [rng.random(config.batch) < share if share else None for share in shares]
+    return Windows(talk, first, flip, wordless, kept, draws, *hidden)
 
 
 def augment(batch: Batch, config: TrainConfig) -> Batch:

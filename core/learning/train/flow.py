@@ -9,7 +9,8 @@ from ...errors import UsageError
 from ...model.encoders import POSE
 from ...model.flow import FlowGenerator
 from ...motion.skeleton import ARM_EDGES, MEAN
-from . import losses
+from ...settings import AFFECTS
+from . import affect_judge, losses
 from .dataset import TRAIN, Batch, Corpus
 from .step_modules import FlowStep
 from .trainer import Trainer
@@ -24,7 +25,7 @@ class FlowMatching(Trainer):
 
     Times are logit-normal (Esser et al. 2024). Given frames have no loss. Differences of errors between frames may be
     weighted extra: the minimum of a weighted quadratic error is the same field. Extras are trained after the poses, with
-    their own denoiser, while all other weights are frozen.
+    their own denoiser, while all other weights are frozen. A judge of affect (:mod:`affect_judge`) may have its say.
     """
 
     @property
@@ -39,6 +40,10 @@ class FlowMatching(Trainer):
         weight = torch.ones(self.generator.noise_size)
         weight[:POSE].view(9, 3)[list(ARM_EDGES)] = self.config.arm_weight
         self._weight = weight[self._learned].to(self.fabric.device)
+        if self.config.affect_judge and not self._of_extras:
+            self.judge = affect_judge.AffectJudge(POSE).to(self.fabric.device)
+            self.networks["judge"] = self.judge
+            self.optimizers["judge"] = torch.optim.AdamW(self.judge.parameters(), self.config.generator_rate)
 
     def _optimizer(self) -> torch.optim.Optimizer:
         config = self.config
@@ -61,7 +66,8 @@ class FlowMatching(Trainer):
         return slice(POSE, None) if self._of_extras else slice(POSE)
 
     def _wrapped(self) -> dict[str, torch.nn.Module]:
-        return {"generator": FlowStep(self._flow, self.config.style_drop, self.config.text_drop)}
+        steps: dict[str, torch.nn.Module] = {"generator": FlowStep(self._flow, self.config.style_drop, self.config.text_drop)}
+        return steps | ({"judge": self.judge} if "judge" in self.networks else {})
 
     def _learn(self, batch: Batch, chosen: Any) -> dict[str, torch.Tensor]:
         config, mask = self.config, batch.seeds[..., -1:]
@@ -79,7 +85,28 @@ class FlowMatching(Trainer):
         }
         if config.velocity:
             terms["velocity"] = config.velocity * (error.diff(dim=1).square() * self._weight).mean()
-        return terms | {"generator_gradient": self._update("generator", cast(torch.Tensor, sum(terms.values())))}
+        report = {}
+        if "judge" in self.networks:
+            affect = batch.controls[..., : len(AFFECTS)]
+            report = self._teach_judge(target, affect)
+            drawn = mixed + (1 - time)[:, None, None] * estimate.velocity
+            # Early estimates are means of all that could be drawn, which shows no affect wholly.
+            terms["affect"] = config.affect_judge * self._judged(drawn, affect, time.square())
+        return terms | report | {"generator_gradient": self._update("generator", cast(torch.Tensor, sum(terms.values())))}
+
+    def _teach_judge(self, poses: torch.Tensor, affect: torch.Tensor) -> dict[str, torch.Tensor]:
+        """Update the judge on motion of the corpus and the affect ``(B, T, 3)`` that it was directed in."""
+        loss = affect_judge.error(self._run["judge"](poses), affect, torch.ones_like(affect[:, 0, 0]))
+        self._update("judge", loss)
+        return {"judge": loss}
+
+    def _judged(self, poses: torch.Tensor, affect: torch.Tensor, weights: torch.Tensor) -> torch.Tensor:
+        """Return how far the judge finds poses from the affect; the gradient is the poses' alone."""
+        self.judge.requires_grad_(False)
+        with self.fabric.autocast():
+            opinion = self.judge(poses)
+        self.judge.requires_grad_(True)
+        return affect_judge.error(opinion, affect, weights)
 
     def _conditioning_poses(self, frames: torch.Tensor) -> torch.Tensor | None:
         """Return the poses that condition the extras, with noise: in use they are generated and thus inexact."""

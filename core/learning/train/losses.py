@@ -61,7 +61,7 @@ def diversity(generated: torch.Tensor, other: torch.Tensor, style: torch.Tensor,
     Only ``generated`` gets a gradient. Each sample's value is at least -1000.
     """
     distance = functional.smooth_l1_loss(generated, other.detach(), beta=DIVERSITY_BETA, reduction="none").flatten(1).sum(1)
-    style_distance = (style - other_style).detach().abs().mean(1) + 1e-5
+    style_distance = (style - other_style).detach().abs().flatten(1).mean(1) + 1e-5
     return (-distance / style_distance).clamp(min=-1000).mean()
 
 

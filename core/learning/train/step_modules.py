@@ -98,7 +98,7 @@ class FlowStep(nn.Module):
         style = generator.sample_style(mu, logvar)
         style = generator.steer(style, controls) if generator.config.controls else style
         no_style, no_words = (torch.rand(len(speaker), 1, device=mu.device) < p for p in (self.style_drop, self.text_drop))
-        style = torch.where(no_style, generator.no_style, style)
+        style = torch.where(no_style[..., None] if style.dim() == 3 else no_style, generator.no_style, style)
         words = words * ~no_words[..., None]
         features, mask = generator.encode(mfcc, words, seeds, prosody, asked), seeds[..., -1:]
         given = generator.numbers(seeds[..., :-1]).to(mixed.dtype)

@@ -8,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from captured import wave_clip
+from captured import small_footage, wave_clip
 from s2ag.core.learning.corpus import (
     build,
+    captured_talk,
+    directing,
     idle_motion,
     lexicon,
     library,
@@ -19,6 +21,7 @@ from s2ag.core.learning.corpus import (
     planning,
     rendering,
     repertoire,
+    shaping,
     speakers,
     talk_features,
     variation,
@@ -61,11 +64,14 @@ def planned(performer: speakers.Performer, gestures, scene, seed: int = 0) -> li
     return planning.plan(drawn, lexicon.Lexicon(word_vectors), scene, np.random.default_rng(seed))
 
 
-def perform(performer, gestures, scene, seed: int = 0) -> np.ndarray:
-    strokes = planned(performer, gestures, scene, seed)
-    still = np.zeros((len(scene.prosody.features), 9, 3))
-    random = np.random.default_rng(seed)
-    return rendering.render(performer, strokes, scene, rendering.resting_pose(performer), still, random)
+@pytest.fixture(scope="module")
+def footage() -> captured_talk.Material:
+    return small_footage()
+
+
+def perform(performer, gestures, footage, scene, seed: int = 0) -> directing.Directed:
+    drawn, following = repertoire.Repertoire(performer, gestures), shaping.Following.learn(footage.talk)
+    return directing.perform(footage, following, drawn, lexicon.Lexicon(word_vectors), scene, np.random.default_rng(seed))
 
 
 def test_words_near_to_listed_ones_share_their_meaning():
@@ -94,9 +100,9 @@ def test_main_accents_get_more_strokes_than_their_share(scene, gestures):
     assert on_main > 1.2 * len(mains) / len(scene.accents)
 
 
-def test_a_seed_is_a_performance_and_another_seed_another(scene, gestures):
+def test_a_seed_is_a_performance_and_another_seed_another(scene, gestures, footage):
     performer = speakers.PERFORMERS[1]
-    first, again, other = (perform(performer, gestures, scene, seed) for seed in (1, 1, 2))
+    first, again, other = (perform(performer, gestures, footage, scene, seed).directions for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert variety.arms_apart(first, other) > 5
 
@@ -145,69 +151,84 @@ def test_arms_turn_and_keep_their_length():
     assert np.allclose(turned[:, 1], directions[:, 1]) and not np.allclose(turned[-1], directions[-1])
 
 
-@pytest.mark.parametrize(("control", "more"), [(0, "speed"), (3, "strokes")])
-def test_controls_of_arousal_and_rate_do_what_they_say(scene, gestures, control, more):
-    performer = speakers.PERFORMERS[1]
-    speeds, counts = [], []
-    for value in (-1, 0, 1):
-        controls = np.zeros(5)
-        controls[control] = value
-        steered = replace(scene, controls=controls)
-        takes = range(6)
-        counts.append(sum(len(planned(performer, gestures, steered, take)) for take in takes))
-        speeds.append(np.mean([kinematics.angular_speed(perform(performer, gestures, steered, k))[:, [5, 8]] for k in takes]))
-    if more == "speed":
-        assert speeds[0] < speeds[1] < speeds[2]
-    assert counts[0] <= counts[1] <= counts[2] and (counts[0] < counts[2] or more == "speed")
+def steered(scene, control, value):
+    return replace(scene, controls=np.eye(5)[control] * value, heard=np.zeros_like(scene.heard))
 
 
-def test_valence_lifts_hands_and_dominance_spreads_elbows(scene, gestures):
-    def pose(control, value):
-        steered = replace(scene, controls=np.eye(5)[control] * value)
-        return skeleton.to_positions(perform(speakers.PERFORMERS[1], gestures, steered)).mean(0)
-
-    valence, dominance = (pose(control, 1) - pose(control, -1) for control in (1, 2))
-    assert -valence[[6, 9], 1].mean() > 0.05 and -valence[[6, 9], 1].mean() > -dominance[[6, 9], 1].mean()
-    assert dominance[8, 0] - dominance[5, 0] > 0.05 and dominance[8, 0] - dominance[5, 0] > valence[8, 0] - valence[5, 0]
-    cosine = (valence * dominance).sum() / np.sqrt((valence**2).sum() * (dominance**2).sum())
-    assert cosine < 0.6
+def test_the_control_of_rate_gives_more_gestures_or_fewer(scene, gestures):
+    counts = [
+        sum(len(planned(speakers.PERFORMERS[1], gestures, steered(scene, 3, value), take)) for take in range(6))
+        for value in (-1, 0, 1)
+    ]
+    assert counts[0] < counts[1] <= counts[2]
 
 
-def test_the_pleased_are_livelier_and_the_dominant_are_not(scene, gestures):
-    def speed(control, value):
-        steered = replace(scene, controls=np.eye(5)[control] * value)
-        bodies = [perform(speakers.PERFORMERS[1], gestures, steered, take) for take in range(6)]
-        return np.mean([kinematics.angular_speed(body)[:, [5, 8]] for body in bodies])
-
-    assert speed(1, 1) > 1.1 * speed(1, -1) and speed(2, 1) < 1.05 * speed(2, -1)
+def mean_speed(bodies) -> float:
+    """Metres a second of the wrists."""
+    return float(np.mean([np.linalg.norm(np.diff(skeleton.wrists(body), axis=0), axis=-1) for body in bodies]) * skeleton.FPS)
 
 
-def test_an_idle_arm_goes_along_with_the_working_one(scene, gestures):
-    performer = replace(next(p for p in speakers.PERFORMERS if p.hand == "right"), both=0.0)
-    assert all(stroke.follow > 0 for stroke in planned(performer, gestures, scene))
-    assert np.mean([variety.left_right_correlation(perform(performer, gestures, scene, take)) for take in range(4)]) > 0.4
+def bodies_of(gestures, footage, scene, control, value):
+    takes = range(6)
+    return [perform(speakers.PERFORMERS[1], gestures, footage, steered(scene, control, value), k).directions for k in takes]
 
 
-def test_some_strokes_show_what_the_words_do_not_say(scene, gestures):
+def test_arousal_is_seen_in_speed_height_and_posture(scene, gestures, footage):
+    calm, usual, stirred = (bodies_of(gestures, footage, scene, 0, value) for value in (-1, 0, 1))
+    assert mean_speed(calm) < 0.6 * mean_speed(usual) and mean_speed(stirred) > 1.3 * mean_speed(usual)
+    heights = [np.mean([-skeleton.wrists(body)[..., 1].mean() for body in bodies]) for bodies in (calm, usual, stirred)]
+    assert heights[0] + 0.05 < heights[1] < heights[2] - 0.03
+    heads = [np.mean([body[:, 1, 1].mean() for body in bodies]) for bodies in (calm, stirred)]
+    assert heads[0] > heads[1], "a calm head sinks"
+
+
+def test_valence_opens_and_dominance_straightens(scene, gestures, footage):
+    def posture(control, value):
+        points = [skeleton.to_positions(body).mean(0) for body in bodies_of(gestures, footage, scene, control, value)]
+        return np.mean(points, axis=0)
+
+    valence, dominance = (posture(control, 1) - posture(control, -1) for control in (1, 2))
+    for change in (valence, dominance):
+        assert change[9, 0] - change[6, 0] > 0.05, "wrists farther apart"
+    assert dominance[2, 2] < valence[2, 2] - 0.02, "the dominant lean back"
+
+
+def test_what_is_heard_and_what_is_asked_add_up(scene, gestures, footage):
+    heard = replace(scene, heard=np.full_like(scene.heard, 0.7), controls=np.zeros(5))
+    asked = replace(scene, heard=np.zeros_like(scene.heard), controls=np.array([0.7, 0.7, 0.7, 0, 0]))
+    np.testing.assert_allclose(heard.affect(np.arange(5.0)), asked.affect(np.arange(5.0)), atol=1e-6)
+    assert np.abs(replace(asked, heard=np.ones_like(scene.heard)).affect(1.0)).max() == 1.5
+
+
+def test_one_hand_leads_where_the_performer_has_it_so(scene, gestures, footage):
+    def share(name):
+        performer = next(p for p in speakers.PERFORMERS if p.name == name)
+        bodies = [perform(performer, gestures, footage, scene, take).directions for take in range(4)]
+        ways = sum(np.linalg.norm(np.diff(skeleton.wrists(body), axis=0), axis=-1).sum(0) for body in bodies)
+        return ways[1] / ways.sum()
+
+    assert share("stern") > 0.6 > share("warm host") > 0.4 > share("left-handed joker")
+
+
+def test_some_strokes_show_what_the_words_do_not_say(scene, gestures, footage):
     people = enumerate(speakers.PERFORMERS)
-    strokes = [s for number, p in people for take in range(4) for s in planned(p, gestures, scene, 4 * number + take)]
-    unsaid = [stroke for stroke in strokes if not stroke.said]
-    assert 0.01 < len(unsaid) / len(strokes) < 0.15 and all(stroke.meaning != repertoire.BEAT for stroke in unsaid)
-    np.testing.assert_array_equal(build.stroke_records(strokes)[:, 6] == 0, [not stroke.said for stroke in strokes])
+    strokes = np.concatenate([perform(p, gestures, footage, scene, number).strokes for number, p in people])
+    unsaid = strokes[:, 6] == 0
+    assert 0.001 < unsaid.mean() < 0.15 and (strokes[unsaid, 3] > 0).all()
+    assert (strokes[:, 3] == 0).mean() > 0.5, "beats are the rule"
 
 
-def test_a_performance_moves_on_accents_and_rests(scene, gestures):
-    performer = speakers.PERFORMERS[0]
-    ease = rendering.resting_pose(performer)
-    strokes = planned(performer, gestures, scene)
-    body = perform(performer, gestures, scene)
+def test_a_performance_moves_in_speech_and_rests_in_pauses(scene, gestures, footage):
+    directed = perform(speakers.PERFORMERS[0], gestures, footage, scene)
+    body = directed.directions
     assert body.shape == (int(scene.speech.duration * 15), 9, 3) and body.dtype == np.float32
+    assert len(directed.hands) == len(body) and (np.diff(directed.strokes[:, 0]) >= 0).all()
     np.testing.assert_allclose(np.linalg.norm(body, axis=-1), 1, atol=1e-5)
     speed = kinematics.angular_speed(body)
-    assert speed.max() < 700
-    before = np.concatenate([speed[int((s.emphasis - 0.4) * 15) : int(s.emphasis * 15), [5, 8]].ravel() for s in strokes])
-    assert before.mean() > 3 * speed[-15:, [5, 8]].mean()
-    assert np.degrees(np.arccos(np.clip(np.sum(body[-1, [5, 8]] * ease[[5, 8]], -1), -1, 1))).max() < 25
+    assert speed.max() < 900
+    time = np.arange(len(speed)) / skeleton.FPS
+    spoken = np.any([(time > begin) & (time < end) for begin, end in scene.prosody.phrases], axis=0)
+    assert speed[spoken][:, [5, 8]].mean() > 1.5 * speed[-15:, [5, 8]].mean()
     assert not limits.backward_elbows(body).any()
 
 
@@ -260,10 +281,6 @@ def test_what_is_heard_is_kept_and_used_as_it_is(tmp_path):
     again = talk_features.load_or_analyse(tmp_path, replace(spoken, recorded=np.zeros_like(spoken.recorded)))
     assert again.prosody.accents == first.prosody.accents == Scene.of(spoken).accents
     np.testing.assert_array_equal(again.mfcc, first.mfcc)
-    assert first.affect.shape == (len(first.tracks), 3) and first.affect.dtype == np.float16
-    replace(first, affect=None).save(tmp_path / "heard_0003.npz")  # as files of before are
-    np.testing.assert_array_equal(talk_features.load_or_analyse(tmp_path, spoken).affect, first.affect)
-    assert talk_features.TalkFeatures.load(tmp_path / "heard_0003.npz").affect is not None
 
 
 def test_the_packed_corpus_is_what_training_reads(tmp_path):
@@ -286,12 +303,13 @@ def test_the_packed_corpus_is_what_training_reads(tmp_path):
         words = [("hello", 0.2, 0.5), ("world", 0.7, 1.0)]
         mfcc = talk_features.network_input(spoken.recorded[: 16000 * 3])
         accents = np.array([[1.0, 0.5, 1.0]], np.float32)
-        talks.append(build.Talk(number, number, "noise", mfcc, tracks, tracks, words, accents, np.full(3, 0.5), moves))
+        heard = np.zeros((frames, 3), np.float16)
+        talks.append(build.Talk(number, number, "noise", mfcc, tracks, tracks, words, accents, np.full(3, 0.5), heard, moves))
     figures = pack.save(talks, tmp_path / "corpus", 0)
     assert figures["recordings"] == 3 and figures["performances"] == 6 and figures["share of strokes on main accents"] == 1
     corpus = Corpus.load(tmp_path / "corpus")
     arrays = corpus.arrays
-    assert corpus.extras.shape == (246, hand_channels.SIZE)
+    assert corpus.extras.shape == (246, hand_channels.SIZE) and corpus.heard.shape == (123, 3)
     assert arrays["directions"].shape == (246, 9, 3) and arrays["starts"].tolist() == [0, 40, 80, 121, 162, 204, 246]
     assert arrays["frame_starts"].tolist() == [0, 40, 81, 123] and arrays["recording"].tolist() == [0, 0, 1, 1, 2, 2]
     assert arrays["split"].tolist() == [0, 0, 1, 1, 2, 2] and arrays["speaker"].tolist() == [0, 3, 1, 4, 2, 5]

@@ -41,7 +41,7 @@ def test_windows_are_cuts_of_their_talk():
         wanted = np.where(spoken[:, None] >= 0, arrays["vectors"][spoken], 0).astype(np.float32)
         np.testing.assert_array_equal(batch.words[row].numpy(), wanted)
         np.testing.assert_array_equal(batch.prosody[row].numpy(), arrays["prosody"][here].astype(np.float32))
-        np.testing.assert_array_equal(batch.controls[row].numpy(), arrays["controls"][talk])
+        np.testing.assert_array_equal(batch.controls[row].numpy(), np.tile(arrays["controls"][talk], (40, 1)))
         assert int(batch.speaker[row]) == talk % 2
     np.testing.assert_allclose(batch.directions.norm(dim=-1).numpy(), 1, atol=1e-6)
     seeds = batch.seeds.numpy()
@@ -83,8 +83,8 @@ def test_a_mirrored_window_is_gestured_with_the_other_hand():
     batch = corpus.batch(windows, 48, 10)
     np.testing.assert_allclose(batch.directions[1].numpy(), skeleton.mirror(batch.directions[0].numpy()), atol=1e-6)
     np.testing.assert_allclose(batch.seeds[1, :10, :27], seed_input(batch.directions[1:], 48)[0, :10, :27])
-    torch.testing.assert_close(batch.controls[0], torch.tensor([0.1, 0.2, 0.3, 0.4, 0.5]))
-    torch.testing.assert_close(batch.controls[1], torch.tensor([0.1, 0.2, 0.3, 0.4, -0.5]))
+    torch.testing.assert_close(batch.controls[0], torch.tensor([0.1, 0.2, 0.3, 0.4, 0.5]).expand(48, 5))
+    torch.testing.assert_close(batch.controls[1], torch.tensor([0.1, 0.2, 0.3, 0.4, -0.5]).expand(48, 5))
     assert arrays["controls"][0, 4] == np.float32(0.5)
 
 
@@ -98,13 +98,37 @@ def test_windows_without_words_have_the_prosody_of_sound_alone():
     assert not batch.seeds[0].any() and batch.seeds[1].any()
 
 
+def test_what_is_heard_is_added_to_the_controls_and_hidden_by_chance():
+    arrays = toy_arrays(talks=2, frames=60)
+    arrays["controls"][:, 0] = 0.9
+    heard = np.random.default_rng(2).uniform(-1, 1, (len(arrays["prosody"]), 3)).astype(np.float16)
+    corpus = Corpus({**arrays, "heard": heard}, META)
+    here, none = heard[3:43].astype(np.float32), np.zeros(4, bool)
+    voiceless, toneless, unmoved = (np.arange(4) == k for k in (1, 2, 3))
+    windows = Windows(np.zeros(4, int), np.full(4, 3), none, voiceless=voiceless, toneless=toneless, unmoved=unmoved)
+    batch = corpus.batch(windows, 40, 10)
+    for row in (0, 2):
+        np.testing.assert_allclose(batch.controls[row, :, 0], np.minimum(here[:, 0] + 0.9, 1.5), atol=1e-6)
+        np.testing.assert_allclose(batch.controls[row, :, 1:3], here[:, 1:], atol=1e-6)
+    for row in (1, 3):
+        torch.testing.assert_close(batch.controls[row, :, :3], torch.tensor([0.9, 0, 0]).expand(40, 3))
+    assert [bool(part.any()) for part in batch.mfcc] == [True, False, True, True]
+    assert [bool(part.any()) for part in batch.prosody] == [True, False, False, True]
+    with pytest.raises(ValueError):
+        Corpus({**arrays, "heard": heard[:-1]}, META)
+
+
 def test_chances_decide_over_whole_windows():
     _, corpus = toy(talks=4, frames=60)
     config = TrainConfig(batch=2000, frames=48, word_drop=0.25, seed_drop=0.5)
     windows = draw_windows(corpus, config, np.random.default_rng(0))
     assert windows.wordless.mean() == pytest.approx(0.25, abs=0.05)
     assert windows.kept[:, :10].all(1).mean() == pytest.approx(0.5, abs=0.05) and not windows.kept[:, 10:].any()
-    assert not windows.flip.any()
+    assert not windows.flip.any() and windows.voiceless is None
+    drops = TrainConfig(batch=2000, frames=48, voice_drop=0.1, prosody_drop=0.3, affect_drop=0.2)
+    windows = draw_windows(corpus, drops, np.random.default_rng(0))
+    shares = [hidden.mean() for hidden in (windows.voiceless, windows.toneless, windows.unmoved)]
+    assert shares == pytest.approx([0.1, 0.3, 0.2], abs=0.04)
     assert draw_windows(corpus, TrainConfig(batch=50, frames=48, mirror=1.0), np.random.default_rng(0)).flip.all()
 
 

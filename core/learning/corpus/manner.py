@@ -1,0 +1,49 @@
+"""How a performer talks with the hands: derived from the tastes in :mod:`speakers`."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .speakers import Performer
+
+_HEIGHT = {"low": -9.0, "mid": 0.0, "high": 11.0}
+"""Degrees by which forearms are raised from where captured talkers have them."""
+
+
+@dataclass(frozen=True)
+class Manner:
+    """``lead``: -1 the left hand, 1 the right, 0 both alike; ``alone``: how far the other hand stays out of it, 0..1.
+
+    ``active``: share of the phrases that are gestured; ``size`` and ``tempo`` are factors; ``height`` and ``wide`` degrees by
+    which forearms are raised and apart; ``home``: how far hands go home in a pause, 0..1; ``front``: home is before the belly;
+    ``obedience``: what a matched accent is worth.
+    """
+
+    lead: int
+    alone: float
+    active: float
+    size: float
+    tempo: float
+    height: float
+    home: float
+    front: bool
+    obedience: float
+    wide: float
+
+
+def of(performer: Performer) -> Manner:
+    """Return the manner of a performer."""
+    lead = {"left": -1, "right": 1}.get(performer.hand, 0)
+    lively = (2.7 - performer.gap) / 1.9  # gaps between strokes go from 0.8 to 2.7 s
+    return Manner(
+        lead=lead,
+        alone=float(np.clip(1.15 - 0.75 * performer.both, 0.5, 0.95)) if lead else 0.0,
+        active=float(np.clip(0.4 + 0.65 * lively, 0.3, 1.0)),
+        size=float(performer.size * (0.72 + 0.38 * lively)),
+        tempo=float(performer.tempo**0.5 * (0.97 + 0.2 * lively)),
+        height=_HEIGHT[performer.height],
+        home=float(np.clip(0.95 - 0.45 * performer.linger, 0.3, 0.9)),
+        front=performer.rest == "front",
+        obedience=0.5 + 0.35 * lively,
+        wide=20.0 * (performer.plane - 1.1),
+    )

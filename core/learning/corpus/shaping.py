@@ -1,0 +1,226 @@
+"""Shapes assembled talk by its performer and its affect: size, beats, shared work, height, openness, posture, and home.
+
+What affect does to a body follows people.md's sources (Wallbott 1998; Pollick et al. 2001; Kleinsmith and Bianchi-Berthouze
+2013): arousal makes it larger, faster and higher, valence open or closed, dominance upright and wide or contracted.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...motion import rest, skeleton
+from ...motion.interpolation import ramp
+from .captured_talk import Footage
+from .manner import Manner
+from .posture import turn
+from .scene import Scene
+from .smoothing import smooth
+from .speakers import Performer
+
+_ARMS, _TRUNK = list(skeleton.ARM_EDGES), [0, 1, 2, 3, 6]
+_SIDES = (((4, 5), -1.0), ((7, 8), 1.0))
+"""Edges of each arm, and the sign of outwards on the x axis."""
+_SLOW, _QUICK, _SHARED = 1.3, 0.11, 0.45
+"""Seconds of Gaussians: about which mean arms are larger or smaller, below which is noise, above which is no beat."""
+_BEATS = 1.1
+"""What beats, 0.4 to 1.4 Hz, gain: warped and joined footage has less of them than people (people.md 6)."""
+_SIZE_AROUSAL = 0.62
+"""Octaves of size by which arousal of 1 widens movements."""
+_LARGEST = 1.7
+"""Largest size: beyond it arms would turn around the body."""
+_ASIDE_OTHER = 0.6
+"""How much smaller the hand that does not lead moves, for a performer who leaves all to one."""
+_DRIFT = 2.5
+"""Seconds in which the share of one arm in the other's beats goes up or down."""
+_LAGS = (-2, -1, 0, 1, 2)
+"""Frames by which arms that predict trunk and head are shifted."""
+_FOLLOW = {"head": 1.0, "trunk": 0.9}
+_OWN_HEAD, _OWN_LEAN = 0.6, 0.5
+"""Shares of the footage's own slow head and trunk that are kept."""
+_SINK, _PAUSE, _SILENCE = 0.7, 0.35, 1.6
+"""Seconds in which hands go home and come back, of the shortest pause in which they do, and of one in which all do wholly."""
+_BEHIND = -0.1
+"""Forward part of an upper arm from which on it hardly goes farther behind the shoulder."""
+_ASIDE = 0.28
+"""Sideways part of an upper arm from which on it hardly goes farther out: the conversation's guest has his elbows akimbo."""
+_FRONT = skeleton.normalize(
+    np.array([[-0.2, 0.96, 0.06], [0.55, 0.2, 0.78], [0.2, 0.96, 0.06], [-0.55, 0.2, 0.78]])
+)
+"""Arms of hands that wait before the belly."""
+
+
+@dataclass(frozen=True)
+class Following:
+    """How trunk and head follow the arms' quick movements in captured talk: ``weights`` ``(12 x lags, 15)``."""
+
+    weights: np.ndarray
+
+    @classmethod
+    def learn(cls, talk: tuple[Footage, ...]) -> "Following":
+        """Fit by ridge regression on captured talk."""
+        inputs = np.concatenate([_lagged(_quick(one.directions[:, _ARMS])) for one in talk])
+        outputs = np.concatenate([_quick(one.directions[:, _TRUNK]).reshape(-1, 15) for one in talk])
+        penalty = 0.02 * len(inputs) * np.mean(inputs**2) * np.eye(inputs.shape[1])
+        return cls(np.linalg.solve(inputs.T @ inputs + penalty, inputs.T @ outputs))
+
+    def predict(self, arms: np.ndarray) -> np.ndarray:
+        """Return quick movements of trunk and head ``(frames, 5, 3)`` that go with arms ``(frames, 4, 3)``."""
+        return (_lagged(_quick(arms)) @ self.weights).reshape(len(arms), 5, 3)
+
+
+def _quick(values: np.ndarray) -> np.ndarray:
+    return smooth(values, _QUICK) - smooth(values, _SHARED)
+
+
+def _lagged(arms: np.ndarray) -> np.ndarray:
+    flat = arms.reshape(len(arms), -1)
+    return np.concatenate([np.roll(flat, lag, axis=0) for lag in _LAGS], axis=1)
+
+
+def talk_body(
+    directions: np.ndarray,
+    gesturing: np.ndarray,
+    manner: Manner,
+    scene: Scene,
+    arousal: np.ndarray,
+    following: Following,
+    random: np.random.Generator,
+) -> np.ndarray:
+    """Return an assembled performance ``(frames, 9, 3)`` in its performer's size and hands, which go home in pauses.
+
+    ``gesturing`` ``(frames,)`` is 1 in phrases of talk, ``arousal`` ``(frames,)`` goes from -1.5 to 1.5.
+    """
+    body = directions.astype(float).copy()
+    time = np.arange(len(body)) / skeleton.FPS
+    home = _home_weight(gesturing, manner, scene, arousal, time, random)
+    arms = _shared(_sized(body[:, _ARMS], manner, arousal, random), manner, random)
+    _steady(body, following.predict(arms), random)
+    body[:, _ARMS] = arms
+    body = skeleton.normalize(body)
+    _go_home(body, manner, home)
+    return body
+
+
+def express(
+    body: np.ndarray, performer: Performer, manner: Manner, affect: np.ndarray, random: np.random.Generator
+) -> np.ndarray:
+    """Return a body ``(frames, 9, 3)`` where its performer has the hands, in the posture of its ``affect`` ``(frames, 3)``:
+    arousal, valence, dominance, -1.5 to 1.5.
+    """
+    body = body.copy()
+    _place(body, manner, affect, random)
+    _rein_in(body)
+    _posture(body, performer, affect)
+    return skeleton.normalize(body)
+
+
+def _sized(arms: np.ndarray, manner: Manner, arousal: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Return arms ``(frames, 4, 3)`` with beats that carry, larger or smaller about where they are."""
+    slow = smooth(arms, _SLOW)
+    drift = np.exp(_wander(len(arms), 4.0, random) * 0.16)
+    size = np.minimum(manner.size * 2 ** (_SIZE_AROUSAL * arousal) * drift, _LARGEST)
+    own = np.array([1.0, 1.0])
+    own[int(manner.lead < 0)] -= _ASIDE_OTHER * manner.alone * abs(manner.lead)
+    return slow + size[:, None, None] * np.repeat(own, 2)[:, None] * (arms - slow + _BEATS * _quick(arms))
+
+
+def _shared(arms: np.ndarray, manner: Manner, random: np.random.Generator) -> np.ndarray:
+    """Return arms in which the quieter one takes part in the other's beats, by a share that drifts, or stays out of them."""
+    slow = smooth(arms, _SHARED)
+    beats = arms - slow
+    mirror = np.array([-1.0, 1.0, 1.0])
+    image = beats[:, [2, 3, 0, 1]] * mirror
+    power = smooth(np.square(beats).sum(-1).reshape(-1, 2, 2).sum(-1), 0.6)
+    other = power[:, ::-1] > power
+    if manner.lead:
+        own = np.ones((len(arms), 2))
+        own[:, int(manner.lead < 0)] = 1 - manner.alone * np.clip(0.85 + 0.3 * _wander(len(arms), _DRIFT, random), 0, 1)
+        beats = beats * np.repeat(own, 2, axis=1)[..., None]
+        share = other * (1 - manner.alone) * np.clip(0.5 + 0.6 * _wander(len(arms), _DRIFT, random), 0, 1)[:, None]
+        share[:, int(manner.lead > 0)] = 0
+    else:
+        share = other * np.clip(0.45 + 0.6 * _wander(len(arms), _DRIFT, random), 0, 1)[:, None]
+    share = np.repeat(smooth(share, 0.2), 2, axis=1)[..., None]
+    return slow + (1 - share) * beats + share * image
+
+
+def _steady(body: np.ndarray, quick: np.ndarray, random: np.random.Generator) -> None:
+    """Halve slow leans and turns of trunk and head, and let both go along with the arms, in place."""
+    slow = smooth(body[:, _TRUNK], 1.5)
+    middle = slow.mean(axis=0)
+    own = np.array([_OWN_LEAN, _OWN_HEAD, _OWN_HEAD, _OWN_LEAN, _OWN_LEAN])[:, None]
+    gain = np.array([_FOLLOW["trunk"], _FOLLOW["head"], _FOLLOW["head"], _FOLLOW["trunk"], _FOLLOW["trunk"]])[:, None]
+    drift = np.exp(0.3 * _wander(len(body), 4.0, random))[:, None, None]
+    # Where a captured person happened to look and lean is not part of another's talk.
+    upright = skeleton.MEAN_UNIT[_TRUNK]
+    body[:, _TRUNK] = upright + own * (slow - middle) + (body[:, _TRUNK] - slow) + drift * gain * quick
+
+
+def _place(body: np.ndarray, manner: Manner, affect: np.ndarray, random: np.random.Generator) -> None:
+    """Raise or lower, open or close raised arms by manner and affect, in place."""
+    arousal, valence, dominance = affect.T
+    height = manner.height + 13 * arousal + 4 * valence + 3 * dominance + 4 * _wander(len(body), 6.0, random)
+    wide = manner.wide + 3 * _wander(len(body), 5.0, random)
+    for (upper, fore), out in _SIDES:
+        bent = np.clip(1 - (body[:, upper] * body[:, fore]).sum(-1), 0, 0.6) / 0.6
+        elbow = wide + 9 * dominance + 6 * valence + 3 * arousal
+        turn(body, (upper,), pitch=-0.45 * height * bent, roll=out * elbow)
+        apart = wide + 15 * valence + 4 * dominance
+        turn(body, (fore,), pitch=-height * bent, roll=out * 0.6 * elbow, yaw=-out * apart * bent)
+
+
+def _home_weight(
+    gesturing: np.ndarray, manner: Manner, scene: Scene, arousal: np.ndarray, time: np.ndarray, random: np.random.Generator
+) -> np.ndarray:
+    """Return how far the hands are home ``(frames,)``: outside gestured phrases wholly, in pauses in part, more when calm."""
+    away = 1 - smooth(gesturing, 0.3)
+    weight = np.zeros(len(time))
+    for begin, end in scene.pauses:
+        if end - begin >= _PAUSE:
+            mood = float(np.interp(begin, time, arousal))
+            long = np.clip((end - begin - _PAUSE) / (_SILENCE - _PAUSE), 0, 1)
+            depth = np.clip(random.uniform(0.3, 1.0) * (manner.home - 0.35 * mood), 0, 1)
+            depth = depth + (0.97 - depth) * long**2
+            down = ramp(time, begin - 0.1, begin - 0.1 + _SINK) * (1 - ramp(time, end - 0.45, end - 0.45 + _SINK))
+            weight = np.maximum(weight, depth * down)
+    sunk = np.clip(-0.38 * smooth(arousal, 1.0), 0, 0.5)
+    return 1 - (1 - away) * (1 - weight) * (1 - sunk)
+
+
+def _go_home(body: np.ndarray, manner: Manner, home: np.ndarray) -> None:
+    """Move both arms towards home by the weight ``(frames,)``, in place."""
+    place = _FRONT if manner.front else rest.REST[_ARMS].astype(float)
+    target = np.broadcast_to(place, body[:, _ARMS].shape)
+    body[:, _ARMS] = rest.slerp(body[:, _ARMS], target, np.repeat(home[:, None], 4, axis=1))
+
+
+def _posture(body: np.ndarray, performer: Performer, affect: np.ndarray) -> None:
+    """Lean, shoulders and chin of the performer and of affect, in place."""
+    arousal, valence, dominance = affect.T
+    slump = np.maximum(-arousal, 0)
+    lean = performer.lean + 3.5 * np.maximum(arousal, 0) + 7 * slump - 5 * dominance - 2 * valence
+    lift = performer.shoulders + 3 * np.maximum(arousal, 0) - 4 * slump - 3 * dominance
+    chin = performer.chin - 9 * slump + 6 * dominance + 6 * valence + 2 * np.maximum(arousal, 0)
+    turn(body, (3,), roll=-lift)
+    turn(body, (6,), roll=lift)
+    turn(body, tuple(range(9)), pitch=0.5 * lean)
+    turn(body, tuple(_TRUNK), pitch=0.5 * lean)
+    turn(body, (1, 2), pitch=-chin)
+
+
+def _rein_in(body: np.ndarray) -> None:
+    """Keep elbows from behind the shoulders and from standing out like wings, softly, in place."""
+    for (upper, _), out in _SIDES:
+        depth, aside = body[:, upper, 2], out * body[:, upper, 0]
+        body[:, upper, 2] = np.where(depth < _BEHIND, _BEHIND + 0.3 * (depth - _BEHIND), depth)
+        body[:, upper, 0] = out * np.where(aside > _ASIDE, _ASIDE + 0.35 * (aside - _ASIDE), aside)
+    body[:] = skeleton.normalize(body)
+
+
+def _wander(frames: int, seconds: float, random: np.random.Generator) -> np.ndarray:
+    """Return a slow random curve ``(frames,)`` of mean 0 and deviation about 1."""
+    knots = random.normal(size=int(frames / (seconds * skeleton.FPS)) + 3)
+    at = np.arange(frames) / (seconds * skeleton.FPS) + random.uniform()
+    low = at.astype(int)
+    share = 0.5 - 0.5 * np.cos(np.pi * (at - low))
+    return (1 - share) * knots[low] + share * knots[low + 1]
