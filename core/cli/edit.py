@@ -4,7 +4,7 @@ import argparse
 import json
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..errors import UsageError
 from ..settings import Settings, names_with, table
@@ -40,66 +40,41 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """List the gestures, or edit the take and write it."""
+    """List the gestures, or edit the take or move it to another recording, and write it."""
     from ..motion.motion import Motion
 
     motion = Motion.load(options.take)
-    if options.recording is not None:
-        motion = _retime(options, motion)
-    elif options.edits is not None or options.outputs:
-        motion = _edit(options, motion)
+    if options.outputs or options.edits is not None or options.recording is not None:
+        motion = _change(options, motion)
     if options.json or not options.outputs:
         _list(motion, options.json)
     return 0
 
 
-def _recording_settings(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the options on words and on other recordings, as settings of a request."""
-    return {name: getattr(options, name) for name in names_with(recording=True) if hasattr(options, name)}
+def _change(options: argparse.Namespace, motion: "Motion") -> "Motion":
+    """Apply the edits, or retime the take to another recording of the same words; write the result, and return it."""
+    from ..editing import edits, retiming
+    from ..editing.director import Director
 
-
-def _edit(options: argparse.Namespace, motion: "Motion") -> "Motion":
-    """Apply a document of edits, write the result, and return it."""
-    from ..editing import director as director_module
-    from ..editing import edits, provenance
-    from ..synthesis.stages import Stages
-
-    if options.edits is None or options.audio is None or not options.outputs:
+    is_moved = options.recording is not None
+    if not is_moved and not (options.edits and options.audio and options.outputs):
         raise UsageError("Edits, the recording and an output belong together.", "Give --edits, --audio and -o.")
-    inputs = [path for path in (options.take, *synthesis_options.inputs(options)) if path]
-    files = outputs.plan_files(options.outputs, SUFFIXES, None, inputs)[0]
-    changes = edits.load(options.edits)
-    request = provenance.request_from_meta(motion.meta, options.audio, **_recording_settings(options))
-    director = director_module.Director(synthesis_options.session(options))
-    provenance.check_weights(motion.meta, director.session.checkpoint)
-    with Progress() as progress:
-        features, _ = director.session.hear(request, Stages(progress, lambda: False))
-        provenance.check_recording(motion.meta, features.digest)
-        motion, warnings = director.apply(request, motion, changes, progress)
-    return _save(motion, warnings, files)
-
-
-def _retime(options: argparse.Namespace, motion: "Motion") -> "Motion":
-    """Retime the take to another recording of the same words, write the result, and return it."""
-    from ..editing import retiming
-
-    if options.edits is not None or options.audio is not None or not options.outputs:
+    if is_moved and (options.edits or options.audio or not options.outputs):
         raise UsageError("A take is carried to a recording or edited.", "Give --recording and -o; edit what comes of it.")
     inputs = [path for path in (options.take, options.recording, *synthesis_options.inputs(options)) if path]
     files = outputs.plan_files(options.outputs, SUFFIXES, None, inputs)[0]
+    changes = edits.load(options.edits) if options.edits else []
     session = synthesis_options.session(options)
+    told = {name: getattr(options, name) for name in names_with(recording=True) if hasattr(options, name)}
     with Progress() as progress:
-        motion, warnings = retiming.retime(session, motion, options.recording, progress, **_recording_settings(options))
-    return _save(motion, warnings, files)
-
-
-def _save(motion: "Motion", warnings: list[str], files: list[Path]) -> "Motion":
-    from .synth import save
-
+        if is_moved:
+            motion, warnings = retiming.retime(session, motion, options.recording, progress, **told)
+        else:
+            motion, warnings = Director(session).edit(motion, changes, options.audio, progress, **told)
     for warning in warnings:
         note(warning)
     for path in files:
-        save(motion, path)
+        outputs.save(motion, path)
     return motion
 
 

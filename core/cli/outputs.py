@@ -1,4 +1,4 @@
-"""Plans and checks the output files of a command before any work begins."""
+"""Plans and checks the output files of a command before any work begins, and writes motions to them."""
 
 import argparse
 from collections.abc import Sequence
@@ -9,6 +9,7 @@ from ..errors import UsageError
 from ..files import check_output
 
 if TYPE_CHECKING:
+    from ..motion.motion import Motion
     from ..synthesis.request import Request
 
 
@@ -52,3 +53,22 @@ def plan_files(
 def numbered(path: Path, take: int, takes: int) -> Path:
     """Return ``OUT.npz`` for a single take, else ``OUT-1.npz``, ``OUT-2.npz`` ..."""
     return path if takes == 1 else path.with_name(f"{path.stem}-{take + 1}{path.suffix}")
+
+
+def save(motion: "Motion", path: Path) -> None:
+    """Write a motion in the format of the path's suffix."""
+    from ...rigs import bvh
+    from ..motion import json_export
+
+    writers = {".npz": lambda motion, path: motion.save(path), ".bvh": bvh.save, ".json": json_export.save, ".tsv": _save_cues}
+    writer = _save_cues if path.name.lower().endswith(".rhubarb.json") else writers[path.suffix.lower()]
+    writer(motion, path)
+
+
+def _save_cues(motion: "Motion", path: Path) -> None:
+    """Write the mouth as cues in Rhubarb's format; raises :class:`UsageError` without a face."""
+    from ..motion import rhubarb
+
+    if motion.face is None:
+        raise UsageError(f"{path} is to hold a mouth, and there is no face.", "Add --face.")
+    rhubarb.save(motion.face, path)

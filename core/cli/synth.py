@@ -1,14 +1,8 @@
 """``s2ag synth``: generates gestures for a recording and writes motion files, without Blender."""
 
 import argparse
-from pathlib import Path
-from typing import TYPE_CHECKING
 
-from ..errors import UsageError
 from . import outputs, synthesis_options
-
-if TYPE_CHECKING:
-    from ..motion.motion import Motion
 
 SUMMARY = "make gestures for a recording and write them as motion files"
 EXAMPLE = """examples:
@@ -32,24 +26,5 @@ def run(options: argparse.Namespace) -> int:
     result = synthesis_options.synthesize(options, request)
     for motion, paths in zip(result.motions, files, strict=True):
         for path in paths:
-            save(motion, path)
+            outputs.save(motion, path)
     return 0
-
-
-def save(motion: "Motion", path: Path) -> None:
-    """Write a motion in the format of the path's suffix."""
-    from ...rigs import bvh
-    from ..motion import json_export
-
-    writers = {".npz": lambda motion, path: motion.save(path), ".bvh": bvh.save, ".json": json_export.save, ".tsv": _save_cues}
-    writer = _save_cues if path.name.lower().endswith(".rhubarb.json") else writers[path.suffix.lower()]
-    writer(motion, path)
-
-
-def _save_cues(motion: "Motion", path: Path) -> None:
-    """Write the mouth as cues in Rhubarb's format; raises :class:`UsageError` without a face."""
-    from ..motion import rhubarb
-
-    if motion.face is None:
-        raise UsageError(f"{path} is to hold a mouth, and there is no face.", "Add --face.")
-    rhubarb.save(motion.face, path)

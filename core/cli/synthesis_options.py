@@ -144,8 +144,9 @@ def synthesize(options: argparse.Namespace, wanted: "Request") -> "Result":
     """Generate motions in this process behind a progress bar, with the documents of the options; print warnings as notes."""
     from ..editing.director import perform
 
+    engine = session(options)
     with Progress() as progress:
-        result = perform(session(options), wanted, options, progress)
+        result = perform(engine, wanted, options, progress)
     for warning in result.warnings:
         note(warning)
     return result

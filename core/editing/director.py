@@ -8,6 +8,7 @@ stroke and by how sudden the joins are.
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from ..synthesis.session_cache import recording_key
 from ..synthesis.stages import Stages
 from . import edit_actions
 from .edits import check, load
+from .provenance import request_from_meta
 from .regeneration import Regenerator
 from .targets import State
 
@@ -66,21 +68,29 @@ class Director:
         heard, performers = self.session.hear(request, stages)
         return Result([state.motion], heard.words, list(state.warnings), dict(stages.seconds), performers.own)
 
-    def apply(
+    def edit(
         self,
-        request: Request,
         motion: Motion,
         edits: Sequence[dict],
+        audio: str | PathLike,
         progress: Callable[[str, float], None] = lambda stage, value: None,
-        cancelled: Callable[[], bool] = lambda: False,
+        **words: Any,
     ) -> tuple[Motion, list[str]]:
-        """Apply edits to a ``motion`` of a request, which may have been edited before; return it with warnings.
+        """Apply edits to a ``motion`` of the recording ``audio``, which may have been edited before; return it with warnings.
 
-        Style changes, poses and hand places of earlier edits, known from its provenance, are kept. Raises
-        :class:`UsageError` for edits that cannot be applied.
+        Style changes, poses and hand places of earlier edits, known from its provenance, are kept; ``words`` are as in
+        :func:`provenance.request_from_meta`. Raises :class:`UsageError` for edits that cannot be applied, and where recording or weights
+        are not those of the take.
         """
+        request, stages = request_from_meta(motion.meta, audio, **words), Stages(progress, lambda: False)
+        if motion.meta.get("checkpoint") != self.session.checkpoint.hash:
+            remedy = "Name those with --checkpoint."
+            raise UsageError("The take was made by other weights, so phrases would not fit in.", remedy)
+        heard, _ = self.session.hear(request, stages)
+        if motion.meta.get("audio") != heard.digest:
+            raise UsageError("The take is of another recording.", "Name the one that it was made for.")
         state = State.of(motion).after(check(motion.meta.get("edits", [])))
-        state = self._continue(request, [("", state)], check(edits), Stages(progress, cancelled))[-1][1]
+        state = self._continue(request, [("", state)], check(edits), stages)[-1][1]
         return state.motion, list(state.warnings)
 
     def _continue(

@@ -65,6 +65,8 @@ def find_gestures(motion: Motion, around: float | None = None, within: float = 0
 
     If ``around`` is given, only those whose strokes are at most ``within`` seconds (and one frame) away from it.
     """
+    names = _TimedNames(meant_gestures(motion))
+    words = _TimedNames([(word, 0.5 * (start + end)) for word, start, end in motion.words])
     speed, fps = wrist_speeds(motion.directions, motion.fps), motion.fps
     faster = speed.max(1)
     places = [] if len(speed) < 3 else peaks.find_peaks(faster, PROMINENCE, round(APART * fps), 0.5).places
@@ -76,8 +78,6 @@ def find_gestures(motion: Motion, around: float | None = None, within: float = 0
         first, last = (max(rows[0] - 1, 0), rows[-1] + 2) if rows else (0, 0)
         places, rows = places[first:last], [row - first for row in rows]
     spans = [_stroke(faster, place) for place in places]
-    names = _TimedNames(meant_gestures(motion))
-    words = _TimedNames([(word, 0.5 * (start + end)) for word, start, end in motion.words])
     detected = []
     for row in rows:
         place, (start, hold) = places[row], spans[row]

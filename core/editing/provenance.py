@@ -33,20 +33,6 @@ def restored_settings(meta: Mapping, part: str) -> dict[str, Any]:
     return {"chance": 0} | {name: meta[name] for name in names_with(restored=part) if meta.get(name) is not None}
 
 
-def check_recording(meta: Mapping, digest: str) -> None:
-    """Raise :class:`UsageError` if a take is of another recording than that with this ``digest``."""
-    if meta.get("audio") != digest:
-        raise UsageError("The take is of another recording.", "Name the one that it was made for.")
-
-
-def check_weights(meta: Mapping, checkpoint: Any) -> None:
-    """Raise :class:`UsageError` if a take was made by other weights than ``checkpoint``
-    (:class:`loaded_checkpoint.LoadedCheckpoint`).
-    """
-    if meta.get("checkpoint") != checkpoint.hash:
-        raise UsageError("The take was made by other weights, so phrases would not fit in.", "Name those with --checkpoint.")
-
-
 def _style_sequence(styles: list) -> str:
     """Return a sequence of styles, each a name or the weights of a blend, in the notation of a request."""
     return ">".join(

@@ -45,34 +45,29 @@ def retime(
     request = Request(audio, **restored_settings(old, "face"), **words)
     heard, _ = session.hear(request, Stages(progress, lambda: False))
     there = align_words(motion.words, heard.words)
-    count = max(round(heard.frames * motion.fps / skeleton.FPS), 1)
-    warped = motion.at(there.back(np.arange(count) / motion.fps) * motion.fps, motion.fps)
     meta = {**shift_meta(old, there), "audio": heard.digest, "retimed": [*old.get("retimed", []), old.get("audio")]}
     meta["transcript"] = hashlib.sha256(json.dumps(heard.words).encode()).hexdigest()
     meta |= postprocess.other_recording(request, heard)
-    warped = replace(warped, words=heard.words, meta=meta, face=None)
-    documents = {name: meta[name] for name in names_with(kind="document") if name in meta}  # with their new times
-    return replace(warped, face=_face(replace(request, **documents), heard, warped)), heard.warnings
+    request = replace(request, **{name: meta[name] for name in names_with(kind="document") if name in meta})  # at new times
+    count = max(round(heard.frames * motion.fps / skeleton.FPS), 1)
+    warped = motion.at(there.back(np.arange(count) / motion.fps) * motion.fps, motion.fps)
+    return replace(warped, words=heard.words, meta=meta, face=_face(request, heard, warped)), heard.warnings
 
 
 def _face(request: Request, heard: SpeechFeatures, motion: Motion) -> Face | None:
-    """Generate the face for the new recording, before left and right are mirrored; None if the request wants no face."""
+    """Generate the face for the new recording, before left and right are mirrored; None if the request wants no face.
+
+    The eyes are generated on a head that is not turned to the other person, since they turn with it.
+    """
     if not request.face:
         return None
     own = motion.mirrored() if request.mirror else motion
-    face = postprocess.synthesize_face(request, heard, motion.meta.get("take", 0), _unturned(request, heard, own))
-    return face.mirrored() if face is not None and request.mirror else face
-
-
-def _unturned(request: Request, heard: SpeechFeatures, own: Motion) -> np.ndarray:
-    """Return the directions ``(frames, 9, 3)`` of a take with its head not turned to the other person.
-
-    The eyes are generated on them, since they turn with the head.
-    """
     directions = own.resampled(skeleton.FPS).directions
     side = -request.toward if request.mirror else request.toward
     share = heard.others and heard.others.share[np.minimum(np.arange(len(directions)), len(heard.others.share) - 1)]
-    return listener_response.turn_head_toward(directions, -side, share)
+    directions = listener_response.turn_head_toward(directions, -side, share)
+    face = postprocess.synthesize_face(request, heard, motion.meta.get("take", 0), directions)
+    return face.mirrored() if face is not None and request.mirror else face
 
 
 def shift_meta(meta: Mapping, there: TimeMap) -> dict:

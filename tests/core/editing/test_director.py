@@ -334,8 +334,7 @@ def test_a_file_knows_the_styles_and_poses_of_its_edits(director, request_, afte
     first += [{"do": "pose", "at": 90 / skeleton.FPS, "directions": base.directions[88].tolist()}]
     reroll = {"do": "reroll", "from": one.at - 1.0, "to": two.at + 1.0, "seed": 4}
     before, together = after(*first)[0], after(*first, reroll)[0]
-    wanted = provenance.request_from_meta(base.meta, request_.audio, transcript=request_.transcript)
-    apart, _ = director.apply(wanted, before, [reroll])
+    apart, _ = director.edit(before, [reroll], request_.audio, transcript=request_.transcript)
     assert len(touched(before, together)) and not len(touched(together, apart))
 
 
