@@ -22,7 +22,7 @@ _TAIL = 0.35
 
 
 @dataclass(frozen=True)
-class SpeechFeatures:
+class FaceSpeech:
     """Features of a recording for facial animation.
 
     ``sounds`` are phones (name, start, end), ``loudness`` ``(n,)`` is in dB relative to speech at 100 fps, ``phrases``
@@ -43,7 +43,7 @@ def analyse(
     words: Sequence[tuple[str, float, float]] = (),
     heard: Sequence[tuple[Phone, ...]] = (),
     rhythm: prosody.Prosody | None = None,
-) -> SpeechFeatures:
+) -> FaceSpeech:
     """Analyse ``audio`` ``(n,)`` at 16 kHz, with its words, if known, and the phones ``heard`` in each of them.
 
     ``rhythm`` is the prosody of the recording, if the caller has it.
@@ -56,11 +56,11 @@ def analyse(
 
         phones = phone_recognition.recognise_phones(audio, rhythm.phrases)
     accents = tuple((accent.time, accent.strength, accent.main) for accent in rhythm.accents)
-    return SpeechFeatures(phones, _loudness(audio), rhythm.phrases, _questions(rhythm), accents, not words)
+    return FaceSpeech(phones, _loudness(audio), rhythm.phrases, _questions(rhythm), accents, not words)
 
 
 def make_face(
-    spoken: SpeechFeatures,
+    spoken: FaceSpeech,
     directions: np.ndarray,
     seed: int = 0,
     affect: Mapping[str, float | np.ndarray] | None = None,

@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..motion.interpolation import true_runs
 from ..smoothing import running_maximum, running_mean
 from .audio import SAMPLE_RATE, speech_gain
 
@@ -68,9 +69,8 @@ def pauses(audio: np.ndarray, shortest: float = 0.2) -> list[tuple[float, float]
 
 def segments_of_track(track: np.ndarray, shortest: float = 0.1, pause: float = 0.2) -> list[tuple[float, float]]:
     """Return what :func:`segments` does from a :func:`probability` track."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], track >= 0.5, [0]]).astype(int))) / RATE
     merged: list[list[float]] = []
-    for start, end in edges.reshape(-1, 2).tolist():
+    for start, end in (true_runs(track >= 0.5) / RATE).tolist():
         if merged and start - merged[-1][1] < pause:
             merged[-1][1] = end
         else:

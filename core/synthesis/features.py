@@ -58,7 +58,7 @@ class SpeechFeatures:
     activity: np.ndarray
     frames: int
     seconds: dict[str, float]
-    spoken: animation.SpeechFeatures | None = None
+    spoken: animation.FaceSpeech | None = None
     others: OtherVoice | None = None
     rhythm: prosody.Prosody | None = None
     chance: int = 0

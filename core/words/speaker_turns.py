@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import UsageError
+from ..motion.interpolation import true_runs
 from . import markup
 from .transcript import TimedTranscript
 
@@ -46,9 +47,8 @@ def _renumber(mark: markup.Mark, number: np.ndarray) -> markup.Mark:
 
 def _turns(words: Sequence[tuple[str, float, float]], mine: np.ndarray) -> np.ndarray:
     """Return turns ``(n, 2)`` in seconds: runs of words where ``mine`` is true, extended by a margin on both sides."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mine, [0]]).astype(int))).reshape(-1, 2)
     spans = []
-    for first, last in edges.tolist():
+    for first, last in true_runs(mine).tolist():
         start, end = words[first][1], words[last - 1][2]
         before = 0.5 * (words[first - 1][2] + start) if first else 0.0
         after = 0.5 * (words[last][1] + end) if last < len(words) else np.inf

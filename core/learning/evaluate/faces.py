@@ -91,7 +91,7 @@ def false_closures(face: Face, spans: list[tuple[float, float]], near: float = 0
     return float(np.mean(wrong)) if wrong else float("nan")
 
 
-def behaviour(face: Face, spoken: animation.SpeechFeatures, directions: np.ndarray) -> dict[str, float]:
+def behaviour(face: Face, spoken: animation.FaceSpeech, directions: np.ndarray) -> dict[str, float]:
     """Return the figures that need no text: jaw, blinks, gaze of the eyes and of a head with ``directions`` ``(frames, 9, 3)``
     at 15 fps, and the shortest visible viseme in milliseconds."""
     speech = _during(spoken.phrases, len(face.weights))

@@ -116,7 +116,7 @@ def test_lips_get_round_before_the_sound_and_rest_in_pauses(spoken):
 
 
 def test_the_jaw_follows_loudness(spoken):
-    quiet = animation.SpeechFeatures(spoken.sounds, spoken.loudness - 15, spoken.phrases, spoken.questions, spoken.accents)
+    quiet = animation.FaceSpeech(spoken.sounds, spoken.loudness - 15, spoken.phrases, spoken.questions, spoken.accents)
     loud, soft = (animation.make_face(one, still(15)).weights[:, channel("JAW")] for one in (spoken, quiet))
     assert soft.mean() < 0.75 * loud.mean()
 
@@ -160,7 +160,7 @@ def test_gaze_goes_before_the_head_while_eyes_turn_back():
     turning = still(15)
     turning[:, skeleton.EDGE_NAMES.index("neck"), 0] = 0.3 * np.sin(1.2 * time)
     turning = skeleton.normalize(turning)
-    quiet = animation.SpeechFeatures((), np.full(1500, -30.0), np.zeros((0, 2)), (), ())
+    quiet = animation.FaceSpeech((), np.full(1500, -30.0), np.zeros((0, 2)), (), ())
     face, head = animation.make_face(quiet, turning), eyes.head_angles(turning, 1500)[:, 0]
     assert 20 <= faces.behaviour(face, quiet, turning)["gaze_before_head_ms"] <= 300
     assert np.corrcoef(face.weights[:, channel("LOOK_LEFT")], head)[0, 1] < -0.8
