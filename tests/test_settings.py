@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[1]
 MOST = 5
 """Files that may name a setting of how a performance is made."""
 INPUTS = {
-    "style": 16, "takes": 13, "checkpoint": 10, "seed": 9, "transcript": 8, "pose": 7, "changes": 7, "curves": 6,
+    "style": 16, "takes": 13, "checkpoint": 10, "transcript": 8, "seed": 7, "pose": 7, "changes": 7,
 }  # fmt: skip
 """Settings that more files name, each of which does something of its own with it; not to grow.
 
@@ -35,7 +35,7 @@ INPUTS = {
 - ``checkpoint``: each program describes the weights before it loads any (speakers, controls, hash).
 - ``seed``: wherever chance is drawn: latents, noise, accents, hands, stance, eyes, attempts at an edit.
 - ``transcript``: found beside the recording by the command line, manifests and the panel, which shows what it found.
-- ``pose``, ``changes``, ``curves``: what each stage makes of the first pose, of styles and of controls over time.
+- ``pose``, ``changes``: what each stage makes of the first pose, and of styles over time.
 """
 HOLDERS = {"request", "settings", "options", "params", "wanted", "clip", "s2ag", "sheet", "cell", "kept"}
 CLASSES = {"Request", "Clip", "Sheet", "Cell", "Settings", "Models", "Documents", "Affects", "Session", "S2AG_Settings"}

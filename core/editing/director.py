@@ -79,8 +79,8 @@ class Director:
         """Apply edits to a ``motion`` of the recording ``audio``, which may have been edited before; return it with warnings.
 
         Style changes, poses and hand places of earlier edits, known from its provenance, are kept; ``words`` are as in
-        :func:`provenance.request_from_meta`. Raises :class:`UsageError` for edits that cannot be applied, and where recording or
-        weights are not those of the take.
+        :func:`provenance.request_from_meta`. Raises :class:`UsageError` for edits that cannot be applied, and where recording
+        or weights are not those of the take.
         """
         request, stages = request_from_meta(motion.meta, audio, **words), Stages(progress, lambda: False)
         if motion.meta.get("checkpoint") != self.session.checkpoint.hash:
