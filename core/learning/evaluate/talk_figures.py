@@ -13,14 +13,14 @@ from . import talk_judge, talk_windows, variety
 AT_EQUAL_SPEED = {
     "bells a second": "bells a second",
     "beats 0.6 to 1.2 Hz": "beats",
-    "length of a bell, s": "length of bells",
-    "way of a bell, m": "way of bells",
     "trunk with arms": "trunk with arms",
     "head with arms": "head with arms",
     "up over down": "up over down",
 }
 """Figures by the feature of windows they are the median of (bells and the share of beats: the mean)."""
-_MEANS, _LOGARITHMS = ("bells a second", "beats 0.6 to 1.2 Hz"), ("way of a bell, m", "up over down")
+_MEANS, _LOGARITHMS = ("bells a second", "beats 0.6 to 1.2 Hz"), ("up over down",)
+SLOWEST = 0.05
+"""Metres a second: the peak of the slowest movement that is one."""
 BENT = 45.0
 """Degrees from which an elbow counts as bent."""
 LARGE, SMALL = 0.45, 0.2
@@ -44,20 +44,20 @@ def figures(motions: Sequence[np.ndarray], like: Sequence[np.ndarray] | None = N
 
 
 def moves(motion: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the peak speed (m/s), the way (m), whether it is a beat, and the hand of every movement of both hands."""
+    """Return the peak speed (m/s), way (m) and length (s) of every movement of both hands, and whether it is a beat."""
     motion = talk_windows.smoothed(motion)
     points = skeleton.wrists(motion)
     speed = np.linalg.norm(np.diff(points, axis=0), axis=-1) * skeleton.FPS
     parts = []
     for hand in (0, 1):
-        found = talk_windows.bells(speed[:, hand])
+        found = talk_windows.bells(speed[:, hand], SLOWEST)
         way = np.array([speed[start:end, hand].sum() for start, _, end in found]) / skeleton.FPS
         steps = skeleton.normalize(points[found[:, 2], hand] - points[found[:, 0], hand])
         back = np.zeros(len(found) + 1, bool)
         near = found[1:, 0] - found[:-1, 2] <= BEAT_GAP * skeleton.FPS
         back[1:-1] = ((steps[1:] * steps[:-1]).sum(-1) < BACK) & near
         beats = (back[1:] | back[:-1]) & (way < BEAT)
-        parts.append((speed[found[:, 1], hand], way, beats, np.full(len(found), hand)))
+        parts.append((speed[found[:, 1], hand], way, (found[:, 2] - found[:, 0]) / skeleton.FPS, beats))
     return tuple(np.concatenate(column) for column in zip(*parts, strict=True))  # type: ignore[return-value]
 
 
@@ -87,11 +87,13 @@ def _of_windows(windows: talk_windows.Windows) -> dict[str, float]:
 
 def _of_motions(motions: Sequence[np.ndarray]) -> dict[str, float]:
     minutes = sum(map(len, motions)) / skeleton.FPS / 60
-    peak, way, beats, _ = (np.concatenate(column) for column in zip(*map(moves, motions), strict=True))
+    peak, way, length, beats = (np.concatenate(column) for column in zip(*map(moves, motions), strict=True))
     strokes = peak >= variety.MIN_PEAK_SPEED
     share = [leading_share(motion) for motion in motions]
     count = max(int(strokes.sum()), 1)
     return {
+        "length of a bell, s": float(np.median(length)) if len(length) else float("nan"),
+        "way of a bell, m": float(np.median(way)) if len(way) else float("nan"),
         "both elbows bent": float(np.concatenate([elbows_bent(motion) for motion in motions]).mean()),
         "moves over 45 cm a minute": float((way > LARGE).sum() / minutes),
         "strokes a minute": float(strokes.sum() / minutes),

@@ -12,6 +12,7 @@ from ...motion import skeleton
 from ...motion.motion import Motion
 from ...smoothing import gaussian
 from . import talk_split
+from .comparisons import evenly_spaced
 
 _NOISY = {"m_conversation": 0.05}
 """Seconds by which captures are smoothed whose hands tremble more than the others' of the library."""
@@ -73,7 +74,7 @@ def captured(material: str | PathLike, name: str) -> np.ndarray:
 
 
 def performances(folder: str | PathLike) -> list[np.ndarray]:
-    """Return performances of a data set's test split, of all of it where it has none."""
+    """Return performances of a data set's test split, of all of it where it has none, evenly spread over it."""
     from ..train.storage import load_arrays
 
     arrays, meta = load_arrays(folder)
@@ -81,10 +82,6 @@ def performances(folder: str | PathLike) -> list[np.ndarray]:
         raise UsageError(f"{folder} has {meta['fps']:g} frames a second.", "Convert it again without --fps.")
     starts, split = arrays["starts"], np.asarray(arrays["split"])
     rows = np.flatnonzero(split == 2) if (split == 2).any() else np.arange(len(split))
-    motions, seconds = [], 0.0
-    for row in rows:
-        motions.append(skeleton.normalize(arrays["directions"][starts[row] : starts[row + 1]].astype(np.float32)))
-        seconds += len(motions[-1]) / skeleton.FPS
-        if seconds > MOST_SECONDS:
-            break
-    return motions
+    most = max(int(MOST_SECONDS / np.mean(np.diff(starts)[rows]) * skeleton.FPS), 2)
+    rows = evenly_spaced(rows.tolist(), most)
+    return [skeleton.normalize(arrays["directions"][starts[row] : starts[row + 1]].astype(np.float32)) for row in rows]

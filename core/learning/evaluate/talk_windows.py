@@ -81,13 +81,14 @@ def smoothed(motion: np.ndarray) -> np.ndarray:
     return skeleton.normalize(gaussian(motion, SMOOTHING * skeleton.FPS))
 
 
-def bells(speed: np.ndarray) -> np.ndarray:
+def bells(speed: np.ndarray, least: float = LEAST_PEAK) -> np.ndarray:
     """Return the start, peak and end (frames) ``(n, 3)`` of the bells of a wrist's speed ``(frames,)`` in m/s.
 
-    Of neighbours between which it falls by less than :data:`LEAST_RISE` of the lower peak, the higher one counts for both.
+    ``least``: m/s of a bell's peak. Of neighbours between which it falls by less than :data:`LEAST_RISE` of the lower peak,
+    the higher one counts for both.
     """
     inner = speed[1:-1]
-    tops = np.flatnonzero((inner > speed[:-2]) & (inner >= speed[2:]) & (inner > LEAST_PEAK)) + 1
+    tops = np.flatnonzero((inner > speed[:-2]) & (inner >= speed[2:]) & (inner > least)) + 1
     kept: list[int] = []
     for top in tops.tolist():
         while kept and speed[kept[-1] : top].min() > (1 - LEAST_RISE) * min(speed[kept[-1]], speed[top]):

@@ -5,10 +5,13 @@ import json
 import numpy as np
 import pytest
 import talking
+import toy_corpus
 from refusals import one_sentence
 from s2ag.core.cli.main import main
+from s2ag.core.errors import UsageError
 from s2ag.core.learning.evaluate import talk_characters, talk_people, talk_split, talk_trial, talk_voices
 from s2ag.core.learning.evaluate.talks import load_human_recording
+from s2ag.core.learning.train.storage import save_arrays
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
 from sounds import write_wav
@@ -96,3 +99,17 @@ def test_refusals(tmp_path, capsys):
     assert "--material is required" in one_sentence(capsys.readouterr().err)
     assert main(["evaluate", "--talk", "--material", str(tmp_path)]) == 2
     assert "holds no captured talk" in one_sentence(capsys.readouterr().err)
+
+
+def test_a_data_set_is_one_more_kind_of_people(shared, tmp_path):
+    arrays = toy_corpus.toy_arrays()
+    save_arrays(tmp_path / "mine", arrays, toy_corpus.META)
+    people = talk_people.load(shared, reported=False, data=[tmp_path / "mine"])
+    assert people.asked[-1] == "mine" and len(people.kinds["mine"]) == 6  # it has no test split
+    arrays["split"] = np.array([0, 0, 0, 1, 2, 2])
+    save_arrays(tmp_path / "split", arrays, toy_corpus.META)
+    tested = talk_people.performances(tmp_path / "split")
+    assert len(tested) == 2 and np.allclose(tested[0], skeleton.normalize(arrays["directions"][800:1000].astype(float)))
+    save_arrays(tmp_path / "fast", arrays, {**toy_corpus.META, "fps": 30})
+    with pytest.raises(UsageError, match="30 frames a second"):
+        talk_people.performances(tmp_path / "fast")
