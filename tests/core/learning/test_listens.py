@@ -211,10 +211,11 @@ def test_inputs_at_the_door_make_the_performance(shipped, spoken):
 
 
 def test_another_seed_motion_is_measured(shipped, spoken):
-    found = exchanged.seed_motion(shipped, spoken * 2, 2)
+    pairs = exchanged.draw_pairs(shipped, spoken * 2, 2)
+    found = exchanged.seed_motion(shipped.session.checkpoint.network, pairs)
     assert found["next_second"] > found["second_after"] > 0 and found["encoder"] > 0
     with pytest.raises(UsageError, match="too little"):
-        exchanged.measure(shipped, [spoken[0].cut(3)], 2)
+        exchanged.draw_pairs(shipped, [spoken[0].cut(3)], 2)
 
 
 def test_excerpts_take_their_words_along():

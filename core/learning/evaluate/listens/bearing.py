@@ -18,17 +18,22 @@ def measure(directions: np.ndarray) -> dict[str, float]:
     ``openness``: metres from left to right, mean of wrists and elbows (crossed arms count as negative); ``lean``: of the trunk
     forwards, degrees; ``chin``: how far the head is raised, degrees; ``shoulders``: how far they are raised, degrees.
     """
+    steps = np.linalg.norm(np.diff(skeleton.wrists(directions), axis=0), axis=-1)
+    speed = float(steps.mean() * skeleton.FPS) if len(steps) else 0.0
+    return {"speed": speed, **{name: float(course.mean()) for name, course in courses(directions).items()}}
+
+
+def courses(directions: np.ndarray) -> dict[str, np.ndarray]:
+    """Return all figures of :func:`measure` but the speed at every frame ``(frames,)``."""
     motion = np.asarray(directions, float)
     joints = skeleton.to_positions(motion)
     apart = [joints[:, right, 0] - joints[:, left, 0] for left, right in (_ELBOWS, _WRISTS)]
-    steps = np.linalg.norm(np.diff(skeleton.wrists(motion), axis=0), axis=-1)
     return {
-        "speed": float(steps.mean() * skeleton.FPS) if len(steps) else 0.0,
-        "height": float(-joints[:, _WRISTS, 1].mean()),
-        "openness": float(np.mean(apart)),
-        "lean": float(_tilt(motion[:, _TORSO]).mean()),
-        "chin": float(-_tilt(motion[:, _HEAD]).mean()),
-        "shoulders": float(np.degrees(np.arcsin(np.clip(-motion[:, _CLAVICLES, 1], -1, 1))).mean()),
+        "height": -joints[:, _WRISTS, 1].mean(axis=1),
+        "openness": np.mean(apart, axis=0),
+        "lean": _tilt(motion[:, _TORSO]),
+        "chin": -_tilt(motion[:, _HEAD]),
+        "shoulders": np.degrees(np.arcsin(np.clip(-motion[:, _CLAVICLES, 1], -1, 1))).mean(axis=1),
     }
 
 

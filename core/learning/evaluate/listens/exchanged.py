@@ -35,17 +35,34 @@ class _Pair:
     motions: tuple[np.ndarray, np.ndarray]
 
 
-def measure(
-    generator: Generator, talks: Sequence[Talk], pairs: int = PAIRS, seed: int = 0, progress: Progress = silent
-) -> dict[str, dict[str, float]]:
-    """Return by group (:data:`inputs.GROUPS`) ``total`` and ``first`` share of the arms' variance, and ``degrees`` that arms
-    move where it is exchanged. Each pair has two excerpts of the ``talks``, two styles and two seeds.
+def draw_pairs(
+    generator: Generator, talks: Sequence[Talk], count: int = PAIRS, seed: int = 0, progress: Progress = silent
+) -> list[tuple[Inputs, Inputs]]:
+    """Draw pairs of different excerpts of recordings, performed by random styles and seeds, and return their inputs.
+
+    All are equally long. Raises :class:`UsageError` for less than two excerpts.
     """
-    return shares(generator.session.checkpoint.network, _pairs(generator, talks, pairs, seed, progress), progress)
+    random, excerpts = np.random.default_rng(seed), cut_excerpts(talks, _EXCERPT, 2 * count)
+    if len(excerpts) < 2:
+        raise UsageError("There is too little speech to exchange.", f"Name recordings of {2 * _EXCERPT:g} s and more.")
+    generator.session.remember()
+    chosen = np.array([random.choice(len(excerpts), 2, replace=False) for _ in range(count)]).ravel()
+    recorded: dict[int, Inputs] = {}
+    for number, place in enumerate(np.argsort(chosen, kind="stable")):  # one recording after another is heard
+        progress("record inputs", number / len(chosen))
+        wish = PerformanceOptions(generator.names[random.integers(len(generator.names))], int(random.integers(1 << 30)))
+        request = generator.request(excerpts[int(chosen[place])], wish, hands=0)
+        recorded[int(place)] = inputs.record(generator.session, request)
+    step = int(np.lcm(PHASE_PERIOD, generator.session.checkpoint.config.flow_patch))
+    frames = min(one.frames for one in recorded.values()) // step * step
+    cut = [recorded[place].cut(frames) for place in range(len(chosen))]
+    return list(zip(cut[::2], cut[1::2], strict=True))
 
 
 def shares(network: Any, pairs: Sequence[tuple[Inputs, Inputs]], progress: Progress = silent) -> dict[str, dict[str, float]]:
-    """Return the figures of :func:`measure` for pairs of inputs, all equally long and independent of each other."""
+    """Return by group (:data:`inputs.GROUPS`) ``total`` and ``first`` share of the arms' variance, and ``degrees`` that arms
+    move where it is exchanged within each of the ``pairs``, which are independent of each other.
+    """
     drawn = _drawn(network, pairs)
     start = round(_BEGINNING * skeleton.FPS)
     arms = np.stack([_arms(motion, start) for pair in drawn for motion in pair.motions])
@@ -69,16 +86,13 @@ def shares(network: Any, pairs: Sequence[tuple[Inputs, Inputs]], progress: Progr
     return result
 
 
-def seed_motion(
-    generator: Generator, talks: Sequence[Talk], pairs: int = PAIRS, seed: int = 0, progress: Progress = silent
-) -> dict[str, float]:
+def seed_motion(network: Any, pairs: Sequence[tuple[Inputs, Inputs]], progress: Progress = silent) -> dict[str, float]:
     """Return what a second of other motion, given at the start instead of the rest pose, changes: degrees of the arms.
 
     ``next_second`` and ``second_after``: beside the same performance from the rest pose. ``encoder``: in the next second where
     only the affective encoder sees another motion, while the given frames themselves stay.
     """
-    network, found = generator.session.checkpoint.network, []
-    drawn = _drawn(network, _pairs(generator, talks, pairs, seed, progress))
+    found, drawn = [], _drawn(network, pairs)
     for number, pair in enumerate(drawn):
         progress("give seed motions", number / len(drawn))
         plain, (first, second) = pair.inputs[0], (_given(pair.inputs[0], motion) for motion in pair.motions)
@@ -88,27 +102,6 @@ def seed_motion(
         from_rest = [_apart(moved[row], pair.motions[0][row]) for row in rows]
         found.append([*from_rest, _apart(moved[rows[0]], encoded[rows[0]])])
     return dict(zip(("next_second", "second_after", "encoder"), np.mean(found, axis=0).tolist(), strict=True))
-
-
-def _pairs(
-    generator: Generator, talks: Sequence[Talk], count: int, seed: int, progress: Progress
-) -> list[tuple[Inputs, Inputs]]:
-    """Draw pairs of different excerpts, performed by random styles and seeds, all equally long."""
-    random, excerpts = np.random.default_rng(seed), cut_excerpts(talks, _EXCERPT, 2 * count)
-    if len(excerpts) < 2:
-        raise UsageError("There is too little speech to exchange.", f"Name recordings of {2 * _EXCERPT:g} s and more.")
-    generator.session.remember()
-    chosen = np.array([random.choice(len(excerpts), 2, replace=False) for _ in range(count)]).ravel()
-    recorded: dict[int, Inputs] = {}
-    for number, place in enumerate(np.argsort(chosen, kind="stable")):  # one recording after another is heard
-        progress("record inputs", number / len(chosen))
-        wish = PerformanceOptions(generator.names[random.integers(len(generator.names))], int(random.integers(1 << 30)))
-        request = generator.request(excerpts[int(chosen[place])], wish, hands=0)
-        recorded[int(place)] = inputs.record(generator.session, request)
-    step = int(np.lcm(PHASE_PERIOD, generator.session.checkpoint.config.flow_patch))
-    frames = min(one.frames for one in recorded.values()) // step * step
-    cut = [recorded[place].cut(frames) for place in range(len(chosen))]
-    return list(zip(cut[::2], cut[1::2], strict=True))
 
 
 def _drawn(network: Any, pairs: Sequence[tuple[Inputs, Inputs]]) -> list[_Pair]:

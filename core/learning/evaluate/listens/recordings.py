@@ -30,7 +30,9 @@ HIGH, LOW = ("anger", "joy", "fear", "surprise"), ("sadness", "boredom", "tiredn
 LABELS = "emotions.csv"
 """A file with the columns ``file`` and ``emotion`` in a folder of acted speech; without it, names tell."""
 
-_SOUNDS = (".wav", ".flac", ".opus", ".ogg", ".mp3")
+LONGEST = 900.0
+"""Seconds of a reading that are used, enough for forty-five excerpts of a judge."""
+SOUNDS = (".wav", ".flac", ".opus", ".ogg", ".mp3")
 _EMODB = re.compile(r"\d\d[ab]\d\d([WLAFTN])[a-z]?")
 _LETTERS = {"W": "anger", "L": "boredom", "A": "fear", "F": "joy", "T": "sadness", "N": "neutral"}
 """Names of the Berlin Database of Emotional Speech, whose letters stand for German words."""
@@ -60,6 +62,24 @@ def load(path: str | PathLike, seconds: float | None = None) -> Talk:
     return plain(Path(path).stem, sound if seconds is None else sound[: int(seconds * audio.SAMPLE_RATE)])
 
 
+def load_reading(path: str | PathLike) -> Talk:
+    """Load a reading: a recording, or the recordings of a folder one after another, at most :data:`LONGEST` seconds of them.
+
+    Raises :class:`UsageError` for a folder without recordings.
+    """
+    path, seconds, pieces = Path(path), 0.0, []
+    if not path.is_dir():
+        return load(path)
+    for file in sorted(one for one in path.iterdir() if one.suffix.lower() in SOUNDS):
+        pieces += [audio.load(file), np.zeros(round(_PAUSE * audio.SAMPLE_RATE), np.float32)]
+        seconds += (len(pieces[-2]) + len(pieces[-1])) / audio.SAMPLE_RATE
+        if seconds >= LONGEST:
+            break
+    if not pieces:
+        raise UsageError(f"{path} holds no recordings.", "Name a recording or a folder of recordings.")
+    return plain(path.name, np.concatenate(pieces[:-1]))
+
+
 def load_acted(folder: str | PathLike) -> list[Acted]:
     """Load all acted recordings under a folder whose emotion is known and one of :data:`EMOTIONS`.
 
@@ -67,7 +87,7 @@ def load_acted(folder: str | PathLike) -> list[Acted]:
     """
     folder, result = Path(folder), []
     labels = _labels(folder)
-    for path in sorted(one for one in folder.rglob("*") if one.suffix.lower() in _SOUNDS):
+    for path in sorted(one for one in folder.rglob("*") if one.suffix.lower() in SOUNDS):
         emotion = emotion_of(labels.get(path.name, "")) if labels else emotion_of(path.stem) or emotion_of(path.parent.name)
         if emotion:
             name = "-".join(path.relative_to(folder).with_suffix("").parts)
@@ -112,14 +132,14 @@ def cut_excerpts(talks: Sequence[Talk], seconds: float, most: int) -> list[Talk]
 
 
 def lines(talks: Sequence[Talk], most: int) -> list[Talk]:
-    """Cut at most ``most`` lines of two seconds and more at the pauses of recordings; a short recording is one line."""
+    """Cut lines of two seconds and more at the pauses of recordings; at most so many, evenly spread."""
     result = []
     for talk in talks:
         for start, end in voice_activity.segments(talk.audio):
             if end - start >= _MIN_LINE:
                 span = slice(int(start * audio.SAMPLE_RATE), int(end * audio.SAMPLE_RATE))
                 result.append(plain(f"{talk.name} {start:.1f}", talk.audio[span]))
-    return result[:most]
+    return evenly_spaced(result, most)
 
 
 def _labels(folder: Path) -> dict[str, str]:
