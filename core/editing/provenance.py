@@ -26,10 +26,7 @@ def request_from_meta(meta: Mapping, audio: str | PathLike, **words: Any) -> Req
 
 
 def restored_settings(meta: Mapping, part: str) -> dict[str, Any]:
-    """Return the settings with which ``part`` (arms or face) of a take is made again, with the random numbers that made it.
-
-    Takes made before recordings had a part in chance have no entry of it.
-    """
+    """Return the settings that made ``part`` (arms or face) of a take; in old takes recordings had no part in chance."""
     return {"chance": 0} | {name: meta[name] for name in names_with(restored=part) if meta.get(name) is not None}
 
 

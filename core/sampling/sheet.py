@@ -28,8 +28,7 @@ _REMEDY = "Make one with: s2ag sample AUDIO -o SHEET.mp4"
 @dataclass(frozen=True)
 class Cell:
     """One take on a sheet: where it stands (from 0), its ``style`` expression, its ``seed`` and which ``take`` of that seed
-    it is (from 0), the points of the latent space ``(steps, size)`` that perform, and the recording's ``chance``, 0 in sheets
-    made before it had a part.
+    it is (from 0), the points of the latent space ``(steps, size)`` that perform, and ``chance`` (0 in old sheets).
     """
 
     row: int
@@ -82,8 +81,8 @@ class Sheet:
             content = json_text.read(path)
             if content["format"] != FORMAT:
                 raise ValueError("another format")
-            told = [{"chance": 0, **one} for one in content["cells"]]
-            cells = [Cell(**{name: one[name] for name in Cell.__dataclass_fields__}) for one in told]
+            names = Cell.__dataclass_fields__
+            cells = [Cell(**{name: {"chance": 0, **one}[name] for name in names}) for one in content["cells"]]
             settings = {name: content[name] for name in SHARED if name in content}
             sheet = cls(content["audio"], content["checkpoint"], cells, settings)
             sheet.check()
@@ -127,9 +126,8 @@ def sample(
     for style, result in zip(every_style, results, strict=True):
         for take, (motion, latent) in enumerate(zip(result.motions, result.latents, strict=True)):
             row, column = divmod(len(cells), columns)
-            points = [[float(value) for value in point] for point in latent]
-            named, chance = style or styles.default_speaker(speakers), motion.meta.get("chance", 0)
-            cells.append(Cell(row, column, named, request.seed, take, points, chance))
+            points, chance = [[float(value) for value in point] for point in latent], motion.meta.get("chance", 0)
+            cells.append(Cell(row, column, style or styles.default_speaker(speakers), request.seed, take, points, chance))
             motions.append(motion)
     settings = {name: getattr(request, name) for name in SHARED}
     paths = {name: str(Path(settings[name]).absolute()) for name in names_with(cell="sheet", kind="path") if settings[name]}
@@ -147,9 +145,8 @@ def find_cell(reference: str) -> tuple[Sheet, Cell]:
 
 
 def request_of_cell(reference: str, checkpoint: str | PathLike | None = None, audio: str = "") -> dict:
-    """Return the fields of a :class:`Request` that makes the cell ``SHEET.json:NUMBER`` again, recording and words included.
-
-    Where another recording ``audio`` is to be performed in its stead, chance is that one's.
+    """Return the fields of a :class:`Request` that makes the cell ``SHEET.json:NUMBER`` again, recording and words included;
+    without its chance for another recording ``audio``.
 
     Raises :class:`SampleUnreadable`, and :class:`UsageError` where it was sampled with another ``checkpoint``.
     """

@@ -80,15 +80,17 @@ def digest(audio: np.ndarray) -> str:
     return hashlib.sha256(np.ascontiguousarray(audio, "<f4").data).hexdigest()
 
 
-def fingerprint(audio: np.ndarray) -> int:
-    """Return a number, 1 to 2**32 - 1, that tells recordings apart by their length and the levels of sixteen parts.
+def fingerprint(audio: np.ndarray, part: str = "") -> int:
+    """Return a number, 1 to 2**32 - 1, that tells recordings apart by their length and the levels of sixteen parts, and those
+    who have a ``part`` in one recording by its name.
 
     Levels are whole dB relative to the recording's own. So another lossless format, another gain, and the last digits in which
     decoders and processors differ leave the number as it is, whereas :func:`digest` changes with every bit.
     """
     energy = np.array([np.square(part, dtype=float).sum() for part in np.array_split(audio, _PARTS)])
     levels = 10 * np.log10(energy / max(energy.sum(), 1e-30) + _PART_FLOOR)
-    return zlib.crc32(f"{len(audio)} {np.round(levels).astype(int).tolist()}".encode()) or 1
+    key = zlib.crc32(f"{len(audio)} {np.round(levels).astype(int).tolist()}".encode())
+    return zlib.crc32(part.encode(), key) or 1
 
 
 def normalise_level(audio: np.ndarray) -> np.ndarray:

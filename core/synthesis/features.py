@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
-from zlib import crc32
 
 import numpy as np
 
@@ -68,7 +67,8 @@ def hear(session: Any, request: Request, sound: np.ndarray, stages: Stages) -> S
     """Return words, pauses and features of ``sound`` ``(n,)`` at 16 kHz, as the network of the :class:`Session` wants them."""
     from ..sound import audio
 
-    named, chance, (sound, other) = audio.digest(sound), _chance(request, sound), _voices(request, sound)
+    part = f"{request.turn.casefold()} {request.listen}" if request.turn or request.listen else ""
+    named, chance, (sound, other) = audio.digest(sound), audio.fingerprint(sound, part), _voices(request, sound)
     # While another process aligns the words, this one measures what does not depend on them.
     with run_in_background(*(() if request.turn else _measurements(session.checkpoint.config, sound))) as begun:
         if request.listen:
@@ -119,14 +119,6 @@ def _assemble(
     others = None if other is None else stages.run("listen", lambda: _other_voice(other, activity))
     heard = SpeechFeatures(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
     return replace(heard, rhythm=rhythm)
-
-
-def _chance(request: Request, sound: np.ndarray) -> int:
-    """Return the key of a recording's random numbers; each who speaks in turns or listens has one of its own."""
-    from ..sound import audio
-
-    part = f"{request.turn.casefold()} {request.listen}" if request.turn or request.listen else ""
-    return crc32(part.encode(), audio.fingerprint(sound)) or 1
 
 
 def _measurements(config: Any, sound: np.ndarray) -> list[Callable]:

@@ -106,8 +106,7 @@ def cache_key(checkpoint: Any, heard: SpeechFeatures, cast: Sequence[StyleSequen
         return latents.shape, latents.tobytes(), np.concatenate([one.seeds for one in cast]).tobytes()
     given = [one.given(heard.frames) for one in cast]
     kept = tuple((one.frames.tobytes(), one.directions.tobytes()) for one in given)
-    requests = [one.request for one in cast]
-    drawn = tuple((one.keyed_seed, tuple(one.identities), one.hand, str(one.curves)) for one in requests)
+    drawn = tuple((one.keyed_seed, *one.identities, one.hand, str(one.curves)) for one in (each.request for each in cast))
     return latents.shape, latents.tobytes(), kept, drawn
 
 

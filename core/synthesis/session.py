@@ -160,7 +160,7 @@ class Session:
             known = features.hear(self, requests[0], sound, stages)
         assert known is not None
         heard, hinted = replace(known, seconds=stages.seconds), known.wishes.styles
-        keyed = [replace(one, chance=known.chance) if one.chance is None else one for one in requests]
+        keyed = (replace(one, chance=known.chance) if one.chance is None else one for one in requests)
         return heard, [style_sequence.from_request(checkpoint, one, hinted) for one in keyed]
 
     def _draw(

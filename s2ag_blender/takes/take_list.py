@@ -136,8 +136,7 @@ def remake_arguments(action: bpy.types.Action, **changes: Any) -> dict[str, Any]
     same = {"kept": meta["settings"], "keyed_pose": meta.get("keyed_pose"), "pose": meta.get("pose")}
     same |= {"around": meta.get("around"), "like": action}
     identity = {"style": meta["style"], "take": meta.get("take", 0), "near": meta.get("near") or [], "takes": 1}
-    chance = meta.get("chance", 0)  # takes made before recordings had a part in it have none
-    return {**same, **identity, "seed": meta["seed"], "chance": chance, **changes}
+    return {**same, **identity, "seed": meta["seed"], "chance": meta.get("chance", 0), **changes}
 
 
 def recall_settings(armature: ArmatureObject, action: bpy.types.Action) -> str:
