@@ -1,5 +1,6 @@
 """Figures of what a network listens to, on performers of whom it is known."""
 
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ pytest.importorskip("scipy", reason="the engine is not installed")
 from s2ag.core.errors import UsageError  # noqa: E402
 from s2ag.core.learning.evaluate import human_recordings  # noqa: E402
 from s2ag.core.learning.evaluate.generation import Generator, PerformanceOptions, write_wave  # noqa: E402
-from s2ag.core.learning.evaluate.listens import bearing, emotion, exchanged, inputs, one_seed, recordings, sliders  # noqa: E402
+from s2ag.core.learning.evaluate.listens import acted_speech, bearing, emotion, exchanged, inputs, one_seed, recordings, sliders  # noqa: E402
 from s2ag.core.motion import rest, skeleton  # noqa: E402
 
 RATE = 16000
@@ -223,3 +224,15 @@ def test_excerpts_take_their_words_along():
     cut = recordings.cut_excerpts([talk], 4, 9)
     assert [one.words for one in cut] == [(("one", 0.5, 1.0),), (("two", 0.5, 1.0),)]
     assert all(len(one.audio) == 4 * RATE for one in cut)
+
+
+@pytest.mark.skipif(not shutil.which("espeak-ng"), reason="espeak-ng is not installed")
+def test_own_acting_says_every_sentence_in_every_mood():
+    pytest.importorskip("pyworld", reason="the extra for corpora is not installed")
+    said = dict(acted_speech.speak(["espeak:en-gb"], acted_speech.SENTENCES[2:3]))
+    moods = [recordings.emotion_of(name) for name in said]
+    assert moods == ["anger", "joy", "fear", "boredom", "sadness", "neutral"] * 2
+    assert all(np.abs(sound).max() == pytest.approx(0.5) and len(sound) > RATE for sound in said.values())
+    levels = {name: np.abs(np.fft.rfft(sound)) for name, sound in said.items()}
+    bright = {name: one[len(one) // 8 :].sum() / one.sum() for name, one in levels.items()}  # above 1 kHz
+    assert all(bright[f"en-gb-{talker}-anger-0"] > bright[f"en-gb-{talker}-sadness-0"] for talker in (0, 1))

@@ -63,11 +63,10 @@ class Inputs:
 
 def record(session: Session, request: Request) -> Inputs:
     """Return the inputs of the first take of a request, of at most nine minutes, by a network that draws from noise."""
-    heard, performers = session.hear(request, Stages(lambda stage, value: None, lambda: False))
-    full = _record(session.checkpoint, heard, performers)
-    if getattr(heard, "affect", None) is None:
+    full = _record(session, request)
+    if not getattr(request, "follow", 0):
         return full
-    plain = _record(session.checkpoint, replace(heard, **{"affect": None}), performers)
+    plain = _record(session, replace(request, **{"follow": 0.0}))
     return replace(full, style=plain.style, affect=full.style - plain.style)
 
 
@@ -106,10 +105,11 @@ class _Door:
         return np.zeros((len(seeds), 9, 3), np.float32), np.zeros((len(seeds), len(self._network.usual)), np.float32)
 
 
-def _record(checkpoint: Any, heard: Any, performers: Any) -> Inputs:
+def _record(session: Session, request: Request) -> Inputs:
     """Return the inputs of a performance, all of its style as chosen."""
-    door = _Door(checkpoint.network)
-    generation.generate(replace(checkpoint, network=door), heard, [performers])
+    heard, performers = session.hear(request, Stages(lambda stage, value: None, lambda: False))
+    door = _Door(session.checkpoint.network)
+    generation.generate(replace(session.checkpoint, network=door), heard, [performers])
     seen = door.seen
     unasked = np.zeros((len(seen["seeds"]), len(stroke_requests.CHANNELS)), np.float32)
     return Inputs(**{"asked": unasked, "affect": np.zeros_like(seen["style"]), **seen})
