@@ -121,6 +121,8 @@ class TrainingRun:
         }
         features = {name: self.corpus.meta.get(name, "") for name in ("mfcc", "fps", "prosody", "controls")}
         meta = {"speakers": self.corpus.speakers, "features": features, "training": facts}
+        if "heard" in self.corpus.arrays and self.trainer.model_config.controls:
+            meta["affect"] = "heard"
         if self.trainer.model_config.meanings:
             meta["meanings"] = self.corpus.meanings
         checkpoint.save(out / CHECKPOINT, self.trainer.average, None, meta)
