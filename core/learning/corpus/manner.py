@@ -44,6 +44,6 @@ def of(performer: Performer) -> Manner:
         height=_HEIGHT[performer.height],
         home=float(np.clip(0.95 - 0.45 * performer.linger, 0.3, 0.9)),
         front=performer.rest == "front",
-        obedience=0.5 + 0.35 * lively,
+        obedience=0.65 + 0.35 * lively,
         wide=20.0 * (performer.plane - 1.1),
     )

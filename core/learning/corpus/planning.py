@@ -135,7 +135,7 @@ def _wish(
         hand = ("left", "right")[int(random.random() < 0.5)]
     else:
         other = {"left": "right", "right": "left"}[performer.hand]
-        hand = performer.hand if random.random() < 0.87 else other
+        hand = performer.hand if random.random() < 0.95 else other
     wrists = None
     if before is not None:
         pose = before.gesture.clip.at(np.array([before.gesture.clip.relax]))[0]

@@ -22,14 +22,16 @@ _SIDES = (((4, 5), -1.0), ((7, 8), 1.0))
 """Edges of each arm, and the sign of outwards on the x axis."""
 _SLOW, _QUICK, _SHARED = 1.3, 0.11, 0.45
 """Seconds of Gaussians: about which mean arms are larger or smaller, below which is noise, above which is no beat."""
-_BEATS = 1.1
+_BEATS = 1.3
 """What beats, 0.4 to 1.4 Hz, gain: warped and joined footage has less of them than people (people.md 6)."""
 _SIZE_AROUSAL = 0.62
 """Octaves of size by which arousal of 1 widens movements."""
 _LARGEST = 1.7
 """Largest size: beyond it arms would turn around the body."""
-_ASIDE_OTHER = 0.6
-"""How much smaller the hand that does not lead moves, for a performer who leaves all to one."""
+_ASIDE_OTHER, _WAITING = 0.85, 4.0
+"""How much smaller the hand that does not lead moves, for a performer who leaves all to one, and the seconds over which its
+place is smoothed in the same measure: it waits where it is.
+"""
 _DRIFT = 2.5
 """Seconds in which the share of one arm in the other's beats goes up or down."""
 _LAGS = (-2, -1, 0, 1, 2)
@@ -117,6 +119,9 @@ def express(
 def _sized(arms: np.ndarray, manner: Manner, arousal: np.ndarray, random: np.random.Generator) -> np.ndarray:
     """Return arms ``(frames, 4, 3)`` with beats that carry, larger or smaller about where they are."""
     slow = smooth(arms, _SLOW)
+    if manner.lead:
+        other = slice(0, 2) if manner.lead > 0 else slice(2, 4)
+        slow[:, other] += _ASIDE_OTHER * manner.alone * (smooth(arms[:, other], _WAITING) - slow[:, other])
     drift = np.exp(_wander(len(arms), 4.0, random) * 0.16)
     size = np.minimum(manner.size * 2 ** (_SIZE_AROUSAL * arousal) * drift, _LARGEST)
     own = np.array([1.0, 1.0])

@@ -127,7 +127,7 @@ def _cost(footage: Footage, start: float, need: float, wanted: _Wanted, manner: 
         cost += float(np.average(np.minimum(apart / 6, 1), weights=wanted.strengths + 0.05))
     gone = footage.path[min(here.stop, len(footage.path)) - 1] - footage.path[here.start]
     if manner.lead:
-        cost += 1.2 * float(gone[int(manner.lead < 0)] / max(gone.sum(), 1e-6))
+        cost += 2.0 * float(gone[int(manner.lead < 0)] / max(gone.sum(), 1e-6))
     # Phrases in which hands hardly move are for stretches without gestures.
     return cost + 1.5 * max(0.35 - gone.max() / max(need, 1) * skeleton.FPS, 0)
 
