@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from ...errors import S2agError
+from . import rocketbox_clips
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -14,7 +15,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m s2ag.core.learning.corpus", description="Build the directed performance corpus."
     )
-    parser.add_argument("--material", type=Path, required=True, help="folder with smartbody/, rocketbox/ and emobank/")
+    parser.add_argument("--material", type=Path, required=True, help="folder with smartbody/, rocketbox_clips/ and emobank/")
     parser.add_argument("--out", type=Path, required=True, help="folder of the packed corpus")
     parser.add_argument("--speech", type=Path, help="folder of the cached speech (default: beside OUT)")
     parser.add_argument("--hours", type=float, default=10.5, help="hours of distinct speech (default: 10.5)")
@@ -22,7 +23,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one a core)")
     options = parser.parse_args(arguments)
-    for part in ("smartbody", "rocketbox", "emobank"):
+    for part in ("smartbody", rocketbox_clips.FOLDER, "emobank"):
         if not (options.material / part).is_dir():
             print(f"{options.material} holds no {part}. Name the folder with the public material.", file=sys.stderr)
             return 2

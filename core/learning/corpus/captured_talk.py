@@ -76,7 +76,7 @@ class Material:
 
 def load(material: str | PathLike) -> Material:
     """Load the clips below ``material``; raises ``FileNotFoundError`` where one is missing."""
-    folder = Path(material) / "rocketbox_clips"
+    folder = Path(material) / rocketbox_clips.FOLDER
     talk = [_load(folder / f"{name}.npz", TALK.get(name, _USUAL)) for name in CAPTURED_CHOSEN_ON]
     talk += [_load(folder / f"{name}.npz", _SHORT_WEIGHT) for name in SHORT]
     return Material(*(_both_ways(part) for part in (talk, _all(folder, LISTENING), _all(folder, IDLE))))

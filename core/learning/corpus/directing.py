@@ -1,6 +1,6 @@
 """Directs a performance of a talk: captured phrases of talk, gestures of meaning among them, in the affect that is heard."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, lru_cache
 
 import numpy as np
@@ -82,7 +82,7 @@ def _spaced(strokes: list[planning.Stroke], scene: Scene, random: np.random.Gene
         apart = _SAID_APART if said else _APART * float(np.exp(random.normal(0, 0.4)))
         apart *= 2 ** -float(scene.affect(stroke.emphasis)[0])
         if all(abs(stroke.emphasis - other.emphasis) > apart for other in kept):
-            kept.append(replace(stroke, chained=False, waiting_pose=None, follow=0.0))
+            kept.append(stroke)
     return sorted(kept, key=lambda one: one.emphasis)
 
 

@@ -1,8 +1,10 @@
 """Plans the strokes of one performance of a talk: the gesture of each chosen accent and the times of its phases.
 
 After McNeill and Kendon: a stroke lands on or just before the stressed syllable of its word, preparation starts before
-it, the hands hold, and go back to rest only if the next stroke is far. Gestures are drawn at random: the same performer
+it, the hands hold, and leave the gesture only if the next stroke is far. Gestures are drawn at random: the same performer
 shows the same word with another gesture each time, and every take of a talk is another performance.
+
+Only strokes far enough apart are performed (:mod:`directing`); between them, the body talks as captured.
 """
 
 from collections import deque
@@ -51,10 +53,9 @@ _TWO_HANDED = frozenset({"big", "all", "small", "unknown", "thing"})
 class Stroke:
     """A gesture with performance times of its clip's phases (s) and its amplitude.
 
-    ``parts``: of the left and the right arm, None for an idle one. ``until``: per arm (left, right), the end of its hold;
-    ``chained``: the hands are already up. ``perch`` ``(9, 3)``: pose of waiting hands afterwards, until ``leave`` (s), None:
-    they rest; ``both_wait``: the idle hand waits too. ``side``: place of the stroke in a list or a contrast, -1 left to 1
-    right. ``said``: the meaning comes from the words; ``follow``: share of the motion that an idle arm follows.
+    ``until`` and ``rest``: per arm (left, right), when its hold ends and when it is back in talk. ``parts``: of the left and
+    the right arm, None for one that goes on talking. ``side``: place of the stroke in a list or a contrast, -1 left to 1
+    right. ``said``: the meaning comes from the words.
     """
 
     gesture: Gesture
@@ -65,15 +66,10 @@ class Stroke:
     until: tuple[float, float]
     rest: tuple[float, float]
     amplitude: float
-    chained: bool
     meaning: str = BEAT
     parts: tuple[ArmPart | None, ArmPart | None] = (None, None)
-    waiting_pose: np.ndarray | None = None
-    leave: float = 0.0
-    both_wait: bool = False
     side: float = 0.0
     said: bool = True
-    follow: float = 0.0
 
     @property
     def hands(self) -> tuple[float, float]:
@@ -98,6 +94,7 @@ def plan(repertoire: Repertoire, lexicon: Lexicon, scene: Scene, random: np.rand
     performer = repertoire.performer
     meanings = accent_choice.draw_meanings(lexicon, repertoire, scene, random)
     strokes: list[Stroke] = []
+    chained: list[bool] = []
     memory: deque[str] = deque(maxlen=MEMORY)
     last, side = None, 1.0
     for accent in accent_choice.draw_accents(performer, scene, meanings, random):
@@ -105,14 +102,14 @@ def plan(repertoire: Repertoire, lexicon: Lexicon, scene: Scene, random: np.rand
         meaning, said = accent_choice.draw_meaning(accent, meanings, repertoire, random)
         wish = _wish(performer, scene, accent, meaning, strokes[-1] if near else None, random)
         gesture = repertoire.draw(random, meaning, wish, memory)
-        stroke = _schedule(performer, scene, gesture, accent, near, random)
+        stroke = _schedule(performer, scene, gesture, accent, random)
         side = _next_side(meaning, side if near or meaning == "however" else -1.0)
         stroke = replace(stroke, meaning=meaning, said=said, side=side if meaning in ("count", "list", "however") else 0.0)
         stroke = replace(stroke, parts=_draw_parts(repertoire, stroke, wish, memory, random))
-        stroke = replace(stroke, follow=float(np.clip(random.normal(0.5 - 0.5 * performer.apart, 0.14), 0.05, 0.7)))
-        strokes.append(_add_perch(performer, scene, stroke, random))
+        strokes.append(stroke)
+        chained.append(near)
         last = accent
-    return _join_phases(strokes)
+    return _join_phases(strokes, chained)
 
 
 def _holds(performer: Performer, scene: Scene, last: Accent, accent: Accent) -> bool:
@@ -177,16 +174,6 @@ def _next_side(meaning: str, side: float) -> float:
     return -np.sign(side) if meaning == "however" else side
 
 
-def _add_perch(performer: Performer, scene: Scene, stroke: Stroke, random: np.random.Generator) -> Stroke:
-    """Draw whether, where and how long the hands wait after a stroke; at most until the next long silence."""
-    if random.random() > performer.linger:
-        return stroke
-    both = bool(random.random() < 0.5)
-    leave = min(stroke.end + 0.8 + float(random.exponential(2.0)), _next_silence(scene, stroke.emphasis) - 0.2)
-    perch = variation.draw_waiting_pose(random, performer.rest == "front")
-    return replace(stroke, waiting_pose=perch, leave=max(leave, stroke.end), both_wait=both)
-
-
 def _next_silence(scene: Scene, time: float) -> float:
     """Return when (s) the next long silence after ``time`` begins, or infinity."""
     pauses = scene.pauses
@@ -195,7 +182,7 @@ def _next_silence(scene: Scene, time: float) -> float:
 
 
 def _schedule(
-    performer: Performer, scene: Scene, gesture: Gesture, accent: Accent, near: bool, random: np.random.Generator
+    performer: Performer, scene: Scene, gesture: Gesture, accent: Accent, random: np.random.Generator
 ) -> Stroke:
     """Place the phases around the accent by the clip's own timing, the performer's tempo and the arousal."""
     clip, arousal = gesture.clip, scene.arousal(accent)
@@ -216,16 +203,16 @@ def _schedule(
     # the hold ends soon after speech ends
     hold = min(hold, max(_next_silence(scene, at) - at - after, 0.1))
     ready, end = at - stroke, at + after
-    return Stroke(gesture, max(ready - lift, 0.0), ready, at, end, (end + hold,) * 2, (end + hold + sink,) * 2, amplitude, near)
+    return Stroke(gesture, max(ready - lift, 0.0), ready, at, end, (end + hold,) * 2, (end + hold + sink,) * 2, amplitude)
 
 
-def _join_phases(strokes: list[Stroke]) -> list[Stroke]:
+def _join_phases(strokes: list[Stroke], chained: list[bool]) -> list[Stroke]:
     """Fit neighbouring strokes together: a preparation starts after the last emphasis, and an arm that soon gestures again
-    holds until the next stroke instead of sinking."""
+    holds until the next stroke instead of sinking. ``chained``: the hands are still up from the stroke before."""
     for k in range(1, len(strokes)):
         last, this = strokes[k - 1], strokes[k]
         free = last.emphasis + min(_SETTLE, 0.25 * (this.emphasis - last.emphasis))
-        if this.chained:
+        if chained[k]:
             # the preparation starts where the last stroke ended
             duration = 0.3 + 0.55 * _distance(last, this)
             this = replace(this, onset=min(this.onset, this.ready - duration))
@@ -236,9 +223,9 @@ def _join_phases(strokes: list[Stroke]) -> list[Stroke]:
         strokes[k] = this
         until, rest = list(last.until), list(last.rest)
         for arm in range(2):
-            if this.hands[arm] and this.chained:
+            if this.hands[arm] and chained[k]:
                 until[arm], rest[arm] = this.ready, this.ready + 0.6
-            elif last.hands[arm] and this.chained:
+            elif last.hands[arm] and chained[k]:
                 # it sinks during the other arm's preparation
                 until[arm], rest[arm] = this.onset, this.onset + rest[arm] - until[arm]
         end = min(last.end, max(free, this.onset))

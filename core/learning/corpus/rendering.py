@@ -8,7 +8,6 @@ from . import variation
 from .clips import Clip
 from .planning import Stroke
 from .smoothing import smooth
-from .speakers import Performer
 from .variation import ArmPart
 
 _ARMS = ((0, (4, 5)), (1, (7, 8)))
@@ -38,25 +37,12 @@ def blend_gestures(body: np.ndarray, strokes: list[Stroke], time: np.ndarray) ->
     return skeleton.normalize(result)
 
 
-def resting_pose(performer: Performer) -> np.ndarray:
-    """Return the performer's pose in silence, ``(9, 3)``."""
-    pose = rest.REST.astype(float)
-    if performer.rest == "front":
-        # the pose of a two-handed offer with waist-high hands, nearer to the body's middle line
-        front = skeleton.normalize(
-            np.array([[-0.22, 0.96, 0.03], [0.55, 0.18, 0.78], [0.22, 0.96, 0.03], [-0.55, 0.18, 0.78]], float)
-        )
-        pose[list(skeleton.ARM_EDGES)] = rest.slerp(pose[list(skeleton.ARM_EDGES)], front, np.array([0.75, 0.8, 0.75, 0.8]))
-    return pose
-
-
 def warp(clip: Clip, stroke: Stroke, time: np.ndarray) -> np.ndarray:
     """Return clip seconds at performance seconds ``time``: a monotone interpolation between the phases of both."""
     from scipy.interpolate import PchipInterpolator
 
-    begin = (clip.onset + clip.ready) / 2 if stroke.chained else clip.onset
     times = np.array([stroke.onset, stroke.ready, stroke.emphasis, stroke.end, max(stroke.until), max(stroke.rest)])
-    clip_times = np.array([begin, clip.ready, clip.emphasis, clip.end, clip.relax, clip.rest])
+    clip_times = np.array([clip.onset, clip.ready, clip.emphasis, clip.end, clip.relax, clip.rest])
     times = np.maximum.accumulate(times) + np.arange(6) * 1e-3
     return PchipInterpolator(times, clip_times)(np.clip(time, times[0], times[-1]))
 

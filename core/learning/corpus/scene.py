@@ -10,7 +10,7 @@ from ...sound import affect
 from ...sound.prosody import RATE, Accent, Prosody, analyse
 from ...styles import CONTROLS
 from .smoothing import smooth
-from .speech import Speech, Word
+from .speech import Speech
 
 LIMIT = 1.5
 """Largest affect, of voice and controls together."""
@@ -41,10 +41,6 @@ class Scene:
         """Accents in order of time."""
         return self.prosody.accents
 
-    def word(self, accent: Accent) -> Word | None:
-        """Return the accented word, if words are known."""
-        return self.speech.words[accent.word] if accent.word >= 0 else None
-
     def affect(self, time: np.ndarray | float) -> np.ndarray:
         """Return arousal, valence, dominance ``(..., 3)`` at seconds ``time``: what is heard and the controls, -1.5 to 1.5."""
         at = np.arange(len(self.heard)) / FPS
@@ -63,13 +59,6 @@ class Scene:
     def track(self, track: np.ndarray, seconds: float, time: np.ndarray) -> np.ndarray:
         """Smooth a 100 Hz track of the prosody over ``seconds`` and sample it at seconds ``time``."""
         return np.interp(time, (np.arange(len(track)) + 0.5) / RATE, smooth(track, seconds, RATE))
-
-    def speaking(self, time: np.ndarray) -> np.ndarray:
-        """Return 1 during speech and 0 in pauses longer than about a second ``(frames,)``, smoothly in between."""
-        active = np.zeros(len(time))
-        for begin, end in self.prosody.phrases:
-            active[(time > begin - 0.35) & (time < end + 0.35)] = 1
-        return smooth(active, 0.35)
 
     def silence(self, begin: float, end: float) -> float:
         """Return the longest pause (s) that overlaps ``begin`` to ``end``."""

@@ -20,6 +20,12 @@ BIPED = clips.Roles(
 )  # fmt: skip
 """3ds Max's Biped, the rig of the Rocketbox characters."""
 
+CONVERSATION = Path("rocketbox") / "RB_conversation_nolips.anim"
+"""A captured conversation, in the material."""
+STRETCH = (7.5, 31.0)
+"""Seconds of :data:`CONVERSATION` in which the person stands and talks: before, it walks in from a T pose and the tracking
+fails once; afterwards it turns away."""
+
 _PELVIS = "Bip01 Pelvis"
 _HEADING_SMOOTHING = 1.0  # seconds: standard deviation of the Gaussian that separates slow turns of the body from quick ones
 _MIRROR = np.array([-1, 1, 1])

@@ -1,10 +1,9 @@
-"""Random variation of strokes against their clips: each arm's clip, delay, rotation and extent; poses of waiting hands."""
+"""Random variation of strokes against their clips: each arm's clip, delay, rotation and extent."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from ...motion import rest, skeleton
 from . import rotation
 from .library import Gesture
 
@@ -53,23 +52,6 @@ def draw_parts(
             ArmPart(gesture, delays[arm], plane * (shared + own) + up, (float(extent * link), float(extent / link**0.5)))
         )
     return parts[0], parts[1]
-
-
-def draw_waiting_pose(random: np.random.Generator, close: bool) -> np.ndarray:
-    """Draw a pose ``(9, 3)`` of idle hands waiting in front of the body; ``close``: near the body's middle line.
-
-    Each arm is drawn by itself: how far forward and outward the elbow is, how far the forearm is bent and turned inwards.
-    """
-    pose = rest.REST.astype(float)
-    bend = random.normal(75, 16)
-    inward = random.normal(48 if close else 22, 12)
-    for arm, side in ((4, -1.0), (7, 1.0)):
-        out, forth = np.radians([random.uniform(4, 18), random.uniform(-2, 16)])
-        up = np.radians(np.clip(bend + random.normal(0, 8), 40, 105))
-        turn = np.radians(np.clip(inward + random.normal(0, 8), -5, 65))
-        pose[arm] = [side * np.sin(out), np.cos(out) * np.cos(forth), np.cos(out) * np.sin(forth)]
-        pose[arm + 1] = [-side * np.sin(up) * np.sin(turn), np.cos(up), np.sin(up) * np.cos(turn)]
-    return skeleton.normalize(pose)
 
 
 def rotate_by_share(directions: np.ndarray, turn: np.ndarray, share: np.ndarray) -> np.ndarray:

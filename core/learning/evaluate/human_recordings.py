@@ -64,7 +64,7 @@ def captured_motion(material: str | PathLike) -> dict[str, np.ndarray]:
 
     Raises :class:`UsageError` where ``material`` holds no clips.
     """
-    from ..corpus import idle_motion, unity
+    from ..corpus import unity
 
     gestures = load_gestures(material)
     length, minute, picked = 0, round(MINUTE * skeleton.FPS), []
@@ -75,10 +75,10 @@ def captured_motion(material: str | PathLike) -> dict[str, np.ndarray]:
         if length >= minute:
             break
     result = {"clips": skeleton.normalize(np.concatenate(picked)[:minute])}
-    path = Path(material) / idle_motion.CONVERSATION
+    path = Path(material) / unity.CONVERSATION
     if path.is_file():
         animation = unity.load(path)
-        motion = unity.to_directions(animation, *idle_motion.STRETCH)
+        motion = unity.to_directions(animation, *unity.STRETCH)
         rows = np.arange(0, len(motion) - 1, animation.fps / skeleton.FPS).round().astype(int)
         result["conversation"] = skeleton.normalize(motion[rows])
     return result

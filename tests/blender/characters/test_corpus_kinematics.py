@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix
-from s2ag.core.learning.corpus import idle_motion, library, smartbody, unity
+from s2ag.core.learning.corpus import library, smartbody, unity
 from s2ag.core.motion import skeleton
 
 Rotation = pytest.importorskip("scipy.spatial.transform", reason="the engine's packages are not beside this Blender").Rotation
@@ -91,7 +91,7 @@ def reparent(item, pairs):
 def person(shared):
     """The person that the conversation was made for, as Blender imports it, with the clip's parents."""
     path = shared / "rocketbox" / "Male_Adult_01.fbx"
-    if not path.is_file() or not (shared / idle_motion.CONVERSATION).is_file():
+    if not path.is_file() or not (shared / unity.CONVERSATION).is_file():
         pytest.skip("the Rocketbox material is absent")
     bpy.ops.import_scene.fbx(filepath=str(path))
     item = next(each for each in bpy.data.objects if each.type == "ARMATURE")
@@ -115,7 +115,7 @@ def pose(item, turns, frame):
 
 
 def test_blenders_person_makes_the_conversations_movements(shared, person):
-    animation = unity.load(shared / idle_motion.CONVERSATION)
+    animation = unity.load(shared / unity.CONVERSATION)
     joints, recording = unity.to_recording(animation)
     picked = np.arange(0, len(recording.times), 37)
     turns = local_turns(animation, recording.times[picked])
@@ -145,8 +145,8 @@ def test_the_person_faces_forward_and_its_left_is_left(person):
 
 def test_arms_of_the_directions_are_those_of_blenders_person(shared, person):
     """To the directions' end: upper arms and forearms, up to the turn about the vertical that is taken out."""
-    animation = unity.load(shared / idle_motion.CONVERSATION)
-    start, end = idle_motion.STRETCH
+    animation = unity.load(shared / unity.CONVERSATION)
+    start, end = unity.STRETCH
     directions = unity.to_directions(animation, start, end)
     times = np.arange(start, end, 1.7)
     turns = local_turns(animation, times)

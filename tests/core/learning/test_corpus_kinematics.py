@@ -15,7 +15,7 @@ ARMS = [(side, start) for side in ("left", "right") for start in (1, 2)]
 
 LEFT_OUT = {
     r"ToIdle|ToWalk|ToLocIdle": "goes from one rest pose to another or walks off",
-    r"WeightShift|@Idle03$|@IdleStand01$|^idle2?$": "idling, no gesture (see core.learning.corpus.idle_motion)",
+    r"WeightShift|@Idle03$|@IdleStand01$|^idle2?$": "idling, no gesture",
     r"Scratch|Squeeze|TouchHands|Stretch": "touches or stretches the body, says nothing",
     r"Guitar|KickChair": "acts something out",
     r"ScrewYou": "an insult",

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from s2ag.core.learning.corpus import idle_motion, rocketbox_clips, unity
+from s2ag.core.learning.corpus import rocketbox_clips, unity
 from s2ag.core.learning.evaluate import talk_split
 from s2ag.core.motion import skeleton
 
@@ -41,7 +41,7 @@ def test_the_bind_pose_is_upright_and_a_turned_body_faces_forward(folder, tmp_pa
 
 def test_the_conversation_is_that_of_the_unity_file(shared, folder):
     capture = rocketbox_clips.load(folder / "m_conversation.npz")
-    animation = unity.load(shared / idle_motion.CONVERSATION)
+    animation = unity.load(shared / unity.CONVERSATION)
     other = skeleton.normalize(unity.to_directions(animation, 2, animation.duration))[::2][: len(capture.directions)]
     away = angles(capture.directions[: len(other)], other).mean(0)
     # the other reader has the trunk relative to the clip's mean pose; arms differ by the heading's smoothing at the ends

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from s2ag.core.learning.corpus import idle_motion, smartbody, unity
+from s2ag.core.learning.corpus import smartbody, unity
 from s2ag.core.motion import skeleton
 
 HALF = 2**-0.5
@@ -55,14 +55,9 @@ def small(tmp_path):
 
 @pytest.fixture(scope="module")
 def conversation(shared):
-    if not (shared / idle_motion.CONVERSATION).is_file():
+    if not (shared / unity.CONVERSATION).is_file():
         pytest.skip("the conversation is absent")
-    return unity.load(shared / idle_motion.CONVERSATION)
-
-
-@pytest.fixture(scope="module")
-def idle(shared, conversation):
-    return idle_motion.load(shared)
+    return unity.load(shared / unity.CONVERSATION)
 
 
 def test_curves_are_read_by_path_even_where_lines_are_folded(small):
@@ -137,7 +132,7 @@ def test_the_conversation_starts_in_a_t_pose(conversation):
 
 
 def test_the_conversation_shows_a_person_who_talks_with_the_hands(conversation):
-    directions = unity.to_directions(conversation, *idle_motion.STRETCH)
+    directions = unity.to_directions(conversation, *unity.STRETCH)
     assert directions.shape == (706, 9, 3) and directions.dtype == np.float32
     np.testing.assert_allclose(np.linalg.norm(directions, axis=-1), 1, atol=1e-5)
     mean = skeleton.normalize(directions.mean(axis=0))
@@ -153,71 +148,7 @@ def test_the_conversation_shows_a_person_who_talks_with_the_hands(conversation):
 
 
 def test_slow_turns_of_the_body_are_taken_out_and_quick_ones_stay(conversation):
-    directions = unity.to_directions(conversation, *idle_motion.STRETCH).astype(float)
+    directions = unity.to_directions(conversation, *unity.STRETCH).astype(float)
     shoulders = -(directions[:, 3] - directions[:, 6])
     yaw = np.degrees(np.unwrap(np.arctan2(shoulders[:, 2], shoulders[:, 0])))
     assert abs(yaw.mean()) < 1 and 3 < yaw.std() < 12
-
-
-def test_idle_turns_are_small_and_about_zero(idle):
-    for turns in (*idle.talking, *idle.waiting):
-        np.testing.assert_allclose(turns.mean(axis=0), 0, atol=1e-12)
-        assert 0.2 < np.degrees(turns[:, 0].std(axis=0)).max() < 4
-        assert np.degrees(np.linalg.norm(turns, axis=-1)).max() < 16
-    for turns in idle.shifts:
-        np.testing.assert_allclose(turns[[0, -1]], 0, atol=1e-12)
-        assert 3 < np.degrees(np.linalg.norm(turns[:, 0], axis=-1)).max() < 12
-
-
-@pytest.mark.parametrize("talking", [0.0, 1.0])
-def test_idling_never_freezes_nor_jumps(idle, talking):
-    for seed in range(8):
-        texture = idle.texture(900, seed, talking=talking)
-        speed = np.degrees(np.linalg.norm(np.diff(texture, axis=0), axis=-1)) * skeleton.FPS
-        assert speed.max(axis=1).min() > 0.05 and speed.max() < 150
-        acceleration = np.degrees(np.linalg.norm(np.diff(texture, 2, axis=0), axis=-1)) * skeleton.FPS**2
-        assert acceleration.max() < 1500
-        assert np.degrees(texture.std(axis=0)).max() < 8
-
-
-def test_idling_is_its_seeds_and_its_strengths(idle):
-    texture = idle.texture(300, 4)
-    np.testing.assert_array_equal(texture, idle.texture(300, 4))
-    assert np.abs(texture - idle.texture(300, 5)).max() > 0.01
-    scaled = idle.texture(300, 4, trunk=0.5, head=0, arms=2)
-    np.testing.assert_allclose(scaled[:, [0, 3, 6]], 0.5 * texture[:, [0, 3, 6]])
-    np.testing.assert_allclose(scaled[:, [4, 5, 7, 8]], 2 * texture[:, [4, 5, 7, 8]])
-    assert (scaled[:, [1, 2]] == 0).all()
-    both = idle.texture(300, 4, talking=np.linspace(0, 1, 300))
-    np.testing.assert_allclose(both[0], idle.texture(300, 4, talking=0)[0])
-    np.testing.assert_allclose(both[-1], texture[-1])
-    assert idle.texture(1, 0).shape == (1, 9, 3) and idle.texture(0, 0).shape == (0, 9, 3)
-
-
-def test_talkers_move_more_than_those_who_wait(idle):
-    talking, waiting = (np.degrees(idle.texture(4500, 2, talking=value).std(axis=0)) for value in (1.0, 0.0))
-    assert np.linalg.norm(talking[0]) > 1.5 * np.linalg.norm(waiting[0])
-    assert np.linalg.norm(talking[2]) > 2 * np.linalg.norm(waiting[2])
-
-
-def test_turns_are_applied_and_found_again():
-    rng = np.random.default_rng(0)
-    start = skeleton.normalize(rng.normal(size=(7, 9, 3)))
-    end = skeleton.normalize(start + 0.4 * rng.normal(size=start.shape))
-    np.testing.assert_allclose(idle_motion.rotate_edges(start, idle_motion.rotation_between(start, end)), end, atol=1e-9)
-    np.testing.assert_array_equal(idle_motion.rotation_between(start, start), 0)
-
-
-def test_mirrored_turns_mirror_what_they_turn():
-    rng = np.random.default_rng(1)
-    pose, turns = skeleton.normalize(rng.normal(size=(5, 9, 3))), rng.normal(size=(5, 9, 3))
-    wanted = skeleton.mirror(idle_motion.rotate_edges(pose, turns))
-    np.testing.assert_allclose(
-        idle_motion.rotate_edges(skeleton.mirror(pose), idle_motion.mirror_rotations(turns)), wanted, atol=1e-9
-    )
-    np.testing.assert_allclose(idle_motion.mirror_rotations(idle_motion.mirror_rotations(turns)), turns)
-
-
-def test_missing_material_is_named(tmp_path):
-    with pytest.raises(FileNotFoundError, match="RB_conversation"):
-        idle_motion.load(tmp_path)

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bodies import degrees
 from captured import small_footage, wave_clip
 from s2ag.core.learning.corpus import (
     build,
     captured_talk,
     directing,
-    idle_motion,
     lexicon,
     library,
     pack,
@@ -242,7 +242,7 @@ def test_a_talk_without_words_is_performed_with_beats(gestures):
 def test_the_warp_meets_every_phase_and_never_runs_backwards():
     clip = wave_clip()
     gesture = library._describe(clip, "Set", "BeatMid", "beat", False)
-    stroke = planning.Stroke(gesture, 1.0, 1.5, 2.0, 2.2, (2.5, 3.0), (3.2, 3.8), 1.0, False)
+    stroke = planning.Stroke(gesture, 1.0, 1.5, 2.0, 2.2, (2.5, 3.0), (3.2, 3.8), 1.0)
     at = rendering.warp(clip, stroke, np.array([1.0, 1.5, 2.0, 2.2, 3.0, 3.8]))
     np.testing.assert_allclose(at, [clip.onset, clip.ready, clip.emphasis, clip.end, clip.relax, clip.rest], atol=0.02)
     assert (np.diff(rendering.warp(clip, stroke, np.linspace(0, 5, 200))) >= -1e-9).all()
@@ -335,9 +335,7 @@ def test_a_tiny_corpus_is_built_from_the_command(tmp_path):
     first = np.load(tmp_path / "corpus" / "directions.npy")
     meta = json.loads((tmp_path / "corpus" / "meta.json").read_text())
     assert len(np.load(tmp_path / "corpus" / "speaker.npy")) == 4 and meta["recordings"][0]["speech"] == "0000.npz"
-    assert np.degrees(np.abs(idle_motion.rotation_between(first[:1].astype(float), first.astype(float)))).max() > 20, (
-        "nobody gestured"
-    )
+    assert degrees(first[:1].astype(float), first.astype(float)).max() > 20, "nobody gestured"
     assert main(command) == 0
     np.testing.assert_array_equal(np.load(tmp_path / "corpus" / "directions.npy"), first)
 

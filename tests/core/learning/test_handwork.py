@@ -20,7 +20,7 @@ def stroke_of(clip, at=2.0):
     gesture = library.Gesture(clip, "Set", "BeatMid", "beat", False, 0.0, 0.4)
     part = variation.ArmPart(gesture, 0.0, np.zeros(3), (1.0, 1.0))
     return planning.Stroke(
-        gesture, at - 0.7, at - 0.3, at, at + 0.2, (at + 0.6,) * 2, (at + 1.2,) * 2, 1.0, False, parts=(None, part)
+        gesture, at - 0.7, at - 0.3, at, at + 0.2, (at + 0.6,) * 2, (at + 1.2,) * 2, 1.0, parts=(None, part)
     )
 
 
