@@ -11,7 +11,16 @@ pytest.importorskip("scipy", reason="the engine is not installed")
 from s2ag.core.errors import UsageError  # noqa: E402
 from s2ag.core.learning.evaluate import human_recordings  # noqa: E402
 from s2ag.core.learning.evaluate.generation import Generator, PerformanceOptions, write_wave  # noqa: E402
-from s2ag.core.learning.evaluate.listens import acted_speech, bearing, emotion, exchanged, inputs, one_seed, recordings, sliders  # noqa: E402
+from s2ag.core.learning.evaluate.listens import (  # noqa: E402
+    acted_speech,
+    bearing,
+    emotion,
+    exchanged,
+    inputs,
+    one_seed,
+    recordings,
+    sliders,
+)
 from s2ag.core.motion import rest, skeleton  # noqa: E402
 
 RATE = 16000
@@ -102,6 +111,11 @@ def test_labels_on_the_slider_are_told():
         Performer(False), acted(), ["calm"], controls=lambda one: {"arousal": 1 if one.emotion in recordings.HIGH else -1}
     )
     assert emotion.told(labelled, [one.emotion for one in acted()])["calm"]["speed"] == 1
+
+
+def test_some_recordings_have_all_emotions_alike():
+    some = [one.talk.name for one in emotion.spread([*acted(), *acted()[:3]], 8)]
+    assert some == ["anger0", "anger2", "joy0", "joy2", "sadness0", "sadness2", "boredom0", "boredom2"]
 
 
 def test_names_tell_the_emotion():

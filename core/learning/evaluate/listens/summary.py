@@ -28,7 +28,7 @@ _MOVED_SECONDS = 60.0
 """Seconds of speech at which sliders are moved."""
 FEWEST = 40
 """Performances of a folder of acted speech; few recordings are performed at several seeds, so that chance counts less."""
-_READ_BEFORE = 30.0
+_READ_BEFORE = 25.0
 """Seconds of neutral reading before acted speech: a listener knows a voice after twenty."""
 _DIRECTED = 400
 """Performances of a corpus that are judged, which a minute is enough for."""
