@@ -119,6 +119,12 @@ class Settings:
         metavar="NAME=X",
         help="arousal, valence or dominance from -1 to 1, as in arousal=0.8; several with commas (see: s2ag styles)",
     )  # fmt: skip
+    follow: float = setting(
+        1.0, low=0.0, high=2.0, column=True, cell=("own", "sheet"), meta="set", restored=("arms", "face"), metavar="X",
+        help="how far arousal, valence and dominance follow the voice, 0 to 2 (default 1); the numbers of --affect are added",
+        label="Follow the Voice", group="expression", preset=True,
+        tip="How far the three affects follow what is heard in the voice; their sliders are added, keyed ones win",
+    )  # fmt: skip
     rate: float = setting(
         0.0, **_CONTROL, column=True, cell=("own",), meta="always", restored=("arms",),
         metavar="X", help="-1 fewer gestures, 1 more (default 0)",
@@ -300,7 +306,7 @@ def stated(settings: Settings) -> dict[str, Any]:
     """Return the settings that a motion's provenance states, as JSON has them."""
     values = {one: getattr(settings, name) for name, one in table(Settings).items()}
     return {one.name: _as_json(one.kind, value) for one, value in values.items()
-            if one.meta == "always" or (one.meta == "set" and value)}  # fmt: skip
+            if one.meta == "always" or (one.meta == "set" and value != one.default)}  # fmt: skip
 
 
 def _as_json(kind: str, value: Any) -> Any:

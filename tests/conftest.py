@@ -1,4 +1,6 @@
+import json
 import os
+import shutil
 import signal
 import tempfile
 from pathlib import Path
@@ -51,6 +53,18 @@ def shared():
 def random_checkpoint(tmp_path_factory):
     """A network with random weights and two speakers: what it makes is worthless, how it is made is not."""
     return save_random_network(tmp_path_factory.mktemp("checkpoint") / "random.safetensors")
+
+
+@pytest.fixture(scope="session")
+def listening(tmp_path_factory):
+    """The shipped weights, as if they had been trained to follow the affect that is heard."""
+    from s2ag.core.model.checkpoint_metadata import DEFAULT_CHECKPOINT
+
+    path = tmp_path_factory.mktemp("listening") / "heard.safetensors"
+    shutil.copy(DEFAULT_CHECKPOINT, path)
+    facts = json.loads(DEFAULT_CHECKPOINT.with_suffix(".json").read_text("utf-8"))
+    path.with_suffix(".json").write_text(json.dumps({**facts, "affect": "heard"}), "utf-8")
+    return path
 
 
 @pytest.fixture(scope="session")

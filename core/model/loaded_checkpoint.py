@@ -75,6 +75,11 @@ class LoadedCheckpoint:
         return self.config.decoder == "flow"
 
     @property
+    def hears_affect(self) -> bool:
+        """Whether the network was trained with controls that follow the voice (:mod:`sound.affect`)."""
+        return self.meta.get("affect") == "heard" and bool(self.config.controls)
+
+    @property
     def window(self) -> tuple[int, int]:
         """Frames of a window, and seed frames at its start, as in training (34 and 4 in the public code)."""
         if self.config.frames:

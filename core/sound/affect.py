@@ -10,11 +10,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..motion.skeleton import FPS
+from ..settings import AFFECTS
 from ..smoothing import gaussian
 from . import speech_units
 from .speech_units import NAMES, Units
 from .word_affect import Vectors, hear_words
 
+POINT = 0.5
+"""Seconds between two points of :func:`as_points`; an affect changes in a second."""
 _CENTRES = np.array([-3.75, 5.0, 0.33, 4.9, 26.0, 12.5, 5.2, 6.5, 1.0])
 _DEVIATIONS = np.array([0.95, 4.8, 0.10, 1.0, 6.0, 2.0, 0.7, 3.0, 3.0])
 """Of the features :data:`speech_units.NAMES`. The first four are of acted speech: their mean tells high from low arousal with
@@ -58,14 +61,19 @@ _EASE = 0.2
 
 
 def hear(
-    sound: np.ndarray, frames: int, words: Sequence[tuple[str, float, float]] = (), vectors: Vectors | None = None
+    sound: np.ndarray,
+    frames: int,
+    words: Sequence[tuple[str, float, float]] = (),
+    vectors: Vectors | None = None,
+    measured: Units | None = None,
 ) -> np.ndarray:
     """Return arousal, valence and dominance ``(frames, 3)`` float32, -1..1, at 15 pose frames a second; 0 is ordinary.
 
     ``sound`` is ``(n,)`` float32 at 16 kHz; ``words`` are (text, start, end) in seconds, read where there are ``vectors`` of
     their language. Speech is followed in phrases of up to 3 s, smoothed over neighbours; 0 where nobody has spoken.
+    ``measured`` is the result of :func:`speech_units.measure`, if the caller has it.
     """
-    units = speech_units.measure(sound)
+    units = measured or speech_units.measure(sound)
     return follow(units.spans, rate(units, hear_words(words, vectors, units.spans)), frames)
 
 
@@ -80,7 +88,7 @@ def rate(units: Units, said: np.ndarray) -> np.ndarray:
         scores @ _VALENCE + _VALENCE_OF_AROUSAL / _AROUSAL_SPREAD * aroused,
         scores @ _DOMINANCE,
     ], axis=1)  # fmt: skip
-    nuclei, pure = heard[:, NAMES.index("rate")], heard[:, NAMES.index("harmonicity")]
+    nuclei, pure = heard[:, NAMES.index("nuclei")], heard[:, NAMES.index("harmonicity")]
     spoken = (voice > _LEAST_VOICE) & (nuclei > _FEWEST_NUCLEI) & (pure < _PUREST)
     sound -= _own(sound[spoken], units.voiced[spoken])
     sound *= (spoken * voice / (voice + _DOUBT))[:, None]
@@ -131,6 +139,15 @@ def follow(spans: np.ndarray, affect: np.ndarray, frames: int) -> np.ndarray:
     near = np.where(past < 0, 1, np.where((past == after) | (since == 0), 0, near))[:, None]
     track = (1 - near) * affect[before] * _kept(since) + near * affect[after] * _kept(until)
     return gaussian(track, _EASE * FPS).astype(np.float32)
+
+
+def as_points(track: np.ndarray) -> dict[str, list[float]]:
+    """Return an affect ``(frames, 3)`` as JSON: arousal, valence and dominance every half second, rounded to 0.01."""
+    at = np.arange(0, len(track) / FPS, POINT)
+    return {
+        name: np.interp(at, (np.arange(len(track)) + 0.5) / FPS, own).round(2).tolist()
+        for name, own in zip(AFFECTS, track.astype(float).T, strict=True)
+    }
 
 
 def _kept(silence: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from ..smoothing import gaussian, running_maximum
 from . import peaks, voice_activity, voice_quality
 from .voice_quality import RATE, VoiceQuality
 
-NAMES = ("tilt", "pitch", "movement", "rate", "hammarberg", "harmonicity", "roughness", "range", "fall")
+NAMES = ("tilt", "pitch", "movement", "nuclei", "hammarberg", "harmonicity", "roughness", "range", "fall")
 
 _PAUSE, _SHORTEST, _LONGEST = 0.25, 0.1, 3.0
 """Seconds: a pause that ends a unit, the shortest unit, and the longest, which is cut evenly."""
@@ -54,7 +54,7 @@ def measure(sound: np.ndarray) -> Units:
         voiced[row] = quality.voiced[part].sum() / RATE
         features[row] = _features(quality, part)
         low, high = np.searchsorted(nuclei, [part.start, part.stop])
-        features[row, NAMES.index("rate")] = (high - low) / (end - start)
+        features[row, NAMES.index("nuclei")] = (high - low) / (end - start)
     return Units(spans, voiced, features)
 
 

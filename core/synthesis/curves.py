@@ -6,6 +6,8 @@ from ..motion import skeleton
 from ..settings import AFFECTS, CONTROLS, Settings
 from ..smoothing import gaussian
 
+REACH = 1.5
+"""Highest and lowest control that a slider and what is heard make together, as in training."""
 _EASE = 0.2
 """Standard deviation in seconds by which curves are smoothed: a body cannot change its mind at once."""
 
@@ -19,11 +21,26 @@ def sample(request: Settings, name: str, frames: int, rate: float = skeleton.FPS
     return gaussian(np.interp(np.arange(frames) / rate, seconds, values), _EASE * rate)
 
 
-def affects(request: Settings, frames: int, rate: float) -> dict[str, np.ndarray | float]:
-    """Return the affects of a request at every frame, as :func:`sample` has them, by name; those that it does not mention are
-    left out.
+def affects(request: Settings, heard: np.ndarray | None, frames: int, rate: float) -> dict[str, np.ndarray | float]:
+    """Return the affects of a request at every frame, as :func:`sample` has them, by name, with what is ``heard``
+    (:func:`following`); without that, those that it does not mention are left out.
     """
-    return {name: sample(request, name, frames, rate) for name in (*request.affect, *request.curves) if name in AFFECTS}
+    named = AFFECTS if heard is not None else [name for name in (*request.affect, *request.curves) if name in AFFECTS]
+    follows = following(request, heard, frames, rate)
+    return {name: np.clip(sample(request, name, frames, rate) + follows.get(name, 0), -1, 1) for name in named}
+
+
+def following(
+    request: Settings, heard: np.ndarray | None, frames: int, rate: float = skeleton.FPS
+) -> dict[str, np.ndarray]:
+    """Return what is heard of each affect ``(frames,)`` as far as the request follows it, by name; ``heard`` ``(n, 3)`` at 15
+    frames a second, or None. An affect that has a curve is left out: what somebody has drawn is what he wants.
+    """
+    if heard is None or not request.follow:
+        return {}
+    at, own = np.arange(frames) / rate, np.arange(len(heard)) / skeleton.FPS
+    columns = zip(AFFECTS, heard.T, strict=True)
+    return {name: request.follow * np.interp(at, own, track) for name, track in columns if name not in request.curves}
 
 
 def has_control_curves(request: Settings) -> bool:

@@ -11,7 +11,7 @@ from ..errors import UnknownStyle, UsageError
 from ..face import animation
 from ..meaning.vocabulary import Vocabulary
 from ..motion import skeleton
-from ..sound import prosody
+from ..sound import affect, prosody, speech_units
 from ..threads import run_in_background
 from ..words import hints, speaker_turns, transcript
 from . import stroke_conditions
@@ -45,7 +45,8 @@ class SpeechFeatures:
     ``words`` are (word, start, end); ``wishes`` the marks between them; ``shows`` the vocabulary of gestures for phrases, None
     where words are not understood; ``activity`` ``(frames,)`` in 0..1 where the performer's voice is. ``spoken`` is what a face
     needs, None without a face; ``others`` the other speaker, if any; ``rhythm`` prosody and accents, None for networks that
-    hear none. ``chance`` keys the random numbers of performances. ``seconds`` are durations of the stages so far.
+    hear none; ``affect`` ``(frames, 3)`` (:func:`affect.hear`), None for networks whose controls do not follow it. ``chance``
+    keys the random numbers of performances. ``seconds`` are durations of the stages so far.
     """
 
     digest: str
@@ -61,6 +62,7 @@ class SpeechFeatures:
     others: OtherVoice | None = None
     rhythm: prosody.Prosody | None = None
     chance: int = 0
+    affect: np.ndarray | None = None
 
 
 def hear(session: Any, request: Request, sound: np.ndarray, stages: Stages) -> SpeechFeatures:
@@ -70,7 +72,7 @@ def hear(session: Any, request: Request, sound: np.ndarray, stages: Stages) -> S
     part = f"{request.turn.casefold()} {request.listen}" if request.turn or request.listen else ""
     named, chance, (sound, other) = audio.digest(sound), audio.fingerprint(sound, part), _voices(request, sound)
     # While another process aligns the words, this one measures what does not depend on them.
-    with run_in_background(*(() if request.turn else _measurements(session.checkpoint.config, sound))) as begun:
+    with run_in_background(*(() if request.turn else _measurements(session.checkpoint, sound))) as begun:
         if request.listen:
             said = transcript.TimedTranscript()  # the words are not the performer's
         else:
@@ -79,7 +81,7 @@ def hear(session: Any, request: Request, sound: np.ndarray, stages: Stages) -> S
         if request.turn:
             said, spans = speaker_turns.words_of_speaker(said, _text(request), request.turn)
             sound, other = _separate(sound, spans)
-            measurements = _measurements(session.checkpoint.config, sound)
+            measurements = _measurements(session.checkpoint, sound)
         return replace(_assemble(session, request, stages, named, said, (sound, other), measurements), chance=chance)
 
 
@@ -105,7 +107,7 @@ def _assemble(
             return _published(session.checkpoint, sound, known, warnings), None, voice_activity.probability(sound)
         from ..model.vector_features import VectorFeatures
 
-        mfcc, tracks = (measure() for measure in measurements)
+        mfcc, tracks = (measure() for measure in measurements[:2])
         if not isinstance(tracks, prosody.Tracks):
             return VectorFeatures(mfcc, known, vectors, None), None, tracks
         rhythm = prosody.analyse(sound, words, frames, wishes.stressed, tracks)
@@ -118,19 +120,26 @@ def _assemble(
     shows = session.vocabulary if session.understands and words else None
     others = None if other is None else stages.run("listen", lambda: _other_voice(other, activity))
     heard = SpeechFeatures(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
-    return replace(heard, rhythm=rhythm)
+    if not session.checkpoint.hears_affect:
+        return replace(heard, rhythm=rhythm)
+    said = (words, vectors) if session.understands else ()
+    feels = stages.run("hear affect", lambda: affect.hear(sound, frames, *said, measured=measurements[2]()))
+    return replace(heard, rhythm=rhythm, affect=feels)
 
 
-def _measurements(config: Any, sound: np.ndarray) -> list[Callable]:
-    """Return functions that measure MFCCs, and prosody without words (for a network that hears none, the share of voice); none
-    for an imported network.
+def _measurements(checkpoint: Any, sound: np.ndarray) -> list[Callable]:
+    """Return functions that measure MFCCs, prosody without words (for a network that hears none, the share of voice), and
+    units of speech for one that hears affect; none for an imported network.
     """
     from ..sound import mfcc, voice_activity
+
+    config = checkpoint.config
 
     if config.words:
         return []
     tracks = prosody.measure if config.prosody_features else voice_activity.probability
-    return [lambda: mfcc.temporal_features(sound), lambda: tracks(sound)]
+    affects = [lambda: speech_units.measure(sound)] if checkpoint.hears_affect else []
+    return [lambda: mfcc.temporal_features(sound), lambda: tracks(sound), *affects]
 
 
 def _voices(request: Request, sound: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:

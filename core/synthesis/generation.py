@@ -68,6 +68,8 @@ def _asked_strokes(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequ
     if not checkpoint.meanings:
         return None
     controls = {name: curves.sample(request, name, frames) for name in ("rate", "hand", "arousal")}
+    if follows := curves.following(request, heard.affect, frames):
+        controls = {name: np.clip(value + follows.get(name, 0), -1, 1) for name, value in controls.items()}
     written = stroke_conditions.stroke_channels(heard.wishes, heard.words, checkpoint.meanings, frames, controls["hand"])
     tastes = _tastes(heard, performers)
     if tastes is None or heard.rhythm is None:

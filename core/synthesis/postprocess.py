@@ -16,6 +16,7 @@ from ..motion.hands import Hands
 from ..motion.motion import Motion
 from ..motion.pelvis import Pelvis
 from ..settings import names_with, stated
+from ..sound import affect
 from ..threads import parallel_map
 from ..words import hints
 from . import curves, hand_synthesis, listener_response, refine, stance
@@ -118,7 +119,8 @@ def synthesize_face(request: Request, heard: SpeechFeatures, take: int, directio
     """Return the face of a finished performance; None where none is asked for."""
     if not request.face or heard.spoken is None:
         return None
-    about = curves.affects(request, len(heard.spoken.loudness), RATE), request.face, request.face_smoothness
+    affects = curves.affects(request, heard.affect, len(heard.spoken.loudness), RATE)
+    about = affects, request.face, request.face_smoothness
     return animation.make_face(heard.spoken, directions, request.keyed_seed + take, *about)
 
 
@@ -143,6 +145,7 @@ def _meta(checkpoint: Any, request: Request, heard: SpeechFeatures, performers: 
         "style": style if len(style) > 1 and performers.begins is None else style[0],
         **stated(request),
         **other_recording(request, heard),
+        **({} if heard.affect is None else {"heard": affect.as_points(heard.affect)}),
         "checkpoint": checkpoint.hash,
         **({} if request.latent is None else {"latent": performers.own[0].tolist()}),
     }

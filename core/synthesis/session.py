@@ -161,7 +161,7 @@ class Session:
         assert known is not None
         heard, hinted = replace(known, seconds=stages.seconds), known.wishes.styles
         keyed = (replace(one, chance=known.chance) if one.chance is None else one for one in requests)
-        return heard, [style_sequence.from_request(checkpoint, one, hinted) for one in keyed]
+        return heard, [style_sequence.from_request(checkpoint, one, hinted, known.affect) for one in keyed]
 
     def _draw(
         self, heard: SpeechFeatures, cast: list[StyleSequence], recording: tuple, memory: SessionCache, stages: Stages

@@ -29,7 +29,8 @@ class StyleSequence:
     ``(takes, frames, 9, 3)``: seed poses of a regressor; ``readiness``: how readily phrases are shown by gestures of their own,
     0..1; ``chances`` ``(steps,)``: scale of the noise; ``tastes`` ``(steps, 8)``: how accents are answered
     (:data:`accent_selection.FACTS`), None if unknown; ``hangs`` ``(steps,)``: how readily waiting arms sink (:mod:`arm_rest`),
-    None if unknown; ``steer`` moves points ``(takes, frames, size)`` along the curves of controls, None without any.
+    None if unknown; ``steer`` moves points ``(takes, frames, size)`` along the curves of controls and what is heard, None
+    without any.
     """
 
     request: Request
@@ -114,9 +115,11 @@ class StyleSequence:
         return constraints.KeptFrames(numbers, directions)
 
 
-def from_request(checkpoint: Any, request: Request, hinted: Sequence[tuple] = ()) -> StyleSequence:
+def from_request(
+    checkpoint: Any, request: Request, hinted: Sequence[tuple] = (), heard: np.ndarray | None = None
+) -> StyleSequence:
     """Return the performers of a request, with the styles that the words ask for, ``hinted`` ``(seconds, style)``; a walk takes
-    none of these.
+    none of these. They follow the affect that is ``heard`` ``(frames, 3)``.
 
     Raises :class:`UsageError` for unknown styles, and for controls that the weights do not have.
     """
@@ -143,7 +146,7 @@ def from_request(checkpoint: Any, request: Request, hinted: Sequence[tuple] = ()
     chances = np.array([_fact(speakers, step, "chance", 1.0) for step in weights])
     ready = _fact(speakers, weights[0], "semantic", _READY)
     begins = np.array([at * skeleton.FPS for at, _ in turns]) if turns else None
-    steer, tastes = _steering(checkpoint, request), _tastes(speakers, weights)
+    steer, tastes = _steering(checkpoint, request, heard), _tastes(speakers, weights)
     hangs = np.array([_fact(speakers, step, "hangs", 0.0) for step in weights])
     return StyleSequence(request, named, rests, latents, seeds, ready, chances, begins, steer, tastes, hangs)
 
@@ -158,13 +161,22 @@ def draw_latents(checkpoint: Any, request: Request, weights: dict[int, float] | 
     return checkpoint.network.steer(drawn, styles.vary_controls(request.controls, request.keyed_seed, request.identities))
 
 
-def _steering(checkpoint: Any, request: Request) -> Callable[[np.ndarray], np.ndarray] | None:
-    """Return what moves styles along the curves of a request's controls, None without any."""
-    if not curves.has_control_curves(request):
+def _steering(
+    checkpoint: Any, request: Request, heard: np.ndarray | None
+) -> Callable[[np.ndarray], np.ndarray] | None:
+    """Return what moves styles along the curves of a request's controls and the affect ``heard``, None without any."""
+    curved = curves.has_control_curves(request)
+    if not curved and not curves.following(request, heard, 1):
         return None
 
     def steer(points: np.ndarray) -> np.ndarray:
-        wishes = styles.vary_controls(curves.controls(request, points.shape[1]), request.keyed_seed, request.identities)
+        frames = points.shape[1]
+        wishes = styles.vary_controls(curves.controls(request, frames), request.keyed_seed, request.identities)
+        asked = 0 if curved else wishes.copy()  # points without curves are where their sliders moved them
+        for name, track in curves.following(request, heard, frames).items():
+            column = (..., CONTROLS.index(name))
+            wishes[column] = np.clip(wishes[column] + track[:, None], -curves.REACH, curves.REACH)
+        wishes = wishes - asked
         pairs = zip(points, np.moveaxis(wishes, 1, 0), strict=True)
         return np.stack([checkpoint.network.steer(*pair) for pair in pairs]).astype(np.float32)
 

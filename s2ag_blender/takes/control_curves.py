@@ -9,19 +9,20 @@ from ...core import styles
 from ...core.errors import UnknownStyle
 from ...core.motion import skeleton
 from ...core.motion.interpolation import simplify_polyline
-from ...core.settings import CURVES
-from .. import compat
+from ...core.settings import AFFECTS, CURVES
+from ...core.sound.affect import POINT
+from .. import compat, provenance
 from ..datablocks import ArmatureObject, Bag
 from ..keys import layers
 from ..keys.apply import scene_fps
 from ..translations import translate
-from . import menu_items
+from . import menu_items, timing
 
 _PATHS = {f"s2ag.{name}": name for name in CURVES}
 _STYLE_PREFIX = "as "
 """Prefix of the names of markers at which a style begins."""
-_TOLERANCE = 2e-3
-"""Most deviation of a slider from the straight line between two of its points."""
+_TOLERANCE, _HEARD_TOLERANCE = 2e-3, 0.05
+"""Most deviation of a slider from the straight line between two of its points, and of what is heard from that of its keys."""
 
 
 def keyed_curves(armature: ArmatureObject) -> dict[str, bpy.types.FCurve]:
@@ -83,3 +84,44 @@ def copy_curves(armature: ArmatureObject, action: bpy.types.Action, bag: Bag) ->
             point.handle_left_type, point.handle_right_type = key.handle_left_type, key.handle_right_type
             point.handle_left, point.handle_right = key.handle_left, key.handle_right
         copied.update()
+
+
+def heard_affect(action: bpy.types.Action | None, scene: bpy.types.Scene) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return the affects that a take followed, slider and voice together, by name, each at scene frames ``(n,)``; none for a
+    take that heard nothing.
+    """
+    meta = provenance.read(action) or {}
+    try:
+        tracks = {name: np.array(meta["heard"][name], float) for name in AFFECTS}
+        frames = timing.clock_of(meta, scene_fps(scene)).frame(POINT * np.arange(len(tracks[AFFECTS[0]])))
+        share, sliders = float(meta.get("follow", 1.0)), {name: float(meta["affect"].get(name, 0.0)) for name in AFFECTS}
+        together = {name: np.clip(share * track + sliders[name] + 0 * frames, -1, 1) for name, track in tracks.items()}
+    except (KeyError, TypeError, ValueError, AttributeError):
+        return np.zeros(0), {}
+    return (frames, together) if frames.size and np.isfinite(list(together.values())).all() else (np.zeros(0), {})
+
+
+def heard_now(action: bpy.types.Action | None, scene: bpy.types.Scene) -> dict[str, str]:
+    """Return what :func:`heard_affect` has at the playhead, as text by name."""
+    frames, tracks = heard_affect(action, scene)
+    return {name: f"{np.interp(scene.frame_current, frames, track):.1f}" for name, track in tracks.items()}
+
+
+def key_heard(armature: ArmatureObject, action: bpy.types.Action, scene: bpy.types.Scene) -> int:
+    """Key the sliders of the affects with what a take followed, instead of their keys; return the number of new keys."""
+    frames, tracks = heard_affect(action, scene)
+    count = 0
+    for name, track in tracks.items():
+        old = keyed_curves(armature).get(name)
+        if old is not None:
+            bag = compat.bag(old.id_data, layers.slot_of(armature, old.id_data))
+            bag.fcurves.remove(old)
+        kept = sorted(simplify_polyline(track, _HEARD_TOLERANCE))
+        setattr(armature.s2ag, name, track[0])
+        armature.keyframe_insert(f"s2ag.{name}", frame=frames[0])
+        points = keyed_curves(armature)[name].keyframe_points
+        for at in kept:
+            points.insert(frames[at], track[at], options={"FAST"})
+        keyed_curves(armature)[name].update()
+        count += len(kept)
+    return count

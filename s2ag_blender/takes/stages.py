@@ -13,6 +13,7 @@ SHOWN = {
     "load word vectors": "Understanding the words",
     "extract MFCC": "Listening to the recording",
     "hear sounds": "Finding mouth shapes",
+    "hear affect": "Listening to the recording",
     "find pauses": "Finding the pauses",
     "listen": "Listening to the other",
     "generate": "Making the gestures",

@@ -8,7 +8,7 @@ from ..characters import face_lookup
 from ..datablocks import ArmatureObject, Context
 from ..keys import density, test_pose
 from ..rig import chosen_bones, facemaps, readiness
-from ..takes import markers, menu_items, take_list
+from ..takes import control_curves, markers, menu_items, take_list
 from ..takes.operator_base import character
 from ..translations import translate
 from .bases import Icon, require_character
@@ -90,6 +90,11 @@ class S2AG_PT_expression(_SubPanel, bpy.types.Panel):
         draw_blend(layout, settings)
         controls = menu_items.control_names(settings)
         draw_group(layout, settings, "expression", steered=bool(controls))
+        take = take_list.active(armature)
+        heard = control_curves.heard_now(take.action if take is not None else None, context.scene)
+        if heard:
+            layout.label(text=translate("Arousal {arousal}, valence {valence}, dominance {dominance}", **heard), icon="SOUND")
+            layout.operator("s2ag.key_heard", icon="FCURVE")
         layout.prop(settings, "partner")
         draw_group(layout, settings, "talk")
         if not controls:

@@ -8,7 +8,7 @@ import bpy
 from .. import provenance
 from ..datablocks import ArmatureObject, Context
 from ..keys import apply, density
-from ..takes import generate, menu_items, take_list
+from ..takes import control_curves, drafts, generate, menu_items, take_list
 from ..takes.operator_base import GeneratingOperator, character
 from ..translations import translate
 from .bases import OperatorMixin, OperatorResult, require_character
@@ -75,6 +75,20 @@ class S2AG_OT_change_keys(OnTake, bpy.types.Operator):
         density.convert(armature, take.action, armature.s2ag.tolerance if dense else None, fps)
         keys = density.most_keys(take.action)
         self.report({"INFO"}, translate("{name} has up to {count} keys a curve now", name=take.title, count=keys))
+        return {"FINISHED"}
+
+
+class S2AG_OT_key_heard(OnTake, bpy.types.Operator):
+    """Key the sliders of arousal, valence and dominance with what the selected take heard in the voice, to change it there"""
+
+    bl_idname = "s2ag.key_heard"
+    bl_label = "Key What Is Heard"
+
+    def execute(self, context: Context) -> OperatorResult:
+        armature = require_character(context)
+        drafts.drop(armature)
+        count = control_curves.key_heard(armature, take_list.active(armature).action, context.scene)
+        self.report({"INFO"}, translate("{count} keys; the next take is performed by them", count=count))
         return {"FINISHED"}
 
 
@@ -203,6 +217,7 @@ class S2AG_OT_fit_range(OnTake, bpy.types.Operator):
 CLASSES = (
     S2AG_OT_fit_range,
     S2AG_OT_change_keys,
+    S2AG_OT_key_heard,
     S2AG_OT_reroll,
     S2AG_OT_vary,
     S2AG_OT_style_grid,

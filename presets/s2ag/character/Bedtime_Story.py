@@ -6,6 +6,7 @@ settings.style = "eager storyteller"
 settings.style_second = "warm host"
 settings.style_mix = 0.5
 settings.intensity = 0.8
+settings.follow = 1.0
 settings.arousal = -0.5
 settings.valence = 0.5
 settings.dominance = -0.1

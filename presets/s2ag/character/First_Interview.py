@@ -6,6 +6,7 @@ settings.style = "nervous"
 settings.style_second = ""
 settings.style_mix = 0.5
 settings.intensity = 0.8
+settings.follow = 1.0
 settings.arousal = 0.2
 settings.valence = -0.3
 settings.dominance = -0.7

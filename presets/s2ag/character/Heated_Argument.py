@@ -6,6 +6,7 @@ settings.style = "stern"
 settings.style_second = "grand orator"
 settings.style_mix = 0.4
 settings.intensity = 1.25
+settings.follow = 1.0
 settings.arousal = 0.9
 settings.valence = -0.8
 settings.dominance = 0.7

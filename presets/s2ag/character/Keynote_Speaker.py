@@ -6,6 +6,7 @@ settings.style = "grand orator"
 settings.style_second = "brisk presenter"
 settings.style_mix = 0.35
 settings.intensity = 1.1
+settings.follow = 1.0
 settings.arousal = 0.3
 settings.valence = 0.2
 settings.dominance = 0.6

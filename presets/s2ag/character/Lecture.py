@@ -6,6 +6,7 @@ settings.style = "calm lecturer"
 settings.style_second = ""
 settings.style_mix = 0.5
 settings.intensity = 0.9
+settings.follow = 1.0
 settings.arousal = -0.1
 settings.valence = 0.1
 settings.dominance = 0.2

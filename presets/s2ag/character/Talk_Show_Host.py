@@ -6,6 +6,7 @@ settings.style = "warm host"
 settings.style_second = "eager storyteller"
 settings.style_mix = 0.3
 settings.intensity = 1.1
+settings.follow = 1.0
 settings.arousal = 0.5
 settings.valence = 0.7
 settings.dominance = 0.2

@@ -1,6 +1,7 @@
 """Sliders that are keyed act over time, and styles begin at markers of the timeline."""
 
 import bpy
+import numpy as np
 import pytest
 from acted import press
 from s2ag.s2ag_blender import provenance
@@ -81,3 +82,37 @@ def test_a_character_listens_instead_of_speaking(speaker):
     assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
     assert told(speaker)["listen"] is True and "listens" in told(speaker)
     assert not (told(speaker).get("transcript") or told(speaker)["mirror"])
+
+
+def test_what_was_heard_is_keyed_and_edited(speaker, examples, listening):
+    speaker.s2ag.audio, speaker.s2ag.checkpoint = str(examples / "hello.flac"), str(listening)
+    speaker.s2ag.arousal = 0.2
+    press(bpy.ops.s2ag.generate)
+    first, scene = take_list.active(speaker).action, bpy.context.scene
+    frames, tracks = control_curves.heard_affect(first, scene)
+    heard = told(speaker)["heard"]["arousal"]
+    assert frames[0] == 1 and len(frames) == len(heard)
+    np.testing.assert_allclose(tracks["arousal"], np.clip(np.array(heard) + 0.2, -1, 1))
+    assert press(bpy.ops.s2ag.key_heard) == {"FINISHED"}
+    keyed = control_curves.keyed_curves(speaker)
+    assert set(keyed) == {"arousal", "valence", "dominance"}
+    for name, curve in keyed.items():
+        np.testing.assert_allclose([curve.evaluate(at) for at in frames], tracks[name], atol=0.15)
+    points = keyed["arousal"].keyframe_points
+    points[0].co[1] = points[0].co[1] - 0.5
+    press(bpy.ops.s2ag.key_heard)  # again: what was changed is gone
+    keyed = control_curves.keyed_curves(speaker)["arousal"]
+    assert keyed.evaluate(frames[0]) == pytest.approx(tracks["arousal"][0], abs=1e-5)
+    for point in keyed.keyframe_points:
+        point.co[1] = 0.9 if point.co[0] > 60 else -0.9
+    press(bpy.ops.s2ag.generate)
+    asked = told(speaker)["curves"]["arousal"]
+    assert asked[0][1] == pytest.approx(-0.9, abs=0.01) and asked[-1][1] == pytest.approx(0.9, abs=0.01)
+    assert told(speaker)["heard"]["arousal"] == heard
+
+
+def test_weights_that_hear_nothing_have_nothing_to_key(speaker):
+    press(bpy.ops.s2ag.generate)
+    action = take_list.active(speaker).action
+    assert control_curves.heard_now(action, bpy.context.scene) == {} == control_curves.heard_now(None, bpy.context.scene)
+    assert control_curves.key_heard(speaker, action, bpy.context.scene) == 0
