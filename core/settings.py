@@ -122,7 +122,7 @@ class Settings:
     follow: float = setting(
         1.0, low=0.0, high=2.0, column=True, cell=("own", "sheet"), meta="set", restored=("arms", "face"), metavar="X",
         help="how far arousal, valence and dominance follow the voice, 0 to 2 (default 1); the numbers of --affect are added",
-        label="Follow the Voice", group="expression", preset=True,
+        label="Follow the Voice", short="Follow Voice", group="expression", preset=True,
         tip="How far the three affects follow what is heard in the voice; their sliders are added, keyed ones win",
     )  # fmt: skip
     rate: float = setting(

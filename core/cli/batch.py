@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Self, cast
 
 from ..batch.clip import PRESETS, select_units, units
 from ..batch.folder import STAGES, Folder
@@ -15,7 +15,7 @@ from ..batch.folder_lock import lock_clips
 from ..batch.process_pool import PATIENCE
 from ..errors import ManifestUnusable, OutputUnwritable, UsageError
 from . import blender, synthesis_options
-from .progress import TimeLeft, note, say
+from .progress import Progress, clock, note, say
 
 if TYPE_CHECKING:
     from ..batch.clip import Clip, Unit
@@ -216,3 +216,33 @@ def _positive(text: str) -> int:
     if not text.isdecimal() or not 1 <= int(text) <= 256:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number of processes from 1 to 256")
     return int(text)
+
+
+class TimeLeft:
+    """Progress of a batch, called with ``(stage, share, finished, total)``: a bar with the time left on terminals.
+
+    With ``openjd`` it also prints lines of Open Job Description to standard output.
+    """
+
+    def __init__(self, openjd: bool = False) -> None:
+        self._openjd, self._printed_percent = openjd, -1
+        self._bar = Progress()
+        self._stage, self._began = "", 0.0
+
+    def __enter__(self) -> Self:
+        self._bar.__enter__()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.__exit__()
+
+    def __call__(self, stage: str, share: float, finished: int, total: int) -> None:
+        now = time.monotonic()
+        if stage != self._stage:
+            self._stage, self._began, self._printed_percent = stage, now, -1
+        left = (now - self._began) * (1 - share) / share if share else 0.0
+        status = f"{stage} {finished}/{total}, {clock(left)} left"
+        self._bar(status, share)
+        if self._openjd and (percent := int(100 * share)) > self._printed_percent:
+            self._printed_percent = percent
+            print(f"openjd_progress: {percent}\nopenjd_status: {status}", flush=True)

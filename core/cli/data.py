@@ -53,6 +53,7 @@ def run(options: argparse.Namespace) -> int:
         raise UsageError(f"There is no kind of data set {options.kind!r}.", f"Kinds are {', '.join(KINDS)}.")
     set_passive_waiting()
     from ..learning.datasets import directed, readers, ted, writer
+    from ..learning.datasets.body_model import model_offsets
     from ..learning.train.storage import FPS_RANGE
     from ..motion.readers import smplx
     from ..motion.skeleton import FPS
@@ -75,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
         else:
             speaker = {"speaker": options.speaker} if options.kind == "plain" else {}
             takes = readers.READERS[options.kind](options.folder, tell=left_out.append, **speaker)
-            body = smplx.OFFSETS if options.body is None else smplx.model_offsets(options.body)
+            body = smplx.OFFSETS if options.body is None else model_offsets(options.body)
             done = iter(range(1, len(takes) + 1))
             source = readers.recordings(
                 takes, options.paper_joints, body, lambda name: progress("convert", next(done) / len(takes)), fps

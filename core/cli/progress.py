@@ -58,36 +58,6 @@ class Progress:
         sys.stderr.flush()
 
 
-class TimeLeft:
-    """Progress of a batch, called with ``(stage, share, finished, total)``: a bar with the time left on terminals.
-
-    With ``openjd`` it also prints lines of Open Job Description to standard output.
-    """
-
-    def __init__(self, openjd: bool = False) -> None:
-        self._openjd, self._printed_percent = openjd, -1
-        self._bar = Progress()
-        self._stage, self._began = "", 0.0
-
-    def __enter__(self) -> Self:
-        self._bar.__enter__()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.__exit__()
-
-    def __call__(self, stage: str, share: float, finished: int, total: int) -> None:
-        now = time.monotonic()
-        if stage != self._stage:
-            self._stage, self._began, self._printed_percent = stage, now, -1
-        left = (now - self._began) * (1 - share) / share if share else 0.0
-        status = f"{stage} {finished}/{total}, {clock(left)} left"
-        self._bar(status, share)
-        if self._openjd and (percent := int(100 * share)) > self._printed_percent:
-            self._printed_percent = percent
-            print(f"openjd_progress: {percent}\nopenjd_status: {status}", flush=True)
-
-
 def clock(seconds: float) -> str:
     """Return seconds as ``0:07``, ``12:30`` or ``1:02:03``."""
     minutes, rest = divmod(round(seconds), 60)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..motion import skeleton
 from ..sound.audio import SAMPLE_RATE
-from ..sound.mfcc import published_features
+from ..sound.mfcc import mfcc
 from ..vectors.table import word_per_frame
 from ..words.spelling import normalise
 from .config import ModelConfig
@@ -49,3 +49,14 @@ def word_row(word: str, rows: Mapping[str, int]) -> int:
     """Return the table row of a word as spelled, normalised or without apostrophes, or :data:`UNKNOWN`."""
     normal = normalise(word)
     return next((rows[form] for form in (word, normal, normal.replace("'", "")) if form in rows), UNKNOWN)
+
+
+def published_features(audio: np.ndarray) -> np.ndarray:
+    """Return the ``(37, frames)`` float32 input of the published S2AG network (reference section A.2).
+
+    Rows are 14 coefficients divided by 1000, 12 differences between neighbouring coefficients 1..13, and 11 differences of
+    those. As in the authors' code, differences run along the coefficient axis, not along time.
+    """
+    base = mfcc(audio).T / np.float32(1000)
+    first = np.diff(base[1:], axis=0)
+    return np.concatenate([base, first, np.diff(first, axis=0)])

@@ -6,6 +6,7 @@ more of them (:mod:`word_affect`).
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from ..settings import AFFECTS
 from ..smoothing import gaussian
 from . import speech_units
 from .speech_units import NAMES, Units
-from .word_affect import Vectors, hear_words
+from .word_affect import hear_words
 
 POINT = 0.5
 """Seconds between two points of :func:`as_points`; an affect changes in a second."""
@@ -61,19 +62,15 @@ _EASE = 0.2
 
 
 def hear(
-    sound: np.ndarray,
-    frames: int,
-    words: Sequence[tuple[str, float, float]] = (),
-    vectors: Vectors | None = None,
-    measured: Units | None = None,
+    sound: np.ndarray | Units, frames: int, words: Sequence[tuple[str, float, float]] = (), vectors: Any = None
 ) -> np.ndarray:
     """Return arousal, valence and dominance ``(frames, 3)`` float32, -1..1, at 15 pose frames a second; 0 is ordinary.
 
-    ``sound`` is ``(n,)`` float32 at 16 kHz; ``words`` are (text, start, end) in seconds, read where there are ``vectors`` of
-    their language. Speech is followed in phrases of up to 3 s, smoothed over neighbours; 0 where nobody has spoken.
-    ``measured`` is the result of :func:`speech_units.measure`, if the caller has it.
+    ``sound`` is ``(n,)`` float32 at 16 kHz, or what :func:`speech_units.measure` made of it; ``words`` are (text, start, end)
+    in seconds, read where there are ``vectors`` of their language. Speech is followed in phrases of up to 3 s, smoothed over
+    neighbours; 0 where nobody has spoken.
     """
-    units = measured or speech_units.measure(sound)
+    units = sound if isinstance(sound, Units) else speech_units.measure(sound)
     return follow(units.spans, rate(units, hear_words(words, vectors, units.spans)), frames)
 
 
@@ -143,11 +140,8 @@ def follow(spans: np.ndarray, affect: np.ndarray, frames: int) -> np.ndarray:
 
 def as_points(track: np.ndarray) -> dict[str, list[float]]:
     """Return an affect ``(frames, 3)`` as JSON: arousal, valence and dominance every half second, rounded to 0.01."""
-    at = np.arange(0, len(track) / FPS, POINT)
-    return {
-        name: np.interp(at, (np.arange(len(track)) + 0.5) / FPS, own).round(2).tolist()
-        for name, own in zip(AFFECTS, track.astype(float).T, strict=True)
-    }
+    at, time = np.arange(0, len(track) / FPS, POINT), (np.arange(len(track)) + 0.5) / FPS
+    return {name: np.interp(at, time, track[:, row].astype(float)).round(2).tolist() for row, name in enumerate(AFFECTS)}
 
 
 def _kept(silence: np.ndarray) -> np.ndarray:

@@ -12,27 +12,13 @@ STEP = _BLOCK - _MEMORY
 """Samples in a block of :func:`bandpass_blocks`: a multiple of 10 ms at 16 kHz."""
 
 
-def bandpasses(
-    audio: np.ndarray, rate: int, edges: Sequence[tuple[float, float]], order: int = 2
-) -> list[np.ndarray]:
-    """Filter ``(n,)`` samples by a causal Butterworth band-pass of ``2 * order`` poles for every ``(low, high)`` in Hz.
-
-    Each result is ``(n,)`` float64, equal to ``scipy.signal.sosfilt(butter(order, edges, "bandpass"))`` within 1e-9 of full
-    scale. All filters share one Fourier transform of the sound.
-    """
-    result = [np.empty(len(audio)) for _ in edges]
-    for begin, blocks in bandpass_blocks(audio, rate, edges, order):
-        for band, block in zip(result, blocks, strict=True):
-            band[begin : begin + len(block)] = block
-    return result
-
-
 def bandpass_blocks(
     audio: np.ndarray, rate: int, edges: Sequence[tuple[float, float]], order: int = 2
 ) -> Iterator[tuple[int, list[np.ndarray]]]:
-    """Yield the results of :func:`bandpasses` as ``(first sample, bands)`` in blocks of :data:`STEP` samples.
+    """Filter ``(n,)`` samples by a causal Butterworth band-pass of ``2 * order`` poles for every ``(low, high)`` in Hz.
 
-    Whole bands of one hour would take a gigabyte.
+    Yields ``(first sample, bands)`` in blocks of :data:`STEP` samples, as whole bands of an hour would take a gigabyte. Bands
+    are float64, equal to ``scipy.signal.sosfilt(butter(order, edges, "bandpass"))`` within 1e-9 of full scale.
     """
     unit = np.exp(2j * np.pi * np.arange(_BLOCK // 2 + 1) / _BLOCK)
     responses = [_response(unit, low, high, rate, order) for low, high in edges]

@@ -38,17 +38,6 @@ def mfcc(audio: np.ndarray, n_mfcc: int = COEFFICIENTS) -> np.ndarray:
     return _cepstra(_mel_power(audio), n_mfcc)
 
 
-def published_features(audio: np.ndarray) -> np.ndarray:
-    """Return the ``(37, frames)`` float32 input of the published S2AG network (reference section A.2).
-
-    Rows are 14 coefficients divided by 1000, 12 differences between neighbouring coefficients 1..13, and 11 differences of
-    those. As in the authors' code, differences run along the coefficient axis, not along time.
-    """
-    base = mfcc(audio).T / np.float32(1000)
-    first = np.diff(base[1:], axis=0)
-    return np.concatenate([base, first, np.diff(first, axis=0)])
-
-
 def temporal_features(audio: np.ndarray) -> np.ndarray:
     """Return the ``(frames, 40)`` float32 input of the default network: 14 coefficients and their derivatives in time.
 

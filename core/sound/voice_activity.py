@@ -40,13 +40,8 @@ def frame_count(audio: np.ndarray, fps: float = 15.0) -> int:
     return max(1, int(len(audio) * fps / SAMPLE_RATE + 1e-9))
 
 
-def voiced_fraction(audio: np.ndarray, fps: float = 15.0) -> np.ndarray:
-    """Return the voiced fraction 0..1 of each pose frame, ``(frame_count,)`` float32. All zero for silence."""
-    return fraction_per_frame(probability(audio), frame_count(audio, fps), fps)
-
-
 def fraction_per_frame(track: np.ndarray, frames: int, fps: float = 15.0) -> np.ndarray:
-    """Return what :func:`voiced_fraction` does, ``(frames,)``, from a :func:`probability` track."""
+    """Return the voiced fraction 0..1 of each pose frame ``(frames,)`` float32 of a :func:`probability` track."""
     bounds = np.arange(frames + 1) * (RATE / fps)
     total = np.concatenate([[0.0], np.cumsum(track, dtype=float)])
     level = np.interp(bounds, np.arange(len(total)), total)

@@ -5,7 +5,6 @@ to the recording's own level.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -15,6 +14,7 @@ RATE = 100
 """Frames a second."""
 
 _HOP, _WINDOW = SAMPLE_RATE // RATE, 512
+_HANN = np.hanning(_WINDOW + 1)[:-1]
 _SIZE = 768
 """Length of the Fourier transform: with 256 zeros no lag of pitch wraps around."""
 _BINS = 241
@@ -84,7 +84,7 @@ def _spectra(sound: np.ndarray, begin: int, end: int) -> tuple[np.ndarray, np.nd
         low, high = first * _HOP - margin, (last - 1) * _HOP - margin + _WINDOW
         piece = np.pad(sound[max(low, 0) : high], (max(-low, 0), max(high - len(sound), 0)))
         windows = np.zeros((last - first, _SIZE))
-        np.multiply(np.lib.stride_tricks.sliding_window_view(piece, _WINDOW)[::_HOP], _window(), out=windows[:, :_WINDOW])
+        np.multiply(np.lib.stride_tricks.sliding_window_view(piece, _WINDOW)[::_HOP], _HANN, out=windows[:, :_WINDOW])
         part, spectrum = slice(first - begin, last - begin), np.fft.rfft(windows, axis=1)[:, :_BINS]
         np.add(np.square(spectrum.real), np.square(spectrum.imag), out=power[part], casting="same_kind")
         whole[part] = np.einsum("ij,ij->i", windows, windows) * _SIZE
@@ -94,7 +94,10 @@ def _spectra(sound: np.ndarray, begin: int, end: int) -> tuple[np.ndarray, np.nd
 def _measure_piece(power: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return the tracks of :class:`VoiceQuality` of power spectra ``(frames, bins)``, which are freed of noise in place."""
     strength, pitch = _periodicity(power, whole)  # before noise goes: what it leaves of a fricative looks periodic
-    quiet = _quiet(power)
+    total = power.sum(1)
+    heard = np.flatnonzero(total > _SILENT * total.max())
+    number = max(int(_NOISE_SHARE * len(heard)), 1)
+    quiet = heard[np.argpartition(total[heard], number - 1)[:number]]
     noise = np.median(whole[quiet])
     power -= np.float32(_NOISE_EXCESS) * np.median(power[quiet], axis=0)
     np.maximum(power, 0, out=power)
@@ -114,14 +117,6 @@ def _measure_piece(power: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, ..
     )
 
 
-def _quiet(power: np.ndarray) -> np.ndarray:
-    """Return the numbers of the quietest frames of ``(frames, bins)``, which are those of the noise."""
-    total = power.sum(1)
-    heard = np.flatnonzero(total > _SILENT * total.max())
-    number = max(int(_NOISE_SHARE * len(heard)), 1)
-    return heard[np.argpartition(total[heard], number - 1)[:number]]
-
-
 def _steady(voiced: np.ndarray, pitch: np.ndarray) -> np.ndarray:
     """Return a mask of the frames of ``voiced`` that have a neighbour of nearly the same ``pitch``."""
     joined = voiced[1:] & voiced[:-1] & (np.abs(np.diff(pitch)) < _JUMP)
@@ -133,10 +128,11 @@ def _periodicity(power: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, np.n
 
     It is that of the sound below 4 kHz, at 8 kHz, beside its power in all, divided by that of the window (P. Boersma 1993).
     """
-    size = _SIZE // 2
-    rate = SAMPLE_RATE // 2
+    size, rate = _SIZE // 2, SAMPLE_RATE // 2
     shortest, longest = int(rate / _CEILING), int(rate / _FLOOR) + 1
-    shape, cost = _lags(shortest, longest)
+    shape = np.fft.irfft(np.abs(np.fft.rfft(_HANN, 2 * _WINDOW)) ** 2)[::2]
+    shape = shape[shortest - 1 : longest + 2] / shape[0]
+    cost = _OCTAVE_COST * np.log2(np.arange(shortest, longest + 1) / shortest)
     strength, lag = np.empty(len(power), np.float32), np.empty(len(power), np.float32)
     for begin in range(0, len(power), _PART):
         part = slice(begin, begin + _PART)
@@ -151,19 +147,6 @@ def _periodicity(power: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, np.n
         step = np.clip(0.5 * (left - right) / bend, -0.5, 0.5)
         strength[part], lag[part] = middle - 0.25 * (left - right) * step, best + shortest - 1 + step
     return strength, 12 * np.log2(rate / lag / 100)
-
-
-@lru_cache(maxsize=1)
-def _window() -> np.ndarray:
-    return np.hanning(_WINDOW + 1)[:-1]
-
-
-@lru_cache(maxsize=1)
-def _lags(shortest: int, longest: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the window's autocorrelation at the lags ``shortest - 1`` to ``longest + 1``, and the cost of those between."""
-    shape = np.fft.irfft(np.abs(np.fft.rfft(_window(), 2 * _WINDOW)) ** 2)[::2]
-    cost = _OCTAVE_COST * np.log2(np.arange(shortest, longest + 1) / shortest)
-    return shape[shortest - 1 : longest + 2] / shape[0], cost
 
 
 def _bins(low: float, high: float) -> slice:

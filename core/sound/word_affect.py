@@ -7,7 +7,7 @@ with readers' valence by 0.56 and with their dominance by 0.31, so dominance in 
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 
@@ -20,15 +20,7 @@ _SPREAD = 1.5
 """Seconds: standard deviation of the weights of words before and after a unit of speech."""
 
 
-class Vectors(Protocol):
-    """Word vectors by word, such as :class:`..vectors.table.WordVectors`."""
-
-    def vectors(self, words: Sequence[str], /) -> np.ndarray:
-        """Return the vectors ``(len(words), 300)``; zero for what is no word."""
-        ...
-
-
-def hear_words(words: Sequence[tuple[str, float, float]], vectors: Vectors | None, spans: np.ndarray) -> np.ndarray:
+def hear_words(words: Sequence[tuple[str, float, float]], vectors: Any, spans: np.ndarray) -> np.ndarray:
     """Return valence and dominance ``(u, 2)`` around each of the ``spans`` ``(u, 2)`` in seconds, in standard deviations of
     EmoBank's sentences. ``words`` are (text, start, end); without any, or without ``vectors``, all is 0.
     """

@@ -6,7 +6,6 @@ strokes on some accents, with hand and size by taste, asks for none on others, a
 """
 
 import bisect
-import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -51,8 +50,8 @@ _QUIET_PAUSES, _MIN_PAUSE, _RISING = 0.8, 0.1, 0.1
 the next phrase in which hands may rise again."""
 _MAX_FACT = 600
 """Upper bound of a valid number of a taste."""
-_MIN_SIZE, _MIN_SHARE = 0.02, 0.2
-"""Smallest size in metres, and the share of a size that the weakest accent keeps."""
+_MIN_SHARE = 0.2
+"""Share of a size that the weakest accent keeps."""
 
 
 def speaker_taste(facts) -> np.ndarray | None:
@@ -63,25 +62,6 @@ def speaker_taste(facts) -> np.ndarray | None:
         return None
     in_range = np.isfinite(values).all() and values.min() >= 0 and values.max() <= _MAX_FACT
     return values if in_range and values[1] > 0 and values[3:6].any() else None
-
-
-def corpus_tastes(strokes: np.ndarray, minutes: np.ndarray, speaker: np.ndarray) -> list[dict]:
-    """Measure every speaker's taste, as JSON, from strokes ``(S, 7)`` (:data:`stroke_requests.COLUMNS`) of performances, which
-    last ``minutes`` ``(P,)`` and are by ``speaker`` ``(P,)``; empty for a speaker without strokes.
-    """
-    measured, who = [], speaker[strokes[:, 0].astype(int)]
-    for number in range(int(speaker.max()) + 1):
-        mine = strokes[who == number].astype(float)
-        if not len(mine):
-            measured.append({})
-            continue
-        sizes = np.log(np.maximum(mine[:, 6], _MIN_SIZE))
-        low, middle, high = np.quantile(sizes, (0.16, 0.5, 0.84))
-        hands = [float((mine[:, 5] == hand).mean()) for hand in (0, 1, 2)]
-        spans = [float(np.median(mine[:, 2] - mine[:, 1])), float(np.median(mine[:, 3] - mine[:, 2]))]
-        values = [len(mine) / minutes[speaker == number].sum(), math.exp(middle), (high - low) / 2, *hands, *spans]
-        measured.append({name: round(float(value), 4) for name, value in zip(FACTS, values, strict=True)})
-    return measured
 
 
 def accent_channels(

@@ -30,9 +30,7 @@ def affects(request: Settings, heard: np.ndarray | None, frames: int, rate: floa
     return {name: np.clip(sample(request, name, frames, rate) + follows.get(name, 0), -1, 1) for name in named}
 
 
-def following(
-    request: Settings, heard: np.ndarray | None, frames: int, rate: float = skeleton.FPS
-) -> dict[str, np.ndarray]:
+def following(request: Settings, heard: np.ndarray | None, frames: int, rate: float = skeleton.FPS) -> dict[str, np.ndarray]:
     """Return what is heard of each affect ``(frames,)`` as far as the request follows it, by name; ``heard`` ``(n, 3)`` at 15
     frames a second, or None. An affect that has a curve is left out: what somebody has drawn is what he wants.
     """

@@ -123,7 +123,7 @@ def _assemble(
     if not session.checkpoint.hears_affect:
         return replace(heard, rhythm=rhythm)
     said = (words, vectors) if session.understands else ()
-    feels = stages.run("hear affect", lambda: affect.hear(sound, frames, *said, measured=measurements[2]()))
+    feels = stages.run("hear affect", lambda: affect.hear(measurements[2](), frames, *said))
     return replace(heard, rhythm=rhythm, affect=feels)
 
 

@@ -112,15 +112,6 @@ def cache_key(checkpoint: Any, heard: SpeechFeatures, cast: Sequence[StyleSequen
     return latents.shape, latents.tobytes(), kept, drawn
 
 
-def window_joins(checkpoint: Any, frames: int) -> list[int]:
-    """Return the frames at which windows of a performance of ``frames`` meet; none where all frames are drawn as one."""
-    if checkpoint.draws:
-        return []
-    from ..model import windows
-
-    return windows.window_starts(frames, *checkpoint.window)[1:]
-
-
 def _latents(heard: SpeechFeatures, cast: Sequence[StyleSequence]) -> np.ndarray:
     frames = heard.frames if any(one.varies for one in cast) else 1
     return np.concatenate([one.on_the_way(frames) for one in cast])

@@ -161,9 +161,7 @@ def draw_latents(checkpoint: Any, request: Request, weights: dict[int, float] | 
     return checkpoint.network.steer(drawn, styles.vary_controls(request.controls, request.keyed_seed, request.identities))
 
 
-def _steering(
-    checkpoint: Any, request: Request, heard: np.ndarray | None
-) -> Callable[[np.ndarray], np.ndarray] | None:
+def _steering(checkpoint: Any, request: Request, heard: np.ndarray | None) -> Callable[[np.ndarray], np.ndarray] | None:
     """Return what moves styles along the curves of a request's controls and the affect ``heard``, None without any."""
     curved = curves.has_control_curves(request)
     if not curved and not curves.following(request, heard, 1):

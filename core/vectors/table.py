@@ -90,15 +90,6 @@ class WordVectors:
         """Return the vectors ``(len(words), 300)`` float32."""
         return np.stack([self.vector(word) for word in words]) if len(words) else np.zeros((0, DIMENSIONS), np.float32)
 
-    def most_similar(self, word: str, topn: int = 10) -> list[tuple[str, float]]:
-        """Return the nearest words of the vocabulary as ``(word, cosine)``; slow, as it decodes the whole table."""
-        table = self._table.rows(np.arange(len(self)))
-        query = self.vector(word)
-        cosine = table @ query / np.maximum(np.linalg.norm(table, axis=1) * np.linalg.norm(query), 1e-9)
-        names, own = list(self.key_to_index), self._key(word)
-        ranked = [index for index in np.argsort(-cosine)[: topn + 1] if names[index] != own]
-        return [(names[index], float(cosine[index])) for index in ranked[:topn]]
-
     def _key(self, word: str) -> str | None:
         """Return the form of a word that is in the vocabulary, or None."""
         plain = normalise(word)

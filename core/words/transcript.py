@@ -54,17 +54,6 @@ class TranscriptOptions:
     recogniser: str | PathLike | None = None
 
 
-def words_and_warnings(
-    sound: np.ndarray,
-    transcript: str | PathLike | None = None,
-    text: str | None = None,
-    progress: Callable[[float], object] | None = None,
-) -> tuple[tuple[Word, ...], list[str]]:
-    """Return only :attr:`TimedTranscript.words` and :attr:`TimedTranscript.warnings` of :func:`timed_transcript`."""
-    heard = timed_transcript(sound, transcript, text, progress)
-    return heard.words, heard.warnings
-
-
 def timed_transcript(
     sound: np.ndarray,
     transcript: str | PathLike | None = None,

@@ -112,16 +112,14 @@ def key_heard(armature: ArmatureObject, action: bpy.types.Action, scene: bpy.typ
     frames, tracks = heard_affect(action, scene)
     count = 0
     for name, track in tracks.items():
-        old = keyed_curves(armature).get(name)
-        if old is not None:
-            bag = compat.bag(old.id_data, layers.slot_of(armature, old.id_data))
-            bag.fcurves.remove(old)
+        if old := keyed_curves(armature).get(name):
+            compat.bag(old.id_data, layers.slot_of(armature, old.id_data)).fcurves.remove(old)
         kept = sorted(simplify_polyline(track, _HEARD_TOLERANCE))
         setattr(armature.s2ag, name, track[0])
         armature.keyframe_insert(f"s2ag.{name}", frame=frames[0])
-        points = keyed_curves(armature)[name].keyframe_points
+        curve = keyed_curves(armature)[name]
         for at in kept:
-            points.insert(frames[at], track[at], options={"FAST"})
-        keyed_curves(armature)[name].update()
+            curve.keyframe_points.insert(frames[at], track[at], options={"FAST"})
+        curve.update()
         count += len(kept)
     return count

@@ -14,7 +14,7 @@ pytest.importorskip("torch")
 
 from s2ag.core.sound import audio  # noqa: E402
 from s2ag.core.synthesis.session import Request, Session  # noqa: E402
-from s2ag.core.words import transcript  # noqa: E402
+from transcripts import words_and_warnings  # noqa: E402
 
 MINUTE = 60.0
 
@@ -24,7 +24,7 @@ def minute(tmp_path_factory, examples):
     """A minute of speech as a WAV file, and its aligned words as JSON: the shipped recording again and again."""
     folder = tmp_path_factory.mktemp("minute")
     sound = audio.load(examples / "hello.flac")
-    words, _ = transcript.words_and_warnings(sound, transcript=examples / "hello.txt")
+    words, _ = words_and_warnings(sound, transcript=examples / "hello.txt")
     times = int(np.ceil(MINUTE * audio.SAMPLE_RATE / len(sound)))
     offset = len(sound) / audio.SAMPLE_RATE
     repeated = [[word, start + i * offset, end + i * offset] for i in range(times) for word, start, end in words]

@@ -3,6 +3,7 @@
 import wave
 
 import numpy as np
+from s2ag.core.sound import bandpass
 
 RATE = 16000
 
@@ -14,3 +15,9 @@ def write_wav(path, samples):
         file.setsampwidth(2)
         file.setframerate(RATE)
         file.writeframes((np.clip(samples, -1, 1) * 32767).astype("<i2").tobytes())
+
+
+def bandpasses(audio, edges):
+    """Whole bands ``(n,)`` of samples at 16 kHz, one for every ``(low, high)`` in Hz."""
+    blocks = [bands for _, bands in bandpass.bandpass_blocks(audio, RATE, edges)]
+    return [np.concatenate(band) for band in zip(*blocks, strict=True)]

@@ -3,9 +3,16 @@
 import json
 
 import pytest
+from s2ag.core.words import transcript
 
 WORDS = [("Now", 0.5, 0.74), ("then,", 0.8, 1.2), ("it's", 1.5, 1.625), ("time.", 1.625, 2.25)]
 PHRASES = [("Now then,", 0.5, 1.2), ("it's time.", 1.5, 2.25)]
+
+
+def words_and_warnings(sound, *about, **more):
+    """Words and warnings of :func:`transcript.timed_transcript`."""
+    heard = transcript.timed_transcript(sound, *about, **more)
+    return heard.words, heard.warnings
 
 
 def milliseconds(seconds):

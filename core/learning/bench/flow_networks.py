@@ -91,7 +91,9 @@ class FlowPerformer:
         frames = len(real)
         kept = np.arange(bench.given), real[: bench.given]
         request = Request("", style={name: 1.0}, seed=seed * len(bench.windows) + row, kept=kept)
-        activity = np.resize(voice_activity.voiced_fraction(sound.astype(np.float32) / 32768), frames)
+        heard = sound.astype(np.float32) / 32768
+        voice = voice_activity.fraction_per_frame(voice_activity.probability(heard), voice_activity.frame_count(heard))
+        activity = np.resize(voice, frames)
         features = WindowFeatures(corpus, talk, first, frames)
         rhythm = rhythm_of(corpus, talk, first, activity)
         recording = SpeechFeatures("", (), HintEffects(), None, [], features, activity, frames, {}, rhythm=rhythm)

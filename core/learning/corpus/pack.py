@@ -9,11 +9,10 @@ from ...motion import rest, skeleton
 from ...sound import prosody
 from ...sound.mfcc import HOP
 from ...styles import CONTROLS
-from ...synthesis import accent_selection
 from ...vectors.table import WordVectors, word_per_frame
 from ..evaluate.kinematics import FOREARMS, UPPER_ARMS, angular_speed
 from ..train.storage import FORMAT, save_arrays
-from . import speakers
+from . import speakers, tastes
 from .build import Performance, Talk
 from .library import ALL_MEANINGS
 
@@ -59,8 +58,8 @@ def _meta(talks: list[Talk], words: list[str], seed: int, figures: dict) -> dict
 def _accent_selection(performances: list[Performance]) -> list[dict]:
     """Return each performer's accent selection (:data:`accent_selection.FACTS`); an empty dict for one without performances."""
     minutes = np.array([len(p.directions) / skeleton.FPS / 60 for p in performances])
-    tastes = accent_selection.corpus_tastes(_strokes(performances), minutes, np.array([p.speaker for p in performances]))
-    return tastes + [{}] * (len(speakers.PERFORMERS) - len(tastes))
+    found = tastes.corpus_tastes(_strokes(performances), minutes, np.array([p.speaker for p in performances]))
+    return found + [{}] * (len(speakers.PERFORMERS) - len(found))
 
 
 def _strokes(performances: list[Performance]) -> np.ndarray:

@@ -29,9 +29,9 @@ def read(path: Path, audio: np.ndarray) -> list[Word]:
     except (OSError, ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
         reason = " ".join(str(error).split())[:100]
         raise CorpusUnreadable(f"The transcript {path} cannot be read: {reason}.", "Mend it or take it away.") from error
-    from ...words.transcript import words_and_warnings
+    from ...words.transcript import timed_transcript
 
-    return list(words_and_warnings(audio, path)[0])
+    return list(timed_transcript(audio, path).words)
 
 
 def transcript_beside(path: Path, folder: Path | None = None) -> Path | None:

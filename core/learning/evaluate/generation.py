@@ -62,8 +62,13 @@ class Generator:
         return np.array(self.session.styles()[self.names.index(style)].get("rest", rest.REST), np.float32)
 
     def joins(self, frames: int) -> list[int]:
-        """Return the frames at which windows after the first begin."""
-        return generation.window_joins(self.session.checkpoint, frames)
+        """Return the frames at which windows of a performance of ``frames`` meet; none where all frames are drawn as one."""
+        checkpoint = self.session.checkpoint
+        if checkpoint.draws:
+            return []
+        from ...model import windows  # of the full engine
+
+        return windows.window_starts(frames, *checkpoint.window)[1:]
 
     def perform(self, talk: Talk, wishes: Sequence[PerformanceOptions]) -> list[np.ndarray]:
         """Return directions ``(takes, frames, 9, 3)`` for every wish."""

@@ -168,6 +168,6 @@ def load_human_recording(path: str | PathLike, text: str | None = None) -> Talk:
     path = Path(path)
     sound = audio.load(path)
     file = path.with_suffix(".txt")
-    words, _ = transcript.words_and_warnings(sound, file if text is None and file.is_file() else None, text)
+    words = transcript.timed_transcript(sound, file if text is None and file.is_file() else None, text).words
     accents = [(accent.time, accent.strength, accent.main) for accent in prosody.analyse(sound, words).accents]
     return Talk(path.stem, path.stem, sound, words, np.array(accents, float).reshape(-1, 3))

@@ -59,14 +59,3 @@ def rotations(axis_angles: np.ndarray) -> np.ndarray:
     axis = axis_angles / np.maximum(angle, 1e-12)[..., None]
     half = np.concatenate([np.cos(angle / 2)[..., None], axis * np.sin(angle / 2)[..., None]], -1)
     return quaternion.to_matrix(half)
-
-
-def model_offsets(path: str | PathLike) -> np.ndarray:
-    """Return rest offsets ``(22, 3)`` of the user's own SMPL-X model file (.npz with ``v_template`` and ``J_regressor``)."""
-    try:
-        with npz.open_arrays(path, LARGEST) as data:
-            joints = (data["J_regressor"] @ data["v_template"])[: len(NAMES)]
-    except (OSError, npz.NotArrays) as error:
-        raise CorpusUnreadable(f"{path} is no SMPL-X model.", "Give SMPLX_NEUTRAL.npz or leave it out.") from error
-    parents = np.array(PARENTS)
-    return joints - np.where(parents[:, None] >= 0, joints[parents], 0)

@@ -13,8 +13,9 @@ from s2ag.core.learning.systems.speech2gesture import Speech2Gesture  # noqa: E4
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.discriminator import Discriminator  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
+from s2ag.core.model.table_features import published_features  # noqa: E402
 from s2ag.core.model.wave_encoder import SAMPLES, WaveEncoder  # noqa: E402
-from s2ag.core.sound.mfcc import mfcc, published_features  # noqa: E402
+from s2ag.core.sound.mfcc import mfcc  # noqa: E402
 
 VECTORS = 0.06 * torch.randn(20, 300, generator=torch.Generator().manual_seed(0))
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from s2ag.core.learning.corpus import tastes
 from s2ag.core.motion import stroke_requests
 from s2ag.core.sound import arousal_estimate
 from s2ag.core.sound.prosody import FEATURE_NAMES, FEATURES, Accent, Prosody
@@ -116,7 +117,7 @@ def test_tastes_are_those_of_the_strokes():
         sizes = (0.3 if performance == 2 else 0.6) * np.exp(0.4 * random.standard_normal(count))
         hands = random.integers(0, 2, count)
         rows += [(performance, t - 0.4, t, t + 0.15, 0, h, s) for t, h, s in zip(at, hands, sizes, strict=True)]
-    found = accent_selection.corpus_tastes(np.array(rows, np.float32), minutes, np.array([0, 0, 2]))
+    found = tastes.corpus_tastes(np.array(rows, np.float32), minutes, np.array([0, 0, 2]))
     assert found[1] == {}
     assert found[0]["rate"] == pytest.approx(10) and found[2]["rate"] == pytest.approx(20)
     assert found[0]["size"] == pytest.approx(0.6, rel=0.25) and found[2]["size"] == pytest.approx(0.3, rel=0.25)

@@ -12,6 +12,7 @@ from s2ag.core.errors import Cancelled
 from s2ag.core.sound import audio, voice_activity
 from s2ag.core.words import align, transcript
 from s2ag.core.words.aligner import letter_rules
+from transcripts import words_and_warnings
 
 pytest.importorskip("pocketsphinx", reason="the aligner is not installed")
 LIBRIVOX = Path("/usr/share/pocketsphinx/test/data/librivox")
@@ -228,7 +229,7 @@ def test_human_readings():
     for text, _, name in lines:
         sound = audio.load(LIBRIVOX / f"{name.rstrip(')')}.wav")
         said = re.sub(r"</?s>", "", text)
-        words, warnings = transcript.words_and_warnings(sound, text=said)
+        words, warnings = words_and_warnings(sound, text=said)
         assert warnings == [] and [word for word, _, _ in words] == said.split()
         segments = voice_activity.segments(sound)
         assert abs(words[0][1] - segments[0][0]) < 0.3 and abs(words[-1][2] - segments[-1][1]) < 0.3
@@ -237,7 +238,7 @@ def test_human_readings():
 @pytest.mark.parametrize("name", ["p001", "p002"])
 def test_human_sonnets(shared, name):
     sound, lines = sonnet(shared, name)
-    words, warnings = transcript.words_and_warnings(sound, text="\n".join(lines))
+    words, warnings = words_and_warnings(sound, text="\n".join(lines))
     assert warnings == []
     segments, place, distances = voice_activity.segments(sound), 0, []
     for line in lines:

@@ -6,6 +6,7 @@ from s2ag.core.motion import rest
 from s2ag.core.sound import audio
 from s2ag.core.words import hints, markup, transcript
 from s2ag.core.words.markup import Mark
+from transcripts import words_and_warnings
 
 
 def marks(text):
@@ -177,7 +178,7 @@ def test_what_the_network_hears_has_the_main_accent_on_the_stressed_word(example
     from s2ag.core.sound import prosody
 
     sound = audio.load(examples / "hello.flac")
-    words, _ = transcript.words_and_warnings(sound, examples / "hello.txt")
+    words, _ = words_and_warnings(sound, examples / "hello.txt")
     usual = prosody.analyse(sound, words)
     number = min((accent for accent in usual.accents if not accent.main), key=lambda accent: accent.strength).word
     stressed = prosody.analyse(sound, words, stressed={number})

@@ -9,6 +9,7 @@ from s2ag.core.errors import EngineMissing, TranscriptUnreadable
 from s2ag.core.sound import audio
 from s2ag.core.words import recognise, transcript
 from s2ag.core.words.cache import Cache
+from transcripts import words_and_warnings
 
 needs_recogniser = pytest.mark.skipif(not recognise.is_available(), reason="the extra 'recognise' is not installed")
 
@@ -24,7 +25,7 @@ def test_speech_becomes_words_with_times(sound, examples, tmp_path, monkeypatch)
     ways = transcript.TranscriptOptions(Cache(tmp_path), recognise=True)
     found = transcript.timed_transcript(sound, ways=ways)
     assert found.form == "recognised speech" and found.warnings == []
-    truth, _ = transcript.words_and_warnings(sound, examples / "hello.txt")
+    truth, _ = words_and_warnings(sound, examples / "hello.txt")
     right = {(word.lower(), round(start, 1)) for word, start, _ in truth}
     heard = [(word.lower(), round(start, 1)) for word, start, _ in found.words]
     assert sum(word in right for word in heard) > 0.85 * len(truth)

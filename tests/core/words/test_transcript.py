@@ -5,6 +5,7 @@ import pytest
 from s2ag.core.errors import TranscriptUnreadable, UsageError
 from s2ag.core.sound import audio
 from s2ag.core.words import transcript
+from transcripts import words_and_warnings
 
 
 @pytest.fixture(scope="module")
@@ -13,7 +14,7 @@ def sound(examples):
 
 
 def test_plain_text_is_aligned(sound, examples):
-    words, warnings = transcript.words_and_warnings(sound, examples / "hello.txt")
+    words, warnings = words_and_warnings(sound, examples / "hello.txt")
     assert warnings == []
     assert [word for word, _, _ in words] == [word for word, _, _ in json.loads((examples / "hello.json").read_text())]
     starts = [start for _, start, _ in words]
@@ -23,11 +24,11 @@ def test_plain_text_is_aligned(sound, examples):
 
 def test_a_text_and_a_file_give_the_same(sound, examples):
     path = examples / "hello.txt"
-    assert transcript.words_and_warnings(sound, text=path.read_text()) == transcript.words_and_warnings(sound, str(path))
+    assert words_and_warnings(sound, text=path.read_text()) == words_and_warnings(sound, str(path))
 
 
 def test_timed_words_are_taken_as_they_are(sound, examples):
-    words, warnings = transcript.words_and_warnings(sound, examples / "hello.json")
+    words, warnings = words_and_warnings(sound, examples / "hello.json")
     assert warnings == []
     assert list(map(list, words)) == json.loads((examples / "hello.json").read_text())
 
@@ -44,13 +45,13 @@ def test_timed_words_are_taken_as_they_are(sound, examples):
 def test_forms_of_timed_words(sound, tmp_path, content):
     path = tmp_path / "words.JSON"
     path.write_text(json.dumps(content))
-    assert transcript.words_and_warnings(sound, path) == ((("Now", 0.5, 0.7), ("then", 1.0, 2.0)), [])
+    assert words_and_warnings(sound, path) == ((("Now", 0.5, 0.7), ("then", 1.0, 2.0)), [])
 
 
 def test_timed_words_after_the_end(sound, tmp_path):
     path = tmp_path / "words.json"
     path.write_text(json.dumps([["in", 1, 1.5], ["across", 14, 90], ["after", 90, 91]]))
-    words, warnings = transcript.words_and_warnings(sound, path)
+    words, warnings = words_and_warnings(sound, path)
     assert words == (("in", 1.0, 1.5), ("across", 14.0, len(sound) / 16000))
     assert len(warnings) == 1 and warnings[0].startswith("1 word ")
 
@@ -78,7 +79,7 @@ def test_bad_timed_words_say_what_is_wrong(sound, tmp_path, content):
     path = tmp_path / "words.json"
     path.write_text(content)
     with pytest.raises(TranscriptUnreadable) as caught:
-        transcript.words_and_warnings(sound, path)
+        words_and_warnings(sound, path)
     assert str(path) in caught.value.message and "\n" not in caught.value.message and caught.value.remedy
 
 
@@ -89,7 +90,7 @@ def test_missing_folder_and_recording_by_mistake(sound, tmp_path, examples):
         (examples / "hello.flac", "is not a text file"),
     ):
         with pytest.raises(TranscriptUnreadable, match=says):
-            transcript.words_and_warnings(sound, path)
+            words_and_warnings(sound, path)
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
@@ -100,12 +101,12 @@ def test_encodings(tmp_path, encoding):
 
 
 def test_no_words(sound, tmp_path):
-    assert transcript.words_and_warnings(sound) == ((), [])
+    assert words_and_warnings(sound) == ((), [])
     for empty in ("", " \n", "... [laughs] —"):
-        words, warnings = transcript.words_and_warnings(sound, text=empty)
+        words, warnings = words_and_warnings(sound, text=empty)
         assert words == () and len(warnings) == 1 and "sound alone" in warnings[0]
     with pytest.raises(UsageError):
-        transcript.words_and_warnings(sound, tmp_path / "words.txt", "words")
+        words_and_warnings(sound, tmp_path / "words.txt", "words")
 
 
 @pytest.mark.parametrize(
@@ -138,13 +139,13 @@ def test_tokens(text, shown, said):
     ids=["another text", "another script", "too long"],
 )
 def test_a_text_that_does_not_fit_is_spread_over_the_speech(sound, text, says):
-    words, warnings = transcript.words_and_warnings(sound, text=text)
+    words, warnings = words_and_warnings(sound, text=text)
     assert len(warnings) == 1 and says in warnings[0] and warnings[0].endswith(".")
     assert len(words) == len(text.split())
     assert all(0 <= start <= end <= len(sound) / 16000 for _, start, end in words)
 
 
 def test_a_text_over_silence(examples):
-    words, warnings = transcript.words_and_warnings(np.zeros(48000, np.float32), text="nobody says this")
+    words, warnings = words_and_warnings(np.zeros(48000, np.float32), text="nobody says this")
     assert [word for word, _, _ in words] == ["nobody", "says", "this"]
     assert warnings and words[-1][2] <= 3.0
