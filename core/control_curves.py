@@ -15,6 +15,8 @@ from .settings import CURVES, Settings, sliders
 FORMAT = 1
 _RANGES = {one.name: (one.low or 0.0, one.high or 0.0) for one in sliders(Settings) if one.curve}
 _MAX_POINTS, _MAX_SECONDS, _MAX_BYTES = 100_000, 13 * 3600.0, 20_000_000
+HEARD_STEP = 0.5
+"""Seconds between two points of what was heard of a take (:func:`affect.as_points`); an affect changes in a second."""
 _REMEDY = "docs/directing.md describes curves."
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..control_curves import HEARD_STEP
 from ..motion.skeleton import FPS
 from ..settings import AFFECTS
 from ..smoothing import gaussian
@@ -17,8 +18,6 @@ from . import speech_units
 from .speech_units import NAMES, Units
 from .word_affect import hear_words
 
-POINT = 0.5
-"""Seconds between two points of :func:`as_points`; an affect changes in a second."""
 _CENTRES = np.array([-3.75, 5.0, 0.33, 4.9, 26.0, 12.5, 5.2, 6.5, 1.0])
 _DEVIATIONS = np.array([0.95, 4.8, 0.10, 1.0, 6.0, 2.0, 0.7, 3.0, 3.0])
 """Of the features :data:`speech_units.NAMES`. The first four are of acted speech: their mean tells high from low arousal with
@@ -140,7 +139,7 @@ def follow(spans: np.ndarray, affect: np.ndarray, frames: int) -> np.ndarray:
 
 def as_points(track: np.ndarray) -> dict[str, list[float]]:
     """Return an affect ``(frames, 3)`` as JSON: arousal, valence and dominance every half second, rounded to 0.01."""
-    at, time = np.arange(0, len(track) / FPS, POINT), (np.arange(len(track)) + 0.5) / FPS
+    at, time = np.arange(0, len(track) / FPS, HEARD_STEP), (np.arange(len(track)) + 0.5) / FPS
     return {name: np.interp(at, time, track[:, row].astype(float)).round(2).tolist() for row, name in enumerate(AFFECTS)}
 
 

@@ -6,11 +6,11 @@ import bpy
 import numpy as np
 
 from ...core import styles
+from ...core.control_curves import HEARD_STEP
 from ...core.errors import UnknownStyle
 from ...core.motion import skeleton
 from ...core.motion.interpolation import simplify_polyline
 from ...core.settings import AFFECTS, CURVES
-from ...core.sound.affect import POINT
 from .. import compat, provenance
 from ..datablocks import ArmatureObject, Bag
 from ..keys import layers
@@ -93,7 +93,7 @@ def heard_affect(action: bpy.types.Action | None, scene: bpy.types.Scene) -> tup
     meta = provenance.read(action) or {}
     try:
         tracks = {name: np.array(meta["heard"][name], float) for name in AFFECTS}
-        frames = timing.clock_of(meta, scene_fps(scene)).frame(POINT * np.arange(len(tracks[AFFECTS[0]])))
+        frames = timing.clock_of(meta, scene_fps(scene)).frame(HEARD_STEP * np.arange(len(tracks[AFFECTS[0]])))
         share, sliders = float(meta.get("follow", 1.0)), {name: float(meta["affect"].get(name, 0.0)) for name in AFFECTS}
         together = {name: np.clip(share * track + sliders[name] + 0 * frames, -1, 1) for name, track in tracks.items()}
     except (KeyError, TypeError, ValueError, AttributeError):
@@ -113,7 +113,8 @@ def key_heard(armature: ArmatureObject, action: bpy.types.Action, scene: bpy.typ
     count = 0
     for name, track in tracks.items():
         if old := keyed_curves(armature).get(name):
-            compat.bag(old.id_data, layers.slot_of(armature, old.id_data)).fcurves.remove(old)
+            bag = compat.bag(old.id_data, layers.slot_of(armature, old.id_data))
+            bag.fcurves.remove(old)
         kept = sorted(simplify_polyline(track, _HEARD_TOLERANCE))
         setattr(armature.s2ag, name, track[0])
         armature.keyframe_insert(f"s2ag.{name}", frame=frames[0])
