@@ -225,8 +225,10 @@ class Models:
     """
 
     checkpoint: str | PathLike | None = setting(
-        None, kind="path", column=True, metavar="FILE", help="trained network (.safetensors) instead of the shipped one",
-        label="Gesture Model", tip="Another network to gesture with; empty for the one that comes with the extension",
+        None, kind="path", column=True, metavar="FILE",
+        help="trained network instead of the shipped one: a file (.safetensors), or a name such as published (docs/bench.md)",
+        label="Gesture Model",
+        tip="Another network to gesture with, a file or the name published; empty for the one that comes with the extension",
         group="advanced", previewed=False,
     )  # fmt: skip
     vectors: str | PathLike | None = setting(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..declaration import columns
 from ..errors import S2agError
-from ..model.checkpoint_metadata import DEFAULT_CHECKPOINT, metadata_path
+from ..model.checkpoint_metadata import locate, metadata_path
 from ..settings import Documents, Settings, names_with
 from .clip import CHARACTER_OUTPUTS, MODELS, MOTION_OUTPUTS, REQUESTED, SCENE_OUTPUTS, SEQUENCES, Clip, Unit, units
 from .folder import Folder, Record, content_hash, digest
@@ -222,7 +222,7 @@ def _engine_facts(models: tuple[str | None, ...], has_words: bool, recognises: b
     from ..words import align, recognise
 
     named = dict(zip(MODELS, models, strict=True))
-    weights = Path(named["checkpoint"] or DEFAULT_CHECKPOINT)
+    weights = locate(named["checkpoint"])
     used = [
         VERSION,
         postprocess.VERSION,

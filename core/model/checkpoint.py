@@ -14,7 +14,7 @@ from safetensors.torch import load_file, save_file
 from ..errors import CheckpointUnreadable, S2agError
 from ..files import atomic_file, sha256
 from . import network
-from .checkpoint_metadata import DEFAULT_CHECKPOINT, FORMAT, REMEDY, metadata_path, read_metadata
+from .checkpoint_metadata import FORMAT, REMEDY, locate, metadata_path, read_metadata
 from .config import ModelConfig
 from .discriminator import Discriminator
 from .encoders import Encoders
@@ -64,7 +64,7 @@ def load(path: str | PathLike | None = None, device: str = "cpu") -> Checkpoint:
     Raises :class:`CheckpointUnreadable` if a file is missing or damaged, if weights and JSON do not belong together, or
     if the file is of another version.
     """
-    path = Path(path or DEFAULT_CHECKPOINT)
+    path = locate(path)
     facts = read_metadata(path)
     try:
         digest = sha256(path)

@@ -1,16 +1,35 @@
 """Checkpoint metadata, read from the JSON file beside the weights: lists styles without loading the network."""
 
+import contextlib
 from os import PathLike
 from pathlib import Path
 
-from .. import json_text, styles
+from .. import json_text, styles, user_folders
 from ..errors import CheckpointUnreadable
 
 DEFAULT_CHECKPOINT = Path(__file__).parents[1] / "assets" / "default.safetensors"
 FORMAT = 1
 _MAX_HEADER_BYTES = 1_000_000
 """Bytes of a safetensors header that are searched."""
+MADE_HERE = "published"
+"""How names of weights begin that a command makes: the paper's system and its ablations."""
+_MAKE = "Make them with: s2ag checkpoint train --data FOLDER (see docs/bench.md), or choose another checkpoint."
 REMEDY = "Get the checkpoint again (the .safetensors file and the .json beside it), or choose another one."
+
+
+def locate(named: str | PathLike | None = None) -> Path:
+    """Return the file of a checkpoint: the shipped one without a name, else the file that is ``named``.
+
+    A last part without a suffix that is no file is a name, such as ``published``, and looked up among the shipped weights, then
+    in the user's folder (:func:`user_folders.data`), where ``s2ag checkpoint train`` writes them.
+    """
+    path = Path(named or DEFAULT_CHECKPOINT)
+    if path.suffix or path.is_file():
+        return path
+    folders = [DEFAULT_CHECKPOINT.parent]
+    with contextlib.suppress(RuntimeError):  # the user of this process has no home
+        folders.append(user_folders.data())
+    return next((file for folder in folders if (file := folder / f"{path.name}.safetensors").is_file()), path)
 
 
 def metadata_path(path: Path) -> Path:
@@ -20,6 +39,8 @@ def metadata_path(path: Path) -> Path:
 
 def read_metadata(path: Path) -> dict:
     """Read the JSON beside the weights; raises :class:`CheckpointUnreadable` if either is missing or of another format."""
+    if not path.is_file() and path.name.startswith(MADE_HERE):
+        raise CheckpointUnreadable(f"The weights {path.name} have not been made on this computer.", _MAKE)
     if not path.is_file():
         raise CheckpointUnreadable(f"There is no checkpoint {path}.", REMEDY)
     if not metadata_path(path).is_file() and _is_state(path):
@@ -51,7 +72,7 @@ def describe(checkpoint: str | PathLike | None = None) -> dict:
     Returns ``"path"``, ``"hash"``, ``"speakers": [{"name", "description", "default"}]`` and
     ``"controls": [{"name", "description"}]``. Raises :class:`CheckpointUnreadable`.
     """
-    path = Path(checkpoint or DEFAULT_CHECKPOINT)
+    path = locate(checkpoint)
     facts = read_metadata(path)
     try:
         speakers = [

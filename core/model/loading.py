@@ -5,7 +5,7 @@ from os import PathLike
 from pathlib import Path
 
 from ..errors import CheckpointUnreadable, EngineMissing, S2agError, UsageError
-from .checkpoint_metadata import DEFAULT_CHECKPOINT, REMEDY, metadata_path, read_metadata
+from .checkpoint_metadata import REMEDY, locate, metadata_path, read_metadata
 from .config import ModelConfig
 from .loaded_checkpoint import LoadedCheckpoint
 from .numpy_inference import network, weights
@@ -19,7 +19,7 @@ def load(path: str | PathLike | None = None, backend: str | None = None, device:
     Without a backend, numpy is used where it can: for flows, on the CPU. Raises :class:`CheckpointUnreadable` if a file is
     missing, damaged or does not match the other, and :class:`UsageError` for unavailable backends and devices.
     """
-    path = Path(path or DEFAULT_CHECKPOINT)
+    path = locate(path)
     if backend not in (None, *BACKENDS):
         raise UsageError(f"There is no backend {backend!r}.", f"Use one of {', '.join(BACKENDS)}.")
     if backend == "numpy" and device != "cpu":

@@ -4,11 +4,10 @@ import contextlib
 import hashlib
 import json
 import os
-import sys
 from pathlib import Path
 from typing import Any
 
-from .. import json_text
+from .. import json_text, user_folders
 from ..errors import OutputUnwritable
 from ..files import atomic_file
 
@@ -26,19 +25,9 @@ def default_folder() -> Path | None:
     if setting:
         return Path(setting)
     try:
-        return _platform_folder() / "words"
+        return user_folders.cache() / "words"
     except RuntimeError:  # the user of this process has no home
         return None
-
-
-def _platform_folder() -> Path:
-    """Return the user's cache folder by the convention of the platform."""
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "s2ag" / "Cache"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "s2ag"
-    setting = os.environ.get("XDG_CACHE_HOME", "")
-    return (Path(setting) if os.path.isabs(setting) else Path.home() / ".cache") / "s2ag"
 
 
 class Cache:

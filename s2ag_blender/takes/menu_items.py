@@ -34,7 +34,7 @@ def speakers_and_controls(settings: Any = None) -> dict[str, Any]:
     cannot be read.
     """
     checkpoint = settings.checkpoint if settings is not None else ""
-    path = Path(bpy.path.abspath(checkpoint)) if checkpoint else checkpoint_metadata.DEFAULT_CHECKPOINT
+    path = checkpoint_metadata.locate(bpy.path.abspath(checkpoint))
     facts = checkpoint_metadata.metadata_path(path)
     return _read_checkpoint(path, facts.stat().st_mtime_ns if facts.is_file() else 0)
 

@@ -1,5 +1,6 @@
 """Saves a trained system as a checkpoint for synthesis, if synthesis has its network."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from ...model import checkpoint
@@ -20,16 +21,27 @@ def save(system: System, data: Data, folder: Path, facts: dict) -> Path | None:
     """
     if not isinstance(system, Adversarial) or not system.config.frames or not data.lengths.published:
         return None
-    generator, path = system.generator, folder / WEIGHTS
+    write(system, data, folder / WEIGHTS, {"source": "s2ag bench", **facts})
+    return folder / WEIGHTS
+
+
+def write(
+    system: Adversarial, data: Data, path: Path, facts: dict, half: bool = False, about: Sequence[str] = ("name",)
+) -> None:
+    """Write the weights of a system with windows as published to ``path``, and the JSON beside it.
+
+    ``facts`` are of its training; ``half``: see :func:`checkpoint.save`; ``about`` are the facts of each speaker that are kept.
+    """
+    generator = system.generator
     if system.table is not None:
         rows = system.table.weight
         complete = Generator(system.config.replace(words=len(rows)))
         complete.load_state_dict({**generator.state_dict(), "text_encoder.embedding.weight": rows})
         generator = complete
+    speakers = ({name: one[name] for name in about if name in one} for one in data.corpus.speakers)
     meta = {
-        "speakers": [{"name": str(one["name"]), "description": ""} for one in data.corpus.speakers],
+        "speakers": [{"description": "", **one, "name": str(one["name"])} for one in speakers],
         "vocabulary": [""] * SPECIAL + [str(word) for word in data.corpus.meta["words"]],
-        "training": {"source": "s2ag bench", **facts, "settings": {"frames": system.config.frames, "seed_frames": data.given}},
+        "training": {**facts, "settings": {"frames": system.config.frames, "seed_frames": data.given}},
     }
-    checkpoint.save(path, generator, None, meta, half=False)
-    return path
+    checkpoint.save(path, generator, None, meta, half)

@@ -6,7 +6,7 @@ torch = pytest.importorskip("torch")
 
 from rounding import bound  # noqa: E402
 from s2ag.core.errors import Cancelled, UnknownStyle, UsageError  # noqa: E402
-from s2ag.core.model import checkpoint  # noqa: E402
+from s2ag.core.model import checkpoint_metadata  # noqa: E402
 from s2ag.core.motion import rest, skeleton  # noqa: E402
 from s2ag.core.sound import audio  # noqa: E402
 from s2ag.core.synthesis.session import Request, Session  # noqa: E402
@@ -16,7 +16,7 @@ FPS = skeleton.FPS
 
 @pytest.fixture(scope="module")
 def session():
-    if not checkpoint.DEFAULT_CHECKPOINT.is_file():
+    if not checkpoint_metadata.DEFAULT_CHECKPOINT.is_file():
         pytest.skip("no default checkpoint is shipped yet")
     return Session()
 
