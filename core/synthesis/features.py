@@ -13,6 +13,7 @@ from ..meaning.vocabulary import Vocabulary
 from ..motion import skeleton
 from ..sound import affect, prosody, speech_units
 from ..threads import run_in_background
+from ..vectors.table import SHIPPED
 from ..words import hints, speaker_turns, transcript
 from . import stroke_conditions
 from .request import Request
@@ -122,7 +123,7 @@ def _assemble(
     heard = SpeechFeatures(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
     if not session.checkpoint.hears_affect:
         return replace(heard, rhythm=rhythm)
-    said = (words, vectors) if session.understands else ()
+    said = (words, vectors) if vectors is not None and session.understands and vectors.name == SHIPPED.name else ()
     feels = stages.run("hear affect", lambda: affect.hear(measurements[2](), frames, *said))
     return replace(heard, rhythm=rhythm, affect=feels)
 

@@ -113,7 +113,8 @@ def key_heard(armature: ArmatureObject, action: bpy.types.Action, scene: bpy.typ
     count = 0
     for name, track in tracks.items():
         if old := keyed_curves(armature).get(name):
-            bag = compat.bag(old.id_data, layers.slot_of(armature, old.id_data))
+            own: Any = old.id_data
+            bag = compat.bag(own, layers.slot_of(armature, own))
             bag.fcurves.remove(old)
         kept = sorted(simplify_polyline(track, _HEARD_TOLERANCE))
         setattr(armature.s2ag, name, track[0])
