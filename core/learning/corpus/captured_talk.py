@@ -14,15 +14,19 @@ from . import rocketbox_clips
 from .smoothing import smooth
 
 TALK = {"m_conversation": 3.0}
-"""How many times as often as their length says clips of talk are drawn, if not 1.5: in the conversation are two people."""
 _USUAL = 1.5
+"""How readily clips of talk are drawn for their length. The conversation has most of the small beats of which talk consists."""
 SHORT = ("f_gestic_shrug_01", "m_gestic_shrug_01", "f_invite_sit", "m_invite_sit", "f_gestic_thoughtful_01")
-"""Gestures that are parts of talk, drawn rarely."""
-LISTENING = "[fm]_gestic_listen_*"
-IDLE = "[fm]_idle_neutral_*"
+"""Gestures that are parts of talk, drawn rarely (:data:`_SHORT_WEIGHT`)."""
+_SHORT_WEIGHT = 0.3
+LISTENING, IDLE = "[fm]_gestic_listen_*", "[fm]_idle_neutral_*"
+"""Patterns of the clips in which people listen, and stand without doing anything."""
 _CUT, _SMOOTHING = {"m_conversation": 2.0}, {"m_conversation": 0.05}
 """Seconds at a clip's start in which the person walks in, and of the Gaussian that takes the noise of its capture."""
-_SHORT_WEIGHT = 0.3
+_PEAK, _RISE, _BETWEEN = 0.25, 0.1, 4
+"""Metres a second of a peak of speed, and over its surroundings, and frames between two, at least: less is no stroke."""
+_ASIDE, _ABOVE = 0.42, 0.03
+"""Metres aside of the shoulder and above it beyond which a wrist strays: people who talk are seldom there."""
 
 
 @dataclass(frozen=True)
@@ -51,13 +55,13 @@ class Footage:
         from scipy.signal import find_peaks
 
         speed = smooth(np.gradient(self.path, axis=0) * skeleton.FPS, 0.08).max(axis=1)
-        return find_peaks(speed, height=0.25, prominence=0.1, distance=4)[0]
+        return find_peaks(speed, height=_PEAK, prominence=_RISE, distance=_BETWEEN)[0]
 
     @cached_property
     def strays(self) -> np.ndarray:
-        """Whether a wrist is over 42 cm aside of its shoulder or above it, in each frame ``(n,)``: looks posed in talk."""
-        aside = np.abs(self.wrists[..., 0]) > 0.42
-        return (aside | (self.wrists[..., 1] < -0.03)).any(axis=1)
+        """Whether a wrist strays far aside or above the shoulder, in each frame ``(n,)``: looks posed in talk."""
+        aside = np.abs(self.wrists[..., 0]) > _ASIDE
+        return (aside | (self.wrists[..., 1] < -_ABOVE)).any(axis=1)
 
     def mirrored(self) -> "Footage":
         """Return the stretch with sides exchanged."""

@@ -14,13 +14,19 @@ from .repertoire import BEAT, Repertoire
 from .scene import Scene
 from .smoothing import smooth
 
-_APART = 10.0
-"""Seconds between two gestures of the library that mean nothing or are not said; said ones may follow each other sooner."""
+_APART, _APART_SPREAD = 10.0, 0.4
+"""Seconds from any other gesture of the library to one that means nothing or is not said, and the deviation of their logarithm:
+more gestures that stand alone are told from people's talk."""
 _SAID_APART = 2.5
+"""Seconds to one that words mean: a gesture takes about two."""
+_AFFECT_SMOOTHING = 0.5
+"""Seconds over which affect is smoothed: bodies do not follow a syllable."""
 _STROKE_SPEED, _STROKE_WAY = 0.35, 0.1
-"""Metres a second and metres from which on a movement of talk is told to the network as a stroke."""
+"""Metres a second and metres from which on a movement of talk is told to the network as a stroke: most of people's beats."""
+_RISE, _BETWEEN = 0.15, 4
+"""Metres a second by which its speed must stand out, and frames between two."""
 _ONE_HAND = 0.68
-"""Share of the way from which on a stroke is of one hand."""
+"""Share of the way of both hands from which on a stroke is of one hand: twice the other's."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +65,7 @@ def perform(
     """Direct a performance by the repertoire's performer."""
     performer = repertoire.performer
     time = np.arange(len(scene.prosody.features)) / skeleton.FPS
-    affect, way = smooth(scene.affect(time), 0.5), manner.of(performer)
+    affect, way = smooth(scene.affect(time), _AFFECT_SMOOTHING), manner.of(performer)
     talk = talking.assemble(footage, way, scene, affect[:, 0], random)
     body = shaping.talk_body(talk.directions, talk.gesturing, way, scene, affect[:, 0], following, random)
     gestures = _spaced(planning.plan(repertoire, lexicon, scene, random), scene, random)
@@ -74,12 +80,12 @@ def perform(
 def _spaced(strokes: list[planning.Stroke], scene: Scene, random: np.random.Generator) -> list[planning.Stroke]:
     """Return the strokes that are far enough apart: talk goes on between them.
 
-    Meanings that are said go first; calm talk has few others.
+    Meanings that are said go first. Arousal of 1 halves the distance, -1 doubles it.
     """
     kept: list[planning.Stroke] = []
     for stroke in sorted(strokes, key=lambda one: one.meaning == BEAT or not one.said):
         said = stroke.said and stroke.meaning != BEAT
-        apart = _SAID_APART if said else _APART * float(np.exp(random.normal(0, 0.4)))
+        apart = _SAID_APART if said else _APART * float(np.exp(random.normal(0, _APART_SPREAD)))
         apart *= 2 ** -float(scene.affect(stroke.emphasis)[0])
         if all(abs(stroke.emphasis - other.emphasis) > apart for other in kept):
             kept.append(stroke)
@@ -101,7 +107,7 @@ def _beats(body: np.ndarray) -> list[tuple]:
     wrists = smooth(skeleton.wrists(body), 0.06)
     speeds = np.linalg.norm(np.gradient(wrists, axis=0), axis=-1) * skeleton.FPS
     fastest = speeds.max(axis=1)
-    peaks = find_peaks(fastest, height=_STROKE_SPEED, prominence=0.15, distance=4)[0]
+    peaks = find_peaks(fastest, height=_STROKE_SPEED, prominence=_RISE, distance=_BETWEEN)[0]
     stops = np.concatenate([[0], find_peaks(-fastest)[0], [len(fastest) - 1]])
     rows = []
     for peak in peaks:

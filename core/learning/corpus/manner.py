@@ -1,4 +1,8 @@
-"""How a performer talks with the hands: derived from the tastes in :mod:`speakers`."""
+"""How a performer talks with the hands: derived from the tastes in :mod:`speakers`.
+
+Those are of single gestures; here they become factors of captured talk, so scaled that most performers move nearly as the
+captured people: sizes go from 0.5 to 1.2, tempo from 0.9 to 1.4, gestured phrases from 0.4 to all.
+"""
 
 from dataclasses import dataclass
 
@@ -9,6 +13,11 @@ from .speakers import Performer
 _HEIGHT = {"low": -9.0, "mid": 0.0, "high": 11.0}
 """Degrees by which forearms are raised from where captured talkers have them."""
 
+_CALMEST, _LIVELIEST = 2.7, 0.8
+"""Longest and shortest gap of a performer: 0 and 1 of liveliness."""
+_USUAL_PLANE = 1.1
+"""The taste of planes of a performer whose hands are as far apart as in captured talk."""
+
 
 @dataclass(frozen=True)
 class Manner:
@@ -16,7 +25,7 @@ class Manner:
 
     ``active``: share of the phrases that are gestured; ``size`` and ``tempo`` are factors; ``height`` and ``wide`` degrees by
     which forearms are raised and apart; ``home``: how far hands go home in a pause, 0..1; ``front``: home is before the belly;
-    ``obedience``: what a matched accent is worth.
+    ``obedience``: what a matched accent is worth (:mod:`stroke_timing`).
     """
 
     lead: int
@@ -34,7 +43,7 @@ class Manner:
 def of(performer: Performer) -> Manner:
     """Return the manner of a performer."""
     lead = {"left": -1, "right": 1}.get(performer.hand, 0)
-    lively = (2.7 - performer.gap) / 1.9  # gaps between strokes go from 0.8 to 2.7 s
+    lively = (_CALMEST - performer.gap) / (_CALMEST - _LIVELIEST)
     return Manner(
         lead=lead,
         alone=float(np.clip(1.15 - 0.75 * performer.both, 0.5, 0.95)) if lead else 0.0,
@@ -45,5 +54,5 @@ def of(performer: Performer) -> Manner:
         home=float(np.clip(0.95 - 0.45 * performer.linger, 0.3, 0.9)),
         front=performer.rest == "front",
         obedience=0.65 + 0.35 * lively,
-        wide=20.0 * (performer.plane - 1.1),
+        wide=20.0 * (performer.plane - _USUAL_PLANE),
     )

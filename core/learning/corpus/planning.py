@@ -25,14 +25,14 @@ from .variation import ArmPart
 LEAD = 0.02
 """Seconds by which a stroke's emphasis precedes the accent's energy peak."""
 
-HOLD_SECONDS = 1.3
-"""The hands stay up if the next stroke lands within 1.4 s plus these seconds times the performer's hold."""
+_NEAR, _NEAR_HOLD = 1.4, 1.3
+"""The hands stay up if the next stroke lands within these seconds, plus these times the performer's hold."""
 
 LONG_SILENCE = 1.3
-"""Seconds of silence in which the hands always go down."""
+"""Seconds of silence in which no gesture is held."""
 
 MIN_PARTICIPATION = 0.35
-"""Participation in a clip from which an arm counts as gesturing."""
+"""Participation in a clip (9 degrees of movement) from which an arm counts as gesturing."""
 
 _SETTLE = 0.12
 """Seconds between a stroke's emphasis and the next preparation, at least."""
@@ -115,7 +115,7 @@ def plan(repertoire: Repertoire, lexicon: Lexicon, scene: Scene, random: np.rand
 def _holds(performer: Performer, scene: Scene, last: Accent, accent: Accent) -> bool:
     """Return whether the hands stay up from the last stroke to this one: it is near and no long silence is between."""
     return (
-        accent.time - last.time < 1.4 + HOLD_SECONDS * performer.hold and scene.silence(last.time, accent.time) < LONG_SILENCE
+        accent.time - last.time < _NEAR + _NEAR_HOLD * performer.hold and scene.silence(last.time, accent.time) < LONG_SILENCE
     )
 
 

@@ -1,7 +1,10 @@
 """Shapes assembled talk by its performer and its affect: size, beats, shared work, height, openness, posture, and home.
 
-What affect does to a body follows people.md's sources (Wallbott 1998; Pollick et al. 2001; Kleinsmith and Bianchi-Berthouze
-2013): arousal makes it larger, faster and higher, valence open or closed, dominance upright and wide or contracted.
+What affect does to a body follows what is known of people (Wallbott 1998; Pollick et al. 2001; Kleinsmith and
+Bianchi-Berthouze 2013): arousal makes it larger, faster and higher, valence open or closed, dominance upright and wide or
+contracted. By how much, in degrees for an affect of 1, is set until both ends are told from the middle by eye.
+
+Other numbers that give no reason were tried as those of :mod:`talking` were.
 """
 
 from dataclasses import dataclass
@@ -21,30 +24,56 @@ _ARMS, _TRUNK = list(skeleton.ARM_EDGES), [0, 1, 2, 3, 6]
 _SIDES = (((4, 5), -1.0), ((7, 8), 1.0))
 """Edges of each arm, and the sign of outwards on the x axis."""
 _SLOW, _QUICK, _SHARED = 1.3, 0.11, 0.45
-"""Seconds of Gaussians: about which mean arms are larger or smaller, below which is noise, above which is no beat."""
+"""Seconds of Gaussians: about which mean arms are larger or smaller, below which is noise, above which is no beat; between the
+last two lie 0.4 to 1.7 Hz."""
 _BEATS = 1.3
-"""What beats, 0.4 to 1.4 Hz, gain: warped and joined footage has less of them than people (people.md 6)."""
+"""What is added to beats, as a share of them: warped and joined footage has less of them than people."""
 _SIZE_AROUSAL = 0.62
-"""Octaves of size by which arousal of 1 widens movements."""
+"""Octaves of size by which arousal of 1 widens movements: by half. With tempo, hands are to go at least 1.5 times as fast then,
+and at most 0.6 times at -1."""
 _LARGEST = 1.7
 """Largest size: beyond it arms would turn around the body."""
+_WAVES, _SIZE_SPREAD, _GAIN_SPREAD = 4.0, 0.16, 0.3
+"""Seconds in which size and the gain of trunk and head go up or down, and the deviations of their logarithms: people are not
+constant."""
 _ASIDE_OTHER, _WAITING = 0.85, 4.0
 """How much smaller the hand that does not lead moves, for a performer who leaves all to one, and the seconds over which its
-place is smoothed in the same measure: it waits where it is.
-"""
+place is smoothed in the same measure: it waits where it is."""
 _DRIFT = 2.5
-"""Seconds in which the share of one arm in the other's beats goes up or down."""
+"""Seconds in which the share of one arm in the other's beats goes up or down; constant shares are told apart."""
+_ALIKE, _LED, _KEPT_OUT = (0.45, 0.6), (0.5, 0.6), (0.85, 0.3)
+"""Mean and drift of the quieter arm's share in the other's beats, where both are alike and where one leads, and of how far the
+hand that does not lead stays out of its own beats. Without shares performances are told apart by 0.1 more."""
+_POWER, _CHANGE = 0.6, 0.2
+"""Seconds over which it is judged which arm is quieter, and in which the other takes its part."""
 _LAGS = (-2, -1, 0, 1, 2)
-"""Frames by which arms that predict trunk and head are shifted."""
+"""Frames by which arms that predict trunk and head are shifted: before and after them by 0.13 s."""
+_PENALTY = 0.02
+"""Ridge of that prediction, as a share of the inputs' mean square."""
 _FOLLOW = {"head": 1.0, "trunk": 0.9}
+"""Gains of what arms predict of head and trunk."""
 _OWN_HEAD, _OWN_LEAN = 0.6, 0.5
 """Shares of the footage's own slow head and trunk that are kept."""
+_SLOW_TRUNK = 1.5
+"""Seconds of the Gaussian that tells slow leans and turns from quick ones."""
 _SINK, _PAUSE, _SILENCE = 0.7, 0.35, 1.6
 """Seconds in which hands go home and come back, of the shortest pause in which they do, and of one in which all do wholly."""
+_SOONER, _EARLIER = 0.1, 0.45
+"""Seconds by which hands leave before the voice ends, and start before it goes on."""
+_DEPTHS, _DEPTH_AROUSAL, _WHOLLY = (0.3, 1.0), 0.35, 0.97
+"""Least and most of the performer's way home in a short pause, what arousal of 1 takes from it, and the way in a long one."""
+_PHRASES = 0.3
+"""Seconds of the Gaussian by which phrases with and without gestures pass into each other."""
+_SUNK, _MOST_SUNK = 0.38, 0.5
+"""How far hands stay home while they gesture for arousal of -1, and at most."""
+
 _BEHIND = -0.1
-"""Forward part of an upper arm from which on it hardly goes farther behind the shoulder."""
+"""Forward part of an upper arm (6 degrees back) from which on it hardly goes farther behind the shoulder."""
 _ASIDE = 0.28
-"""Sideways part of an upper arm from which on it hardly goes farther out: the conversation's guest has his elbows akimbo."""
+"""Sideways part of an upper arm (16 degrees out) from which on it hardly goes farther: a captured talker has elbows akimbo."""
+_REST_BEHIND, _REST_ASIDE = 0.3, 0.35
+"""Shares of what goes beyond these that are kept, so that elbows do not stop at a wall."""
+
 _FRONT = skeleton.normalize(
     np.array([[-0.2, 0.96, 0.06], [0.55, 0.2, 0.78], [0.2, 0.96, 0.06], [-0.55, 0.2, 0.78]])
 )
@@ -62,7 +91,7 @@ class Following:
         """Fit by ridge regression on captured talk."""
         inputs = np.concatenate([_lagged(_quick(one.directions[:, _ARMS])) for one in talk])
         outputs = np.concatenate([_quick(one.directions[:, _TRUNK]).reshape(-1, 15) for one in talk])
-        penalty = 0.02 * len(inputs) * np.mean(inputs**2) * np.eye(inputs.shape[1])
+        penalty = _PENALTY * len(inputs) * np.mean(inputs**2) * np.eye(inputs.shape[1])
         return cls(np.linalg.solve(inputs.T @ inputs + penalty, inputs.T @ outputs))
 
     def predict(self, arms: np.ndarray) -> np.ndarray:
@@ -122,7 +151,7 @@ def _sized(arms: np.ndarray, manner: Manner, arousal: np.ndarray, random: np.ran
     if manner.lead:
         other = slice(0, 2) if manner.lead > 0 else slice(2, 4)
         slow[:, other] += _ASIDE_OTHER * manner.alone * (smooth(arms[:, other], _WAITING) - slow[:, other])
-    drift = np.exp(_wander(len(arms), 4.0, random) * 0.16)
+    drift = np.exp(_wander(len(arms), _WAVES, random) * _SIZE_SPREAD)
     size = np.minimum(manner.size * 2 ** (_SIZE_AROUSAL * arousal) * drift, _LARGEST)
     own = np.array([1.0, 1.0])
     own[int(manner.lead < 0)] -= _ASIDE_OTHER * manner.alone * abs(manner.lead)
@@ -135,34 +164,40 @@ def _shared(arms: np.ndarray, manner: Manner, random: np.random.Generator) -> np
     beats = arms - slow
     mirror = np.array([-1.0, 1.0, 1.0])
     image = beats[:, [2, 3, 0, 1]] * mirror
-    power = smooth(np.square(beats).sum(-1).reshape(-1, 2, 2).sum(-1), 0.6)
+    power = smooth(np.square(beats).sum(-1).reshape(-1, 2, 2).sum(-1), _POWER)
     other = power[:, ::-1] > power
     if manner.lead:
         own = np.ones((len(arms), 2))
-        own[:, int(manner.lead < 0)] = 1 - manner.alone * np.clip(0.85 + 0.3 * _wander(len(arms), _DRIFT, random), 0, 1)
+        own[:, int(manner.lead < 0)] = 1 - manner.alone * _share(_KEPT_OUT, len(arms), random)
         beats = beats * np.repeat(own, 2, axis=1)[..., None]
-        share = other * (1 - manner.alone) * np.clip(0.5 + 0.6 * _wander(len(arms), _DRIFT, random), 0, 1)[:, None]
+        share = other * (1 - manner.alone) * _share(_LED, len(arms), random)[:, None]
         share[:, int(manner.lead > 0)] = 0
     else:
-        share = other * np.clip(0.45 + 0.6 * _wander(len(arms), _DRIFT, random), 0, 1)[:, None]
-    share = np.repeat(smooth(share, 0.2), 2, axis=1)[..., None]
+        share = other * _share(_ALIKE, len(arms), random)[:, None]
+    share = np.repeat(smooth(share, _CHANGE), 2, axis=1)[..., None]
     return slow + (1 - share) * beats + share * image
+
+
+def _share(of: tuple[float, float], frames: int, random: np.random.Generator) -> np.ndarray:
+    """Return a share ``(frames,)`` between 0 and 1 that drifts about its mean; ``of``: mean and deviation."""
+    mean, deviation = of
+    return np.clip(mean + deviation * _wander(frames, _DRIFT, random), 0, 1)
 
 
 def _steady(body: np.ndarray, quick: np.ndarray, random: np.random.Generator) -> None:
     """Halve slow leans and turns of trunk and head, and let both go along with the arms, in place."""
-    slow = smooth(body[:, _TRUNK], 1.5)
+    slow = smooth(body[:, _TRUNK], _SLOW_TRUNK)
     middle = slow.mean(axis=0)
     own = np.array([_OWN_LEAN, _OWN_HEAD, _OWN_HEAD, _OWN_LEAN, _OWN_LEAN])[:, None]
     gain = np.array([_FOLLOW["trunk"], _FOLLOW["head"], _FOLLOW["head"], _FOLLOW["trunk"], _FOLLOW["trunk"]])[:, None]
-    drift = np.exp(0.3 * _wander(len(body), 4.0, random))[:, None, None]
+    drift = np.exp(_GAIN_SPREAD * _wander(len(body), _WAVES, random))[:, None, None]
     # Where a captured person happened to look and lean is not part of another's talk.
     upright = skeleton.MEAN_UNIT[_TRUNK]
     body[:, _TRUNK] = upright + own * (slow - middle) + (body[:, _TRUNK] - slow) + drift * gain * quick
 
 
 def _place(body: np.ndarray, manner: Manner, affect: np.ndarray, random: np.random.Generator) -> None:
-    """Raise or lower, open or close raised arms by manner and affect, in place."""
+    """Raise or lower, open or close raised arms by manner and affect, in place; height and width wander by 3 or 4 degrees."""
     arousal, valence, dominance = affect.T
     height = manner.height + 13 * arousal + 4 * valence + 3 * dominance + 4 * _wander(len(body), 6.0, random)
     wide = manner.wide + 3 * _wander(len(body), 5.0, random)
@@ -178,17 +213,18 @@ def _home_weight(
     gesturing: np.ndarray, manner: Manner, scene: Scene, arousal: np.ndarray, time: np.ndarray, random: np.random.Generator
 ) -> np.ndarray:
     """Return how far the hands are home ``(frames,)``: outside gestured phrases wholly, in pauses in part, more when calm."""
-    away = 1 - smooth(gesturing, 0.3)
+    away = 1 - smooth(gesturing, _PHRASES)
     weight = np.zeros(len(time))
     for begin, end in scene.pauses:
         if end - begin >= _PAUSE:
             mood = float(np.interp(begin, time, arousal))
             long = np.clip((end - begin - _PAUSE) / (_SILENCE - _PAUSE), 0, 1)
-            depth = np.clip(random.uniform(0.3, 1.0) * (manner.home - 0.35 * mood), 0, 1)
-            depth = depth + (0.97 - depth) * long**2
-            down = ramp(time, begin - 0.1, begin - 0.1 + _SINK) * (1 - ramp(time, end - 0.45, end - 0.45 + _SINK))
+            depth = np.clip(random.uniform(*_DEPTHS) * (manner.home - _DEPTH_AROUSAL * mood), 0, 1)
+            depth = depth + (_WHOLLY - depth) * long**2
+            leave, back = begin - _SOONER, end - _EARLIER
+            down = ramp(time, leave, leave + _SINK) * (1 - ramp(time, back, back + _SINK))
             weight = np.maximum(weight, depth * down)
-    sunk = np.clip(-0.38 * smooth(arousal, 1.0), 0, 0.5)
+    sunk = np.clip(-_SUNK * smooth(arousal, 1.0), 0, _MOST_SUNK)
     return 1 - (1 - away) * (1 - weight) * (1 - sunk)
 
 
@@ -217,8 +253,8 @@ def _rein_in(body: np.ndarray) -> None:
     """Keep elbows from behind the shoulders and from standing out like wings, softly, in place."""
     for (upper, _), out in _SIDES:
         depth, aside = body[:, upper, 2], out * body[:, upper, 0]
-        body[:, upper, 2] = np.where(depth < _BEHIND, _BEHIND + 0.3 * (depth - _BEHIND), depth)
-        body[:, upper, 0] = out * np.where(aside > _ASIDE, _ASIDE + 0.35 * (aside - _ASIDE), aside)
+        body[:, upper, 2] = np.where(depth < _BEHIND, _BEHIND + _REST_BEHIND * (depth - _BEHIND), depth)
+        body[:, upper, 0] = out * np.where(aside > _ASIDE, _ASIDE + _REST_ASIDE * (aside - _ASIDE), aside)
     body[:] = skeleton.normalize(body)
 
 

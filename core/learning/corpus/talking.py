@@ -2,6 +2,9 @@
 
 Each stretch of speech of 2.5 to 6 s gets the captured phrase, of some drawn at random, that fits its accents, its performer and
 the pose before it best; it is warped in time so that its strokes land on accents (:mod:`stroke_timing`).
+
+Numbers that give no other reason were tried on the voices and the captured talk that settings may be chosen on
+(:mod:`talk_split`), against a judge that tells people's talk from what is made; "told apart" is the area under its curve.
 """
 
 from dataclasses import dataclass
@@ -16,20 +19,44 @@ from .manner import Manner
 from .scene import Scene
 
 _LENGTHS = (2.5, 6.0)
-"""Seconds of a stretch of speech that gets one captured phrase."""
+"""Seconds of a stretch of speech that gets one captured phrase: of a phrase of speech or two."""
+_AHEAD = 0.25
+"""Seconds by which a stretch begins before its phrase of speech: hands start before the voice does."""
 _DRAWN = 12
-"""Phrases among which the best is chosen."""
+"""Phrases among which the best is chosen: of many more the same few would be best each time."""
 _MEMORY = 30.0
-"""Seconds in which no part of the footage is shown twice, if there is a choice."""
+"""Seconds in which no part of the footage is shown twice, if there is a choice: a viewer notices it."""
 _JOIN = (7, 16)
-"""Frames over which the jump between two phrases is shared out, half to each side."""
+"""Least and most frames over which the jump between two phrases is shared out, half to each side; bridges between phrases are
+told apart with 0.88, this with 0.79."""
 _TEMPO_AROUSAL = 0.42
-"""Octaves of tempo by which arousal of 1 hurries the hands."""
+"""Octaves of tempo by which arousal of 1 hurries the hands: by a third."""
+_TEMPO_SPREAD = 0.08
+"""Standard deviation of the logarithm of a phrase's tempo."""
 _ACTIVE_AROUSAL = 0.4
 """What arousal of 1 adds to the share of phrases that are gestured."""
 _SPOKEN = 0.35
 """Share of a stretch that must be speech for it to be gestured."""
+_LISTENING = 0.2
+"""Share of a stretch that must be speech for a person to show attention in it, if nothing is gestured, and not to idle."""
+_MAIN = 0.3
+"""What is added to the strength of a phrase's main accent."""
+_ANSWERED = 0.85
+"""Share of accents that gestures may meet: people leave some alone, and whoever meets all is told apart."""
+_SPARE = 1.15
+"""How much longer than wanted footage is looked for: the warp may use up more of it."""
+_SHORT_FOOTAGE = 0.15
+"""Share of its length with which footage is drawn that is too short or hardly longer than wanted."""
+_TOO_SHORT, _JUMP, _STRAYS, _OTHER_HAND, _STILL, _SEEN = 4.0, 3.0, 2.0, 2.0, 1.5, 1.5
+"""Costs, in those of a phrase that misses every accent: of footage that lacks all frames, wrists that jump by a metre, frames
+that all stray, a hand that should not lead and does all, hands that stand still for each m/s under :data:`_TALKS`, and
+footage that was shown lately."""
+_MISSED = 6
+"""Frames (0.4 s) from an accent to the next peak of speed from which on the accent is missed."""
+_TALKS = 0.35
+"""Metres a second of the busier hand under which a phrase is rather one without gestures; people who talk make 0.33 to 0.52."""
 _PIECES = ("directions", "knuckles", "palms", "shape")
+"""Names of the arrays that a phrase consists of."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +72,7 @@ def assemble(material: Material, manner: Manner, scene: Scene, arousal: np.ndarr
     """Return a performance of the speech as captured bodies, before size, height and affect; ``arousal`` ``(frames,)``."""
     frames = len(arousal)
     speaking = _speaking(scene, frames)
-    accents = np.array([[a.time * skeleton.FPS, a.strength + 0.3 * a.main] for a in scene.accents]).reshape(-1, 2)
+    accents = np.array([[a.time * skeleton.FPS, a.strength + _MAIN * a.main] for a in scene.accents]).reshape(-1, 2)
     parts: list[dict[str, np.ndarray]] = []
     shown: list[tuple[str, float, float, int]] = []
     gesturing = np.zeros(frames)
@@ -53,9 +80,9 @@ def assemble(material: Material, manner: Manner, scene: Scene, arousal: np.ndarr
         mood = float(arousal[first:last].mean())
         active = speaking[first:last].mean() > _SPOKEN and random.random() < manner.active + _ACTIVE_AROUSAL * mood
         gesturing[first:last] = active
-        quiet = material.listening if speaking[first:last].mean() > 0.2 else material.idle
-        here = accents[(accents[:, 0] >= first) & (accents[:, 0] < last) & (random.random(len(accents)) < 0.85)]
-        rate = manner.tempo * 2 ** (_TEMPO_AROUSAL * mood) * float(np.exp(random.normal(0, 0.08))) if active else 1.0
+        quiet = material.listening if speaking[first:last].mean() > _LISTENING else material.idle
+        here = accents[(accents[:, 0] >= first) & (accents[:, 0] < last) & (random.random(len(accents)) < _ANSWERED)]
+        rate = manner.tempo * 2 ** (_TEMPO_AROUSAL * mood) * float(np.exp(random.normal(0, _TEMPO_SPREAD))) if active else 1.0
         wanted = _Wanted(first, last, here[:, 0] - first, here[:, 1], rate, parts[-1] if parts else None)
         footage, start = _choose(material.talk if active else quiet, wanted, manner if active else None, shown, random)
         obedience = manner.obedience if active else 0.0
@@ -69,7 +96,7 @@ def assemble(material: Material, manner: Manner, scene: Scene, arousal: np.ndarr
 
 def stretches(scene: Scene, frames: int, random: np.random.Generator) -> list[tuple[int, int]]:
     """Cut a performance into stretches ``(first, last)`` of frames that begin where phrases of the speech begin."""
-    begins = np.unique(np.clip((scene.prosody.phrases[:, 0] - 0.25) * skeleton.FPS, 0, frames).astype(int))
+    begins = np.unique(np.clip((scene.prosody.phrases[:, 0] - _AHEAD) * skeleton.FPS, 0, frames).astype(int))
     low, high = (int(seconds * skeleton.FPS) for seconds in _LENGTHS)
     edges = [0]
     while frames - edges[-1] > high:
@@ -100,11 +127,11 @@ def _choose(
 ) -> tuple[Footage, float]:
     """Return the footage and its first frame that fit best among some drawn at random."""
     need = wanted.rate * wanted.frames
-    weights = np.array([one.weight * max(len(one.directions) - need, 0.15 * len(one.directions)) for one in pool])
+    weights = np.array([one.weight * max(len(one.directions) - need, _SHORT_FOOTAGE * len(one.directions)) for one in pool])
     best, chosen = np.inf, (pool[0], 0.0)
     for number in random.choice(len(pool), _DRAWN, p=weights / weights.sum()):
         footage = pool[number]
-        start = float(random.uniform(0, max(len(footage.directions) - 1 - 1.15 * need, 1)))
+        start = float(random.uniform(0, max(len(footage.directions) - 1 - _SPARE * need, 1)))
         cost = _cost(footage, start, need, wanted, manner) + _repeats(footage, start, need, wanted.first, shown)
         if cost < best:
             best, chosen = cost, (footage, start)
@@ -112,34 +139,34 @@ def _choose(
 
 
 def _cost(footage: Footage, start: float, need: float, wanted: _Wanted, manner: Manner | None) -> float:
-    """Return how badly footage from ``start`` on would do, about 0 to 5."""
+    """Return how badly footage from ``start`` on would do, about 0 to 5; ``need``: its frames at the wanted rate."""
     here = slice(int(start), int(start + need) + 1)
-    cost = 4.0 * max(start + need - len(footage.directions), 0) / need
+    cost = _TOO_SHORT * max(start + need - len(footage.directions), 0) / need
     if wanted.before is not None:
         ends = skeleton.wrists(wanted.before["directions"][-1])
-        cost += 3.0 * float(np.linalg.norm(footage.wrists[here][0] - ends, axis=-1).mean())
+        cost += _JUMP * float(np.linalg.norm(footage.wrists[here][0] - ends, axis=-1).mean())
     if manner is None:
         return cost
-    cost += 2.0 * float(footage.strays[here].mean())
+    cost += _STRAYS * float(footage.strays[here].mean())
     if len(wanted.accents) and len(footage.peaks):
         at = start + wanted.rate * wanted.accents
         apart = np.abs(footage.peaks[:, None] - at).min(axis=0)
-        cost += float(np.average(np.minimum(apart / 6, 1), weights=wanted.strengths + 0.05))
+        cost += float(np.average(np.minimum(apart / _MISSED, 1), weights=wanted.strengths + 0.05))
     gone = footage.path[min(here.stop, len(footage.path)) - 1] - footage.path[here.start]
     if manner.lead:
-        cost += 2.0 * float(gone[int(manner.lead < 0)] / max(gone.sum(), 1e-6))
+        cost += _OTHER_HAND * float(gone[int(manner.lead < 0)] / max(gone.sum(), 1e-6))
     # Phrases in which hands hardly move are for stretches without gestures.
-    return cost + 1.5 * max(0.35 - gone.max() / max(need, 1) * skeleton.FPS, 0)
+    return cost + _STILL * max(_TALKS - gone.max() / max(need, 1) * skeleton.FPS, 0)
 
 
 def _repeats(footage: Footage, start: float, need: float, first: int, shown: list) -> float:
-    """Return a cost where the footage was shown within the last seconds."""
+    """Return a cost where this part of the footage was ``shown`` lately, mirrored or not."""
     name = footage.name.rstrip("~")
     for other, begin, end, when in reversed(shown):
         if first - when > _MEMORY * skeleton.FPS:
             return 0.0
         if other == name and begin < start + need and start < end:
-            return 1.5
+            return _SEEN
     return 0.0
 
 
@@ -157,7 +184,7 @@ def _sample(footage: Footage, places: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _join(parts: list[dict[str, np.ndarray]], random: np.random.Generator) -> dict[str, np.ndarray]:
-    """Concatenate phrases; the jump between two is shared, half to each side, over some frames."""
+    """Concatenate phrases; the jump between two is shared, half to each side, over some frames. Changes ``parts``."""
     for before, after in zip(parts, parts[1:], strict=False):
         size = int(random.integers(*_JOIN))
         for name in _PIECES:
@@ -170,6 +197,7 @@ def _join(parts: list[dict[str, np.ndarray]], random: np.random.Generator) -> di
 
 
 def _slope(pair: np.ndarray) -> np.ndarray:
+    """Return the step between two frames."""
     return pair[-1] - pair[0]
 
 
