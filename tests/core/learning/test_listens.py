@@ -250,3 +250,15 @@ def test_own_acting_says_every_sentence_in_every_mood():
     levels = {name: np.abs(np.fft.rfft(sound)) for name, sound in said.items()}
     bright = {name: one[len(one) // 8 :].sum() / one.sum() for name, one in levels.items()}  # above 1 kHz
     assert all(bright[f"en-gb-{talker}-anger-0"] > bright[f"en-gb-{talker}-sadness-0"] for talker in (0, 1))
+
+
+def test_heard_affect_is_told_apart_from_the_style(listening, shipped, spoken, tmp_path):
+    """Weights that follow what is heard, beside the same ones that do not: the style is the same, and affect is added."""
+    follows, wish = Generator(listening, tmp_path), PerformanceOptions("stern", 3)
+    full, plain = (inputs.record(one.session, one.request(spoken[0].cut(5), wish, hands=0)) for one in (follows, shipped))
+    np.testing.assert_array_equal(full.style, plain.style)
+    assert np.abs(full.affect).max() > 0.05 and not plain.affect.any()
+    for generator in (follows, shipped):
+        pairs = exchanged.draw_pairs(generator, spoken * 2, 2)
+        found = exchanged.shares(generator.session.checkpoint.network, pairs)
+        assert ("heard affect" in found) == (generator is follows)
