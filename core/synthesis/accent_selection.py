@@ -12,7 +12,7 @@ import numpy as np
 
 from ..model.noise import noise, uniform
 from ..motion import skeleton, stroke_requests
-from ..sound import arousal_estimate, prosody
+from ..sound import prosody
 from . import constraints
 
 FACTS = ("rate", "size", "spread", "left", "right", "both", "ready", "end")
@@ -28,18 +28,16 @@ _STRETCH = 8.0
 """Seconds over which a performer's rate is kept."""
 _STRONG, _MAIN = 2.0, 0.3
 """Weight of an accent's strength beside a Gumbel number, and what being its phrase's main accent adds to the strength."""
-_LARGER, _LOUD, _ANY_HAND, _VARIED = 1.4, 1.0, 0.2, 0.5
-"""Factor from sizes shown to sizes asked for, how far strength changes a size, the share of strokes for which any hand will
-do, and the share of the taste's spread of sizes."""
+_LOUD, _ANY_HAND, _VARIED = 1.0, 0.2, 0.5
+"""How far strength changes a size, the share of strokes for which any hand will do, and the share of the taste's spread of
+sizes."""
 _AFTER, _AROUND, _BETWEEN, _APART = 0.14, 0.3, 0.1, 0.3
 """Seconds: emphasis after the accent's peak, to each side of an accent that gets no stroke, between two strokes, and from an
 accent without a stroke to one with."""
-_RATE_OCTAVES, _RATE_AROUSAL, _SIZE_AROUSAL = 0.5, 0.2, 0.25
-"""Octaves that the control of rate adds to strokes a minute, and those that the control of arousal adds to rate and size."""
+_RATE_OCTAVES, _RATE_AROUSAL, _SIZE_AROUSAL = 0.5, 0.6, 0.4
+"""Octaves that the control of rate adds to strokes a minute, and those that arousal adds to rate and size, as in the corpus."""
 _MIN_HAND = 0.25
 """Control of the hand below which nothing is changed, as in the corpus."""
-_SPEECH_RATE, _SPEECH_SIZE = 1.8, 1.5
-"""Octaves of strokes a minute and of sizes between the calmest speech and the most aroused."""
 _WEAK, _LEVEL, _LOUDER = 0.2, 0.25, 0.7
 """How much likelier weak accents get no stroke; what 10 dB over the voice's mean add to a strength, and in octaves to the size
 of a stroke."""
@@ -79,7 +77,8 @@ def accent_channels(
     time, strength, main = np.array([(a.time, a.strength, a.main) for a in accents], float).T
     at = np.clip((time * skeleton.FPS).astype(int), 0, min(frames, len(rhythm.features)) - 1)
     level = rhythm.features[at, _OF_LEVEL]
-    taste_at = _adapt_to_speech(tastes[np.minimum(at, len(tastes) - 1)], arousal_estimate.arousal(rhythm, at), level)
+    taste_at = tastes[np.minimum(at, len(tastes) - 1)].copy()
+    taste_at[:, 1] *= np.exp2(_LOUDER * np.clip(level, -1, 1))
     controls = {name: np.ravel(value)[np.minimum(at, np.size(value) - 1)] for name, value in wishes.items()}
     taste_at = _adapt_to_controls(taste_at, controls)
     numbers = noise(key[0], key[1], 0, len(time), 6, key[2], _SALT)
@@ -94,14 +93,6 @@ def accent_channels(
     around = np.stack([time[without] - _AROUND, time[without] + _AROUND], axis=1)
     still = np.concatenate([around, _quiet_pauses(rhythm.phrases, key)])
     return stroke_requests.encode_requests(_outside(strokes, 1, 3, taken), _outside(still, 0, 1, taken), frames)
-
-
-def _adapt_to_speech(tastes: np.ndarray, arousal: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """Return tastes ``(n, 8)`` with rate and size changed by the arousal and loudness of the speech."""
-    result = tastes.copy()
-    result[:, 0] *= np.exp2(_SPEECH_RATE * (arousal - 0.5))
-    result[:, 1] *= np.exp2(_SPEECH_SIZE * (arousal - 0.5) + _LOUDER * np.clip(level, -1, 1))
-    return result
 
 
 def _quiet_pauses(phrases: np.ndarray, key: tuple) -> np.ndarray:
@@ -158,7 +149,7 @@ def _select(time: np.ndarray, strength: np.ndarray, taste: np.ndarray, spoken: t
 
 def _strokes(time: np.ndarray, rank: np.ndarray, taste: np.ndarray, spread: np.ndarray, which: np.ndarray) -> np.ndarray:
     """Return beats ``(n, 7)`` (:data:`stroke_requests.COLUMNS`); ``rank`` and ``which`` are 0..1, ``spread`` is normal."""
-    sizes = _LARGER * taste[:, 1] * np.exp(_VARIED * taste[:, 2] * spread) * np.maximum(1 + _LOUD * (2 * rank - 1), _MIN_SHARE)
+    sizes = taste[:, 1] * np.exp(_VARIED * taste[:, 2] * spread) * np.maximum(1 + _LOUD * (2 * rank - 1), _MIN_SHARE)
     hands = taste[:, 3:6] / taste[:, 3:6].sum(axis=1, keepdims=True)
     hands = np.where(hands.min(axis=1, keepdims=True) > 0, (1 - _ANY_HAND) * hands + _ANY_HAND / 3, hands)
     hand = (which[:, None] > np.cumsum(hands, axis=1)[:, :2]).sum(axis=1)

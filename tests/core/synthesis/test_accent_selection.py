@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from s2ag.core.learning.corpus import tastes
 from s2ag.core.motion import stroke_requests
-from s2ag.core.sound import arousal_estimate
 from s2ag.core.sound.prosody import FEATURE_NAMES, FEATURES, Accent, Prosody
 from s2ag.core.synthesis import accent_selection
 
@@ -25,9 +24,9 @@ def accents():
 
 
 def rhythm(accents, phrases=PHRASES, **sounds):
-    """Accents heard in a middling mood, or with other features of the names given."""
+    """Accents of a voice with other features than 0 of the names given."""
     features = np.zeros((FRAMES, FEATURES), np.float32)
-    for name, value in {"pitch range": 0.17, **sounds}.items():
+    for name, value in sounds.items():
         features[:, FEATURE_NAMES.index(name.replace("_", " "))] = value
     return Prosody(tuple(accents), phrases, features, np.zeros(0), np.zeros(0))
 
@@ -141,7 +140,7 @@ def test_without_accents_nothing_is_asked():
 
 
 def test_aroused_speech_is_answered_more_and_larger(ask):
-    calm, stirred = (ask(**{"pitch range": value, "brightness": value}) for value in (-2.5, 2.5))
+    calm, stirred = (ask(wishes={**PLAIN, "arousal": value}) for value in (-1.0, 1.0))
     assert len(strokes(stirred)) > 1.3 * len(strokes(calm))
     sizes = [np.median(channels[channels[:, 1] > 0, 5]) for channels in (calm, stirred)]
     assert sizes[1] > 1.3 * sizes[0]
@@ -160,13 +159,3 @@ def test_most_pauses_are_told_to_be_without_strokes(ask, monkeypatch):
     inside = [range(int((end + 0.1) * 15), int((end + 0.25) * 15)) for end in PHRASES[:-1, 1]]
     told = [channels[list(frames), 0].all() for frames in inside]
     assert 0.6 < np.mean(told) < 1
-
-
-def test_arousal_is_a_rank_that_dense_and_wide_speech_raises(accents):
-    at = np.array([int(one.time * 15) for one in accents])
-    unworded, worded = accents, [Accent(a.time, a.strength, a.main, a.phrase, number) for number, a in enumerate(accents)]
-    middle = arousal_estimate.arousal(rhythm(unworded), at)
-    np.testing.assert_allclose(middle, 0.5, atol=0.01)
-    assert arousal_estimate.arousal(rhythm(unworded, **{"pitch range": 1.0}), at).min() > middle.max()
-    few, times = worded[::2], at[::2]
-    assert arousal_estimate.arousal(rhythm(few), times).mean() < arousal_estimate.arousal(rhythm(worded), at).mean() - 0.2
