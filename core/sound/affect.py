@@ -36,8 +36,8 @@ _VALENCE_OF_AROUSAL, _AROUSAL_SPREAD = 1.28, 0.76
 """How much valence counts the mean of the first four: anger is harsher than joy, and both are harsher than calm speech."""
 _DOMINANCE = np.array([1.0, -0.5, 0, 0, 0, 0, 0, 0, 0.5])
 _OF_SOUND, _OF_WORDS = np.array([0.6, 0.2]), 0.25
-"""Valence and dominance of one deviation in the sound, and both in the words: valence tells acted joy from anger in three of four
-pairs, dominance in the sound hardly anything, and a body that opens for anger's would hide the difference."""
+"""Valence and dominance of one deviation in the sound, and both in the words: valence tells acted joy from anger in three of
+four pairs, dominance hardly anything, and a body that opens for anger's dominance would hide that."""
 _KNOWN, _STRANGE, _OWN = 20.0, 5.0, 0.5
 """Once so many seconds of somebody were heard, centres have moved half way to his own middle, beginning at the second: all the
 way would be wrong where all that was heard is of one mood."""
