@@ -1,4 +1,4 @@
-"""``s2ag study``: makes the page of a user study of clips, as in the paper, and analyses its answers."""
+"""``s2ag study``: makes the page of a user study of clips, as in the paper, analyses its answers, and draws figure 3."""
 
 import argparse
 import json
@@ -7,13 +7,14 @@ from pathlib import Path
 
 from ..errors import UsageError
 from ..files import atomic_file, check_output
-from . import study_films
+from . import study_figure, study_films
 
-SUMMARY = "make a user study of clips, and analyse its answers"
+SUMMARY = "make a user study of clips and analyse its answers, or draw the paper's figure 3"
 EXAMPLE = """examples:
   s2ag study make clips -o study            clips/original/01.mp4, clips/ours/01.npz and .wav, ...
   s2ag study make clips -o study --form pairs     two clips side by side: which is better
   s2ag study make clips -o study --form matched   the same motion with its own and with another speech
+  s2ag study figure --data data -o figure.html    speech, seed pose, S2AG, its ablations and the shipped network
   s2ag study analyse answers-*.json --key study/key.json --ours ours"""
 MOST = 1000
 
@@ -33,6 +34,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     make.add_argument("--title", default="Gesture study", help="what participants read")
     make.add_argument("--participants", metavar="N", type=int, default=24, help="orders to prepare (default 24)")
     make.add_argument("--seed", metavar="N", type=int, default=0)
+    study_figure.configure(verbs)
     analyse = verbs.add_parser("analyse", help="shares with confidence intervals, and tests of pairs")
     analyse.add_argument("answers", metavar="FILE", type=Path, nargs="+", help="answers that the page saved")
     analyse.add_argument("--key", metavar="FILE", type=Path, required=True, help="the study's key.json")
@@ -42,7 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Make a study or analyse its answers."""
-    return _make(options) if options.verb == "make" else _analyse(options)
+    return {"make": _make, "figure": study_figure.run, "analyse": _analyse}[options.verb](options)
 
 
 def _make(options: argparse.Namespace) -> int:
