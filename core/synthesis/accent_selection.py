@@ -65,14 +65,14 @@ def speaker_taste(facts) -> np.ndarray | None:
 def accent_channels(
     rhythm: prosody.Prosody, tastes: np.ndarray, wishes: Mapping, key: tuple, taken: np.ndarray, turns: Sequence[float] = ()
 ) -> np.ndarray | None:
-    """Return the strokes that a take asks its network for, as channels ``(frames, 7)``; None without accents.
+    """Return the strokes that a take asks its network for, as channels ``(frames, 7)``; None without accents or speech.
 
     ``tastes`` ``(frames, 8)`` or ``(1, 8)`` are the performer's, ``wishes`` the controls "rate", "hand" and "arousal" as
     numbers or ``(frames,)``; ``key`` (seed, identity, speakers) keys the random numbers (:func:`noise.noise`). Frames that are
     ``taken`` ``(frames,)`` by other strokes are left alone. At ``turns`` (seconds) another style begins.
     """
     frames, accents = len(taken), rhythm.accents
-    if not len(accents):
+    if not len(accents) or not len(rhythm.phrases):  # words may be accented where no voice is heard
         return None
     time, strength, main = np.array([(a.time, a.strength, a.main) for a in accents], float).T
     at = np.clip((time * skeleton.FPS).astype(int), 0, min(frames, len(rhythm.features)) - 1)

@@ -159,3 +159,11 @@ def test_most_pauses_are_told_to_be_without_strokes(ask, monkeypatch):
     inside = [range(int((end + 0.1) * 15), int((end + 0.25) * 15)) for end in PHRASES[:-1, 1]]
     told = [channels[list(frames), 0].all() for frames in inside]
     assert 0.6 < np.mean(told) < 1
+
+
+def test_words_on_a_recording_without_a_voice_ask_for_nothing():
+    """Accents that only the words have stand in no phrase."""
+    accents = tuple(Accent(time, 0.5, False, 0, word) for word, time in enumerate((0.5, 1.5)))
+    silent = Prosody(accents, np.zeros((0, 2)), np.zeros((60, FEATURES), np.float32), np.zeros(0), np.zeros(0))
+    tastes = accent_selection.speaker_taste(LIVELY)[None]
+    assert accent_selection.accent_channels(silent, tastes, PLAIN, (0, (), ""), np.zeros(60, bool)) is None
